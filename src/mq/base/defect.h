@@ -1,0 +1,36 @@
+#pragma once
+/// Defects in a user's model are data: what, how bad, how many, and where.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace mq {
+
+/// One kind of defect found in a model.
+struct Defect {
+  enum class Severity {
+    note,     ///< coped with, nothing lost; said for completeness
+    warning,  ///< coped with as documented; the user may want to look
+    refused   ///< cannot be processed; the message says what to do
+  };
+  std::string kind;               ///< a stable name for scripts: "flipped_triangles"
+  Severity severity = Severity::warning;
+  std::string element;            ///< what `ids` count: "triangle", "vertex", "edge", "texel", "chart"
+  std::int64_t count = 0;         ///< of all affected elements
+  std::vector<std::int64_t> ids;  ///< the first of them, at most `max_ids`
+  std::string message;            ///< what was found, what is done about it, what the user can do
+
+  static constexpr int max_ids = 100;
+};
+
+using Defects = std::vector<Defect>;
+
+/// Whether any of them refuses the model.
+inline bool refused(const Defects& defects) {
+  for (const Defect& d : defects)
+    if (d.severity == Defect::Severity::refused) return true;
+  return false;
+}
+
+}  // namespace mq

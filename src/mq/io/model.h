@@ -1,0 +1,93 @@
+#pragma once
+/// A textured model as a file holds it: the mesh, its pictures, and what is needed to give back
+/// exactly what was read where nothing was asked to change.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/image/image.h"
+#include "mq/mesh/mesh.h"
+
+namespace mq {
+
+/// How a picture's values are stored in its file.
+enum class Depth { u8, u16, half, f32 };
+
+/// Everything about a picture file that its pixels do not say, so that writing gives back what was
+/// read: depth, channel names, colour space and resolution tags.
+struct PixelFormat {
+  Depth depth = Depth::u8;
+  std::string file_format;          ///< "png", "jpeg", "tiff", "openexr", ...
+  std::shared_ptr<const void> tags; ///< metadata of the reader; only io looks inside
+};
+
+/// What a lookup outside [0,1] finds.
+enum class Wrap {
+  unspecified,  ///< the file does not say
+  clamp,
+  repeat
+};
+
+struct Texture {
+  std::string name;            ///< as the model calls it, for messages and output names
+  std::filesystem::path path;  ///< where it was read from; empty when embedded
+  Image<float> pixels;         ///< row 0 on top; integers divided by their largest value
+  PixelFormat format;
+  Wrap wrap = Wrap::unspecified;
+};
+
+/// Values at vertices (colours of a PLY, or "v x y z r g b" of an OBJ), 0 to 1 when stored as integers.
+struct VertexSignal {
+  int channels = 0;           ///< 0: the model has none
+  std::vector<float> values;  ///< channels per vertex, a vertex's values adjacent
+  Depth depth = Depth::u8;
+};
+
+/// The file a model came from, kept so that writing changes only what was asked to change.
+class Document;
+
+struct Model {
+  std::filesystem::path path;
+  Mesh mesh;                       ///< n-gons cut into triangles, node transforms applied
+  std::vector<Texture> textures;   ///< what `mesh.textures` counts
+  VertexSignal colors;
+  std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
+  std::shared_ptr<const Document> document;  ///< null for a model made in memory
+};
+
+struct ReadModelOptions {
+  /// Pictures to use instead of those the model names, in the order of its textures. One picture
+  /// for a model that names none (or several slots without files) paints the whole mesh.
+  std::vector<std::filesystem::path> textures;
+  /// Whether pictures are read at all.
+  enum class Pictures { read, skip } pictures = Pictures::read;
+};
+
+/// Reads OBJ (with MTL), PLY, glTF or GLB, by content where the extension does not say.
+/// Throws `IoError` naming the file, the place and the remedy.
+Model read_model(const std::filesystem::path& path, const ReadModelOptions& options = {},
+                 const Progress& progress = {});
+
+/// Writes a model in the format of `path`'s extension. In the format it was read from, everything
+/// but positions, colours and pictures comes back byte for byte where the format allows it.
+/// Written under a temporary name and renamed. Pictures are written beside the mesh under the
+/// names the model gives them (embedded ones are embedded again).
+void write_model(const std::filesystem::path& path, const Model& model,
+                 const Progress& progress = {});
+
+/// Reads one picture. Throws `IoError` naming the file, what was found and what to do.
+Texture read_texture(const std::filesystem::path& path, const Progress& progress = {});
+
+/// Writes one picture in the format of the extension, with the depth of `texture.format` where that
+/// format can hold it (a note says where it cannot). Written under a temporary name and renamed.
+void write_texture(const std::filesystem::path& path, const Texture& texture,
+                   const Progress& progress = {});
+
+/// The same for pixels made here.
+void write_image(const std::filesystem::path& path, const Image<float>& pixels,
+                 Depth depth = Depth::u8);
+
+}  // namespace mq
