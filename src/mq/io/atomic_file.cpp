@@ -1,0 +1,88 @@
+#include "mq/io/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+#include "mq/base/error.h"
+
+namespace mq {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, const char* remedy) {
+  const char* reason = std::strerror(errno);
+  throw IoError(fmt::format("cannot write {}: {}; {}", path.string(), reason, remedy));
+}
+
+/// ".NAME.PID-N.EXT" beside `path`: hidden, and no other writer's, in this process or another.
+/// A long name is cut so that the temporary one still fits a file system's 255 bytes.
+std::filesystem::path temporary_beside(const std::filesystem::path& path) {
+  static std::atomic<unsigned> next{0};
+  const std::string stem = path.stem().string().substr(0, 160);
+  return path.parent_path() / fmt::format(".{}.{}-{}{}", stem, ::getpid(), next++,
+                                          path.extension().string());
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
+  std::error_code ignored;
+  if (path_.filename().empty() || std::filesystem::is_directory(path_, ignored))
+    throw IoError(fmt::format("cannot write {}: it is a directory; give a file name in it",
+                              path_.string()));
+  // A link stays a link: the file it points to is replaced.
+  if (std::filesystem::is_symlink(path_, ignored)) {
+    const auto target = std::filesystem::weakly_canonical(path_, ignored);
+    if (!ignored) path_ = target;
+  }
+  if (std::filesystem::exists(path_, ignored) && !std::filesystem::is_regular_file(path_, ignored))
+    throw IoError(fmt::format("cannot write {}: it is not an ordinary file; give another name",
+                              path_.string()));
+  for (;;) {
+    temporary_ = temporary_beside(path_);
+    const int file = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file >= 0) {
+      ::close(file);
+      return;
+    }
+    if (errno != EEXIST)
+      fail(path_, errno == ENOENT ? "make its folder first" : "choose a folder you may write to");
+  }
+}
+
+AtomicFile::~AtomicFile() {
+  if (pending_) ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::commit() {
+  struct stat old;
+  if (::stat(path_.c_str(), &old) == 0) ::chmod(temporary_.c_str(), old.st_mode & 07777);
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail(path_, "choose another place");
+  pending_ = false;
+}
+
+void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  AtomicFile file(path);
+  const int out = ::open(file.temporary().c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC);
+  if (out < 0) fail(path, "choose a folder you may write to");
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(out, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) {
+      const int reason = errno;
+      ::close(out);
+      errno = reason;
+      fail(path, "make room or choose another place");
+    }
+    bytes = bytes.subspan(std::size_t(written));
+  }
+  if (::close(out) != 0) fail(path, "make room or choose another place");
+  file.commit();
+}
+
+}  // namespace mq

@@ -1,0 +1,44 @@
+#pragma once
+/// Files that appear whole or not at all: written under a temporary name beside their place, then
+/// renamed. A reader never sees half a file, and a failure leaves the old file as it was.
+///
+///     AtomicFile file(path);
+///     { std::ofstream out(file.temporary(), std::ios::binary); out << ...; }
+///     file.commit();
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+namespace mq {
+
+class AtomicFile {
+ public:
+  /// Chooses a temporary name in the folder of `path` that ends in `path`'s extension (libraries
+  /// that go by the extension find theirs) and makes an empty file of it. Throws `IoError` when
+  /// `path` names a directory, or its folder does not exist or cannot be written to.
+  explicit AtomicFile(std::filesystem::path path);
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  /// Removes the temporary file unless `commit` has put it in its place.
+  ~AtomicFile();
+
+  /// The file to write to.
+  const std::filesystem::path& temporary() const { return temporary_; }
+
+  /// Renames the temporary file to `path`, replacing what was there with its permissions kept.
+  /// Throws `IoError`.
+  void commit();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  bool pending_ = true;
+};
+
+/// Writes `bytes` to `path` in this way. Throws `IoError` naming `path` and the system's reason
+/// (disk full, not writable, ...).
+void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+}  // namespace mq
