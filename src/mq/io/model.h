@@ -9,6 +9,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/image/image.h"
+#include "mq/image/wrap.h"
 #include "mq/mesh/mesh.h"
 
 namespace mq {
@@ -22,13 +23,6 @@ struct PixelFormat {
   Depth depth = Depth::u8;
   std::string file_format;          ///< "png", "jpeg", "tiff", "openexr", ...
   std::shared_ptr<const void> tags; ///< metadata of the reader; only io looks inside
-};
-
-/// What a lookup outside [0,1] finds.
-enum class Wrap {
-  unspecified,  ///< the file does not say
-  clamp,
-  repeat
 };
 
 struct Texture {
