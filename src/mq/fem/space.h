@@ -1,12 +1,19 @@
 #pragma once
 /// What every application is written against: a basis of functions on a domain with a metric.
 
+#include <span>
+
 #include "mq/base/length.h"
+#include "mq/base/progress.h"
 #include "mq/linear/matrix.h"
 
 namespace mq {
 
 /// A signal space {φ_i}: partition of unity (Σφ_i = 1), so constants are reproduced and S·1 = 0.
+///
+///     M_ij = ∫ φ_i φ_j dA            symmetric positive definite, model units squared, ΣM_ij = area
+///     S_ij = ∫ ⟨∇φ_i, ∇φ_j⟩ dA       symmetric positive semidefinite, no unit;
+///                                    null space: constants, per connected component
 class SignalSpace {
  public:
   virtual ~SignalSpace() = default;
@@ -14,15 +21,18 @@ class SignalSpace {
   /// Number of unknowns.
   virtual int size() const = 0;
 
-  /// M_ij = ∫ φ_i φ_j dA, symmetric positive definite, model units squared. Σ_ij M_ij = area.
-  virtual SparseMatrix mass() const = 0;
+  /// a·M + b·S, assembled in one pass; the pattern is that of M and S whatever a and b are.
+  virtual SparseMatrix system(double a, double b, const Progress& progress = {}) const = 0;
 
-  /// S_ij = ∫ ⟨∇φ_i, ∇φ_j⟩ dA, symmetric positive semidefinite, no unit. Null space: constants,
-  /// per connected component.
-  virtual SparseMatrix stiffness() const = 0;
+  /// S·ψ, or with a modulation β (one value per unknown, constant on each cell or triangle: the
+  /// mean over its unknowns) the vector ∫ β ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel. No matrix is built.
+  virtual Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const = 0;
 
   /// Area and texel spacing, for turning lengths into weights.
   virtual SurfaceScale scale() const = 0;
+
+  SparseMatrix mass() const { return system(1, 0); }
+  SparseMatrix stiffness() const { return system(0, 1); }
 };
 
 }  // namespace mq

@@ -1,0 +1,42 @@
+#pragma once
+/// The one interface of everything that solves A·X = B, direct or iterative.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/linear/matrix.h"
+
+namespace mq {
+
+/// What a solve did. A solver that did not converge is a report, not an error.
+struct SolveReport {
+  std::string method;             ///< "direct (cholmod)", "multigrid", ...
+  int cycles = 0;                 ///< iterations; 1 for a direct solve
+  std::vector<double> residuals;  ///< ‖B − A·X‖ / ‖B − A·X₀‖, worst channel, from 1 at the guess X₀
+  bool converged = true;
+  double setup_seconds = 0;
+  double solve_seconds = 0;
+};
+
+/// A prepared solver for one matrix A, symmetric and positive definite, or semidefinite where the
+/// implementation says so. Holds no reference to A's storage unless it says so.
+class LinearSolver {
+ public:
+  virtual ~LinearSolver() = default;
+
+  /// Improves X (rows() × channels, on entry a first guess) towards A·X = B. Throws `SolverError` on
+  /// NaN and `Cancelled`; the residual goes into the progress.
+  virtual SolveReport solve(const Signal& B, Signal& X, const Progress& progress = {}) const = 0;
+
+  /// Prepares for another matrix of the same pattern, reusing what does not depend on its values.
+  virtual void update(const SparseMatrix& A, const Progress& progress = {}) = 0;
+};
+
+/// Makes a solver for a matrix.
+using SolverFactory =
+    std::function<std::unique_ptr<LinearSolver>(const SparseMatrix& A, const Progress& progress)>;
+
+}  // namespace mq
