@@ -1,0 +1,199 @@
+#include "run.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <fstream>
+
+#include "frames.h"
+#include "mq/base/error.h"
+#include "mq/io/atomic_file.h"
+
+namespace mq::app {
+
+Step::Step(Run& run, const std::string& name, double share)
+    : run_(run), name_(name), progress_(run.progress().step(name, share)) {}
+
+Step::~Step() {
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start_;
+  run_.add_seconds(name_, time.count());
+}
+
+Run::Run(OptionValues options, Terminal& terminal, Progress progress)
+    : options_(std::move(options)), terminal_(terminal), progress_(std::move(progress)) {}
+
+void Run::print(const std::string& text) {
+  if (!options_.flag("json")) fmt::print("{}", text);
+}
+
+void Run::will_write(const std::vector<std::filesystem::path>& paths) {
+  std::error_code ignored;
+  for (const auto& path : paths) {
+    if (options_.flag("no-clobber") && std::filesystem::exists(path, ignored))
+      throw IoError(fmt::format("{}: exists already, and --no-clobber protects it: choose another "
+                                "name, or remove it first", path.string()));
+    AtomicFile probe(path);  // makes and removes a temporary file in the same folder
+    if (dry_run()) terminal_.remark("would write " + path.string());
+  }
+}
+
+void Run::found(const Defects& found_defects) {
+  for (const Defect& defect : found_defects)
+    if (defect.severity == Defect::Severity::warning) terminal_.warning(defect.message);
+  for (Json& one : defects_json(found_defects)) defects.push_back(std::move(one));
+}
+
+void Run::add_seconds(const std::string& step, double seconds) {
+  for (auto& [name, sum] : seconds_)
+    if (name == step) {
+      sum += seconds;
+      return;
+    }
+  seconds_.emplace_back(step, seconds);
+}
+
+Json Run::report() const {
+  Json seconds = Json::object();
+  for (const auto& [name, sum] : seconds_) seconds[name] = sum;
+  seconds["total"] =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return {{"verb", options_.table().verb()},
+          {"version", MARQUETRY_VERSION},
+          {"options", options_json(options_)},
+          {"input", input},
+          {"defects", defects},
+          {"result", result},
+          {"solve", solve},
+          {"seconds", seconds},
+          {"peak_bytes", std::int64_t(usage.ru_maxrss) * 1024}};
+}
+
+void add_running_options(OptionTable& table) {
+  using Type = Option::Type;
+  constexpr auto run = Option::Scope::run;
+  const std::string group = "Running";
+  table.add({.name = "json", .group = group,
+             .help = "print the report, one JSON object, instead of text", .scope = run});
+  table.add({.name = "report", .type = Type::path, .group = group,
+             .help = "write the same object to a file", .scope = run});
+  table.add({.name = "config", .type = Type::path, .group = group,
+             .help = "take options that are not given from a report or a JSON object", .scope = run});
+  table.add({.name = "threads", .type = Type::integer, .default_value = "0", .least = 0,
+             .most = 4096, .group = group, .help = "how many threads work, 0: one per core",
+             .details = "The result is the same to the last bit for any number.", .scope = run});
+  table.add({.name = "seed", .type = Type::integer, .default_value = "0", .least = 0,
+             .most = 9007199254740992, .group = group, .help = "of all random numbers"});
+  table.add({.name = "quiet", .letter = 'q', .group = group,
+             .help = "no progress, remarks or warnings on standard error", .scope = run});
+  table.add({.name = "dry-run", .letter = 'n', .group = group,
+             .help = "check options, inputs and outputs, write nothing", .scope = run});
+  table.add({.name = "no-clobber", .group = group,
+             .help = "refuse to replace a file that exists", .scope = run});
+  table.add({.name = "help", .letter = 'h', .group = group,
+             .help = "show this (-h: only the verb's own options)", .scope = run});
+}
+
+void add_frames_option(OptionTable& table) {
+  table.add({.name = "frames", .type = Option::Type::text,
+             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
+             .metavar = "RANGE", .group = "Sequences",
+             .help = "run once per frame number, such as 1-100 or 1-100x2",
+             .details = "a frame number, a range such as 1-100, or 1-100x2 for every second; "
+                        "%04d in a file name stands for the number"});
+}
+
+namespace {
+
+Json typed(const Option& option, const OptionValues& options, const std::string& text) {
+  switch (option.type) {
+    case Option::Type::flag: return text == "true";
+    case Option::Type::integer: return options.integer(option.name);
+    case Option::Type::number: return options.number(option.name);
+    default: return text;
+  }
+}
+
+/// A JSON value as a user would have typed it.
+std::string typed_text(const Json& value) {
+  require(value.is_string() || value.is_number() || value.is_boolean(),
+          "found " + value.dump() + ", wanted a text, a number or true or false");
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+/// Given on the command line: the option itself or one that excludes it.
+bool overridden(const OptionValues& given, const std::string& name) {
+  for (const auto& group : given.table().exclusives())
+    if (std::ranges::count(group, name))
+      for (const std::string& other : group)
+        if (given.given(other)) return true;
+  return given.given(name);
+}
+
+void apply_config(const Json& config, OptionValues& options) {
+  const std::string verb = config.value("verb", options.table().verb());
+  require(verb == options.table().verb(),
+          fmt::format("it was written by 'marquetry {}', not by 'marquetry {}'", verb,
+                      options.table().verb()));
+  const OptionValues given = options;
+  const Json& rows = config.contains("options") ? config.at("options") : config;
+  require(rows.is_object(), "its options are not an object");
+  for (const auto& [name, value] : rows.items()) {
+    if (name == "verb" && &rows == &config) continue;
+    if (options.table().find(name).name != name || overridden(given, name)) continue;
+    std::vector<std::string> texts;
+    if (value.is_array())
+      for (const Json& one : value) texts.push_back(typed_text(one));
+    else
+      texts.push_back(typed_text(value));
+    options.set(name, texts);
+  }
+}
+
+}  // namespace
+
+Json options_json(const OptionValues& options) {
+  Json json = Json::object();
+  for (const Option& option : options.table().options()) {
+    const std::vector<std::string> texts = options.effective(option.name);
+    if (option.scope == Option::Scope::run || texts.empty()) continue;
+    if (option.count == Option::Count::many)
+      json[option.name] = texts;
+    else
+      json[option.name] = typed(option, options, texts.front());
+  }
+  return json;
+}
+
+void read_config(const std::filesystem::path& path, OptionValues& options) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw IoError(path.string() + ": cannot be read (--config)");
+  const Json config = Json::parse(file, nullptr, false);
+  if (!config.is_object())
+    throw IoError(path.string() + ": not a JSON object (--config takes what --report wrote)");
+  try {
+    apply_config(config, options);
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(path.string() + ": " + error.what());
+  }
+}
+
+Json defects_json(const Defects& defects) {
+  static constexpr const char* severities[] = {"note", "warning", "refused"};
+  Json json = Json::array();
+  for (const Defect& defect : defects)
+    json.push_back({{"kind", defect.kind},
+                    {"severity", severities[int(defect.severity)]},
+                    {"element", defect.element},
+                    {"count", defect.count},
+                    {"ids", defect.ids},
+                    {"message", defect.message}});
+  return json;
+}
+
+std::string json_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace mq::app

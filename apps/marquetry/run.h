@@ -1,0 +1,98 @@
+#pragma once
+/// One run of one verb: its options, its progress, what it says and what it reports.
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "mq/base/defect.h"
+#include "mq/base/options.h"
+#include "mq/base/progress.h"
+#include "terminal.h"
+
+namespace mq::app {
+
+using Json = nlohmann::ordered_json;
+
+/// A part of the work: measured for the report, a share of the progress.
+///
+///     { Step step(run, "read", 0.2);  model = read_model(path, {}, step); }
+class Step {
+ public:
+  Step(class Run& run, const std::string& name, double share);
+  ~Step();
+  Step(const Step&) = delete;
+  Step& operator=(const Step&) = delete;
+
+  operator const Progress&() const { return progress_; }
+  const Progress& progress() const { return progress_; }
+
+ private:
+  Run& run_;
+  std::string name_;
+  Progress progress_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+class Run {
+ public:
+  Run(OptionValues options, Terminal& terminal, Progress progress);
+
+  const OptionValues& options() const { return options_; }
+  Terminal& terminal() { return terminal_; }
+  const Progress& progress() const { return progress_; }
+  bool dry_run() const { return options_.flag("dry-run"); }
+
+  /// A result for people, on standard output; not shown where --json is asked for.
+  void print(const std::string& text);
+
+  /// Says now that these files will be written, so that a name that cannot be written to, or one
+  /// that --no-clobber protects, is refused before any work is done. Throws `IoError`.
+  /// With --dry-run lists them.
+  void will_write(const std::vector<std::filesystem::path>& paths);
+
+  /// Puts defects into the report and warns of each that is worth it.
+  void found(const Defects& defects);
+
+  Json input = Json::object();    ///< what was read
+  Json result = Json::object();   ///< what the verb found, by name
+  Json solve = nullptr;           ///< how the system was solved; null: none was
+  Json defects = Json::array();
+
+  void add_seconds(const std::string& step, double seconds);
+
+  /// The report's object: verb, version, options (as used), input, defects, result, solve,
+  /// seconds, peak_bytes.
+  Json report() const;
+
+ private:
+  OptionValues options_;
+  Terminal& terminal_;
+  Progress progress_;
+  std::vector<std::pair<std::string, double>> seconds_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// The options every verb has, under the heading "Running".
+void add_running_options(OptionTable& table);
+
+/// Adds --frames, for a verb that can be run over a sequence of numbered files.
+void add_frames_option(OptionTable& table);
+
+/// The values of all options of `Scope::result` that have one, as JSON of their type.
+Json options_json(const OptionValues& options);
+
+/// Fills in from a configuration file (a report, or an object of options) what was not given.
+/// Throws `IoError` or `InvalidInput` naming the file and the option.
+void read_config(const std::filesystem::path& path, OptionValues& options);
+
+Json defects_json(const Defects& defects);
+
+/// JSON as it is written everywhere: indented, bytes that are not UTF-8 replaced.
+std::string json_text(const Json& json);
+
+}  // namespace mq::app

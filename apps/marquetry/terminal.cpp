@@ -1,0 +1,113 @@
+#include "terminal.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace mq::app {
+namespace {
+
+constexpr double seconds_before_first = 1;  ///< quicker work shows no progress
+constexpr double seconds_between_bars = 0.1;
+constexpr double seconds_between_lines = 5;
+
+const char* const yellow = "\033[33m";
+const char* const red = "\033[31m";
+
+double seconds_between(auto from, auto to) {
+  return std::chrono::duration<double>(to - from).count();
+}
+
+bool environment_has(const char* name) {
+  const char* value = std::getenv(name);
+  return value && *value;
+}
+
+int terminal_width() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
+}
+
+/// "3 s", "4 min", "2 h".
+std::string duration(double seconds) {
+  if (seconds < 90) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+/// Time left if the rest goes as fast as what is done; said only once that means something.
+std::string estimate(double fraction, double elapsed) {
+  if (fraction < 0.02 || fraction >= 1) return "";
+  return fmt::format(", about {} left", duration(elapsed * (1 - fraction) / fraction));
+}
+
+}  // namespace
+
+Terminal::Terminal(const std::string& verb, Voice voice)
+    : prefix_(verb.empty() ? "marquetry: " : "marquetry " + verb + ": "),
+      voice_(voice),
+      is_terminal_(isatty(STDERR_FILENO) != 0),
+      colored_(is_terminal_ && !environment_has("NO_COLOR")) {}
+
+Terminal::~Terminal() { erase_bar(); }
+
+void Terminal::progress(const ProgressEvent& event) {
+  if (voice_ == Voice::quiet) return;
+  const auto now = Clock::now();
+  const double elapsed = seconds_between(start_, now);
+  const double pause = seconds_between(last_, now);
+  const double wanted = is_terminal_ && bar_shown_ ? seconds_between_bars
+                        : is_terminal_ || last_ == start_ ? seconds_before_first
+                                                          : seconds_between_lines;
+  if (elapsed < seconds_before_first || pause < wanted) return;
+  const std::lock_guard lock(mutex_);
+  last_ = now;
+  if (is_terminal_)
+    draw_bar(event, elapsed);
+  else
+    fmt::print(stderr, "{}{:3.0f} % {}{}\n", prefix_, 100 * event.fraction, event.step,
+               estimate(event.fraction, elapsed));
+}
+
+void Terminal::draw_bar(const ProgressEvent& event, double elapsed) {
+  constexpr int bar_width = 24;
+  const int filled = int(event.fraction * bar_width);
+  std::string text = fmt::format("[{:=>{}}{:>{}}] {:3.0f} %{}  {}", "", filled, "",
+                                 bar_width - filled, 100 * event.fraction,
+                                 estimate(event.fraction, elapsed), event.step);
+  if (int(text.size()) >= terminal_width()) text.resize(std::size_t(terminal_width() - 1));
+  fmt::print(stderr, "\r\033[K{}", text);
+  std::fflush(stderr);
+  bar_shown_ = true;
+}
+
+void Terminal::erase_bar() {
+  if (!bar_shown_) return;
+  fmt::print(stderr, "\r\033[K");
+  std::fflush(stderr);
+  bar_shown_ = false;
+}
+
+void Terminal::line(const char* color, const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  erase_bar();
+  if (colored_ && color)
+    fmt::print(stderr, "{}{}{}\033[0m\n", color, prefix_, text);
+  else
+    fmt::print(stderr, "{}{}\n", prefix_, text);
+}
+
+void Terminal::remark(const std::string& text) {
+  if (voice_ == Voice::normal) line(nullptr, text);
+}
+
+void Terminal::warning(const std::string& text) {
+  if (voice_ == Voice::normal) line(yellow, "warning: " + text);
+}
+
+void Terminal::error(const std::string& text) { line(red, text); }
+
+}  // namespace mq::app

@@ -1,0 +1,46 @@
+#pragma once
+/// What is said on standard error while a verb runs: progress, remarks, warnings, errors.
+///
+/// On a terminal progress is one line with a bar and an estimate of the time left, redrawn in
+/// place; elsewhere it is a plain line now and then. Nothing is shown of work that takes less than
+/// a second. Colours only on a terminal, and not when NO_COLOR is set.
+
+#include <chrono>
+#include <mutex>
+#include <string>
+
+#include "mq/base/progress.h"
+
+namespace mq::app {
+
+class Terminal {
+ public:
+  enum class Voice { normal, quiet };
+
+  /// Quiet: only errors are shown.
+  Terminal(const std::string& verb, Voice voice);
+  ~Terminal();
+
+  void progress(const ProgressEvent& event);
+  void remark(const std::string& text);
+  void warning(const std::string& text);
+  void error(const std::string& text);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void line(const char* color, const std::string& text);
+  void erase_bar();
+  void draw_bar(const ProgressEvent& event, double elapsed);
+
+  std::string prefix_;  ///< "marquetry filter: "
+  Voice voice_;
+  bool is_terminal_;
+  bool colored_;
+  bool bar_shown_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_ = start_;
+  std::mutex mutex_;
+};
+
+}  // namespace mq::app
