@@ -23,15 +23,17 @@ std::vector<Factorisation> factorisations();
 class DirectSolver {
  public:
   /// Analyses (fill-reducing order) and factors `A`, which is stored whole; only its lower triangle
-  /// is read. Throws `SolverError` naming the row when A is not positive definite, `InvalidInput`
-  /// when it is not square or holds a NaN.
+  /// is read. Throws `NotPositiveDefinite` naming the row, `InvalidInput` when A is not square or
+  /// holds a NaN, `SolverError` when memory runs out, and `Cancelled` between the two steps.
   explicit DirectSolver(const SparseMatrix& A, Factorisation kind = Factorisation::automatic,
                         const Progress& progress = {});
   ~DirectSolver();
   DirectSolver(DirectSolver&&) noexcept;
   DirectSolver& operator=(DirectSolver&&) noexcept;
 
-  /// Factors another matrix of the same pattern, keeping the analysis.
+  /// Factors another matrix of the same pattern, keeping the analysis. Throws as above, and
+  /// `InvalidInput` when the pattern is another; nothing can be solved then until a factorisation
+  /// succeeds.
   void refactor(const SparseMatrix& A, const Progress& progress = {});
 
   /// X with A·X = B, all columns of B at once.

@@ -6,10 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "mq/base/error.h"
 #include "mq/base/progress.h"
 #include "mq/linear/matrix.h"
 
 namespace mq {
+
+/// A solver was given a matrix that is not positive definite.
+class NotPositiveDefinite : public SolverError {
+ public:
+  using SolverError::SolverError;
+};
 
 /// What a solve did. A solver that did not converge is a report, not an error.
 struct SolveReport {
@@ -35,7 +42,7 @@ class LinearSolver {
   virtual void update(const SparseMatrix& A, const Progress& progress = {}) = 0;
 };
 
-/// Makes a solver for a matrix.
+/// Makes a solver for a matrix. Throws `NotPositiveDefinite`, as `update` does.
 using SolverFactory =
     std::function<std::unique_ptr<LinearSolver>(const SparseMatrix& A, const Progress& progress)>;
 
