@@ -20,15 +20,6 @@ constexpr double max_tiles = 100;
 
 int next(int corner) { return corner == 2 ? 0 : corner + 1; }
 
-void add_defect(Defects& defects, const char* kind, Defect::Severity severity, const char* element,
-                const std::vector<std::int64_t>& all, const std::string& message) {
-  if (all.empty()) return;
-  Defect defect{kind, severity, element, std::int64_t(all.size()), {}, message};
-  const auto listed = std::min<std::ptrdiff_t>(std::ssize(all), Defect::max_ids);
-  defect.ids.assign(all.begin(), all.begin() + listed);
-  defects.push_back(std::move(defect));
-}
-
 /// Rounds the corners of every triangle that can take part; chart = 0 marks them, -1 the others.
 void place_triangles(const Surface& surface, Atlas& atlas) {
   const Mesh& mesh = surface.mesh;

@@ -1,8 +1,11 @@
 #pragma once
 /// Defects in a user's model are data: what, how bad, how many, and where.
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace mq {
@@ -25,6 +28,17 @@ struct Defect {
 };
 
 using Defects = std::vector<Defect>;
+
+/// Appends the defect with all its elements, of which the first are listed; nothing if there are none.
+inline void add_defect(Defects& defects, const std::string& kind, Defect::Severity severity,
+                       const std::string& element, const std::vector<std::int64_t>& all,
+                       const std::string& message) {
+  if (all.empty()) return;
+  Defect defect{kind, severity, element, std::int64_t(all.size()), {}, message};
+  const auto listed = std::min<std::ptrdiff_t>(std::ssize(all), Defect::max_ids);
+  defect.ids.assign(all.begin(), all.begin() + listed);
+  defects.push_back(std::move(defect));
+}
 
 /// Whether any of them refuses the model.
 inline bool refused(const Defects& defects) {

@@ -33,18 +33,35 @@ struct Surface {
                                         ///< every integral but keeps its place)
   double area = 0;                      ///< of all triangles
   int components = 0;                   ///< connected through edges
-  int boundary_edges = 0;
+  int boundary_edges = 0;               ///< edges of one triangle, after cutting
   int euler_characteristic = 0;         ///< of the result, unreferenced vertices not counted
   Defects defects;
 
   int triangle_count() const { return mesh.triangle_count(); }
 };
 
-/// Joins and splits as said above. Edges with more than two triangles, or two of equal direction
-/// (inconsistent orientation), are cut: their twins are -1. Reports welded, unreferenced and
-/// non-manifold vertices, non-manifold and inconsistently oriented edges, degenerate and duplicate
-/// triangles. Throws `InvalidInput` on indices out of range or positions that are not finite,
-/// with the first ids.
+/// Joins and splits as said above, in time linear in the mesh.
+///
+/// Edges. Two half-edges between the same vertices in opposite directions are twins. Where more
+/// than two meet, those that the file itself joins (by the same source vertices) stay joined, then
+/// those for which only one partner is left; the others are cut, as are two of equal direction.
+/// A welded vertex whose triangles form several fans becomes one vertex per fan.
+///
+/// Triangles. Degenerate are those with two equal vertices, and those whose three points are
+/// collinear to the rounding of double (sine of the angle between the two shortest edges below
+/// 8·2⁻⁵²); anything with more area, however thin, is integrated. With two equal vertices a triangle
+/// has no twins, its neighbours are each other's; otherwise it keeps its place between them. A
+/// triangle that repeats an earlier one (same vertices, same direction) stands alone, without twins.
+/// A vertex that only degenerate triangles use remains, and no integral reaches it.
+///
+/// Defects (ids of vertices are those of the source; an edge goes by its lowest half-edge):
+///   welded_vertices, unreferenced_vertices, two_sided_triangles                          notes
+///   degenerate_triangles, duplicate_triangles, nonmanifold_edges, touching_edges (more than two
+///   triangles only because vertices were joined), inconsistent_edges, nonmanifold_vertices,
+///   triangles_collapsed_by_weld                                                       warnings
+///
+/// Throws `InvalidInput`, with the first ids, on indices out of range, on positions of referenced
+/// vertices that are not finite or beyond 1e60, and on a weld distance that is not positive.
 Surface make_surface(const Mesh& mesh, const WeldOptions& weld = {}, const Progress& progress = {});
 
 }  // namespace mq

@@ -1,0 +1,447 @@
+// Vertices become classes (welding), classes become twins (edges), twins become fans (vertices of
+// the result). Each step writes an array per vertex, half-edge or corner, so that it can run in
+// parallel and the result does not depend on how; the defects are read off these arrays at the end.
+
+#include "mq/mesh/surface.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <span>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/mesh/weld.h"
+
+namespace mq {
+namespace {
+
+using Ids = std::vector<std::int64_t>;
+
+constexpr double largest_coordinate = 1e60;  // squares of areas stay below the largest double
+constexpr int largest_edge_group = 16;       // half-edges at one edge that are told apart
+
+HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
+HalfEdge previous(HalfEdge h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
+// ---- What a mesh must fulfil ----
+
+std::string first_of(const Ids& ids) {
+  const auto shown = std::min<std::size_t>(ids.size(), 10);
+  return fmt::format("{}{}", fmt::join(ids.begin(), ids.begin() + shown, ", "),
+                     ids.size() > shown ? ", ..." : "");
+}
+
+void check_indices(const std::vector<Triangle>& corners, std::size_t triangles, int low,
+                   std::size_t count, const char* what) {
+  if (corners.size() != triangles)
+    throw InvalidInput(fmt::format("there are {} triangles, but {} of them have {}", triangles,
+                                   corners.size(), what));
+  Ids wrong;
+  for (std::size_t t = 0; t < corners.size(); ++t)
+    for (const int index : corners[t])
+      if (index < low || index >= std::int64_t(count)) {
+        wrong.push_back(std::int64_t(t));
+        break;
+      }
+  if (!wrong.empty())
+    throw InvalidInput(fmt::format(
+        "{} triangles (first: {}) name {} that are not there: there are {}. Write the mesh again",
+        wrong.size(), first_of(wrong), what, count));
+}
+
+void check_mesh(const Mesh& mesh) {
+  if (mesh.triangles.size() > std::size_t(std::numeric_limits<int>::max()) / 3)
+    throw InvalidInput(fmt::format("{} triangles are more than half-edges can be counted for",
+                                   mesh.triangles.size()));
+  check_indices(mesh.triangles, mesh.triangles.size(), 0, mesh.positions.size(), "vertices");
+  if (mesh.has_uvs())
+    check_indices(mesh.corner_uvs, mesh.triangles.size(), -1, mesh.uvs.size(),
+                  "texture coordinates");
+  if (!mesh.textures.empty() && mesh.textures.size() != mesh.triangles.size())
+    throw InvalidInput(fmt::format("there are {} triangles, but {} of them have textures",
+                                   mesh.triangles.size(), mesh.textures.size()));
+}
+
+/// 1 for the vertices that triangles use. Their positions must be usable.
+std::vector<char> referenced_vertices(const Mesh& mesh) {
+  std::vector<char> referenced(mesh.positions.size());
+  for (const Triangle& triangle : mesh.triangles)
+    for (const int v : triangle) referenced[v] = 1;
+  Ids not_finite, too_large;
+  for (std::size_t v = 0; v < referenced.size(); ++v) {
+    if (!referenced[v]) continue;
+    if (!mesh.positions[v].allFinite()) not_finite.push_back(std::int64_t(v));
+    else if (mesh.positions[v].cwiseAbs().maxCoeff() > largest_coordinate)
+      too_large.push_back(std::int64_t(v));
+  }
+  if (!not_finite.empty())
+    throw InvalidInput(fmt::format(
+        "the positions of {} vertices are not finite numbers (first: {}): repair or delete them",
+        not_finite.size(), first_of(not_finite)));
+  if (!too_large.empty())
+    throw InvalidInput(fmt::format(
+        "the positions of {} vertices lie beyond {:.0e} (first: {}): scale the model down",
+        too_large.size(), largest_coordinate, first_of(too_large)));
+  return referenced;
+}
+
+// ---- Triangles ----
+
+/// Whether three points are collinear to rounding: |a × b| <= 8ε |a||b| for the shortest edges.
+bool collinear(const Vector3& p, const Vector3& q, const Vector3& r) {
+  std::array<Vector3, 3> edges{q - p, r - q, p - r};
+  const auto length = [](const Vector3& e) { return e.stableNorm(); };
+  std::sort(edges.begin(), edges.end(),
+            [&](const Vector3& a, const Vector3& b) { return length(a) < length(b); });
+  if (length(edges[0]) == 0) return true;
+  const Vector3 a = edges[0] / length(edges[0]), b = edges[1] / length(edges[1]);
+  return a.cross(b).norm() <= 8 * std::numeric_limits<double>::epsilon();
+}
+
+/// Items in the order of their keys, 0 to keys - 1, equal keys in the order of the items.
+/// Items with a negative key are left out.
+struct Buckets {
+  std::vector<std::int64_t> begin;
+  std::vector<int> items;
+
+  template <class Key>
+  Buckets(int item_count, int keys, const Key& key) : begin(std::size_t(keys) + 1) {
+    for (int i = 0; i < item_count; ++i)
+      if (key(i) >= 0) ++begin[key(i) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    items.resize(begin.back());
+    std::vector<std::int64_t> fill(begin.begin(), begin.end() - 1);
+    for (int i = 0; i < item_count; ++i)
+      if (key(i) >= 0) items[fill[key(i)]++] = i;
+  }
+  std::span<int> bucket(std::int64_t k) {
+    return {items.data() + begin[k], std::size_t(begin[k + 1] - begin[k])};
+  }
+};
+
+enum class EdgeState : char { plain, nonmanifold, touching, inconsistent };
+
+/// The mesh on its way to a surface. Vertices are welded classes until `number_vertices`.
+struct Builder {
+  const Mesh& source;
+  std::vector<int> welded;           // per source vertex the lowest of its class
+  std::vector<Triangle> corners{};   // per triangle its classes
+  std::vector<char> collapsed{};     // per triangle: two corners are of one class
+  std::vector<char> duplicate{};     // per triangle: repeats an earlier one
+  std::vector<char> two_sided{};     // per triangle: an earlier one turned over
+  std::vector<HalfEdge> twins{};
+  std::vector<EdgeState> states{};   // at the lowest half-edge of an edge
+  std::vector<int> fans{};           // per half-edge the fan of the corner it leaves
+  std::vector<int> fan_source{};     // per fan its lowest source vertex
+
+  int half_edge_count() const { return 3 * source.triangle_count(); }
+  int from(HalfEdge h) const { return corners[h / 3][h % 3]; }
+  int to(HalfEdge h) const { return from(next(h)); }
+  int apex(HalfEdge h) const { return from(previous(h)); }
+  int source_vertex(HalfEdge h) const { return source.triangles[h / 3][h % 3]; }
+  bool alone(HalfEdge h) const { return collapsed[h / 3] || duplicate[h / 3]; }
+
+  void find_repeated_triangles();
+  void join_edges();
+  void join_edge(std::span<HalfEdge> group);
+  void join_unique(std::span<const HalfEdge> group, const auto& allowed);
+  void find_fans();
+  void number_vertices(Surface& surface);
+};
+
+void Builder::find_repeated_triangles() {
+  const auto lowest = [&](int t) {
+    return int(std::min_element(corners[t].begin(), corners[t].end()) - corners[t].begin());
+  };
+  Buckets buckets(int(corners.size()), source.vertex_count(), [&](int t) {
+    return collapsed[t] ? -1 : corners[t][lowest(t)];
+  });
+  // (low, high) of the two other corners, 1 if they come in this order, the triangle
+  using Key = std::array<int, 4>;
+  parallel_blocks(source.vertex_count(), 4096, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<Key> keys;
+    for (std::int64_t v = begin; v < end; ++v) {
+      keys.clear();
+      for (const int t : buckets.bucket(v)) {
+        const int k = lowest(t), b = corners[t][(k + 1) % 3], c = corners[t][(k + 2) % 3];
+        keys.push_back({std::min(b, c), std::max(b, c), b < c, t});
+      }
+      std::sort(keys.begin(), keys.end());
+      for (std::size_t i = 1; i < keys.size(); ++i) {
+        const Key &a = keys[i - 1], &b = keys[i];
+        if (a[0] != b[0] || a[1] != b[1]) continue;
+        if (a[2] == b[2]) duplicate[b[3]] = 1;
+        else two_sided[b[3]] = 1;
+      }
+    }
+  });
+}
+
+/// Joins the half-edges that are each other's only allowed partner.
+void Builder::join_unique(std::span<const HalfEdge> group, const auto& allowed) {
+  std::vector<HalfEdge> partners(group.size(), -1);
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    int found = 0;
+    for (std::size_t j = 0; j < group.size(); ++j) {
+      const HalfEdge a = group[i], b = group[j];
+      if (twins[a] >= 0 || twins[b] >= 0 || from(a) == from(b) || !allowed(a, b)) continue;
+      partners[i] = b;
+      ++found;
+    }
+    if (found != 1) partners[i] = -1;
+  }
+  for (std::size_t i = 0; i < group.size(); ++i)
+    for (std::size_t j = 0; j < group.size(); ++j)
+      if (partners[i] == group[j] && partners[j] == group[i]) twins[group[i]] = group[j];
+}
+
+/// Decides on all half-edges of one edge, in ascending order.
+void Builder::join_edge(std::span<HalfEdge> group) {
+  if (group.size() < 2) return;
+  const HalfEdge a = group[0], b = group[1];
+  if (group.size() == 2) {
+    if (from(a) == from(b)) states[a] = EdgeState::inconsistent;
+    else twins[a] = b, twins[b] = a;
+    return;
+  }
+  const auto source_edge = [&](HalfEdge h) {
+    return std::minmax({source_vertex(h), source_vertex(next(h))});
+  };
+  std::vector<std::pair<int, int>> sources;
+  for (const HalfEdge h : group) sources.push_back(source_edge(h));
+  std::sort(sources.begin(), sources.end());
+  states[a] = EdgeState::touching;
+  for (std::size_t i = 2; i < sources.size(); ++i)
+    if (sources[i] == sources[i - 2]) states[a] = EdgeState::nonmanifold;
+  if (group.size() > largest_edge_group) return;
+  join_unique(group, [&](HalfEdge x, HalfEdge y) { return source_edge(x) == source_edge(y); });
+  join_unique(group, [&](HalfEdge x, HalfEdge y) { return apex(x) != apex(y); });
+}
+
+void Builder::join_edges() {
+  twins.assign(half_edge_count(), -1);
+  states.assign(half_edge_count(), EdgeState::plain);
+  Buckets buckets(half_edge_count(), source.vertex_count(), [&](HalfEdge h) {
+    return alone(h) ? -1 : std::min(from(h), to(h));
+  });
+  parallel_blocks(source.vertex_count(), 4096, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v) {
+      const std::span<HalfEdge> bucket = buckets.bucket(v);
+      const auto high = [&](HalfEdge h) { return std::max(from(h), to(h)); };
+      std::sort(bucket.begin(), bucket.end(), [&](HalfEdge a, HalfEdge b) {
+        return high(a) != high(b) ? high(a) < high(b) : a < b;
+      });
+      for (std::size_t i = 0, j = 0; i < bucket.size(); i = j) {
+        while (j < bucket.size() && high(bucket[j]) == high(bucket[i])) ++j;
+        join_edge(bucket.subspan(i, j - i));
+      }
+    }
+  });
+}
+
+/// Corners around a vertex that are connected through twins are one fan.
+void Builder::find_fans() {
+  fans.assign(half_edge_count(), -1);
+  for (HalfEdge start = 0; start < half_edge_count(); ++start) {
+    if (fans[start] >= 0 || collapsed[start / 3]) continue;
+    const int fan = int(fan_source.size());
+    fan_source.push_back(source_vertex(start));
+    const auto visit = [&](HalfEdge h) {
+      fans[h] = fan;
+      fan_source[fan] = std::min(fan_source[fan], source_vertex(h));
+    };
+    HalfEdge h = start;
+    do {  // clockwise
+      visit(h);
+      h = twins[h] < 0 ? -1 : next(twins[h]);
+    } while (h >= 0 && h != start);
+    if (h == start) continue;
+    for (h = start; h >= 0; h = twins[previous(h)]) visit(h);  // the rest, counter-clockwise
+  }
+}
+
+/// Fans become vertices in the order of their lowest source vertices: a mesh without defects keeps
+/// its numbers. Corners of collapsed triangles take the first fan of their class, so that it shows.
+void Builder::number_vertices(Surface& surface) {
+  std::vector<int> source_fan(source.vertex_count(), -1), class_fan(source.vertex_count(), -1);
+  const auto keep_first = [](int& first, int fan) { first = first < 0 ? fan : first; };
+  for (HalfEdge h = 0; h < half_edge_count(); ++h)
+    if (fans[h] >= 0) {
+      keep_first(source_fan[source_vertex(h)], fans[h]);
+      keep_first(class_fan[from(h)], fans[h]);
+    }
+  for (HalfEdge h = 0; h < half_edge_count(); ++h)
+    if (fans[h] < 0) {
+      if (class_fan[from(h)] < 0) {
+        class_fan[from(h)] = int(fan_source.size());
+        fan_source.push_back(source_vertex(h));
+      }
+      fans[h] = class_fan[from(h)];
+      keep_first(source_fan[source_vertex(h)], fans[h]);
+    }
+  const Buckets order(int(fan_source.size()), source.vertex_count(),
+                      [&](int fan) { return fan_source[fan]; });
+  std::vector<int> vertex_of_fan(fan_source.size());
+  for (const int fan : order.items) {
+    vertex_of_fan[fan] = int(surface.source_from_vertex.size());
+    surface.source_from_vertex.push_back(fan_source[fan]);
+    surface.mesh.positions.push_back(source.positions[welded[fan_source[fan]]]);
+  }
+  for (HalfEdge h = 0; h < half_edge_count(); ++h)
+    surface.mesh.triangles[h / 3][h % 3] = vertex_of_fan[fans[h]];
+  surface.vertex_from_source.assign(source.vertex_count(), -1);
+  for (int s = 0; s < source.vertex_count(); ++s)
+    if (source_fan[s] >= 0) surface.vertex_from_source[s] = vertex_of_fan[source_fan[s]];
+}
+
+// ---- What is said of the result ----
+
+void count_topology(const Builder& builder, Surface& surface) {
+  DisjointSets components(surface.mesh.triangles.size());
+  std::vector<char> used(surface.mesh.positions.size());
+  int faces = 0, edges = 0;
+  for (HalfEdge h = 0; h < builder.half_edge_count(); ++h) {
+    if (builder.collapsed[h / 3]) continue;
+    const HalfEdge twin = surface.twins[h];
+    if (h % 3 == 0) ++faces;
+    if (h > twin) ++edges;  // at a boundary twin is -1
+    if (twin < 0) ++surface.boundary_edges;
+    else components.join(h / 3, twin / 3);
+    used[surface.mesh.triangles[h / 3][h % 3]] = 1;
+  }
+  for (int t = 0; t < surface.triangle_count(); ++t)
+    if (!builder.collapsed[t] && components.root(t) == t) ++surface.components;
+  const int vertices = int(std::count(used.begin(), used.end(), 1));
+  surface.euler_characteristic = vertices - edges + faces;
+}
+
+void list_vertices(const Builder& builder, const WeldOptions& weld, Surface& surface) {
+  const int count = builder.source.vertex_count();
+  std::vector<char> leads(count);
+  for (const int s : surface.source_from_vertex) leads[s] = 1;
+  std::vector<int> vertex(count, -1);  // of the first corner of a fan seen at a source vertex
+  std::vector<char> split(count);
+  for (HalfEdge h = 0; h < builder.half_edge_count(); ++h) {
+    if (builder.alone(h)) continue;
+    const int s = builder.source_vertex(h), v = surface.mesh.triangles[h / 3][h % 3];
+    if (vertex[s] >= 0 && vertex[s] != v) split[s] = 1;
+    vertex[s] = v;
+  }
+  Ids welded, unreferenced, nonmanifold;
+  for (int s = 0; s < count; ++s) {
+    if (surface.vertex_from_source[s] < 0) unreferenced.push_back(s);
+    else if (!leads[s]) welded.push_back(s);
+    if (split[s]) nonmanifold.push_back(s);
+  }
+  using enum Defect::Severity;
+  add_defect(surface.defects, "welded_vertices", note, "vertex", welded,
+             weld.kind == WeldOptions::Kind::distance
+                 ? fmt::format("closer than {} to another vertex, joined with it", weld.distance)
+                 : "at the same position as another vertex, joined with it (as exporters split "
+                   "vertices at seams); --weld none keeps them apart");
+  add_defect(surface.defects, "unreferenced_vertices", note, "vertex", unreferenced,
+             "used by no triangle; they carry no signal");
+  add_defect(surface.defects, "nonmanifold_vertices", warning, "vertex", nonmanifold,
+             "several parts of the surface meet in these vertices alone, or at a cut edge: they "
+             "are treated as one vertex per part");
+}
+
+void list_edges(const Builder& builder, Surface& surface) {
+  Ids nonmanifold, touching, inconsistent;
+  for (HalfEdge h = 0; h < builder.half_edge_count(); ++h) switch (builder.states[h]) {
+      case EdgeState::plain: break;
+      case EdgeState::nonmanifold: nonmanifold.push_back(h); break;
+      case EdgeState::touching: touching.push_back(h); break;
+      case EdgeState::inconsistent: inconsistent.push_back(h); break;
+    }
+  using enum Defect::Severity;
+  add_defect(surface.defects, "nonmanifold_edges", warning, "edge", nonmanifold,
+             "more than two triangles share these edges (each named by its lowest half-edge, "
+             "3 * triangle + corner): where no pair stands out, the surface is cut there");
+  add_defect(surface.defects, "touching_edges", warning, "edge", touching,
+             "more than two triangles meet at these edges because vertices were joined: triangles "
+             "that the file joins stay joined, the surface is cut between the others");
+  add_defect(surface.defects, "inconsistent_edges", warning, "edge", inconsistent,
+             "the two triangles of these edges are oriented against each other: the surface is cut "
+             "there; orient the faces alike to have it whole");
+}
+
+void list_triangles(const Builder& builder, const Surface& surface, Defects& defects) {
+  Ids degenerate, by_weld, duplicate, two_sided;
+  const auto& p = builder.source.positions;
+  for (int t = 0; t < surface.triangle_count(); ++t) {
+    const Triangle& s = builder.source.triangles[t];
+    const bool had_area = surface.degenerate[t] && !collinear(p[s[0]], p[s[1]], p[s[2]]);
+    if (had_area) by_weld.push_back(t);
+    else if (surface.degenerate[t]) degenerate.push_back(t);
+    if (builder.duplicate[t]) duplicate.push_back(t);
+    if (builder.two_sided[t]) two_sided.push_back(t);
+  }
+  using enum Defect::Severity;
+  add_defect(defects, "degenerate_triangles", warning, "triangle", degenerate,
+             "triangles without area: no integral sees them");
+  add_defect(defects, "triangles_collapsed_by_weld", warning, "triangle", by_weld,
+             "triangles that lost their area when vertices were joined: weld with a smaller "
+             "distance to keep them");
+  add_defect(defects, "duplicate_triangles", warning, "triangle", duplicate,
+             "triangles that repeat an earlier one: they stand alone, beside the surface");
+  add_defect(defects, "two_sided_triangles", note, "triangle", two_sided,
+             "triangles that are an earlier one turned over: front and back are separate layers");
+}
+
+}  // namespace
+
+Surface make_surface(const Mesh& mesh, const WeldOptions& weld, const Progress& progress) {
+  check_mesh(mesh);
+  const std::vector<char> referenced = referenced_vertices(mesh);
+  progress.at(0.1);
+  Builder builder{.source = mesh, .welded = weld_vertices(mesh, referenced, weld)};
+  progress.at(0.3);
+
+  Surface surface;
+  surface.mesh = mesh;
+  surface.mesh.positions.clear();
+  const int count = mesh.triangle_count();
+  builder.corners.resize(count);
+  builder.collapsed.assign(count, 0);
+  builder.duplicate.assign(count, 0);
+  builder.two_sided.assign(count, 0);
+  surface.degenerate.assign(count, 0);
+  const auto position = [&](int t, int k) { return mesh.positions[builder.corners[t][k]]; };
+  parallel_for(count, [&](std::int64_t t) {
+    Triangle& c = builder.corners[t];
+    for (int k = 0; k < 3; ++k) c[k] = builder.welded[mesh.triangles[t][k]];
+    builder.collapsed[t] = c[0] == c[1] || c[1] == c[2] || c[2] == c[0];
+    surface.degenerate[t] =
+        builder.collapsed[t] || collinear(position(t, 0), position(t, 1), position(t, 2));
+  });
+  surface.area = parallel_sum(count, 0.0, [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0;
+    for (std::int64_t t = begin; t < end; ++t)
+      if (!surface.degenerate[t])
+        sum += 0.5 * (position(t, 1) - position(t, 0)).cross(position(t, 2) - position(t, 0))
+                         .stableNorm();
+    return sum;
+  });
+  builder.find_repeated_triangles();
+  progress.at(0.5);
+  builder.join_edges();
+  progress.at(0.7);
+  builder.find_fans();
+  builder.number_vertices(surface);
+  progress.at(0.9);
+  surface.twins = std::move(builder.twins);
+  count_topology(builder, surface);
+  list_vertices(builder, weld, surface);
+  list_edges(builder, surface);
+  list_triangles(builder, surface, surface.defects);
+  progress.at(1);
+  return surface;
+}
+
+}  // namespace mq
