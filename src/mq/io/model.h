@@ -31,6 +31,7 @@ struct Texture {
   Image<float> pixels;         ///< row 0 on top; integers divided by their largest value
   PixelFormat format;
   Wrap wrap = Wrap::unspecified;
+  std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
 };
 
 /// Values at vertices (colours of a PLY, or "v x y z r g b" of an OBJ), 0 to 1 when stored as integers.
@@ -72,16 +73,18 @@ Model read_model(const std::filesystem::path& path, const ReadModelOptions& opti
 void write_model(const std::filesystem::path& path, const Model& model,
                  const Progress& progress = {});
 
-/// Reads one picture. Throws `IoError` naming the file, what was found and what to do.
+/// Reads one picture (image_file.h says what is kept). Throws `IoError` naming the file, what was
+/// found and what to do.
 Texture read_texture(const std::filesystem::path& path, const Progress& progress = {});
 
 /// Writes one picture in the format of the extension, with the depth of `texture.format` where that
-/// format can hold it (a note says where it cannot). Written under a temporary name and renamed.
-void write_texture(const std::filesystem::path& path, const Texture& texture,
-                   const Progress& progress = {});
+/// format can hold it. Written under a temporary name and renamed. Returns what a user may want to
+/// know: a depth that could not be kept, values clamped, texels encoded with loss.
+std::vector<std::string> write_texture(const std::filesystem::path& path, const Texture& texture,
+                                       const Progress& progress = {});
 
 /// The same for pixels made here.
-void write_image(const std::filesystem::path& path, const Image<float>& pixels,
-                 Depth depth = Depth::u8);
+std::vector<std::string> write_image(const std::filesystem::path& path, const Image<float>& pixels,
+                                     Depth depth = Depth::u8);
 
 }  // namespace mq

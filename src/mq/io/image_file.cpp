@@ -1,0 +1,542 @@
+// OpenImageIO decodes and encodes in memory; what it would do silently is decided here. The format is
+// found by content, not by name; sizes are checked before anything is allocated; values are converted
+// here, so that reading is exactly value / largest and writing rounds to nearest and refuses NaN.
+
+#include "mq/io/image_file.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <new>
+#include <string_view>
+
+#include "mq/base/error.h"
+#include "mq/io/atomic_file.h"
+
+namespace mq {
+namespace {
+
+using Bytes = std::span<const std::byte>;
+using OIIO::ImageSpec;
+using OIIO::TypeDesc;
+
+struct FileFormat {
+  std::string_view name;  ///< as OpenImageIO calls it
+  std::vector<std::string_view> extensions;
+  int max_channels;
+  std::array<Depth, 4> depth;  ///< how it stores a u8, u16, half, f32
+};
+
+const std::array<FileFormat, 6>& file_formats() {
+  using enum Depth;
+  constexpr int any = 1024;
+  static const std::array<FileFormat, 6> formats = {{
+      {"png", {".png"}, 4, {u8, u16, u16, u16}},
+      {"jpeg", {".jpg", ".jpeg"}, 3, {u8, u8, u8, u8}},
+      {"tiff", {".tif", ".tiff"}, any, {u8, u16, f32, f32}},
+      {"openexr", {".exr"}, any, {half, f32, half, f32}},
+      {"bmp", {".bmp"}, 4, {u8, u8, u8, u8}},
+      {"targa", {".tga"}, 4, {u8, u8, u8, u8}},
+  }};
+  return formats;
+}
+
+constexpr const char* known_formats = "PNG, JPEG, TIFF, EXR, BMP and TGA";
+
+[[noreturn]] void fail(const std::string& name, const std::string& what) {
+  throw IoError(fmt::format("{}: {}", name, what));
+}
+
+const FileFormat& format_named(const std::string& name) {
+  for (const FileFormat& f : file_formats())
+    if (f.name == name) return f;
+  throw InvalidInput(fmt::format("unknown picture format \"{}\": {} can be written", name,
+                                 known_formats));
+}
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string text = path.extension().string();
+  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+const FileFormat* format_of_extension(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  for (const FileFormat& f : file_formats())
+    if (std::ranges::find(f.extensions, extension) != f.extensions.end()) return &f;
+  return nullptr;
+}
+
+// ---- Reading ----------------------------------------------------------------------------------
+
+bool starts_with(Bytes bytes, std::string_view magic) {
+  return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
+}
+
+/// By the first bytes; TGA has no mark of its own and goes by the extension.
+std::string format_of_content(Bytes bytes, const std::string& name) {
+  using namespace std::string_view_literals;
+  if (bytes.empty()) fail(name, "the file is empty; a picture was expected");
+  if (starts_with(bytes, "\x89PNG\r\n\x1a\n"sv)) return "png";
+  if (starts_with(bytes, "\xff\xd8\xff"sv)) return "jpeg";
+  if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv) ||
+      starts_with(bytes, "II+\0"sv) || starts_with(bytes, "MM\0+"sv)) return "tiff";
+  if (starts_with(bytes, "v/1\x01"sv)) return "openexr";
+  if (starts_with(bytes, "BM"sv)) return "bmp";
+  if (lower_extension(name) == ".tga") return "targa";
+  fail(name, fmt::format("not a picture this program reads (its first bytes are of another kind); "
+                         "{} are read", known_formats));
+}
+
+/// Follows the chunks of a PNG to its end. Returns whether it says anything about colour.
+bool png_states_colour(Bytes bytes, const std::string& name) {
+  bool colour = false;
+  for (std::size_t at = 8;;) {
+    if (bytes.size() < at + 12) break;
+    const auto byte = [&](std::size_t i) { return std::size_t(bytes[at + i]); };
+    const std::size_t length = byte(0) << 24 | byte(1) << 16 | byte(2) << 8 | byte(3);
+    const std::string_view type(reinterpret_cast<const char*>(bytes.data()) + at + 4, 4);
+    if (bytes.size() - at - 12 < length) break;
+    if (type == "IEND") return colour;
+    colour = colour || type == "sRGB" || type == "gAMA" || type == "iCCP";
+    at += 12 + length;
+  }
+  fail(name, fmt::format("the PNG file is cut short at {} bytes; copy it again", bytes.size()));
+}
+
+/// Follows the segments of a JPEG to its end, which the decoder would paint grey if it were missing.
+void check_jpeg_end(Bytes bytes, const std::string& name) {
+  std::size_t at = 2;
+  const auto byte = [&](std::size_t i) { return unsigned(bytes[i]); };
+  while (at + 1 < bytes.size()) {
+    const unsigned marker = byte(at) == 0xff ? byte(at + 1) : 0;
+    const bool alone = marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
+    if (marker == 0xd9) return;
+    if (marker == 0x00 || marker == 0xff) ++at;  // coded pixels, or filling
+    else if (alone) at += 2;
+    else if (at + 3 < bytes.size()) at += 2 + (byte(at + 2) << 8 | byte(at + 3));
+    else break;
+  }
+  fail(name, fmt::format("the JPEG file is cut short at {} bytes; copy it again", bytes.size()));
+}
+
+std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) fail(name, "no such file; check the name");
+  if (std::filesystem::is_directory(status)) fail(name, "a directory; a picture was expected");
+  if (!std::filesystem::is_regular_file(status))
+    fail(name, "not an ordinary file; a picture was expected");
+  std::ifstream in(path, std::ios::binary);
+  if (!in) fail(name, fmt::format("cannot be read: {}; check its permissions",
+                                  std::strerror(errno)));
+  std::vector<std::byte> bytes(std::filesystem::file_size(path));
+  in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
+  if (std::size_t(in.gcount()) != bytes.size())
+    fail(name, fmt::format("only {} of {} bytes could be read", in.gcount(), bytes.size()));
+  return bytes;
+}
+
+struct OpenPicture {
+  std::string name;
+  std::string file_format;
+  std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;  // outlives `input`
+  std::unique_ptr<OIIO::ImageInput> input;
+  ImageSpec spec;
+  std::vector<std::string> notes;
+};
+
+std::string explain(const std::string& error) {
+  std::string line = error.substr(0, error.find('\n'));
+  return line.empty() ? "no reason given" : line;
+}
+
+/// Deflate, LZW and JPEG expand a byte to at most 1400; a head that promises more is not to be
+/// believed, and its pixels are not allocated.
+constexpr std::size_t max_expansion = 2000;
+
+void check_size(const OpenPicture& p, std::size_t file_bytes) {
+  const ImageSpec& s = p.spec;
+  if (s.width < 1 || s.height < 1 || s.depth > 1)
+    fail(p.name, fmt::format("{} x {} x {} pixels; a flat picture was expected", s.width, s.height,
+                             s.depth));
+  if (s.width > max_picture_side || s.height > max_picture_side)
+    fail(p.name, fmt::format("{} x {} pixels; at most {} a side can be used: scale it down or cut "
+                             "it in several textures", s.width, s.height, max_picture_side));
+  const std::size_t raw = std::size_t(s.width) * s.height * s.nchannels;
+  if (p.file_format != "openexr" && raw / max_expansion > file_bytes)
+    fail(p.name, fmt::format("cut short or damaged: {} bytes cannot hold {} x {} pixels", file_bytes,
+                             s.width, s.height));
+}
+
+void check_kind(const OpenPicture& p) {
+  const ImageSpec& s = p.spec;
+  if (s.deep) fail(p.name, "a deep image; flatten it first");
+  if (s.nchannels < 1) fail(p.name, "no channels");
+  const bool cmyk = s.get_string_attribute("jpeg:ColorSpace") == "CMYK" ||
+                    s.get_string_attribute("tiff:ColorSpace") == "CMYK" ||
+                    s.get_int_attribute("tiff:PhotometricInterpretation") == 5;
+  if (cmyk) fail(p.name, "CMYK colours, which mean nothing without their press; convert it to RGB");
+  auto formats = s.channelformats;
+  formats.push_back(s.format);
+  for (const TypeDesc& f : formats)
+    if (f != TypeDesc::UINT8 && f != TypeDesc::UINT16 && f != TypeDesc::HALF &&
+        f != TypeDesc::FLOAT && f != TypeDesc::DOUBLE)
+      fail(p.name, fmt::format("channels of type {}; 8 and 16 bit unsigned and floating point can "
+                               "be used: convert it", f.c_str()));
+}
+
+Depth depth_of(const TypeDesc& type) {
+  if (type == TypeDesc::UINT8) return Depth::u8;
+  if (type == TypeDesc::UINT16) return Depth::u16;
+  return type == TypeDesc::HALF ? Depth::half : Depth::f32;
+}
+
+OpenPicture open_picture(Bytes bytes, const std::string& name) {
+  OpenPicture p;
+  p.name = name;
+  p.file_format = format_of_content(bytes, name);
+  const bool colour = p.file_format != "png" || png_states_colour(bytes, name);
+  if (p.file_format == "jpeg") check_jpeg_end(bytes, name);
+  p.memory = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes.data(), bytes.size());
+  p.input = OIIO::ImageInput::create(p.file_format);
+  if (!p.input)
+    throw Unsupported(fmt::format("{}: this build cannot read {}; convert it to PNG", name,
+                                  p.file_format));
+  ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;
+  p.input->set_ioproxy(p.memory.get());
+  if (!p.input->open("memory." + p.file_format, p.spec, config))
+    fail(name, fmt::format("cannot be read as {}: {}; copy it again or convert it", p.file_format,
+                           explain(p.input->geterror())));
+  check_kind(p);
+  check_size(p, bytes.size());
+  // What is assumed for a file that says nothing must not be written into it.
+  if (!colour) p.spec.erase_attribute("oiio:ColorSpace");
+  if (p.spec.format == TypeDesc::DOUBLE)
+    p.notes.push_back(name + ": 64-bit values are used and written with 32 bits");
+  return p;
+}
+
+template <class Stored>
+void convert(std::span<const Stored> from, std::span<float> to) {
+  constexpr float largest = float(std::numeric_limits<Stored>::max());
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] = float(from[i]) / largest;
+}
+
+[[noreturn]] void fail_not_finite(const std::string& name, const Image<float>& pixels,
+                                  std::size_t index, const char* remedy) {
+  const std::size_t pixel = index / pixels.channels();
+  fail(name, fmt::format("pixel (column {}, row {}) holds {} in channel {}; {}",
+                         pixel % pixels.width(), pixel / pixels.width(), pixels.values()[index],
+                         index % pixels.channels(), remedy));
+}
+
+void check_finite(const std::string& name, const Image<float>& pixels, std::size_t begin,
+                  std::size_t end, const char* remedy) {
+  for (std::size_t i = begin; i < end; ++i)
+    if (!std::isfinite(pixels.values()[i])) fail_not_finite(name, pixels, i, remedy);
+}
+
+bool read_rows(OpenPicture& p, int begin, int end, TypeDesc type, void* to) {
+  const ImageSpec& s = p.spec;
+  if (s.tile_width == 0)
+    return p.input->read_scanlines(0, 0, s.y + begin, s.y + end, 0, 0, s.nchannels, type, to);
+  return p.input->read_tiles(0, 0, s.x, s.x + s.width, s.y + begin, s.y + end, 0, 1, 0,
+                             s.nchannels, type, to);
+}
+
+/// Rows decoded at a time: a multiple of every EXR block and of the tiles.
+int strip_rows(const ImageSpec& spec) {
+  constexpr int rows = 256;
+  return spec.tile_height > 0 ? (rows + spec.tile_height - 1) / spec.tile_height * spec.tile_height
+                              : rows;
+}
+
+Image<float> read_pixels(OpenPicture& p, const Progress& progress) {
+  const ImageSpec& s = p.spec;
+  Image<float> pixels(s.width, s.height, s.nchannels);
+  const std::size_t row = std::size_t(s.width) * s.nchannels;
+  const int rows = strip_rows(s);
+  const bool bytes = s.format == TypeDesc::UINT8, words = s.format == TypeDesc::UINT16;
+  std::vector<std::uint16_t> stored(bytes || words ? row * std::min(rows, s.height) : 0);
+  for (int y = 0; y < s.height; y += rows) {
+    const int end = std::min(y + rows, s.height);
+    const std::size_t first = row * y, count = row * (end - y);
+    const std::span<float> to = pixels.values().subspan(first, count);
+    const TypeDesc type = bytes ? TypeDesc::UINT8 : words ? TypeDesc::UINT16 : TypeDesc::FLOAT;
+    void* target = bytes || words ? static_cast<void*>(stored.data()) : to.data();
+    if (!read_rows(p, y, end, type, target))
+      fail(p.name, fmt::format("cut short or damaged at rows {} to {} of {}: {}; copy it again", y,
+                               end - 1, s.height, explain(p.input->geterror())));
+    if (bytes)
+      convert(std::span(reinterpret_cast<const std::uint8_t*>(stored.data()), count), to);
+    else if (words)
+      convert(std::span(std::as_const(stored)).first(count), to);
+    else
+      check_finite(p.name, pixels, first, first + count, "repair the picture");
+    progress.at(double(end) / s.height);
+  }
+  return pixels;
+}
+
+PixelFormat format_read(const OpenPicture& p) {
+  return {depth_of(p.spec.format), p.file_format, std::make_shared<const ImageSpec>(p.spec)};
+}
+
+// ---- Writing ----------------------------------------------------------------------------------
+
+TypeDesc type_of(Depth depth) {
+  switch (depth) {
+    case Depth::u8: return TypeDesc::UINT8;
+    case Depth::u16: return TypeDesc::UINT16;
+    case Depth::half: return TypeDesc::HALF;
+    case Depth::f32: break;
+  }
+  return TypeDesc::FLOAT;
+}
+
+const char* words_for(Depth depth) {
+  switch (depth) {
+    case Depth::u8: return "8 bits per channel";
+    case Depth::u16: return "16 bits per channel";
+    case Depth::half: return "16-bit floating point";
+    case Depth::f32: break;
+  }
+  return "32-bit floating point";
+}
+
+/// Tags that describe how a file was laid out, not what it shows.
+bool describes_layout(const std::string& tag) {
+  static const std::array<std::string_view, 11> names = {
+      "oiio:BitsPerSample", "oiio:subimages", "oiio:subimagename", "tiff:RowsPerStrip",
+      "tiff:PhotometricInterpretation", "tiff:ColorSpace", "tiff:PlanarConfiguration",
+      "planarconfig", "jpeg:subsampling", "openexr:chunkCount", "openexr:lineOrder"};
+  return std::ranges::find(names, tag) != names.end();
+}
+
+bool belongs_to_format(const std::string& tag) {
+  static const std::array<std::string_view, 9> prefixes = {
+      "png:", "jpeg:", "tiff:", "openexr:", "bmp:", "targa:", "compression", "screenWindow",
+      "PixelAspectRatio"};
+  return std::ranges::any_of(prefixes, [&](std::string_view p) { return tag.starts_with(p); });
+}
+
+/// Plain names, which OpenEXR sorts: they must sort in the order of the channels.
+void name_channels(ImageSpec& spec) {
+  if (spec.nchannels > 4)
+    for (int c = 0; c < spec.nchannels; ++c) spec.channelnames[c] = fmt::format("channel{:04}", c);
+  spec.alpha_channel = spec.nchannels == 4 ? 3 : spec.nchannels == 2 ? 1 : -1;
+  if (spec.alpha_channel >= 0) spec["oiio:UnassociatedAlpha"] = 1;
+}
+
+void take_over(const ImageSpec& read, bool same_format, Depth depth, ImageSpec& spec) {
+  for (const auto& tag : read.extra_attribs) {
+    const std::string name = tag.name().string();
+    if (!describes_layout(name) && (same_format || !belongs_to_format(name)))
+      spec.extra_attribs.add_or_replace(tag);
+  }
+  if (read.nchannels == spec.nchannels) {
+    spec.channelnames = read.channelnames;
+    spec.alpha_channel = read.alpha_channel;
+    spec.z_channel = read.z_channel;
+    if (same_format && depth_of(read.format) == depth) spec.channelformats = read.channelformats;
+  }
+  if (read.width == spec.width && read.height == spec.height) {
+    spec.x = read.x, spec.y = read.y;
+    spec.full_x = read.full_x, spec.full_y = read.full_y;
+    spec.full_width = read.full_width, spec.full_height = read.full_height;
+  }
+}
+
+/// The head of the new file: the one that was read where it fits the pixels, otherwise a plain one.
+ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth) {
+  const Image<float>& pixels = texture.pixels;
+  ImageSpec spec(pixels.width(), pixels.height(), pixels.channels(), type_of(depth));
+  const auto* read = static_cast<const ImageSpec*>(texture.format.tags.get());
+  if (read == nullptr || read->nchannels != spec.nchannels) name_channels(spec);
+  if (read != nullptr) take_over(*read, texture.format.file_format == format.name, depth, spec);
+  // An empty date keeps the library from writing today's: equal pictures are equal files.
+  if (spec.find_attribute("DateTime") == nullptr) spec["DateTime"] = "";
+  if (format.name == "jpeg") {
+    spec["Compression"] = "jpeg:98";
+    spec["jpeg:subsampling"] = "4:4:4";
+  }
+  return spec;
+}
+
+/// Rounds to the nearest stored value. Returns how many lay outside by more than that rounding.
+template <class Stored>
+std::int64_t quantise(std::span<const float> from, std::vector<std::byte>& to) {
+  constexpr float largest = float(std::numeric_limits<Stored>::max());
+  to.resize(from.size() * sizeof(Stored));
+  auto* stored = reinterpret_cast<Stored*>(to.data());
+  std::int64_t clamped = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const float scaled = from[i] * largest;
+    clamped += scaled < -0.5f || scaled > largest + 0.5f;
+    stored[i] = Stored(std::clamp(scaled, 0.0f, largest) + 0.5f);
+  }
+  return clamped;
+}
+
+constexpr float largest_half = 65504;
+
+std::int64_t limit(std::span<const float> from, float largest, std::vector<std::byte>& to) {
+  to.resize(from.size() * sizeof(float));
+  auto* stored = reinterpret_cast<float*>(to.data());
+  std::int64_t clamped = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    clamped += std::abs(from[i]) > largest;
+    stored[i] = std::clamp(from[i], -largest, largest);
+  }
+  return clamped;
+}
+
+struct Strip {
+  TypeDesc type;
+  std::vector<std::byte> bytes;
+  std::int64_t clamped = 0;
+};
+
+void fill(Strip& strip, std::span<const float> values, Depth depth) {
+  strip.type = depth == Depth::half ? TypeDesc::FLOAT : type_of(depth);
+  if (depth == Depth::u8) strip.clamped += quantise<std::uint8_t>(values, strip.bytes);
+  else if (depth == Depth::u16) strip.clamped += quantise<std::uint16_t>(values, strip.bytes);
+  else strip.clamped += limit(values, depth == Depth::half ? largest_half
+                                                           : std::numeric_limits<float>::max(),
+                              strip.bytes);
+}
+
+void check_writable(const Texture& texture, const std::string& name, const FileFormat& format) {
+  const Image<float>& pixels = texture.pixels;
+  if (pixels.empty()) throw InvalidInput(fmt::format("{}: the picture has no pixels", name));
+  if (pixels.channels() > format.max_channels)
+    throw InvalidInput(fmt::format("{}: {} channels, of which {} holds {}; choose .exr or .tif{}",
+                                   name, pixels.channels(), format.name, format.max_channels,
+                                   pixels.channels() <= 4 ? " or .png" : ""));
+  if (format.max_channels == 3 && pixels.channels() == 2)
+    throw InvalidInput(fmt::format("{}: grey with alpha, which jpeg does not hold; choose .png",
+                                   name));
+  check_finite(name, pixels, 0, pixels.values().size(), "nothing was written");
+}
+
+std::vector<std::string> notes_on(const std::string& name, const Texture& texture,
+                                  const FileFormat& format, Depth depth, std::int64_t clamped) {
+  std::vector<std::string> notes;
+  const Depth wanted = texture.format.depth;
+  const bool loses = depth == Depth::u8 ? wanted != depth
+                                        : depth == Depth::u16 && wanted > Depth::u16;
+  if (loses)
+    notes.push_back(fmt::format("{}: {} cannot hold {}; written with {}", name, format.name,
+                                words_for(wanted), words_for(depth)));
+  if (clamped > 0)
+    notes.push_back(fmt::format("{}: {} values did not fit into {} and were clamped", name, clamped,
+                                words_for(depth)));
+  if (format.name == "jpeg")
+    notes.push_back(fmt::format("{}: every pixel is encoded again as JPEG (quality 98); write .png "
+                                "to keep untouched texels exactly", name));
+  return notes;
+}
+
+EncodedPicture encode(const Texture& texture, const std::string& name, const FileFormat& format,
+                      const Progress& progress) {
+  check_writable(texture, name, format);
+  const Image<float>& pixels = texture.pixels;
+  const Depth depth = format.depth[std::size_t(texture.format.depth)];
+  const ImageSpec spec = spec_for(texture, format, depth);
+  const auto output = OIIO::ImageOutput::create(std::string(format.name));
+  if (!output)
+    throw Unsupported(fmt::format("{}: this build cannot write {}; choose .png", name, format.name));
+  std::vector<unsigned char> written;
+  OIIO::Filesystem::IOVecOutput memory(written);
+  output->set_ioproxy(&memory);
+  const auto check = [&](bool ok) {
+    if (!ok) fail(name, fmt::format("cannot be written as {}: {}", format.name,
+                                    explain(output->geterror())));
+  };
+  check(output->open(fmt::format("memory.{}", format.name), spec));
+  Strip strip;
+  const std::size_t row = std::size_t(spec.width) * spec.nchannels;
+  const int rows = strip_rows(spec);
+  for (int y = 0; y < spec.height; y += rows) {
+    const int end = std::min(y + rows, spec.height);
+    fill(strip, pixels.values().subspan(row * y, row * (end - y)), depth);
+    check(output->write_scanlines(spec.y + y, spec.y + end, 0, strip.type, strip.bytes.data()));
+    progress.at(double(end) / spec.height);
+  }
+  check(output->close());
+  EncodedPicture encoded;
+  encoded.bytes.resize(written.size());
+  std::memcpy(encoded.bytes.data(), written.data(), written.size());
+  encoded.notes = notes_on(name, texture, format, depth, strip.clamped);
+  return encoded;
+}
+
+}  // namespace
+
+PictureInfo picture_info(const std::filesystem::path& path) {
+  const std::vector<std::byte> bytes = read_bytes(path);
+  const OpenPicture p = open_picture(bytes, path.string());
+  return {p.spec.width, p.spec.height, p.spec.channelnames, format_read(p)};
+}
+
+Texture read_texture_bytes(Bytes bytes, const std::string& name, const Progress& progress) {
+  OpenPicture p = open_picture(bytes, name);
+  Texture texture;
+  texture.name = name;
+  texture.format = format_read(p);
+  try {
+    texture.pixels = read_pixels(p, progress);
+  } catch (const std::bad_alloc&) {
+    fail(name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
+                           p.spec.width, p.spec.height, p.spec.nchannels));
+  }
+  if (p.input->seek_subimage(1, 0))
+    p.notes.push_back(name + ": holds several pictures; the first is used, the others are not kept");
+  texture.notes = std::move(p.notes);
+  return texture;
+}
+
+EncodedPicture texture_bytes(const Texture& texture, const std::string& file_format,
+                             const Progress& progress) {
+  return encode(texture, texture.name, format_named(file_format), progress);
+}
+
+Texture read_texture(const std::filesystem::path& path, const Progress& progress) {
+  const std::vector<std::byte> bytes = read_bytes(path);
+  Texture texture = read_texture_bytes(bytes, path.string(), progress);
+  texture.name = path.filename().string();
+  texture.path = path;
+  return texture;
+}
+
+std::vector<std::string> write_texture(const std::filesystem::path& path, const Texture& texture,
+                                       const Progress& progress) {
+  const FileFormat* format = format_of_extension(path);
+  if (format == nullptr)
+    throw InvalidInput(fmt::format("{}: the extension names no picture format that can be written; "
+                                   "use .png, .jpg, .tif, .exr, .bmp or .tga", path.string()));
+  const EncodedPicture encoded = encode(texture, path.string(), *format, progress);
+  write_file(path, encoded.bytes);
+  return encoded.notes;
+}
+
+std::vector<std::string> write_image(const std::filesystem::path& path, const Image<float>& pixels,
+                                     Depth depth) {
+  Texture texture;
+  texture.pixels = pixels;
+  texture.format.depth = depth;
+  return write_texture(path, texture);
+}
+
+}  // namespace mq

@@ -1,0 +1,58 @@
+#pragma once
+/// Picture files: PNG, JPEG, TIFF, OpenEXR, BMP and TGA (`read_texture` and `write_texture` of
+/// model.h, and the same in memory for pictures embedded in a model).
+///
+/// Values are those stored: no colour conversion, no turning by an orientation tag, alpha never
+/// multiplied in. Integers are divided by their largest value; floating point is taken as it is and
+/// must be finite. What is kept for writing: depth, channel names and order, ICC profile, gamma,
+/// resolution and the other tags the format knows. What is not:
+///
+/// - PNG and TIFF palettes become RGB or RGBA with 8 bits, fewer than 8 bits become 8;
+/// - doubles become floats; of several pictures in one file the first is read (a note says so);
+/// - JPEG is encoded again (quality 98, chroma not subsampled), so that texels nobody touched change
+///   by its rounding (a note says so);
+/// - the way a file is compressed, interlaced and tiled.
+///
+/// Refused: CMYK, signed and 32-bit integers, deep images, more than 32768 pixels a side, files cut
+/// short. This is the only room that knows OpenImageIO, and image_file.cpp the only file.
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mq/io/model.h"
+
+namespace mq {
+
+/// Pixels a side that a picture may have at most; the limit of an atlas.
+inline constexpr int max_picture_side = 32768;
+
+/// What the head of a picture file says.
+struct PictureInfo {
+  int width = 0;
+  int height = 0;
+  std::vector<std::string> channels;  ///< their names: R, G, B, A, Y, ...
+  PixelFormat format;
+};
+
+/// Reads the head only. Throws `IoError` as `read_texture` does.
+PictureInfo picture_info(const std::filesystem::path& path);
+
+/// Reads a picture from memory; the format is found by content. `name` is used in messages and
+/// becomes the texture's name.
+Texture read_texture_bytes(std::span<const std::byte> bytes, const std::string& name,
+                           const Progress& progress = {});
+
+/// A picture encoded in memory, with what `write_texture` would return.
+struct EncodedPicture {
+  std::vector<std::byte> bytes;
+  std::vector<std::string> notes;
+};
+
+/// Encodes in `file_format`: "png", "jpeg", "tiff", "openexr", "bmp" or "targa".
+EncodedPicture texture_bytes(const Texture& texture, const std::string& file_format,
+                             const Progress& progress = {});
+
+}  // namespace mq

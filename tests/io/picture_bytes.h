@@ -1,0 +1,71 @@
+#pragma once
+/// Small picture files put together byte by byte: kinds that no writer of this project makes.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace mq::test {
+
+inline std::string big_endian(std::uint32_t value) {
+  return {char(value >> 24), char(value >> 16), char(value >> 8), char(value)};
+}
+
+inline std::string png_chunk(const std::string& type, const std::string& data) {
+  std::uint32_t crc = ~0u;
+  for (const char c : type + data) {
+    crc ^= std::uint8_t(c);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1) != 0 ? 0xEDB88320u : 0u);
+  }
+  return big_endian(std::uint32_t(data.size())) + type + data + big_endian(~crc);
+}
+
+/// A zlib stream that stores `data` (below 64 kB) as it is.
+inline std::string zlib_stored(const std::string& data) {
+  std::uint32_t a = 1, b = 0;
+  for (const char c : data) a = (a + std::uint8_t(c)) % 65521, b = (b + a) % 65521;
+  const auto n = std::uint16_t(data.size());
+  const auto inverse = std::uint16_t(~n);
+  return std::string("\x78\x01\x01") + char(n & 255) + char(n >> 8) + char(inverse & 255) +
+         char(inverse >> 8) + data + big_endian(b << 16 | a);
+}
+
+struct PngHead {
+  std::uint32_t width, height;
+  int bits = 8;
+  int color = 2;  ///< 0 grey, 2 RGB, 3 palette, 4 grey with alpha, 6 RGBA
+  int interlace = 0;
+};
+
+/// `rows` holds every scanline with its filter byte; `before` further chunks ahead of it.
+inline std::string png_file(const PngHead& head, const std::string& rows,
+                            const std::string& before = "") {
+  const std::string data = big_endian(head.width) + big_endian(head.height) + char(head.bits) +
+                           char(head.color) + char(0) + char(0) + char(head.interlace);
+  return std::string("\x89PNG\r\n\x1a\n") + png_chunk("IHDR", data) + before +
+         png_chunk("IDAT", zlib_stored(rows)) + png_chunk("IEND", "");
+}
+
+inline std::string jpeg_segment(int marker, const std::string& data) {
+  return std::string("\xff") + char(marker) + char((data.size() + 2) >> 8) +
+         char((data.size() + 2) & 255) + data;
+}
+
+/// An 8 × 8 baseline JPEG of `components` middle-grey components: every block is the two bits
+/// "no difference, end of block".
+inline std::string grey_jpeg(int components) {
+  std::string frame = {8, 0, 8, 0, 8, char(components)};
+  std::string scan = {char(components)};
+  for (int c = 1; c <= components; ++c) {
+    frame += {char(c), 0x11, 0};
+    scan += {char(c), 0};
+  }
+  const std::string one_code = std::string(1, 1) + std::string(15, 0) + std::string(1, 0);
+  return "\xff\xd8" + jpeg_segment(0xDB, std::string(1, 0) + std::string(64, 1)) +
+         jpeg_segment(0xC0, frame) + jpeg_segment(0xC4, std::string(1, 0) + one_code) +
+         jpeg_segment(0xC4, std::string(1, 0x10) + one_code) +
+         jpeg_segment(0xDA, scan + std::string({0, 63, 0})) +
+         (components == 1 ? "\x3f" : components == 3 ? "\x03" : std::string(1, 0)) + "\xff\xd9";
+}
+
+}  // namespace mq::test
