@@ -1,0 +1,46 @@
+#pragma once
+/// The point of a mesh that is closest to a given one.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "mq/mesh/mesh.h"
+#include "mq/base/progress.h"
+
+namespace mq {
+
+struct ClosestPoint {
+  int triangle = -1;
+  Vector3 barycentric = Vector3::Zero();  ///< weights of the corners: not negative, of sum 1
+  double squared_distance = 0;            ///< model units squared
+};
+
+/// The point of one triangle, which may be degenerate.
+ClosestPoint closest_point(const Mesh& mesh, int triangle, const Vector3& point);
+
+/// A prepared mesh. Embree's hierarchy (single precision, bounds rounded outward) proposes
+/// triangles, distances are computed in double; the answer is that of comparing all triangles, the
+/// lowest triangle where several are equally close. The mesh is referred to and must stay.
+/// Set-up is O(n log n), a query O(log n) for points that are not many diameters away.
+class ClosestPointFinder {
+ public:
+  /// Throws `InvalidInput` for a mesh without triangles or with positions that are not finite.
+  explicit ClosestPointFinder(const Mesh& mesh);
+  ~ClosestPointFinder();
+  ClosestPointFinder(const ClosestPointFinder&) = delete;
+  ClosestPointFinder& operator=(const ClosestPointFinder&) = delete;
+
+  /// Any thread may ask. Throws `InvalidInput` for a point that is not finite.
+  ClosestPoint operator()(const Vector3& point) const;
+
+  /// For many points, in parallel.
+  std::vector<ClosestPoint> operator()(std::span<const Vector3> points,
+                                       const Progress& progress = {}) const;
+
+ private:
+  struct Scene;
+  std::unique_ptr<Scene> scene_;
+};
+
+}  // namespace mq
