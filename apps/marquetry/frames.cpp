@@ -32,8 +32,8 @@ std::string frame_name(const std::string& name, int frame) {
   std::smatch place;
   if (!std::regex_search(name, place, std::regex(place_pattern))) return name;
   const int width = place[2].length() ? std::stoi(place[2]) : 1;
-  const std::string number = place[1].length() ? fmt::format("{:0{}}", frame, width)
-                                               : fmt::format("{:{}}", frame, width);
+  const std::string number =
+      place[1].length() ? fmt::format("{:0{}}", frame, width) : fmt::format("{:{}}", frame, width);
   return place.prefix().str() + number + place.suffix().str();
 }
 

@@ -42,8 +42,7 @@ std::string overview() {
       "usage: marquetry VERB INPUT... -o OUTPUT [options]\n\n"
       "Signal processing on textured triangle meshes.\n\n";
   for (const Verb& verb : all_verbs())
-    text += fmt::format("  {:<12}{}\n", verb.table.verb(),
-                        wrap_text(verb.table.summary(), 80, 14));
+    text += fmt::format("  {:<12}{}\n", verb.table.verb(), wrap_text(verb.table.summary(), 80, 14));
   return text +
          "\n'marquetry VERB -h' is short help, 'marquetry VERB --help' all there is to know.\n";
 }
@@ -94,7 +93,8 @@ void check_frame_places(const OptionValues& options) {
     if (options.has(name))
       require(has_frame_place(options.text(name)),
               fmt::format("--{}: with --frames the name needs a place for the number, such as "
-                          "out_%04d.png; found '{}'", name, options.text(name)));
+                          "out_%04d.png; found '{}'",
+                          name, options.text(name)));
 }
 
 struct Outcome {
@@ -124,8 +124,9 @@ Outcome run_all(const Verb& verb, const OptionValues& options, Terminal& termina
   Outcome all;
   Json reports = Json::array();
   for (const int frame : frames) {
-    Outcome one = run_once(verb, frame_options(options, frame), terminal,
-                           progress.step(fmt::format("frame {}", frame), 1.0 / double(frames.size())));
+    Outcome one =
+        run_once(verb, frame_options(options, frame), terminal,
+                 progress.step(fmt::format("frame {}", frame), 1.0 / double(frames.size())));
     all.exit = std::max(all.exit, one.exit);
     one.report["frame"] = frame;
     reports.push_back(std::move(one.report));

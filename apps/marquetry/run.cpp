@@ -30,8 +30,10 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths) {
   std::error_code ignored;
   for (const auto& path : paths) {
     if (options_.flag("no-clobber") && std::filesystem::exists(path, ignored))
-      throw IoError(fmt::format("{}: exists already, and --no-clobber protects it: choose another "
-                                "name, or remove it first", path.string()));
+      throw IoError(
+          fmt::format("{}: exists already, and --no-clobber protects it: choose another "
+                      "name, or remove it first",
+                      path.string()));
     AtomicFile probe(path);  // makes and removes a temporary file in the same folder
     if (dry_run()) terminal_.remark("would write " + path.string());
   }
@@ -74,34 +76,66 @@ void add_running_options(OptionTable& table) {
   using Type = Option::Type;
   constexpr auto run = Option::Scope::run;
   const std::string group = "Running";
-  table.add({.name = "json", .group = group,
-             .help = "print the report, one JSON object, instead of text", .scope = run});
-  table.add({.name = "report", .type = Type::path, .group = group,
-             .help = "write the same object to a file", .scope = run});
-  table.add({.name = "config", .type = Type::path, .group = group,
-             .help = "take options that are not given from a report or a JSON object", .scope = run});
-  table.add({.name = "threads", .type = Type::integer, .default_value = "0", .least = 0,
-             .most = 4096, .group = group, .help = "how many threads work, 0: one per core",
-             .details = "The result is the same to the last bit for any number.", .scope = run});
-  table.add({.name = "seed", .type = Type::integer, .default_value = "0", .least = 0,
-             .most = 9007199254740992, .group = group, .help = "of all random numbers"});
-  table.add({.name = "quiet", .letter = 'q', .group = group,
-             .help = "no progress, remarks or warnings on standard error", .scope = run});
-  table.add({.name = "dry-run", .letter = 'n', .group = group,
-             .help = "check options, inputs and outputs, write nothing", .scope = run});
-  table.add({.name = "no-clobber", .group = group,
-             .help = "refuse to replace a file that exists", .scope = run});
-  table.add({.name = "help", .letter = 'h', .group = group,
-             .help = "show this (-h: only the verb's own options)", .scope = run});
+  table.add({.name = "json",
+             .group = group,
+             .help = "print the report, one JSON object, instead of text",
+             .scope = run});
+  table.add({.name = "report",
+             .type = Type::path,
+             .group = group,
+             .help = "write the same object to a file",
+             .scope = run});
+  table.add({.name = "config",
+             .type = Type::path,
+             .group = group,
+             .help = "take options that are not given from a report or a JSON object",
+             .scope = run});
+  table.add({.name = "threads",
+             .type = Type::integer,
+             .default_value = "0",
+             .least = 0,
+             .most = 4096,
+             .group = group,
+             .help = "how many threads work, 0: one per core",
+             .details = "The result is the same to the last bit for any number.",
+             .scope = run});
+  table.add({.name = "seed",
+             .type = Type::integer,
+             .default_value = "0",
+             .least = 0,
+             .most = 9007199254740992,
+             .group = group,
+             .help = "of all random numbers"});
+  table.add({.name = "quiet",
+             .letter = 'q',
+             .group = group,
+             .help = "no progress, remarks or warnings on standard error",
+             .scope = run});
+  table.add({.name = "dry-run",
+             .letter = 'n',
+             .group = group,
+             .help = "check options, inputs and outputs, write nothing",
+             .scope = run});
+  table.add({.name = "no-clobber",
+             .group = group,
+             .help = "refuse to replace a file that exists",
+             .scope = run});
+  table.add({.name = "help",
+             .letter = 'h',
+             .group = group,
+             .help = "show this (-h: only the verb's own options)",
+             .scope = run});
 }
 
 void add_frames_option(OptionTable& table) {
-  table.add({.name = "frames", .type = Option::Type::text,
+  table.add({.name = "frames",
+             .type = Option::Type::text,
              .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
-             .metavar = "RANGE", .group = "Sequences",
+             .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
+             .metavar = "RANGE",
+             .group = "Sequences",
              .help = "run once per frame number, such as 1-100 or 1-100x2",
-             .details = "a frame number, a range such as 1-100, or 1-100x2 for every second; "
-                        "%04d in a file name stands for the number"});
+             .details = "%04d in a file name stands for the number."});
 }
 
 namespace {

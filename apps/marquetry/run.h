@@ -58,9 +58,9 @@ class Run {
   /// Puts defects into the report and warns of each that is worth it.
   void found(const Defects& defects);
 
-  Json input = Json::object();    ///< what was read
-  Json result = Json::object();   ///< what the verb found, by name
-  Json solve = nullptr;           ///< how the system was solved; null: none was
+  Json input = Json::object();   ///< what was read
+  Json result = Json::object();  ///< what the verb found, by name
+  Json solve = nullptr;          ///< how the system was solved; null: none was
   Json defects = Json::array();
 
   void add_seconds(const std::string& step, double seconds);

@@ -59,7 +59,7 @@ void Terminal::progress(const ProgressEvent& event) {
   const auto now = Clock::now();
   const double elapsed = seconds_between(start_, now);
   const double pause = seconds_between(last_, now);
-  const double wanted = is_terminal_ && bar_shown_ ? seconds_between_bars
+  const double wanted = is_terminal_ && bar_shown_        ? seconds_between_bars
                         : is_terminal_ || last_ == start_ ? seconds_before_first
                                                           : seconds_between_lines;
   if (elapsed < seconds_before_first || pause < wanted) return;
@@ -75,9 +75,9 @@ void Terminal::progress(const ProgressEvent& event) {
 void Terminal::draw_bar(const ProgressEvent& event, double elapsed) {
   constexpr int bar_width = 24;
   const int filled = int(event.fraction * bar_width);
-  std::string text = fmt::format("[{:=>{}}{:>{}}] {:3.0f} %{}  {}", "", filled, "",
-                                 bar_width - filled, 100 * event.fraction,
-                                 estimate(event.fraction, elapsed), event.step);
+  std::string text =
+      fmt::format("[{:=>{}}{:>{}}] {:3.0f} %{}  {}", "", filled, "", bar_width - filled,
+                  100 * event.fraction, estimate(event.fraction, elapsed), event.step);
   if (int(text.size()) >= terminal_width()) text.resize(std::size_t(terminal_width() - 1));
   fmt::print(stderr, "\r\033[K{}", text);
   std::fflush(stderr);

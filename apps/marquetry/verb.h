@@ -14,8 +14,8 @@ class Run;
 enum class Exit { done = 0, defects = 1, error = 2, cancelled = 130 };
 
 struct Verb {
-  OptionTable table;   ///< its own options; those every verb has are added by the frame
-  Exit (*run)(Run&);   ///< does the work; throws what the library throws
+  OptionTable table;  ///< its own options; those every verb has are added by the frame
+  Exit (*run)(Run&);  ///< does the work; throws what the library throws
 };
 
 /// All verbs of this program, in alphabetical order.

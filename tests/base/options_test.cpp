@@ -15,22 +15,47 @@ using Words = std::vector<std::string>;
 
 OptionTable small_table() {
   OptionTable table("filter", "Smooth or sharpen a texture.");
-  table.add({.name = "mesh", .place = Option::Place::positional, .type = Option::Type::path,
-             .required = true, .help = "the model"});
-  table.add({.name = "texture", .place = Option::Place::positional, .type = Option::Type::path,
-             .count = Option::Count::many, .help = "its pictures"});
-  table.add({.name = "beta", .letter = 'b', .type = Option::Type::number, .default_value = "1",
-             .least = 0, .most = 100, .group = "Filter", .help = "factor on the gradients"});
-  table.add({.name = "alpha", .type = Option::Type::number, .default_value = "1e-3", .least = 0,
-             .group = "Filter", .help = "the thesis' weight"});
-  table.add({.name = "length", .type = Option::Type::length, .group = "Filter",
+  table.add({.name = "mesh",
+             .place = Option::Place::positional,
+             .type = Option::Type::path,
+             .required = true,
+             .help = "the model"});
+  table.add({.name = "texture",
+             .place = Option::Place::positional,
+             .type = Option::Type::path,
+             .count = Option::Count::many,
+             .help = "its pictures"});
+  table.add({.name = "beta",
+             .letter = 'b',
+             .type = Option::Type::number,
+             .default_value = "1",
+             .least = 0,
+             .most = 100,
+             .group = "Filter",
+             .help = "factor on the gradients"});
+  table.add({.name = "alpha",
+             .type = Option::Type::number,
+             .default_value = "1e-3",
+             .least = 0,
+             .group = "Filter",
+             .help = "the thesis' weight"});
+  table.add({.name = "length",
+             .type = Option::Type::length,
+             .group = "Filter",
              .help = "a distance instead of a weight"});
-  table.add({.name = "solver", .type = Option::Type::choice, .default_value = "direct",
-             .choices = {"direct", "multigrid"}, .help = "how the system is solved"});
-  table.add({.name = "seed", .type = Option::Type::integer, .default_value = "0", .least = 0,
-             .group = "Running", .help = "of everything random"});
-  table.add({.name = "quiet", .group = "Running", .help = "say nothing",
-             .scope = Option::Scope::run});
+  table.add({.name = "solver",
+             .type = Option::Type::choice,
+             .default_value = "direct",
+             .choices = {"direct", "multigrid"},
+             .help = "how the system is solved"});
+  table.add({.name = "seed",
+             .type = Option::Type::integer,
+             .default_value = "0",
+             .least = 0,
+             .group = "Running",
+             .help = "of everything random"});
+  table.add(
+      {.name = "quiet", .group = "Running", .help = "say nothing", .scope = Option::Scope::run});
   table.exclusive({"alpha", "length"});
   return table;
 }
@@ -78,8 +103,9 @@ TEST(Options, TakeWordsAfterTwoHyphensAsPlaces) {
 
 TEST(Options, RefuseWhatIsNotANumber) {
   for (const char* value : {"abc", "nan", "inf", "-inf", "", "1e999", "3x", "0x10", "1,5", " 1"})
-    EXPECT_THAT(error_of({"a.obj", "--beta", value}),
-                HasSubstr(std::string("--beta: found '") + value + "', wanted a number from 0 to 100"));
+    EXPECT_THAT(
+        error_of({"a.obj", "--beta", value}),
+        HasSubstr(std::string("--beta: found '") + value + "', wanted a number from 0 to 100"));
   EXPECT_THAT(error_of({"a.obj", "--seed", "1.5"}), HasSubstr("wanted a whole number at least 0"));
 }
 
@@ -113,16 +139,15 @@ TEST(Options, RefuseContradictionsRepetitionsAndGaps) {
 
 TEST(Options, RefuseATableWhoseDefaultIsOutOfRange) {
   OptionTable table("x", "");
-  EXPECT_THROW(table.add({.name = "n", .type = Option::Type::number, .default_value = "2",
-                          .most = 1}),
-               InvalidInput);
+  EXPECT_THROW(
+      table.add({.name = "n", .type = Option::Type::number, .default_value = "2", .most = 1}),
+      InvalidInput);
 }
 
 TEST(Options, AreAllNamedInTheCompleteHelpWithDefaultAndRange) {
   const OptionTable table = small_table();
   const std::string help = help_text(table, HelpDetail::complete);
-  for (const Option& option : table.options())
-    EXPECT_THAT(help, HasSubstr(display_name(option)));
+  for (const Option& option : table.options()) EXPECT_THAT(help, HasSubstr(display_name(option)));
   EXPECT_THAT(help, HasSubstr("[from 0 to 100, default 1]"));
   EXPECT_THAT(help, HasSubstr("usage: marquetry filter MESH [TEXTURE...] [options]"));
   for (std::size_t begin = 0; begin < help.size();) {

@@ -47,8 +47,8 @@ std::string range_text(const Option& option) {
 /// What a value of this option has to be.
 std::string wanted(const Option& option) {
   const std::string range = range_text(option);
-  const std::string tail = (range.empty() ? "" : " " + range) +
-                           (option.unit.empty() ? "" : " (" + option.unit + ")");
+  const std::string tail =
+      (range.empty() ? "" : " " + range) + (option.unit.empty() ? "" : " (" + option.unit + ")");
   switch (option.type) {
     case Option::Type::flag: return "true or false";
     case Option::Type::integer: return "a whole number" + tail;
@@ -58,7 +58,7 @@ std::string wanted(const Option& option) {
     case Option::Type::path: return "the name of a file or folder";
     case Option::Type::text: break;
   }
-  return option.details.empty() ? "some text" : option.details;
+  return option.wanted.empty() ? "some text" : option.wanted;
 }
 
 bool in_range(const Option& option, double value) {
@@ -97,8 +97,8 @@ void check_value(const Option& option, const std::string& text) {
   if (acceptable(option, text)) return;
   const std::string hint =
       option.type == Option::Type::choice ? did_you_mean(text, option.choices) : "";
-  throw InvalidInput(fmt::format("{}: found '{}', wanted {}{}", display_name(option), text,
-                                 wanted(option), hint));
+  throw InvalidInput(
+      fmt::format("{}: found '{}', wanted {}{}", display_name(option), text, wanted(option), hint));
 }
 
 std::string metavar(const Option& option) {
@@ -275,9 +275,9 @@ class ArgumentReader {
     const std::size_t equals = words[i].find('=');
     const std::string name = words[i].substr(2, equals == std::string::npos ? equals : equals - 2);
     const Option& option = table_.find(name);
-    require(option.place == Option::Place::named,
-            fmt::format("--{}: {} is given by its place, without a name", name,
-                        display_name(option)));
+    require(
+        option.place == Option::Place::named,
+        fmt::format("--{}: {} is given by its place, without a name", name, display_name(option)));
     if (equals == std::string::npos)
       give_next(option, words, i);
     else
@@ -287,8 +287,8 @@ class ArgumentReader {
   void read_short(const std::vector<std::string>& words, std::size_t& i) {
     for (const Option& option : table_.options())
       if (option.letter == words[i][1]) {
-        require(words[i].size() == 2, fmt::format("'{}': write -{} and its value as two words",
-                                                  words[i], option.letter));
+        require(words[i].size() == 2,
+                fmt::format("'{}': write -{} and its value as two words", words[i], option.letter));
         return give_next(option, words, i);
       }
     throw InvalidInput(fmt::format("there is no option '{}' ('marquetry {} --help' lists them)",
@@ -351,15 +351,16 @@ std::string usage_line(const OptionTable& table) {
     }
   for (const Option& option : table.options())
     if (option.place == Option::Place::named && option.required)
-      line += fmt::format(" {} {}", option.letter ? fmt::format("-{}", option.letter)
-                                                  : "--" + option.name, metavar(option));
+      line += fmt::format(" {} {}",
+                          option.letter ? fmt::format("-{}", option.letter) : "--" + option.name,
+                          metavar(option));
   return wrap_text(line + " [options]", help_width, 8);
 }
 
 std::string option_head(const Option& option) {
   if (option.place == Option::Place::positional) return "  " + display_name(option);
-  std::string head = option.letter ? fmt::format("  -{}, --{}", option.letter, option.name)
-                                   : "  --" + option.name;
+  std::string head =
+      option.letter ? fmt::format("  -{}, --{}", option.letter, option.name) : "  --" + option.name;
   const std::string value = metavar(option);
   return value.empty() ? head : head + " " + value;
 }
@@ -371,8 +372,10 @@ std::string facts(const Option& option) {
   if (const std::string range = range_text(option); !range.empty()) all.push_back(range);
   if (option.count == Option::Count::many && option.place == Option::Place::named)
     all.push_back("may be given several times");
-  if (!option.default_value.empty()) all.push_back("default " + option.default_value);
-  else if (option.required) all.push_back("required");
+  if (!option.default_value.empty())
+    all.push_back("default " + option.default_value);
+  else if (option.required)
+    all.push_back("required");
   return all.empty() ? "" : fmt::format(" [{}]", fmt::join(all, ", "));
 }
 
@@ -416,7 +419,8 @@ int edit_distance(const std::string& a, const std::string& b) {
   for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = int(j);
   for (std::size_t i = 1; i <= a.size(); ++i)
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
+      d[i][j] =
+          std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
       if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
         d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
     }

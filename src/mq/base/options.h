@@ -48,18 +48,19 @@ struct Option {
   char letter = 0;              ///< a short form, -o; 0: none
   Place place = Place::named;
   Type type = Type::flag;
-  Count count = Count::one;     ///< many: may be given several times; a positional one takes the rest
+  Count count = Count::one;     ///< many: given several times; a positional one takes the rest
   std::string default_value = {};  ///< as a user would type it; empty: none
   bool required = false;
   std::string unit = {};        ///< of a number, for help and sliders
   double least = -std::numeric_limits<double>::infinity();  ///< of a number, inclusive
   double most = std::numeric_limits<double>::infinity();    ///< of a number, inclusive
   std::vector<std::string> choices = {};
-  std::function<bool(const std::string&)> accepts = {};  ///< of a text; empty: any that is not empty
+  std::function<bool(const std::string&)> accepts = {};  ///< of a text; else any but ""
+  std::string wanted = {};      ///< what `accepts` asks for, in words
   std::string metavar = {};     ///< what help calls the value; by default after the type
   std::string group = {};       ///< heading it stands under in the complete help
   std::string help = {};        ///< one line, without a full stop
-  std::string details = {};     ///< what else there is to know, sentences; also says what `accepts` wants
+  std::string details = {};     ///< what else there is to know, in sentences
   Scope scope = Scope::result;
 };
 
