@@ -1,0 +1,174 @@
+/// Rows are gathered from the triangles around each vertex rather than scattered from triangles, so
+/// that they can be summed in parallel and always in the same order.
+
+#include "mq/fem/vertex_space.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+
+namespace mq {
+
+namespace {
+
+/// Mass of a vertex that no area reaches, in means over all vertices.
+constexpr double massless = 1e-12;
+
+}  // namespace
+
+VertexSpace::VertexSpace(const Surface& surface) : VertexSpace(surface, flat_triangles(surface)) {}
+
+VertexSpace::VertexSpace(const Surface& surface, std::vector<FlatTriangle> shapes)
+    : triangles_(surface.mesh.triangles), shapes_(std::move(shapes)) {
+  require(shapes_.size() == triangles_.size(),
+          fmt::format("{} shapes were given for {} triangles", shapes_.size(), triangles_.size()));
+  incident_begin_.assign(surface.mesh.vertex_count() + 1, 0);
+  area_ = parallel_sum(triangle_count(), 0.0, [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0;
+    for (std::int64_t t = begin; t < end; ++t) sum += shapes_[t].area();
+    return sum;
+  });
+  require(area_ > 0, "the surface has no area: it has no triangles, or all are degenerate");
+  find_incident_corners();
+  find_pattern();
+}
+
+void VertexSpace::find_incident_corners() {
+  std::vector<int>& begin = incident_begin_;
+  for (int t = 0; t < triangle_count(); ++t)
+    if (!shapes_[t].empty())
+      for (const int v : triangles_[t]) ++begin[v + 1];
+  for (int v = 0; v < size(); ++v) begin[v + 1] += begin[v];
+  incident_.resize(begin.back());
+  std::vector<int> next(begin.begin(), begin.end() - 1);
+  for (int t = 0; t < triangle_count(); ++t)
+    if (!shapes_[t].empty())
+      for (int k = 0; k < 3; ++k) incident_[next[triangles_[t][k]]++] = 3 * t + k;
+}
+
+void VertexSpace::find_pattern() {
+  const auto neighbours = [&](int v, std::vector<int>& row) {
+    row.assign(1, v);
+    for (int n = incident_begin_[v]; n < incident_begin_[v + 1]; ++n)
+      for (const int other : triangles_[incident_[n] / 3]) row.push_back(other);
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+  };
+  row_begin_.assign(size() + 1, 0);
+  parallel_blocks(size(), 4096, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<int> row;
+    for (std::int64_t v = begin; v < end; ++v) {
+      neighbours(int(v), row);
+      row_begin_[v + 1] = int(row.size());
+    }
+  });
+  for (int v = 0; v < size(); ++v) row_begin_[v + 1] += row_begin_[v];
+  column_.resize(row_begin_.back());
+  parallel_blocks(size(), 4096, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<int> row;
+    for (std::int64_t v = begin; v < end; ++v) {
+      neighbours(int(v), row);
+      std::copy(row.begin(), row.end(), column_.begin() + row_begin_[v]);
+    }
+  });
+}
+
+SparseMatrix VertexSpace::system(double a, double b, const Progress& progress) const {
+  SparseMatrix A(size(), size());
+  A.resizeNonZeros(Eigen::Index(column_.size()));
+  std::copy(row_begin_.begin(), row_begin_.end(), A.outerIndexPtr());
+  std::copy(column_.begin(), column_.end(), A.innerIndexPtr());
+  progress.check();
+  parallel_for(size(), [&](std::int64_t i) {
+    const int* columns = column_.data() + row_begin_[i];
+    const int count = row_begin_[i + 1] - row_begin_[i];
+    double* values = A.valuePtr() + row_begin_[i];
+    std::fill(values, values + count, 0.0);
+    const auto entry = [&](int j) -> double& {
+      return values[std::lower_bound(columns, columns + count, j) - columns];
+    };
+    double& diagonal = entry(int(i));
+    for (int n = incident_begin_[i]; n < incident_begin_[i + 1]; ++n) {
+      const int t = incident_[n] / 3, k = incident_[n] % 3, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+      const double mass = a * shapes_[t].area() / 12;
+      const double s1 = b * shapes_[t].half_cotangent(k2), s2 = b * shapes_[t].half_cotangent(k1);
+      diagonal += 2 * mass + (s1 + s2);
+      entry(triangles_[t][k1]) += mass - s1;
+      entry(triangles_[t][k2]) += mass - s2;
+    }
+    if (incident_begin_[i] == incident_begin_[i + 1]) diagonal = a * massless * area_ / size();
+  });
+  progress.at(1);
+  return A;
+}
+
+Signal VertexSpace::stiffness_times(const Signal& psi, std::span<const double> beta) const {
+  require(psi.rows() == size() && (beta.empty() || int(beta.size()) == size()),
+          fmt::format("a signal of {} rows and a modulation of {} values were given for {} vertices",
+                      psi.rows(), beta.size(), size()));
+  Signal result(psi.rows(), psi.cols());
+  parallel_for(size(), [&](std::int64_t i) {
+    auto sum = result.row(i);
+    sum.setZero();
+    for (int n = incident_begin_[i]; n < incident_begin_[i + 1]; ++n) {
+      const int t = incident_[n] / 3, k = incident_[n] % 3, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+      const Triangle& v = triangles_[t];
+      const double mean = beta.empty() ? 1 : (beta[v[0]] + beta[v[1]] + beta[v[2]]) / 3;
+      const double s1 = mean * shapes_[t].half_cotangent(k2);
+      const double s2 = mean * shapes_[t].half_cotangent(k1);
+      sum += s1 * (psi.row(i) - psi.row(v[k1])) + s2 * (psi.row(i) - psi.row(v[k2]));
+    }
+  });
+  return result;
+}
+
+Signal VertexSpace::gradient(const Signal& phi) const {
+  require(phi.rows() == size(), fmt::format("a signal of {} rows was given for {} vertices",
+                                            phi.rows(), size()));
+  Signal field = Signal::Zero(2 * triangle_count(), phi.cols());
+  parallel_for(triangle_count(), [&](std::int64_t t) {
+    if (shapes_[t].empty()) return;
+    const Triangle& v = triangles_[t];
+    const Vector2 g1 = shapes_[t].gradient(1), g2 = shapes_[t].gradient(2);
+    for (int i = 0; i < 2; ++i)
+      field.row(2 * t + i) =
+          g1[i] * (phi.row(v[1]) - phi.row(v[0])) + g2[i] * (phi.row(v[2]) - phi.row(v[0]));
+  });
+  return field;
+}
+
+Signal VertexSpace::gradient_moments(const Signal& field) const {
+  require(field.rows() == 2 * triangle_count(),
+          fmt::format("a field of {} rows was given for {} triangles, which have two each",
+                      field.rows(), triangle_count()));
+  Signal moments = Signal::Zero(size(), field.cols());
+  parallel_for(size(), [&](std::int64_t i) {
+    for (int n = incident_begin_[i]; n < incident_begin_[i + 1]; ++n) {
+      const int t = incident_[n] / 3, k = incident_[n] % 3;
+      const Vector2 g = shapes_[t].area() * shapes_[t].gradient(k);
+      moments.row(i) += g.x() * field.row(2 * t) + g.y() * field.row(2 * t + 1);
+    }
+  });
+  return moments;
+}
+
+SparseMatrix VertexSpace::gradient_matrix() const {
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(6 * triangles_.size());
+  for (int t = 0; t < triangle_count(); ++t) {
+    if (shapes_[t].empty()) continue;
+    for (int k = 0; k < 3; ++k) {
+      const Vector2 g = shapes_[t].gradient(k);
+      entries.emplace_back(2 * t, triangles_[t][k], g.x());
+      entries.emplace_back(2 * t + 1, triangles_[t][k], g.y());
+    }
+  }
+  SparseMatrix G(2 * triangle_count(), size());
+  G.setFromTriplets(entries.begin(), entries.end());
+  return G;
+}
+
+}  // namespace mq

@@ -1,0 +1,63 @@
+#pragma once
+/// The hat functions of a triangle mesh.
+
+#include <span>
+#include <vector>
+
+#include "mq/fem/flat_triangle.h"
+#include "mq/fem/space.h"
+
+namespace mq {
+
+/// One unknown per vertex of the surface; φ_i is 1 at vertex i, 0 at the others, linear in each
+/// triangle. With |t| the area and θ the angle opposite an edge, per triangle
+///
+///     M_ii += |t|/6,  M_ij += |t|/12,        S_ij −= ½ cot θ,  S_ii = −Σ_j S_ij.
+///
+/// Triangles without area take no part. A vertex that only such triangles use, or none, is a
+/// component of its own: its row of S is 0, its mass is 10⁻¹² of the mean, so that M + w·S stays
+/// definite and a filter leaves its value alone.
+///
+/// Nothing depends on where the surface lies, only on the shapes of its triangles, which may be
+/// given: another metric, constant per triangle. Thesis 2.3.2.3.
+class VertexSpace final : public SignalSpace {
+ public:
+  /// With the metric of the surface in space. Throws `InvalidInput` when it has no area.
+  explicit VertexSpace(const Surface& surface);
+  /// With another metric, a shape per triangle.
+  VertexSpace(const Surface& surface, std::vector<FlatTriangle> shapes);
+
+  int size() const override { return int(incident_begin_.size()) - 1; }
+  SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
+  Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
+  SurfaceScale scale() const override { return {.area = area_, .texel_spacing = 0}; }
+
+  int triangle_count() const { return int(triangles_.size()); }
+  const std::vector<Triangle>& triangles() const { return triangles_; }
+  const std::vector<FlatTriangle>& shapes() const { return shapes_; }
+
+  /// ∇φ, constant per triangle: 2·triangles × channels, rows 2t and 2t + 1 in triangle t's frame.
+  Signal gradient(const Signal& phi) const;
+
+  /// ∫ ⟨X, ∇φ_i⟩ dA of a field constant per triangle (2·triangles × channels): size() × channels.
+  /// It is the weak form of −div X, with the flux out of the boundary added there; it sums to 0.
+  /// gradient_moments(gradient(φ)) = S·φ.
+  Signal gradient_moments(const Signal& field) const;
+
+  /// The gradient as a matrix G, 2·triangles × size(): S = Gᵀ·M₁·G, M₁ the area of each triangle.
+  SparseMatrix gradient_matrix() const;
+
+ private:
+  void find_incident_corners();
+  void find_pattern();
+
+  std::vector<Triangle> triangles_;
+  std::vector<FlatTriangle> shapes_;
+  double area_ = 0;
+  std::vector<int> incident_begin_;  ///< per vertex where its corners begin in `incident_`
+  std::vector<int> incident_;        ///< corners 3·triangle + k, triangles with area only
+  std::vector<int> row_begin_;       ///< the pattern of M and S
+  std::vector<int> column_;
+};
+
+}  // namespace mq

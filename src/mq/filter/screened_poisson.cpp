@@ -1,0 +1,169 @@
+/// (M + w·S)·δ = w·(b − S·ψ),  φ = ψ + δ,  with b = S_β·ψ or the moments of any target gradient.
+///
+/// The thesis solves for φ. Solving for the change δ costs the same, and whatever asks for no change
+/// gets none: the right-hand side is 0 exactly, and the solver is not called.
+
+#include "mq/filter/screened_poisson.h"
+
+#include <cmath>
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+
+namespace mq {
+
+namespace {
+
+/// The weight of the screening where only gradients shall count, in units of 1 / component area.
+constexpr double vanishing_screen = 1e-10;
+
+void require_finite(const Signal& signal, int rows, const char* what) {
+  require(signal.rows() == rows, fmt::format("{} has {} rows, and the space has {} unknowns", what,
+                                             signal.rows(), rows));
+  if (signal.allFinite()) return;
+  for (Eigen::Index i = 0; i < signal.rows(); ++i)
+    for (Eigen::Index c = 0; c < signal.cols(); ++c)
+      require(std::isfinite(signal(i, c)),
+              fmt::format("{} holds {} at unknown {}, channel {}; values must be finite", what,
+                          signal(i, c), i, c));
+}
+
+/// Numbers the connected components of a symmetric pattern, in the order of their first unknown.
+std::vector<int> components(const SparseMatrix& A) {
+  std::vector<int> component(A.rows(), -1), stack;
+  int count = 0;
+  for (int seed = 0; seed < A.rows(); ++seed) {
+    if (component[seed] >= 0) continue;
+    component[seed] = count;
+    stack.push_back(seed);
+    while (!stack.empty()) {
+      const int i = stack.back();
+      stack.pop_back();
+      for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry)
+        if (entry.value() != 0 && component[entry.col()] < 0) {
+          component[entry.col()] = count;
+          stack.push_back(int(entry.col()));
+        }
+    }
+    ++count;
+  }
+  return component;
+}
+
+/// Per component the sum of what its unknowns have.
+Signal sums(const std::vector<int>& component, const Signal& values) {
+  const int count = component.empty() ? 0 : 1 + *std::max_element(component.begin(), component.end());
+  Signal sum = Signal::Zero(count, values.cols());
+  for (Eigen::Index i = 0; i < values.rows(); ++i) sum.row(component[i]) += values.row(i);
+  return sum;
+}
+
+}  // namespace
+
+ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight, SolverFactory factory,
+                                 const Progress& progress)
+    : space_(space), factory_(std::move(factory)) {
+  set_weight(weight, progress);
+}
+
+void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
+  require(weight >= 0, fmt::format("the weight of a screened Poisson equation is {}; it must be 0 "
+                                   "or more, or infinite", weight));
+  weight_ = weight;
+  prepare(assemble(progress.step("assemble", 0.2)), progress.step("prepare", 0.8));
+}
+
+SparseMatrix ScreenedPoisson::assemble(const Progress& progress) {
+  component_.clear();
+  if (std::isfinite(weight_)) return space_.system(1, weight_, progress);
+
+  SparseMatrix A = space_.system(0, 1, progress);
+  component_ = components(A);
+  const Vector mass = space_.mass() * Vector::Ones(space_.size());
+  const Signal area = sums(component_, mass);
+  component_share_.resize(mass.size());
+  for (Eigen::Index i = 0; i < mass.size(); ++i)
+    component_share_[i] = mass[i] / area(component_[i], 0);
+  A.diagonal() += vanishing_screen * component_share_;
+  return A;
+}
+
+void ScreenedPoisson::prepare(SparseMatrix A, const Progress& progress) {
+  shift_ = 0;
+  for (const double next : {1e-12, 1e-11, 1e-10, 1e-9, 0.0}) {
+    try {
+      if (solver_) solver_->update(A, progress);
+      else solver_ = factory_(A, progress);
+      return;
+    } catch (const NotPositiveDefinite&) {
+      if (next == 0) throw;
+      A.diagonal() *= (1 + next) / (1 + shift_);
+      shift_ = next;
+    }
+  }
+}
+
+void ScreenedPoisson::keep_means(Signal& correction) const {
+  const Signal mean = sums(component_, component_share_.asDiagonal() * correction);
+  for (Eigen::Index i = 0; i < correction.rows(); ++i) correction.row(i) -= mean.row(component_[i]);
+}
+
+Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
+                                  const Progress& progress) const {
+  if (gradient_change.isZero(0) || weight_ == 0)
+    return {psi, {.method = "none (nothing to change)"}};
+  if (std::isfinite(weight_)) gradient_change *= weight_;
+  Signal correction = Signal::Zero(psi.rows(), psi.cols());
+  SolveReport report = solver_->solve(gradient_change, correction, progress);
+  if (!std::isfinite(weight_)) keep_means(correction);
+  if (shift_ > 0) report.method += fmt::format(", diagonal raised by {:g} of itself", shift_);
+  return {psi + correction, std::move(report)};
+}
+
+Filtered ScreenedPoisson::solve(const Signal& psi, double beta, const Progress& progress) const {
+  require(std::isfinite(beta), fmt::format("beta is {}; it must be finite", beta));
+  require_finite(psi, space_.size(), "the signal");
+  if (beta == 1) return correct(psi, Signal::Zero(psi.rows(), psi.cols()), progress);
+  return correct(psi, (beta - 1) * space_.stiffness_times(psi), progress);
+}
+
+Filtered ScreenedPoisson::solve(const Signal& psi, std::span<const double> beta,
+                                const Progress& progress) const {
+  require_finite(psi, space_.size(), "the signal");
+  require(beta.size() == std::size_t(space_.size()),
+          fmt::format("a modulation of {} values was given for {} unknowns", beta.size(),
+                      space_.size()));
+  std::vector<double> change(beta.begin(), beta.end());
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    require(std::isfinite(change[i]), fmt::format("the modulation is {} at unknown {}; it must be "
+                                                  "finite", change[i], i));
+    change[i] -= 1;
+  }
+  return correct(psi, space_.stiffness_times(psi, change), progress);
+}
+
+Filtered ScreenedPoisson::solve_towards(const Signal& psi, const Signal& gradient_moments,
+                                        const Progress& progress) const {
+  require_finite(psi, space_.size(), "the signal");
+  require_finite(gradient_moments, space_.size(), "the target gradient");
+  require(gradient_moments.cols() == psi.cols(),
+          fmt::format("the target gradient has {} channels, and the signal {}",
+                      gradient_moments.cols(), psi.cols()));
+  return correct(psi, gradient_moments - space_.stiffness_times(psi), progress);
+}
+
+Filtered smooth(const SignalSpace& space, const Signal& signal, const Length& length,
+                const SolverFactory& factory, const Progress& progress) {
+  return sharpen(space, signal, length, 0, factory, progress);
+}
+
+Filtered sharpen(const SignalSpace& space, const Signal& signal, const Length& length, double beta,
+                 const SolverFactory& factory, const Progress& progress) {
+  const double weight = weight_from_length(length, space.scale());
+  const ScreenedPoisson equation(space, weight, factory, progress.step("prepare", 0.8));
+  return equation.solve(signal, beta, progress.step("solve", 0.2));
+}
+
+}  // namespace mq

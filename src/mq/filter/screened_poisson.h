@@ -1,0 +1,99 @@
+#pragma once
+/// The screened Poisson equation: keep the values, change the gradients.
+
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "mq/base/length.h"
+#include "mq/base/progress.h"
+#include "mq/fem/space.h"
+#include "mq/linear/direct_solver.h"
+#include "mq/linear/solver.h"
+
+namespace mq {
+
+/// A filtered signal and how its solve went.
+struct Filtered {
+  Signal signal;
+  SolveReport report;
+};
+
+/// Minimises, over the signals φ of a space and for each channel alone,
+///
+///     E(φ) = ∫ (φ − ψ)² dA + w ∫ |∇φ − β∇ψ|² dA,          (M + w·S)·φ = M·ψ + w·S_β·ψ,
+///
+/// with S_β·ψ = ∫ β ⟨∇ψ, ∇φ_i⟩ dA. The weight w is a length squared in model units: alpha · area
+/// for the thesis' alpha, see `weight_from_length`. An eigenfunction of the Laplacian with
+/// eigenvalue λ (wave length 2π/√λ) comes out times the
+///
+///     gain  (1 + β·w·λ) / (1 + w·λ):
+///
+/// from 1 for slow changes to β for fast ones, half-way at wave length 2π·√w. β = 0 smooths,
+/// β > 1 sharpens, β = 1 changes nothing.
+///
+/// What is solved is the correction, φ = ψ + (M + w·S)⁻¹ w·S_{β−1}·ψ. So β = 1 gives ψ back bit for
+/// bit, ψ is the first guess of an iterative solver, and, as the right-hand side sums to 0, the mean
+/// ∫φ dA of each connected component is that of ψ to the accuracy of the solve.
+///
+/// w = ∞ is allowed: only gradients count, S·φ = S_β·ψ, each component keeping its mean. It is
+/// solved as S·δ + D·δ = S_{β−1}·ψ with D = 10⁻¹⁰/(area of the component) · (lumped mass), a weight
+/// of 10¹⁰ areas of the component, and the mean of δ taken out.
+///
+/// Where a factorisation finds the matrix not positive definite, which rounding brings about on
+/// surfaces with triangles of nearly no area, the diagonal is raised by 10⁻¹², then up to 10⁻⁹, of
+/// itself, and the report's `method` says so.
+///
+/// Thesis 5.2, equations (5.1), (5.8), (5.11), and 5.9.1. There the surface is scaled to unit area,
+/// and the sign of ∇·X in (5.5) is wrong.
+class ScreenedPoisson {
+ public:
+  static constexpr double infinite_weight = std::numeric_limits<double>::infinity();
+
+  /// Assembles and prepares the solver. `space` must outlive the object. Throws `InvalidInput` on a
+  /// weight that is negative or NaN, and what the factory throws.
+  ScreenedPoisson(const SignalSpace& space, double weight,
+                  SolverFactory factory = direct_solver(), const Progress& progress = {});
+
+  /// Prepares for another weight, keeping what the solver can (the analysis of the pattern).
+  void set_weight(double weight, const Progress& progress = {});
+
+  double weight() const { return weight_; }
+
+  /// φ for one β everywhere. ψ is size() × channels; throws `InvalidInput` naming the first value
+  /// that is not finite.
+  Filtered solve(const Signal& psi, double beta, const Progress& progress = {}) const;
+
+  /// φ for a β per unknown (constant on each triangle or cell: the mean over its unknowns).
+  Filtered solve(const Signal& psi, std::span<const double> beta,
+                 const Progress& progress = {}) const;
+
+  /// φ for any target gradient X, given by its moments ∫ ⟨X, ∇φ_i⟩ dA, size() × channels.
+  Filtered solve_towards(const Signal& psi, const Signal& gradient_moments,
+                         const Progress& progress = {}) const;
+
+ private:
+  SparseMatrix assemble(const Progress& progress);
+  void prepare(SparseMatrix A, const Progress& progress);
+  Filtered correct(const Signal& psi, Signal gradient_change, const Progress& progress) const;
+  void keep_means(Signal& correction) const;
+
+  const SignalSpace& space_;
+  double weight_;
+  SolverFactory factory_;
+  std::unique_ptr<LinearSolver> solver_;
+  double shift_ = 0;             ///< of the diagonal, relative
+  std::vector<int> component_;   ///< per unknown; only where the weight is infinite
+  Vector component_share_;       ///< per unknown its lumped mass over that of its component
+};
+
+/// β = 0 with w = length²: details smaller than about 2π·length fade.
+Filtered smooth(const SignalSpace& space, const Signal& signal, const Length& length,
+                const SolverFactory& factory = direct_solver(), const Progress& progress = {});
+
+/// β > 1 with w = length²: details smaller than about 2π·length are amplified by up to β.
+Filtered sharpen(const SignalSpace& space, const Signal& signal, const Length& length, double beta,
+                 const SolverFactory& factory = direct_solver(), const Progress& progress = {});
+
+}  // namespace mq
