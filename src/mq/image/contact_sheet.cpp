@@ -1,0 +1,84 @@
+#include "mq/image/contact_sheet.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/image/text.h"
+
+namespace mq {
+namespace {
+
+/// The columns that make the page most nearly square.
+int square_columns(int count, int width, int height) {
+  int best = 1;
+  double least = 1e300;
+  for (int columns = 1; columns <= count; ++columns) {
+    const int rows = (count + columns - 1) / columns;
+    const double off = std::abs(std::log(double(columns) * width / (double(rows) * height))) +
+                       0.3 * (rows * columns - count);
+    if (off < least) least = off, best = columns;
+  }
+  return best;
+}
+
+std::string shortened(const std::string& text, int width, int scale) {
+  if (text_width(text, scale) <= width) return text;
+  std::string cut = text;
+  while (!cut.empty() && text_width(cut + "...", scale) > width) {
+    while (!cut.empty() && (static_cast<unsigned char>(cut.back()) & 0xC0) == 0x80) cut.pop_back();
+    if (!cut.empty()) cut.pop_back();
+  }
+  return cut + "...";
+}
+
+void paste(const Image<float>& tile, int x, int y, Image<float>& page) {
+  for (int row = 0; row < tile.height(); ++row)
+    for (int column = 0; column < tile.width(); ++column)
+      std::ranges::copy(tile.pixel(column, row), page.pixel(x + column, y + row).begin());
+}
+
+}  // namespace
+
+Image<float> contact_sheet(const std::vector<Tile>& tiles, const SheetOptions& options) {
+  require(!tiles.empty(), "a contact sheet needs at least one picture");
+  require(options.gap >= 0 && options.text_scale >= 1 && options.columns >= 0,
+          "the gap and columns of a contact sheet are not negative, its text scale is at least 1");
+  int width = 0, height = 0;
+  bool labelled = false;
+  for (const Tile& tile : tiles) {
+    if (tile.image.empty())
+      throw InvalidInput(fmt::format("the picture \"{}\" has no pixels", tile.label));
+    width = std::max(width, tile.image.width());
+    height = std::max(height, tile.image.height());
+    labelled = labelled || !tile.label.empty();
+  }
+  const int count = int(tiles.size()), gap = options.gap, scale = options.text_scale;
+  const int label = labelled ? text_height(scale) + 4 * scale : 0;
+  const int columns = options.columns > 0 ? options.columns : square_columns(count, width, height);
+  const int rows = (count + columns - 1) / columns;
+  const int head = options.title.empty() ? 0 : text_height(2 * scale) + gap;
+
+  Image<float> page(gap + columns * (width + gap), gap + head + rows * (height + label + gap), 3);
+  for (int y = 0; y < page.height(); ++y)
+    for (int x = 0; x < page.width(); ++x)
+      std::ranges::copy(options.background, page.pixel(x, y).begin());
+  TextStyle style;
+  style.scale = 2 * scale;
+  draw_text(page, gap, gap, shortened(options.title, page.width() - 2 * gap, style.scale), style);
+  style.scale = scale;
+  style.anchor = TextStyle::Anchor::centre;
+  for (int i = 0; i < count; ++i) {
+    const Image<float> tile = as_rgb(tiles[i].image, options.background);
+    const int x = gap + i % columns * (width + gap);
+    const int y = gap + head + i / columns * (height + label + gap);
+    paste(tile, x + (width - tile.width()) / 2, y + (height - tile.height()) / 2, page);
+    draw_text(page, x + width / 2, y + height + 4 * scale,
+              shortened(tiles[i].label, width, scale), style);
+  }
+  return page;
+}
+
+}  // namespace mq
