@@ -18,12 +18,16 @@ Signal residual(const SparseMatrix& A, const Signal& X, const Signal& B) {
 }
 
 Eigen::RowVectorXd channel_dots(const Signal& X, const Signal& Y) {
-  const Eigen::RowVectorXd zero = Eigen::RowVectorXd::Zero(X.cols());
+  // Loops, not Eigen's sums: those may depend on where the data lie in memory.
+  const Eigen::Index channels = X.cols();
+  const Eigen::RowVectorXd zero = Eigen::RowVectorXd::Zero(channels);
   return parallel_sum(X.rows(), zero, [&](std::int64_t begin, std::int64_t end) {
-    return Eigen::RowVectorXd(X.middleRows(begin, end - begin)
-                                  .cwiseProduct(Y.middleRows(begin, end - begin))
-                                  .colwise()
-                                  .sum());
+    Eigen::RowVectorXd sum = zero;
+    const double* x = X.data() + begin * channels;
+    const double* y = Y.data() + begin * channels;
+    for (std::int64_t row = begin; row < end; ++row)
+      for (Eigen::Index c = 0; c < channels; ++c) sum[c] += *x++ * *y++;
+    return sum;
   });
 }
 
