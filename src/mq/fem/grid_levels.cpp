@@ -1,0 +1,317 @@
+#include "mq/fem/grid_levels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "mq/base/parallel.h"
+
+namespace mq {
+
+namespace {
+
+constexpr int tile_width = StencilLayout::max_run;
+constexpr int tile_height = 64;
+
+using Place = Texels::Place;
+
+bool is_at(const Texels& texels, int k, const Place& from, int chart, int dx, int dy) {
+  const Place& p = texels.places[k];
+  return p.texture == from.texture && p.x == from.x + dx && p.y == from.y + dy &&
+         (texels.chart[k] == chart || dx != 0 || dy != 0);
+}
+
+/// Whether row k couples to its 3 × 3 neighbours and nothing else.
+bool is_stencil(const SparseMatrix& A, const Texels& texels, int k) {
+  const int begin = A.outerIndexPtr()[k];
+  if (A.outerIndexPtr()[k + 1] - begin != 9) return false;
+  const int* column = A.innerIndexPtr() + begin;
+  const Place& place = texels.places[k];
+  for (int i = 0; i < 9; ++i)
+    if (!is_at(texels, column[i], place, texels.chart[k], i % 3 - 1, i / 3 - 1)) return false;
+  for (int i = 0; i < 9; i += 3)
+    if (column[i + 1] != column[i] + 1 || column[i + 2] != column[i] + 2) return false;
+  return true;
+}
+
+/// The runs of stencil rows among rows begin … end − 1.
+void find_runs(const SparseMatrix& A, const Texels& texels, int begin, int end,
+               std::vector<StencilRun>& runs, std::vector<int>& irregular) {
+  StencilRun run;
+  const auto finish = [&] {
+    if (run.count > 0) runs.push_back(run);
+    run = {};
+  };
+  for (int k = begin; k < end; ++k) {
+    if (!is_stencil(A, texels, k)) {
+      finish();
+      irregular.push_back(k);
+      continue;
+    }
+    const int* column = A.innerIndexPtr() + A.outerIndexPtr()[k];
+    const int up = column[1], down = column[7];
+    const bool goes_on = run.count > 0 && run.first + run.count == k && run.up + run.count == up &&
+                         run.down + run.count == down && texels.places[k].x % tile_width != 0;
+    if (!goes_on) {
+      finish();
+      run = {k, 0, up, down};
+    }
+    ++run.count;
+  }
+  finish();
+}
+
+/// Tiles in the order in which they are relaxed: by colour, then by place.
+auto tile_of(const Place& p) {
+  const int x = p.x / tile_width, y = p.y / tile_height;
+  return std::tuple(x % 2 + 2 * (y % 2), p.texture, y, x);
+}
+
+void sort_into_tiles(const Texels& texels, StencilLayout& layout) {
+  const auto key = [&](const StencilRun& run) { return tile_of(texels.places[run.first]); };
+  std::stable_sort(layout.runs.begin(), layout.runs.end(),
+                   [&](const StencilRun& a, const StencilRun& b) { return key(a) < key(b); });
+  layout.colours.assign(1, 0);
+  int colour = 0;
+  for (int r = 0; r < int(layout.runs.size()); ++r) {
+    if (r > 0 && key(layout.runs[r]) == key(layout.runs[r - 1])) continue;
+    for (; colour < std::get<0>(key(layout.runs[r])); ++colour)
+      layout.colours.push_back(int(layout.tiles.size()));
+    layout.tiles.push_back(r);
+  }
+  layout.colours.push_back(int(layout.tiles.size()));
+  layout.tiles.push_back(int(layout.runs.size()));
+}
+
+int floor_half(int x) { return x >> 1; }
+int below(int x, int step) { return step == 1 ? x : floor_half(x); }
+int above(int x, int step) { return step == 1 ? x : floor_half(x + 1); }
+
+/// Unknowns `items[begin]` … `items[end − 1]`: one row of one chart, from left to right.
+struct GridRow {
+  int chart, texture, y, begin, end;
+};
+
+struct FineRows {
+  std::vector<int> items;  ///< unknowns by chart, row, column
+  std::vector<GridRow> rows;
+};
+
+FineRows rows_of(const Texels& texels) {
+  FineRows result;
+  const int n = texels.size();
+  int charts = 0;
+  for (const int c : texels.chart) charts = std::max(charts, c + 1);
+  std::vector<int> at(charts + 1, 0);
+  for (const int c : texels.chart) ++at[c + 1];
+  for (int c = 0; c < charts; ++c) at[c + 1] += at[c];
+  result.items.resize(n);
+  for (int k = 0; k < n; ++k) result.items[at[texels.chart[k]]++] = k;
+  for (int i = 0; i < n; ++i) {
+    const int k = result.items[i];
+    const Place& p = texels.places[k];
+    if (i == 0 || result.rows.back().chart != texels.chart[k] || result.rows.back().y != p.y)
+      result.rows.push_back({texels.chart[k], p.texture, p.y, i, i});
+    result.rows.back().end = i + 1;
+  }
+  return result;
+}
+
+/// A coarse row and the fine rows (indices into FineRows::rows, −1: none) above, on and below it.
+struct CoarseRow {
+  int chart, texture, y;
+  std::array<int, 3> fine = {-1, -1, -1};
+  std::vector<int> columns;
+  int begin = 0;  ///< its first node
+};
+
+std::vector<CoarseRow> coarse_rows(const Texels& texels, const FineRows& fine,
+                                   const std::vector<GridStep>& steps) {
+  std::vector<CoarseRow> rows;
+  for (int f = 0; f < int(fine.rows.size()); ++f) {
+    const GridRow& row = fine.rows[f];
+    const int step = steps[row.chart].y;
+    for (int y = below(row.y, step); y <= above(row.y, step); ++y) {
+      // Rows of a chart come from top to bottom: a coarse row is the last or the last but one.
+      int found = -1;
+      for (int i = int(rows.size()) - 1; i >= 0 && i >= int(rows.size()) - 2; --i)
+        if (rows[i].chart == row.chart && rows[i].y == y) found = i;
+      if (found < 0) {
+        found = int(rows.size());
+        rows.push_back({row.chart, row.texture, y, {-1, -1, -1}, {}, 0});
+      }
+      rows[found].fine[row.y - step * y + 1] = f;
+    }
+  }
+  parallel_for(std::int64_t(rows.size()), [&](std::int64_t i) {
+    CoarseRow& row = rows[i];
+    const int step = steps[row.chart].x;
+    for (const int f : row.fine) {
+      if (f < 0) continue;
+      for (int item = fine.rows[f].begin; item < fine.rows[f].end; ++item) {
+        const int x = texels.places[fine.items[item]].x;
+        for (int column = below(x, step); column <= above(x, step); ++column)
+          if (row.columns.empty() || row.columns.back() != column) row.columns.push_back(column);
+      }
+    }
+    std::sort(row.columns.begin(), row.columns.end());
+    row.columns.erase(std::unique(row.columns.begin(), row.columns.end()), row.columns.end());
+  }, 16);
+  int begin = 0;
+  for (CoarseRow& row : rows) {
+    row.begin = begin;
+    begin += int(row.columns.size());
+  }
+  return rows;
+}
+
+/// Fills the parents of one fine row from the coarse row `upper` (between_rows 0: the only one).
+void link_parents(const Texels& texels, const FineRows& fine, const GridRow& row,
+                  const CoarseRow& upper, const CoarseRow& lower, int step, bool between_rows,
+                  std::vector<GridTransfer::Parents>& parents) {
+  std::size_t u = 0, l = 0;
+  for (int item = row.begin; item < row.end; ++item) {
+    const int k = fine.items[item], x = texels.places[k].x, column = below(x, step);
+    while (upper.columns[u] < column) ++u;
+    while (lower.columns[l] < column) ++l;
+    GridTransfer::Parents& p = parents[k];
+    p.upper = std::uint32_t(upper.begin + int(u));
+    p.lower = lower.begin + int(l);
+    p.between_columns = above(x, step) != column;
+    p.between_rows = between_rows;
+  }
+}
+
+/// Fills row `i` (above, on, below) of the children of a coarse row's nodes.
+void link_children(const Texels& texels, const FineRows& fine, const GridRow& row,
+                   const CoarseRow& coarse, int i, int step,
+                   std::vector<GridTransfer::Children>& children) {
+  int item = row.begin;
+  for (std::size_t c = 0; c < coarse.columns.size(); ++c) {
+    const int x = step * coarse.columns[c], reach = step - 1;
+    while (item < row.end && texels.places[fine.items[item]].x < x - reach) ++item;
+    GridTransfer::Children& node = children[coarse.begin + int(c)];
+    for (int j = item; j < row.end; ++j) {
+      const int k = fine.items[j], dx = texels.places[k].x - x;
+      if (dx > reach) break;
+      node.flags[i] |= dx < 0 ? 1 : dx == 0 ? 2 : 4;
+      if (dx < 0) node.centre[i] = k + 1;
+      if (dx == 0 || !(node.flags[i] & 3)) node.centre[i] = k;
+      if (dx > 0 && k != node.centre[i]) node.flags[i] |= 8;
+    }
+  }
+}
+
+/// The place of a node: that of its own texel, or the mean of those it serves.
+std::array<float, 3> node_position(const Texels& fine, const GridTransfer& transfer, int node,
+                                   std::vector<WeightedIndex>& children) {
+  children.clear();
+  transfer.children(node, children);
+  std::array<double, 3> sum = {0, 0, 0};
+  double total = 0;
+  for (const WeightedIndex& c : children) {
+    if (c.weight == 1) return fine.positions[c.index];
+    for (int i = 0; i < 3; ++i) sum[i] += double(c.weight) * fine.positions[c.index][i];
+    total += c.weight;
+  }
+  return {float(sum[0] / total), float(sum[1] / total), float(sum[2] / total)};
+}
+
+}  // namespace
+
+StencilLayout make_layout(const SparseMatrix& A, const Texels& texels) {
+  StencilLayout layout;
+  layout.rows = texels.size();
+  constexpr int block = 1 << 16;
+  const int blocks = (layout.rows + block - 1) / block;
+  std::vector<std::vector<StencilRun>> runs(blocks);
+  std::vector<std::vector<int>> irregular(blocks);
+  parallel_blocks(layout.rows, block, [&](std::int64_t begin, std::int64_t end) {
+    find_runs(A, texels, int(begin), int(end), runs[begin / block], irregular[begin / block]);
+  });
+  for (int b = 0; b < blocks; ++b) {
+    layout.runs.insert(layout.runs.end(), runs[b].begin(), runs[b].end());
+    layout.irregular.insert(layout.irregular.end(), irregular[b].begin(), irregular[b].end());
+  }
+  sort_into_tiles(texels, layout);
+  return layout;
+}
+
+std::vector<GridStep> coarsening_steps(const Texels& texels, const StencilLayout& layout,
+                                       double max_ratio) {
+  int charts = 0;
+  for (const int c : texels.chart) charts = std::max(charts, c + 1);
+  std::vector<double> along_x(charts, 0), along_y(charts, 0);
+  const auto distance = [&](int a, int b) {
+    double squared = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double d = double(texels.positions[a][i]) - texels.positions[b][i];
+      squared += d * d;
+    }
+    return std::sqrt(squared);
+  };
+  for (const StencilRun& run : layout.runs) {
+    const int chart = texels.chart[run.first];
+    for (int i = 0; i < run.count; ++i) {
+      along_x[chart] += distance(run.first + i, run.first + i + 1);
+      along_y[chart] += distance(run.first + i, run.down + i);
+    }
+  }
+  std::vector<GridStep> steps(charts);
+  for (int c = 0; c < charts; ++c) {
+    if (along_x[c] > max_ratio * along_y[c]) steps[c] = {1, 2};
+    if (along_y[c] > max_ratio * along_x[c]) steps[c] = {2, 1};
+  }
+  return steps;
+}
+
+GridCoarsening coarsen_grid(const Texels& texels, const std::vector<GridStep>& steps) {
+  const FineRows fine = rows_of(texels);
+  const std::vector<CoarseRow> rows = coarse_rows(texels, fine, steps);
+  const int nodes = rows.empty() ? 0 : rows.back().begin + int(rows.back().columns.size());
+
+  // Per fine row the coarse rows above (or on) and below it.
+  std::vector<std::array<int, 2>> rows_of_parents(fine.rows.size(), {-1, -1});
+  for (int r = 0; r < int(rows.size()); ++r)
+    for (int i = 0; i < 3; ++i)
+      if (const int f = rows[r].fine[i]; f >= 0) {
+        if (i == 1) rows_of_parents[f] = {r, r};
+        if (i == 0) rows_of_parents[f][1] = r;
+        if (i == 2) rows_of_parents[f][0] = r;
+      }
+
+  std::vector<GridTransfer::Parents> parents(texels.size());
+  parallel_for(std::int64_t(fine.rows.size()), [&](std::int64_t f) {
+    const auto [upper, lower] = rows_of_parents[f];
+    link_parents(texels, fine, fine.rows[f], rows[upper], rows[lower], steps[rows[upper].chart].x,
+                 upper != lower, parents);
+  }, 16);
+
+  GridCoarsening result;
+  Texels& coarse = result.coarse;
+  coarse.places.resize(nodes);
+  coarse.chart.resize(nodes);
+  std::vector<GridTransfer::Children> children(nodes);
+  parallel_for(std::int64_t(rows.size()), [&](std::int64_t r) {
+    const CoarseRow& row = rows[r];
+    for (int i = 0; i < 3; ++i)
+      if (row.fine[i] >= 0)
+        link_children(texels, fine, fine.rows[row.fine[i]], row, i, steps[row.chart].x, children);
+    for (std::size_t c = 0; c < row.columns.size(); ++c) {
+      coarse.places[row.begin + c] = {row.texture, row.columns[c], row.y};
+      coarse.chart[row.begin + c] = row.chart;
+    }
+  }, 16);
+  result.transfer = std::make_unique<GridTransfer>(std::move(parents), std::move(children));
+
+  coarse.positions.resize(nodes);
+  parallel_blocks(nodes, 4096, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<WeightedIndex> list;
+    for (std::int64_t node = begin; node < end; ++node)
+      coarse.positions[node] = node_position(texels, *result.transfer, int(node), list);
+  });
+  return result;
+}
+
+}  // namespace mq

@@ -1,0 +1,40 @@
+#pragma once
+/// The regular part of a texel hierarchy: which rows are stencils, and the next coarser grid.
+
+#include <memory>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/fem/texels.h"
+#include "mq/linear/matrix.h"
+#include "mq/linear/stencil_matrix.h"
+#include "mq/linear/transfer.h"
+
+namespace mq {
+
+/// Finds the rows of A whose entries are exactly a texel's 3 × 3 neighbours in its texture and chart,
+/// and cuts them into tiles of 128 × 64 texels in four colours.
+StencilLayout make_layout(const SparseMatrix& A, const Texels& texels);
+
+/// By how much a chart is coarsened along its columns and rows, 1 or 2 each.
+struct GridStep {
+  int x = 2;
+  int y = 2;
+};
+
+/// Per chart how to coarsen: where texels are more than `max_ratio` times as far apart along one axis
+/// as along the other, only along the other.
+std::vector<GridStep> coarsening_steps(const Texels& texels, const StencilLayout& layout,
+                                       double max_ratio);
+
+struct GridCoarsening {
+  std::unique_ptr<GridTransfer> transfer;
+  Texels coarse;  ///< ordered by chart, row, column; x and y count nodes of the coarse grid
+};
+
+/// One node for every multiple of the chart's step of which a texel of the chart is less than a step
+/// away (thesis 5.8.1), with bilinear interpolation, so that constants and, where all nodes are
+/// there, linear functions are reproduced. A node without a texel lies at the mean of those it serves.
+GridCoarsening coarsen_grid(const Texels& fine, const std::vector<GridStep>& steps);
+
+}  // namespace mq

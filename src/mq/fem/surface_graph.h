@@ -1,0 +1,33 @@
+#pragma once
+/// Coarse levels that know no charts: points on a surface and the graph of a matrix.
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "mq/linear/matrix.h"
+#include "mq/linear/transfer.h"
+
+namespace mq {
+
+/// Points in space whose coupling a matrix gives.
+struct SurfacePoints {
+  std::vector<std::array<float, 3>> positions;
+  std::vector<float> spacing;  ///< how close neighbours are, in the direction where they are closest
+};
+
+struct GraphCoarsening {
+  std::unique_ptr<SparseTransfer> transfer;
+  SurfacePoints coarse;
+};
+
+/// Chooses points so that each point has one within `radius` of its spacings along edges of the
+/// graph of A, and writes every point as a combination of at most three of them: of the corners of a
+/// triangle of mutually adjacent chosen points whose projection holds it, else of the ends of the
+/// nearest edge. Where points are closer in one direction than in another, fewer are left in that
+/// direction only. A component of the graph keeps at least one point. Weights are in [0, 1].
+///
+/// Wiersma, Nasikun, Eisemann and Hildebrandt 2023, with a spacing of its own for every point.
+GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& points, double radius);
+
+}  // namespace mq

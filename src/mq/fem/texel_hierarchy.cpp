@@ -1,0 +1,240 @@
+/// Level 0 has the texels, level 1 a grid of half the resolution in each chart (thesis 5.8.1). From
+/// there on charts are forgotten: a chart-wise grid not much finer than the charts cannot represent
+/// smooth functions across seams, which is what makes coarse levels of the thesis' kind fail on
+/// atlases of many charts. All matrices are scaled so that the mean diagonal value of A is 1, which
+/// keeps single precision away from its ends whatever the unit of the model is.
+
+#include "mq/fem/texel_hierarchy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/fem/grid_levels.h"
+#include "mq/linear/galerkin.h"
+
+namespace mq {
+
+namespace {
+
+constexpr double stalled = 0.8;           // a level this much of the finer one's size is not worth it
+constexpr double singular_below = 1e-14;  // of the trace: what rounding leaves of Σ A_ij where A·1 = 0
+
+/// rows / trace, so that `scale`·A has a mean diagonal value of 1.
+double scale_of(const SparseMatrix& A) {
+  const double trace = parallel_sum(A.rows(), 0.0, [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0;
+    for (std::int64_t row = begin; row < end; ++row)
+      for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
+        if (entry.col() == row) sum += entry.value();
+    return sum;
+  });
+  return trace > 0 && std::isfinite(trace) ? double(A.rows()) / trace : 1;
+}
+
+/// How close neighbouring nodes are, per node the mean over its chart along its closer axis.
+std::vector<float> spacings(const Texels& grid, const StencilLayout& layout) {
+  int charts = 0;
+  for (const int c : grid.chart) charts = std::max(charts, c + 1);
+  std::vector<std::array<double, 2>> sum(charts, {0, 0});
+  std::vector<double> count(charts, 0);
+  const auto distance = [&](int a, int b) {
+    double squared = 0;
+    for (int i = 0; i < 3; ++i)
+      squared += std::pow(double(grid.positions[a][i]) - grid.positions[b][i], 2);
+    return std::sqrt(squared);
+  };
+  double total = 0, total_count = 0;
+  for (const StencilRun& run : layout.runs)
+    for (int i = 0; i < run.count; ++i) {
+      const int k = run.first + i, chart = grid.chart[k];
+      sum[chart][0] += distance(k, k + 1);
+      sum[chart][1] += distance(k, run.down + i);
+      count[chart] += 1;
+    }
+  for (int c = 0; c < charts; ++c) {
+    total += std::min(sum[c][0], sum[c][1]);
+    total_count += count[c];
+  }
+  // Charts too small to have a stencil row share the mean of the others, or, if there are none, the
+  // distance of nodes adjacent in a row.
+  if (total_count == 0)
+    for (int k = 0; k + 1 < grid.size(); ++k)
+      if (grid.chart[k] == grid.chart[k + 1] && grid.places[k].y == grid.places[k + 1].y) {
+        total += distance(k, k + 1);
+        total_count += 1;
+      }
+  const double common = total_count > 0 ? total / total_count : 0;
+  std::vector<float> result(grid.size());
+  for (int k = 0; k < grid.size(); ++k) {
+    const int c = grid.chart[k];
+    result[k] = float(count[c] > 0 ? std::min(sum[c][0], sum[c][1]) / count[c] : common);
+  }
+  return result;
+}
+
+StencilLayout layout_without_stencils(int rows) {
+  StencilLayout layout;
+  layout.rows = rows;
+  layout.tiles.assign(1, 0);
+  layout.colours.assign(1, 0);
+  layout.irregular.resize(rows);
+  std::iota(layout.irregular.begin(), layout.irregular.end(), 0);
+  return layout;
+}
+
+}  // namespace
+
+TexelHierarchy::TexelHierarchy(const SparseMatrix& A, const Texels& texels,
+                               const MultigridOptions& options, const Progress& progress)
+    : rows_(int(A.rows())), entries_(A.nonZeros()) {
+  require(A.rows() == A.cols() && A.rows() == texels.size() && A.isCompressed(),
+          fmt::format("a compressed matrix of {0} × {0} was wanted for {0} texels, one of {1} × {2} "
+                      "was given", texels.size(), A.rows(), A.cols()));
+  multigrid_.options.sweeps = options.sweeps;
+  if (rows_ > 0) build(A, texels, options, progress);
+}
+
+void TexelHierarchy::build(const SparseMatrix& A, const Texels& texels,
+                           const MultigridOptions& options, const Progress& progress) {
+  const auto add_level = [&](StencilLayout layout, const SparseMatrix& matrix, Patches::Kind kind) {
+    auto level = std::make_unique<MultigridLevel>();
+    level->layout = std::move(layout);
+    level->patches = Patches(matrix, level->layout, kind);
+    multigrid_.levels.push_back(std::move(level));
+  };
+  scale_ = scale_of(A);
+  add_level(make_layout(A, texels), A, Patches::Kind::neighbours);
+  take_finest_values(A);
+  progress.at(0.3);
+
+  MultigridLevel& finest = *multigrid_.levels.front();
+  GridCoarsening grid = coarsen_grid(
+      texels, coarsening_steps(texels, finest.layout, options.max_stretch));
+  finest.transfer = std::move(grid.transfer);
+  SparseMatrix matrix = galerkin(A, *finest.transfer, progress);
+  progress.at(0.6);
+
+  StencilLayout layout = make_layout(matrix, grid.coarse);
+  SurfacePoints points;
+  points.spacing = spacings(grid.coarse, layout);
+  points.positions = std::move(grid.coarse.positions);
+  Patches::Kind kind = Patches::Kind::neighbours;
+  while (matrix.rows() > options.coarsest_rows) {
+    GraphCoarsening graph = coarsen_graph(matrix, points, options.graph_radius);
+    if (graph.transfer->coarse_rows() > stalled * double(matrix.rows())) break;
+    add_level(std::move(layout), matrix, kind);
+    multigrid_.levels.back()->transfer = std::move(graph.transfer);
+    take_values(matrix, int(multigrid_.levels.size()) - 1);
+    matrix = galerkin(matrix, *multigrid_.levels.back()->transfer, progress);
+    points = std::move(graph.coarse);
+    layout = layout_without_stencils(int(matrix.rows()));
+    kind = Patches::Kind::single;
+  }
+  label_components(matrix);
+  find_singular(A);
+  take_coarsest_values(std::move(matrix));
+  progress.at(1);
+}
+
+void TexelHierarchy::set_values(const SparseMatrix& A, const Progress& progress) {
+  require(A.rows() == rows_ && A.cols() == rows_ && A.nonZeros() == entries_ && A.isCompressed(),
+          fmt::format("a matrix of the pattern the solver was made for ({} rows, {} entries) was "
+                      "wanted, one of {} rows and {} entries was given; make another solver for it",
+                      rows_, entries_, A.rows(), A.nonZeros()));
+  if (rows_ == 0) return;
+  scale_ = scale_of(A);
+  take_finest_values(A);
+  SparseMatrix matrix = galerkin(A, *multigrid_.levels.front()->transfer, progress);
+  for (int l = 1; l < int(multigrid_.levels.size()); ++l) {
+    take_values(matrix, l);
+    matrix = galerkin(matrix, *multigrid_.levels[l]->transfer, progress);
+    progress.at(double(l) / double(multigrid_.levels.size()));
+  }
+  find_singular(A);
+  take_coarsest_values(std::move(matrix));
+}
+
+void TexelHierarchy::take_values(const SparseMatrix& A, int l) {
+  MultigridLevel& level = *multigrid_.levels[l];
+  level.matrix = StencilMatrix(A, level.layout, scale_);
+  level.patches.set_values(A, level.layout, scale_);
+}
+
+void TexelHierarchy::take_finest_values(const SparseMatrix& A) {
+  take_values(A, 0);
+  MultigridLevel& level = *multigrid_.levels.front();
+  level.matrix.keep_row_sums(A, scale_);
+  low_ = StencilMatrix::remainder(A, level.layout, scale_);
+}
+
+void TexelHierarchy::take_coarsest_values(SparseMatrix A) {
+  multigrid_.coarsest = CoarsestLevel(scale_ * A, coarsest_component_, components_.singular);
+}
+
+void TexelHierarchy::label_components(const SparseMatrix& coarsest) {
+  const int n = int(coarsest.rows());
+  std::vector<int>& label = coarsest_component_;
+  label.assign(n, -1);
+  int count = 0;
+  std::vector<int> stack;
+  for (int seed = 0; seed < n; ++seed) {
+    if (label[seed] >= 0) continue;
+    label[seed] = count;
+    stack.push_back(seed);
+    while (!stack.empty()) {
+      const int i = stack.back();
+      stack.pop_back();
+      for (SparseMatrix::InnerIterator entry(coarsest, i); entry; ++entry)
+        if (label[entry.col()] < 0) {
+          label[entry.col()] = count;
+          stack.push_back(int(entry.col()));
+        }
+    }
+    ++count;
+  }
+  components_.singular.assign(count, 0);
+  components_.count.assign(count, 0);
+  components_.component.clear();
+  if (count == 1) {
+    components_.count[0] = rows_;
+    return;
+  }
+  std::vector<int> labels = label;
+  for (int l = int(multigrid_.levels.size()) - 1; l >= 0; --l) {
+    const MultigridLevel& level = *multigrid_.levels[l];
+    std::vector<int> finer(level.layout.rows);
+    parallel_for(level.layout.rows, [&](std::int64_t i) {
+      std::array<WeightedIndex, 4> parents;
+      level.transfer->parents(int(i), parents);
+      finer[i] = labels[parents[0].index];
+    });
+    labels = std::move(finer);
+  }
+  for (const int c : labels) components_.count[c] += 1;
+  components_.component = std::move(labels);
+}
+
+void TexelHierarchy::find_singular(const SparseMatrix& A) {
+  const std::size_t count = components_.count.size();
+  std::vector<double> sum(count, 0), trace(count, 0);
+  for (int row = 0; row < rows_; ++row) {
+    const int c = components_.component.empty() ? 0 : components_.component[row];
+    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry) {
+      sum[c] += entry.value();
+      if (entry.col() == row) trace[c] += entry.value();
+    }
+  }
+  for (std::size_t c = 0; c < count; ++c)
+    components_.singular[c] = std::abs(sum[c]) <= singular_below * trace[c];
+}
+
+std::int64_t TexelHierarchy::bytes() const {
+  return multigrid_.bytes() + low_.bytes() + 4 * std::int64_t(components_.component.size());
+}
+
+}  // namespace mq

@@ -1,0 +1,58 @@
+#include "mq/linear/block_order.h"
+
+#include <algorithm>
+
+namespace mq {
+
+namespace {
+
+/// Per unknown the blocks that write it, as compressed lists.
+struct Writers {
+  std::vector<int> starts;
+  std::vector<int> blocks;
+
+  Writers(std::int64_t rows, const std::vector<int>& begins, const std::vector<int>& starts_of_items,
+          const std::vector<int>& unknowns)
+      : starts(rows + 1, 0), blocks(unknowns.size()) {
+    for (const int u : unknowns) ++starts[u + 1];
+    for (std::int64_t i = 0; i < rows; ++i) starts[i + 1] += starts[i];
+    std::vector<int> at(starts.begin(), starts.end() - 1);
+    for (int b = 0; b + 1 < int(begins.size()); ++b)
+      for (int i = starts_of_items[begins[b]]; i < starts_of_items[begins[b + 1]]; ++i)
+        blocks[at[unknowns[i]]++] = b;
+  }
+};
+
+}  // namespace
+
+BlockOrder order_blocks(const SparseMatrix& A, const std::vector<int>& starts,
+                        const std::vector<int>& unknowns, int block_size) {
+  const int items = int(starts.size()) - 1;
+  BlockOrder order;
+  for (int i = 0; i < items; i += block_size) order.begins.push_back(i);
+  order.begins.push_back(items);
+  const int count = int(order.begins.size()) - 1;
+
+  const Writers writers(A.rows(), order.begins, starts, unknowns);
+  std::vector<int> colour(count, -1), taken;
+  int colour_count = 0;
+  for (int b = 0; b < count; ++b) {
+    taken.assign(colour_count + 1, 0);
+    for (int i = starts[order.begins[b]]; i < starts[order.begins[b + 1]]; ++i)
+      for (SparseMatrix::InnerIterator entry(A, unknowns[i]); entry; ++entry)
+        for (int w = writers.starts[entry.col()]; w < writers.starts[entry.col() + 1]; ++w)
+          if (const int c = colour[writers.blocks[w]]; c >= 0) taken[c] = 1;
+    colour[b] = int(std::find(taken.begin(), taken.end(), 0) - taken.begin());
+    colour_count = std::max(colour_count, colour[b] + 1);
+  }
+
+  order.colours.assign(1, 0);
+  for (int c = 0; c < colour_count; ++c) {
+    for (int b = 0; b < count; ++b)
+      if (colour[b] == c) order.blocks.push_back(b);
+    order.colours.push_back(int(order.blocks.size()));
+  }
+  return order;
+}
+
+}  // namespace mq

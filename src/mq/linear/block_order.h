@@ -1,0 +1,42 @@
+#pragma once
+/// An order in which coupled local updates may run in parallel and still give the same bits.
+
+#include <vector>
+
+#include "mq/base/parallel.h"
+#include "mq/linear/matrix.h"
+#include "mq/linear/stencil_matrix.h"
+
+namespace mq {
+
+/// Items (rows, patches) in blocks of consecutive ones; blocks of one colour neither write the same
+/// unknown nor read what another of them writes.
+struct BlockOrder {
+  std::vector<int> begins;   ///< block k has items begins[k] … begins[k + 1] − 1
+  std::vector<int> blocks;   ///< blocks, colour after colour
+  std::vector<int> colours;  ///< colour c has blocks[colours[c]] … blocks[colours[c + 1] − 1]
+
+  /// Calls update(item) for every item: colours one after another, blocks of a colour in parallel,
+  /// items of a block in order; or all of that reversed.
+  template <class Update>
+  void run(Order order, const Update& update) const {
+    const int count = int(colours.size()) - 1;
+    for (int i = 0; i < count; ++i) {
+      const int c = order == Order::forward ? i : count - 1 - i;
+      parallel_for(colours[c + 1] - colours[c], [&](std::int64_t b) {
+        const int block = blocks[colours[c] + b];
+        if (order == Order::forward)
+          for (int item = begins[block]; item < begins[block + 1]; ++item) update(item);
+        else
+          for (int item = begins[block + 1] - 1; item >= begins[block]; --item) update(item);
+      }, 1);
+    }
+  }
+};
+
+/// Cuts items into blocks of at most `block_size` and colours them greedily, in order. Item i writes
+/// unknowns[starts[i]] … unknowns[starts[i + 1] − 1] and reads their neighbours in A.
+BlockOrder order_blocks(const SparseMatrix& A, const std::vector<int>& starts,
+                        const std::vector<int>& unknowns, int block_size);
+
+}  // namespace mq

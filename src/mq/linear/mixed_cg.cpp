@@ -1,0 +1,318 @@
+/// Per channel, with C the cycle:
+///
+///     z = C·r,   β = −⟨z, q⟩/⟨p, q⟩,   p = z + β·p,   q = A·p,   α = ⟨p, r⟩/⟨p, q⟩,
+///     X += α·p,   r −= α·q
+///
+/// β makes p conjugate to its predecessor whatever r is, so that nothing is lost where r is
+/// renewed. A channel that has reached the tolerance rests with α = 0. The four lanes of a single
+/// channel are partial sums of that channel; vectors are then walked four values at a time in
+/// either case.
+
+#include "mq/linear/mixed_cg.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "mq/base/parallel.h"
+#include "mq/linear/vector_lanes.h"
+
+namespace mq {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+typedef double Double4 __attribute__((vector_size(32)));
+
+constexpr std::int64_t block_values = 65536;
+constexpr double renew_below = 1e-3;  // digits a residual in single precision may lose, see above
+
+Double4 widen(const float* p) { return __builtin_convertvector(load<4>(p), Double4); }
+
+/// The four sums of all four-value steps; for one channel their total, four times.
+Double4 finish(Double4 sum, int lanes) {
+  if (lanes == 4) return sum;
+  return Double4{} + (sum[0] + sum[1] + sum[2] + sum[3]);
+}
+
+Double4 dot(const LaneVector& a, const LaneVector& b) {
+  return finish(parallel_sum(a.size(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
+    Double4 sum{};
+    for (std::int64_t i = begin; i < end; i += 4) sum += widen(a.data() + i) * widen(b.data() + i);
+    return sum;
+  }, block_values), a.lanes());
+}
+
+/// p = z + β·p
+void next_direction(const LaneVector& z, Double4 beta, LaneVector& p) {
+  const Floats<4> factor = __builtin_convertvector(beta, Floats<4>);
+  parallel_blocks(z.size(), block_values, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; i += 4)
+      store<4>(p.data() + i, load<4>(z.data() + i) + factor * load<4>(p.data() + i));
+  });
+}
+
+/// r −= α·q; returns ‖r‖² per channel.
+Double4 reduce_residual(const LaneVector& q, Double4 alpha, LaneVector& r) {
+  const Floats<4> factor = __builtin_convertvector(alpha, Floats<4>);
+  return finish(parallel_sum(r.size(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
+    Double4 sum{};
+    for (std::int64_t i = begin; i < end; i += 4) {
+      store<4>(r.data() + i, load<4>(r.data() + i) - factor * load<4>(q.data() + i));
+      sum += widen(r.data() + i) * widen(r.data() + i);
+    }
+    return sum;
+  }, block_values), r.lanes());
+}
+
+/// Columns first … first + channels − 1 of X += α·p
+void add_to_solution(const LaneVector& p, Double4 alpha, int first, int channels, Signal& X) {
+  const int lanes = p.lanes();
+  parallel_blocks(X.rows(), block_values / 4, [&](std::int64_t begin, std::int64_t end) {
+    const std::int64_t stride = X.cols();
+    for (std::int64_t k = begin; k < end; ++k)
+      for (int c = 0; c < channels; ++c)
+        X.data()[k * stride + first + c] += alpha[c] * double(p.data()[k * lanes + c]);
+  });
+}
+
+/// Subtracts from each singular component its mean.
+void remove_constants(const Components& components, LaneVector& v) {
+  if (!components.any_singular()) return;
+  const int lanes = v.lanes();
+  const std::int64_t rows = v.size() / lanes;
+  const auto component = [&](std::int64_t k) {
+    return components.component.empty() ? 0 : components.component[k];
+  };
+  std::vector<std::array<double, 4>> mean(components.count.size(), {0, 0, 0, 0});
+  for (std::int64_t k = 0; k < rows; ++k)
+    for (int c = 0; c < lanes; ++c) mean[component(k)][c] += v.data()[k * lanes + c];
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    for (double& m : mean[i]) m *= components.singular[i] ? 1 / components.count[i] : 0;
+  parallel_for(rows, [&](std::int64_t k) {
+    for (int c = 0; c < lanes; ++c) v.data()[k * lanes + c] -= float(mean[component(k)][c]);
+  });
+}
+
+/// Columns first … of scale·B without what it holds of constants on singular components.
+class RightHandSide {
+ public:
+  RightHandSide(const Signal& B, int first, int channels, double scale,
+                const Components& components)
+      : B_(B), scale_(scale), first_(first), channels_(channels), components_(components) {
+    if (!components.any_singular()) return;
+    mean_.assign(components.count.size(), {0, 0, 0, 0});
+    for (std::int64_t k = 0; k < B.rows(); ++k)
+      for (int c = 0; c < channels; ++c) mean_[component(k)][c] += scale * B(k, first + c);
+    for (std::size_t i = 0; i < mean_.size(); ++i)
+      for (double& m : mean_[i]) m *= components.singular[i] ? 1 / components.count[i] : 0;
+  }
+
+  double operator()(std::int64_t k, int c) const {
+    const double value = scale_ * B_(k, first_ + c);
+    return mean_.empty() ? value : value - mean_[component(k)][c];
+  }
+
+  /// ‖·‖² of each column.
+  Double4 squared_norm() const {
+    return parallel_sum(B_.rows(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
+      Double4 sum{};
+      for (std::int64_t k = begin; k < end; ++k)
+        for (int c = 0; c < channels_; ++c) sum[c] += (*this)(k, c) * (*this)(k, c);
+      return sum;
+    });
+  }
+
+ private:
+  int component(std::int64_t k) const {
+    return components_.component.empty() ? 0 : components_.component[k];
+  }
+
+  const Signal& B_;
+  double scale_;
+  int first_, channels_;
+  const Components& components_;
+  std::vector<std::array<double, 4>> mean_;
+};
+
+/// B − (high + low)·X for columns first … of X, in double until it is rounded to r.
+template <int channels>
+void true_residual(const StencilMatrix& high, const StencilMatrix& low, const RightHandSide& B,
+                   const Signal& X, int first, LaneVector& r) {
+  const StencilLayout& layout = high.layout();
+  const int lanes = r.lanes();
+  const std::int64_t stride = X.cols();
+  struct Row {
+    double value[channels];
+  };
+  const auto begin_row = [&](std::int64_t k) {
+    Row sum;
+    for (int c = 0; c < channels; ++c) sum.value[c] = B(k, c);
+    return sum;
+  };
+  const auto subtract = [&](Row& sum, double a, std::int64_t j) {
+    for (int c = 0; c < channels; ++c) sum.value[c] -= a * X.data()[j * stride + first + c];
+  };
+  const auto end_row = [&](const Row& sum, std::int64_t k) {
+    for (int c = 0; c < channels; ++c) r.data()[k * lanes + c] = float(sum.value[c]);
+  };
+  parallel_for(std::int64_t(layout.runs.size()), [&](std::int64_t i) {
+    const StencilRun& run = layout.runs[i];
+    for (int j = 0; j < run.count; ++j) {
+      const int k = run.first + j, u = run.up + j, d = run.down + j;
+      const auto sum2 = [&](float (StencilMatrix::*value)(int) const, int at) {
+        return double((high.*value)(at)) + double((low.*value)(at));
+      };
+      Row sum = begin_row(k);
+      subtract(sum, sum2(&StencilMatrix::south_east, u - 1), u - 1);
+      subtract(sum, sum2(&StencilMatrix::south, u), u);
+      subtract(sum, sum2(&StencilMatrix::south_west, u + 1), u + 1);
+      subtract(sum, sum2(&StencilMatrix::east, k - 1), k - 1);
+      subtract(sum, sum2(&StencilMatrix::centre, k), k);
+      subtract(sum, sum2(&StencilMatrix::east, k), k + 1);
+      subtract(sum, sum2(&StencilMatrix::south_west, k), d - 1);
+      subtract(sum, sum2(&StencilMatrix::south, k), d);
+      subtract(sum, sum2(&StencilMatrix::south_east, k), d + 1);
+      end_row(sum, k);
+    }
+  }, 64);
+  parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
+    const StencilMatrix::Row a = high.irregular_row(int(p)), b = low.irregular_row(int(p));
+    const int k = layout.irregular[p];
+    Row sum = begin_row(k);
+    subtract(sum, double(a.diagonal) + double(b.diagonal), k);
+    for (int i = 0; i < a.count; ++i)
+      subtract(sum, double(a.values[i]) + double(b.values[i]), a.columns[i]);
+    end_row(sum, k);
+  });
+}
+
+/// The conjugate gradients of up to four channels.
+class Group {
+ public:
+  Group(const StencilMatrix& high, const StencilMatrix& low, double scale,
+        const Multigrid& multigrid, const Components& components, const Signal& B, Signal& X,
+        int first, const MixedCgOptions& options)
+      : high_(high), low_(low), multigrid_(multigrid), components_(components), X_(X),
+        first_(first), channels_(std::min(4, int(B.cols()) - first)),
+        B_(B, first, channels_, scale, components),
+        lanes_(lanes_for(channels_)), workspace_(multigrid, lanes_), options_(options) {
+    for (LaneVector* v : {&r_, &z_, &p_, &q_}) *v = LaneVector(B.rows(), lanes_);
+    renew();
+    start_ = squared_;
+    wanted_ = B_.squared_norm();
+    for (int c = 0; c < 4; ++c) {
+      if (!std::isfinite(start_[c]) || !std::isfinite(wanted_[c]))
+        throw SolverError("the right-hand side or the first guess holds a value that is not finite");
+      // A guess that is better than the tolerance asks for nothing more.
+      wanted_[c] = options.tolerance * options.tolerance * (wanted_[c] > 0 ? wanted_[c] : start_[c]);
+    }
+  }
+
+  bool active(int c) const { return c < channels_ && squared_[c] > wanted_[c]; }
+  bool active() const { return active(0) || active(1) || active(2) || active(3); }
+
+  /// ‖r‖² / ‖r₀‖² of the worst channel.
+  double ratio() const {
+    double worst = 0;
+    for (int c = 0; c < channels_; ++c)
+      if (start_[c] > 0) worst = std::max(worst, squared_[c] / start_[c]);
+    return worst;
+  }
+
+  void iterate() {
+    multigrid_.cycle(r_.data(), z_.data(), workspace_);
+    remove_constants(components_, z_);
+    Double4 beta{};
+    if (!first_iteration_) beta = -dot(z_, q_);
+    for (int c = 0; c < 4; ++c) beta[c] = form_[c] > 0 ? beta[c] / form_[c] : 0;
+    next_direction(z_, beta, p_);
+    high_.multiply(lanes_, p_.data(), q_.data());
+    form_ = dot(p_, q_);
+    Double4 alpha = dot(p_, r_);
+    for (int c = 0; c < 4; ++c) {
+      if (active(c) && !(form_[c] > 0))
+        throw NotPositiveDefinite(fmt::format("the matrix is not positive definite: its quadratic "
+            "form is {} in channel {}", form_[c], first_ + c));
+      alpha[c] = active(c) ? alpha[c] / form_[c] : 0;
+    }
+    if (lanes_ == 1) alpha = Double4{} + alpha[0];
+    add_to_solution(p_, alpha, first_, channels_, X_);
+    squared_ = reduce_residual(q_, alpha, r_);
+    first_iteration_ = false;
+    if (needs_renewal()) renew();
+  }
+
+ private:
+  bool needs_renewal() const {
+    if (!active()) return true;
+    for (int c = 0; c < channels_; ++c)
+      if (!(squared_[c] > renew_below * renew_below * renewed_[c])) return true;
+    return false;
+  }
+
+  void renew() {
+    switch (channels_) {
+      case 1: true_residual<1>(high_, low_, B_, X_, first_, r_); break;
+      case 2: true_residual<2>(high_, low_, B_, X_, first_, r_); break;
+      case 3: true_residual<3>(high_, low_, B_, X_, first_, r_); break;
+      default: true_residual<4>(high_, low_, B_, X_, first_, r_); break;
+    }
+    remove_constants(components_, r_);
+    squared_ = renewed_ = dot(r_, r_);
+  }
+
+  const StencilMatrix& high_;
+  const StencilMatrix& low_;
+  const Multigrid& multigrid_;
+  const Components& components_;
+  Signal& X_;
+  int first_, channels_;
+  RightHandSide B_;
+  int lanes_;
+  Multigrid::Workspace workspace_;
+  const MixedCgOptions& options_;
+  LaneVector r_, z_, p_, q_;
+  Double4 squared_{}, renewed_{}, start_{}, wanted_{}, form_{};
+  bool first_iteration_ = true;
+};
+
+}  // namespace
+
+bool Components::any_singular() const {
+  return std::find(singular.begin(), singular.end(), char(1)) != singular.end();
+}
+
+SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMatrix& low,
+                                      double scale, const Multigrid& multigrid,
+                                      const Components& components, const Signal& B, Signal& X,
+                                      const MixedCgOptions& options, const Progress& progress) {
+  const auto start = Clock::now();
+  SolveReport report;
+  report.method = "multigrid";
+  for (int first = 0; first < B.cols(); first += 4) {
+    Group group(high, low, scale, multigrid, components, B, X, first, options);
+    if (group.active() && report.residuals.empty()) report.residuals.push_back(1);
+    int cycle = 0;
+    while (group.active() && cycle < options.max_cycles) {
+      group.iterate();
+      ++cycle;
+      const double ratio = std::sqrt(group.ratio());
+      if (!std::isfinite(ratio)) throw SolverError("the multigrid cycle met a value that is not finite");
+      // Groups of channels run one after another; the worst of them counts.
+      if (int(report.residuals.size()) <= cycle) report.residuals.push_back(0);
+      report.residuals[cycle] = std::max(report.residuals[cycle], ratio);
+      progress.at((first + std::min(1.0, std::log(std::max(ratio, 1e-300)) /
+                                             std::log(options.tolerance))) / double(B.cols()));
+    }
+    report.cycles = std::max(report.cycles, cycle);
+    report.converged = report.converged && !group.active();
+  }
+  report.solve_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return report;
+}
+
+}  // namespace mq

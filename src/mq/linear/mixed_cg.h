@@ -1,0 +1,38 @@
+#pragma once
+/// Conjugate gradients in single precision that solve to double precision.
+
+#include <vector>
+
+#include "mq/linear/multigrid.h"
+#include "mq/linear/solver.h"
+
+namespace mq {
+
+/// The unknowns on whose constants a matrix may vanish.
+struct Components {
+  std::vector<int> component;  ///< per unknown; empty: all are one component
+  std::vector<char> singular;  ///< per component: A·1 = 0 there
+  std::vector<double> count;   ///< of unknowns
+
+  bool any_singular() const;
+};
+
+struct MixedCgOptions {
+  double tolerance = 1e-6;  ///< stop when ‖B − A·X‖ ≤ tolerance · ‖B‖ in every channel
+  int max_cycles = 60;
+};
+
+/// Improves X towards A·X = B, A = (high + low)/scale, by conjugate gradients around `multigrid`.
+///
+/// Directions, residuals and the cycle are in single precision; X is in double, and the residual is
+/// computed anew from X in double whenever it has lost three decimal digits, so that any tolerance
+/// a double allows is reached. Channels are served four at a time, each with its own step lengths.
+/// On singular components what B holds of constants is dropped and X keeps its mean.
+///
+/// Hestenes and Stiefel 1952; renewing the residual: van der Vorst and Ye 2000.
+SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMatrix& low,
+                                      double scale, const Multigrid& multigrid,
+                                      const Components& components, const Signal& B, Signal& X,
+                                      const MixedCgOptions& options, const Progress& progress = {});
+
+}  // namespace mq

@@ -1,0 +1,85 @@
+#include "mq/linear/multigrid.h"
+
+#include <cstring>
+
+namespace mq {
+
+CoarsestLevel::CoarsestLevel(SparseMatrix A, const std::vector<int>& component,
+                             const std::vector<char>& singular)
+    : rows_(int(A.rows())) {
+  std::vector<char> pinned(singular.size(), 0);
+  for (int row = 0; row < rows_; ++row) {
+    const int c = component[row];
+    const bool pin = singular[c] && !pinned[c];
+    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
+      if (entry.col() == row) {
+        // A row that is all zero (one texel without mass) is pinned too; rounding must not make a
+        // redundant unknown of a tiny chart indefinite.
+        double& value = entry.valueRef();
+        value = value > 0 ? value * (pin ? 2 : 1 + 1e-9) : 1;
+      }
+    if (pin) pinned[c] = 1;
+  }
+  if (rows_ > 0) solver_.emplace(A);
+}
+
+void CoarsestLevel::solve(int lanes, const float* b, float* x) const {
+  Signal B(rows_, lanes);
+  for (std::int64_t i = 0; i < B.size(); ++i) B.data()[i] = b[i];
+  const Signal X = solver_->solve(B);
+  for (std::int64_t i = 0; i < X.size(); ++i) x[i] = float(X.data()[i]);
+}
+
+std::int64_t CoarsestLevel::bytes() const {
+  return solver_ ? 12 * solver_->factor_nonzeros() : 0;
+}
+
+Multigrid::Workspace::Workspace(const Multigrid& multigrid, int lanes) : lanes_(lanes) {
+  levels_.resize(multigrid.levels.size() + 1);
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    const bool last = l + 1 == levels_.size();
+    const int rows = last ? multigrid.coarsest.rows() : multigrid.levels[l]->layout.rows;
+    if (l > 0) {
+      levels_[l].b = LaneVector(rows, lanes);
+      levels_[l].x = LaneVector(rows, lanes);
+    }
+    if (!last) levels_[l].r = LaneVector(rows, lanes);
+  }
+}
+
+void Multigrid::descend(std::size_t level, const float* b, float* x, Workspace& workspace) const {
+  const int lanes = workspace.lanes_;
+  if (level == levels.size()) {
+    coarsest.solve(lanes, b, x);
+    return;
+  }
+  const MultigridLevel& here = *levels[level];
+  std::memset(x, 0, sizeof(float) * std::size_t(here.layout.rows) * lanes);
+  here.matrix.relax_stencils(lanes, b, x, options.sweeps, Order::forward);
+  for (int i = 0; i < options.sweeps; ++i)
+    here.patches.relax(here.matrix, lanes, b, x, Order::forward);
+
+  float* r = workspace.levels_[level].r.data();
+  Workspace::Vectors& below = workspace.levels_[level + 1];
+  here.matrix.residual(lanes, b, x, r);
+  here.transfer->restrict_to(lanes, r, below.b.data());
+  descend(level + 1, below.b.data(), below.x.data(), workspace);
+  here.transfer->prolongate_add(lanes, below.x.data(), x);
+
+  for (int i = 0; i < options.sweeps; ++i)
+    here.patches.relax(here.matrix, lanes, b, x, Order::backward);
+  here.matrix.relax_stencils(lanes, b, x, options.sweeps, Order::backward);
+}
+
+void Multigrid::cycle(const float* b, float* x, Workspace& workspace) const {
+  descend(0, b, x, workspace);
+}
+
+std::int64_t Multigrid::bytes() const {
+  std::int64_t sum = coarsest.bytes();
+  for (const auto& level : levels)
+    sum += level->matrix.bytes() + level->patches.bytes() + level->transfer->bytes();
+  return sum;
+}
+
+}  // namespace mq

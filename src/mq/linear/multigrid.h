@@ -1,0 +1,81 @@
+#pragma once
+/// The symmetric V-cycle over levels that someone else has made.
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "mq/linear/direct.h"
+#include "mq/linear/lanes.h"
+#include "mq/linear/patches.h"
+#include "mq/linear/stencil_matrix.h"
+#include "mq/linear/transfer.h"
+
+namespace mq {
+
+/// One level above the coarsest: its matrix in single precision, how its irregular rows are relaxed,
+/// and the way to the next coarser level.
+struct MultigridLevel {
+  StencilLayout layout;
+  StencilMatrix matrix;
+  Patches patches;
+  std::unique_ptr<Transfer> transfer;
+};
+
+/// The coarsest level, solved directly in double precision. Components on which the matrix vanishes
+/// on constants are pinned at one unknown, which solves a consistent system.
+class CoarsestLevel {
+ public:
+  CoarsestLevel() = default;
+
+  /// `singular` has one flag per component, `component` one number per row.
+  CoarsestLevel(SparseMatrix A, const std::vector<int>& component, const std::vector<char>& singular);
+
+  int rows() const { return rows_; }
+  void solve(int lanes, const float* b, float* x) const;
+  std::int64_t bytes() const;
+
+ private:
+  int rows_ = 0;
+  std::optional<DirectSolver> solver_;
+};
+
+struct CycleOptions {
+  int sweeps = 2;  ///< of every tile, and passes over the patches, before and after the coarse solve
+};
+
+/// x = C·b with C ≈ A⁻¹ symmetric and positive definite, so that conjugate gradients may use it:
+/// each level relaxes its stencils and then its patches, hands the residual to the next, adds the
+/// correction, and undoes its relaxations in the opposite order. The same bits for any number of
+/// threads.
+class Multigrid {
+ public:
+  std::vector<std::unique_ptr<MultigridLevel>> levels;  ///< finest first; may be empty
+  CoarsestLevel coarsest;
+  CycleOptions options;
+
+  /// The vectors of one cycle, made once and used by many.
+  class Workspace {
+   public:
+    Workspace(const Multigrid& multigrid, int lanes);
+
+   private:
+    friend class Multigrid;
+    struct Vectors {
+      LaneVector b, x, r;
+    };
+    std::vector<Vectors> levels_;  ///< entry 0 has r only; the last is the coarsest level
+    int lanes_;
+  };
+
+  /// One cycle from x = 0. b and x are rows × lanes of the workspace (see `LaneVector`).
+  void cycle(const float* b, float* x, Workspace& workspace) const;
+
+  int rows() const { return levels.empty() ? coarsest.rows() : levels.front()->layout.rows; }
+  std::int64_t bytes() const;
+
+ private:
+  void descend(std::size_t level, const float* b, float* x, Workspace& workspace) const;
+};
+
+}  // namespace mq

@@ -1,0 +1,138 @@
+#include "mq/linear/patches.h"
+
+#include "mq/base/parallel.h"
+#include "mq/linear/vector_lanes.h"
+
+namespace mq {
+
+namespace {
+
+constexpr int max_patch = 64;       // members; a row with more neighbours keeps the first of them
+constexpr int patch_block = 32;     // patches handed to a thread at once
+constexpr int single_block = 256;   // rows handed to a thread at once
+constexpr double shift = 1e-6;      // of the diagonal, see the header
+
+/// Per row its position in `irregular`, −1 for stencil rows.
+std::vector<int> positions_of(const StencilLayout& layout) {
+  std::vector<int> position(layout.rows, -1);
+  for (std::size_t p = 0; p < layout.irregular.size(); ++p) position[layout.irregular[p]] = int(p);
+  return position;
+}
+
+/// Replaces the symmetric positive definite n × n matrix `a` by its inverse (Gauss and Jordan;
+/// pivots of such a matrix need no exchange).
+void invert(std::vector<double>& a, int n) {
+  for (int k = 0; k < n; ++k) {
+    const double inverse = 1 / a[k * n + k];
+    a[k * n + k] = 1;
+    for (int j = 0; j < n; ++j) a[k * n + j] *= inverse;
+    for (int i = 0; i < n; ++i) {
+      if (i == k) continue;
+      const double factor = a[i * n + k];
+      a[i * n + k] = 0;
+      for (int j = 0; j < n; ++j) a[i * n + j] -= factor * a[k * n + j];
+    }
+  }
+}
+
+}  // namespace
+
+Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) : kind_(kind) {
+  const std::vector<int> position = positions_of(layout);
+  const int count = int(layout.irregular.size());
+  std::vector<char> covered(count, 0);
+  for (int p = 0; p < count; ++p) {
+    if (covered[p]) continue;
+    const std::size_t begin = members_.size();
+    members_.push_back(p);
+    if (kind == Kind::neighbours)
+      for (SparseMatrix::InnerIterator entry(A, layout.irregular[p]); entry; ++entry) {
+        const int q = position[entry.col()];
+        if (q >= 0 && q != p && members_.size() - begin < max_patch) members_.push_back(q);
+      }
+    for (std::size_t i = begin; i < members_.size(); ++i) covered[members_[i]] = 1;
+    starts_.push_back(int(members_.size()));
+  }
+  std::vector<int> unknowns(members_.size());
+  for (std::size_t i = 0; i < members_.size(); ++i) unknowns[i] = layout.irregular[members_[i]];
+  order_ = order_blocks(A, starts_, unknowns, kind == Kind::single ? single_block : patch_block);
+
+  inverses_.assign(1, 0);
+  if (kind == Kind::neighbours)
+    for (std::size_t p = 0; p + 1 < starts_.size(); ++p) {
+      const std::int64_t n = starts_[p + 1] - starts_[p];
+      inverses_.push_back(inverses_.back() + n * n);
+    }
+}
+
+void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout, double scale) {
+  if (kind_ == Kind::single) return;
+  values_.resize(inverses_.back());
+  parallel_for(count(), [&](std::int64_t p) {
+    const int begin = starts_[p], n = starts_[p + 1] - begin;
+    std::vector<double> block(std::size_t(n) * n);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        block[i * n + j] = scale * A.coeff(layout.irregular[members_[begin + i]],
+                                           layout.irregular[members_[begin + j]]);
+    for (int i = 0; i < n; ++i) {
+      double& diagonal = block[i * n + i];
+      diagonal = diagonal > 0 ? diagonal * (1 + shift) : 1;
+    }
+    invert(block, n);
+    for (int i = 0; i < n * n; ++i) values_[inverses_[p] + i] = float(block[i]);
+  }, 64);
+}
+
+template <int lanes>
+void Patches::relax_with(const StencilMatrix& A, const float* b, float* x, Order order) const {
+  using Pack = Floats<lanes>;
+  const std::vector<int>& irregular = A.layout().irregular;
+  const auto residual_at = [&](int position) {
+    const StencilMatrix::Row row = A.irregular_row(position);
+    const std::int64_t k = irregular[position];
+    Pack sum = load<lanes>(b + k * lanes) - row.diagonal * load<lanes>(x + k * lanes);
+    for (int i = 0; i < row.count; ++i)
+      sum -= row.values[i] * load<lanes>(x + std::int64_t(row.columns[i]) * lanes);
+    return sum;
+  };
+  const auto add = [&](int position, Pack change) {
+    float* at = x + std::int64_t(irregular[position]) * lanes;
+    store<lanes>(at, load<lanes>(at) + change);
+  };
+
+  if (kind_ == Kind::single) {
+    order_.run(order, [&](int position) {
+      const float diagonal = A.centre(irregular[position]);
+      if (diagonal > 0) add(position, residual_at(position) / diagonal);
+    });
+    return;
+  }
+  order_.run(order, [&](int patch) {
+    Pack r[max_patch];
+    const int begin = starts_[patch], n = starts_[patch + 1] - begin;
+    for (int i = 0; i < n; ++i) r[i] = residual_at(members_[begin + i]);
+    const float* inverse = values_.data() + inverses_[patch];
+    for (int i = 0; i < n; ++i, inverse += n) {
+      Pack change{};
+      for (int j = 0; j < n; ++j) change += inverse[j] * r[j];
+      add(members_[begin + i], change);
+    }
+  });
+}
+
+void Patches::relax(const StencilMatrix& A, int lanes, const float* b, float* x,
+                    Order order) const {
+  if (lanes == 1)
+    relax_with<1>(A, b, x, order);
+  else
+    relax_with<4>(A, b, x, order);
+}
+
+std::int64_t Patches::bytes() const {
+  return std::int64_t(sizeof(int)) * std::int64_t(starts_.size() + members_.size()) +
+         std::int64_t(sizeof(std::int64_t)) * std::int64_t(inverses_.size()) +
+         std::int64_t(sizeof(float)) * std::int64_t(values_.size());
+}
+
+}  // namespace mq

@@ -1,0 +1,52 @@
+#pragma once
+/// Relaxation where a matrix is no stencil: exact solution on small overlapping sets of unknowns.
+
+#include <vector>
+
+#include "mq/linear/block_order.h"
+#include "mq/linear/stencil_matrix.h"
+
+namespace mq {
+
+/// A cover of the irregular rows of a layout by patches. A patch is an irregular row together with
+/// the irregular rows it couples to; rows already in a patch get none of their own. One pass does
+///
+///     x_P ← x_P + (A_PP)⁻¹ (b − A·x)_P        patch after patch,
+///
+/// a multiplicative Schwarz method: it cannot increase ‖x − A⁻¹b‖_A, and a backward pass is the
+/// adjoint of a forward one. With patches of one unknown it is Gauss–Seidel.
+class Patches {
+ public:
+  enum class Kind {
+    neighbours,  ///< as above: for seams, where few unknowns couple strongly
+    single       ///< each irregular row alone: for coarse levels without stencils
+  };
+
+  Patches() = default;
+
+  /// Chooses the patches by the pattern of A; `set_values` must follow.
+  Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind);
+
+  /// Inverts the patches of `scale`·A, each with its diagonal raised by 1e-6 of itself (a patch that
+  /// is a whole component of a semidefinite matrix has no inverse otherwise).
+  void set_values(const SparseMatrix& A, const StencilLayout& layout, double scale);
+
+  /// One pass over all patches.
+  void relax(const StencilMatrix& A, int lanes, const float* b, float* x, Order order) const;
+
+  int count() const { return int(starts_.size()) - 1; }
+  std::int64_t bytes() const;
+
+ private:
+  template <int lanes>
+  void relax_with(const StencilMatrix& A, const float* b, float* x, Order order) const;
+
+  Kind kind_ = Kind::single;
+  std::vector<int> starts_ = {0};      ///< patch p has members_[starts_[p]] …
+  std::vector<int> members_;           ///< positions in layout.irregular
+  std::vector<std::int64_t> inverses_; ///< where the inverse of patch p begins in values_
+  std::vector<float> values_;          ///< inverses, row by row
+  BlockOrder order_;
+};
+
+}  // namespace mq

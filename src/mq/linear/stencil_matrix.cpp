@@ -1,0 +1,343 @@
+/// Stencil rows read, with k the unknown and u, d the one above and below it,
+///
+///     (A·x)_k = c_k x_k + e_{k−1} x_{k−1} + e_k x_{k+1} + se_{u−1} x_{u−1} + s_u x_u + sw_{u+1} x_{u+1}
+///               + sw_k x_{d−1} + s_k x_d + se_k x_{d+1},
+///
+/// so that five values per unknown hold a symmetric matrix. Relaxing a row takes two steps: first
+/// what does not depend on the row itself is taken from b into `rest`; then its even and then its
+/// odd unknowns are replaced, neither of which depend on one another, a full vector register at a
+/// time. A tile small enough for the cache is relaxed several times before the next is touched.
+
+#include "mq/linear/stencil_matrix.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/linear/solver.h"
+#include "mq/linear/vector_lanes.h"
+
+namespace mq {
+
+namespace {
+
+/// The five streams of values, each to be indexed by unknown.
+struct Stencils {
+  const float *c, *e, *sw, *s, *se;
+};
+
+/// c_k's row without its own row's unknowns, for `Texels` unknowns: b − (above) − (below).
+template <int lanes, int Texels>
+inline Floats<Texels * lanes> rest_of(const Stencils& A, const float* b, const float* x, int k, int u,
+                                      int d) {
+  constexpr int N = Texels * lanes;
+  const auto value = [](const float* stream, int i) {
+    return spread<Texels, lanes>(load<Texels>(stream + i));
+  };
+  const auto at = [&](int i) { return load<N>(x + std::int64_t(i) * lanes); };
+  Floats<N> sum = load<N>(b + std::int64_t(k) * lanes);
+  sum -= value(A.se, u - 1) * at(u - 1);
+  sum -= value(A.s, u) * at(u);
+  sum -= value(A.sw, u + 1) * at(u + 1);
+  sum -= value(A.sw, k) * at(d - 1);
+  sum -= value(A.s, k) * at(d);
+  sum -= value(A.se, k) * at(d + 1);
+  return sum;
+}
+
+/// What unknowns k … of a row become.
+template <int lanes, int Texels>
+inline Floats<Texels * lanes> relaxed(const Stencils& A, const float* rest, const float* x, int k) {
+  constexpr int N = Texels * lanes;
+  const float* at = x + std::int64_t(k) * lanes;
+  const Floats<Texels> inverse = 1.0f / load<Texels>(A.c + k);
+  const auto west = spread<Texels, lanes>(load<Texels>(A.e + k - 1));
+  const auto east = spread<Texels, lanes>(load<Texels>(A.e + k));
+  return (load<N>(rest) - west * load<N>(at - lanes) - east * load<N>(at + lanes)) *
+         spread<Texels, lanes>(inverse);
+}
+
+/// All ones in the lanes of even (parity 0) or odd unknowns.
+template <int lanes, int parity>
+inline auto parity_mask() {
+  typename FloatPack<16>::Mask mask;
+  for (int i = 0; i < 16; ++i) mask[i] = (i / lanes) % 2 == parity ? -1 : 0;
+  return mask;
+}
+
+/// Replaces the even or odd unknowns of a run.
+template <int lanes, int parity>
+inline void relax_parity(const Stencils& A, const StencilRun& run, const float* rest, float* x) {
+  constexpr int wide = 16 / lanes;
+  const auto mask = parity_mask<lanes, parity>();
+  int i = 0;
+  for (; i + wide <= run.count; i += wide) {
+    float* at = x + std::int64_t(run.first + i) * lanes;
+    const Floats<16> after = relaxed<lanes, wide>(A, rest + i * lanes, x, run.first + i);
+    store<16>(at, mask ? after : load<16>(at));
+  }
+  for (i += parity; i < run.count; i += 2)
+    store<lanes>(x + std::int64_t(run.first + i) * lanes,
+                 relaxed<lanes, 1>(A, rest + i * lanes, x, run.first + i));
+}
+
+template <int lanes, Order order>
+inline void relax_run(const Stencils& A, const StencilRun& run, const float* b, float* x) {
+  constexpr int wide = 16 / lanes;
+  alignas(64) float rest[StencilLayout::max_run * lanes];
+  int i = 0;
+  for (; i + wide <= run.count; i += wide)
+    store<16>(rest + i * lanes,
+              rest_of<lanes, wide>(A, b, x, run.first + i, run.up + i, run.down + i));
+  for (; i < run.count; ++i)
+    store<lanes>(rest + i * lanes,
+                 rest_of<lanes, 1>(A, b, x, run.first + i, run.up + i, run.down + i));
+  if constexpr (order == Order::forward) {
+    relax_parity<lanes, 0>(A, run, rest, x);
+    relax_parity<lanes, 1>(A, run, rest, x);
+  } else {
+    relax_parity<lanes, 1>(A, run, rest, x);
+    relax_parity<lanes, 0>(A, run, rest, x);
+  }
+}
+
+template <int lanes, int Texels>
+inline void residual_at(const Stencils& A, const float* b, const float* x, float* r, int k, int u,
+                        int d) {
+  constexpr int N = Texels * lanes;
+  const float* at = x + std::int64_t(k) * lanes;
+  const auto value = [](const float* stream, int i) {
+    return spread<Texels, lanes>(load<Texels>(stream + i));
+  };
+  Floats<N> sum = rest_of<lanes, Texels>(A, b, x, k, u, d);
+  sum -= value(A.e, k - 1) * load<N>(at - lanes);
+  sum -= value(A.c, k) * load<N>(at);
+  sum -= value(A.e, k) * load<N>(at + lanes);
+  store<N>(r + std::int64_t(k) * lanes, sum);
+}
+
+template <int lanes>
+inline void residual_of_run(const Stencils& A, const StencilRun& run, const float* b,
+                            const float* x, float* r) {
+  constexpr int wide = 16 / lanes;
+  int i = 0;
+  for (; i + wide <= run.count; i += wide)
+    residual_at<lanes, wide>(A, b, x, r, run.first + i, run.up + i, run.down + i);
+  for (; i < run.count; ++i)
+    residual_at<lanes, 1>(A, b, x, r, run.first + i, run.up + i, run.down + i);
+}
+
+template <int lanes, int Texels>
+inline void product_at(const Stencils& A, const float* sums, const float* x, float* y, int k,
+                       int u, int d) {
+  constexpr int N = Texels * lanes;
+  const auto at = [&](int i) { return load<N>(x + std::int64_t(i) * lanes); };
+  const auto value = [](const float* stream, int i) {
+    return spread<Texels, lanes>(load<Texels>(stream + i));
+  };
+  const Floats<N> own = at(k);
+  Floats<N> sum = value(sums, k) * own;
+  sum += value(A.se, u - 1) * (at(u - 1) - own);
+  sum += value(A.s, u) * (at(u) - own);
+  sum += value(A.sw, u + 1) * (at(u + 1) - own);
+  sum += value(A.e, k - 1) * (at(k - 1) - own);
+  sum += value(A.e, k) * (at(k + 1) - own);
+  sum += value(A.sw, k) * (at(d - 1) - own);
+  sum += value(A.s, k) * (at(d) - own);
+  sum += value(A.se, k) * (at(d + 1) - own);
+  store<N>(y + std::int64_t(k) * lanes, sum);
+}
+
+template <int lanes>
+inline void product_of_run(const Stencils& A, const float* sums, const StencilRun& run,
+                           const float* x, float* y) {
+  constexpr int wide = 16 / lanes;
+  int i = 0;
+  for (; i + wide <= run.count; i += wide)
+    product_at<lanes, wide>(A, sums, x, y, run.first + i, run.up + i, run.down + i);
+  for (; i < run.count; ++i)
+    product_at<lanes, 1>(A, sums, x, y, run.first + i, run.up + i, run.down + i);
+}
+
+/// Throws unless row `row` may be that of a positive semidefinite matrix.
+void check_row(const SparseMatrix& A, int row) {
+  double diagonal = 0, sum = 0;
+  for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry) {
+    sum += std::abs(entry.value());
+    if (entry.col() == row) diagonal = entry.value();
+  }
+  require(std::isfinite(sum), fmt::format("the matrix holds a value that is not finite in row {}", row));
+  if (!(diagonal > 0) && sum > 0)
+    throw NotPositiveDefinite(fmt::format(
+        "the matrix is not positive definite: its diagonal is {} in row {}", diagonal, row));
+}
+
+}  // namespace
+
+template <class Round>
+void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round) {
+  layout_ = &layout;
+  for (auto& stream : values5_) stream.assign(std::size_t(layout.rows) + 2 * margin, 0.0f);
+  float* stream[5];
+  for (int i = 0; i < 5; ++i) stream[i] = values5_[i].data() + margin;
+  const auto [c, e, sw, s, se] = stream;
+
+  std::vector<char> is_irregular(layout.rows, 0);
+  for (const int k : layout.irregular) is_irregular[k] = 1;
+
+  // Irregular rows: their off-diagonal entries.
+  start_.assign(layout.irregular.size() + 1, 0);
+  for (std::size_t p = 0; p < layout.irregular.size(); ++p) {
+    const int k = layout.irregular[p];
+    int entries = 0;
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) entries += entry.col() != k;
+    start_[p + 1] = start_[p] + entries;
+  }
+  columns_.resize(start_.back());
+  values_.resize(start_.back());
+  parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
+    const int k = layout.irregular[p];
+    std::int64_t at = start_[p];
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
+      if (entry.col() == k) {
+        c[k] = round(entry.value());
+      } else {
+        columns_[at] = int(entry.col());
+        values_[at++] = round(entry.value());
+      }
+    }
+  });
+
+  // Stencil rows: their own five values, and those that irregular neighbours would hold.
+  parallel_for(std::int64_t(layout.runs.size()), [&](std::int64_t r) {
+    const StencilRun& run = layout.runs[r];
+    for (int i = 0; i < run.count; ++i) {
+      const int k = run.first + i, u = run.up + i;
+      const double* row = A.valuePtr() + A.outerIndexPtr()[k];
+      c[k] = round(row[4]);
+      e[k] = round(row[5]);
+      sw[k] = round(row[6]);
+      s[k] = round(row[7]);
+      se[k] = round(row[8]);
+      if (is_irregular[u - 1]) se[u - 1] = round(row[0]);
+      if (is_irregular[u]) s[u] = round(row[1]);
+      if (is_irregular[u + 1]) sw[u + 1] = round(row[2]);
+      if (is_irregular[k - 1]) e[k - 1] = round(row[3]);
+    }
+  }, 64);
+}
+
+template <int lanes>
+void StencilMatrix::relax_tile(int tile, const float* b, float* x, int sweeps, Order order) const {
+  const Stencils A{&values5_[0][margin], &values5_[1][margin], &values5_[2][margin],
+                   &values5_[3][margin], &values5_[4][margin]};
+  const int begin = layout_->tiles[tile], end = layout_->tiles[tile + 1];
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    if (order == Order::forward)
+      for (int r = begin; r < end; ++r)
+        relax_run<lanes, Order::forward>(A, layout_->runs[r], b, x);
+    else
+      for (int r = end - 1; r >= begin; --r)
+        relax_run<lanes, Order::backward>(A, layout_->runs[r], b, x);
+  }
+}
+
+template <int lanes>
+void StencilMatrix::residual_of(const float* b, const float* x, float* r) const {
+  const Stencils A{&values5_[0][margin], &values5_[1][margin], &values5_[2][margin],
+                   &values5_[3][margin], &values5_[4][margin]};
+  parallel_for(std::int64_t(layout_->runs.size()), [&](std::int64_t i) {
+    residual_of_run<lanes>(A, layout_->runs[i], b, x, r);
+  }, 64);
+  parallel_for(std::int64_t(layout_->irregular.size()), [&](std::int64_t p) {
+    const Row row = irregular_row(int(p));
+    const std::int64_t k = layout_->irregular[p];
+    Floats<lanes> sum = load<lanes>(b + k * lanes) - row.diagonal * load<lanes>(x + k * lanes);
+    for (int i = 0; i < row.count; ++i)
+      sum -= row.values[i] * load<lanes>(x + std::int64_t(row.columns[i]) * lanes);
+    store<lanes>(r + k * lanes, sum);
+  });
+}
+
+template <int lanes>
+void StencilMatrix::multiply_by(const float* x, float* y) const {
+  const Stencils A{&values5_[0][margin], &values5_[1][margin], &values5_[2][margin],
+                   &values5_[3][margin], &values5_[4][margin]};
+  const float* sums = row_sums_.data();
+  parallel_for(std::int64_t(layout_->runs.size()), [&](std::int64_t i) {
+    product_of_run<lanes>(A, sums, layout_->runs[i], x, y);
+  }, 64);
+  parallel_for(std::int64_t(layout_->irregular.size()), [&](std::int64_t p) {
+    const Row row = irregular_row(int(p));
+    const std::int64_t k = layout_->irregular[p];
+    const Floats<lanes> own = load<lanes>(x + k * lanes);
+    Floats<lanes> sum = sums[k] * own;
+    for (int i = 0; i < row.count; ++i)
+      sum += row.values[i] * (load<lanes>(x + std::int64_t(row.columns[i]) * lanes) - own);
+    store<lanes>(y + k * lanes, sum);
+  });
+}
+
+StencilMatrix::StencilMatrix(const SparseMatrix& A, const StencilLayout& layout, double scale) {
+  parallel_for(A.rows(), [&](std::int64_t row) { check_row(A, int(row)); });
+  fill(A, layout, [scale](double value) { return float(scale * value); });
+}
+
+StencilMatrix StencilMatrix::remainder(const SparseMatrix& A, const StencilLayout& layout,
+                                       double scale) {
+  StencilMatrix result;
+  result.fill(A, layout, [scale](double value) {
+    const double scaled = scale * value;
+    return float(scaled - double(float(scaled)));
+  });
+  return result;
+}
+
+void StencilMatrix::relax_stencils(int lanes, const float* b, float* x, int sweeps,
+                                   Order order) const {
+  const int count = int(layout_->colours.size()) - 1;
+  for (int i = 0; i < count; ++i) {
+    const int colour = order == Order::forward ? i : count - 1 - i;
+    const int begin = layout_->colours[colour], end = layout_->colours[colour + 1];
+    parallel_for(end - begin, [&](std::int64_t t) {
+      if (lanes == 1)
+        relax_tile<1>(begin + int(t), b, x, sweeps, order);
+      else
+        relax_tile<4>(begin + int(t), b, x, sweeps, order);
+    }, 1);
+  }
+}
+
+void StencilMatrix::residual(int lanes, const float* b, const float* x, float* r) const {
+  if (lanes == 1)
+    residual_of<1>(b, x, r);
+  else
+    residual_of<4>(b, x, r);
+}
+
+void StencilMatrix::multiply(int lanes, const float* x, float* y) const {
+  if (lanes == 1)
+    multiply_by<1>(x, y);
+  else
+    multiply_by<4>(x, y);
+}
+
+void StencilMatrix::keep_row_sums(const SparseMatrix& A, double scale) {
+  row_sums_.resize(A.rows() + margin);
+  parallel_for(A.rows(), [&](std::int64_t row) {
+    double sum = 0;
+    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry) sum += entry.value();
+    row_sums_[row] = float(scale * sum);
+  });
+}
+
+std::int64_t StencilMatrix::bytes() const {
+  std::int64_t sum = std::int64_t(row_sums_.size()) * sizeof(float);
+  for (const auto& stream : values5_) sum += std::int64_t(stream.size()) * sizeof(float);
+  return sum + std::int64_t(start_.size() * sizeof(start_[0])) +
+         std::int64_t(columns_.size() * (sizeof(int) + sizeof(float)));
+}
+
+}  // namespace mq

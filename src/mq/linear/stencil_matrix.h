@@ -1,0 +1,114 @@
+#pragma once
+/// A symmetric sparse matrix in single precision whose rows are mostly 3 × 3 stencils.
+///
+/// Unknowns adjacent in a row of a picture are adjacent in memory, so that the neighbours of a run
+/// of stencil rows are three runs themselves and no index is read. Of each symmetric pair one value
+/// is kept: 5 floats per unknown. Rows that are no stencils (seams, chart borders, coarse levels of
+/// irregular graphs) are kept as compressed rows beside them.
+
+#include <cstdint>
+#include <vector>
+
+#include "mq/linear/matrix.h"
+
+namespace mq {
+
+/// Rows first … first + count − 1; row first + i couples to the unknowns up + i + {−1, 0, 1},
+/// first + i + {−1, 0, 1} and down + i + {−1, 0, 1} and to no other.
+struct StencilRun {
+  int first = 0;
+  int count = 0;  ///< at most `StencilLayout::max_run`
+  int up = 0;
+  int down = 0;
+};
+
+/// Which rows are stencils, and the order in which they are relaxed.
+struct StencilLayout {
+  static constexpr int max_run = 128;
+
+  int rows = 0;
+  std::vector<StencilRun> runs;      ///< tile by tile, each tile's from top to bottom
+  std::vector<int> tiles;            ///< tile t has runs tiles[t] … tiles[t + 1] − 1
+  std::vector<int> colours;          ///< colour c has tiles colours[c] … colours[c + 1] − 1;
+                                     ///< no two of them couple
+  std::vector<int> irregular;        ///< the rows in no run, ascending
+};
+
+/// The order of relaxation; backward undoes forward step by step, which makes a cycle symmetric.
+enum class Order { forward, backward };
+
+/// Values for a layout. All vectors are rows × lanes (see `LaneVector`), lanes 1 or 4.
+class StencilMatrix {
+ public:
+  StencilMatrix() = default;
+
+  /// `scale`·A rounded to float. The layout must outlive the matrix. Throws `NotPositiveDefinite`
+  /// where a diagonal value is not positive in a row that is not zero, `InvalidInput` where a value
+  /// is not finite.
+  StencilMatrix(const SparseMatrix& A, const StencilLayout& layout, double scale = 1);
+
+  /// What rounding `scale`·A to float leaves: with `StencilMatrix(A, layout, scale)` it adds up to
+  /// `scale`·A to 48 bits.
+  static StencilMatrix remainder(const SparseMatrix& A, const StencilLayout& layout, double scale);
+
+  const StencilLayout& layout() const { return *layout_; }
+  int rows() const { return layout_ ? layout_->rows : 0; }
+
+  /// Gauss–Seidel on the stencil rows: tile after tile `sweeps` times each, colour after colour,
+  /// rows from the top, in a row first its even then its odd unknowns; or all of that reversed.
+  void relax_stencils(int lanes, const float* b, float* x, int sweeps, Order order) const;
+
+  /// r = b − A·x in every row.
+  void residual(int lanes, const float* b, const float* x, float* r) const;
+
+  /// y = A·x in every row, computed as (A·x)_k = m_k x_k + Σ_j a_kj (x_j − x_k) with the row sums m
+  /// that `keep_row_sums` was given: where A is mostly stiffness, smooth x lose nothing.
+  void multiply(int lanes, const float* x, float* y) const;
+
+  /// Keeps the row sums of `scale`·A, taken before rounding.
+  void keep_row_sums(const SparseMatrix& A, double scale);
+
+  /// The values of irregular row `position` (an index of layout().irregular).
+  struct Row {
+    int count;
+    const int* columns;
+    const float* values;
+    float diagonal;
+  };
+  Row irregular_row(int position) const {
+    const std::int64_t begin = start_[position];
+    return {int(start_[position + 1] - begin), columns_.data() + begin, values_.data() + begin,
+            centre(layout_->irregular[position])};
+  }
+
+  /// The five values of unknown k: A(k, k) and A(k, its right, lower left, lower and lower right
+  /// neighbour). Meaningful in stencil rows and where stencil rows couple to others.
+  float centre(int k) const { return values5_[0][margin + k]; }
+  float east(int k) const { return values5_[1][margin + k]; }
+  float south_west(int k) const { return values5_[2][margin + k]; }
+  float south(int k) const { return values5_[3][margin + k]; }
+  float south_east(int k) const { return values5_[4][margin + k]; }
+
+  std::int64_t bytes() const;
+
+ private:
+  static constexpr int margin = 32;
+  template <class Round>
+  void fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round);
+  template <int lanes>
+  void relax_tile(int tile, const float* b, float* x, int sweeps, Order order) const;
+  template <int lanes>
+  void residual_of(const float* b, const float* x, float* r) const;
+
+  const StencilLayout* layout_ = nullptr;
+  template <int lanes>
+  void multiply_by(const float* x, float* y) const;
+
+  std::vector<float> values5_[5];
+  std::vector<float> row_sums_;
+  std::vector<std::int64_t> start_;
+  std::vector<int> columns_;
+  std::vector<float> values_;
+};
+
+}  // namespace mq

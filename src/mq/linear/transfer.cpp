@@ -1,0 +1,131 @@
+#include "mq/linear/transfer.h"
+
+#include "mq/base/parallel.h"
+#include "mq/linear/vector_lanes.h"
+
+namespace mq {
+
+namespace {
+
+/// Calls body with the lane count as a compile-time constant.
+template <class Body>
+void with_lanes(int lanes, const Body& body) {
+  if (lanes == 1)
+    body.template operator()<1>();
+  else
+    body.template operator()<4>();
+}
+
+}  // namespace
+
+SparseTransfer::SparseTransfer(std::vector<int> starts, std::vector<WeightedIndex> entries,
+                               int coarse_rows)
+    : starts_(std::move(starts)), child_starts_(coarse_rows + 1, 0), entries_(std::move(entries)),
+      child_entries_(entries_.size()) {
+  for (const WeightedIndex& e : entries_) ++child_starts_[e.index + 1];
+  for (int i = 0; i < coarse_rows; ++i) child_starts_[i + 1] += child_starts_[i];
+  std::vector<int> at(child_starts_.begin(), child_starts_.end() - 1);
+  for (int i = 0; i < fine_rows(); ++i)
+    for (int e = starts_[i]; e < starts_[i + 1]; ++e)
+      child_entries_[at[entries_[e].index]++] = {i, entries_[e].weight};
+}
+
+int SparseTransfer::parents(int fine, std::array<WeightedIndex, 4>& out) const {
+  const int begin = starts_[fine], count = starts_[fine + 1] - begin;
+  for (int i = 0; i < count; ++i) out[i] = entries_[begin + i];
+  return count;
+}
+
+void SparseTransfer::children(int coarse, std::vector<WeightedIndex>& out) const {
+  out.insert(out.end(), child_entries_.begin() + child_starts_[coarse],
+             child_entries_.begin() + child_starts_[coarse + 1]);
+}
+
+void SparseTransfer::restrict_to(int lanes, const float* r, float* b) const {
+  with_lanes(lanes, [&]<int L>() {
+    parallel_for(coarse_rows(), [&](std::int64_t coarse) {
+      Floats<L> sum{};
+      for (int e = child_starts_[coarse]; e < child_starts_[coarse + 1]; ++e)
+        sum += child_entries_[e].weight * load<L>(r + std::int64_t(child_entries_[e].index) * L);
+      store<L>(b + coarse * L, sum);
+    });
+  });
+}
+
+void SparseTransfer::prolongate_add(int lanes, const float* y, float* x) const {
+  with_lanes(lanes, [&]<int L>() {
+    parallel_for(fine_rows(), [&](std::int64_t fine) {
+      Floats<L> sum = load<L>(x + fine * L);
+      for (int e = starts_[fine]; e < starts_[fine + 1]; ++e)
+        sum += entries_[e].weight * load<L>(y + std::int64_t(entries_[e].index) * L);
+      store<L>(x + fine * L, sum);
+    });
+  });
+}
+
+std::int64_t SparseTransfer::bytes() const {
+  return std::int64_t(4 * (starts_.size() + child_starts_.size()) + 16 * entries_.size());
+}
+
+int GridTransfer::parents(int fine, std::array<WeightedIndex, 4>& out) const {
+  const Parents& p = parents_[fine];
+  const float weight = (p.between_columns ? 0.5f : 1.0f) * (p.between_rows ? 0.5f : 1.0f);
+  int count = 0;
+  out[count++] = {int(p.upper), weight};
+  if (p.between_columns) out[count++] = {int(p.upper) + 1, weight};
+  if (p.between_rows) {
+    out[count++] = {p.lower, weight};
+    if (p.between_columns) out[count++] = {p.lower + 1, weight};
+  }
+  return count;
+}
+
+void GridTransfer::children(int coarse, std::vector<WeightedIndex>& out) const {
+  const Children& c = children_[coarse];
+  for (int i = 0; i < 3; ++i) {
+    const float weight = i == 1 ? 1.0f : 0.5f;
+    if (c.flags[i] & 1) out.push_back({c.centre[i] - 1, 0.5f * weight});
+    if (c.flags[i] & 2) out.push_back({c.centre[i], weight});
+    if (c.flags[i] & 4) out.push_back({c.centre[i] + (c.flags[i] & 8 ? 1 : 0), 0.5f * weight});
+  }
+}
+
+void GridTransfer::restrict_to(int lanes, const float* r, float* b) const {
+  with_lanes(lanes, [&]<int L>() {
+    parallel_for(coarse_rows(), [&](std::int64_t coarse) {
+      const Children& c = children_[coarse];
+      Floats<L> rows[3] = {};
+      for (int i = 0; i < 3; ++i) {
+        const float* at = r + std::int64_t(c.centre[i]) * L;
+        if (c.flags[i] & 1) rows[i] += 0.5f * load<L>(at - L);
+        if (c.flags[i] & 2) rows[i] += load<L>(at);
+        if (c.flags[i] & 4) rows[i] += 0.5f * load<L>(at + (c.flags[i] & 8 ? L : 0));
+      }
+      store<L>(b + coarse * L, rows[1] + 0.5f * (rows[0] + rows[2]));
+    });
+  });
+}
+
+void GridTransfer::prolongate_add(int lanes, const float* y, float* x) const {
+  with_lanes(lanes, [&]<int L>() {
+    parallel_for(fine_rows(), [&](std::int64_t fine) {
+      const Parents p = parents_[fine];
+      const float* upper = y + std::int64_t(p.upper) * L;
+      const float* lower = y + std::int64_t(p.lower) * L;
+      Floats<L> sum = load<L>(upper);
+      if (p.between_columns) sum = 0.5f * (sum + load<L>(upper + L));
+      if (p.between_rows) {
+        Floats<L> below = load<L>(lower);
+        if (p.between_columns) below = 0.5f * (below + load<L>(lower + L));
+        sum = 0.5f * (sum + below);
+      }
+      store<L>(x + fine * L, load<L>(x + fine * L) + sum);
+    });
+  });
+}
+
+std::int64_t GridTransfer::bytes() const {
+  return std::int64_t(parents_.size() * sizeof(Parents) + children_.size() * sizeof(Children));
+}
+
+}  // namespace mq

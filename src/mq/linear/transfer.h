@@ -1,0 +1,93 @@
+#pragma once
+/// From a level to the next coarser one and back.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace mq {
+
+struct WeightedIndex {
+  int index = 0;
+  float weight = 0;
+};
+
+/// P, which makes functions of the fine level of coarse ones, and its transpose R = Pᵀ. The rows of P
+/// sum to 1: constants stay constants.
+class Transfer {
+ public:
+  virtual ~Transfer() = default;
+  virtual int fine_rows() const = 0;
+  virtual int coarse_rows() const = 0;
+
+  /// Row `fine` of P: at most 4 entries into `out`; returns how many.
+  virtual int parents(int fine, std::array<WeightedIndex, 4>& out) const = 0;
+
+  /// Column `coarse` of P, appended to `out`.
+  virtual void children(int coarse, std::vector<WeightedIndex>& out) const = 0;
+
+  /// b = R·r.
+  virtual void restrict_to(int lanes, const float* r, float* b) const = 0;
+
+  /// x += P·y.
+  virtual void prolongate_add(int lanes, const float* y, float* x) const = 0;
+
+  virtual std::int64_t bytes() const = 0;
+};
+
+/// P of any shape with at most 4 entries per row.
+class SparseTransfer final : public Transfer {
+ public:
+  /// Row i of P has entries[starts[i]] … entries[starts[i + 1] − 1].
+  SparseTransfer(std::vector<int> starts, std::vector<WeightedIndex> entries, int coarse_rows);
+
+  int fine_rows() const override { return int(starts_.size()) - 1; }
+  int coarse_rows() const override { return int(child_starts_.size()) - 1; }
+  int parents(int fine, std::array<WeightedIndex, 4>& out) const override;
+  void children(int coarse, std::vector<WeightedIndex>& out) const override;
+  void restrict_to(int lanes, const float* r, float* b) const override;
+  void prolongate_add(int lanes, const float* y, float* x) const override;
+  std::int64_t bytes() const override;
+
+ private:
+  std::vector<int> starts_, child_starts_;
+  std::vector<WeightedIndex> entries_, child_entries_;
+};
+
+/// Bilinear interpolation between the nodes of a grid. A fine unknown lies on a coarse node, halfway
+/// between two in its row or column, or amid four.
+class GridTransfer final : public Transfer {
+ public:
+  /// Where a fine unknown lies: coarse nodes `upper` and, if between two columns, upper + 1; if
+  /// between two rows, also `lower` and, if between two columns, lower + 1.
+  struct Parents {
+    std::uint32_t upper : 30 = 0;
+    std::uint32_t between_columns : 1 = 0;
+    std::uint32_t between_rows : 1 = 0;
+    int lower = 0;
+  };
+  /// The up to 3 × 3 fine unknowns that a coarse node reaches: in row i (above, on, below) those
+  /// flagged left, on and right of the node's column. They are unknowns centre − 1, centre and
+  /// centre or, where flagged so, centre + 1.
+  struct Children {
+    std::array<int, 3> centre = {0, 0, 0};
+    std::array<std::uint8_t, 3> flags = {0, 0, 0};  ///< 1: left, 2: on, 4: right, 8: it is centre + 1
+  };
+
+  GridTransfer(std::vector<Parents> parents, std::vector<Children> children)
+      : parents_(std::move(parents)), children_(std::move(children)) {}
+
+  int fine_rows() const override { return int(parents_.size()); }
+  int coarse_rows() const override { return int(children_.size()); }
+  int parents(int fine, std::array<WeightedIndex, 4>& out) const override;
+  void children(int coarse, std::vector<WeightedIndex>& out) const override;
+  void restrict_to(int lanes, const float* r, float* b) const override;
+  void prolongate_add(int lanes, const float* y, float* x) const override;
+  std::int64_t bytes() const override;
+
+ private:
+  std::vector<Parents> parents_;
+  std::vector<Children> children_;
+};
+
+}  // namespace mq
