@@ -1,0 +1,354 @@
+// S_(pq)(rs) = a σ_p σ_r ∫ y_q y_s + c τ_q τ_s ∫ x_p x_r + b (σ_p τ_s ∫ y_q x_r + σ_r τ_q ∫ x_p y_s),
+// σ_0 = τ_0 = −1, σ_1 = τ_1 = 1, with the integrals of products of two read off the nine moments
+// through x_0 + x_1 = 1. Only the six entries off the diagonal are kept: rows sum to zero exactly.
+
+#include "mq/fem/texel_cells.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "mq/base/parallel.h"
+#include "mq/fem/quadrature.h"
+
+namespace mq {
+namespace {
+
+using Lanes = Eigen::Array<double, 8, 1>;
+
+/// The six points of the rule in lanes, weight 0 in the last two.
+struct RuleLanes {
+  Lanes l1 = Lanes::Zero(), l2 = Lanes::Zero(), weight = Lanes::Zero();
+  RuleLanes() {
+    for (int q = 0; q < 6; ++q) {
+      l1[q] = triangle_rule_4()[q].l1;
+      l2[q] = triangle_rule_4()[q].l2;
+      weight[q] = triangle_rule_4()[q].weight;
+    }
+  }
+};
+
+}  // namespace
+
+std::array<double, 9> bernstein_moments(std::span<const std::array<double, 2>> polygon) {
+  static const RuleLanes rule;
+  std::array<Lanes, 9> sums;
+  sums.fill(Lanes::Zero());
+  const auto& o = polygon[0];
+  for (std::size_t k = 2; k < polygon.size(); ++k) {
+    const double ux = polygon[k - 1][0] - o[0], uy = polygon[k - 1][1] - o[1];
+    const double vx = polygon[k][0] - o[0], vy = polygon[k][1] - o[1];
+    const double area = std::abs(ux * vy - uy * vx) / 2;
+    const Lanes x = o[0] + rule.l1 * ux + rule.l2 * vx, y = o[1] + rule.l1 * uy + rule.l2 * vy;
+    const Lanes x0 = 1 - x, y0 = 1 - y, weight = rule.weight * area;
+    const Lanes bx[3] = {x0 * x0, x0 * x, x * x};
+    const Lanes by[3] = {y0 * y0 * weight, y0 * y * weight, y * y * weight};
+    for (int q = 0; q < 3; ++q)
+      for (int p = 0; p < 3; ++p) sums[p + 3 * q] += bx[p] * by[q];
+  }
+  std::array<double, 9> moments;
+  for (int k = 0; k < 9; ++k) {
+    moments[k] = 0;
+    for (int lane = 0; lane < 6; ++lane) moments[k] += sums[k][lane];
+  }
+  return moments;
+}
+
+std::array<double, 9> bernstein_moments(const Piece& piece) {
+  std::array<std::array<double, 2>, Piece::max_vertices> polygon;
+  for (int k = 0; k < piece.count; ++k) polygon[k] = {piece.vertices[k].x, piece.vertices[k].y};
+  return bernstein_moments(std::span(polygon.data(), std::size_t(piece.count)));
+}
+
+std::array<double, 9> whole_moments() {
+  constexpr double third = 1.0 / 3, sixth = 1.0 / 6;
+  constexpr double line[3] = {third, sixth, third};
+  std::array<double, 9> moments;
+  for (int q = 0; q < 3; ++q)
+    for (int p = 0; p < 3; ++p) moments[p + 3 * q] = line[p] * line[q];
+  return moments;
+}
+
+void add_integrals(const std::array<double, 9>& m, const TexelMetric& metric,
+                   CellIntegrals& integrals) {
+  for (int k = 0; k < 9; ++k) integrals.mass[k] += metric.density * m[k];
+  const double a = metric.a, b = metric.b, c = metric.c;
+  const double yy00 = m[0] + 2 * m[1] + m[2], yy01 = m[3] + 2 * m[4] + m[5],
+               yy11 = m[6] + 2 * m[7] + m[8];
+  const double xx00 = m[0] + 2 * m[3] + m[6], xx01 = m[1] + 2 * m[4] + m[7],
+               xx11 = m[2] + 2 * m[5] + m[8];
+  // xy_pq = ∫ x_p y_q
+  const double xy00 = m[0] + m[3] + m[1] + m[4], xy01 = m[3] + m[6] + m[4] + m[7];
+  const double xy10 = m[1] + m[4] + m[2] + m[5], xy11 = m[4] + m[7] + m[5] + m[8];
+  std::array<double, 6>& s = integrals.stiffness;
+  s[0] += -a * yy00 + c * xx01 + b * (xy10 - xy00);
+  s[1] += a * yy01 - c * xx00 + b * (xy01 - xy00);
+  s[2] += -a * yy01 - c * xx01 - b * (xy10 + xy01);
+  s[3] += -a * yy01 - c * xx01 + b * (xy00 + xy11);
+  s[4] += a * yy01 - c * xx11 + b * (xy10 - xy11);
+  s[5] += -a * yy11 + c * xx01 + b * (xy01 - xy11);
+}
+
+// ------------------------------------------------------------------------------------ seam blocks
+
+void add_seam_block(const BasisSamples& samples, const std::vector<TexelMetric>& metrics, int cell,
+                    SeamBlocks& blocks) {
+  using Matrix = BasisSamples::Matrix;
+  const int count = int(samples.texels.size()), points = int(samples.weights.size());
+  thread_local Matrix values, slopes, mass, stiffness;
+  // Rows scaled so that mass = valuesᵀ · values and stiffness = slopesᵀ · slopes: sums of squares.
+  values.resize(points, count);
+  slopes.resize(2 * points, count);
+  for (int q = 0; q < points; ++q) {
+    const TexelMetric& metric = metrics[samples.triangles[q]];
+    const double weight = std::sqrt(samples.weights[q]), root = std::sqrt(metric.a);
+    // a gx² + 2 b gx gy + c gy² as a sum of squares; a c − b² = 1.
+    values.row(q) = weight * std::sqrt(metric.density) * samples.values.row(q);
+    slopes.row(2 * q) = weight * root * samples.dx.row(q) + weight * metric.b / root * samples.dy.row(q);
+    slopes.row(2 * q + 1) = weight / root * samples.dy.row(q);
+  }
+  mass.noalias() = values.transpose() * values;
+  stiffness.noalias() = slopes.transpose() * slopes;
+  blocks.blocks.push_back({cell, int(blocks.texels.size()), count, std::int64_t(blocks.mass.size())});
+  blocks.texels.insert(blocks.texels.end(), samples.texels.begin(), samples.texels.end());
+  for (int i = 0; i < count; ++i)
+    for (int j = i; j < count; ++j) {
+      blocks.mass.push_back(mass(i, j));
+      blocks.stiffness.push_back(stiffness(i, j));
+    }
+}
+
+// ------------------------------------------------------------------------------------------ bands
+
+namespace {
+
+/// Cells of a band of rows of one texture; bands are the unit of parallel work.
+struct Band {
+  int texture, first_row, end_row;  // rows of cells as TexelGrid counts them
+  std::vector<int> triangles;
+  std::vector<CellIntegrals> cut;
+  std::vector<TexelCells::CutInfo> info;
+  SeamBlocks blocks;
+};
+
+struct PendingPiece {
+  int chart, triangle;
+  Piece piece;
+};
+
+constexpr int cells_per_band = 16384;
+
+std::vector<Band> make_bands(const Surface& surface, const Atlas& atlas, const TexelGrid& grid) {
+  std::vector<Band> bands;
+  std::vector<int> first_band, rows_per_band;
+  for (int k = 0; k < grid.texture_count(); ++k) {
+    first_band.push_back(int(bands.size()));
+    rows_per_band.push_back(std::clamp(cells_per_band / (grid.texture(k).width + 1), 1, 256));
+    for (int row = 0; row < grid.cell_rows(k); row += rows_per_band[k])
+      bands.push_back({k, row, std::min(row + rows_per_band[k], grid.cell_rows(k)), {}, {}, {}, {}});
+  }
+  for (int t = 0; t < int(atlas.chart.size()); ++t) {
+    if (atlas.chart[t] < 0) continue;
+    const int texture = surface.mesh.texture(t);
+    const auto [first, end] = rows_of(atlas.corners[t]);
+    int last_band = -1;
+    // At most once around: a triangle taller than its texture meets every band.
+    for (int row = first; row < std::min(end, first + grid.cell_rows(texture) + 1);) {
+      const int cell_row = grid.cell_row(texture, row);
+      const int band = first_band[texture] + cell_row / rows_per_band[texture];
+      if (band != last_band && (bands[band].triangles.empty() || bands[band].triangles.back() != t))
+        bands[band].triangles.push_back(t);
+      last_band = band;
+      ++row;
+    }
+  }
+  return bands;
+}
+
+class BandIntegrator {
+ public:
+  BandIntegrator(const Surface& surface, const Atlas& atlas, const std::vector<TexelMetric>& metrics,
+                 const TexelGrid& grid, const Seams* seams, const NearSeams* near, TexelCells& cells,
+                 Band& band)
+      : surface_(surface), atlas_(atlas), metrics_(metrics), grid_(grid), seams_(seams),
+        near_(near), cells_(cells), band_(band), triangles_(int(atlas.chart.size())) {}
+
+  void run() {
+    for (int t : band_.triangles) {
+      const auto [first, end] = rows_of(atlas_.corners[t]);
+      for (int row = first; row < end; ++row) {
+        const int cell_row = grid_.cell_row(band_.texture, row);
+        if (cell_row >= band_.first_row && cell_row < band_.end_row) add_row(t, row);
+      }
+    }
+    add_seam_blocks();
+  }
+
+ private:
+  void add_row(int t, int row) {
+    const auto near =
+        near_ ? near_->row(atlas_.chart[t], row) : std::span<const NearSeams::Entry>();
+    const auto is_near = [&](int column) {
+      return !near.empty() && !NearSeams::cell(near, column).empty();
+    };
+    clip_row(
+        atlas_.corners[t], row,
+        [&](const Piece& piece) {
+          const double area = piece.area();
+          if (area < smallest_piece) return;
+          if (is_near(piece.column)) return add_pending(t, piece, area);
+          add_integrals(bernstein_moments(piece), metrics_[t], cut_cell(t, piece, area));
+        },
+        [&](int, int first, int last) {
+          for (int column = first; column <= last; ++column)
+            if (is_near(column)) add_pending(t, whole_cell(row, column), 1);
+            else add_whole(t, row, column);
+        });
+  }
+
+  void add_pending(int t, const Piece& piece, double area) {
+    cut_cell(t, piece, area);
+    pending_.push_back({atlas_.chart[t], t, piece});
+  }
+
+  void add_whole(int t, int row, int column) {
+    int& kind = cells_.kind[grid_.cell(band_.texture, column, row)];
+    if (kind < 0) {
+      kind = t;
+      return;
+    }
+    const CellIntegrals& whole = cells_.whole[t];
+    CellIntegrals& cut = cut_cell(t, whole_cell(row, column), 1);
+    for (int k = 0; k < 9; ++k) cut.mass[k] += whole.mass[k];
+    for (int k = 0; k < 6; ++k) cut.stiffness[k] += whole.stiffness[k];
+  }
+
+  /// The cut cell that a piece lies in, made if need be, with the piece entered in its info.
+  CellIntegrals& cut_cell(int t, const Piece& piece, double area) {
+    int& kind = cells_.kind[grid_.cell(band_.texture, piece.column, piece.row)];
+    if (kind < triangles_) {
+      const int covered_by = kind;
+      kind = triangles_ + int(band_.cut.size());
+      band_.cut.push_back(covered_by < 0 ? CellIntegrals() : cells_.whole[covered_by]);
+      band_.info.push_back(covered_by < 0 ? TexelCells::CutInfo()
+                                          : TexelCells::CutInfo{1, 1, covered_by, false});
+    }
+    TexelCells::CutInfo& info = band_.info[kind - triangles_];
+    info.coverage += float(area);
+    if (info.triangle >= 0 && atlas_.chart[info.triangle] != atlas_.chart[t]) info.several = true;
+    if (float(area) > info.largest) {
+      info.largest = float(area);
+      info.triangle = t;
+    }
+    return band_.cut[kind - triangles_];
+  }
+
+  void add_seam_blocks() {
+    if (pending_.empty()) return;
+    const auto key = [](const PendingPiece& p) {
+      return std::tuple(p.chart, p.piece.row, p.piece.column);
+    };
+    std::stable_sort(pending_.begin(), pending_.end(),
+                     [&](const auto& p, const auto& q) { return key(p) < key(q); });
+    SeamCell cell(atlas_, *seams_, grid_);
+    BasisSamples samples;
+    std::vector<SeamCell::Polygon> bilinear;
+    for (std::size_t begin = 0, end; begin < pending_.size(); begin = end) {
+      const Piece& first = pending_[begin].piece;
+      const int chart = pending_[begin].chart;
+      const int number = grid_.cell(band_.texture, first.column, first.row);
+      cell.start(band_.texture, first.column, first.row, near_->cell(chart, first.row, first.column));
+      for (end = begin; end < pending_.size() && key(pending_[end]) == key(pending_[begin]); ++end) {
+        bilinear.clear();
+        cell.add_piece(pending_[end].triangle, pending_[end].piece, bilinear);
+        for (const SeamCell::Polygon& polygon : bilinear)
+          add_integrals(bernstein_moments(polygon), metrics_[pending_[end].triangle],
+                        band_.cut[cells_.kind[number] - triangles_]);
+      }
+      if (cell.empty()) continue;
+      cell.evaluate(samples);
+      add_seam_block(samples, metrics_, number, band_.blocks);
+    }
+  }
+
+  const Surface& surface_;
+  const Atlas& atlas_;
+  const std::vector<TexelMetric>& metrics_;
+  const TexelGrid& grid_;
+  const Seams* seams_;
+  const NearSeams* near_;
+  TexelCells& cells_;
+  Band& band_;
+  const int triangles_;
+  std::vector<PendingPiece> pending_;
+};
+
+void append(SeamBlocks& from, SeamBlocks& to) {
+  const int texels = int(to.texels.size());
+  const std::int64_t values = std::int64_t(to.mass.size());
+  for (SeamBlocks::Block block : from.blocks) {
+    block.first += texels;
+    block.first_value += values;
+    to.blocks.push_back(block);
+  }
+  to.texels.insert(to.texels.end(), from.texels.begin(), from.texels.end());
+  to.mass.insert(to.mass.end(), from.mass.begin(), from.mass.end());
+  to.stiffness.insert(to.stiffness.end(), from.stiffness.begin(), from.stiffness.end());
+  from = {};
+}
+
+/// Joins the results of the bands, in their order.
+void join_bands(std::vector<Band>& bands, int triangles, const TexelGrid& grid, TexelCells& cells) {
+  std::vector<std::size_t> offsets{0};
+  std::size_t texels = 0, values = 0, blocks = 0;
+  for (const Band& band : bands) {
+    offsets.push_back(offsets.back() + band.cut.size());
+    texels += band.blocks.texels.size();
+    values += band.blocks.mass.size();
+    blocks += band.blocks.blocks.size();
+  }
+  cells.cut.resize(offsets.back());
+  cells.info.resize(offsets.back());
+  parallel_for(std::ssize(bands), [&](std::int64_t b) {
+    Band& band = bands[b];
+    std::copy(band.cut.begin(), band.cut.end(), cells.cut.begin() + offsets[b]);
+    std::copy(band.info.begin(), band.info.end(), cells.info.begin() + offsets[b]);
+    band.cut = {};
+    band.info = {};
+    const int width = grid.texture(band.texture).width + 1;
+    const int first = grid.first_cell(band.texture);
+    for (int c = first + band.first_row * width; c < first + band.end_row * width; ++c)
+      if (cells.kind[c] >= triangles) cells.kind[c] += int(offsets[b]);
+  }, 1);
+  cells.seams.blocks.reserve(blocks);
+  cells.seams.texels.reserve(texels);
+  cells.seams.mass.reserve(values);
+  cells.seams.stiffness.reserve(values);
+  for (Band& band : bands) append(band.blocks, cells.seams);
+}
+
+}  // namespace
+
+TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
+                           const std::vector<TexelMetric>& metrics, const TexelGrid& grid,
+                           const Seams* seams, const NearSeams* near, const Progress& progress) {
+  const int triangles = int(atlas.chart.size());
+  TexelCells cells;
+  cells.kind.assign(grid.cell_count(), -1);
+  cells.whole.resize(triangles);
+  for (int t = 0; t < triangles; ++t)
+    if (atlas.chart[t] >= 0) add_integrals(whole_moments(), metrics[t], cells.whole[t]);
+
+  std::vector<Band> bands = make_bands(surface, atlas, grid);
+  std::atomic<std::int64_t> done = 0;
+  parallel_for(std::ssize(bands), [&](std::int64_t b) {
+    BandIntegrator(surface, atlas, metrics, grid, seams, near, cells, bands[b]).run();
+    progress.at(0.9 * double(++done) / double(bands.size()));
+  }, 1);
+  join_bands(bands, triangles, grid, cells);
+  progress.at(1);
+  return cells;
+}
+
+}  // namespace mq

@@ -1,0 +1,107 @@
+#pragma once
+/// The signal space of a texture atlas (thesis 5.5 to 5.7): one unknown per texel, functions bilinear
+/// inside charts and continuous across every seam.
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mq/atlas/atlas.h"
+#include "mq/base/defect.h"
+#include "mq/fem/space.h"
+#include "mq/fem/texels.h"
+#include "mq/image/image.h"
+
+namespace mq {
+
+struct TexelSpaceOptions {
+  enum class Seams {
+    continuous,  ///< thesis 5.5: the same value on both sides
+    soft         ///< thesis 5.5.1: bilinear on each side, differences penalised; to compare with
+  } seams = Seams::continuous;
+
+  /// Weight of ∫ (φ_left − φ_right)² ds over the seams, soft ones only, per length of the model's
+  /// unit; enters the stiffness.
+  double seam_penalty = 0;
+
+  /// One metric per triangle, constant on it, in place of the immersion metric (`texel_metric`).
+  /// a·c − b² = 1 must hold.
+  std::vector<TexelMetric> metrics;
+};
+
+/// A texel and the value of its basis function somewhere.
+struct TexelWeight {
+  int texel;
+  double weight;
+};
+
+/// Basis functions φ_t at a few points of one triangle, for integrals nobody foresaw. Row q of each
+/// matrix is a point, column k the texel texels[k]; derivatives are per texel of x and y.
+struct TexelSamples {
+  int triangle = 0;
+  std::span<const int> texels;
+  Signal values, dx, dy;
+  Vector weights;  ///< texels²; times `TexelMetric::density` an area of the surface
+};
+
+/// Unknowns are the texels whose function does not vanish everywhere: those with a bilinear
+/// footprint on the surface, and those that a seam couples in. Texels that several charts share are
+/// one unknown. Σφ_t = 1 everywhere on the charts; φ_t is the bilinear kernel wherever no seam is
+/// within a quarter of a texel of the cell; S vanishes on constants, per connected component.
+class TexelSpace : public SignalSpace {
+ public:
+  /// Surface and atlas must outlive the space. Throws `InvalidInput` when the atlas holds refused
+  /// defects (the message lists them) or nothing is left to integrate. O(texels + crossings).
+  TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSpaceOptions& options = {},
+             const Progress& progress = {});
+  ~TexelSpace() override;
+  TexelSpace(TexelSpace&&) noexcept;
+
+  int size() const override;
+  SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
+  Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
+  SurfaceScale scale() const override;
+
+  /// Where the unknowns lie.
+  const Texels& texels() const;
+
+  /// Charts that overlap, texels that several charts share, pieces too small to matter.
+  const Defects& defects() const;
+
+  /// Values of the texels, one picture per texture, all of one channel count; and back. `scatter`
+  /// changes no other texel.
+  Signal gather(std::span<const Image<float>> pictures) const;
+  void scatter(const Signal& signal, std::span<Image<float>> pictures) const;
+
+  /// Basis functions that do not vanish at a point of a triangle (which must have a chart). On a
+  /// seam both triangles give the same.
+  std::vector<TexelWeight> basis_at(int triangle, const Vector3& barycentric) const;
+
+  /// b_t = ∫ ⟨X, ∇φ_t⟩ dA for a field X constant on each triangle, one vector in space each (its
+  /// normal part is ignored). The weak divergence: −∫ (div X) φ_t and flux through boundaries. With
+  /// X = ∇ψ it is S·ψ. Sums to 0. One column per field.
+  Signal divergence(const std::vector<std::vector<Vector3>>& fields) const;
+
+  /// Pairs (i, j), i < j, of texels that S couples, sorted: the edges of thesis 5.6.
+  std::vector<std::array<int, 2>> edges() const;
+
+  /// b_t = ∫ ⟨ω, ∇φ_t⟩ dA of the Whitney-like field ω = Σ z_ij (φ_i ∇φ_j − φ_j ∇φ_i) over `edges()`,
+  /// one row of z per edge (thesis 5.6 with the sign of z_ij = ψ_j − ψ_i, for which b = S·ψ).
+  Signal edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const;
+
+  /// Calls visit(samples) for the pieces of all triangles, with points and weights of a rule that
+  /// is exact where the integrand is a polynomial of degree 4 (products of two bilinear functions and
+  /// more); next to seams it defines the matrices. In a fixed order, on the calling thread.
+  void for_each_piece(const std::function<void(const TexelSamples&)>& visit) const;
+
+  /// Bytes held between calls.
+  std::int64_t bytes() const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace mq
