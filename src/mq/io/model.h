@@ -69,9 +69,13 @@ Model read_model(const std::filesystem::path& path, const ReadModelOptions& opti
 /// Writes a model in the format of `path`'s extension. In the format it was read from, everything
 /// but positions, colours and pictures comes back byte for byte where the format allows it.
 /// Written under a temporary name and renamed. Pictures are written beside the mesh under the
-/// names the model gives them (embedded ones are embedded again).
-void write_model(const std::filesystem::path& path, const Model& model,
-                 const Progress& progress = {});
+/// names the model gives them (embedded ones are embedded again); those whose pixels are as they
+/// were read, or were not read, are copied. A changed picture never replaces the file it was read
+/// from unless the mesh file replaces its own too: give it another `Texture::name` first.
+/// Returns what a user may want to know, as `write_texture` does. Throws `IoError`, and
+/// `InvalidInput` where indices of the model are out of range.
+std::vector<std::string> write_model(const std::filesystem::path& path, const Model& model,
+                                     const Progress& progress = {});
 
 /// Reads one picture (image_file.h says what is kept). Throws `IoError` naming the file, what was
 /// found and what to do.

@@ -1,0 +1,237 @@
+// A mesh file names other files as some other machine knew them. Each is looked for where its name
+// leads from the mesh file's folder, then in that folder by the last part of its name.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "mq/base/error.h"
+#include "mq/io/document.h"
+#include "mq/io/image_file.h"
+#include "mq/io/obj.h"
+
+namespace mq {
+namespace {
+
+namespace fs = std::filesystem;
+using Pictures = ReadModelOptions::Pictures;
+
+// ---- Which format ----
+
+std::string lower_extension(const fs::path& path) {
+  std::string text = path.extension().string();
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
+  return text;
+}
+
+/// What a file of no mesh format we read begins with, and what it is.
+constexpr std::pair<std::string_view, const char*> other_formats[] = {
+    {"\x89PNG", "a PNG picture"},    {"\xff\xd8\xff", "a JPEG picture"},
+    {"II*", "a TIFF picture"},       {"MM\0*", "a TIFF picture"},
+    {"PK\x03\x04", "a zip archive"}, {"\x1f\x8b", "a gzip archive"},
+    {"Kaydara FBX", "an FBX scene"}, {"solid ", "an STL mesh"},
+    {"OFF", "an OFF mesh"},          {"newmtl", "a material library, not the mesh"}};
+
+Document::Format format_of(const fs::path& path, ByteView bytes) {
+  std::string_view text = text_of(bytes);
+  if (text.empty())
+    throw IoError(path.string() + " is empty; check that it was written and copied whole");
+  if (text.starts_with("ply") && text.find_first_of("\r\n") == text.find_first_of("\r\n "))
+    return Document::Format::ply;
+  if (text.starts_with("glTF")) return Document::Format::glb;
+  for (const auto& [beginning, what] : other_formats)
+    if (text.starts_with(beginning))
+      throw IoError(fmt::format("{} is {}; convert it to OBJ, PLY, glTF or GLB first",
+                                path.string(), what));
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first != text.npos && text[first] == '{') return Document::Format::gltf;
+  const std::string extension = lower_extension(path);
+  if (extension == ".ply" || extension == ".glb" || extension == ".gltf")
+    if (text.find("\nv ") == text.npos && !text.starts_with("v "))
+      throw IoError(fmt::format("{} is not {}: its content is of another kind; check that it was "
+                                "copied whole", path.string(), extension.substr(1)));
+  return Document::Format::obj;
+}
+
+// ---- Files that the mesh file names ----
+
+bool is_file(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+/// The name, from `folder`, under which a file is found.
+std::optional<std::string> find_file(const fs::path& folder, const std::string& name) {
+  if (name.empty() || name.find('\0') != name.npos) return {};
+  if (is_file(folder / name)) return name;
+  const std::string last = fs::path(name).filename().string();
+  if (!last.empty() && is_file(folder / last)) return last;
+  return {};
+}
+
+class ModelReader {
+ public:
+  ModelReader(const fs::path& path, const ReadModelOptions& options, const Progress& progress)
+      : options_(options), progress_(progress), folder_(path.parent_path()) {
+    model_.path = path;
+  }
+
+  Model read() {
+    const Progress mesh_progress = progress_.step("read mesh", 0.3);
+    Document document;
+    document.name = model_.path.string();
+    document.bytes = read_file(model_.path);
+    document.format = format_of(model_.path, document.bytes);
+    mesh_progress.at(0.3);
+    read_parts(document);
+    MeshFile file = read_document(document);
+    mesh_progress.at(1);
+
+    model_.mesh = std::move(file.mesh);
+    model_.colors = std::move(file.colors);
+    model_.notes.insert(model_.notes.end(), file.notes.begin(), file.notes.end());
+    take_textures(file.textures);
+    model_.document = std::make_shared<const Document>(std::move(document));
+    return std::move(model_);
+  }
+
+ private:
+  bool reads_pictures() const { return options_.pictures == Pictures::read; }
+
+  void read_parts(Document& document) {
+    if (document.format != Document::Format::obj) return;
+    for (const ObjFile::Library& library : parse_obj(document.bytes, document.name).libraries) {
+      // One name with blanks, or else several names.
+      std::vector<std::string> names{portable_name(library.names)};
+      if (!find_file(folder_, names[0])) {
+        Scanner scanner(library.names);
+        std::vector<std::string> words;
+        for (auto word = scanner.word(); !word.empty(); word = scanner.word())
+          words.push_back(portable_name(word));
+        if (words.size() > 1 && find_file(folder_, words[0])) names = std::move(words);
+      }
+      for (const std::string& name : names) read_part(document, name);
+    }
+  }
+
+  void read_part(Document& document, const std::string& name) {
+    const auto found = find_file(folder_, name);
+    if (!found) {
+      missing_parts_.push_back(name);
+      return;
+    }
+    for (const Part& part : document.parts)
+      if (part.name == *found) return;
+    document.parts.push_back({*found, read_file(folder_ / *found)});
+  }
+
+  void take_textures(const std::vector<TextureSlot>& slots) {
+    const bool named = std::any_of(slots.begin(), slots.end(), [](const TextureSlot& slot) {
+      return !slot.name.empty() || !slot.picture.empty();
+    });
+    report_missing_parts(named);
+    const std::size_t given = options_.textures.size();
+    if (!named && (given <= 1 || slots.empty())) {
+      // No picture, or one that paints the whole mesh.
+      if (given > 1) refuse_count(slots, named);
+      model_.mesh.textures.clear();
+      if (given == 1) add_texture({}, 0, 1);
+      return;
+    }
+    if (given != 0 && given != slots.size()) refuse_count(slots, named);
+    for (std::size_t i = 0; i < slots.size(); ++i) add_texture(slots[i], i, slots.size());
+  }
+
+  void report_missing_parts(bool named) {
+    for (const std::string& name : missing_parts_) {
+      const std::string what = fmt::format("names the material library {}, which is not in {}",
+                                           shown(name), folder_text());
+      if (!named && reads_pictures() && options_.textures.empty() && model_.mesh.has_uvs())
+        throw IoError(fmt::format("{} {}; put it there, or give the picture yourself",
+                                  model_.path.string(), what));
+      model_.notes.push_back("it " + what);
+    }
+  }
+
+  [[noreturn]] void refuse_count(const std::vector<TextureSlot>& slots, bool named) const {
+    std::string names;
+    for (const TextureSlot& slot : slots)
+      names += (names.empty() ? ": " : ", ") + shown(slot.name);
+    throw IoError(fmt::format("{} has {} textures{}, but {} pictures are given; give one for each",
+                              model_.path.string(), std::max<std::size_t>(slots.size(), 1),
+                              named ? names : "", options_.textures.size()));
+  }
+
+  void add_texture(const TextureSlot& slot, std::size_t i, std::size_t count) {
+    const Progress progress =
+        progress_.step("read picture", 0.7 / double(count));
+    Texture texture;
+    const bool given = i < options_.textures.size();
+    const fs::path path = given ? options_.textures[i] : slot_path(slot);
+    if (!reads_pictures()) {
+      texture.path = path;
+    } else if (given || slot.picture.empty()) {
+      texture = read_texture(path, progress);
+    } else {
+      texture = read_texture_bytes(slot.picture, slot.name, progress);
+    }
+    // A picture given in a file of the same name goes by the name it has in the model.
+    const bool renamed = given && path.filename() != fs::path(slot.name).filename();
+    texture.name = renamed ? path.filename().string() : slot.name;
+    if (slot.wrap != Wrap::unspecified) texture.wrap = slot.wrap;
+    model_.textures.push_back(std::move(texture));
+  }
+
+  fs::path slot_path(const TextureSlot& slot) {
+    if (!slot.picture.empty()) return {};
+    const auto found = find_file(folder_, slot.name);
+    if (found) {
+      if (*found != slot.name)
+        model_.notes.push_back(fmt::format("the picture {} was found as {}", shown(slot.name),
+                                           shown(*found)));
+      return folder_ / *found;
+    }
+    const std::string what =
+        fmt::format("names the picture {}, which is not in {}", shown(slot.name), folder_text());
+    if (reads_pictures())
+      throw IoError(fmt::format("{} {}{}; put it there, or give the picture yourself",
+                                model_.path.string(), what, pictures_there()));
+    model_.notes.push_back("it " + what);
+    return {};
+  }
+
+  std::string folder_text() const {
+    return folder_.empty() ? "the current folder" : folder_.string();
+  }
+
+  /// The first pictures in the folder, for a message.
+  std::string pictures_there() const {
+    std::vector<std::string> names;
+    std::error_code ignored;
+    for (fs::directory_iterator at(folder_.empty() ? "." : folder_, ignored), end;
+         !ignored && at != end; at.increment(ignored)) {
+      const std::string extension = lower_extension(at->path());
+      for (const char* known : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp", ".tga"})
+        if (extension == known) names.push_back(at->path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    if (names.empty()) return "";
+    names.resize(std::min<std::size_t>(names.size(), 3));
+    return fmt::format(" (there are {})", fmt::join(names, ", "));
+  }
+
+  const ReadModelOptions& options_;
+  const Progress& progress_;
+  fs::path folder_;
+  Model model_;
+  std::vector<std::string> missing_parts_;
+};
+
+}  // namespace
+
+Model read_model(const fs::path& path, const ReadModelOptions& options, const Progress& progress) {
+  return ModelReader(path, options, progress).read();
+}
+
+}  // namespace mq

@@ -1,0 +1,216 @@
+// Everything is made in memory first; then pictures and parts are written, the mesh file last, so
+// that what names a file is never there without it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "mq/base/error.h"
+#include "mq/io/atomic_file.h"
+#include "mq/io/document.h"
+#include "mq/io/image_file.h"
+#include "mq/io/obj.h"
+#include "mq/io/ply.h"
+
+namespace mq {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- Is it a model ----
+
+void check_corners(const std::vector<Triangle>& corners, int least, int count, const char* what) {
+  for (std::size_t t = 0; t < corners.size(); ++t)
+    for (const int id : corners[t])
+      if (id < least || id >= count)
+        throw InvalidInput(fmt::format("triangle {} uses {} {}, but there are {}", t, what, id,
+                                       count));
+}
+
+void check(const Model& model) {
+  const Mesh& mesh = model.mesh;
+  check_corners(mesh.triangles, 0, mesh.vertex_count(), "vertex");
+  check_corners(mesh.corner_uvs, -1, int(mesh.uvs.size()), "texture coordinate");
+  require(!mesh.has_uvs() || mesh.corner_uvs.size() == mesh.triangles.size(),
+          "the model has texture coordinates for another number of triangles");
+  require(mesh.textures.empty() || mesh.textures.size() == mesh.triangles.size(),
+          "the model has textures for another number of triangles");
+  for (const int texture : mesh.textures)
+    if (texture < -1 || (texture >= int(model.textures.size()) && !model.textures.empty()))
+      throw InvalidInput(fmt::format("a triangle uses texture {}, but there are {}", texture,
+                                     model.textures.size()));
+  require(model.colors.values.size() ==
+              std::size_t(model.colors.channels) * mesh.positions.size(),
+          "the model has colours for another number of vertices");
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    if (!mesh.positions[v].allFinite())
+      throw InvalidInput(fmt::format("vertex {} is not finite", v));
+}
+
+// ---- Pictures ----
+
+constexpr std::pair<const char*, const char*> picture_extensions[] = {
+    {".png", "png"},   {".jpg", "jpeg"},    {".jpeg", "jpeg"}, {".tif", "tiff"},
+    {".tiff", "tiff"}, {".exr", "openexr"}, {".bmp", "bmp"},   {".tga", "targa"}};
+
+/// The picture format that the extension names; empty: none.
+std::string picture_format(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
+  for (const auto& [known, format] : picture_extensions)
+    if (extension == known) return format;
+  return "";
+}
+
+std::string extension_of(const std::string& format) {
+  for (const auto& [extension, known] : picture_extensions)
+    if (format == known) return extension;
+  return ".png";
+}
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return fs::equivalent(a, b, ignored) && !ignored;
+}
+
+class ModelWriter {
+ public:
+  ModelWriter(const fs::path& path, const Model& model, const Progress& progress)
+      : path_(path), model_(model), progress_(progress), folder_(path.parent_path()) {
+    check(model);
+    if (model.document) before_ = read_document(*model.document).textures;
+  }
+
+  std::vector<std::string> write() {
+    for (std::size_t t = 0; t < model_.textures.size(); ++t) prepare_picture(t);
+    std::vector<OutputFile> files = mesh_files();
+    files[0].name = path_.filename().string();
+    for (std::size_t t = 0; t < model_.textures.size(); ++t) write_picture(t);
+    for (std::size_t i = files.size(); i-- > 0;) write_part(files[i]);
+    progress_.at(1);
+    return std::move(notes_);
+  }
+
+ private:
+  std::vector<OutputFile> mesh_files() const {
+    const std::string stem = path_.stem().string();
+    std::string extension = path_.extension().string();
+    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
+    if (extension == ".obj") return write_obj(model_, names_, stem);
+    if (extension == ".ply") return {write_ply(model_, names_, stem)};
+    throw IoError(fmt::format("cannot write {}: its extension is none of .obj, .ply, .gltf, .glb",
+                              path_.string()));
+  }
+
+  /// The file a picture was read from, or nothing.
+  Bytes source(std::size_t t) const {
+    const Texture& texture = model_.textures[t];
+    std::error_code ignored;
+    if (!texture.path.empty())
+      return fs::is_regular_file(texture.path, ignored) ? read_file(texture.path) : Bytes();
+    const bool known = t < before_.size() && before_.size() == model_.textures.size();
+    return known ? before_[t].picture : Bytes();
+  }
+
+  /// Whether the pixels are those of the source.
+  bool unchanged(const Texture& texture, const Bytes& source) const {
+    if (texture.pixels.empty()) return true;
+    if (source.empty()) return false;
+    try {
+      return read_texture_bytes(source, texture.path.string()).pixels == texture.pixels;
+    } catch (const IoError&) {  // another file has taken its place
+      return false;
+    }
+  }
+
+  /// A name that a file beside the mesh can have, and that no other picture has.
+  std::string output_name(std::size_t t, bool keeps_pixels) {
+    const Texture& texture = model_.textures[t];
+    std::string name = texture.name;
+    for (char& c : name) c = (c & 0xe0) == 0 || c == 0x7f ? '_' : c;
+    const bool in_place = keeps_pixels && !name.empty() && same_file(folder_ / name, texture.path);
+    if (!in_place && !stays_below(name)) name = fs::path(name).filename().string();
+    if (name.empty()) name = t == 0 ? "texture" : fmt::format("texture_{}", t);
+    if (!in_place && picture_format(name).empty()) name += extension_of(texture.format.file_format);
+    const fs::path path(name);
+    for (int i = 1; !names_taken_.insert(name).second && !in_place; ++i)
+      name = (path.parent_path() / fmt::format("{}_{}{}", path.stem().string(), i,
+                                               path.extension().string())).string();
+    return name;
+  }
+
+  void prepare_picture(std::size_t t) {
+    const Texture& texture = model_.textures[t];
+    Bytes bytes = source(t);
+    const bool keeps_pixels = unchanged(texture, bytes);
+    const std::string name = output_name(t, keeps_pixels);
+    const bool same_format =
+        texture.pixels.empty() || picture_format(name) == texture.format.file_format;
+    if (!keeps_pixels && same_file(folder_ / name, texture.path) &&
+        !same_file(path_, model_.path))
+      throw IoError(fmt::format("writing {} would replace the picture {} that it was made from; "
+                                "give the new picture another name, or write to another folder",
+                                path_.string(), texture.path.string()));
+    names_.push_back(name);
+    copies_.push_back(keeps_pixels && same_format ? std::move(bytes) : Bytes());
+  }
+
+  void write_picture(std::size_t t) {
+    const Texture& texture = model_.textures[t];
+    const fs::path path = folder_ / names_[t];
+    if (!copies_[t].empty()) {
+      if (same_file(path, texture.path)) return;
+      make_folder(path);
+      return write_file(path, copies_[t]);
+    }
+    if (texture.pixels.empty()) {
+      std::error_code ignored;
+      if (!fs::exists(path, ignored))
+        notes_.push_back(fmt::format("the picture {} is not there and was not written",
+                                     path.string()));
+      return;
+    }
+    make_folder(path);
+    const auto notes = write_texture(path, texture, progress_.step("write picture",
+                                                0.8 / double(model_.textures.size())));
+    notes_.insert(notes_.end(), notes.begin(), notes.end());
+  }
+
+  /// The folders between the mesh file's and a file that it names.
+  void make_folder(const fs::path& path) const {
+    std::error_code error;
+    if (path.parent_path() != folder_) fs::create_directories(path.parent_path(), error);
+  }
+
+  void write_part(const OutputFile& file) {
+    const fs::path path = folder_ / file.name;
+    if (!stays_below(file.name)) {
+      std::error_code ignored;
+      if (!fs::exists(path, ignored))
+        notes_.push_back(fmt::format("{} names {}, which is not there", path_.string(),
+                                     shown(file.name)));
+      return;
+    }
+    make_folder(path);
+    write_file(path, file.bytes);
+  }
+
+  const fs::path& path_;
+  const Model& model_;
+  const Progress& progress_;
+  fs::path folder_;
+  std::vector<TextureSlot> before_;
+  std::vector<std::string> names_;  ///< of the pictures, from the folder
+  std::set<std::string> names_taken_;
+  std::vector<Bytes> copies_;       ///< of the pictures that are copied
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+std::vector<std::string> write_model(const fs::path& path, const Model& model,
+                                     const Progress& progress) {
+  return ModelWriter(path, model, progress).write();
+}
+
+}  // namespace mq

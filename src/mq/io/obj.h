@@ -1,0 +1,50 @@
+#pragma once
+/// Wavefront OBJ: polygons with texture coordinates and materials per face, as lines of text.
+///
+/// Read: `v` (with colours), `vt`, `f` (any polygon, `v//n`, negative indices), `usemtl`, `mtllib`;
+/// continued lines. Kept where it is, but not used: normals, groups, lines, points, everything else.
+
+#include <string>
+#include <vector>
+
+#include "mq/io/document.h"
+
+namespace mq {
+
+/// The lines of an OBJ file, before its materials are looked up.
+struct ObjFile {
+  /// A line `mtllib`: what it names, which may be one name with blanks or several without.
+  struct Library {
+    std::string names;
+    Place place;
+  };
+
+  Mesh mesh;                            ///< its `textures` count `materials`; −1: before any usemtl
+  VertexSignal colors;                  ///< 3 or 4 channels where every `v` has them
+  std::vector<std::string> materials;   ///< in the order of their first triangle
+  std::vector<Library> libraries;
+  std::vector<std::size_t> vertices;    ///< where the numbers of each `v` begin
+  std::vector<std::size_t> uvs;         ///< and of each `vt`
+  std::vector<std::string> notes;
+};
+
+/// Reads the lines of an OBJ file; `name` is for messages. Throws `IoError` with the line where it
+/// is not OBJ, a number or an index is none or out of range, a coordinate is not finite, a polygon
+/// has more than `max_polygon` corners.
+ObjFile parse_obj(ByteView bytes, const std::string& name);
+
+/// What an OBJ document says, its libraries being among its parts: a picture that several materials
+/// name is one texture, in the order of first use; a material without a picture is texture −1,
+/// unless none has one: then each material is a texture without a name. Options -s and -o of
+/// `map_Kd` are applied to the texture coordinates.
+MeshFile read_obj(const Document& document);
+
+/// The files that say `model` as OBJ: the mesh file first, then material libraries. `pictures` are
+/// the textures' names from the mesh file's folder, `stem` names the mesh file and what is new.
+/// Where `model.document` is an OBJ file of the same connectivity, its bytes are kept and only
+/// positions, texture coordinates, colours and names of pictures that differ are replaced; a
+/// library that changes is given the name STEM.mtl.
+std::vector<OutputFile> write_obj(const Model& model, const std::vector<std::string>& pictures,
+                                  const std::string& stem);
+
+}  // namespace mq

@@ -1,0 +1,278 @@
+// A changed number is replaced where it stands; words between and after stay as they are. A library
+// is written anew under the mesh file's own name when a picture in it gets another, so that other
+// meshes that share it keep theirs.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "mq/io/mtl.h"
+#include "mq/io/obj.h"
+
+namespace mq {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// `name`, or with the first number behind it that makes it new; joins `taken`.
+std::string unique(const std::string& name, const std::string& extension,
+                   std::set<std::string>& taken) {
+  std::string result = name + extension;
+  for (int i = 1; !taken.insert(result).second; ++i)
+    result = fmt::format("{}_{}{}", name, i, extension);
+  return result;
+}
+
+/// The last part of a name, as another file would call it.
+std::string file_name(std::string_view name) {
+  return fs::path(portable_name(name)).filename().string();
+}
+
+std::string material_name(const std::string& picture) {
+  std::string name = fs::path(picture).stem().string();
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name.empty() ? "textured" : name;
+}
+
+// ---- Changes to the bytes that were read ----
+
+class ObjSplicer {
+ public:
+  ObjSplicer(const Model& model, const Document& document, const std::string& stem)
+      : model_(model), document_(document), stem_(stem), text_(text_of(document.bytes)),
+        obj_(parse_obj(document.bytes, document.name)), says_(read_obj(document)) {}
+
+  /// The files, or none where the change is too large to be spliced in.
+  std::vector<OutputFile> files(const std::vector<std::string>& pictures) {
+    const auto names = slot_names(says_, model_, pictures);
+    if (!names || !same_connectivity(says_.mesh, model_.mesh)) return {};
+    const bool moved_uvs = says_.mesh.uvs != model_.mesh.uvs;
+    if (moved_uvs && says_.mesh.uvs.size() != obj_.uvs.size()) return {};
+
+    edit_vertices();
+    if (moved_uvs) edit_uvs();
+    std::vector<OutputFile> result(1);
+    edit_libraries(*names, result);
+    add_library(*names, result);
+    result[0] = {stem_ + ".obj", edited(document_.bytes, std::move(edits_))};
+    return result;
+  }
+
+ private:
+  void edit_vertices() {
+    const int channels = color_channels(model_.colors);
+    const bool recolored = model_.colors.channels != says_.colors.channels ||
+                           model_.colors.values != says_.colors.values;
+    for (int v = 0; v < model_.mesh.vertex_count(); ++v) {
+      const Vector3 &now = model_.mesh.positions[v], &before = says_.mesh.positions[v];
+      if (now == before && !recolored) continue;
+      Edit edit{obj_.vertices[v], obj_.vertices[v], ""};
+      Scanner scanner(text_, edit.begin);
+      for (int k = 0; k < 3; ++k) replace_number(scanner, edit, before[k], now[k]);
+      if (recolored) {
+        skip_numbers(scanner, edit);
+        for (int c = 0; c < channels; ++c) {
+          edit.text += ' ';
+          append_number(edit.text, color(model_.colors, v, c));
+        }
+      }
+      edits_.push_back(std::move(edit));
+    }
+  }
+
+  void edit_uvs() {
+    for (std::size_t i = 0; i < obj_.uvs.size(); ++i) {
+      const Vector2 &now = model_.mesh.uvs[i], &before = says_.mesh.uvs[i];
+      if (now == before) continue;
+      Edit edit{obj_.uvs[i], obj_.uvs[i], ""};
+      Scanner scanner(text_, edit.begin);
+      for (int k = 0; k < 2; ++k) replace_number(scanner, edit, before[k], now[k]);
+      edits_.push_back(std::move(edit));
+    }
+  }
+
+  /// Extends `edit` over the next number, with what stands before it.
+  void replace_number(Scanner& scanner, Edit& edit, double before, double now) const {
+    Scanner ahead = scanner;
+    const std::string_view word = ahead.word();
+    if (word.empty()) {  // a second coordinate that was left out
+      if (now == before) return;
+      edit.text += ' ';
+      return append_number(edit.text, now);
+    }
+    scanner = ahead;
+    const std::size_t begin = scanner.offset() - word.size();
+    edit.text += text_.substr(edit.end, begin - edit.end);
+    if (now == before) {
+      edit.text += word;
+    } else {
+      append_number(edit.text, now);
+    }
+    edit.end = scanner.offset();
+  }
+
+  /// Extends `edit` over the numbers that are left in the line.
+  static void skip_numbers(Scanner& scanner, Edit& edit) {
+    double number = 0;
+    for (;;) {
+      const std::string_view word = scanner.word();
+      if (!to_number(word, number)) return;
+      edit.end = scanner.offset();
+    }
+  }
+
+  /// Parts as they are, or with names of pictures replaced and then under a name of their own.
+  void edit_libraries(const std::vector<std::string>& names, std::vector<OutputFile>& files) {
+    for (std::size_t p = 0; p < document_.parts.size(); ++p) {
+      const Part& part = document_.parts[p];
+      const fs::path folder = fs::path(part.name).parent_path();
+      std::vector<Edit> edits;
+      for (std::size_t s = 0; s < says_.textures.size(); ++s) {
+        if (names[s] == says_.textures[s].name) continue;
+        for (const Place& place : says_.textures[s].places)
+          if (place.part == int(p))
+            edits.push_back({place.begin, place.end,
+                             place.before + (folder.empty() ? names[s]
+                                 : fs::path(names[s]).lexically_relative(folder).string())});
+      }
+      if (edits.empty()) {
+        taken_.insert(part.name);
+        files.push_back(part);
+        continue;
+      }
+      const std::string name = unique((folder / stem_).string(), ".mtl", taken_);
+      files.push_back({name, edited(part.bytes, std::move(edits))});
+      if (name != part.name) rename_library(part.name, name);
+    }
+  }
+
+  void rename_library(const std::string& before, const std::string& now) {
+    for (const ObjFile::Library& library : obj_.libraries) {
+      const std::size_t begin = library.place.begin;
+      if (file_name(library.names) == file_name(before)) {
+        edits_.push_back({begin, library.place.end, now});
+        continue;
+      }
+      Scanner words(library.names);
+      for (std::string_view word = words.word(); !word.empty(); word = words.word())
+        if (file_name(word) == file_name(before))
+          edits_.push_back({begin + words.offset() - word.size(), begin + words.offset(), now});
+    }
+  }
+
+  /// A library of those materials that no part holds but that have a picture now.
+  void add_library(const std::vector<std::string>& names, std::vector<OutputFile>& files) {
+    std::vector<Material> materials;
+    for (std::size_t s = 0; s < says_.textures.size(); ++s)
+      if (says_.textures[s].places.empty() && !names[s].empty())
+        materials.push_back({obj_.materials[s], names[s], {}, {1, 1}, {0, 0}, {}});
+    std::string head;
+    if (has_triangles_without_material() && !names.empty() && model_.mesh.textures.empty()) {
+      std::set<std::string> taken(obj_.materials.begin(), obj_.materials.end());
+      const std::string name = unique(material_name(names[0]), "", taken);
+      materials.push_back({name, names[0], {}, {1, 1}, {0, 0}, {}});
+      head = "usemtl " + name + "\n";
+    }
+    if (materials.empty()) return;
+    const std::string name = unique(stem_, ".mtl", taken_);
+    files.push_back({name, to_bytes(new_mtl(materials))});
+    const bool named = std::any_of(
+        obj_.libraries.begin(), obj_.libraries.end(),
+        [&](const ObjFile::Library& library) { return file_name(library.names) == name; });
+    if (!named) head = "mtllib " + name + "\n" + head;
+    const std::size_t top = text_.starts_with("\xef\xbb\xbf") ? 3 : 0;
+    edits_.push_back({top, top, head});
+  }
+
+  bool has_triangles_without_material() const {
+    const std::vector<int>& ids = obj_.mesh.textures;
+    return ids.empty() ? obj_.mesh.triangle_count() > 0
+                       : std::find(ids.begin(), ids.end(), -1) != ids.end();
+  }
+
+  const Model& model_;
+  const Document& document_;
+  const std::string& stem_;
+  std::string_view text_;
+  ObjFile obj_;
+  MeshFile says_;
+  std::vector<Edit> edits_;
+  std::set<std::string> taken_;
+};
+
+// ---- A file made anew ----
+
+void append_positions(std::string& text, const Model& model) {
+  const int channels = color_channels(model.colors);
+  for (int v = 0; v < model.mesh.vertex_count(); ++v) {
+    text += 'v';
+    for (int k = 0; k < 3; ++k) {
+      text += ' ';
+      append_number(text, model.mesh.positions[v][k]);
+    }
+    for (int c = 0; c < channels; ++c) {
+      text += ' ';
+      append_number(text, color(model.colors, v, c));
+    }
+    text += '\n';
+  }
+}
+
+void append_face(std::string& text, const Mesh& mesh, int triangle) {
+  text += 'f';
+  for (int k = 0; k < 3; ++k) {
+    text += ' ' + std::to_string(mesh.triangles[triangle][k] + 1);
+    const int uv = mesh.has_uvs() ? mesh.corner_uvs[triangle][k] : -1;
+    if (uv >= 0) text += '/' + std::to_string(uv + 1);
+  }
+  text += '\n';
+}
+
+std::vector<OutputFile> new_files(const Model& model, const std::vector<std::string>& pictures,
+                                  const std::string& stem) {
+  std::set<std::string> taken{"untextured"};
+  std::vector<Material> materials;
+  for (const std::string& picture : pictures)
+    materials.push_back({unique(material_name(picture), "", taken), picture, {}, {1, 1}, {0, 0},
+                         {}});
+
+  std::string text;
+  if (!materials.empty()) text += "mtllib " + stem + ".mtl\n";
+  append_positions(text, model);
+  for (const Vector2& uv : model.mesh.uvs) {
+    text += "vt ";
+    append_number(text, uv.x());
+    text += ' ';
+    append_number(text, uv.y());
+    text += '\n';
+  }
+  int texture = -2;
+  bool untextured = false;
+  for (int t = 0; t < model.mesh.triangle_count(); ++t) {
+    if (!materials.empty() && model.mesh.texture(t) != texture) {
+      texture = model.mesh.texture(t);
+      untextured = untextured || texture < 0;
+      text += "usemtl " + (texture < 0 ? "untextured" : materials[texture].name) + "\n";
+    }
+    append_face(text, model.mesh, t);
+  }
+  std::vector<OutputFile> files{{stem + ".obj", to_bytes(text)}};
+  if (untextured) materials.push_back({"untextured", "", {}, {1, 1}, {0, 0}, {}});
+  if (!materials.empty()) files.push_back({stem + ".mtl", to_bytes(new_mtl(materials))});
+  return files;
+}
+
+}  // namespace
+
+std::vector<OutputFile> write_obj(const Model& model, const std::vector<std::string>& pictures,
+                                  const std::string& stem) {
+  const Document* document = model.document.get();
+  if (document && document->format == Document::Format::obj) {
+    std::vector<OutputFile> files = ObjSplicer(model, *document, stem).files(pictures);
+    if (!files.empty()) return files;
+  }
+  return new_files(model, pictures, stem);
+}
+
+}  // namespace mq
