@@ -54,6 +54,11 @@ Image<float> decode(const Image<float>& image, ColourSpace space, Transfer trans
 /// The way back.
 Image<float> encode(const Image<float>& image, ColourSpace space, Transfer transfer);
 
+/// The displayed colour of a lightness (0 to 1), chroma and hue (degrees) of OKLab (Ottosson, A
+/// perceptual color space for image processing, 2020); where the display cannot show that much
+/// chroma, with the most it can.
+Colour colour_of(double lightness, double chroma, double hue);
+
 /// The picture in red, green and blue as it looks in front of `behind`: grey is spread over the
 /// three, alpha blends, further channels are left out.
 Image<float> as_rgb(const Image<float>& image, const Colour& behind = {1, 1, 1});

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -20,43 +19,12 @@ namespace {
 constexpr int table_size = 256;
 using Table = std::array<Colour, table_size>;
 
-/// OKLab to linear sRGB (Ottosson 2020).
-std::array<double, 3> light_from_oklab(double L, double a, double b) {
-  const double l = std::pow(L + 0.3963377774 * a + 0.2158037573 * b, 3);
-  const double m = std::pow(L - 0.1055613458 * a - 0.0638541728 * b, 3);
-  const double s = std::pow(L - 0.0894841775 * a - 1.2914855480 * b, 3);
-  return {4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s,
-          -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
-          -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s};
-}
-
-/// The colour of lightness L and hue (degrees) with `chroma`, or the most of it that can be shown.
-Colour displayed(double L, double chroma, double hue) {
-  const double angle = hue * std::numbers::pi / 180;
-  const auto light = [&](double c) {
-    return light_from_oklab(L, c * std::cos(angle), c * std::sin(angle));
-  };
-  const auto fits = [&](double c) {
-    return std::ranges::all_of(light(c), [](double v) { return v >= 0 && v <= 1; });
-  };
-  double least = 0, most = chroma;
-  if (!fits(most))
-    for (int step = 0; step < 40; ++step) {
-      const double middle = (least + most) / 2;
-      (fits(middle) ? least : most) = middle;
-    }
-  Colour colour;
-  const auto rgb = light(fits(most) ? most : least);
-  for (int k = 0; k < 3; ++k) colour[k] = float(srgb_from_linear(std::clamp(rgb[k], 0.0, 1.0)));
-  return colour;
-}
-
 Table sequential_table() {
   Table table;
   for (int i = 0; i < table_size; ++i) {
     const double t = double(i) / (table_size - 1);
     const double hue = 295 - 190 * std::pow(t, 0.9);
-    table[i] = displayed(0.26 + 0.69 * t, 0.09 + 0.09 * t, hue);
+    table[i] = colour_of(0.26 + 0.69 * t, 0.09 + 0.09 * t, hue);
   }
   return table;
 }
@@ -65,7 +33,7 @@ Table diverging_table() {
   Table table;
   for (int i = 0; i < table_size; ++i) {
     const double t = 2.0 * i / (table_size - 1) - 1, size = std::abs(t);
-    table[i] = displayed(0.965 - 0.535 * size, 0.19 * std::pow(size, 0.85), t < 0 ? 255 : 27);
+    table[i] = colour_of(0.965 - 0.535 * size, 0.19 * std::pow(size, 0.85), t < 0 ? 255 : 27);
   }
   return table;
 }

@@ -1,0 +1,83 @@
+#pragma once
+/// Where a picture is taken from. Pixels count from the upper left corner of the picture: pixel
+/// (i, j) covers [i, i + 1] × [j, j + 1].
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mq/mesh/mesh.h"
+
+namespace mq {
+
+/// A way of looking at a model, before its size and the picture's are known.
+struct View {
+  double azimuth = 30;    ///< degrees around the upright axis, from the front towards the model's +x
+  double elevation = 20;  ///< degrees above the horizon, -90 to 90
+  enum class Up { y, z } up = Up::y;  ///< the model's upright axis; the front is +z or −y
+  enum class Projection { perspective, orthographic } projection = Projection::perspective;
+  double field_of_view = 28;      ///< degrees, of the picture's shorter side
+  std::optional<Vector3> target;  ///< the point in the middle; none: the model is centred
+  double extent = 0;              ///< model units across the picture's shorter side, measured at the
+                                  ///< target; 0: the model fills the picture
+};
+
+/// "front", "back", "left", "right", "top", "bottom", "corner" (from above, turned), or
+/// "AZIMUTH,ELEVATION" in degrees. Throws `InvalidInput`.
+View parse_view(const std::string& text);
+
+/// The names `parse_view` knows.
+const std::vector<std::string>& view_names();
+
+struct Ray {
+  Vector3 origin;
+  Vector3 direction;  ///< unit
+};
+
+class Camera {
+ public:
+  /// Fits the view to all triangles of the mesh: each vertex is inside the picture, at least
+  /// `margin` of its shorter side away from the border, two on opposite sides exactly so.
+  /// `right_inset` pixels on the right are kept free. Throws `InvalidInput` for a mesh without
+  /// triangles, with positions that are not finite, or a view out of range.
+  Camera(const Mesh& mesh, const View& view, int width, int height, int right_inset = 0);
+
+  static constexpr double margin = 0.04;
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  const Vector3& right() const { return right_; }
+  const Vector3& up() const { return up_; }
+  const Vector3& backward() const { return backward_; }  ///< from the model to the viewer
+
+  /// The ray through a point of the picture.
+  Ray ray(double x, double y) const;
+
+  /// Direction from `point` to the viewer, unit.
+  Vector3 towards_viewer(const Vector3& point) const;
+
+  struct Projected {
+    double x, y;   ///< pixels
+    double depth;  ///< along the viewing direction, model units; positive in front
+  };
+  Projected project(const Vector3& point) const;
+
+  /// Depth at the fraction s of the way between two projected points, on the screen.
+  double depth_between(double depth_a, double depth_b, double s) const;
+
+  /// The side of a pixel at this depth, model units.
+  double pixel_size(double depth) const;
+
+ private:
+  double fit(const Mesh& mesh, double tangent_x, double tangent_y);
+  void zoom(const View& view, double middle_depth, int free_width);
+
+  int width_, height_;
+  bool perspective_;
+  Vector3 right_, up_, backward_;
+  Vector3 eye_;
+  // The film: at depth 1 for perspective, anywhere for orthographic projection.
+  double left_ = 0, top_ = 0, pixel_ = 0;
+};
+
+}  // namespace mq

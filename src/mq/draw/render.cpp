@@ -1,0 +1,396 @@
+// A picture is made in bands of pixel rows, each by one task: rays through a regular grid of samples,
+// light on what they hit, lines over it, the mean per pixel. Bands overlap by the rows that decide
+// whether a line is hidden, so no band needs another.
+//
+// Light is computed on light (the sRGB curve undone) and scaled so that a surface that faces the
+// viewer keeps its stored colour.
+
+#include "mq/draw/render.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/draw/lines.h"
+#include "mq/draw/scene.h"
+#include "mq/image/resample.h"
+#include "mq/mesh/geometry.h"
+
+namespace mq {
+namespace {
+
+using Paint = RenderOptions::Paint;
+using Lines = RenderOptions::Lines;
+
+constexpr Colour clay = {0.80f, 0.79f, 0.765f};
+constexpr int band_pixels = 24;  ///< rows of pixels per band
+
+enum Style { wire, end, seam, style_count };
+
+std::vector<LineStyle> line_styles(const RenderOptions& options) {
+  const float half = float(options.line_width * options.samples / 2);
+  std::vector<LineStyle> styles(style_count);
+  styles[wire] = {{0.05f, 0.05f, 0.07f}, 0.55f, half / 3, 0, {}, 0};
+  styles[end] = {{0.25f, 0.65f, 1.f}, 1, half, 0.7f * half, {0.02f, 0.03f, 0.05f}, 0.65f};
+  styles[seam] = {{1.f, 0.45f, 0.05f}, 1, half, 0.7f * half, {0.05f, 0.03f, 0.02f}, 0.65f};
+  return styles;
+}
+
+/// Smooth normals, except at corners that turn away from their triangle: there creases stay.
+std::vector<Eigen::Vector3f> corner_normals(const Mesh& mesh) {
+  const std::vector<Vector3> vertices = vertex_normals(mesh);
+  constexpr double crease = 0.7660444431;  // cos 40°
+  std::vector<Eigen::Vector3f> normals(std::size_t(mesh.triangle_count()) * 3);
+  parallel_for(mesh.triangle_count(), [&](std::int64_t t) {
+    const Vector3 face = triangle_normal(mesh, int(t));
+    for (int k = 0; k < 3; ++k) {
+      const Vector3& smooth = vertices[mesh.triangles[t][k]];
+      normals[3 * t + k] = (smooth.dot(face) > crease ? smooth : face).cast<float>();
+    }
+  });
+  return normals;
+}
+
+/// The edges drawn as lines, each once.
+struct Edge {
+  int from, to, style;
+};
+
+std::vector<Edge> edges_of(const Surface& surface, const Atlas* atlas, const RenderOptions& options) {
+  std::vector<Edge> edges;
+  const Mesh& mesh = surface.mesh;
+  for (HalfEdge h = 0; h < 3 * mesh.triangle_count(); ++h) {
+    const int t = h / 3, twin = surface.twins[h];
+    if (surface.degenerate[t]) continue;
+    const bool first = twin < 0 || surface.degenerate[twin / 3] || h < twin;
+    const Edge edge{mesh.triangles[t][h % 3], mesh.triangles[t][(h % 3 + 1) % 3], wire};
+    if (options.wires == Lines::show && first) edges.push_back(edge);
+    if (options.seams != Lines::show) continue;
+    if (atlas != nullptr && atlas->chart[t] >= 0) {
+      if (atlas->edges[h] == EdgeKind::seam && h < twin) edges.push_back({edge.from, edge.to, seam});
+      if (atlas->edges[h] == EdgeKind::boundary) edges.push_back({edge.from, edge.to, end});
+    } else if (twin < 0) {
+      edges.push_back({edge.from, edge.to, end});
+    }
+  }
+  return edges;
+}
+
+std::vector<ScreenLine> projected(const Mesh& mesh, const std::vector<Edge>& edges,
+                                  const Camera& camera, int samples) {
+  std::vector<ScreenLine> lines;
+  lines.reserve(edges.size());
+  const float s = float(samples);
+  for (const Edge& edge : edges) {
+    const auto a = camera.project(mesh.positions[edge.from]);
+    const auto b = camera.project(mesh.positions[edge.to]);
+    lines.push_back({float(a.x) * s, float(a.y) * s, float(a.depth), float(b.x) * s, float(b.y) * s,
+                     float(b.depth), edge.style});
+  }
+  return lines;
+}
+
+bool shows_numbers(const RenderOptions& options) {
+  return options.paint == Paint::vertex_numbers || options.paint == Paint::texture_numbers;
+}
+
+/// Everything one picture needs while it is drawn.
+struct Job {
+  const Surface& surface;
+  const Atlas* atlas;
+  const Scene& scene;
+  const std::vector<Eigen::Vector3f>& normals;
+  const Paints& paints;
+  const RenderOptions& options;
+  const Camera& camera;
+
+  /// Values of the texture where the ray hit; false where there is none.
+  bool texture_values(const Hit& hit, std::span<float> values) const {
+    if (atlas == nullptr || atlas->chart[hit.triangle] < 0) return false;
+    const auto& corners = atlas->corners[hit.triangle];
+    double column = 0, row = 0;
+    for (int k = 0; k < 3; ++k) {
+      column += hit.weights[k] * corners[k].column();
+      row += hit.weights[k] * corners[k].row();
+    }
+    const int texture = surface.mesh.texture(hit.triangle);
+    sample(*paints.textures[texture], column, row, atlas->textures[texture].wrap, values);
+    return true;
+  }
+
+  Colour textured(const Hit& hit) const {
+    std::array<float, 16> values;
+    if (atlas == nullptr || atlas->chart[hit.triangle] < 0) return clay;
+    const int channels = paints.textures[surface.mesh.texture(hit.triangle)]->channels();
+    if (!texture_values(hit, std::span(values).first(std::min(channels, 3)))) return clay;
+    if (channels < 3) return {values[0], values[0], values[0]};
+    return {values[0], values[1], values[2]};
+  }
+
+  /// The number shown where the ray hit; none where the surface has no texture.
+  std::optional<float> number(const Hit& hit) const {
+    if (options.paint == Paint::vertex_numbers) return vertex_value(hit, 1, 0);
+    if (options.paint != Paint::texture_numbers || atlas->chart[hit.triangle] < 0) return {};
+    std::vector<float> values(paints.textures[surface.mesh.texture(hit.triangle)]->channels());
+    texture_values(hit, values);
+    return values[options.channel];
+  }
+
+  float vertex_value(const Hit& hit, int count, int channel) const {
+    const Triangle& triangle = surface.mesh.triangles[hit.triangle];
+    double value = 0;
+    for (int k = 0; k < 3; ++k)
+      value += hit.weights[k] * paints.vertex_values[std::size_t(triangle[k]) * count + channel];
+    return float(value);
+  }
+
+  Colour albedo(const Hit& hit) const {
+    switch (options.paint) {
+      case Paint::clay: return clay;
+      case Paint::texture: return textured(hit);
+      case Paint::charts: return atlas->chart[hit.triangle] < 0 ? clay
+                                                                : chart_colour(atlas->chart[hit.triangle]);
+      case Paint::vertex_colours:
+        return {vertex_value(hit, 3, 0), vertex_value(hit, 3, 1), vertex_value(hit, 3, 2)};
+      case Paint::vertex_numbers:
+      case Paint::texture_numbers: break;
+    }
+    const std::optional<float> value = number(hit);
+    return value ? false_colour(*value, options.scale) : clay;
+  }
+
+  Vector3 shading_normal(const Hit& hit) const {
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (int k = 0; k < 3; ++k) sum += float(hit.weights[k]) * normals[3 * hit.triangle + k];
+    return sum.cast<double>().normalized();
+  }
+
+  /// The colour in the light of the studio, with what a line of sight needs to know of the place.
+  Colour lit(const Colour& colour, const Hit& hit) const {
+    const Vector3 view = camera.towards_viewer(hit.point);
+    Vector3 normal = shading_normal(hit);
+    const bool back = triangle_normal(surface.mesh, hit.triangle).dot(view) < 0;
+    if (normal.dot(view) < 0) normal -= 2 * normal.dot(view) * view;  // a smooth normal past the rim
+    const Vector3 key = (-0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward());
+    const auto light = [&](const Vector3& n) {
+      return 0.22 + 0.10 * n.dot(camera.up()) + 0.44 * n.dot(view) +
+             0.36 * std::max(0.0, n.dot(key.normalized()));
+    };
+    double factor = light(normal) / (0.22 + 0.44 + 0.36 * 0.57);
+    if (back) factor *= 0.45;
+    const Vector3 half = (key.normalized() + view).normalized();
+    const double gloss = options.paint == Paint::clay ? 0.06 * std::pow(std::max(0.0, half.dot(normal)), 40)
+                                                      : 0;
+    Colour result;
+    for (int k = 0; k < 3; ++k)
+      result[k] = float(srgb_from_linear(factor * linear_from_srgb(colour[k]) + gloss));
+    return result;
+  }
+
+  /// Darkens the samples whose isoline band is not that of a neighbour on the same surface.
+  void draw_isolines(SampleBand& band, const std::vector<int>& levels, float depth_slack) const {
+    const int width = std::max(1, int(std::lround(0.4 * options.line_width * options.samples)));
+    for (int row = band.first_row; row < band.first_row + band.rows; ++row)
+      for (int x = 0; x < band.width; ++x) {
+        const std::size_t at = band.at(x, row);
+        const auto differs = [&](int other_x, int other_row) {
+          if (other_x >= band.width || other_row >= band.first_row + band.rows) return false;
+          const std::size_t other = band.at(other_x, other_row);
+          return levels[other] >= 0 && levels[other] != levels[at] &&
+                 std::abs(band.depths[other] - band.depths[at]) < depth_slack;
+        };
+        bool line = false;
+        for (int k = 1; k <= width && levels[at] >= 0 && !line; ++k)
+          line = differs(x + k, row) || differs(x, row + k);
+        if (line) band.colours[at] = {0.1f, 0.1f, 0.12f, 1};
+      }
+  }
+
+  void shoot(SampleBand& band, float depth_slack) const {
+    const bool isolines = shows_numbers(options) && options.scale.isolines > 0;
+    std::vector<int> levels(isolines ? band.colours.size() : 0, -1);
+    const double step = 1.0 / options.samples;
+    for (int row = band.first_row; row < band.first_row + band.rows; ++row)
+      for (int x = 0; x < band.width; ++x) {
+        const Hit hit = scene.hit(camera.ray((x + 0.5) * step, (row + 0.5) * step));
+        const std::size_t at = band.at(x, row);
+        if (!band.depths.empty())
+          band.depths[at] = hit.triangle < 0 ? std::numeric_limits<float>::infinity()
+                                             : float(camera.project(hit.point).depth);
+        if (hit.triangle < 0) continue;
+        Colour colour = albedo(hit);
+        if (options.light == RenderOptions::Light::studio) colour = lit(colour, hit);
+        band.colours[at] = {colour[0], colour[1], colour[2], 1};
+        if (const auto value = isolines ? number(hit) : std::nullopt)
+          levels[at] = isoline_band(*value, options.scale);
+      }
+    if (isolines) draw_isolines(band, levels, depth_slack);
+  }
+};
+
+void check_textures(const Atlas& atlas, const Paints& paints, const RenderOptions& options) {
+  if (paints.textures.size() != atlas.textures.size())
+    throw InvalidInput(fmt::format("{} textures are given for an atlas of {}",
+                                   paints.textures.size(), atlas.textures.size()));
+  for (std::size_t k = 0; k < paints.textures.size(); ++k) {
+    const Image<float>* texture = paints.textures[k];
+    if (texture == nullptr || texture->empty())
+      throw InvalidInput(fmt::format("texture {} has no pixels", k));
+    if (texture->width() != atlas.textures[k].width || texture->height() != atlas.textures[k].height)
+      throw InvalidInput(fmt::format("texture {} has {} x {} pixels, the atlas was made for {} x {}",
+                                     k, texture->width(), texture->height(),
+                                     atlas.textures[k].width, atlas.textures[k].height));
+    if (options.paint == Paint::texture_numbers &&
+        (options.channel < 0 || options.channel >= texture->channels()))
+      throw InvalidInput(fmt::format("texture {} has {} channels: there is no channel {}", k,
+                                     texture->channels(), options.channel));
+  }
+}
+
+void check(const Surface& surface, const Atlas* atlas, const Paints& paints,
+           const RenderOptions& options) {
+  const auto within = [](int value, int most) { return value >= 1 && value <= most; };
+  if (!within(options.width, 16384) || !within(options.height, 16384))
+    throw InvalidInput(fmt::format("a picture of {} x {} pixels cannot be drawn: 1 to 16384 a side",
+                                   options.width, options.height));
+  require(within(options.samples, 16), "samples per pixel and direction are from 1 to 16");
+  require(options.line_width > 0 && options.line_width <= 100,
+          "the width of lines is above 0 and at most 100 pixels");
+  const bool texture = options.paint == Paint::texture || options.paint == Paint::texture_numbers;
+  require(atlas != nullptr || (!texture && options.paint != Paint::charts),
+          "a surface without texture coordinates has no textures and charts to show");
+  if (texture) check_textures(*atlas, paints, options);
+  const std::size_t each = options.paint == Paint::vertex_colours   ? 3
+                           : options.paint == Paint::vertex_numbers ? 1 : 0;
+  if (each > 0 && paints.vertex_values.size() != each * std::size_t(surface.mesh.vertex_count()))
+    throw InvalidInput(fmt::format("{} values are given for {} vertices, {} wanted for each",
+                                   paints.vertex_values.size(), surface.mesh.vertex_count(), each));
+}
+
+Image<float> legend_for(const RenderOptions& options) {
+  const int text_scale = std::max(1, int(std::lround(options.height / 400.0)));
+  LegendOptions wanted;
+  wanted.text_scale = text_scale;
+  wanted.title = options.legend_title;
+  wanted.height = std::clamp(options.height * 3 / 5, std::min(options.height, 60 * text_scale),
+                             options.height);
+  return legend(options.scale, wanted);
+}
+
+void put_legend(const Image<float>& legend, const RenderOptions& options, Image<float>& picture) {
+  const int x0 = picture.width() - legend.width() - std::min(options.width, options.height) / 50;
+  const int y0 = (picture.height() - legend.height()) / 2;
+  for (int y = 0; y < legend.height(); ++y)
+    for (int x = 0; x < legend.width(); ++x) {
+      const auto pixel = picture.pixel(x0 + x, y0 + y);
+      std::ranges::copy(legend.pixel(x, y), pixel.begin());
+      if (pixel.size() == 4) pixel[3] = 1;
+    }
+}
+
+}  // namespace
+
+struct Renderer::Shared {
+  const Surface& surface;
+  const Atlas* atlas;
+  Scene scene;
+  std::vector<Eigen::Vector3f> normals;
+};
+
+Renderer::Renderer(const Surface& surface, const Atlas* atlas)
+    : shared_(new Shared{surface, atlas, Scene(surface), corner_normals(surface.mesh)}) {}
+
+Renderer::~Renderer() = default;
+
+const Surface& Renderer::surface() const { return shared_->surface; }
+
+Sight Renderer::sight_of(const Vector3& point, const Vector3& normal, double extent,
+                         View::Up up) const {
+  constexpr double degrees = 57.29577951308232;
+  const Surface& surface = shared_->surface;
+  const Vector3 n = up == View::Up::z ? Vector3(normal.x(), normal.z(), -normal.y()) : normal;
+  View straight;
+  straight.up = up;
+  straight.target = point;
+  straight.extent = extent;
+  straight.azimuth = std::atan2(n.x(), n.z()) * degrees;
+  straight.elevation = std::asin(std::clamp(n.y() / std::max(n.norm(), 1e-300), -1.0, 1.0)) * degrees;
+  const auto is_clear = [&](const View& view) {
+    const Camera camera(surface.mesh, view, 64, 64);
+    const auto place = camera.project(point);
+    const Hit hit = shared_->scene.hit(camera.ray(place.x, place.y));
+    return hit.triangle >= 0 && (hit.point - point).norm() < 0.05 * extent;
+  };
+  for (const double tilt : {0.0, 12.0, 25.0, 40.0, 60.0})
+    for (int turn = 0; turn < (tilt == 0 ? 1 : 8); ++turn) {
+      const double angle = turn * 45 / degrees;
+      View view = straight;
+      view.azimuth += tilt * std::sin(angle);
+      view.elevation = std::clamp(view.elevation + tilt * std::cos(angle), -90.0, 90.0);
+      if (is_clear(view)) return {view, true};
+    }
+  return {straight, false};
+}
+
+Image<float> Renderer::draw(const Paints& paints, const RenderOptions& options,
+                            const Progress& progress) const {
+  const Surface& surface = shared_->surface;
+  check(surface, shared_->atlas, paints, options);
+  const bool with_legend = shows_numbers(options) && options.legend == RenderOptions::Legend::show;
+  const Image<float> scale = with_legend ? legend_for(options) : Image<float>();
+  require(scale.width() + std::min(options.width, options.height) / 25 < options.width,
+          "the picture is too narrow for a legend: make it wider or hide the legend");
+  const Camera camera(surface.mesh, options.view, options.width, options.height, scale.width());
+  const Job job{surface, shared_->atlas, shared_->scene, shared_->normals, paints, options, camera};
+
+  const int samples = options.samples, rows = band_pixels * samples;
+  const Bands bands{rows, (options.height + band_pixels - 1) / band_pixels};
+  const std::vector<LineStyle> styles = line_styles(options);
+  const std::vector<ScreenLine> lines =
+      projected(surface.mesh, edges_of(surface, shared_->atlas, options), camera, samples);
+  const auto lines_of = lines_by_band(lines, styles, bands);
+  const DepthRule rule = options.view.projection == View::Projection::perspective
+                             ? DepthRule::reciprocal : DepthRule::linear;
+  const int margin = int(std::ceil(styles[seam].half_width + styles[seam].casing)) + 2;
+
+  const bool isolines = shows_numbers(options) && options.scale.isolines > 0;
+  const Vector3& some = surface.mesh.position(0, 0);
+  const float slack = float(2 * camera.pixel_size(camera.project(some).depth));
+
+  Image<float> picture(options.width, options.height, options.backdrop.channels());
+  std::atomic<int> done{0};
+  parallel_for(bands.count, [&](std::int64_t b) {
+    const int begin = int(b) * band_pixels, end = std::min(begin + band_pixels, options.height);
+    const int extra = lines_of[b].empty() && !isolines ? 0 : margin;
+    SampleBand band(options.width * samples, begin * samples - extra,
+                    (end - begin) * samples + 2 * extra);
+    if (extra > 0) band.depths.resize(band.colours.size());
+    job.shoot(band, 20 * slack);
+    draw_lines(lines, lines_of[b], styles, rule, slack, band);
+    resolve(band, samples, options.backdrop, begin, end, picture);
+    progress.at(double(++done) / bands.count);
+  }, 1);
+  if (with_legend) put_legend(scale, options, picture);
+  return picture;
+}
+
+Colour chart_colour(int id) {
+  constexpr double golden = 137.50776405;  // degrees: the turn that repeats latest
+  static constexpr double lightness[] = {0.80, 0.70, 0.87, 0.62};
+  static const std::vector<Colour> colours = [] {
+    std::vector<Colour> all;
+    for (int k = 0; k < 1024; ++k)
+      all.push_back(colour_of(lightness[k % 4], 0.12, 20 + golden * k));
+    return all;
+  }();
+  return colours[std::size_t(id) % colours.size()];
+}
+
+}  // namespace mq
