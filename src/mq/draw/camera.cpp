@@ -125,7 +125,7 @@ double Camera::fit(const Mesh& mesh, double tangent_x, double tangent_y) {
 void Camera::zoom(const View& view, double middle_depth, int free_width) {
   const Vector3 offset = view.target.value_or(eye_ - middle_depth * backward_) - eye_;
   const double depth = -backward_.dot(offset);
-  require(offset.allFinite() && depth > 0, "the view's target lies behind the viewer");
+  require(offset.allFinite() && (depth > 0 || !perspective_), "the view's target lies behind the viewer");
   const double scale = perspective_ ? depth : 1;
   if (view.extent > 0) pixel_ = view.extent / scale / std::min(free_width, height_);
   left_ = right_.dot(offset) / scale - pixel_ * free_width / 2;

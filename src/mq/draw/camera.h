@@ -36,8 +36,8 @@ struct Ray {
 
 class Camera {
  public:
-  /// Fits the view to all triangles of the mesh: each vertex is inside the picture, at least
-  /// `margin` of its shorter side away from the border, two on opposite sides exactly so.
+  /// Fits the view to all triangles of the mesh: vertices are at least `margin` of the width from
+  /// the left and right and of the height from the top and bottom, two on opposite sides exactly so.
   /// `right_inset` pixels on the right are kept free. Throws `InvalidInput` for a mesh without
   /// triangles, with positions that are not finite, or a view out of range.
   Camera(const Mesh& mesh, const View& view, int width, int height, int right_inset = 0);

@@ -20,6 +20,7 @@
 #include "mq/base/parallel.h"
 #include "mq/draw/lines.h"
 #include "mq/draw/scene.h"
+#include "mq/draw/textures.h"
 #include "mq/image/resample.h"
 #include "mq/mesh/geometry.h"
 
@@ -196,7 +197,7 @@ struct Job {
 
   /// Darkens the samples whose isoline band is not that of a neighbour on the same surface.
   void draw_isolines(SampleBand& band, const std::vector<int>& levels, float depth_slack) const {
-    const int width = std::max(1, int(std::lround(0.4 * options.line_width * options.samples)));
+    const int width = std::max(1, int(std::lround(0.5 * options.line_width * options.samples)));
     for (int row = band.first_row; row < band.first_row + band.rows; ++row)
       for (int x = 0; x < band.width; ++x) {
         const std::size_t at = band.at(x, row);
@@ -235,23 +236,11 @@ struct Job {
   }
 };
 
-void check_textures(const Atlas& atlas, const Paints& paints, const RenderOptions& options) {
-  if (paints.textures.size() != atlas.textures.size())
-    throw InvalidInput(fmt::format("{} textures are given for an atlas of {}",
-                                   paints.textures.size(), atlas.textures.size()));
-  for (std::size_t k = 0; k < paints.textures.size(); ++k) {
-    const Image<float>* texture = paints.textures[k];
-    if (texture == nullptr || texture->empty())
-      throw InvalidInput(fmt::format("texture {} has no pixels", k));
-    if (texture->width() != atlas.textures[k].width || texture->height() != atlas.textures[k].height)
-      throw InvalidInput(fmt::format("texture {} has {} x {} pixels, the atlas was made for {} x {}",
-                                     k, texture->width(), texture->height(),
-                                     atlas.textures[k].width, atlas.textures[k].height));
-    if (options.paint == Paint::texture_numbers &&
-        (options.channel < 0 || options.channel >= texture->channels()))
+void check_channel(const Paints& paints, int channel) {
+  for (std::size_t k = 0; k < paints.textures.size(); ++k)
+    if (channel < 0 || channel >= paints.textures[k]->channels())
       throw InvalidInput(fmt::format("texture {} has {} channels: there is no channel {}", k,
-                                     texture->channels(), options.channel));
-  }
+                                     paints.textures[k]->channels(), channel));
 }
 
 void check(const Surface& surface, const Atlas* atlas, const Paints& paints,
@@ -266,7 +255,8 @@ void check(const Surface& surface, const Atlas* atlas, const Paints& paints,
   const bool texture = options.paint == Paint::texture || options.paint == Paint::texture_numbers;
   require(atlas != nullptr || (!texture && options.paint != Paint::charts),
           "a surface without texture coordinates has no textures and charts to show");
-  if (texture) check_textures(*atlas, paints, options);
+  if (texture) check_textures(*atlas, paints.textures);
+  if (options.paint == Paint::texture_numbers) check_channel(paints, options.channel);
   const std::size_t each = options.paint == Paint::vertex_colours   ? 3
                            : options.paint == Paint::vertex_numbers ? 1 : 0;
   if (each > 0 && paints.vertex_values.size() != each * std::size_t(surface.mesh.vertex_count()))

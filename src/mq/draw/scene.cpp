@@ -90,7 +90,8 @@ Scene::Scene(const Surface& surface) : surface_(surface), hierarchy_(std::make_u
   rtcSetSceneFlags(h.scene, RTC_SCENE_FLAG_ROBUST);
   const Box box = bounding_box(mesh);
   h.center = (box.low + box.high) / 2;
-  h.unit = std::max((box.high - box.low).maxCoeff() / 2, 1e-300);
+  h.unit = std::max({(box.high - box.low).maxCoeff() / 2, 1e-9 * h.center.cwiseAbs().maxCoeff(),
+                     1e-300});
 
   const RTCGeometry geometry = rtcNewGeometry(h.device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* positions = static_cast<float*>(
@@ -118,7 +119,10 @@ Scene::~Scene() = default;
 
 Hit Scene::hit(const Ray& ray) const {
   const Hierarchy& h = *hierarchy_;
-  const Vector3 origin = (ray.origin - h.center) / h.unit;
+  // From just outside the sphere around the model, so that single precision is not spent on the way.
+  Vector3 origin = (ray.origin - h.center) / h.unit;
+  origin += std::max(0.0, -origin.dot(ray.direction) - 2) * ray.direction;
+  if (!(origin.squaredNorm() < 100)) return {};
   RTCRayHit query;
   query.ray.org_x = float(origin.x()), query.ray.org_y = float(origin.y());
   query.ray.org_z = float(origin.z());

@@ -1,0 +1,38 @@
+#include "mq/draw/sheets.h"
+
+#include "mq/base/error.h"
+
+namespace mq {
+
+Image<float> draw_views(const Renderer& renderer, const Paints& paints,
+                        const std::vector<std::string>& views, const RenderOptions& options,
+                        const SheetOptions& sheet, const Progress& progress) {
+  require(!views.empty(), "no view is given: name at least one");
+  std::vector<Tile> tiles;
+  for (const std::string& name : views) {
+    RenderOptions one = options;
+    const View view = parse_view(name);
+    one.view.azimuth = view.azimuth, one.view.elevation = view.elevation;
+    tiles.push_back({renderer.draw(paints, one, progress.step(name, 1.0 / double(views.size()))), name});
+  }
+  return contact_sheet(tiles, sheet);
+}
+
+Image<float> draw_before_after(const Renderer& renderer, const Paints& before, const Paints& after,
+                               const RenderOptions& options, const Labels& labels,
+                               const SheetOptions& sheet, const Progress& progress) {
+  const Image<float> left = renderer.draw(before, options, progress.step(labels.before, 0.5));
+  const Image<float> right = renderer.draw(after, options, progress.step(labels.after, 0.5));
+  SheetOptions side_by_side = sheet;
+  if (side_by_side.columns == 0) side_by_side.columns = 2;
+  return contact_sheet({{left, labels.before}, {right, labels.after}}, side_by_side);
+}
+
+Sight sight_of_seam(const Renderer& renderer, const Atlas& atlas, const SeamPlace& place,
+                    double texels, View::Up up) {
+  require(place.edge >= 0, "there is no seam to look at");
+  require(texels > 0, "a view of a seam is more than 0 texels across");
+  return renderer.sight_of(place.point, place.normal, texels * atlas.texel_spacing(), up);
+}
+
+}  // namespace mq

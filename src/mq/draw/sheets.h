@@ -1,0 +1,34 @@
+#pragma once
+/// Several pictures of one surface on a page.
+
+#include <string>
+#include <vector>
+
+#include "mq/draw/render.h"
+#include "mq/draw/seam_difference.h"
+#include "mq/image/contact_sheet.h"
+
+namespace mq {
+
+/// One picture per view name (`parse_view`), each of `options`' size, labelled by it. Projection,
+/// upright axis and field of view are those of `options.view`.
+Image<float> draw_views(const Renderer& renderer, const Paints& paints,
+                        const std::vector<std::string>& views, const RenderOptions& options = {},
+                        const SheetOptions& sheet = {}, const Progress& progress = {});
+
+/// What two pictures of a comparison are called.
+struct Labels {
+  std::string before = "before";
+  std::string after = "after";
+};
+
+/// The same view of the same surface with two sets of textures, side by side.
+Image<float> draw_before_after(const Renderer& renderer, const Paints& before, const Paints& after,
+                               const RenderOptions& options = {}, const Labels& labels = {},
+                               const SheetOptions& sheet = {}, const Progress& progress = {});
+
+/// A view of a seam's place, `texels` mean texel spacings across.
+Sight sight_of_seam(const Renderer& renderer, const Atlas& atlas, const SeamPlace& place,
+                    double texels, View::Up up = View::Up::y);
+
+}  // namespace mq
