@@ -2,7 +2,7 @@
 // light on what they hit, lines over it, the mean per pixel. Bands overlap by the rows that decide
 // whether a line is hidden, so no band needs another.
 //
-// Light is computed on light (the sRGB curve undone) and scaled so that a surface that faces the
+// Light is multiplied as light, not as displayed values, and scaled so that a surface that faces the
 // viewer keeps its stored colour.
 
 #include "mq/draw/render.h"
@@ -98,6 +98,13 @@ std::vector<ScreenLine> projected(const Mesh& mesh, const std::vector<Edge>& edg
   return lines;
 }
 
+/// A displayed value in `light` times the light; `power` is light^(1/2.4). With the curved part of
+/// sRGB on both sides that is (v + 0.055) · power − 0.055, with the straight part v · light.
+double brightened(double v, double light, double power) {
+  const double curved = (v + 0.055) * power - 0.055, straight = v * light;
+  return light < 1 ? std::max(curved, straight) : std::min(curved, straight);
+}
+
 bool shows_numbers(const RenderOptions& options) {
   return options.paint == Paint::vertex_numbers || options.paint == Paint::texture_numbers;
 }
@@ -111,6 +118,8 @@ struct Job {
   const Paints& paints;
   const RenderOptions& options;
   const Camera& camera;
+  const Vector3 key_light =
+      (-0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward()).normalized();
 
   /// Values of the texture where the ray hit; false where there is none.
   bool texture_values(const Hit& hit, std::span<float> values) const {
@@ -173,25 +182,24 @@ struct Job {
     return sum.cast<double>().normalized();
   }
 
-  /// The colour in the light of the studio, with what a line of sight needs to know of the place.
+  /// The light that reaches a place, 1 where the surface faces the viewer.
+  double light_at(const Hit& hit, const Vector3& view, const Vector3& normal) const {
+    const double key = std::max(0.0, normal.dot(key_light));
+    const double light = 0.22 + 0.10 * normal.dot(camera.up()) + 0.44 * normal.dot(view) + 0.36 * key;
+    const bool back = triangle_normal(surface.mesh, hit.triangle).dot(view) < 0;
+    return light / (0.22 + 0.44 + 0.36 * 0.57) * (back ? 0.45 : 1.0);
+  }
+
   Colour lit(const Colour& colour, const Hit& hit) const {
     const Vector3 view = camera.towards_viewer(hit.point);
     Vector3 normal = shading_normal(hit);
-    const bool back = triangle_normal(surface.mesh, hit.triangle).dot(view) < 0;
-    if (normal.dot(view) < 0) normal -= 2 * normal.dot(view) * view;  // a smooth normal past the rim
-    const Vector3 key = (-0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward());
-    const auto light = [&](const Vector3& n) {
-      return 0.22 + 0.10 * n.dot(camera.up()) + 0.44 * n.dot(view) +
-             0.36 * std::max(0.0, n.dot(key.normalized()));
-    };
-    double factor = light(normal) / (0.22 + 0.44 + 0.36 * 0.57);
-    if (back) factor *= 0.45;
-    const Vector3 half = (key.normalized() + view).normalized();
-    const double gloss = options.paint == Paint::clay ? 0.06 * std::pow(std::max(0.0, half.dot(normal)), 40)
-                                                      : 0;
+    if (normal.dot(view) < 0) normal -= 2 * normal.dot(view) * view;  // the back, or past the rim
+    const double light = light_at(hit, view, normal);
+    const double power = std::pow(light, 1 / 2.4);
+    const double gloss = options.paint == Paint::clay
+        ? 0.06 * std::pow(std::max(0.0, (key_light + view).normalized().dot(normal)), 40) : 0;
     Colour result;
-    for (int k = 0; k < 3; ++k)
-      result[k] = float(srgb_from_linear(factor * linear_from_srgb(colour[k]) + gloss));
+    for (int k = 0; k < 3; ++k) result[k] = float(brightened(colour[k], light, power) + gloss);
     return result;
   }
 
