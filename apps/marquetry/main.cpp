@@ -88,13 +88,14 @@ OptionValues frame_options(const OptionValues& options, int frame) {
   return one;
 }
 
+/// Every frame needs an output of its own.
 void check_frame_places(const OptionValues& options) {
-  for (const char* name : {"output"})
-    if (options.has(name))
-      require(has_frame_place(options.text(name)),
-              fmt::format("--{}: with --frames the name needs a place for the number, such as "
+  for (const Option& option : options.table().options())
+    if (option.name == "output" && options.has(option.name))
+      require(has_frame_place(options.text(option.name)),
+              fmt::format("--output: with --frames the name needs a place for the number, such as "
                           "out_%04d.png; found '{}'",
-                          name, options.text(name)));
+                          options.text(option.name)));
 }
 
 struct Outcome {

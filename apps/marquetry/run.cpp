@@ -26,23 +26,35 @@ void Run::print(const std::string& text) {
   if (!options_.flag("json")) fmt::print("{}", text);
 }
 
-void Run::will_write(const std::vector<std::filesystem::path>& paths) {
-  std::error_code ignored;
-  for (const auto& path : paths) {
-    if (options_.flag("no-clobber") && std::filesystem::exists(path, ignored))
+void Run::will_write(const std::vector<std::filesystem::path>& paths,
+                     const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code failure;
+  for (const auto& path : paths)
+    if (options_.flag("no-clobber") && fs::exists(path, failure))
       throw IoError(
           fmt::format("{}: exists already, and --no-clobber protects it: choose another "
                       "name, or remove it first",
                       path.string()));
-    AtomicFile probe(path);  // makes and removes a temporary file in the same folder
+  const bool makes_folder = !folder.empty() && !fs::exists(folder, failure);
+  if (makes_folder && !dry_run() && !fs::create_directories(folder, failure) && failure)
+    throw IoError(
+        fmt::format("{}: the folder cannot be made: {}", folder.string(), failure.message()));
+  for (const auto& path : paths) {
     if (dry_run()) terminal_.remark("would write " + path.string());
+    if (makes_folder && dry_run()) continue;
+    const AtomicFile probe(path);  // makes and removes a temporary file there
   }
 }
 
 void Run::found(const Defects& found_defects) {
-  for (const Defect& defect : found_defects)
-    if (defect.severity == Defect::Severity::warning) terminal_.warning(defect.message);
   for (Json& one : defects_json(found_defects)) defects.push_back(std::move(one));
+}
+
+void Run::warn(const Defects& found_defects) {
+  for (const Defect& defect : found_defects)
+    if (defect.severity == Defect::Severity::warning)
+      terminal_.warning(fmt::format("{} ({})", defect.message, defect.count));
 }
 
 void Run::add_seconds(const std::string& step, double seconds) {
@@ -103,7 +115,7 @@ void add_running_options(OptionTable& table) {
              .type = Type::integer,
              .default_value = "0",
              .least = 0,
-             .most = 9007199254740992,
+             .most = 4294967295,
              .group = group,
              .help = "of all random numbers"});
   table.add({.name = "quiet",

@@ -51,12 +51,16 @@ class Run {
   void print(const std::string& text);
 
   /// Says now that these files will be written, so that a name that cannot be written to, or one
-  /// that --no-clobber protects, is refused before any work is done. Throws `IoError`.
-  /// With --dry-run lists them.
-  void will_write(const std::vector<std::filesystem::path>& paths);
+  /// that --no-clobber protects, is refused before any work is done. `folder` is made if it is not
+  /// there (empty: none is). With --dry-run only lists the files. Throws `IoError`.
+  void will_write(const std::vector<std::filesystem::path>& paths,
+                  const std::filesystem::path& folder = {});
 
-  /// Puts defects into the report and warns of each that is worth it.
+  /// Puts defects into the report.
   void found(const Defects& defects);
+
+  /// Says on standard error which of them are worth a look.
+  void warn(const Defects& defects);
 
   Json input = Json::object();   ///< what was read
   Json result = Json::object();  ///< what the verb found, by name
