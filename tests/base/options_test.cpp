@@ -137,6 +137,13 @@ TEST(Options, RefuseContradictionsRepetitionsAndGaps) {
   EXPECT_THAT(error_of({"a.obj", "--quiet=maybe"}), HasSubstr("wanted true or false"));
 }
 
+TEST(Options, LetAFlagThatIsOffContradictNothing) {
+  OptionTable table("x", "");
+  table.add({.name = "a", .help = "a"}).add({.name = "b", .help = "b"}).exclusive({"a", "b"});
+  EXPECT_NO_THROW(parse_arguments(table, {"--a", "--b=false"}).check());
+  EXPECT_THROW(parse_arguments(table, {"--a", "--b"}).check(), InvalidInput);
+}
+
 TEST(Options, RefuseATableWhoseDefaultIsOutOfRange) {
   OptionTable table("x", "");
   EXPECT_THROW(

@@ -210,7 +210,7 @@ void OptionValues::check() const {
   for (const auto& group : table_.exclusives()) {
     std::vector<std::string> together;
     for (const std::string& name : group)
-      if (given(name)) together.push_back(display_name(table_.find(name)));
+      if (given(name) && single(name) != "false") together.push_back(display_name(table_.find(name)));
     require(together.size() < 2, fmt::format("{} contradict each other: give one of them",
                                              fmt::join(together, " and ")));
   }

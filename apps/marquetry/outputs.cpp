@@ -1,0 +1,109 @@
+#include "outputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "mq/base/error.h"
+
+namespace mq::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The file name a texture goes by; pictures embedded in a model are named after it.
+fs::path own_name(const Model& model, std::size_t i) {
+  const Texture& texture = model.textures[i];
+  if (!texture.path.empty()) return texture.path.filename();
+  const std::string stem = texture.name.empty()
+                               ? fmt::format("{}_{}", model.path.stem().string(), i)
+                               : fs::path(texture.name).stem().string();
+  const std::string& format = texture.format.file_format;
+  return stem + (format == "jpeg" ? ".jpg" : format == "openexr" ? ".exr" : "." + format);
+}
+
+bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
+
+void refuse_collisions(const std::vector<fs::path>& paths) {
+  std::set<fs::path> seen;
+  for (const fs::path& path : paths)
+    require(seen.insert(path).second,
+            fmt::format("{}: two textures would be written to it; put %s in the name where the "
+                        "texture's own name goes",
+                        path.string()));
+}
+
+}  // namespace
+
+bool names_model(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  static constexpr const char* models[] = {".obj", ".ply", ".gltf", ".glb"};
+  return std::ranges::count(models, extension) > 0;
+}
+
+Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
+    : is_model_(names_model(name)) {
+  require(kind == Kind::pictures || is_model_,
+          fmt::format("--output: found '{}', wanted a model (.ply, .obj, ...), since colours at "
+                      "vertices are part of it",
+                      name));
+  if (is_model_) {
+    plan_model(name, model, kind);
+    return;
+  }
+  if (is_folder(name)) folder_ = name;
+  const std::size_t place = name.find("%s");
+  require(place != std::string::npos || !folder_.empty() || model.textures.size() == 1,
+          fmt::format("--output: the model has {} textures: name a folder (with / at its end), or "
+                      "put %s in the name; found '{}'",
+                      model.textures.size(), name));
+  for (std::size_t i = 0; i < model.textures.size(); ++i) {
+    if (!folder_.empty())
+      paths_.push_back(fs::path(name) / own_name(model, i));
+    else if (place == std::string::npos)
+      paths_.emplace_back(name);
+    else
+      paths_.emplace_back(name.substr(0, place) + own_name(model, i).stem().string() +
+                          name.substr(place + 2));
+  }
+  refuse_collisions(paths_);
+}
+
+void Outputs::plan_model(const std::string& name, const Model& model, Kind kind) {
+  const fs::path path(name);
+  paths_ = {path};
+  if (kind == Kind::model) return;
+  std::error_code ignored;
+  for (std::size_t i = 0; i < model.textures.size(); ++i) {
+    const Texture& texture = model.textures[i];
+    const fs::path own = own_name(model, i);
+    const bool beside_source = fs::equivalent(path.parent_path() / own, texture.path, ignored) &&
+                               !fs::equivalent(path, model.path, ignored);
+    const std::string stem = path.stem().string();
+    texture_names_.push_back(!beside_source               ? texture.name
+                             : model.textures.size() == 1 ? stem + own.extension().string()
+                                                          : stem + "_" + own.string());
+    if (!texture.path.empty()) paths_.push_back(path.parent_path() / texture_names_.back());
+  }
+  refuse_collisions(paths_);
+}
+
+std::vector<std::string> Outputs::write(Model model, const Progress& progress) const {
+  if (is_model_) {
+    for (std::size_t i = 0; i < texture_names_.size(); ++i)
+      model.textures[i].name = texture_names_[i];
+    return write_model(paths_.front(), model, progress);
+  }
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < paths_.size(); ++i)
+    for (std::string& note :
+         write_texture(paths_[i], model.textures[i],
+                       progress.step(paths_[i].filename().string(), 1.0 / double(paths_.size()))))
+      notes.push_back(std::move(note));
+  return notes;
+}
+
+}  // namespace mq::app

@@ -1,0 +1,47 @@
+#pragma once
+/// Where a verb's result goes: a picture, a picture per texture, or a model.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/io/model.h"
+
+namespace mq::app {
+
+class Outputs {
+ public:
+  enum class Kind {
+    pictures,  ///< textures changed: pictures alone, or the model with them
+    model      ///< the mesh file itself changed: only a model will do
+  };
+
+  /// `name` is a model (.obj, .ply, .gltf, .glb), a picture, a picture with %s for the texture's
+  /// name, or a folder (it exists, or ends in /). Throws `InvalidInput` when it does
+  /// not fit the kind, when one picture is to hold several textures, or two would overwrite each
+  /// other.
+  Outputs(const std::string& name, const Model& model, Kind kind);
+
+  const std::vector<std::filesystem::path>& paths() const { return paths_; }
+
+  /// The folder that was named, to be made if it is not there; else empty.
+  const std::filesystem::path& folder() const { return folder_; }
+
+  /// Writes the pictures, or the model. Beside its source a model's changed pictures are named after
+  /// it, since the source's stay. Returns what is worth telling.
+  std::vector<std::string> write(Model model, const Progress& progress) const;
+
+ private:
+  void plan_model(const std::string& name, const Model& model, Kind kind);
+
+  std::vector<std::filesystem::path> paths_;  ///< one per texture, or the model's and its pictures'
+  std::vector<std::string> texture_names_;    ///< in the model written; empty: as they were
+  std::filesystem::path folder_;
+  bool is_model_ = false;
+};
+
+/// Whether a name ends like a model file.
+bool names_model(const std::filesystem::path& path);
+
+}  // namespace mq::app

@@ -1,0 +1,173 @@
+#include "scene.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "mq/base/error.h"
+
+namespace mq::app {
+namespace {
+
+/// exact, none, or a distance in model units.
+std::optional<WeldOptions> parse_weld(const std::string& text) {
+  if (text == "exact") return WeldOptions{WeldOptions::Kind::exact};
+  if (text == "none") return WeldOptions{WeldOptions::Kind::none};
+  double distance = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), distance);
+  if (error != std::errc() || stop != text.data() + text.size() || !(distance > 0) ||
+      distance > 1e60)
+    return std::nullopt;
+  return WeldOptions{WeldOptions::Kind::distance, distance};
+}
+
+std::vector<std::filesystem::path> texture_paths(const OptionValues& options) {
+  std::vector<std::filesystem::path> paths;
+  for (const std::string& name : options.texts("texture")) paths.emplace_back(name);
+  return paths;
+}
+
+/// Sizes of the textures that triangles use.
+std::vector<TextureSize> texture_sizes(Run& run, const Model& model, MissingPictures missing) {
+  std::size_t count = std::max<std::size_t>(1, model.textures.size());
+  for (int t = 0; t < model.mesh.triangle_count(); ++t)
+    count = std::max(count, std::size_t(model.mesh.texture(t) + 1));
+  std::vector<TextureSize> sizes(count);
+  bool assumed = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool there = i < model.textures.size() && !model.textures[i].pixels.empty();
+    require(
+        there || missing == MissingPictures::assume,
+        fmt::format("{}: texture {} has no picture: name one after the mesh", model.path.string(),
+                    i < model.textures.size() ? model.textures[i].name : std::to_string(i)));
+    if (there)
+      sizes[i] = {model.textures[i].pixels.width(), model.textures[i].pixels.height(),
+                  model.textures[i].wrap};
+    else
+      sizes[i] = {assumed_texture_side, assumed_texture_side};
+    assumed |= !there;
+  }
+  if (assumed)
+    run.terminal().remark(
+        fmt::format("no picture: texels are counted as if it had {0} × {0}", assumed_texture_side));
+  return sizes;
+}
+
+void describe_input(Run& run, const Scene& scene) {
+  Json files = Json::array({scene.model.path.string()});
+  Json textures = Json::array();
+  for (const Texture& texture : scene.model.textures) {
+    if (!texture.path.empty()) files.push_back(texture.path.string());
+    textures.push_back({{"name", texture.name},
+                        {"width", texture.pixels.width()},
+                        {"height", texture.pixels.height()},
+                        {"channels", texture.pixels.channels()},
+                        {"depth", depth_name(texture.format.depth)},
+                        {"format", texture.format.file_format}});
+  }
+  run.input = {{"files", files},
+               {"vertices", scene.model.mesh.vertex_count()},
+               {"triangles", scene.model.mesh.triangle_count()}};
+  if (scene.atlas) {
+    run.input["charts"] = scene.atlas->charts.size();
+    run.input["texels"] = std::int64_t(std::llround(scene.atlas->texel_area));
+  }
+  run.input["textures"] = textures;
+  run.input["notes"] = scene.model.notes;
+}
+
+}  // namespace
+
+void add_scene_options(OptionTable& table) {
+  using Type = Option::Type;
+  constexpr auto positional = Option::Place::positional;
+  table.add({.name = "mesh",
+             .place = positional,
+             .type = Type::path,
+             .required = true,
+             .help = "the model: OBJ, PLY, glTF or GLB"});
+  table.add({.name = "texture",
+             .place = positional,
+             .type = Type::path,
+             .count = Option::Count::many,
+             .help = "pictures to use instead of those the model names, in its order"});
+  table.add({.name = "weld",
+             .type = Type::text,
+             .default_value = "exact",
+             .accepts = [](const std::string& text) { return parse_weld(text).has_value(); },
+             .wanted = "exact, none or a distance in model units",
+             .metavar = "exact|none|DISTANCE",
+             .group = "Model",
+             .help = "which vertices are one point of the surface",
+             .details = "Many programs write a vertex once for every chart it lies in; exact joins "
+                        "those at equal positions, a distance also those nearer than that."});
+  table.add({.name = "flipped",
+             .type = Type::choice,
+             .default_value = "refuse",
+             .choices = {"refuse", "keep"},
+             .group = "Model",
+             .help = "triangles turned over against the rest of their chart",
+             .details = "Kept, both layers of the fold read and write the same texels."});
+}
+
+Scene read_scene(Run& run, MissingPictures missing, double share) {
+  const OptionValues& options = run.options();
+  Scene scene;
+  {
+    const Step step(run, "read", share / 2);
+    scene.model = read_model(options.text("mesh"), {.textures = texture_paths(options)}, step);
+  }
+  for (const std::string& note : scene.model.notes) run.terminal().remark(note);
+  const Step step(run, "find charts", share / 2);
+  scene.surface = make_surface(scene.model.mesh, *parse_weld(options.text("weld")),
+                               step.progress().step("weld", 0.5));
+  if (scene.model.mesh.has_uvs()) {
+    const bool keep = options.text("flipped") == "keep";
+    scene.texture_sizes = texture_sizes(run, scene.model, missing);
+    scene.atlas =
+        make_atlas(scene.surface, scene.texture_sizes,
+                   {.flipped = keep ? AtlasOptions::Flipped::keep : AtlasOptions::Flipped::refuse},
+                   step.progress().step("charts", 0.5));
+  }
+  describe_input(run, scene);
+  run.found(scene_defects(scene));
+  return scene;
+}
+
+Defects scene_defects(const Scene& scene) {
+  Defects all = scene.surface.defects;
+  if (scene.atlas) all.insert(all.end(), scene.atlas->defects.begin(), scene.atlas->defects.end());
+  return all;
+}
+
+void require_usable(const Defects& defects, const std::string& file) {
+  std::string messages;
+  for (const Defect& defect : defects)
+    if (defect.severity == Defect::Severity::refused)
+      messages += fmt::format(
+          "{}{} ({} {}, ids {}{})", messages.empty() ? "" : "; ", defect.message, defect.kind,
+          defect.count,
+          fmt::join(defect.ids.begin(),
+                    defect.ids.begin() + std::min<std::ptrdiff_t>(5, std::ssize(defect.ids)), ", "),
+          std::ssize(defect.ids) > 5 ? ", ..." : "");
+  require(messages.empty(), file + ": " + messages);
+}
+
+std::string depth_name(Depth depth) {
+  switch (depth) {
+    case Depth::u8: return "u8";
+    case Depth::u16: return "u16";
+    case Depth::half: return "half";
+    case Depth::f32: return "float";
+  }
+  return "";
+}
+
+Depth depth_from_name(const std::string& name) {
+  return name == "8"      ? Depth::u8
+         : name == "16"   ? Depth::u16
+         : name == "half" ? Depth::half
+                          : Depth::f32;
+}
+
+}  // namespace mq::app

@@ -1,0 +1,48 @@
+#pragma once
+/// A model as most verbs want it: read, welded, its charts found, and all of it in the report.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mq/atlas/atlas.h"
+#include "mq/io/model.h"
+#include "mq/mesh/surface.h"
+#include "run.h"
+
+namespace mq::app {
+
+struct Scene {
+  Model model;
+  Surface surface;
+  std::optional<Atlas> atlas;  ///< nothing where the mesh has no texture coordinates
+  std::vector<TextureSize> texture_sizes;
+};
+
+/// Options "mesh" and "texture" (positional), --weld and --flipped.
+void add_scene_options(OptionTable& table);
+
+/// What is done about textures that have texture coordinates but no picture.
+enum class MissingPictures {
+  refuse,  ///< an error
+  assume   ///< as if they had `assumed_texture_side`² texels, with a remark
+};
+inline constexpr int assumed_texture_side = 1024;
+
+/// Reads what the options say and makes surface and atlas of it, as the step "read" and the step
+/// "find charts" with half of `share` each. Fills in the report's input and defects.
+Scene read_scene(Run& run, MissingPictures missing, double share);
+
+/// Everything found wrong so far with surface and atlas.
+Defects scene_defects(const Scene& scene);
+
+/// Throws `InvalidInput` naming the refused defects, if there are any.
+void require_usable(const Defects& defects, const std::string& file);
+
+/// "u8", "u16", "half" or "float".
+std::string depth_name(Depth depth);
+
+/// What the option --depth calls them: "8", "16", "half", "float".
+Depth depth_from_name(const std::string& name);
+
+}  // namespace mq::app

@@ -1,0 +1,78 @@
+// marquetry check MESH [TEXTURE...]: every defect of a model, and whether it can be processed.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mq/fem/texel_space.h"
+#include "run.h"
+#include "scene.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+const char* heading(Defect::Severity severity) {
+  switch (severity) {
+    case Defect::Severity::note: return "note";
+    case Defect::Severity::warning: return "warning";
+    case Defect::Severity::refused: return "refused";
+  }
+  return "";
+}
+
+/// "  warning  mirrored_charts: 3 charts (0, 2, 5)" and the message below.
+std::string entry(const Defect& defect) {
+  constexpr std::ptrdiff_t shown = 8;
+  const auto end = defect.ids.begin() + std::min(shown, std::ssize(defect.ids));
+  return fmt::format("  {:<9}{}: {} × {} (ids {}{})\n           {}\n", heading(defect.severity),
+                     defect.kind, defect.count, defect.element,
+                     fmt::join(defect.ids.begin(), end, ", "), defect.count > shown ? ", ..." : "",
+                     wrap_text(defect.message, 90, 11));
+}
+
+/// What only shows when the texels are cut to cells. An atlas of which nothing is left is a defect.
+Defects texel_defects(const Scene& scene, const Progress& progress) {
+  if (scene.atlas->charts.empty())
+    return {{.kind = "nothing_textured",
+             .severity = Defect::Severity::refused,
+             .element = "triangle",
+             .count = scene.surface.triangle_count(),
+             .ids = {},
+             .message = "no triangle has an area both on the surface and in a texture"}};
+  return TexelSpace(scene.surface, *scene.atlas, {}, progress).defects();
+}
+
+Exit check(Run& run) {
+  const Scene scene = read_scene(run, MissingPictures::assume, 0.6);
+  Defects defects = scene_defects(scene);
+  if (scene.atlas && !refused(defects)) {
+    const Step step(run, "look at texels", 0.4);
+    const Defects more = texel_defects(scene, step);
+    run.found(more);
+    defects.insert(defects.end(), more.begin(), more.end());
+  }
+  std::ranges::stable_sort(defects, std::ranges::greater{}, &Defect::severity);
+
+  const auto serious = std::ranges::count_if(
+      defects, [](const Defect& defect) { return defect.severity != Defect::Severity::note; });
+  std::string text = scene.model.path.string() + "\n";
+  for (const Defect& defect : defects) text += entry(defect);
+  if (!scene.atlas) text += "  note     the mesh has no texture coordinates\n";
+  text += refused(defects) ? "  cannot be filtered as it is\n"
+          : serious > 0    ? "  can be filtered; the warnings say what is done about each\n"
+                           : "  nothing to complain of\n";
+  run.print(text);
+  run.result = {{"usable", !refused(defects)}, {"defects", serious}};
+  return serious > 0 ? Exit::defects : Exit::done;
+}
+
+}  // namespace
+
+Verb check_verb() {
+  OptionTable table("check", "List every defect of a model; exit status 1 if there are any.");
+  add_scene_options(table);
+  add_frames_option(table);
+  return {table, check};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,376 @@
+// marquetry filter MESH [TEXTURE...] -o OUT --beta B: smooth or sharpen a signal on its surface.
+//
+// The verb finds the signal (textures, or colours at vertices), takes it into the space of values
+// asked for, lets ScreenedPoisson work, and puts the result back. A texel that the filter leaves
+// alone, or that no chart touches, keeps its bits.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "mq/base/error.h"
+#include "mq/fem/multigrid_solver.h"
+#include "mq/fem/texel_space.h"
+#include "mq/fem/vertex_space.h"
+#include "mq/filter/screened_poisson.h"
+#include "mq/image/colour.h"
+#include "mq/image/normal_map.h"
+#include "mq/linear/conjugate_gradients.h"
+#include "outputs.h"
+#include "run.h"
+#include "scene.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+/// A signal to be filtered, wherever it comes from.
+class Target {
+ public:
+  virtual ~Target() = default;
+  virtual const SignalSpace& space() const = 0;
+  virtual Signal values() const = 0;
+  /// Puts filtered values into the model. Unknowns that equal `before` in every channel stay.
+  virtual void put(const Signal& before, const Signal& after, Model& model) const = 0;
+  virtual SolverFactory multigrid() const = 0;
+};
+
+SolverFactory solver(const std::string& name, const Target& target) {
+  if (name == "multigrid") return target.multigrid();
+  if (name == "reference")
+    return conjugate_gradient_solver({.tolerance = 1e-13, .max_cycles = 100000});
+  return direct_solver();
+}
+
+bool same_row(const Signal& a, const Signal& b, Eigen::Index row) {
+  return (a.row(row).array() == b.row(row).array()).all();
+}
+
+/// Textures, all of them one signal.
+class TextureTarget : public Target {
+ public:
+  TextureTarget(Run& run, const Scene& scene, const Progress& progress)
+      : options_(run.options()), space_(scene.surface, *scene.atlas, {}, progress) {
+    for (const Texture& texture : scene.model.textures) decoded_.push_back(decoded(texture));
+    make_channels_equal(scene.model);
+    if (options_.flag("normals")) refuse_tangent_space(scene);
+    run.found(space_.defects());
+    run.warn(space_.defects());
+  }
+
+  const SignalSpace& space() const override { return space_; }
+  Signal values() const override { return space_.gather(decoded_); }
+  SolverFactory multigrid() const override { return multigrid_solver(space_.texels()); }
+
+  void put(const Signal& before, const Signal& after, Model& model) const override {
+    std::vector<Image<float>> pictures = decoded_;
+    space_.scatter(after, pictures);
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+      pictures[i] = encoded(pictures[i], model.textures[i]);
+    for (int k = 0; k < space_.size(); ++k) {
+      if (same_row(before, after, k)) continue;
+      const Texels::Place& place = space_.texels().places[std::size_t(k)];
+      const auto from = pictures[std::size_t(place.texture)].pixel(place.x, place.y);
+      const auto to = model.textures[std::size_t(place.texture)].pixels.pixel(place.x, place.y);
+      std::copy_n(from.begin(), to.size(), to.begin());
+    }
+  }
+
+ private:
+  ColourSpace colour_space() const {
+    const std::string name = options_.text("space");
+    return name == "linear" ? ColourSpace::linear
+           : name == "log"  ? ColourSpace::log
+                            : ColourSpace::stored;
+  }
+
+  static Transfer transfer(const Texture& texture) {
+    const bool is_float = texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
+    return is_float ? Transfer::linear : Transfer::srgb;
+  }
+
+  Image<float> decoded(const Texture& texture) const {
+    if (options_.flag("normals")) return normals_from_colours(texture.pixels);
+    if (colour_space() == ColourSpace::stored) return texture.pixels;
+    return decode(texture.pixels, colour_space(), transfer(texture));
+  }
+
+  Image<float> encoded(const Image<float>& picture, const Texture& texture) const {
+    if (options_.flag("normals")) return colours_from_normals(picture);
+    if (colour_space() == ColourSpace::stored) return picture;
+    return encode(picture, colour_space(), transfer(texture));
+  }
+
+  /// Pictures with and without alpha are filtered together: where it lacks it is 1.
+  void make_channels_equal(const Model& model) {
+    int most = 0;
+    for (const Image<float>& picture : decoded_) most = std::max(most, picture.channels());
+    for (std::size_t i = 0; i < decoded_.size(); ++i) {
+      const Image<float>& picture = decoded_[i];
+      if (picture.channels() == most) continue;
+      const bool lacks_alpha = picture.channels() + 1 == most && colour_channels(most) != most;
+      require(
+          lacks_alpha,
+          fmt::format("{}: has {} channels and another texture of the model {}: textures of one "
+                      "model are filtered together and must agree; convert one of them",
+                      model.textures[i].name, picture.channels(), most));
+      Image<float> wider(picture.width(), picture.height(), most, 1.0F);
+      for (int y = 0; y < picture.height(); ++y)
+        for (int x = 0; x < picture.width(); ++x)
+          std::ranges::copy(picture.pixel(x, y), wider.pixel(x, y).begin());
+      decoded_[i] = std::move(wider);
+    }
+  }
+
+  /// On the two sides of a seam the same normal has different coordinates in tangent space.
+  void refuse_tangent_space(const Scene& scene) const {
+    if (scene.atlas->seam_count == 0) return;
+    for (std::size_t i = 0; i < decoded_.size(); ++i) {
+      Image<float> coverage(decoded_[i].width(), decoded_[i].height(), 1);
+      for (const Texels::Place& place : space_.texels().places)
+        if (std::size_t(place.texture) == i) coverage(place.x, place.y) = 1;
+      const double upright = share_upright(decoded_[i], coverage);
+      require(upright < 0.9,
+              fmt::format("{}: {:.0f} % of its normals point along z, so it seems to be in tangent "
+                          "space, where the same normal has different values on the two sides of a "
+                          "seam (there are {}): bake it in object space first",
+                          scene.model.textures[i].name, 100 * upright, scene.atlas->seam_count));
+    }
+  }
+
+  const OptionValues& options_;
+  TexelSpace space_;
+  std::vector<Image<float>> decoded_;
+};
+
+/// Colours at vertices. Copies of a vertex that exporters wrote for several charts are one unknown,
+/// their mean.
+class VertexTarget : public Target {
+ public:
+  explicit VertexTarget(const Scene& scene) : scene_(scene), space_(scene.surface) {}
+
+  const SignalSpace& space() const override { return space_; }
+
+  SolverFactory multigrid() const override {
+    throw Unsupported("--solver multigrid is for textures; use direct for colours at vertices");
+  }
+
+  Signal values() const override {
+    const VertexSignal& colors = scene_.model.colors;
+    Signal sum = Signal::Zero(space_.size(), colors.channels);
+    Vector copies = Vector::Zero(space_.size());
+    for (int v = 0; v < scene_.model.mesh.vertex_count(); ++v) {
+      const int unknown = scene_.surface.vertex_from_source[std::size_t(v)];
+      if (unknown < 0) continue;
+      copies[unknown] += 1;
+      for (int c = 0; c < colors.channels; ++c)
+        sum(unknown, c) += colors.values[std::size_t(v) * colors.channels + c];
+    }
+    // A vertex split into fans has its source's colour in each; only one of them was counted.
+    for (int u = 0; u < space_.size(); ++u) {
+      if (copies[u] > 0) {
+        sum.row(u) /= copies[u];
+        continue;
+      }
+      const int source = scene_.surface.source_from_vertex[std::size_t(u)];
+      for (int c = 0; c < colors.channels; ++c)
+        sum(u, c) = colors.values[std::size_t(source) * colors.channels + c];
+    }
+    return sum;
+  }
+
+  void put(const Signal& before, const Signal& after, Model& model) const override {
+    VertexSignal& colors = model.colors;
+    for (int v = 0; v < model.mesh.vertex_count(); ++v) {
+      const int unknown = scene_.surface.vertex_from_source[std::size_t(v)];
+      if (unknown < 0 || same_row(before, after, unknown)) continue;
+      for (int c = 0; c < colors.channels; ++c)
+        colors.values[std::size_t(v) * colors.channels + c] = float(after(unknown, c));
+    }
+  }
+
+ private:
+  const Scene& scene_;
+  VertexSpace space_;
+};
+
+std::unique_ptr<Target> make_target(Run& run, const Scene& scene, bool at_vertices,
+                                    const Progress& progress) {
+  if (at_vertices) return std::make_unique<VertexTarget>(scene);
+  return std::make_unique<TextureTarget>(run, scene, progress);
+}
+
+/// Whether colours at vertices are meant: asked for, or all there is.
+bool at_vertices(const Run& run, const Scene& scene) {
+  const bool asked = run.options().flag("vertices");
+  if (!asked && scene.atlas) return false;
+  const std::string file = scene.model.path.string();
+  require(scene.model.colors.channels > 0,
+          asked ? file + ": has no colours at its vertices (--vertices)"
+                : file +
+                      ": has neither texture coordinates nor colours at its vertices: there is "
+                      "nothing to filter");
+  require(run.options().text("space") == "stored", "--space is for textures, not vertices");
+  return true;
+}
+
+Length spread(const OptionValues& options) {
+  if (options.has("length")) return parse_length(options.text("length"));
+  return {options.number("alpha"), Length::Unit::alpha};
+}
+
+Json change_json(const Signal& before, const Signal& after) {
+  const Signal change = after - before;
+  const double count = double(std::max<Eigen::Index>(1, change.size()));
+  return {{"unknowns", before.rows()},
+          {"channels", before.cols()},
+          {"rms_change", std::sqrt(change.squaredNorm() / count)},
+          {"largest_change", change.size() ? change.cwiseAbs().maxCoeff() : 0.0},
+          {"below_0", (after.array() < 0).count()},
+          {"above_1", (after.array() > 1).count()}};
+}
+
+Json solve_json(const SolveReport& report) {
+  return {{"method", report.method},
+          {"cycles", report.cycles},
+          {"residuals", report.residuals},
+          {"converged", report.converged}};
+}
+
+void set_depth(Model& model, const std::string& name) {
+  if (name == "keep") return;
+  const Depth depth = depth_from_name(name);
+  for (Texture& texture : model.textures) texture.format.depth = depth;
+  model.colors.depth = depth;
+}
+
+Exit filter(Run& run) {
+  const OptionValues& options = run.options();
+  Scene scene = read_scene(run, MissingPictures::refuse, 0.2);
+  const Defects defects = scene_defects(scene);
+  run.warn(defects);
+  require_usable(defects, scene.model.path.string());
+  const bool vertices = at_vertices(run, scene);
+  const Outputs outputs(options.text("output"), scene.model,
+                        vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  std::unique_ptr<Target> target;
+  {
+    const Step step(run, "assemble", 0.2);
+    target = make_target(run, scene, vertices, step);
+  }
+  const double weight = weight_from_length(spread(options), target->space().scale());
+  const Signal before = target->values();
+  std::unique_ptr<ScreenedPoisson> poisson;
+  {
+    const Step step(run, "prepare", 0.3);
+    poisson = std::make_unique<ScreenedPoisson>(target->space(), weight,
+                                                solver(options.text("solver"), *target), step);
+  }
+  Filtered filtered;
+  {
+    const Step step(run, "solve", 0.2);
+    filtered = poisson->solve(before, options.number("beta"), step);
+  }
+  if (!filtered.report.converged)
+    run.terminal().warning("the solver stopped before it converged; see the report's residuals");
+
+  const SurfaceScale scale = target->space().scale();
+  run.result = change_json(before, filtered.signal);
+  run.result["alpha"] = weight / scale.area;
+  run.result["length"] = std::sqrt(weight);
+  run.solve = solve_json(filtered.report);
+  {
+    const Step step(run, "write", 0.1);
+    target->put(before, filtered.signal, scene.model);
+    set_depth(scene.model, options.text("depth"));
+    for (const std::string& note : outputs.write(std::move(scene.model), step))
+      run.terminal().remark(note);
+  }
+  Json written = Json::array();
+  for (const auto& path : outputs.paths()) {
+    written.push_back(path.string());
+    run.terminal().remark("wrote " + path.string());
+  }
+  run.result["outputs"] = written;
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb filter_verb() {
+  using Type = Option::Type;
+  OptionTable table("filter",
+                    "Smooth or sharpen a texture, or colours at vertices, on the surface: no seam "
+                    "of the texture shows in the result.");
+  add_scene_options(table);
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .required = true,
+             .help = "a picture, a model, or a folder for all pictures",
+             .details = "With several textures %s in the name stands for the texture's own."});
+  table.add({.name = "beta",
+             .letter = 'b',
+             .type = Type::number,
+             .required = true,
+             .least = 0,
+             .most = 1000,
+             .group = "Filter",
+             .help = "factor on the gradients: 0 smooths, 1 changes nothing, more sharpens"});
+  table.add({.name = "alpha",
+             .letter = 'a',
+             .type = Type::number,
+             .default_value = "0.001",
+             .least = 0,
+             .most = 1e6,
+             .group = "Filter",
+             .help = "how far it reaches: weight of gradients on the surface scaled to unit area",
+             .details = "(length / sqrt(area)) squared; 0 changes nothing."});
+  table.add(
+      {.name = "length",
+       .letter = 'l',
+       .type = Type::length,
+       .group = "Filter",
+       .help = "the same as a distance: 0.02 in model units, 1% of sqrt(area), 8tx in texels"});
+  table.add({.name = "solver",
+             .type = Type::choice,
+             .default_value = "direct",
+             .choices = {"direct", "multigrid", "reference"},
+             .group = "Filter",
+             .help = "how the system is solved",
+             .details = "direct: a factorisation. multigrid: iterations, with far less memory on "
+                        "large textures. reference: conjugate gradients to the accuracy of double, "
+                        "slow, to compare with."});
+  table.add({.name = "space",
+             .type = Type::choice,
+             .default_value = "stored",
+             .choices = {"stored", "linear", "log"},
+             .group = "Signal",
+             .help = "in which values are processed",
+             .details =
+                 "stored: as the file holds them. linear: light, with the sRGB curve undone. "
+                 "log: the logarithm of light."});
+  table.add(
+      {.name = "normals",
+       .group = "Signal",
+       .help = "the texture is a normal map in object space; keep its normals of unit length"});
+  table.add({.name = "vertices",
+             .group = "Signal",
+             .help = "filter the colours at vertices, though there are textures",
+             .details = "Without texture coordinates this is what is done anyway."});
+  table.add({.name = "depth",
+             .type = Type::choice,
+             .default_value = "keep",
+             .choices = {"keep", "8", "16", "half", "float"},
+             .group = "Signal",
+             .help = "bits per value in the output"});
+  table.exclusive({"alpha", "length"}).exclusive({"normals", "vertices"});
+  add_frames_option(table);
+  return {table, filter};
+}
+
+}  // namespace mq::app

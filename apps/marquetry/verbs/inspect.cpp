@@ -1,0 +1,162 @@
+// marquetry inspect MESH [TEXTURE...]: what a model is, in numbers.
+//
+// Stretch is that of the texture on the surface: per triangle the ratio of the singular values of
+// the map from texels to the surface, 1 where texels are square. Percentiles weigh triangles by
+// their area on the surface.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "mq/mesh/geometry.h"
+#include "run.h"
+#include "scene.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+struct Weighted {
+  double value;
+  double weight;
+};
+
+/// The least value that at least `fraction` of the weight does not exceed; `sorted` by value.
+double percentile(const std::vector<Weighted>& sorted, double fraction) {
+  double total = 0;
+  for (const Weighted& w : sorted) total += w.weight;
+  double sum = 0;
+  for (const Weighted& w : sorted)
+    if ((sum += w.weight) >= fraction * total) return w.value;
+  return sorted.empty() ? 0 : sorted.back().value;
+}
+
+Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+Json surface_json(const Scene& scene) {
+  const Box box = bounding_box(scene.surface.mesh);
+  return {{"area", scene.surface.area},
+          {"box", {{"low", vector_json(box.low)}, {"high", vector_json(box.high)}}},
+          {"vertices", scene.surface.mesh.vertex_count()},
+          {"components", scene.surface.components},
+          {"boundary_edges", scene.surface.boundary_edges},
+          {"euler_characteristic", scene.surface.euler_characteristic},
+          {"mean_edge_length", mean_edge_length(scene.surface)},
+          {"color_channels", scene.model.colors.channels}};
+}
+
+/// Percentiles of stretch and of the texel's side on the surface.
+Json stretch_json(const Scene& scene) {
+  std::vector<Weighted> stretch, side;
+  for (int t = 0; t < scene.surface.triangle_count(); ++t) {
+    if (scene.atlas->chart[t] < 0) continue;
+    const TexelMetric metric = texel_metric(scene.surface, *scene.atlas, t);
+    const double area = triangle_area(scene.surface.mesh, t);
+    stretch.push_back({metric.stretch, area});
+    side.push_back({std::sqrt(metric.density), area});
+  }
+  const auto summary = [](std::vector<Weighted>& values) {
+    std::ranges::sort(values, {}, &Weighted::value);
+    return Json{{"p50", percentile(values, 0.5)},
+                {"p90", percentile(values, 0.9)},
+                {"p99", percentile(values, 0.99)},
+                {"max", percentile(values, 1)}};
+  };
+  return {{"stretch", summary(stretch)}, {"texel_side", summary(side)}};
+}
+
+Json atlas_json(const Scene& scene) {
+  const Atlas& atlas = *scene.atlas;
+  double pixels = 0;
+  for (const TextureSize& size : scene.texture_sizes) pixels += double(size.width) * size.height;
+  const auto mirrored = std::ranges::count_if(atlas.charts, &Chart::mirrored);
+  Json json = {{"charts", atlas.charts.size()},        {"mirrored_charts", mirrored},
+               {"seam_edges", atlas.seam_count},       {"texel_area", atlas.texel_area},
+               {"covered", atlas.texel_area / pixels}, {"texel_spacing", atlas.texel_spacing()}};
+  json.update(stretch_json(scene));
+  return json;
+}
+
+std::string row(const std::string& name, const std::string& value) {
+  return fmt::format("  {:<18}{}\n", name, value);
+}
+
+std::string percentiles(const Json& values) {
+  return fmt::format("half below {:.4g}, 90 % {:.4g}, 99 % {:.4g}, worst {:.4g}",
+                     values["p50"].get<double>(), values["p90"].get<double>(),
+                     values["p99"].get<double>(), values["max"].get<double>());
+}
+
+std::string surface_text(const Scene& scene) {
+  const Surface& surface = scene.surface;
+  const Box box = bounding_box(surface.mesh);
+  const Vector3 size = box.high - box.low;
+  std::string text = scene.model.path.string() + "\n";
+  text +=
+      row("vertices", fmt::format("{} ({} as points of the surface)",
+                                  scene.model.mesh.vertex_count(), surface.mesh.vertex_count()));
+  text += row("triangles", std::to_string(surface.triangle_count()));
+  text += row("area", fmt::format("{:.6g}", surface.area));
+  text +=
+      row("box", fmt::format("{:.6g} × {:.6g} × {:.6g}, from ({:.6g}, {:.6g}, {:.6g})", size.x(),
+                             size.y(), size.z(), box.low.x(), box.low.y(), box.low.z()));
+  text += row("topology", fmt::format("components {}, boundary edges {}, Euler characteristic {}",
+                                      surface.components, surface.boundary_edges,
+                                      surface.euler_characteristic));
+  if (scene.model.colors.channels > 0)
+    text += row("vertex colours", fmt::format("{} channels, {}", scene.model.colors.channels,
+                                              depth_name(scene.model.colors.depth)));
+  return text;
+}
+
+std::string atlas_text(const Scene& scene, const Json& atlas) {
+  std::string text;
+  text += row("charts", fmt::format("{} ({} mirrored)", atlas["charts"].get<int>(),
+                                    atlas["mirrored_charts"].get<int>()));
+  text += row("seams", fmt::format("{} edges", atlas["seam_edges"].get<int>()));
+  text += row("texels",
+              fmt::format("{:.0f} inside charts, {:.1f} % of the textures",
+                          atlas["texel_area"].get<double>(), 100 * atlas["covered"].get<double>()));
+  text += row("stretch", percentiles(atlas["stretch"]));
+  text += row("texel side", percentiles(atlas["texel_side"]));
+  for (const Texture& texture : scene.model.textures)
+    text += row("texture",
+                fmt::format("{}: {} × {}, {} channels, {} {}", texture.name, texture.pixels.width(),
+                            texture.pixels.height(), texture.pixels.channels(),
+                            texture.format.file_format, depth_name(texture.format.depth)));
+  return text;
+}
+
+std::string defects_text(const Defects& defects) {
+  std::string text;
+  for (const Defect& defect : defects)
+    if (defect.severity != Defect::Severity::note)
+      text += row("defect", fmt::format("{} ({})", defect.kind, defect.count));
+  return text;
+}
+
+Exit inspect(Run& run) {
+  const Scene scene = read_scene(run, MissingPictures::assume, 0.9);
+  const Step step(run, "measure", 0.1);
+  run.result["surface"] = surface_json(scene);
+  std::string text = surface_text(scene);
+  if (scene.atlas) {
+    run.result["atlas"] = atlas_json(scene);
+    text += atlas_text(scene, run.result["atlas"]);
+  } else {
+    text += row("texture", "none: the mesh has no texture coordinates");
+  }
+  run.print(text + defects_text(scene_defects(scene)));
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb inspect_verb() {
+  OptionTable table("inspect", "Say what a model is: counts, charts, seams, stretch, textures.");
+  add_scene_options(table);
+  add_frames_option(table);
+  return {table, inspect};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,288 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "cli/models.h"
+
+namespace mq::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+TEST(Filter, ReturnsTheInputWithBetaOne) {
+  for (const Depth depth : {Depth::u8, Depth::u16}) {
+    for (const char* space : {"stored", "linear", "log"}) {
+      const Folder folder;
+      write_strip(folder, 64, 48, depth);
+      const Result result = marquetry(
+          folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "1", "--space", space});
+      ASSERT_EQ(result.status, 0) << result.error;
+      const Texture before = read_texture(folder / "strip.png");
+      const Texture after = read_texture(folder / "out.png");
+      EXPECT_EQ(before.pixels, after.pixels) << space;
+      EXPECT_EQ(after.format.depth, depth);
+    }
+  }
+}
+
+TEST(Filter, ChangesNoTexelFarFromTheCharts) {
+  const Folder folder;
+  write_strip(folder);
+  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "3"}).status, 0);
+  const Image<float> before = read_texture(folder / "strip.png").pixels;
+  const Image<float> after = read_texture(folder / "out.png").pixels;
+  int changed = 0;
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const bool same = std::ranges::equal(before.pixel(x, y), after.pixel(x, y));
+      changed += !same;
+      // The charts span columns 2.7 to 28.3 and 34.7 to 60.3, rows 4.3 to 42.7.
+      const bool far = x < 1 || x > 62 || y < 3 || y > 44 || (x > 30 && x < 33);
+      EXPECT_TRUE(same || !far) << x << ", " << y;
+    }
+  EXPECT_GT(changed, 1500);
+}
+
+TEST(Filter, ReportsWhatItDid) {
+  const Folder folder;
+  write_strip(folder);
+  const Result result = marquetry(folder, {"filter", "strip.obj", "strip.png", "-o", "out.png",
+                                           "--beta", "0", "--length", "4tx", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Json json = result.json();
+  EXPECT_EQ(json["options"]["beta"], 0.0);
+  EXPECT_EQ(json["options"]["length"], "4tx");
+  EXPECT_FALSE(json["options"].contains("alpha"));
+  EXPECT_EQ(json["options"]["texture"], Json::array({"strip.png"}));
+  EXPECT_TRUE(json["solve"]["converged"].get<bool>());
+  EXPECT_EQ(json["solve"]["residuals"][0], 1.0);
+  EXPECT_GT(json["result"]["unknowns"].get<int>(), 1500);
+  EXPECT_GT(json["result"]["rms_change"].get<double>(), 0.01);
+  EXPECT_GT(json["seconds"]["total"].get<double>(), 0);
+  EXPECT_GT(json["peak_bytes"].get<double>(), 1e6);
+  EXPECT_EQ(json["result"]["outputs"], Json::array({"out.png"}));
+}
+
+TEST(Filter, IsRepeatedFromItsReport) {
+  const Folder folder;
+  write_strip(folder);
+  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "a.png", "--beta", "2.5", "--length",
+                               "3%", "--report", "report.json"})
+                .status,
+            0);
+  const Result repeated = marquetry(folder, {"filter", "--config", "report.json", "-o", "b.png"});
+  ASSERT_EQ(repeated.status, 0) << repeated.error;
+  EXPECT_EQ(file_bytes(folder / "a.png"), file_bytes(folder / "b.png"));
+
+  const Result other = marquetry(
+      folder, {"filter", "--config", "report.json", "-o", "c.png", "--alpha", "0.1", "--json"});
+  ASSERT_EQ(other.status, 0) << other.error;
+  EXPECT_EQ(other.json()["options"]["alpha"], 0.1);
+  EXPECT_EQ(other.json()["options"]["beta"], 2.5);
+}
+
+TEST(Filter, RefusesConfigurationsItDoesNotUnderstand) {
+  const Folder folder;
+  write_strip(folder);
+  const auto with = [&](const std::string& config) {
+    write_bytes(folder / "c.json", config);
+    return marquetry(folder, {"filter", "strip.obj", "-o", "o.png", "--config", "c.json"});
+  };
+  EXPECT_THAT(with("{\"bta\": 1}").error, HasSubstr("did you mean 'beta'?"));
+  EXPECT_THAT(with("{\"beta\": \"much\"}").error, HasSubstr("c.json: --beta: found 'much'"));
+  EXPECT_THAT(with("{\"verb\": \"inspect\", \"options\": {}}").error, HasSubstr("inspect"));
+  EXPECT_THAT(with("{\"beta\": [1, 2]}").error, HasSubstr("takes one value"));
+  EXPECT_THAT(with("[1]").error, HasSubstr("not a JSON object"));
+  EXPECT_THAT(with("{\"beta\"").error, HasSubstr("not a JSON object"));
+  EXPECT_EQ(with("{\"beta\": null}").status, 2);
+  EXPECT_EQ(with("{\"beta\": 1}").status, 0);
+}
+
+TEST(Filter, GivesEqualBitsForAnyNumberOfThreads) {
+  const Folder folder;
+  write_strip(folder, 300, 200, Depth::u16);
+  std::string first;
+  for (const char* threads : {"1", "2", "7"}) {
+    ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "2", "--threads",
+                                 threads})
+                  .status,
+              0);
+    const std::string bytes = file_bytes(folder / "out.png");
+    if (first.empty()) first = bytes;
+    EXPECT_EQ(bytes, first) << threads;
+  }
+}
+
+TEST(Filter, RefusesBadOptionsBeforeReadingAnything) {
+  const Folder folder;
+  const auto error = [&](const Words& more) {
+    Words words = {"filter", "missing.obj", "-o", "out.png"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2);
+    EXPECT_THAT(result.error, StartsWith("marquetry filter: "));
+    return result.error;
+  };
+  EXPECT_THAT(error({}), HasSubstr("--beta is missing"));
+  EXPECT_THAT(error({"--beta", "nan"}), HasSubstr("--beta: found 'nan'"));
+  EXPECT_THAT(error({"--beta", "-1"}), HasSubstr("from 0 to 1000"));
+  EXPECT_THAT(error({"--betta", "1"}), HasSubstr("did you mean 'beta'?"));
+  EXPECT_THAT(error({"--beta", "1", "--alpha", "1", "--length", "1"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"--beta", "1", "--length", "8px"}), HasSubstr("--length: found '8px'"));
+  EXPECT_THAT(error({"--beta", "1", "--weld", "0"}), HasSubstr("--weld: found '0'"));
+  EXPECT_THAT(error({"--beta", "1", "--frames", "9-1"}), HasSubstr("--frames: found '9-1'"));
+  EXPECT_THAT(error({"--beta", "1"}), HasSubstr("missing.obj"));
+}
+
+TEST(Filter, ProtectsWhatExistsFromBeingReplaced) {
+  const Folder folder;
+  write_strip(folder);
+  write_bytes(folder / "out.png", "precious");
+  const Words words = {"filter", "strip.obj", "-o", "out.png", "--beta", "2", "--no-clobber"};
+  const Result result = marquetry(folder, words);
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("out.png: exists already"));
+  EXPECT_EQ(file_bytes(folder / "out.png"), "precious");
+}
+
+TEST(Filter, WritesNothingWhenItIsOnlyRehearsed) {
+  const Folder folder;
+  write_strip(folder);
+  const auto before = folder.names();
+  const Result result = marquetry(folder, {"filter", "strip.obj", "-o", "new/", "--beta", "2",
+                                           "--dry-run", "--report", "report.json"});
+  EXPECT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("would write new/strip.png"));
+  EXPECT_EQ(folder.names(), before);
+}
+
+TEST(Filter, LeavesNothingHalfWrittenOnAFullDisk) {
+  const Folder folder;
+  write_strip(folder, 200, 200);
+  const auto before = folder.names();
+  const Result result = marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "2"},
+                                  {.largest_file = 4096});
+  EXPECT_EQ(result.status, 2) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("out.png"));
+  EXPECT_EQ(folder.names(), before);
+}
+
+TEST(Filter, RefusesOutputsItCannotWriteBeforeItWorks) {
+  const Folder folder;
+  write_strip(folder);
+  for (const char* output : {"no/such/folder/out.png", "/proc/out.png", "strip.obj/out.png"}) {
+    const Result result = marquetry(folder, {"filter", "strip.obj", "-o", output, "--beta", "2"});
+    EXPECT_EQ(result.status, 2) << output;
+    EXPECT_THAT(result.error, HasSubstr("out.png"));
+  }
+}
+
+TEST(Filter, TakesNamesAsTheyCome) {
+  const Folder folder;
+  write_strip(folder);
+  std::filesystem::rename(folder / "strip.png", folder / "Größe 1 – ß.png");
+  write_bytes(folder / "strip.mtl", "newmtl strip\nmap_Kd Größe 1 – ß.png\n");
+  const Result result =
+      marquetry(folder, {"filter", "strip.obj", "-o", "aus gabe é.png", "--beta", "2", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["outputs"][0], "aus gabe é.png");
+  EXPECT_TRUE(std::filesystem::exists(folder / "aus gabe é.png"));
+}
+
+TEST(Filter, RunsOverFrames) {
+  const Folder folder;
+  write_strip(folder);
+  for (int frame = 2; frame <= 6; ++frame)
+    std::filesystem::copy(folder / "strip.png", folder / ("in_0" + std::to_string(frame) + ".png"));
+  const Result result =
+      marquetry(folder, {"filter", "strip.obj", "in_%02d.png", "-o", "out_%03d.png", "--beta", "0",
+                         "--frames", "2-6x2", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Json json = result.json();
+  ASSERT_EQ(json["frames"].size(), 3U);
+  EXPECT_EQ(json["frames"][1]["result"]["outputs"][0], "out_004.png");
+  EXPECT_EQ(json["options"]["frames"], "2-6x2");
+  for (const char* name : {"out_002.png", "out_004.png", "out_006.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
+  EXPECT_EQ(
+      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "0", "--frames", "1-2"})
+          .status,
+      2);
+}
+
+TEST(Filter, RefusesAFoldWithItsPlace) {
+  const Folder folder;
+  write_bytes(folder / "folded.obj", folded_obj);
+  write_image(folder / "a.png", busy_picture(32, 32));
+  const Result result =
+      marquetry(folder, {"filter", "folded.obj", "a.png", "-o", "out.png", "--beta", "0"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("folded.obj"));
+  EXPECT_THAT(result.error, HasSubstr("flipped_triangles"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.png"));
+}
+
+TEST(Filter, KeepsFloatingPointBeyondOne) {
+  const Folder folder;
+  write_strip(folder);
+  Image<float> bright = busy_picture(64, 48);
+  for (float& value : bright.values()) value *= 40;
+  write_image(folder / "bright.exr", bright, Depth::f32);
+  const Result result =
+      marquetry(folder, {"filter", "strip.obj", "bright.exr", "-o", "out.exr", "--beta", "2"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Texture after = read_texture(folder / "out.exr");
+  EXPECT_EQ(after.format.depth, Depth::f32);
+  EXPECT_GT(*std::ranges::max_element(after.pixels.values()), 20.0F);
+}
+
+TEST(Filter, RefusesTangentSpaceNormalsAcrossSeams) {
+  const Folder folder;
+  write_strip(folder);
+  Image<float> flat(64, 48, 3, 0.5F);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) flat(x, y, 2) = 1;
+  write_image(folder / "normal.png", flat);
+  const Result result = marquetry(
+      folder, {"filter", "strip.obj", "normal.png", "-o", "out.png", "--beta", "2", "--normals"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("tangent space"));
+}
+
+TEST(Filter, SmoothsColoursAtVertices) {
+  const Folder folder;
+  write_bytes(folder / "fan.ply", coloured_ply);
+  const Result result = marquetry(
+      folder, {"filter", "fan.ply", "-o", "out.ply", "--beta", "0", "--alpha", "1", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["unknowns"], 5);
+  const VertexSignal colors = read_model(folder / "out.ply").colors;
+  ASSERT_EQ(colors.values.size(), 15U);
+  EXPECT_EQ(colors.depth, Depth::u8);
+  EXPECT_LT(colors.values[0], 180 / 255.0F);
+  EXPECT_GT(colors.values[3], 100 / 255.0F);
+
+  ASSERT_EQ(marquetry(folder, {"filter", "fan.ply", "-o", "same.ply", "--beta", "1"}).status, 0);
+  EXPECT_EQ(file_bytes(folder / "same.ply"), file_bytes(folder / "fan.ply"));
+  EXPECT_EQ(marquetry(folder, {"filter", "fan.ply", "-o", "out.png", "--beta", "1"}).status, 2);
+}
+
+TEST(Filter, WritesAModelBesideItsSource) {
+  const Folder folder;
+  write_strip(folder);
+  const std::string before = file_bytes(folder / "strip.png");
+  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "smooth.obj", "--beta", "0"}).status,
+            0);
+  EXPECT_EQ(file_bytes(folder / "strip.png"), before);
+  const Model model = read_model(folder / "smooth.obj");
+  ASSERT_EQ(model.textures.size(), 1U);
+  EXPECT_EQ(model.textures[0].path.filename(), "smooth.png");
+}
+
+}  // namespace
+}  // namespace mq::test
