@@ -1,0 +1,66 @@
+#include "mq/linear/eigen.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "linear/matrices.h"
+#include "mq/base/error.h"
+#include "mq/linear/solver.h"
+
+namespace mq {
+namespace {
+
+using test::diagonal;
+using test::grid_laplacian;
+
+TEST(SmallestEigenpairs, AreThoseOfADiagonalPencil) {
+  std::vector<double> a, b;
+  for (int i = 0; i < 60; ++i) a.push_back((i * 37) % 60), b.push_back(1 + i % 3);
+  std::vector<double> expected;
+  for (int i = 0; i < 60; ++i) expected.push_back(a[i] / b[i]);
+  std::sort(expected.begin(), expected.end());
+  const EigenPairs pairs = smallest_eigenpairs(diagonal(a), diagonal(b), {.count = 12});
+  for (int k = 0; k < 12; ++k) EXPECT_NEAR(pairs.values[k], expected[k], 1e-12);
+}
+
+TEST(SmallestEigenpairs, AgreeWithADenseDecomposition) {
+  const SparseMatrix A = grid_laplacian(12, 0.01), B = grid_laplacian(12, 2);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> dense(
+      Eigen::MatrixXd(A), Eigen::MatrixXd(B), Eigen::EigenvaluesOnly);
+  for (const int count : {1, 7, 40, 144}) {
+    const EigenPairs pairs = smallest_eigenpairs(A, B, {.count = count});
+    EXPECT_LE((pairs.values - dense.eigenvalues().head(count)).cwiseAbs().maxCoeff(), 1e-12) << count;
+  }
+}
+
+TEST(SmallestEigenpairs, AreOrthonormalAndHaveNoResidual) {
+  const SparseMatrix A = grid_laplacian(40, 0), B = grid_laplacian(40, 3);
+  const EigenPairs pairs = smallest_eigenpairs(A, B, {.count = 15});
+  const Eigen::MatrixXd residual =
+      A * pairs.vectors - B * pairs.vectors * pairs.values.asDiagonal();
+  EXPECT_LE(residual.cwiseAbs().maxCoeff(), 1e-9);
+  const Eigen::MatrixXd gram = pairs.vectors.transpose() * (B * pairs.vectors);
+  EXPECT_LE((gram - Eigen::MatrixXd::Identity(15, 15)).cwiseAbs().maxCoeff(), 1e-11);
+}
+
+TEST(SmallestEigenpairs, FindWholeNullSpacesAndEigenspaces) {
+  std::vector<double> a(500, 0.0);
+  for (int i = 0; i < 500; ++i) a[(i * 77) % 500] = i < 9 ? 0 : i < 24 ? 1 : i;
+  const EigenPairs pairs = smallest_eigenpairs(diagonal(a), diagonal(std::vector<double>(500, 1.0)),
+                                               {.count = 26});
+  for (int k = 0; k < 26; ++k)
+    EXPECT_NEAR(pairs.values[k], k < 9 ? 0 : k < 24 ? 1 : k, 1e-10) << k;
+}
+
+TEST(SmallestEigenpairs, RefuseWhatIsNoPencil) {
+  EXPECT_THROW(smallest_eigenpairs(diagonal({1, 2}), diagonal({1, 2, 3})), InvalidInput);
+  EXPECT_THROW(smallest_eigenpairs(diagonal({1, 2}), diagonal({1, 1}), {.count = 3}), InvalidInput);
+  EXPECT_THROW(smallest_eigenpairs(diagonal({-5, 2}), diagonal({1, 1}), {.count = 1}),
+               NotPositiveDefinite);
+}
+
+}  // namespace
+}  // namespace mq
