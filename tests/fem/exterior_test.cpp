@@ -166,6 +166,20 @@ TEST(HodgeLaplacian, HasTwiceTheGenusAsItsNullSpace) {
   }
 }
 
+TEST(HodgeLaplacian, HasOneNullFieldPerFurtherBoundary) {
+  Mesh annulus = fixtures::torus(24, 12), disc = fixtures::flat_square(8, 0.2);
+  annulus.triangles.resize(2 * 24 * 7);
+  disc.uvs.clear(), disc.corner_uvs.clear();
+  const auto spectrum = [](const Mesh& mesh) {
+    const Surface surface = make_surface(mesh);
+    const WhitneyOperators w = whitney_operators(surface, flat_triangles(surface));
+    return smallest_eigenpairs(w.laplacian, w.mass, {.count = 3}).values;
+  };
+  EXPECT_GT(spectrum(disc)[0], 1);
+  EXPECT_LE(std::abs(spectrum(annulus)[0]), 1e-8 * spectrum(annulus)[1]);
+  EXPECT_GT(spectrum(annulus)[1], 0.1);
+}
+
 TEST(HodgeLaplacian, VanishesOnConstantFieldsOfTheFlatTorus) {
   const test::FlatTorus torus = flat_torus(20, 0.2);
   const WhitneyOperators w = whitney_operators(torus.surface, torus.shapes);
