@@ -1,0 +1,21 @@
+#pragma once
+/// Placing flat charts beside each other in a texture.
+
+#include <vector>
+
+#include "mq/mesh/mesh.h"
+
+namespace mq {
+
+struct PackOptions {
+  int texture_size = 1024;  ///< texels a side
+  double gutter = 4;        ///< texels between charts, and half of it to the border
+};
+
+/// Turns each chart to its smallest upright box, scales all by the same factor, the largest found
+/// for which the boxes fit, and moves them into [0, 1]². A gutter that leaves no room for the charts
+/// themselves is halved until half of the texture is theirs. `mesh.uvs` come in the surface's
+/// scale; `charts` says the chart of each triangle.
+void pack(Mesh& mesh, const std::vector<int>& charts, const PackOptions& options = {});
+
+}  // namespace mq
