@@ -403,13 +403,34 @@ TEST(SeamDifference, FindsTheSpotThatDiffers) {
   EXPECT_LT(d.rms, 0.5);
 }
 
+TEST(SeamDifference, IsLookedAtWhereItShows) {
+  Image<float> halves(32, 32, 3);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 16; x < 32; ++x) halves(x, y, 0) = 1;
+  const Model model(two_chart_quad(), halves);
+  const SeamDifference d = seam_difference(model.surface, model.atlas, {&model.texture});
+  ASSERT_EQ(d.edges.size(), 1u);
+  EXPECT_NEAR(d.edges[0].weight, std::sqrt(2) / 3, 1e-6);
+  const Renderer renderer(model.surface, &model.atlas);
+  const Sight sight = sight_of_worst_seam(renderer, model.atlas, d, 4);
+  EXPECT_TRUE(sight.clear);
+  RenderOptions options;
+  options.width = options.height = 64;
+  options.view = sight.view;
+  options.light = Light::none;
+  const Image<float> picture = renderer.draw(model.paints(), options);
+  const auto [least, most] = std::ranges::minmax({picture(8, 8, 0), picture(8, 56, 0), picture(56, 8, 0), picture(56, 56, 0)});
+  EXPECT_EQ(least, 0);
+  EXPECT_EQ(most, 1);
+}
+
 TEST(SeamDifference, SaysThatThereIsNoSeam) {
   const Model model(flat_square(2), noise(8, 8, 3));
   const SeamDifference d = seam_difference(model.surface, model.atlas, {&model.texture});
   EXPECT_EQ(d.worst.edge, -1);
   EXPECT_EQ(d.length, 0);
   const Renderer renderer(model.surface, &model.atlas);
-  EXPECT_THAT(error_of([&] { sight_of_seam(renderer, model.atlas, d.worst, 40); }),
+  EXPECT_THAT(error_of([&] { sight_of_worst_seam(renderer, model.atlas, d, 40); }),
               HasSubstr("no seam"));
 }
 

@@ -37,7 +37,17 @@ double number(const std::string& text, const std::string& all) {
   return value;
 }
 
+/// From axes where y is upright to the model's.
+Vector3 upright(const View& view, const Vector3& v) {
+  return view.up == View::Up::z ? Vector3(v.x(), -v.z(), v.y()) : v;
+}
+
 }  // namespace
+
+Vector3 direction_of(const View& view) {
+  const double az = view.azimuth * std::numbers::pi / 180, el = view.elevation * std::numbers::pi / 180;
+  return upright(view, {std::sin(az) * std::cos(el), std::sin(el), std::cos(az) * std::cos(el)});
+}
 
 const std::vector<std::string>& view_names() {
   static const std::vector<std::string> names = [] {
@@ -74,11 +84,9 @@ Camera::Camera(const Mesh& mesh, const View& view, int width, int height, int ri
           "the field of view is between 0 and 170 degrees");
   require(std::isfinite(view.azimuth) && std::abs(view.elevation) <= 90 && view.extent >= 0,
           "a view's elevation is from -90 to 90 degrees, its extent not negative");
-  const double az = view.azimuth * std::numbers::pi / 180, el = view.elevation * std::numbers::pi / 180;
-  right_ = {std::cos(az), 0, -std::sin(az)};
-  backward_ = {std::sin(az) * std::cos(el), std::sin(el), std::cos(az) * std::cos(el)};
-  if (view.up == View::Up::z)
-    for (Vector3* v : {&right_, &backward_}) *v = {v->x(), -v->z(), v->y()};
+  const double az = view.azimuth * std::numbers::pi / 180;
+  right_ = upright(view, {std::cos(az), 0, -std::sin(az)});
+  backward_ = direction_of(view);
   up_ = backward_.cross(right_);
 
   // The film of the free part; a shorter side spans the field of view, less the margins.

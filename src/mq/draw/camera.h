@@ -29,6 +29,9 @@ View parse_view(const std::string& text);
 /// The names `parse_view` knows.
 const std::vector<std::string>& view_names();
 
+/// The unit direction from the model to the viewer of an orthographic view.
+Vector3 direction_of(const View& view);
+
 struct Ray {
   Vector3 origin;
   Vector3 direction;  ///< unit

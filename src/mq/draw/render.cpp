@@ -14,6 +14,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include "mq/base/error.h"
@@ -102,7 +103,8 @@ std::vector<ScreenLine> projected(const Mesh& mesh, const std::vector<Edge>& edg
 /// sRGB on both sides that is (v + 0.055) · power − 0.055, with the straight part v · light.
 double brightened(double v, double light, double power) {
   const double curved = (v + 0.055) * power - 0.055, straight = v * light;
-  return light < 1 ? std::max(curved, straight) : std::min(curved, straight);
+  if (light < 1) return std::max(curved, straight);
+  return std::min({curved, straight, std::max(v, 1.0)});  // white stays white
 }
 
 bool shows_numbers(const RenderOptions& options) {
@@ -293,6 +295,24 @@ void put_legend(const Image<float>& legend, const RenderOptions& options, Image<
     }
 }
 
+/// Parallel lines of sight on a grid across the picture: what they meet near the place is open.
+void look(const Surface& surface, const Scene& scene, const Vector3& point, Sight& sight) {
+  constexpr int half = 4;  // nine by nine lines
+  const Vector3 back = direction_of(sight.view), side = back.unitOrthogonal();
+  const double extent = sight.view.extent;
+  const double far = bounding_box(surface.mesh).diagonal() + extent;
+  int near = 0;
+  for (int j = -half; j <= half; ++j)
+    for (int i = -half; i <= half; ++i) {
+      const Vector3 start = point + extent / (2 * half) * (i * side + j * back.cross(side));
+      const Hit hit = scene.hit({start + far * back, -back});
+      const double distance = hit.triangle < 0 ? far : (hit.point - point).norm();
+      near += distance < 0.75 * extent;
+      if (i == 0 && j == 0) sight.clear = distance < 0.02 * extent;
+    }
+  sight.open = near / double((2 * half + 1) * (2 * half + 1));
+}
+
 }  // namespace
 
 struct Renderer::Shared {
@@ -311,30 +331,27 @@ const Surface& Renderer::surface() const { return shared_->surface; }
 
 Sight Renderer::sight_of(const Vector3& point, const Vector3& normal, double extent,
                          View::Up up) const {
-  constexpr double degrees = 57.29577951308232;
-  const Surface& surface = shared_->surface;
+  constexpr double degrees = 180 / std::numbers::pi;
   const Vector3 n = up == View::Up::z ? Vector3(normal.x(), normal.z(), -normal.y()) : normal;
-  View straight;
-  straight.up = up;
-  straight.target = point;
-  straight.extent = extent;
-  straight.azimuth = std::atan2(n.x(), n.z()) * degrees;
-  straight.elevation = std::asin(std::clamp(n.y() / std::max(n.norm(), 1e-300), -1.0, 1.0)) * degrees;
-  const auto is_clear = [&](const View& view) {
-    const Camera camera(surface.mesh, view, 64, 64);
-    const auto place = camera.project(point);
-    const Hit hit = shared_->scene.hit(camera.ray(place.x, place.y));
-    return hit.triangle >= 0 && (hit.point - point).norm() < 0.05 * extent;
-  };
+  Sight best;
+  best.view.up = up;
+  best.view.target = point;
+  best.view.extent = extent;
+  best.view.azimuth = std::atan2(n.x(), n.z()) * degrees;
+  best.view.elevation = std::asin(std::clamp(n.y() / std::max(n.norm(), 1e-300), -1.0, 1.0)) * degrees;
+  const View straight = best.view;
+  double most = 0;
   for (const double tilt : {0.0, 12.0, 25.0, 40.0, 60.0})
     for (int turn = 0; turn < (tilt == 0 ? 1 : 8); ++turn) {
-      const double angle = turn * 45 / degrees;
-      View view = straight;
-      view.azimuth += tilt * std::sin(angle);
-      view.elevation = std::clamp(view.elevation + tilt * std::cos(angle), -90.0, 90.0);
-      if (is_clear(view)) return {view, true};
+      Sight sight{straight};
+      sight.view.azimuth += tilt * std::sin(turn * std::numbers::pi / 4);
+      sight.view.elevation = std::clamp(
+          sight.view.elevation + tilt * std::cos(turn * std::numbers::pi / 4), -90.0, 90.0);
+      look(shared_->surface, shared_->scene, point, sight);
+      const double worth = sight.clear ? sight.open * std::cos(tilt / degrees) : 0;
+      if (worth > most) most = worth, best = sight;
     }
-  return {straight, false};
+  return best;
 }
 
 Image<float> Renderer::draw(const Paints& paints, const RenderOptions& options,

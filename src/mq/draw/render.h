@@ -51,10 +51,11 @@ struct RenderOptions {
   int samples = 3;            ///< per pixel and direction, 1 to 16
 };
 
-/// Where a surface is seen, or not.
+/// How well a place of the surface is seen.
 struct Sight {
   View view;
   bool clear = false;  ///< nothing is in front of the place
+  double open = 0;     ///< the share of the picture that the surface around the place fills, 0 to 1
 };
 
 class Renderer {
@@ -73,8 +74,9 @@ class Renderer {
   Image<float> draw(const Paints& paints, const RenderOptions& options = {},
                     const Progress& progress = {}) const;
 
-  /// A view of `point` that looks as straight along −`normal` as what is in front of it permits,
-  /// `extent` model units across.
+  /// A view of `point`, `extent` model units across: of directions up to 60 degrees from `normal`
+  /// the one in which it is clear and the surface around fills most of the picture, straight ones
+  /// preferred; along −`normal` where it is clear in none.
   Sight sight_of(const Vector3& point, const Vector3& normal, double extent,
                  View::Up up = View::Up::y) const;
 

@@ -1,9 +1,8 @@
 #include "mq/draw/seam_difference.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-
-#include <Eigen/Geometry>
 
 #include "mq/base/parallel.h"
 #include "mq/draw/textures.h"
@@ -37,66 +36,81 @@ struct Lookup {
   }
 };
 
-/// What is known of some seam edges; parts are joined in order.
+/// What is known of one seam edge.
+struct Edge {
+  HalfEdge edge;
+  double fraction, largest;  ///< of the largest difference
+  double weight, center;     ///< ∫ difference², and its centre as a fraction
+};
+
+/// The same of some edges; parts are joined in order.
 struct Part {
-  double square = 0, length = 0;
+  double length = 0;
   std::vector<float> differences;
-  HalfEdge edge = -1;
-  double fraction = 0, largest = -1;
+  std::vector<Edge> edges;
 
   Part operator+(const Part& later) const {
-    Part sum = later.largest > largest ? later : *this;
-    sum.square = square + later.square;
-    sum.length = length + later.length;
-    sum.differences = differences;
+    Part sum = *this;
+    sum.length += later.length;
     sum.differences.insert(sum.differences.end(), later.differences.begin(), later.differences.end());
+    sum.edges.insert(sum.edges.end(), later.edges.begin(), later.edges.end());
     return sum;
   }
 };
 
+/// Root mean square over the channels both have.
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+  const std::size_t channels = std::min(a.size(), b.size());
+  double square = 0;
+  for (std::size_t k = 0; k < channels; ++k) square += (double(a[k]) - b[k]) * (double(a[k]) - b[k]);
+  return std::sqrt(square / double(channels));
+}
+
 void add_edge(const Lookup& lookup, HalfEdge h, Part& part) {
   const Mesh& mesh = lookup.surface.mesh;
   const HalfEdge twin = lookup.surface.twins[h];
-  const int channels = std::min({lookup.channels(h), lookup.channels(twin)});
+  const int channels = std::min(lookup.channels(h), lookup.channels(twin));
   std::vector<float> here(channels), there(channels);
   const double length = (mesh.position(h / 3, (h % 3 + 1) % 3) - mesh.position(h / 3, h % 3)).norm();
   const double texels = std::max(lookup.texels(h), lookup.texels(twin));
   const int count = int(std::clamp(std::ceil(2 * texels), 1.0, 4096.0));
+  Edge edge{h, 0.5, -1, 0, 0};
   for (int i = 0; i < count; ++i) {
     const double s = (i + 0.5) / count;
     lookup.at(h, s, here);
     lookup.at(twin, 1 - s, there);
-    double square = 0;
-    for (int k = 0; k < channels; ++k) square += std::pow(double(here[k]) - there[k], 2) / channels;
-    part.square += square * length / count;
-    part.differences.push_back(float(std::sqrt(square)));
-    if (std::sqrt(square) > part.largest) {
-      part.largest = std::sqrt(square);
-      part.edge = h, part.fraction = s;
-    }
+    const double jump = difference(here, there), square = jump * jump;
+    edge.weight += square * length / count;
+    edge.center += s * square * length / count;
+    part.differences.push_back(float(jump));
+    if (jump > edge.largest) edge.largest = jump, edge.fraction = s;
   }
+  edge.center = edge.weight > 0 ? edge.center / edge.weight : 0.5;
   part.length += length;
+  part.edges.push_back(edge);
 }
 
-SeamPlace place_of(const Lookup& lookup, const Part& part) {
-  SeamPlace place;
-  if (part.edge < 0) return place;
+SeamPlace place_of(const Lookup& lookup, const Edge& edge, double fraction) {
   const Mesh& mesh = lookup.surface.mesh;
-  const HalfEdge h = part.edge, twin = lookup.surface.twins[h];
+  const HalfEdge h = edge.edge, twin = lookup.surface.twins[h];
+  SeamPlace place;
   place.edge = h;
-  place.fraction = part.fraction;
-  place.difference = part.largest;
-  place.point = (1 - part.fraction) * mesh.position(h / 3, h % 3) +
-                part.fraction * mesh.position(h / 3, (h % 3 + 1) % 3);
+  place.fraction = fraction;
+  place.weight = edge.weight;
+  place.point = (1 - fraction) * mesh.position(h / 3, h % 3) +
+                fraction * mesh.position(h / 3, (h % 3 + 1) % 3);
   const Vector3 normal = triangle_normal(mesh, h / 3);
   const Vector3 sum = normal + triangle_normal(mesh, twin / 3);
   place.normal = sum.norm() > 1e-6 ? Vector3(sum.normalized()) : normal;
   place.here.resize(lookup.channels(h));
   place.there.resize(lookup.channels(twin));
-  lookup.at(h, part.fraction, place.here);
-  lookup.at(twin, 1 - part.fraction, place.there);
+  lookup.at(h, fraction, place.here);
+  lookup.at(twin, 1 - fraction, place.there);
+  place.difference = difference(place.here, place.there);
   return place;
 }
+
+constexpr std::size_t most_edges = 200;
 
 }  // namespace
 
@@ -115,8 +129,16 @@ SeamDifference seam_difference(const Surface& surface, const Atlas& atlas,
   SeamDifference result;
   result.length = sum.length;
   result.places = std::int64_t(sum.differences.size());
-  result.worst = place_of(lookup, sum);
-  if (sum.length > 0) result.rms = std::sqrt(sum.square / sum.length);
+  if (!sum.edges.empty()) {
+    const Edge& worst = *std::ranges::max_element(sum.edges, {}, &Edge::largest);
+    result.worst = place_of(lookup, worst, worst.fraction);
+  }
+  double square = 0;
+  for (const Edge& edge : sum.edges) square += edge.weight;
+  if (sum.length > 0) result.rms = std::sqrt(square / sum.length);
+  std::ranges::stable_sort(sum.edges, std::ranges::greater(), &Edge::weight);
+  for (std::size_t i = 0; i < std::min(most_edges, sum.edges.size()); ++i)
+    result.edges.push_back(place_of(lookup, sum.edges[i], sum.edges[i].center));
   if (!sum.differences.empty()) {
     const auto at = sum.differences.begin() + std::ptrdiff_t(sum.differences.size() * 99 / 100);
     std::nth_element(sum.differences.begin(), at, sum.differences.end());

@@ -16,6 +16,7 @@ struct SeamPlace {
   Vector3 point = Vector3::Zero();
   Vector3 normal = Vector3::Zero();  ///< mean of the two triangles', unit
   double difference = 0;           ///< root mean square over the colour channels
+  double weight = 0;               ///< ∫ difference² along the whole edge, model units
   std::vector<float> here, there;  ///< values on the half-edge's side and on its twin's
 };
 
@@ -25,6 +26,8 @@ struct SeamDifference {
   double difference_p99 = 0;  ///< 99 of 100 seam places (by number) differ by less
   std::int64_t places = 0;  ///< looked at: about two per texel along each seam, at most 4096 an edge
   SeamPlace worst;          ///< where the difference is largest; of equals the first
+  std::vector<SeamPlace> edges;  ///< the edges of largest weight, largest first, at most 200; each
+                                 ///< at the centre of its weight
 };
 
 /// Textures are those of the atlas, in its order and sizes; values are bilinear, wrapped as the atlas

@@ -28,11 +28,24 @@ Image<float> draw_before_after(const Renderer& renderer, const Paints& before, c
   return contact_sheet({{left, labels.before}, {right, labels.after}}, side_by_side);
 }
 
-Sight sight_of_seam(const Renderer& renderer, const Atlas& atlas, const SeamPlace& place,
-                    double texels, View::Up up) {
-  require(place.edge >= 0, "there is no seam to look at");
+Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas,
+                          const SeamDifference& seams, double texels, View::Up up) {
+  require(!seams.edges.empty(), "there is no seam to look at");
   require(texels > 0, "a view of a seam is more than 0 texels across");
-  return renderer.sight_of(place.point, place.normal, texels * atlas.texel_spacing(), up);
+  const double extent = texels * atlas.texel_spacing();
+  Sight best = renderer.sight_of(seams.worst.point, seams.worst.normal, extent, up);
+  double most = 0;
+  for (const SeamPlace& place : seams.edges) {
+    double weight = 0;
+    for (const SeamPlace& other : seams.edges)
+      if ((other.point - place.point).norm() < extent / 2) weight += other.weight;
+    if (weight <= most) continue;
+    const Sight sight = renderer.sight_of(place.point, place.normal, extent, up);
+    if (!sight.clear || weight * sight.open * sight.open <= most) continue;
+    most = weight * sight.open * sight.open;
+    best = sight;
+  }
+  return best;
 }
 
 }  // namespace mq

@@ -27,8 +27,10 @@ Image<float> draw_before_after(const Renderer& renderer, const Paints& before, c
                                const RenderOptions& options = {}, const Labels& labels = {},
                                const SheetOptions& sheet = {}, const Progress& progress = {});
 
-/// A view of a seam's place, `texels` mean texel spacings across.
-Sight sight_of_seam(const Renderer& renderer, const Atlas& atlas, const SeamPlace& place,
-                    double texels, View::Up up = View::Up::y);
+/// A view of the place where seams show most: of the edges of `seams` the one with most weight in
+/// the picture around it that is also seen well. `texels` mean texel spacings are across. Throws
+/// `InvalidInput` when there is no seam.
+Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas,
+                          const SeamDifference& seams, double texels, View::Up up = View::Up::y);
 
 }  // namespace mq
