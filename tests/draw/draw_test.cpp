@@ -46,7 +46,8 @@ struct Model {
   Atlas atlas;
 
   Model(const Mesh& mesh, Image<float> image)
-      : surface(make_surface(mesh)), texture(std::move(image)),
+      : surface(make_surface(mesh)),
+        texture(std::move(image)),
         atlas(make_atlas(surface, {{texture.width(), texture.height()}})) {}
   Paints paints() const { return {.textures = {&texture}, .vertex_values = {}}; }
 };
@@ -88,8 +89,8 @@ TEST(Camera, HoldsTheModelTightly) {
         top = std::min(top, q.y), bottom = std::max(bottom, q.y);
       }
       const double across = Camera::margin * 300, along = Camera::margin * 200;
-      const double spare = std::min({left - across, 300 - across - right, top - along,
-                                     200 - along - bottom});
+      const double spare =
+          std::min({left - across, 300 - across - right, top - along, 200 - along - bottom});
       EXPECT_NEAR(spare, 0, 1e-6) << name;
       EXPECT_TRUE(std::abs(left - (300 - right)) < 1e-6 || std::abs(top - (200 - bottom)) < 1e-6);
     }
@@ -206,8 +207,7 @@ TEST(Render, RepeatsATextureThatChartsLeave) {
   RenderOptions options = square_on(72);
   options.samples = 1;
   const Image<float> picture = Renderer(model.surface, &model.atlas).draw(model.paints(), options);
-  for (int i = 0; i < 8; ++i)
-    EXPECT_NEAR(picture(9 * i + 4, 4, 1), model.texture(i % 4, 0), 1e-6);
+  for (int i = 0; i < 8; ++i) EXPECT_NEAR(picture(9 * i + 4, 4, 1), model.texture(i % 4, 0), 1e-6);
 }
 
 TEST(Render, GivesEachChartItsColour) {
@@ -279,7 +279,9 @@ TEST(Render, DrawsIsolinesAcrossTriangles) {
   options.scale.isolines = 3;
   const Image<float> picture = Renderer(surface).draw({.vertex_values = values}, options);
   for (const int x : {50, 100, 150})
-    EXPECT_LT(std::min(picture(x, 77, 0) + picture(x, 77, 1), picture(x - 1, 77, 0) + picture(x - 1, 77, 1)), 0.4);
+    EXPECT_LT(std::min(picture(x, 77, 0) + picture(x, 77, 1),
+                       picture(x - 1, 77, 0) + picture(x - 1, 77, 1)),
+              0.4);
   EXPECT_GT(picture(125, 77, 1), 0.5);
 }
 
@@ -307,7 +309,8 @@ TEST(Render, GivesEqualBitsForAnyNumberOfThreads) {
   std::vector<Image<float>> pictures;
   for (const int threads : {1, 2, 7}) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-    pictures.push_back(Renderer(surface, &atlas).draw({.textures = {&texture}, .vertex_values = {}}, options));
+    pictures.push_back(
+        Renderer(surface, &atlas).draw({.textures = {&texture}, .vertex_values = {}}, options));
   }
   EXPECT_TRUE(pictures[0] == pictures[1]);
   EXPECT_TRUE(pictures[0] == pictures[2]);
@@ -364,7 +367,8 @@ TEST(Render, LooksStraightAtAPlaceUnlessSomethingIsInFront) {
   EXPECT_TRUE(outer.clear);
   EXPECT_NEAR(outer.view.azimuth, 90, 1e-9);
   EXPECT_NEAR(outer.view.elevation, 0, 1e-9);
-  const Sight inner = renderer.sight_of({0.6, 0, 0}, {-1, 0, 0}, 0.1);  // the other side is in front
+  const Sight inner =
+      renderer.sight_of({0.6, 0, 0}, {-1, 0, 0}, 0.1);  // the other side is in front
   EXPECT_TRUE(inner.clear);
   EXPECT_GT(std::hypot(inner.view.azimuth + 90, inner.view.elevation), 1);
 }
@@ -419,7 +423,8 @@ TEST(SeamDifference, IsLookedAtWhereItShows) {
   options.view = sight.view;
   options.light = Light::none;
   const Image<float> picture = renderer.draw(model.paints(), options);
-  const auto [least, most] = std::ranges::minmax({picture(8, 8, 0), picture(8, 56, 0), picture(56, 8, 0), picture(56, 56, 0)});
+  const auto [least, most] = std::ranges::minmax(
+      {picture(8, 8, 0), picture(8, 56, 0), picture(56, 8, 0), picture(56, 56, 0)});
   EXPECT_EQ(least, 0);
   EXPECT_EQ(most, 1);
 }
@@ -460,12 +465,16 @@ TEST(UvLayout, ShowsTexelsAsSquaresWhenNear) {
   options.center = {(20 + 0.0) / 64, (64 - 30.0) / 64};  // corner between texels 19|20 and 29|30
   options.fill = UvLayoutOptions::Fill::texture;
   const Image<float> layout = draw_uv_layout(model.surface, model.atlas, &model.texture, options);
-  EXPECT_TRUE(is_colour(layout, 90, 90, {model.texture(20, 30, 0), model.texture(20, 30, 1),
-                                         model.texture(20, 30, 2)}, 1e-5f));
-  EXPECT_TRUE(is_colour(layout, 70, 70, {model.texture(19, 29, 0), model.texture(19, 29, 1),
-                                         model.texture(19, 29, 2)}, 1e-5f));
-  EXPECT_FALSE(is_colour(layout, 80, 90, {model.texture(20, 30, 0), model.texture(20, 30, 1),
-                                          model.texture(20, 30, 2)}, 1e-5f));  // the grid
+  EXPECT_TRUE(is_colour(
+      layout, 90, 90,
+      {model.texture(20, 30, 0), model.texture(20, 30, 1), model.texture(20, 30, 2)}, 1e-5f));
+  EXPECT_TRUE(is_colour(
+      layout, 70, 70,
+      {model.texture(19, 29, 0), model.texture(19, 29, 1), model.texture(19, 29, 2)}, 1e-5f));
+  EXPECT_FALSE(
+      is_colour(layout, 80, 90,
+                {model.texture(20, 30, 0), model.texture(20, 30, 1), model.texture(20, 30, 2)},
+                1e-5f));  // the grid
 }
 
 TEST(UvLayout, HatchesOverlapsAndNothingElse) {
@@ -535,13 +544,16 @@ TEST(Sheets, ShowOneSurfaceFromManySidesAndBeforeAndAfter) {
   options.width = options.height = 50;
   SheetOptions sheet;
   sheet.gap = 0;
-  const Image<float> pair = draw_before_after(renderer, model.paints(), model.paints(), options, {}, sheet);
+  const Image<float> pair =
+      draw_before_after(renderer, model.paints(), model.paints(), options, {}, sheet);
   ASSERT_EQ(pair.width(), 100);
   for (int y = 0; y < 50; ++y)
     for (int x = 0; x < 50; ++x) ASSERT_EQ(pair(x, y, 0), pair(50 + x, y, 0));
-  const Image<float> page = draw_views(renderer, model.paints(), {"front", "back", "10,20"}, options, sheet);
+  const Image<float> page =
+      draw_views(renderer, model.paints(), {"front", "back", "10,20"}, options, sheet);
   EXPECT_GE(page.width() * page.height(), 3 * 50 * 50);
-  EXPECT_THAT(error_of([&] { draw_views(renderer, model.paints(), {}, options); }), HasSubstr("no view"));
+  EXPECT_THAT(error_of([&] { draw_views(renderer, model.paints(), {}, options); }),
+              HasSubstr("no view"));
 }
 
 }  // namespace

@@ -131,7 +131,8 @@ TEST(Sample, IsNotSpoiltByANeighbourWithoutWeight) {
 
 TEST(AreaScaled, KeepsTheMean) {
   const Image<float> image = noise(37, 23, 3);
-  for (const int side : {1, 5, 11, 23}) EXPECT_NEAR(mean(area_scaled(image, side, side)), mean(image), 1e-6);
+  for (const int side : {1, 5, 11, 23})
+    EXPECT_NEAR(mean(area_scaled(image, side, side)), mean(image), 1e-6);
 }
 
 TEST(AreaScaled, AveragesWholePixels) {
@@ -155,7 +156,8 @@ TEST(Cropped, TakesThatPartOrRefuses) {
   const Image<float> part = cropped(image, 2, 1, 3, 4);
   EXPECT_EQ(part(0, 0, 1), image(2, 1, 1));
   EXPECT_EQ(part(2, 3, 0), image(4, 4, 0));
-  EXPECT_THAT(error_of([&] { cropped(image, 4, 0, 3, 1); }), HasSubstr("leaves a picture of 6 x 5"));
+  EXPECT_THAT(error_of([&] { cropped(image, 4, 0, 3, 1); }),
+              HasSubstr("leaves a picture of 6 x 5"));
 }
 
 // ---- Comparison ----
@@ -293,11 +295,12 @@ TEST(Text, CountsUtf8CharactersOnce) { EXPECT_EQ(text_width("ä€", 1), text_wi
 
 TEST(ContactSheet, HoldsEveryTileWhole) {
   const Image<float> a(20, 10, 3, 0.25f), b(10, 20, 1, 0.5f), c(20, 20, 4, 1.f);
-  const Image<float> page =
-      contact_sheet({{a, "a"}, {b, "a label that is too long"}, {c, ""}}, {.gap = 5, .text_scale = 1});
+  const Image<float> page = contact_sheet({{a, "a"}, {b, "a label that is too long"}, {c, ""}},
+                                          {.gap = 5, .text_scale = 1});
   double quarter = 0, half = 0;
   for (int y = 0; y < page.height(); ++y)
-    for (int x = 0; x < page.width(); ++x) quarter += page(x, y) == 0.25f, half += page(x, y) == 0.5f;
+    for (int x = 0; x < page.width(); ++x)
+      quarter += page(x, y) == 0.25f, half += page(x, y) == 0.5f;
   EXPECT_EQ(quarter, 200);
   EXPECT_EQ(half, 200);
 }

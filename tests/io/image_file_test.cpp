@@ -38,9 +38,8 @@ class ImageFile : public ::testing::Test {
   }
 
   const fs::path folder =
-      fs::temp_directory_path() /
-      ("mq image file " + std::to_string(::getpid()) +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name());
+      fs::temp_directory_path() / ("mq image file " + std::to_string(::getpid()) +
+                                   ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 std::string error_of(const auto& action) {
@@ -170,12 +169,11 @@ TEST_F(ImageFile, ReadsPalettesAsColours) {
       put("p.png", test::png_file({2, 1, 8, 3}, std::string("\0\1\0", 3), palette));
   EXPECT_THAT(read_texture(path).pixels.values(),
               ElementsAre(1, 128 / 255.f, 1 / 255.f, 16 / 255.f, 32 / 255.f, 48 / 255.f));
-  const fs::path clear = put(
-      "c.png", test::png_file({2, 1, 8, 3}, std::string("\0\1\0", 3),
-                              palette + test::png_chunk("tRNS", "\x40")));
-  EXPECT_THAT(read_texture(clear).pixels.values(),
-              ElementsAre(1, 128 / 255.f, 1 / 255.f, 1, 16 / 255.f, 32 / 255.f, 48 / 255.f,
-                          64 / 255.f));
+  const fs::path clear = put("c.png", test::png_file({2, 1, 8, 3}, std::string("\0\1\0", 3),
+                                                     palette + test::png_chunk("tRNS", "\x40")));
+  EXPECT_THAT(
+      read_texture(clear).pixels.values(),
+      ElementsAre(1, 128 / 255.f, 1 / 255.f, 1, 16 / 255.f, 32 / 255.f, 48 / 255.f, 64 / 255.f));
 }
 
 TEST_F(ImageFile, ReadsOneBitAsBlackAndWhite) {
@@ -186,22 +184,24 @@ TEST_F(ImageFile, ReadsOneBitAsBlackAndWhite) {
 
 TEST_F(ImageFile, ReadsInterlacedPictures) {
   // Adam7 of 2 × 2: pass 1 holds (0,0), pass 6 (1,0), pass 7 the second row.
-  const fs::path path = put(
-      "i.png", test::png_file({2, 2, 8, 0, 1}, std::string("\0\x0a\0\x14\0\x1e\x28", 7)));
+  const fs::path path =
+      put("i.png", test::png_file({2, 2, 8, 0, 1}, std::string("\0\x0a\0\x14\0\x1e\x28", 7)));
   EXPECT_THAT(read_texture(path).pixels.values(),
               ElementsAre(10 / 255.f, 20 / 255.f, 30 / 255.f, 40 / 255.f));
 }
 
 TEST_F(ImageFile, RefusesCmykAndReadsGreyAndColourJpeg) {
-  EXPECT_EQ(read_texture(put("g.jpg", test::grey_jpeg(1))).pixels, Image<float>(8, 8, 1, 128 / 255.f));
-  EXPECT_EQ(read_texture(put("c.jpg", test::grey_jpeg(3))).pixels, Image<float>(8, 8, 3, 128 / 255.f));
+  EXPECT_EQ(read_texture(put("g.jpg", test::grey_jpeg(1))).pixels,
+            Image<float>(8, 8, 1, 128 / 255.f));
+  EXPECT_EQ(read_texture(put("c.jpg", test::grey_jpeg(3))).pixels,
+            Image<float>(8, 8, 3, 128 / 255.f));
   EXPECT_THAT(error_of([&] { read_texture(put("k.jpg", test::grey_jpeg(4))); }),
               AllOf(HasSubstr("k.jpg"), HasSubstr("CMYK"), HasSubstr("convert it to RGB")));
 }
 
 TEST_F(ImageFile, KeepsResolutionGammaAndProfile) {
-  const std::string density = test::png_chunk(
-      "pHYs", test::big_endian(3937) + test::big_endian(3937) + std::string(1, 1));
+  const std::string density =
+      test::png_chunk("pHYs", test::big_endian(3937) + test::big_endian(3937) + std::string(1, 1));
   const std::string gamma = test::png_chunk("gAMA", test::big_endian(100000));
   const std::string plain = test::png_file({1, 1}, std::string(4, 0));
   const std::string tagged = test::png_file({1, 1}, std::string(4, 0), gamma + density);
@@ -293,9 +293,7 @@ TEST_F(ImageFile, NoticesDamagedPngPixels) {
 }
 
 TEST_F(ImageFile, RefusesWhatIsNoPicture) {
-  const auto read = [&](const fs::path& path) {
-    return error_of([&] { read_texture(path); });
-  };
+  const auto read = [&](const fs::path& path) { return error_of([&] { read_texture(path); }); };
   EXPECT_THAT(read(folder / "none.png"), HasSubstr("no such file"));
   EXPECT_THAT(read(folder), HasSubstr("directory"));
   EXPECT_THAT(read("/dev/null"), HasSubstr("not an ordinary file"));

@@ -65,7 +65,10 @@ inline std::string grey_jpeg(int components) {
          jpeg_segment(0xC0, frame) + jpeg_segment(0xC4, std::string(1, 0) + one_code) +
          jpeg_segment(0xC4, std::string(1, 0x10) + one_code) +
          jpeg_segment(0xDA, scan + std::string({0, 63, 0})) +
-         (components == 1 ? "\x3f" : components == 3 ? "\x03" : std::string(1, 0)) + "\xff\xd9";
+         (components == 1   ? "\x3f"
+          : components == 3 ? "\x03"
+                            : std::string(1, 0)) +
+         "\xff\xd9";
 }
 
 }  // namespace mq::test

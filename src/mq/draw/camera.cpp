@@ -32,8 +32,10 @@ double number(const std::string& text, const std::string& all) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size())
-    throw InvalidInput(fmt::format("unknown view \"{}\": give front, back, left, right, top, bottom, "
-                                   "corner, or AZIMUTH,ELEVATION in degrees", all));
+    throw InvalidInput(
+        fmt::format("unknown view \"{}\": give front, back, left, right, top, bottom, "
+                    "corner, or AZIMUTH,ELEVATION in degrees",
+                    all));
   return value;
 }
 
@@ -45,7 +47,8 @@ Vector3 upright(const View& view, const Vector3& v) {
 }  // namespace
 
 Vector3 direction_of(const View& view) {
-  const double az = view.azimuth * std::numbers::pi / 180, el = view.elevation * std::numbers::pi / 180;
+  const double az = view.azimuth * std::numbers::pi / 180,
+               el = view.elevation * std::numbers::pi / 180;
   return upright(view, {std::sin(az) * std::cos(el), std::sin(el), std::cos(az) * std::cos(el)});
 }
 
@@ -69,13 +72,16 @@ View parse_view(const std::string& text) {
   view.azimuth = number(text.substr(0, comma), text);
   view.elevation = number(comma == text.npos ? "" : text.substr(comma + 1), text);
   if (!(std::abs(view.azimuth) <= 3600) || !(std::abs(view.elevation) <= 90))
-    throw InvalidInput(fmt::format("view \"{}\": the elevation is from -90 to 90 degrees, the "
-                                   "azimuth from -3600 to 3600", text));
+    throw InvalidInput(
+        fmt::format("view \"{}\": the elevation is from -90 to 90 degrees, the "
+                    "azimuth from -3600 to 3600",
+                    text));
   return view;
 }
 
 Camera::Camera(const Mesh& mesh, const View& view, int width, int height, int right_inset)
-    : width_(width), height_(height),
+    : width_(width),
+      height_(height),
       perspective_(view.projection == View::Projection::perspective) {
   require(width >= 1 && height >= 1 && right_inset >= 0 && right_inset < width,
           "a picture has at least one pixel beside its legend");
@@ -111,7 +117,8 @@ double Camera::fit(const Mesh& mesh, double tangent_x, double tangent_y) {
       if (!p.allFinite())
         throw InvalidInput(fmt::format("vertex {} is at a position that is not finite", v));
       const Vector3 q(right_.dot(p), up_.dot(p), -backward_.dot(p));
-      right = std::max(right, q.x() - slope_x * q.z()), left = std::max(left, -q.x() - slope_x * q.z());
+      right = std::max(right, q.x() - slope_x * q.z()),
+      left = std::max(left, -q.x() - slope_x * q.z());
       up = std::max(up, q.y() - slope_y * q.z()), down = std::max(down, -q.y() - slope_y * q.z());
       low = low.cwiseMin(q), high = high.cwiseMax(q);
     }
@@ -120,8 +127,8 @@ double Camera::fit(const Mesh& mesh, double tangent_x, double tangent_y) {
   double d = low.z() - size;
   if (perspective_) {
     // Outside the model even where it is seen from its end.
-    d = std::min({-(right + left) / 2 / tangent_x, -(up + down) / 2 / tangent_y,
-                  low.z() - 0.05 * size});
+    d = std::min(
+        {-(right + left) / 2 / tangent_x, -(up + down) / 2 / tangent_y, low.z() - 0.05 * size});
   } else {
     pixel_ *= std::max({(right + left) / 2 / tangent_x, (up + down) / 2 / tangent_y, 1e-3 * size});
   }
@@ -133,7 +140,8 @@ double Camera::fit(const Mesh& mesh, double tangent_x, double tangent_y) {
 void Camera::zoom(const View& view, double middle_depth, int free_width) {
   const Vector3 offset = view.target.value_or(eye_ - middle_depth * backward_) - eye_;
   const double depth = -backward_.dot(offset);
-  require(offset.allFinite() && (depth > 0 || !perspective_), "the view's target lies behind the viewer");
+  require(offset.allFinite() && (depth > 0 || !perspective_),
+          "the view's target lies behind the viewer");
   const double scale = perspective_ ? depth : 1;
   if (view.extent > 0) pixel_ = view.extent / scale / std::min(free_width, height_);
   left_ = right_.dot(offset) / scale - pixel_ * free_width / 2;

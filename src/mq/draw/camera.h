@@ -12,14 +12,14 @@ namespace mq {
 
 /// A way of looking at a model, before its size and the picture's are known.
 struct View {
-  double azimuth = 30;    ///< degrees around the upright axis, from the front towards the model's +x
-  double elevation = 20;  ///< degrees above the horizon, -90 to 90
+  double azimuth = 30;  ///< degrees around the upright axis, from the front towards the model's +x
+  double elevation = 20;              ///< degrees above the horizon, -90 to 90
   enum class Up { y, z } up = Up::y;  ///< the model's upright axis; the front is +z or −y
   enum class Projection { perspective, orthographic } projection = Projection::perspective;
   double field_of_view = 28;      ///< degrees, of the picture's shorter side
   std::optional<Vector3> target;  ///< the point in the middle; none: the model is centred
-  double extent = 0;              ///< model units across the picture's shorter side, measured at the
-                                  ///< target; 0: the model fills the picture
+  double extent = 0;  ///< model units across the picture's shorter side, measured at the
+                      ///< target; 0: the model fills the picture
 };
 
 /// "front", "back", "left", "right", "top", "bottom", "corner" (from above, turned), or
@@ -40,8 +40,8 @@ struct Ray {
 class Camera {
  public:
   /// Fits the view to all triangles of the mesh: vertices are at least `margin` of the width from
-  /// the left and right and of the height from the top and bottom, two on opposite sides exactly so.
-  /// `right_inset` pixels on the right are kept free. Throws `InvalidInput` for a mesh without
+  /// the left and right and of the height from the top and bottom, two on opposite sides exactly
+  /// so. `right_inset` pixels on the right are kept free. Throws `InvalidInput` for a mesh without
   /// triangles, with positions that are not finite, or a view out of range.
   Camera(const Mesh& mesh, const View& view, int width, int height, int right_inset = 0);
 

@@ -33,9 +33,8 @@ struct Marker {
   bool hidden(const ScreenLine& line, float s) const {
     if (band.depths.empty()) return false;
     const float x = line.x0 + s * (line.x1 - line.x0), y = line.y0 + s * (line.y1 - line.y0);
-    const float depth = rule == DepthRule::linear
-                            ? line.depth0 + s * (line.depth1 - line.depth0)
-                            : 1 / ((1 - s) / line.depth0 + s / line.depth1);
+    const float depth = rule == DepthRule::linear ? line.depth0 + s * (line.depth1 - line.depth0)
+                                                  : 1 / ((1 - s) / line.depth0 + s / line.depth1);
     return depth > depth_around(band, x, y) + depth_slack;
   }
 
@@ -70,9 +69,9 @@ struct Marker {
     char& kind = mask[band.at(x, y)];
     if (kind == 2) return;
     const float px = float(x) + 0.5f - line.x0, py = float(y) + 0.5f - line.y0;
-    const float s = segment.square > 0 ? std::clamp((px * segment.dx + py * segment.dy) /
-                                                        segment.square, 0.f, 1.f)
-                                       : 0;
+    const float s = segment.square > 0
+                        ? std::clamp((px * segment.dx + py * segment.dy) / segment.square, 0.f, 1.f)
+                        : 0;
     const float distance = std::hypot(px - s * segment.dx, py - s * segment.dy);
     if (distance > reach(style)) return;
     const char wanted = distance <= style.half_width ? 2 : 1;
@@ -98,8 +97,10 @@ void draw_lines(const std::vector<ScreenLine>& lines, const std::vector<int>& or
     for (const int id : order)
       if (lines[id].style == int(k)) marker.mark(lines[id], styles[k]);
     for (std::size_t i = 0; i < mask.size(); ++i)
-      if (mask[i] == 2) blend(styles[k].colour, styles[k].opacity, band.colours[i]);
-      else if (mask[i] == 1) blend(styles[k].casing_colour, styles[k].casing_opacity, band.colours[i]);
+      if (mask[i] == 2)
+        blend(styles[k].colour, styles[k].opacity, band.colours[i]);
+      else if (mask[i] == 1)
+        blend(styles[k].casing_colour, styles[k].casing_opacity, band.colours[i]);
   }
 }
 

@@ -20,8 +20,8 @@ struct ScreenLine {
 struct LineStyle {
   Colour colour = {0, 0, 0};
   float opacity = 1;
-  float half_width = 1;   ///< of the core, samples
-  float casing = 0;       ///< beyond it on both sides, samples
+  float half_width = 1;  ///< of the core, samples
+  float casing = 0;      ///< beyond it on both sides, samples
   Colour casing_colour = {0, 0, 0};
   float casing_opacity = 0;
 };
@@ -29,9 +29,9 @@ struct LineStyle {
 /// Where depth at the screen fraction s of a line comes from.
 enum class DepthRule { linear, reciprocal };
 
-/// Draws lines (`order`: ids in `lines`) over the band. Styles are drawn in their order, each blended
-/// once per sample however many of its lines cover it. A line is hidden where the band's surface is
-/// nearer than the line by more than `depth_slack`.
+/// Draws lines (`order`: ids in `lines`) over the band. Styles are drawn in their order, each
+/// blended once per sample however many of its lines cover it. A line is hidden where the band's
+/// surface is nearer than the line by more than `depth_slack`.
 void draw_lines(const std::vector<ScreenLine>& lines, const std::vector<int>& order,
                 const std::vector<LineStyle>& styles, DepthRule rule, float depth_slack,
                 SampleBand& band);

@@ -1,9 +1,9 @@
-// A picture is made in bands of pixel rows, each by one task: rays through a regular grid of samples,
-// light on what they hit, lines over it, the mean per pixel. Bands overlap by the rows that decide
-// whether a line is hidden, so no band needs another.
+// A picture is made in bands of pixel rows, each by one task: rays through a regular grid of
+// samples, light on what they hit, lines over it, the mean per pixel. Bands overlap by the rows
+// that decide whether a line is hidden, so no band needs another.
 //
-// Light is multiplied as light, not as displayed values, and scaled so that a surface that faces the
-// viewer keeps its stored colour.
+// Light is multiplied as light, not as displayed values, and scaled so that a surface that faces
+// the viewer keeps its stored colour.
 
 #include "mq/draw/render.h"
 
@@ -65,7 +65,8 @@ struct Edge {
   int from, to, style;
 };
 
-std::vector<Edge> edges_of(const Surface& surface, const Atlas* atlas, const RenderOptions& options) {
+std::vector<Edge> edges_of(const Surface& surface, const Atlas* atlas,
+                           const RenderOptions& options) {
   std::vector<Edge> edges;
   const Mesh& mesh = surface.mesh;
   for (HalfEdge h = 0; h < 3 * mesh.triangle_count(); ++h) {
@@ -76,7 +77,8 @@ std::vector<Edge> edges_of(const Surface& surface, const Atlas* atlas, const Ren
     if (options.wires == Lines::show && first) edges.push_back(edge);
     if (options.seams != Lines::show) continue;
     if (atlas != nullptr && atlas->chart[t] >= 0) {
-      if (atlas->edges[h] == EdgeKind::seam && h < twin) edges.push_back({edge.from, edge.to, seam});
+      if (atlas->edges[h] == EdgeKind::seam && h < twin)
+        edges.push_back({edge.from, edge.to, seam});
       if (atlas->edges[h] == EdgeKind::boundary) edges.push_back({edge.from, edge.to, end});
     } else if (twin < 0) {
       edges.push_back({edge.from, edge.to, end});
@@ -167,8 +169,8 @@ struct Job {
     switch (options.paint) {
       case Paint::clay: return clay;
       case Paint::texture: return textured(hit);
-      case Paint::charts: return atlas->chart[hit.triangle] < 0 ? clay
-                                                                : chart_colour(atlas->chart[hit.triangle]);
+      case Paint::charts:
+        return atlas->chart[hit.triangle] < 0 ? clay : chart_colour(atlas->chart[hit.triangle]);
       case Paint::vertex_colours:
         return {vertex_value(hit, 3, 0), vertex_value(hit, 3, 1), vertex_value(hit, 3, 2)};
       case Paint::vertex_numbers:
@@ -187,7 +189,8 @@ struct Job {
   /// The light that reaches a place, 1 where the surface faces the viewer.
   double light_at(const Hit& hit, const Vector3& view, const Vector3& normal) const {
     const double key = std::max(0.0, normal.dot(key_light));
-    const double light = 0.22 + 0.10 * normal.dot(camera.up()) + 0.44 * normal.dot(view) + 0.36 * key;
+    const double light =
+        0.22 + 0.10 * normal.dot(camera.up()) + 0.44 * normal.dot(view) + 0.36 * key;
     const bool back = triangle_normal(surface.mesh, hit.triangle).dot(view) < 0;
     return light / (0.22 + 0.44 + 0.36 * 0.57) * (back ? 0.45 : 1.0);
   }
@@ -198,8 +201,10 @@ struct Job {
     if (normal.dot(view) < 0) normal -= 2 * normal.dot(view) * view;  // the back, or past the rim
     const double light = light_at(hit, view, normal);
     const double power = std::pow(light, 1 / 2.4);
-    const double gloss = options.paint == Paint::clay
-        ? 0.06 * std::pow(std::max(0.0, (key_light + view).normalized().dot(normal)), 40) : 0;
+    const double gloss =
+        options.paint == Paint::clay
+            ? 0.06 * std::pow(std::max(0.0, (key_light + view).normalized().dot(normal)), 40)
+            : 0;
     Colour result;
     for (int k = 0; k < 3; ++k) result[k] = float(brightened(colour[k], light, power) + gloss);
     return result;
@@ -268,7 +273,8 @@ void check(const Surface& surface, const Atlas* atlas, const Paints& paints,
   if (texture) check_textures(*atlas, paints.textures);
   if (options.paint == Paint::texture_numbers) check_channel(paints, options.channel);
   const std::size_t each = options.paint == Paint::vertex_colours   ? 3
-                           : options.paint == Paint::vertex_numbers ? 1 : 0;
+                           : options.paint == Paint::vertex_numbers ? 1
+                                                                    : 0;
   if (each > 0 && paints.vertex_values.size() != each * std::size_t(surface.mesh.vertex_count()))
     throw InvalidInput(fmt::format("{} values are given for {} vertices, {} wanted for each",
                                    paints.vertex_values.size(), surface.mesh.vertex_count(), each));
@@ -279,8 +285,8 @@ Image<float> legend_for(const RenderOptions& options) {
   LegendOptions wanted;
   wanted.text_scale = text_scale;
   wanted.title = options.legend_title;
-  wanted.height = std::clamp(options.height * 3 / 5, std::min(options.height, 60 * text_scale),
-                             options.height);
+  wanted.height =
+      std::clamp(options.height * 3 / 5, std::min(options.height, 60 * text_scale), options.height);
   return legend(options.scale, wanted);
 }
 
@@ -338,7 +344,8 @@ Sight Renderer::sight_of(const Vector3& point, const Vector3& normal, double ext
   best.view.target = point;
   best.view.extent = extent;
   best.view.azimuth = std::atan2(n.x(), n.z()) * degrees;
-  best.view.elevation = std::asin(std::clamp(n.y() / std::max(n.norm(), 1e-300), -1.0, 1.0)) * degrees;
+  best.view.elevation =
+      std::asin(std::clamp(n.y() / std::max(n.norm(), 1e-300), -1.0, 1.0)) * degrees;
   const View straight = best.view;
   double most = 0;
   for (const double tilt : {0.0, 12.0, 25.0, 40.0, 60.0})
@@ -372,7 +379,8 @@ Image<float> Renderer::draw(const Paints& paints, const RenderOptions& options,
       projected(surface.mesh, edges_of(surface, shared_->atlas, options), camera, samples);
   const auto lines_of = lines_by_band(lines, styles, bands);
   const DepthRule rule = options.view.projection == View::Projection::perspective
-                             ? DepthRule::reciprocal : DepthRule::linear;
+                             ? DepthRule::reciprocal
+                             : DepthRule::linear;
   const int margin = int(std::ceil(styles[seam].half_width + styles[seam].casing)) + 2;
 
   const bool isolines = shows_numbers(options) && options.scale.isolines > 0;
@@ -381,17 +389,20 @@ Image<float> Renderer::draw(const Paints& paints, const RenderOptions& options,
 
   Image<float> picture(options.width, options.height, options.backdrop.channels());
   std::atomic<int> done{0};
-  parallel_for(bands.count, [&](std::int64_t b) {
-    const int begin = int(b) * band_pixels, end = std::min(begin + band_pixels, options.height);
-    const int extra = lines_of[b].empty() && !isolines ? 0 : margin;
-    SampleBand band(options.width * samples, begin * samples - extra,
-                    (end - begin) * samples + 2 * extra);
-    if (extra > 0) band.depths.resize(band.colours.size());
-    job.shoot(band, 20 * slack);
-    draw_lines(lines, lines_of[b], styles, rule, slack, band);
-    resolve(band, samples, options.backdrop, begin, end, picture);
-    progress.at(double(++done) / bands.count);
-  }, 1);
+  parallel_for(
+      bands.count,
+      [&](std::int64_t b) {
+        const int begin = int(b) * band_pixels, end = std::min(begin + band_pixels, options.height);
+        const int extra = lines_of[b].empty() && !isolines ? 0 : margin;
+        SampleBand band(options.width * samples, begin * samples - extra,
+                        (end - begin) * samples + 2 * extra);
+        if (extra > 0) band.depths.resize(band.colours.size());
+        job.shoot(band, 20 * slack);
+        draw_lines(lines, lines_of[b], styles, rule, slack, band);
+        resolve(band, samples, options.backdrop, begin, end, picture);
+        progress.at(double(++done) / bands.count);
+      },
+      1);
   if (with_legend) put_legend(scale, options, picture);
   return picture;
 }

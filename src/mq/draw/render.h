@@ -48,7 +48,7 @@ struct RenderOptions {
   enum class Legend { hide, show } legend = Legend::show;  ///< where numbers are shown
   std::string legend_title = {};
   Backdrop backdrop = {};
-  int samples = 3;            ///< per pixel and direction, 1 to 16
+  int samples = 3;  ///< per pixel and direction, 1 to 16
 };
 
 /// How well a place of the surface is seen.
@@ -68,9 +68,9 @@ class Renderer {
   Renderer& operator=(const Renderer&) = delete;
 
   /// One picture: red, green, blue as displayed, and alpha with a transparent backdrop. Triangles
-  /// without a chart are shown as clay where a texture is asked for; the back of triangles is darker.
-  /// Equal bits for any number of threads. Throws `InvalidInput` for an empty mesh, options out of
-  /// range, or paints that do not fit the surface or the atlas.
+  /// without a chart are shown as clay where a texture is asked for; the back of triangles is
+  /// darker. Equal bits for any number of threads. Throws `InvalidInput` for an empty mesh, options
+  /// out of range, or paints that do not fit the surface or the atlas.
   Image<float> draw(const Paints& paints, const RenderOptions& options = {},
                     const Progress& progress = {}) const;
 

@@ -31,7 +31,9 @@ struct SampleBand {
   std::vector<float> depths;  ///< infinite where there is nothing; empty: nothing hides lines
 
   SampleBand(int sample_width, int first, int count)
-      : width(sample_width), first_row(first), rows(count),
+      : width(sample_width),
+        first_row(first),
+        rows(count),
         colours(std::size_t(sample_width) * count, std::array<float, 4>{0, 0, 0, 0}) {}
   std::size_t at(int x, int row) const { return std::size_t(row - first_row) * width + x; }
 };

@@ -81,7 +81,8 @@ struct Scene::Hierarchy {
   }
 };
 
-Scene::Scene(const Surface& surface) : surface_(surface), hierarchy_(std::make_unique<Hierarchy>()) {
+Scene::Scene(const Surface& surface)
+    : surface_(surface), hierarchy_(std::make_unique<Hierarchy>()) {
   const Mesh& mesh = surface.mesh;
   Hierarchy& h = *hierarchy_;
   h.device = rtcNewDevice(nullptr);
@@ -90,8 +91,8 @@ Scene::Scene(const Surface& surface) : surface_(surface), hierarchy_(std::make_u
   rtcSetSceneFlags(h.scene, RTC_SCENE_FLAG_ROBUST);
   const Box box = bounding_box(mesh);
   h.center = (box.low + box.high) / 2;
-  h.unit = std::max({(box.high - box.low).maxCoeff() / 2, 1e-9 * h.center.cwiseAbs().maxCoeff(),
-                     1e-300});
+  h.unit = std::max(
+      {(box.high - box.low).maxCoeff() / 2, 1e-9 * h.center.cwiseAbs().maxCoeff(), 1e-300});
 
   const RTCGeometry geometry = rtcNewGeometry(h.device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* positions = static_cast<float*>(
@@ -119,7 +120,8 @@ Scene::~Scene() = default;
 
 Hit Scene::hit(const Ray& ray) const {
   const Hierarchy& h = *hierarchy_;
-  // From just outside the sphere around the model, so that single precision is not spent on the way.
+  // From just outside the sphere around the model, so that single precision is not spent on the
+  // way.
   Vector3 origin = (ray.origin - h.center) / h.unit;
   origin += std::max(0.0, -origin.dot(ray.direction) - 2) * ray.direction;
   if (!(origin.squaredNorm() < 100)) return {};

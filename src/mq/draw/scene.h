@@ -9,8 +9,8 @@
 namespace mq {
 
 struct Hit {
-  int triangle = -1;                    ///< -1: the ray meets none
-  Vector3 weights = Vector3::Zero();    ///< of the triangle's corners; not negative, sum 1
+  int triangle = -1;                  ///< -1: the ray meets none
+  Vector3 weights = Vector3::Zero();  ///< of the triangle's corners; not negative, sum 1
   Vector3 point = Vector3::Zero();
 };
 

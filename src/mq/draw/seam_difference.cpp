@@ -52,7 +52,8 @@ struct Part {
   Part operator+(const Part& later) const {
     Part sum = *this;
     sum.length += later.length;
-    sum.differences.insert(sum.differences.end(), later.differences.begin(), later.differences.end());
+    sum.differences.insert(sum.differences.end(), later.differences.begin(),
+                           later.differences.end());
     sum.edges.insert(sum.edges.end(), later.edges.begin(), later.edges.end());
     return sum;
   }
@@ -62,7 +63,8 @@ struct Part {
 double difference(const std::vector<float>& a, const std::vector<float>& b) {
   const std::size_t channels = std::min(a.size(), b.size());
   double square = 0;
-  for (std::size_t k = 0; k < channels; ++k) square += (double(a[k]) - b[k]) * (double(a[k]) - b[k]);
+  for (std::size_t k = 0; k < channels; ++k)
+    square += (double(a[k]) - b[k]) * (double(a[k]) - b[k]);
   return std::sqrt(square / double(channels));
 }
 
@@ -71,7 +73,8 @@ void add_edge(const Lookup& lookup, HalfEdge h, Part& part) {
   const HalfEdge twin = lookup.surface.twins[h];
   const int channels = std::min(lookup.channels(h), lookup.channels(twin));
   std::vector<float> here(channels), there(channels);
-  const double length = (mesh.position(h / 3, (h % 3 + 1) % 3) - mesh.position(h / 3, h % 3)).norm();
+  const double length =
+      (mesh.position(h / 3, (h % 3 + 1) % 3) - mesh.position(h / 3, h % 3)).norm();
   const double texels = std::max(lookup.texels(h), lookup.texels(twin));
   const int count = int(std::clamp(std::ceil(2 * texels), 1.0, 4096.0));
   Edge edge{h, 0.5, -1, 0, 0};
@@ -118,14 +121,14 @@ SeamDifference seam_difference(const Surface& surface, const Atlas& atlas,
                                const std::vector<const Image<float>*>& textures) {
   check_textures(atlas, textures);
   const Lookup lookup{surface, atlas, textures};
-  Part sum = parallel_sum(std::int64_t(atlas.edges.size()), Part(),
-                          [&](std::int64_t begin, std::int64_t end) {
-    Part part;
-    for (HalfEdge h = HalfEdge(begin); h < HalfEdge(end); ++h)
-      if (atlas.chart[h / 3] >= 0 && atlas.edges[h] == EdgeKind::seam && h < surface.twins[h])
-        add_edge(lookup, h, part);
-    return part;
-  });
+  Part sum = parallel_sum(
+      std::int64_t(atlas.edges.size()), Part(), [&](std::int64_t begin, std::int64_t end) {
+        Part part;
+        for (HalfEdge h = HalfEdge(begin); h < HalfEdge(end); ++h)
+          if (atlas.chart[h / 3] >= 0 && atlas.edges[h] == EdgeKind::seam && h < surface.twins[h])
+            add_edge(lookup, h, part);
+        return part;
+      });
   SeamDifference result;
   result.length = sum.length;
   result.places = std::int64_t(sum.differences.size());

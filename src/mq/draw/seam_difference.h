@@ -11,28 +11,29 @@ namespace mq {
 
 /// One point of a seam.
 struct SeamPlace {
-  HalfEdge edge = -1;              ///< -1: there is no seam
-  double fraction = 0;             ///< of the way along the half-edge
+  HalfEdge edge = -1;   ///< -1: there is no seam
+  double fraction = 0;  ///< of the way along the half-edge
   Vector3 point = Vector3::Zero();
   Vector3 normal = Vector3::Zero();  ///< mean of the two triangles', unit
-  double difference = 0;           ///< root mean square over the colour channels
-  double weight = 0;               ///< ∫ difference² along the whole edge, model units
-  std::vector<float> here, there;  ///< values on the half-edge's side and on its twin's
+  double difference = 0;             ///< root mean square over the colour channels
+  double weight = 0;                 ///< ∫ difference² along the whole edge, model units
+  std::vector<float> here, there;    ///< values on the half-edge's side and on its twin's
 };
 
 struct SeamDifference {
-  double rms = 0;           ///< √(∫ difference² / length) over all seams
-  double length = 0;        ///< of all seams, model units
+  double rms = 0;             ///< √(∫ difference² / length) over all seams
+  double length = 0;          ///< of all seams, model units
   double difference_p99 = 0;  ///< 99 of 100 seam places (by number) differ by less
-  std::int64_t places = 0;  ///< looked at: about two per texel along each seam, at most 4096 an edge
-  SeamPlace worst;          ///< where the difference is largest; of equals the first
+  std::int64_t places =
+      0;            ///< looked at: about two per texel along each seam, at most 4096 an edge
+  SeamPlace worst;  ///< where the difference is largest; of equals the first
   std::vector<SeamPlace> edges;  ///< the edges of largest weight, largest first, at most 200; each
                                  ///< at the centre of its weight
 };
 
-/// Textures are those of the atlas, in its order and sizes; values are bilinear, wrapped as the atlas
-/// says. Where two textures differ in channels those both have are compared. Throws `InvalidInput`
-/// when textures do not fit the atlas. Equal bits for any number of threads.
+/// Textures are those of the atlas, in its order and sizes; values are bilinear, wrapped as the
+/// atlas says. Where two textures differ in channels those both have are compared. Throws
+/// `InvalidInput` when textures do not fit the atlas. Equal bits for any number of threads.
 SeamDifference seam_difference(const Surface& surface, const Atlas& atlas,
                                const std::vector<const Image<float>*>& textures);
 

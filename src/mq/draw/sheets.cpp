@@ -13,7 +13,8 @@ Image<float> draw_views(const Renderer& renderer, const Paints& paints,
     RenderOptions one = options;
     const View view = parse_view(name);
     one.view.azimuth = view.azimuth, one.view.elevation = view.elevation;
-    tiles.push_back({renderer.draw(paints, one, progress.step(name, 1.0 / double(views.size()))), name});
+    tiles.push_back(
+        {renderer.draw(paints, one, progress.step(name, 1.0 / double(views.size()))), name});
   }
   return contact_sheet(tiles, sheet);
 }
@@ -28,8 +29,8 @@ Image<float> draw_before_after(const Renderer& renderer, const Paints& before, c
   return contact_sheet({{left, labels.before}, {right, labels.after}}, side_by_side);
 }
 
-Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas,
-                          const SeamDifference& seams, double texels, View::Up up) {
+Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas, const SeamDifference& seams,
+                          double texels, View::Up up) {
   require(!seams.edges.empty(), "there is no seam to look at");
   require(texels > 0, "a view of a seam is more than 0 texels across");
   const double extent = texels * atlas.texel_spacing();

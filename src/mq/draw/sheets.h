@@ -30,7 +30,7 @@ Image<float> draw_before_after(const Renderer& renderer, const Paints& before, c
 /// A view of the place where seams show most: of the edges of `seams` the one with most weight in
 /// the picture around it that is also seen well. `texels` mean texel spacings are across. Throws
 /// `InvalidInput` when there is no seam.
-Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas,
-                          const SeamDifference& seams, double texels, View::Up up = View::Up::y);
+Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas, const SeamDifference& seams,
+                          double texels, View::Up up = View::Up::y);
 
 }  // namespace mq

@@ -15,9 +15,9 @@ void check_textures(const Atlas& atlas, const std::vector<const Image<float>*>& 
     if (textures[k] == nullptr || textures[k]->empty())
       throw InvalidInput(fmt::format("texture {} has no pixels", k));
     if (textures[k]->width() != size.width || textures[k]->height() != size.height)
-      throw InvalidInput(fmt::format("texture {} has {} x {} pixels, the atlas was made for {} x {}",
-                                     k, textures[k]->width(), textures[k]->height(), size.width,
-                                     size.height));
+      throw InvalidInput(
+          fmt::format("texture {} has {} x {} pixels, the atlas was made for {} x {}", k,
+                      textures[k]->width(), textures[k]->height(), size.width, size.height));
   }
 }
 

@@ -1,5 +1,5 @@
-// Texel coordinates are mapped to samples by one scale and an offset. Triangles are filled in bands of
-// sample rows: a sample belongs to a triangle when its centre lies in it. Lines are those of
+// Texel coordinates are mapped to samples by one scale and an offset. Triangles are filled in bands
+// of sample rows: a sample belongs to a triangle when its centre lies in it. Lines are those of
 // lines.h, with nothing to hide them.
 
 #include "mq/draw/uv_layout.h"
@@ -22,17 +22,17 @@ namespace {
 using Fill = UvLayoutOptions::Fill;
 using Lines = RenderOptions::Lines;
 
-constexpr int band_rows = 32;                               ///< pixels
-constexpr Colour paper = {0.93f, 0.935f, 0.945f};           ///< beyond the texture
+constexpr int band_rows = 32;                      ///< pixels
+constexpr Colour paper = {0.93f, 0.935f, 0.945f};  ///< beyond the texture
 constexpr Colour overlap_colour = {0.9f, 0.05f, 0.05f};
 constexpr Colour grid_colour = {0.1f, 0.1f, 0.12f};
-constexpr double grid_from = 8;                             ///< pixels per texel
+constexpr double grid_from = 8;  ///< pixels per texel
 
 /// Which part of the plane of texels is shown, and how large.
 struct Window {
-  double left = 0, top = 0;  ///< texel coordinates of the picture's upper left corner
-  double scale = 1;          ///< samples per texel
-  int width = 0, height = 0; ///< pixels
+  double left = 0, top = 0;   ///< texel coordinates of the picture's upper left corner
+  double scale = 1;           ///< samples per texel
+  int width = 0, height = 0;  ///< pixels
 
   float x(double column) const { return float((column - left) * scale); }
   float y(double row) const { return float((row - top) * scale); }
@@ -101,7 +101,9 @@ std::vector<ScreenLine> lines_of(const Surface& surface, const Atlas& atlas, con
     const TexelPoint &a = atlas.corners[t][h % 3], &b = atlas.corners[t][(h % 3 + 1) % 3];
     lines.push_back({window.x(a.column()), window.y(a.row()), 0, window.x(b.column()),
                      window.y(b.row()), 0,
-                     inside ? wire : atlas.edges[h] == EdgeKind::seam ? seam : end});
+                     inside                             ? wire
+                     : atlas.edges[h] == EdgeKind::seam ? seam
+                                                        : end});
   }
   const TextureSize& size = atlas.textures[options.texture];
   const float x0 = window.x(-0.5), x1 = window.x(size.width - 0.5);
@@ -125,7 +127,8 @@ std::vector<std::vector<int>> triangles_by_band(const Surface& surface, const At
       high = std::max(high, double(window.y(p.row())));
     }
     const auto band = [&](double y) { return std::floor(y / bands.rows); };
-    const int first = int(std::max(0.0, band(low))), last = int(std::min(bands.count - 1.0, band(high)));
+    const int first = int(std::max(0.0, band(low))),
+              last = int(std::min(bands.count - 1.0, band(high)));
     for (int b = first; b <= last; ++b) ids[b].push_back(t);
   }
   return ids;
@@ -163,7 +166,8 @@ struct ChartMap {
         double least = 1;
         for (int k = 0; k < 3; ++k) {
           const int i = (k + 1) % 3, j = (k + 2) % 3;
-          least = std::min(least, ((x[i] - column) * (y[j] - row) - (x[j] - column) * (y[i] - row)) / area);
+          least = std::min(
+              least, ((x[i] - column) * (y[j] - row) - (x[j] - column) * (y[i] - row)) / area);
         }
         if (least >= 0) put(band.at(column, row), chart, least);
       }
@@ -172,8 +176,10 @@ struct ChartMap {
   /// A sample on the edge between two triangles is no overlap.
   void put(std::size_t at, int chart, double least_weight) {
     constexpr double strictly = 1e-6;
-    if (charts[at] == -1) charts[at] = chart;
-    else if (least_weight > strictly && inner_[at]) charts[at] = several;
+    if (charts[at] == -1)
+      charts[at] = chart;
+    else if (least_weight > strictly && inner_[at])
+      charts[at] = several;
     inner_[at] = inner_[at] || least_weight > strictly;
   }
 
@@ -225,8 +231,8 @@ struct Job {
 
   Colour colour(int chart, double column, double row, int x, int y) const {
     const TextureSize& size = atlas.textures[options.texture];
-    const bool within = column >= -0.5 && column < size.width - 0.5 && row >= -0.5 &&
-                        row < size.height - 0.5;
+    const bool within =
+        column >= -0.5 && column < size.width - 0.5 && row >= -0.5 && row < size.height - 0.5;
     const bool seen = source != nullptr && (within || source->wrap == Wrap::repeat);
     Colour base = seen ? source->at(column, row) : within ? Colour{1, 1, 1} : paper;
     if (chart == -1) return seen ? mixed(base, paper, within ? 0.72f : 0.88f) : base;
@@ -287,20 +293,23 @@ Image<float> draw_uv_layout(const Surface& surface, const Atlas& atlas, const Im
   const auto line_ids = lines_by_band(lines, styles, bands);
   const auto triangle_ids = triangles_by_band(surface, atlas, window, bands, options.texture);
   const bool with_picture = options.fill != Fill::charts;
-  const Source source = with_picture ? source_of(*picture, window, atlas.textures[options.texture].wrap)
-                                     : Source();
+  const Source source =
+      with_picture ? source_of(*picture, window, atlas.textures[options.texture].wrap) : Source();
   const Job job{surface, atlas, options, window, with_picture ? &source : nullptr};
 
   Image<float> layout(window.width, window.height, 3);
   std::atomic<int> done{0};
-  parallel_for(bands.count, [&](std::int64_t b) {
-    const int begin = int(b) * band_rows, end = std::min(begin + band_rows, window.height);
-    SampleBand band(window.width * samples, begin * samples, (end - begin) * samples);
-    job.paint(triangle_ids[b], band);
-    draw_lines(lines, line_ids[b], styles, DepthRule::linear, 0, band);
-    resolve(band, samples, {}, begin, end, layout);
-    progress.at(double(++done) / bands.count);
-  }, 1);
+  parallel_for(
+      bands.count,
+      [&](std::int64_t b) {
+        const int begin = int(b) * band_rows, end = std::min(begin + band_rows, window.height);
+        SampleBand band(window.width * samples, begin * samples, (end - begin) * samples);
+        job.paint(triangle_ids[b], band);
+        draw_lines(lines, line_ids[b], styles, DepthRule::linear, 0, band);
+        resolve(band, samples, {}, begin, end, layout);
+        progress.at(double(++done) / bands.count);
+      },
+      1);
   return layout;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-/// A texture with its atlas drawn over it: where the charts lie, where the seams run, what is unused.
+/// A texture with its atlas drawn over it: where the charts lie, where the seams run, what is
+/// unused.
 
 #include "mq/atlas/atlas.h"
 #include "mq/base/progress.h"

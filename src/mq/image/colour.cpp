@@ -12,10 +12,13 @@ template <class Map>
 Image<float> map_colours(const Image<float>& image, const Map& map) {
   Image<float> mapped = image;
   const int colours = colour_channels(image.channels());
-  parallel_for(image.height(), [&](std::int64_t y) {
-    for (int x = 0; x < image.width(); ++x)
-      for (float& v : mapped.pixel(x, int(y)).first(colours)) v = float(map(double(v)));
-  }, 16);
+  parallel_for(
+      image.height(),
+      [&](std::int64_t y) {
+        for (int x = 0; x < image.width(); ++x)
+          for (float& v : mapped.pixel(x, int(y)).first(colours)) v = float(map(double(v)));
+      },
+      16);
   return mapped;
 }
 
@@ -79,14 +82,17 @@ Image<float> as_rgb(const Image<float>& image, const Colour& behind) {
   const int channels = image.channels();
   const bool alpha = channels == 2 || channels == 4;
   Image<float> rgb(image.width(), image.height(), 3);
-  parallel_for(image.height(), [&](std::int64_t y) {
-    for (int x = 0; x < image.width(); ++x) {
-      const auto from = image.pixel(x, int(y));
-      const float cover = alpha ? from[channels - 1] : 1;
-      for (int k = 0; k < 3; ++k)
-        rgb(x, int(y), k) = cover * from[channels >= 3 ? k : 0] + (1 - cover) * behind[k];
-    }
-  }, 16);
+  parallel_for(
+      image.height(),
+      [&](std::int64_t y) {
+        for (int x = 0; x < image.width(); ++x) {
+          const auto from = image.pixel(x, int(y));
+          const float cover = alpha ? from[channels - 1] : 1;
+          for (int k = 0; k < 3; ++k)
+            rgb(x, int(y), k) = cover * from[channels >= 3 ? k : 0] + (1 - cover) * behind[k];
+        }
+      },
+      16);
   return rgb;
 }
 

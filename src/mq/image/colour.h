@@ -1,7 +1,7 @@
 #pragma once
 /// Colour spaces in which values can be processed (`--space`), one value at a time. Every map is
-/// odd, strictly increasing and invertible on all real numbers, so that values a filter drives below
-/// 0 or above 1 survive the way there and back.
+/// odd, strictly increasing and invertible on all real numbers, so that values a filter drives
+/// below 0 or above 1 survive the way there and back.
 
 #include <array>
 #include <cmath>

@@ -51,8 +51,10 @@ Part compare_rows(const Image<float>& a, const Image<float>& b, const Image<floa
       for (int k = 0; k < a.channels(); ++k) {
         const double difference = double(a(x, y, k)) - b(x, y, k);
         if (!std::isfinite(difference))
-          throw InvalidInput(fmt::format("pixel (column {}, row {}) holds {} and {}: only finite "
-                                         "values can be compared", x, y, a(x, y, k), b(x, y, k)));
+          throw InvalidInput(
+              fmt::format("pixel (column {}, row {}) holds {} and {}: only finite "
+                          "values can be compared",
+                          x, y, a(x, y, k), b(x, y, k)));
         part.squares[k] += difference * difference;
         if (std::abs(difference) > part.largest) {
           part.largest = std::abs(difference);
@@ -67,9 +69,12 @@ Part compare_rows(const Image<float>& a, const Image<float>& b, const Image<floa
 
 Comparison compare(const Image<float>& a, const Image<float>& b, const CompareOptions& options) {
   require_same_shape(a, b, options.coverage);
-  const Part sum = parallel_sum(a.height(), Part(), [&](std::int64_t begin, std::int64_t end) {
-    return compare_rows(a, b, options.coverage, int(begin), int(end));
-  }, 64);
+  const Part sum = parallel_sum(
+      a.height(), Part(),
+      [&](std::int64_t begin, std::int64_t end) {
+        return compare_rows(a, b, options.coverage, int(begin), int(end));
+      },
+      64);
   require(sum.pixels > 0, "no pixel is covered: there is nothing to compare");
 
   Comparison result;

@@ -10,14 +10,14 @@
 namespace mq {
 
 struct Comparison {
-  double rms = 0;          ///< √ mean (a − b)² over all channels of the pixels compared
+  double rms = 0;  ///< √ mean (a − b)² over all channels of the pixels compared
   double psnr = std::numeric_limits<double>::infinity();  ///< 20 log10(peak / rms), decibels
-  double largest = 0;      ///< max |a − b| ...
-  int x = 0, y = 0;        ///< ... at this pixel (the first in reading order, where several) ...
-  int channel = 0;         ///< ... and channel
-  float a = 0, b = 0;      ///< the two values there
+  double largest = 0;                                     ///< max |a − b| ...
+  int x = 0, y = 0;    ///< ... at this pixel (the first in reading order, where several) ...
+  int channel = 0;     ///< ... and channel
+  float a = 0, b = 0;  ///< the two values there
   std::vector<double> channel_rms;
-  std::int64_t pixels = 0; ///< compared
+  std::int64_t pixels = 0;  ///< compared
 };
 
 struct CompareOptions {

@@ -75,8 +75,8 @@ Image<float> contact_sheet(const std::vector<Tile>& tiles, const SheetOptions& o
     const int x = gap + i % columns * (width + gap);
     const int y = gap + head + i / columns * (height + label + gap);
     paste(tile, x + (width - tile.width()) / 2, y + (height - tile.height()) / 2, page);
-    draw_text(page, x + width / 2, y + height + 4 * scale,
-              shortened(tiles[i].label, width, scale), style);
+    draw_text(page, x + width / 2, y + height + 4 * scale, shortened(tiles[i].label, width, scale),
+              style);
   }
   return page;
 }

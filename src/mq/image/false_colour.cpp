@@ -67,17 +67,21 @@ int isoline_band(double value, const FalseColour& scale) {
 Image<float> false_colour(const Image<float>& values, const FalseColour& scale, int channel) {
   require(channel >= 0 && channel < values.channels(), "there is no such channel to colour");
   Image<float> colours(values.width(), values.height(), 3);
-  parallel_for(values.height(), [&](std::int64_t row) {
-    const int y = int(row);
-    const auto band = [&](int x, int line) { return isoline_band(values(x, line, channel), scale); };
-    for (int x = 0; x < values.width(); ++x) {
-      const bool line = scale.isolines > 0 &&
-                        ((x > 0 && band(x - 1, y) != band(x, y)) ||
-                         (y > 0 && band(x, y - 1) != band(x, y)));
-      const Colour colour = line ? line_colour : false_colour(values(x, y, channel), scale);
-      std::ranges::copy(colour, colours.pixel(x, y).begin());
-    }
-  }, 8);
+  parallel_for(
+      values.height(),
+      [&](std::int64_t row) {
+        const int y = int(row);
+        const auto band = [&](int x, int line) {
+          return isoline_band(values(x, line, channel), scale);
+        };
+        for (int x = 0; x < values.width(); ++x) {
+          const bool line = scale.isolines > 0 && ((x > 0 && band(x - 1, y) != band(x, y)) ||
+                                                   (y > 0 && band(x, y - 1) != band(x, y)));
+          const Colour colour = line ? line_colour : false_colour(values(x, y, channel), scale);
+          std::ranges::copy(colour, colours.pixel(x, y).begin());
+        }
+      },
+      8);
   return colours;
 }
 
@@ -88,7 +92,8 @@ FalseColour scale_of(std::span<const float> values, FalseColour::Map map) {
   for (const float v : values)
     if (std::isfinite(v)) low = std::min(low, double(v)), high = std::max(high, double(v));
   if (low > high) return scale;
-  if (map == FalseColour::Map::diverging) high = std::max(std::abs(low), std::abs(high)), low = -high;
+  if (map == FalseColour::Map::diverging)
+    high = std::max(std::abs(low), std::abs(high)), low = -high;
   const bool single = low == high;
   scale.low = single ? low - 0.5 : low;
   scale.high = single ? high + 0.5 : high;
@@ -112,7 +117,8 @@ Image<float> legend(const FalseColour& scale, const LegendOptions& options) {
   const int head = options.title.empty() ? 0 : line + 2 * pad;
   const int top = pad + head + line / 2, length = options.height - top - pad - line / 2;
   require(s >= 1 && length >= 2 * line, "a legend needs more height than that");
-  const std::vector<double> ticks = round_ticks(scale.low, scale.high, std::max(2, length / (4 * line)));
+  const std::vector<double> ticks =
+      round_ticks(scale.low, scale.high, std::max(2, length / (4 * line)));
   int text = 0;
   for (const double tick : ticks) text = std::max(text, text_width(fmt::format("{:g}", tick), s));
   const int width = std::max(pad + bar + 6 * s + text, pad + text_width(options.title, s)) + pad;
@@ -123,7 +129,8 @@ Image<float> legend(const FalseColour& scale, const LegendOptions& options) {
       const double t = (top + length - 0.5 - y) / length;
       const bool inside = x >= pad && x < pad + bar && y >= top && y < top + length;
       const auto value = [&](double at) { return scale.low + at * (scale.high - scale.low); };
-      const bool isoline = inside && y > top && scale.isolines > 0 &&
+      const bool isoline =
+          inside && y > top && scale.isolines > 0 &&
           isoline_band(value(t), scale) != isoline_band(value(t + 1.0 / length), scale);
       const Colour colour = isoline  ? line_colour
                             : inside ? false_colour(value(t), scale)
@@ -136,7 +143,8 @@ Image<float> legend(const FalseColour& scale, const LegendOptions& options) {
     for (int x = pad + bar; x < pad + bar + 3 * s; ++x)
       for (int row = y - s / 2; row < y - s / 2 + std::max(1, s / 2 * 2 - 1); ++row)
         std::ranges::copy(options.text, image.pixel(x, row).begin());
-    draw_text(image, pad + bar + 6 * s, y - 7 * s / 2, fmt::format("{:g}", tick), {options.text, s});
+    draw_text(image, pad + bar + 6 * s, y - 7 * s / 2, fmt::format("{:g}", tick),
+              {options.text, s});
   }
   return image;
 }

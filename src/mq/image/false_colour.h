@@ -36,7 +36,7 @@ FalseColour scale_of(std::span<const float> values,
                      FalseColour::Map map = FalseColour::Map::sequential);
 
 struct LegendOptions {
-  int height = 300;      ///< pixels
+  int height = 300;  ///< pixels
   int text_scale = 2;
   std::string title = {};  ///< above the bar: what is shown and its unit
   Colour text = {0.12f, 0.12f, 0.14f};

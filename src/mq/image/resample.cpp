@@ -56,21 +56,24 @@ Image<float> area_scaled(const Image<float>& image, int width, int height) {
   const std::vector<Cover> rows = covers(image.height(), height);
   const int channels = image.channels();
   Image<float> scaled(width, height, channels);
-  parallel_for(height, [&](std::int64_t y) {
-    std::vector<double> line(std::size_t(image.width()) * channels);
-    const Cover& row = rows[y];
-    for (std::size_t j = 0; j < row.weights.size(); ++j) {
-      const float* from = &image(0, row.first + int(j));
-      for (std::size_t i = 0; i < line.size(); ++i) line[i] += row.weights[j] * from[i];
-    }
-    for (int x = 0; x < width; ++x)
-      for (int k = 0; k < channels; ++k) {
-        double sum = 0;
-        for (std::size_t i = 0; i < columns[x].weights.size(); ++i)
-          sum += columns[x].weights[i] * line[(columns[x].first + i) * channels + k];
-        scaled(x, int(y), k) = float(sum);
-      }
-  }, 8);
+  parallel_for(
+      height,
+      [&](std::int64_t y) {
+        std::vector<double> line(std::size_t(image.width()) * channels);
+        const Cover& row = rows[y];
+        for (std::size_t j = 0; j < row.weights.size(); ++j) {
+          const float* from = &image(0, row.first + int(j));
+          for (std::size_t i = 0; i < line.size(); ++i) line[i] += row.weights[j] * from[i];
+        }
+        for (int x = 0; x < width; ++x)
+          for (int k = 0; k < channels; ++k) {
+            double sum = 0;
+            for (std::size_t i = 0; i < columns[x].weights.size(); ++i)
+              sum += columns[x].weights[i] * line[(columns[x].first + i) * channels + k];
+            scaled(x, int(y), k) = float(sum);
+          }
+      },
+      8);
   return scaled;
 }
 
@@ -86,8 +89,10 @@ Image<float> fitted(const Image<float>& image, int side) {
 Image<float> cropped(const Image<float>& image, int x, int y, int width, int height) {
   if (x < 0 || y < 0 || width < 1 || height < 1 || x + width > image.width() ||
       y + height > image.height())
-    throw InvalidInput(fmt::format("the rectangle {} x {} at ({}, {}) leaves a picture of {} x {} "
-                                   "pixels", width, height, x, y, image.width(), image.height()));
+    throw InvalidInput(
+        fmt::format("the rectangle {} x {} at ({}, {}) leaves a picture of {} x {} "
+                    "pixels",
+                    width, height, x, y, image.width(), image.height()));
   Image<float> part(width, height, image.channels());
   for (int row = 0; row < height; ++row) {
     const float* from = &image(x, y + row);

@@ -11,7 +11,7 @@ namespace mq {
 
 struct TextStyle {
   Colour colour = {0.12f, 0.12f, 0.14f};
-  int scale = 2;  ///< pixels per dot, at least 1
+  int scale = 2;                                                    ///< pixels per dot, at least 1
   enum class Anchor { left, centre, right } anchor = Anchor::left;  ///< what x is
 };
 
@@ -20,8 +20,8 @@ int text_width(const std::string& text, int scale);
 int text_height(int scale);
 
 /// Draws one line with its top at row y into a picture of one channel or more; alpha, the last of
-/// two or four channels, becomes 1. What leaves the picture is cut off. Bytes outside ASCII 32 to 126
-/// are drawn as boxes, one per character of UTF-8.
+/// two or four channels, becomes 1. What leaves the picture is cut off. Bytes outside ASCII 32 to
+/// 126 are drawn as boxes, one per character of UTF-8.
 void draw_text(Image<float>& image, int x, int y, const std::string& text,
                const TextStyle& style = {});
 

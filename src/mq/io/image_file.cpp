@@ -1,6 +1,7 @@
-// OpenImageIO decodes and encodes in memory; what it would do silently is decided here. The format is
-// found by content, not by name; sizes are checked before anything is allocated; values are converted
-// here, so that reading is exactly value / largest and writing rounds to nearest and refuses NaN.
+// OpenImageIO decodes and encodes in memory; what it would do silently is decided here. The format
+// is found by content, not by name; sizes are checked before anything is allocated; values are
+// converted here, so that reading is exactly value / largest and writing rounds to nearest and
+// refuses NaN.
 
 #include "mq/io/image_file.h"
 
@@ -58,8 +59,8 @@ constexpr const char* known_formats = "PNG, JPEG, TIFF, EXR, BMP and TGA";
 const FileFormat& format_named(const std::string& name) {
   for (const FileFormat& f : file_formats())
     if (f.name == name) return f;
-  throw InvalidInput(fmt::format("unknown picture format \"{}\": {} can be written", name,
-                                 known_formats));
+  throw InvalidInput(
+      fmt::format("unknown picture format \"{}\": {} can be written", name, known_formats));
 }
 
 std::string lower_extension(const std::filesystem::path& path) {
@@ -88,12 +89,14 @@ std::string format_of_content(Bytes bytes, const std::string& name) {
   if (starts_with(bytes, "\x89PNG\r\n\x1a\n"sv)) return "png";
   if (starts_with(bytes, "\xff\xd8\xff"sv)) return "jpeg";
   if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv) ||
-      starts_with(bytes, "II+\0"sv) || starts_with(bytes, "MM\0+"sv)) return "tiff";
+      starts_with(bytes, "II+\0"sv) || starts_with(bytes, "MM\0+"sv))
+    return "tiff";
   if (starts_with(bytes, "v/1\x01"sv)) return "openexr";
   if (starts_with(bytes, "BM"sv)) return "bmp";
   if (lower_extension(name) == ".tga") return "targa";
   fail(name, fmt::format("not a picture this program reads (its first bytes are of another kind); "
-                         "{} are read", known_formats));
+                         "{} are read",
+                         known_formats));
 }
 
 /// Follows the chunks of a PNG to its end. Returns whether it says anything about colour.
@@ -112,7 +115,8 @@ bool png_states_colour(Bytes bytes, const std::string& name) {
   fail(name, fmt::format("the PNG file is cut short at {} bytes; copy it again", bytes.size()));
 }
 
-/// Follows the segments of a JPEG to its end, which the decoder would paint grey if it were missing.
+/// Follows the segments of a JPEG to its end, which the decoder would paint grey if it were
+/// missing.
 void check_jpeg_end(Bytes bytes, const std::string& name) {
   std::size_t at = 2;
   const auto byte = [&](std::size_t i) { return unsigned(bytes[i]); };
@@ -120,10 +124,14 @@ void check_jpeg_end(Bytes bytes, const std::string& name) {
     const unsigned marker = byte(at) == 0xff ? byte(at + 1) : 0;
     const bool alone = marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
     if (marker == 0xd9) return;
-    if (marker == 0x00 || marker == 0xff) ++at;  // coded pixels, or filling
-    else if (alone) at += 2;
-    else if (at + 3 < bytes.size()) at += 2 + (byte(at + 2) << 8 | byte(at + 3));
-    else break;
+    if (marker == 0x00 || marker == 0xff)
+      ++at;  // coded pixels, or filling
+    else if (alone)
+      at += 2;
+    else if (at + 3 < bytes.size())
+      at += 2 + (byte(at + 2) << 8 | byte(at + 3));
+    else
+      break;
   }
   fail(name, fmt::format("the JPEG file is cut short at {} bytes; copy it again", bytes.size()));
 }
@@ -137,8 +145,8 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(status))
     fail(name, "not an ordinary file; a picture was expected");
   std::ifstream in(path, std::ios::binary);
-  if (!in) fail(name, fmt::format("cannot be read: {}; check its permissions",
-                                  std::strerror(errno)));
+  if (!in)
+    fail(name, fmt::format("cannot be read: {}; check its permissions", std::strerror(errno)));
   std::vector<std::byte> bytes(std::filesystem::file_size(path));
   in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
   if (std::size_t(in.gcount()) != bytes.size())
@@ -171,11 +179,12 @@ void check_size(const OpenPicture& p, std::size_t file_bytes) {
                              s.depth));
   if (s.width > max_picture_side || s.height > max_picture_side)
     fail(p.name, fmt::format("{} x {} pixels; at most {} a side can be used: scale it down or cut "
-                             "it in several textures", s.width, s.height, max_picture_side));
+                             "it in several textures",
+                             s.width, s.height, max_picture_side));
   const std::size_t raw = std::size_t(s.width) * s.height * s.nchannels;
   if (p.file_format != "openexr" && raw / max_expansion > file_bytes)
-    fail(p.name, fmt::format("cut short or damaged: {} bytes cannot hold {} x {} pixels", file_bytes,
-                             s.width, s.height));
+    fail(p.name, fmt::format("cut short or damaged: {} bytes cannot hold {} x {} pixels",
+                             file_bytes, s.width, s.height));
 }
 
 void check_kind(const OpenPicture& p) {
@@ -192,7 +201,8 @@ void check_kind(const OpenPicture& p) {
     if (f != TypeDesc::UINT8 && f != TypeDesc::UINT16 && f != TypeDesc::HALF &&
         f != TypeDesc::FLOAT && f != TypeDesc::DOUBLE)
       fail(p.name, fmt::format("channels of type {}; 8 and 16 bit unsigned and floating point can "
-                               "be used: convert it", f.c_str()));
+                               "be used: convert it",
+                               f.c_str()));
 }
 
 Depth depth_of(const TypeDesc& type) {
@@ -210,8 +220,8 @@ OpenPicture open_picture(Bytes bytes, const std::string& name) {
   p.memory = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes.data(), bytes.size());
   p.input = OIIO::ImageInput::create(p.file_format);
   if (!p.input)
-    throw Unsupported(fmt::format("{}: this build cannot read {}; convert it to PNG", name,
-                                  p.file_format));
+    throw Unsupported(
+        fmt::format("{}: this build cannot read {}; convert it to PNG", name, p.file_format));
   ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;
   p.input->set_ioproxy(p.memory.get());
@@ -251,8 +261,8 @@ bool read_rows(OpenPicture& p, int begin, int end, TypeDesc type, void* to) {
   const ImageSpec& s = p.spec;
   if (s.tile_width == 0)
     return p.input->read_scanlines(0, 0, s.y + begin, s.y + end, 0, 0, s.nchannels, type, to);
-  return p.input->read_tiles(0, 0, s.x, s.x + s.width, s.y + begin, s.y + end, 0, 1, 0,
-                             s.nchannels, type, to);
+  return p.input->read_tiles(0, 0, s.x, s.x + s.width, s.y + begin, s.y + end, 0, 1, 0, s.nchannels,
+                             type, to);
 }
 
 /// Rows decoded at a time: a multiple of every EXR block and of the tiles.
@@ -317,17 +327,24 @@ const char* words_for(Depth depth) {
 
 /// Tags that describe how a file was laid out, not what it shows.
 bool describes_layout(const std::string& tag) {
-  static const std::array<std::string_view, 11> names = {
-      "oiio:BitsPerSample", "oiio:subimages", "oiio:subimagename", "tiff:RowsPerStrip",
-      "tiff:PhotometricInterpretation", "tiff:ColorSpace", "tiff:PlanarConfiguration",
-      "planarconfig", "jpeg:subsampling", "openexr:chunkCount", "openexr:lineOrder"};
+  static const std::array<std::string_view, 11> names = {"oiio:BitsPerSample",
+                                                         "oiio:subimages",
+                                                         "oiio:subimagename",
+                                                         "tiff:RowsPerStrip",
+                                                         "tiff:PhotometricInterpretation",
+                                                         "tiff:ColorSpace",
+                                                         "tiff:PlanarConfiguration",
+                                                         "planarconfig",
+                                                         "jpeg:subsampling",
+                                                         "openexr:chunkCount",
+                                                         "openexr:lineOrder"};
   return std::ranges::find(names, tag) != names.end();
 }
 
 bool belongs_to_format(const std::string& tag) {
   static const std::array<std::string_view, 9> prefixes = {
-      "png:", "jpeg:", "tiff:", "openexr:", "bmp:", "targa:", "compression", "screenWindow",
-      "PixelAspectRatio"};
+      "png:",   "jpeg:",       "tiff:",        "openexr:",        "bmp:",
+      "targa:", "compression", "screenWindow", "PixelAspectRatio"};
   return std::ranges::any_of(prefixes, [&](std::string_view p) { return tag.starts_with(p); });
 }
 
@@ -410,11 +427,14 @@ struct Strip {
 
 void fill(Strip& strip, std::span<const float> values, Depth depth) {
   strip.type = depth == Depth::half ? TypeDesc::FLOAT : type_of(depth);
-  if (depth == Depth::u8) strip.clamped += quantise<std::uint8_t>(values, strip.bytes);
-  else if (depth == Depth::u16) strip.clamped += quantise<std::uint16_t>(values, strip.bytes);
-  else strip.clamped += limit(values, depth == Depth::half ? largest_half
-                                                           : std::numeric_limits<float>::max(),
-                              strip.bytes);
+  if (depth == Depth::u8)
+    strip.clamped += quantise<std::uint8_t>(values, strip.bytes);
+  else if (depth == Depth::u16)
+    strip.clamped += quantise<std::uint16_t>(values, strip.bytes);
+  else
+    strip.clamped +=
+        limit(values, depth == Depth::half ? largest_half : std::numeric_limits<float>::max(),
+              strip.bytes);
 }
 
 void check_writable(const Texture& texture, const std::string& name, const FileFormat& format) {
@@ -425,8 +445,8 @@ void check_writable(const Texture& texture, const std::string& name, const FileF
                                    name, pixels.channels(), format.name, format.max_channels,
                                    pixels.channels() <= 4 ? " or .png" : ""));
   if (format.max_channels == 3 && pixels.channels() == 2)
-    throw InvalidInput(fmt::format("{}: grey with alpha, which jpeg does not hold; choose .png",
-                                   name));
+    throw InvalidInput(
+        fmt::format("{}: grey with alpha, which jpeg does not hold; choose .png", name));
   check_finite(name, pixels, 0, pixels.values().size(), "nothing was written");
 }
 
@@ -434,8 +454,8 @@ std::vector<std::string> notes_on(const std::string& name, const Texture& textur
                                   const FileFormat& format, Depth depth, std::int64_t clamped) {
   std::vector<std::string> notes;
   const Depth wanted = texture.format.depth;
-  const bool loses = depth == Depth::u8 ? wanted != depth
-                                        : depth == Depth::u16 && wanted > Depth::u16;
+  const bool loses =
+      depth == Depth::u8 ? wanted != depth : depth == Depth::u16 && wanted > Depth::u16;
   if (loses)
     notes.push_back(fmt::format("{}: {} cannot hold {}; written with {}", name, format.name,
                                 words_for(wanted), words_for(depth)));
@@ -443,8 +463,10 @@ std::vector<std::string> notes_on(const std::string& name, const Texture& textur
     notes.push_back(fmt::format("{}: {} values did not fit into {} and were clamped", name, clamped,
                                 words_for(depth)));
   if (format.name == "jpeg")
-    notes.push_back(fmt::format("{}: every pixel is encoded again as JPEG (quality 98); write .png "
-                                "to keep untouched texels exactly", name));
+    notes.push_back(
+        fmt::format("{}: every pixel is encoded again as JPEG (quality 98); write .png "
+                    "to keep untouched texels exactly",
+                    name));
   return notes;
 }
 
@@ -456,13 +478,15 @@ EncodedPicture encode(const Texture& texture, const std::string& name, const Fil
   const ImageSpec spec = spec_for(texture, format, depth);
   const auto output = OIIO::ImageOutput::create(std::string(format.name));
   if (!output)
-    throw Unsupported(fmt::format("{}: this build cannot write {}; choose .png", name, format.name));
+    throw Unsupported(
+        fmt::format("{}: this build cannot write {}; choose .png", name, format.name));
   std::vector<unsigned char> written;
   OIIO::Filesystem::IOVecOutput memory(written);
   output->set_ioproxy(&memory);
   const auto check = [&](bool ok) {
-    if (!ok) fail(name, fmt::format("cannot be written as {}: {}", format.name,
-                                    explain(output->geterror())));
+    if (!ok)
+      fail(name,
+           fmt::format("cannot be written as {}: {}", format.name, explain(output->geterror())));
   };
   check(output->open(fmt::format("memory.{}", format.name), spec));
   Strip strip;
@@ -502,7 +526,8 @@ Texture read_texture_bytes(Bytes bytes, const std::string& name, const Progress&
                            p.spec.width, p.spec.height, p.spec.nchannels));
   }
   if (p.input->seek_subimage(1, 0))
-    p.notes.push_back(name + ": holds several pictures; the first is used, the others are not kept");
+    p.notes.push_back(name +
+                      ": holds several pictures; the first is used, the others are not kept");
   texture.notes = std::move(p.notes);
   return texture;
 }
@@ -524,8 +549,10 @@ std::vector<std::string> write_texture(const std::filesystem::path& path, const 
                                        const Progress& progress) {
   const FileFormat* format = format_of_extension(path);
   if (format == nullptr)
-    throw InvalidInput(fmt::format("{}: the extension names no picture format that can be written; "
-                                   "use .png, .jpg, .tif, .exr, .bmp or .tga", path.string()));
+    throw InvalidInput(
+        fmt::format("{}: the extension names no picture format that can be written; "
+                    "use .png, .jpg, .tif, .exr, .bmp or .tga",
+                    path.string()));
   const EncodedPicture encoded = encode(texture, path.string(), *format, progress);
   write_file(path, encoded.bytes);
   return encoded.notes;

@@ -9,7 +9,8 @@
 ///
 /// - PNG and TIFF palettes become RGB or RGBA with 8 bits, fewer than 8 bits become 8;
 /// - doubles become floats; of several pictures in one file the first is read (a note says so);
-/// - JPEG is encoded again (quality 98, chroma not subsampled), so that texels nobody touched change
+/// - JPEG is encoded again (quality 98, chroma not subsampled), so that texels nobody touched
+/// change
 ///   by its rounding (a note says so);
 /// - the way a file is compressed, interlaced and tiled.
 ///
