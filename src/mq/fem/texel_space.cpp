@@ -360,15 +360,11 @@ struct Term {
   double value;
 };
 
-/// Sorts and sums; the sum's order is that of the terms.
-void merge_terms(std::vector<Term>& terms) {
-  std::stable_sort(terms.begin(), terms.end(),
-                   [](const Term& p, const Term& q) { return p.column < q.column; });
-  std::size_t end = 0;
-  for (std::size_t k = 0; k < terms.size(); ++k)
-    if (end > 0 && terms[end - 1].column == terms[k].column) terms[end - 1].value += terms[k].value;
-    else terms[end++] = terms[k];
-  terms.resize(end);
+/// Adds to the term of the same column, if there is one: rows are short.
+void add_term(std::vector<Term>& terms, int column, double value) {
+  for (Term& term : terms)
+    if (term.column == column) return void(term.value += value);
+  terms.push_back({column, value});
 }
 
 }  // namespace
@@ -383,8 +379,7 @@ int TexelSpace::Data::row_size(int i) const {
   }
   thread_local std::vector<Term> terms;
   terms.clear();
-  for_each_coupling(i, [&](int j, double, double) { terms.push_back({j, 0}); });
-  merge_terms(terms);
+  for_each_coupling(i, [&](int j, double, double) { add_term(terms, j, 0); });
   return int(terms.size());
 }
 
@@ -393,8 +388,9 @@ void TexelSpace::Data::fill_row(int i, double a, double b, int* columns, double*
   if (!inner(at) || !blocks_of(i).empty()) {
     thread_local std::vector<Term> terms;
     terms.clear();
-    for_each_coupling(i, [&](int j, double m, double s) { terms.push_back({j, a * m + b * s}); });
-    merge_terms(terms);
+    for_each_coupling(i, [&](int j, double m, double s) { add_term(terms, j, a * m + b * s); });
+    std::sort(terms.begin(), terms.end(),
+              [](const Term& p, const Term& q) { return p.column < q.column; });
     for (std::size_t k = 0; k < terms.size(); ++k)
       columns[k] = terms[k].column, values[k] = terms[k].value;
     return;
