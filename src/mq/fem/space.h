@@ -28,6 +28,11 @@ class SignalSpace {
   /// mean over its unknowns) the vector ∫ β ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel. No matrix is built.
   virtual Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const = 0;
 
+  /// Gives unknowns whose function is too small to be seen the mean of their neighbours' values in
+  /// `change`, a correction to a signal. Equations leave such values arbitrary (a picture would show
+  /// specks); where nothing of that kind exists, nothing happens.
+  virtual void settle(Signal& change) const { (void)change; }
+
   /// Area and texel spacing, for turning lengths into weights.
   virtual SurfaceScale scale() const = 0;
 

@@ -48,6 +48,7 @@ struct TexelSpace::Data {
   };
   std::vector<Part> parts;
   std::vector<char> shared;        ///< per unknown: several charts read it
+  std::vector<int> unseen;         ///< unknowns that `settle` settles
   std::vector<int> row_offsets;    ///< of the matrices
   Defects defects;
 
@@ -69,6 +70,7 @@ struct TexelSpace::Data {
   void number_texels();
   void place_texels();
   void find_parts();
+  void find_unseen();
   void count_rows();
   void list_defects();
 
@@ -295,6 +297,20 @@ void TexelSpace::Data::find_parts() {
       parts[next[blocks.texels[blocks.blocks[b].first + k]]++] = {b, k};
 }
 
+void TexelSpace::Data::find_unseen() {
+  constexpr double negligible = 1e-10;
+  std::vector<char> is_unseen(texels.size());
+  const double texel_area = atlas.surface_area / atlas.texel_area;
+  parallel_for(texels.size(), [&](std::int64_t i) {
+    if (texels.interior[i]) return;
+    double diagonal = 0;
+    for_each_coupling(int(i), [&](int j, double m, double) { diagonal += j == i ? m : 0; });
+    is_unseen[i] = diagonal < negligible * texel_area;
+  });
+  for (int i = 0; i < texels.size(); ++i)
+    if (is_unseen[i]) unseen.push_back(i);
+}
+
 void TexelSpace::Data::list_defects() {
   std::vector<std::int64_t> overlapping, several;
   for (int k = 0; k < grid.texture_count(); ++k) {
@@ -460,6 +476,7 @@ TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSp
   progress.at(0.75);
   data_->find_parts();
   data_->place_texels();
+  data_->find_unseen();
   data_->list_defects();
   progress.at(0.9);
   data_->count_rows();
@@ -534,6 +551,34 @@ Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> be
     }
   });
   return result;
+}
+
+void TexelSpace::settle(Signal& change) const {
+  require(change.rows() == size(), "one row per texel is needed");
+  const Data& d = *data_;
+  std::vector<char> open(size());
+  for (int i : d.unseen) open[i] = 1;
+  std::vector<int> left = d.unseen, still;
+  // From the settled inward: in each round those that touch a settled texel.
+  while (!left.empty()) {
+    still.clear();
+    std::vector<std::pair<int, Eigen::RowVectorXd>> settled;
+    for (int i : left) {
+      const Texels::Place& at = d.texels.places[i];
+      Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(change.cols());
+      int count = 0;
+      for (int k = 0; k < 9; ++k) {
+        const int j = d.unknown[d.grid.texel(at.texture, at.x + k % 3 - 1, at.y + k / 3 - 1)];
+        if (j >= 0 && !open[j]) sum += change.row(j), ++count;
+      }
+      if (count > 0) settled.push_back({i, sum / count});
+      else still.push_back(i);
+    }
+    if (settled.empty()) break;
+    for (const auto& [i, value] : settled) change.row(i) = value, open[i] = 0;
+    left.swap(still);
+  }
+  for (int i : left) change.row(i).setZero();
 }
 
 Signal TexelSpace::gather(std::span<const Image<float>> pictures) const {

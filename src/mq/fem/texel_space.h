@@ -64,6 +64,10 @@ class TexelSpace : public SignalSpace {
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
   SurfaceScale scale() const override;
 
+  /// Of texels whose kernel meets so little of the surface that M_tt < 10⁻¹⁰ of a whole texel's area:
+  /// its values there stay below about 10⁻³.
+  void settle(Signal& change) const override;
+
   /// Where the unknowns lie.
   const Texels& texels() const;
 

@@ -117,6 +117,7 @@ Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
   if (std::isfinite(weight_)) gradient_change *= weight_;
   Signal correction = Signal::Zero(psi.rows(), psi.cols());
   SolveReport report = solver_->solve(gradient_change, correction, progress);
+  space_.settle(correction);
   if (!std::isfinite(weight_)) keep_means(correction);
   if (shift_ > 0) report.method += fmt::format(", diagonal raised by {:g} of itself", shift_);
   return {psi + correction, std::move(report)};
