@@ -20,7 +20,7 @@ std::vector<fs::path> meshes() {
   std::error_code ignored;
   for (const auto& entry : fs::recursive_directory_iterator(MQ_DATA_DIR, ignored)) {
     const std::string extension = entry.path().extension().string();
-    if (extension == ".obj" || extension == ".ply")
+    if (extension == ".obj" || extension == ".ply" || extension == ".gltf" || extension == ".glb")
       paths.push_back(entry.path());
   }
   std::sort(paths.begin(), paths.end());

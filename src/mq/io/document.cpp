@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/io/gltf.h"
 #include "mq/io/obj.h"
 #include "mq/io/ply.h"
 
@@ -64,8 +65,10 @@ MeshFile read_document(const Document& document) {
   switch (document.format) {
     case Document::Format::obj: return read_obj(document);
     case Document::Format::ply: return read_ply(document);
-    default: throw Unsupported(document.name + ": glTF is not read by this version");
+    case Document::Format::gltf:
+    case Document::Format::glb: return read_gltf(document);
   }
+  return {};
 }
 
 }  // namespace mq

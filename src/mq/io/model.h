@@ -61,8 +61,10 @@ struct ReadModelOptions {
   enum class Pictures { read, skip } pictures = Pictures::read;
 };
 
-/// Reads OBJ (with MTL), PLY, glTF or GLB, by content where the extension does not say.
-/// Throws `IoError` naming the file, the place and the remedy.
+/// Reads OBJ (with MTL), PLY, glTF or GLB; content goes before extension. Pictures and material
+/// libraries are looked for where they are named, then beside the mesh.
+/// Throws `IoError` naming the file, the place and the remedy, `Unsupported` for meshes compressed
+/// by Draco or meshopt.
 Model read_model(const std::filesystem::path& path, const ReadModelOptions& options = {},
                  const Progress& progress = {});
 

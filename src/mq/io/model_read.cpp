@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/document.h"
+#include "mq/io/gltf.h"
 #include "mq/io/image_file.h"
 #include "mq/io/obj.h"
 
@@ -100,6 +101,8 @@ class ModelReader {
   bool reads_pictures() const { return options_.pictures == Pictures::read; }
 
   void read_parts(Document& document) {
+    if (document.format == Document::Format::gltf || document.format == Document::Format::glb)
+      return read_buffers(document);
     if (document.format != Document::Format::obj) return;
     for (const ObjFile::Library& library : parse_obj(document.bytes, document.name).libraries) {
       // One name with blanks, or else several names.
@@ -113,6 +116,13 @@ class ModelReader {
       }
       for (const std::string& name : names) read_part(document, name);
     }
+  }
+
+  /// A buffer goes by the name the document gives it, wherever it was found.
+  void read_buffers(Document& document) {
+    for (const std::string& name : gltf_parts(document))
+      if (const auto found = find_file(folder_, name))
+        document.parts.push_back({name, read_file(folder_ / *found)});
   }
 
   void read_part(Document& document, const std::string& name) {

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
+#include <map>
 
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/document.h"
+#include "mq/io/gltf.h"
 #include "mq/io/image_file.h"
 #include "mq/io/obj.h"
 #include "mq/io/ply.h"
@@ -85,21 +86,49 @@ class ModelWriter {
     for (std::size_t t = 0; t < model_.textures.size(); ++t) prepare_picture(t);
     std::vector<OutputFile> files = mesh_files();
     files[0].name = path_.filename().string();
-    for (std::size_t t = 0; t < model_.textures.size(); ++t) write_picture(t);
+    for (std::size_t t = 0; t < model_.textures.size(); ++t)
+      if (!embedded_[t]) check_source(t);
+    for (std::size_t t = 0; t < model_.textures.size(); ++t)
+      if (!embedded_[t]) write_picture(t);
     for (std::size_t i = files.size(); i-- > 0;) write_part(files[i]);
     progress_.at(1);
     return std::move(notes_);
   }
 
  private:
-  std::vector<OutputFile> mesh_files() const {
+  std::vector<OutputFile> mesh_files() {
     const std::string stem = path_.stem().string();
     std::string extension = path_.extension().string();
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
     if (extension == ".obj") return write_obj(model_, names_, stem);
     if (extension == ".ply") return {write_ply(model_, names_, stem)};
+    if (extension == ".gltf") return gltf_files(Document::Format::gltf, stem);
+    if (extension == ".glb") return gltf_files(Document::Format::glb, stem);
     throw IoError(fmt::format("cannot write {}: its extension is none of .obj, .ply, .gltf, .glb",
                               path_.string()));
+  }
+
+  std::vector<OutputFile> gltf_files(Document::Format format, const std::string& stem) {
+    std::vector<GltfPicture> pictures;
+    for (std::size_t t = 0; t < model_.textures.size(); ++t) {
+      const bool jpeg = model_.textures[t].format.file_format == "jpeg" ||
+                        text_of(copies_[t]).starts_with("\xff\xd8");
+      pictures.push_back({names_[t], jpeg ? "image/jpeg" : "image/png", changed_[t] != 0,
+                          [this, t, jpeg] { return embedded_picture(t, jpeg); }});
+    }
+    GltfOutput output = write_gltf(model_, format, pictures, stem);
+    embedded_ = output.embedded;
+    return std::move(output.files);
+  }
+
+  /// The file of a picture as glTF may hold it, JPEG or PNG; nothing where it is not known.
+  Bytes embedded_picture(std::size_t t, bool jpeg) {
+    const std::string_view text = text_of(copies_[t]);
+    if (text.starts_with("\xff\xd8") || text.starts_with("\x89PNG")) return copies_[t];
+    if (model_.textures[t].pixels.empty()) return {};
+    EncodedPicture picture = texture_bytes(model_.textures[t], jpeg ? "jpeg" : "png");
+    notes_.insert(notes_.end(), picture.notes.begin(), picture.notes.end());
+    return std::move(picture.bytes);
   }
 
   /// The file a picture was read from, or nothing.
@@ -133,10 +162,18 @@ class ModelWriter {
     if (name.empty()) name = t == 0 ? "texture" : fmt::format("texture_{}", t);
     if (!in_place && picture_format(name).empty()) name += extension_of(texture.format.file_format);
     const fs::path path(name);
-    for (int i = 1; !names_taken_.insert(name).second && !in_place; ++i)
+    for (int i = 1; !is_free(name, t, keeps_pixels); ++i)
       name = (path.parent_path() / fmt::format("{}_{}{}", path.stem().string(), i,
                                                path.extension().string())).string();
     return name;
+  }
+
+  /// Takes a name unless another picture has it; unchanged pictures of one file share theirs.
+  bool is_free(const std::string& name, std::size_t t, bool keeps_pixels) {
+    const auto taken = names_taken_.try_emplace(name, t);
+    const std::size_t other = taken.first->second;
+    return taken.second || (keeps_pixels && !changed_[other] && !model_.textures[t].path.empty() &&
+                            model_.textures[other].path == model_.textures[t].path);
   }
 
   void prepare_picture(std::size_t t) {
@@ -146,13 +183,18 @@ class ModelWriter {
     const std::string name = output_name(t, keeps_pixels);
     const bool same_format =
         texture.pixels.empty() || picture_format(name) == texture.format.file_format;
-    if (!keeps_pixels && same_file(folder_ / name, texture.path) &&
-        !same_file(path_, model_.path))
+    names_.push_back(name);
+    changed_.push_back(!keeps_pixels);
+    embedded_.push_back(false);
+    copies_.push_back(keeps_pixels && same_format ? std::move(bytes) : Bytes());
+  }
+
+  void check_source(std::size_t t) const {
+    const fs::path& source = model_.textures[t].path;
+    if (changed_[t] && same_file(folder_ / names_[t], source) && !same_file(path_, model_.path))
       throw IoError(fmt::format("writing {} would replace the picture {} that it was made from; "
                                 "give the new picture another name, or write to another folder",
-                                path_.string(), texture.path.string()));
-    names_.push_back(name);
-    copies_.push_back(keeps_pixels && same_format ? std::move(bytes) : Bytes());
+                                path_.string(), source.string()));
   }
 
   void write_picture(std::size_t t) {
@@ -201,8 +243,10 @@ class ModelWriter {
   fs::path folder_;
   std::vector<TextureSlot> before_;
   std::vector<std::string> names_;  ///< of the pictures, from the folder
-  std::set<std::string> names_taken_;
+  std::map<std::string, std::size_t> names_taken_;
   std::vector<Bytes> copies_;       ///< of the pictures that are copied
+  std::vector<char> changed_;       ///< whether a picture's pixels are not its source's
+  std::vector<bool> embedded_;      ///< whether it is in the mesh file
   std::vector<std::string> notes_;
 };
 

@@ -1,0 +1,29 @@
+#pragma once
+/// What a glTF scene says as a mesh, and where in the file each part of it comes from.
+
+#include <Eigen/Core>
+
+#include <vector>
+
+#include "mq/io/gltf_file.h"
+
+namespace mq {
+
+/// Vertices of the mesh that come from one pair of accessors through one node.
+struct GltfBlock {
+  int begin = 0;
+  int count = 0;
+  std::int64_t positions = 0;  ///< accessor
+  std::int64_t colors = -1;    ///< accessor; −1: white was filled in
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();  ///< world from accessor
+};
+
+struct GltfScene {
+  MeshFile file;
+  std::vector<GltfBlock> blocks;
+  std::vector<std::int64_t> images;  ///< per texture, unless none has a picture
+};
+
+GltfScene read_gltf_scene(const GltfFile& file);
+
+}  // namespace mq

@@ -1,0 +1,28 @@
+#pragma once
+/// Where a value stands in the text of a JSON document, so that it can be replaced and nothing else.
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace mq {
+
+/// The place of a value in a text.
+struct JsonPlace {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+/// A step to a value: a member's name or an item's index.
+using JsonStep = std::variant<std::string, std::size_t>;
+
+/// Where the value lies that `steps` lead to from the root. `text` must be valid JSON. Nothing when
+/// there is no such value. Of members with one name the last counts, as it does for parsers.
+std::optional<JsonPlace> find_json(std::string_view text, std::initializer_list<JsonStep> steps);
+
+/// A string as JSON spells it, with its quotation marks.
+std::string json_string(std::string_view text);
+
+}  // namespace mq
