@@ -5,7 +5,6 @@
 #include "mq/mesh/surface.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -15,6 +14,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/mesh/check.h"
 #include "mq/mesh/weld.h"
 
 namespace mq {
@@ -22,73 +22,10 @@ namespace {
 
 using Ids = std::vector<std::int64_t>;
 
-constexpr double largest_coordinate = 1e60;  // squares of areas stay below the largest double
 constexpr int largest_edge_group = 16;       // half-edges at one edge that are told apart
 
 HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
 HalfEdge previous(HalfEdge h) { return h % 3 == 0 ? h + 2 : h - 1; }
-
-// ---- What a mesh must fulfil ----
-
-std::string first_of(const Ids& ids) {
-  const auto shown = std::min<std::size_t>(ids.size(), 10);
-  return fmt::format("{}{}", fmt::join(ids.begin(), ids.begin() + shown, ", "),
-                     ids.size() > shown ? ", ..." : "");
-}
-
-void check_indices(const std::vector<Triangle>& corners, std::size_t triangles, int low,
-                   std::size_t count, const char* what) {
-  if (corners.size() != triangles)
-    throw InvalidInput(fmt::format("there are {} triangles, but {} of them have {}", triangles,
-                                   corners.size(), what));
-  Ids wrong;
-  for (std::size_t t = 0; t < corners.size(); ++t)
-    for (const int index : corners[t])
-      if (index < low || index >= std::int64_t(count)) {
-        wrong.push_back(std::int64_t(t));
-        break;
-      }
-  if (!wrong.empty())
-    throw InvalidInput(fmt::format(
-        "{} triangles (first: {}) name {} that are not there: there are {}. Write the mesh again",
-        wrong.size(), first_of(wrong), what, count));
-}
-
-void check_mesh(const Mesh& mesh) {
-  if (mesh.triangles.size() > std::size_t(std::numeric_limits<int>::max()) / 3)
-    throw InvalidInput(fmt::format("{} triangles are more than half-edges can be counted for",
-                                   mesh.triangles.size()));
-  check_indices(mesh.triangles, mesh.triangles.size(), 0, mesh.positions.size(), "vertices");
-  if (mesh.has_uvs())
-    check_indices(mesh.corner_uvs, mesh.triangles.size(), -1, mesh.uvs.size(),
-                  "texture coordinates");
-  if (!mesh.textures.empty() && mesh.textures.size() != mesh.triangles.size())
-    throw InvalidInput(fmt::format("there are {} triangles, but {} of them have textures",
-                                   mesh.triangles.size(), mesh.textures.size()));
-}
-
-/// 1 for the vertices that triangles use. Their positions must be usable.
-std::vector<char> referenced_vertices(const Mesh& mesh) {
-  std::vector<char> referenced(mesh.positions.size());
-  for (const Triangle& triangle : mesh.triangles)
-    for (const int v : triangle) referenced[v] = 1;
-  Ids not_finite, too_large;
-  for (std::size_t v = 0; v < referenced.size(); ++v) {
-    if (!referenced[v]) continue;
-    if (!mesh.positions[v].allFinite()) not_finite.push_back(std::int64_t(v));
-    else if (mesh.positions[v].cwiseAbs().maxCoeff() > largest_coordinate)
-      too_large.push_back(std::int64_t(v));
-  }
-  if (!not_finite.empty())
-    throw InvalidInput(fmt::format(
-        "the positions of {} vertices are not finite numbers (first: {}): repair or delete them",
-        not_finite.size(), first_of(not_finite)));
-  if (!too_large.empty())
-    throw InvalidInput(fmt::format(
-        "the positions of {} vertices lie beyond {:.0e} (first: {}): scale the model down",
-        too_large.size(), largest_coordinate, first_of(too_large)));
-  return referenced;
-}
 
 // ---- Triangles ----
 
@@ -146,6 +83,11 @@ struct Builder {
   int source_vertex(HalfEdge h) const { return source.triangles[h / 3][h % 3]; }
   bool alone(HalfEdge h) const { return collapsed[h / 3] || duplicate[h / 3]; }
 
+  const Vector3& position(int triangle, int corner) const {
+    return source.positions[corners[triangle][corner]];
+  }
+
+  void find_triangles(Surface& surface);
   void find_repeated_triangles();
   void join_edges();
   void join_edge(std::span<HalfEdge> group);
@@ -153,6 +95,31 @@ struct Builder {
   void find_fans();
   void number_vertices(Surface& surface);
 };
+
+/// Corners, and which triangles have no area.
+void Builder::find_triangles(Surface& surface) {
+  const int count = source.triangle_count();
+  corners.resize(count);
+  collapsed.assign(count, 0);
+  duplicate.assign(count, 0);
+  two_sided.assign(count, 0);
+  surface.degenerate.assign(count, 0);
+  parallel_for(count, [&](std::int64_t t) {
+    Triangle& c = corners[t];
+    for (int k = 0; k < 3; ++k) c[k] = welded[source.triangles[t][k]];
+    collapsed[t] = c[0] == c[1] || c[1] == c[2] || c[2] == c[0];
+    surface.degenerate[t] =
+        collapsed[t] || collinear(position(int(t), 0), position(int(t), 1), position(int(t), 2));
+  });
+  surface.area = parallel_sum(count, 0.0, [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0;
+    for (int t = int(begin); t < int(end); ++t)
+      if (!surface.degenerate[t])
+        sum += 0.5 * (position(t, 1) - position(t, 0)).cross(position(t, 2) - position(t, 0))
+                         .stableNorm();
+    return sum;
+  });
+}
 
 void Builder::find_repeated_triangles() {
   const auto lowest = [&](int t) {
@@ -353,12 +320,14 @@ void list_vertices(const Builder& builder, const WeldOptions& weld, Surface& sur
 
 void list_edges(const Builder& builder, Surface& surface) {
   Ids nonmanifold, touching, inconsistent;
-  for (HalfEdge h = 0; h < builder.half_edge_count(); ++h) switch (builder.states[h]) {
+  for (HalfEdge h = 0; h < builder.half_edge_count(); ++h) {
+    switch (builder.states[h]) {
       case EdgeState::plain: break;
       case EdgeState::nonmanifold: nonmanifold.push_back(h); break;
       case EdgeState::touching: touching.push_back(h); break;
       case EdgeState::inconsistent: inconsistent.push_back(h); break;
     }
+  }
   using enum Defect::Severity;
   add_defect(surface.defects, "nonmanifold_edges", warning, "edge", nonmanifold,
              "more than two triangles share these edges (each named by its lowest half-edge, "
@@ -371,7 +340,7 @@ void list_edges(const Builder& builder, Surface& surface) {
              "there; orient the faces alike to have it whole");
 }
 
-void list_triangles(const Builder& builder, const Surface& surface, Defects& defects) {
+void list_triangles(const Builder& builder, Surface& surface) {
   Ids degenerate, by_weld, duplicate, two_sided;
   const auto& p = builder.source.positions;
   for (int t = 0; t < surface.triangle_count(); ++t) {
@@ -383,14 +352,14 @@ void list_triangles(const Builder& builder, const Surface& surface, Defects& def
     if (builder.two_sided[t]) two_sided.push_back(t);
   }
   using enum Defect::Severity;
-  add_defect(defects, "degenerate_triangles", warning, "triangle", degenerate,
+  add_defect(surface.defects, "degenerate_triangles", warning, "triangle", degenerate,
              "triangles without area: no integral sees them");
-  add_defect(defects, "triangles_collapsed_by_weld", warning, "triangle", by_weld,
+  add_defect(surface.defects, "triangles_collapsed_by_weld", warning, "triangle", by_weld,
              "triangles that lost their area when vertices were joined: weld with a smaller "
              "distance to keep them");
-  add_defect(defects, "duplicate_triangles", warning, "triangle", duplicate,
+  add_defect(surface.defects, "duplicate_triangles", warning, "triangle", duplicate,
              "triangles that repeat an earlier one: they stand alone, beside the surface");
-  add_defect(defects, "two_sided_triangles", note, "triangle", two_sided,
+  add_defect(surface.defects, "two_sided_triangles", note, "triangle", two_sided,
              "triangles that are an earlier one turned over: front and back are separate layers");
 }
 
@@ -404,30 +373,11 @@ Surface make_surface(const Mesh& mesh, const WeldOptions& weld, const Progress& 
   progress.at(0.3);
 
   Surface surface;
-  surface.mesh = mesh;
-  surface.mesh.positions.clear();
-  const int count = mesh.triangle_count();
-  builder.corners.resize(count);
-  builder.collapsed.assign(count, 0);
-  builder.duplicate.assign(count, 0);
-  builder.two_sided.assign(count, 0);
-  surface.degenerate.assign(count, 0);
-  const auto position = [&](int t, int k) { return mesh.positions[builder.corners[t][k]]; };
-  parallel_for(count, [&](std::int64_t t) {
-    Triangle& c = builder.corners[t];
-    for (int k = 0; k < 3; ++k) c[k] = builder.welded[mesh.triangles[t][k]];
-    builder.collapsed[t] = c[0] == c[1] || c[1] == c[2] || c[2] == c[0];
-    surface.degenerate[t] =
-        builder.collapsed[t] || collinear(position(t, 0), position(t, 1), position(t, 2));
-  });
-  surface.area = parallel_sum(count, 0.0, [&](std::int64_t begin, std::int64_t end) {
-    double sum = 0;
-    for (std::int64_t t = begin; t < end; ++t)
-      if (!surface.degenerate[t])
-        sum += 0.5 * (position(t, 1) - position(t, 0)).cross(position(t, 2) - position(t, 0))
-                         .stableNorm();
-    return sum;
-  });
+  surface.mesh.triangles.resize(mesh.triangles.size());
+  surface.mesh.uvs = mesh.uvs;
+  surface.mesh.corner_uvs = mesh.corner_uvs;
+  surface.mesh.textures = mesh.textures;
+  builder.find_triangles(surface);
   builder.find_repeated_triangles();
   progress.at(0.5);
   builder.join_edges();
@@ -435,11 +385,12 @@ Surface make_surface(const Mesh& mesh, const WeldOptions& weld, const Progress& 
   builder.find_fans();
   builder.number_vertices(surface);
   progress.at(0.9);
+
   surface.twins = std::move(builder.twins);
   count_topology(builder, surface);
   list_vertices(builder, weld, surface);
   list_edges(builder, surface);
-  list_triangles(builder, surface, surface.defects);
+  list_triangles(builder, surface);
   progress.at(1);
   return surface;
 }
