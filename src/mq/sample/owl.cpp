@@ -135,6 +135,13 @@ void paint_eye(const Vector3& q, const Noise& noise, Color& color) {
   color.blend(eye_color.value, here);
 }
 
+Vector3 horn_color(const Vector3& p, const Noise& noise) {
+  const double fibres = noise.octaves(p.cwiseProduct(Vector3(30, 8, 30)), 4);
+  Color color{Vector3(0.22, 0.20, 0.20)};
+  color.blend({0.72, 0.60, 0.36}, smooth_step(0.30, 0.41, p.y()) + 0.2 * fibres);
+  return color.value;
+}
+
 /// Marble with veins, and a gilded edge.
 Vector3 plinth_color(const Vector3& p, const Noise& noise) {
   const Vector3 warp(noise.octaves(2 * p, 5), noise.octaves(2 * p + Vector3(9, 2, 1), 5),
@@ -170,18 +177,17 @@ double owl_solid(const Vector3& p) {
 
 ColorField owl_colors(std::uint64_t seed) {
   return [noise = Noise(seed)](const Vector3& p, int) -> Vector3 {
+    const double plinth = smooth_step(-0.665, -0.690, p.y());
+    if (plinth == 1) return plinth_color(p, noise);
     const Vector3 q = mirrored(p);
     Color color{plumage(p, noise)};
     const double tuft = round_cone(q, tuft_base, tuft_tip, 0.14, 0.045);
-    color.blend({0.16, 0.10, 0.07}, 0.8 * smooth_step(0.74, 0.92, p.y()) *
+    color.blend({0.16, 0.10, 0.07}, 0.8 * smooth_step(0.72, 0.88, p.y()) *
                                         smooth_step(0.10, 0.02, tuft));
     paint_eye(q, noise, color);
-    const double beak = round_cone(p, beak_top, beak_tip, 0.085, 0.03);
-    Color horn{Vector3(0.22, 0.20, 0.20)};
-    horn.blend({0.72, 0.60, 0.36}, smooth_step(0.30, 0.41, p.y()) +
-                                       0.2 * noise.octaves(p.cwiseProduct(Vector3(30, 8, 30)), 4));
-    color.blend(horn.value, smooth_step(0.018, 0.004, beak));
-    color.blend(plinth_color(p, noise), smooth_step(-0.665, -0.690, p.y()));
+    const double beak = smooth_step(0.018, 0.004, round_cone(p, beak_top, beak_tip, 0.085, 0.03));
+    if (beak > 0) color.blend(horn_color(p, noise), beak);
+    if (plinth > 0) color.blend(plinth_color(p, noise), plinth);
     return color.value;
   };
 }

@@ -1,11 +1,15 @@
-// Boxes in the order of falling height go to the lowest, leftmost place on the skyline of those
-// before; the scale is found by bisection.
+// Charts are let down on those before them, the highest first, each where it ends lowest. Not their
+// boxes meet but their lower and upper borders, column by column (Lévy, Petitjean, Ray, Maillot,
+// Least squares conformal maps, 2002), which are widened by half the gutter all around. The scale
+// is found by bisection.
 
 #include "mq/sample/pack.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "mq/base/error.h"
@@ -13,8 +17,13 @@
 namespace mq {
 namespace {
 
-struct Rectangle {
-  Vector2 low, size;  // of the turned chart, in its own units
+constexpr int most_columns = 1024;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+struct Outline {
+  std::vector<Vector2> points;                  // of the boundary, in the chart's own units
+  std::vector<std::array<int, 2>> edges;
+  Vector2 low = Vector2::Zero(), size = Vector2::Zero();  // of the box, once turned
   double angle = 0;
 };
 
@@ -23,85 +32,126 @@ Vector2 turned(const Vector2& p, double angle) {
   return {c * p.x() - s * p.y(), s * p.x() + c * p.y()};
 }
 
-Rectangle box_of(const std::vector<Vector2>& points, double angle) {
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const Vector2& p : points) {
-    low = low.cwiseMin(turned(p, angle));
+// ---- Outlines, lying in their smallest boxes ----
+
+/// Edges that only one triangle of the chart has.
+std::vector<Outline> find_outlines(const Mesh& mesh, const std::vector<int>& charts, int count) {
+  std::vector<std::map<std::array<int, 2>, int>> uses(count);
+  for (int t = 0; t < mesh.triangle_count(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax({mesh.corner_uvs[t][k], mesh.corner_uvs[t][(k + 1) % 3]});
+      ++uses[charts[t]][{a, b}];
+    }
+  std::vector<Outline> outlines(count);
+  for (int c = 0; c < count; ++c) {
+    std::map<int, int> local;
+    for (const auto& [edge, triangles] : uses[c]) {
+      if (triangles != 1) continue;
+      std::array<int, 2> ends;
+      for (int k = 0; k < 2; ++k) {
+        const auto [it, fresh] = local.try_emplace(edge[k], int(outlines[c].points.size()));
+        if (fresh) outlines[c].points.push_back(mesh.uvs[edge[k]]);
+        ends[k] = it->second;
+      }
+      outlines[c].edges.push_back(ends);
+    }
+  }
+  return outlines;
+}
+
+void turn_to(double angle, Outline& outline) {
+  outline.angle = angle;
+  Vector2 high = Vector2::Constant(-infinity);
+  outline.low = Vector2::Constant(infinity);
+  for (const Vector2& p : outline.points) {
+    outline.low = outline.low.cwiseMin(turned(p, angle));
     high = high.cwiseMax(turned(p, angle));
   }
-  return {low, high - low, angle};
+  outline.size = high - outline.low;
 }
 
-/// Of 90 angles the one with the smallest box, lying.
-Rectangle smallest_box(const std::vector<Vector2>& points) {
+/// Of 90 angles the one with the smallest box, which then lies.
+void turn_to_smallest_box(Outline& outline) {
   const double right = std::numbers::pi / 2;
-  Rectangle best = box_of(points, 0);
-  for (int k = 1; k < 90; ++k) {
-    const Rectangle box = box_of(points, right * k / 90);
-    if (box.size.prod() < best.size.prod() * (1 - 1e-9)) best = box;
+  double best = infinity, best_angle = 0;
+  for (int k = 0; k < 90; ++k) {
+    turn_to(right * k / 90, outline);
+    if (outline.size.prod() >= best * (1 - 1e-9)) continue;
+    best = outline.size.prod();
+    best_angle = outline.angle;
   }
-  return best.size.x() >= best.size.y() ? best : box_of(points, best.angle + right);
+  turn_to(best_angle, outline);
+  if (outline.size.x() < outline.size.y()) turn_to(best_angle + right, outline);
 }
 
-/// The upper border of what is placed: steps from left to right.
-class Skyline {
- public:
-  explicit Skyline(double side) : side_(side), steps_{{0, 0, side}} {}
+// ---- Borders and where they come to rest ----
 
-  /// Lower left corner of the lowest place for the box; false if there is none.
-  bool place(const Vector2& size, Vector2& corner) {
-    double best = std::numeric_limits<double>::infinity();
-    std::size_t at = steps_.size();
-    for (std::size_t i = 0; i < steps_.size(); ++i) {
-      if (steps_[i].x + size.x() > side_) break;
-      const double y = height(i, size.x());
-      if (y + size.y() <= side_ && y < best) best = y, at = i;
+/// Lowest and highest point of the chart in each column, widened by half the gutter.
+struct Borders {
+  std::vector<double> lower, upper;
+};
+
+/// Lengths are in columns.
+Borders find_borders(const Outline& outline, double scale, double gutter) {
+  const double margin = gutter / 2;
+  const int columns = int(std::floor(outline.size.x() * scale + gutter)) + 1;
+  Borders borders{std::vector<double>(columns, infinity), std::vector<double>(columns, -infinity)};
+  std::vector<Vector2> points;
+  for (const Vector2& p : outline.points)
+    points.push_back((turned(p, outline.angle) - outline.low) * scale +
+                     Vector2::Constant(margin));
+  for (const auto& [i, j] : outline.edges) {
+    const bool rising = points[i].x() <= points[j].x();
+    const Vector2 &a = points[rising ? i : j], &b = points[rising ? j : i];
+    const int first = std::max(0, int(std::floor(a.x() - margin)));
+    const int last = std::min(columns - 1, int(std::floor(b.x() + margin)));
+    for (int k = first; k <= last; ++k) {
+      const auto height = [&](double x) {
+        const double t = (x - a.x()) / std::max(b.x() - a.x(), 1e-300);
+        return a.y() + std::clamp(t, 0.0, 1.0) * (b.y() - a.y());
+      };
+      const auto [low, high] = std::minmax({height(k - margin), height(k + 1 + margin)});
+      borders.lower[k] = std::min(borders.lower[k], low - margin);
+      borders.upper[k] = std::max(borders.upper[k], high + margin);
     }
-    if (at == steps_.size()) return false;
-    corner = {steps_[at].x, best};
-    raise(at, size.x(), best + size.y());
+  }
+  return borders;
+}
+
+/// What is placed so far, seen from above.
+class Horizon {
+ public:
+  explicit Horizon(int columns) : heights_(columns, 0.0) {}
+
+  /// Lets a chart down where it ends lowest, leftmost among such places; false if it does not fit.
+  bool place(const Borders& chart, Vector2& corner) {
+    const int columns = int(heights_.size()), width = int(chart.lower.size());
+    double best = infinity;
+    int at = -1;
+    for (int x = 0; x + width <= columns; ++x) {
+      double y = 0;
+      for (int k = 0; k < width && y < best; ++k)
+        y = std::max(y, heights_[x + k] - chart.lower[k]);
+      if (y < best) best = y, at = x;
+    }
+    if (at < 0 || best + *std::max_element(chart.upper.begin(), chart.upper.end()) > columns)
+      return false;
+    for (int k = 0; k < width; ++k) heights_[at + k] = best + chart.upper[k];
+    corner = {at, best};
     return true;
   }
 
  private:
-  struct Step {
-    double x, y, width;
-  };
-
-  double height(std::size_t i, double width) const {
-    double y = 0;
-    for (double covered = 0; covered < width && i < steps_.size(); ++i) {
-      y = std::max(y, steps_[i].y);
-      covered += steps_[i].width;
-    }
-    return y;
-  }
-
-  void raise(std::size_t at, double width, double y) {
-    const double begin = steps_[at].x, end = begin + width;
-    std::size_t last = at;
-    while (last < steps_.size() && steps_[last].x + steps_[last].width <= end) ++last;
-    if (last < steps_.size()) {
-      steps_[last].width -= end - steps_[last].x;
-      steps_[last].x = end;
-    }
-    steps_.erase(steps_.begin() + std::ptrdiff_t(at), steps_.begin() + std::ptrdiff_t(last));
-    steps_.insert(steps_.begin() + std::ptrdiff_t(at), {begin, y, width});
-  }
-
-  double side_;
-  std::vector<Step> steps_;
+  std::vector<double> heights_;
 };
 
-/// Corners, in texels, of boxes of `scale` times their size; empty if they do not fit.
-std::vector<Vector2> place_all(const std::vector<Rectangle>& boxes, const std::vector<int>& order,
-                               double scale, double side, double gutter) {
-  Skyline skyline(side);
-  std::vector<Vector2> corners(boxes.size());
-  for (const int c : order) {
-    const Vector2 size = boxes[c].size * scale + Vector2::Constant(gutter);
-    if (!skyline.place(size, corners[c])) return {};
-  }
+/// Corners of all charts, in columns; empty if they do not fit.
+std::vector<Vector2> place_all(const std::vector<Outline>& outlines, const std::vector<int>& order,
+                               double scale, int columns, double gutter) {
+  Horizon horizon(columns);
+  std::vector<Vector2> corners(outlines.size());
+  for (const int c : order)
+    if (!horizon.place(find_borders(outlines[c], scale, gutter), corners[c])) return {};
   return corners;
 }
 
@@ -111,45 +161,41 @@ void pack(Mesh& mesh, const std::vector<int>& charts, const PackOptions& options
   require(options.texture_size >= 1, "a texture needs at least one texel");
   const int count = charts.empty() ? 0 : *std::max_element(charts.begin(), charts.end()) + 1;
   if (count == 0) return;
-  std::vector<std::vector<Vector2>> points(count);
-  std::vector<int> owner(mesh.uvs.size(), -1);
-  for (int t = 0; t < mesh.triangle_count(); ++t)
-    for (const int uv : mesh.corner_uvs[t])
-      if (owner[uv] < 0) {
-        owner[uv] = charts[t];
-        points[charts[t]].push_back(mesh.uvs[uv]);
-      }
-  std::vector<Rectangle> boxes;
+  std::vector<Outline> outlines = find_outlines(mesh, charts, count);
   std::vector<int> order;
-  double area = 0;
-  for (const auto& chart : points) {
-    order.push_back(int(boxes.size()));
-    boxes.push_back(smallest_box(chart));
-    area += boxes.back().size.prod();
+  double box_area = 0;
+  for (int c = 0; c < count; ++c) {
+    turn_to_smallest_box(outlines[c]);
+    box_area += outlines[c].size.prod();
+    order.push_back(c);
   }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](int a, int b) { return boxes[a].size.y() > boxes[b].size.y(); });
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return outlines[a].size.y() > outlines[b].size.y();
+  });
 
-  const double side = options.texture_size;
-  double gutter = std::min(options.gutter, side / 4);
-  while (double(count) * gutter * gutter > side * side / 4) gutter /= 2;
-  double low = 0, high = 1.01 * side / std::sqrt(area);
+  const int columns = std::min(options.texture_size, most_columns);
+  double gutter = std::min(options.gutter * columns / options.texture_size, columns / 4.0);
+  while (double(count) * gutter * gutter > double(columns) * columns / 4) gutter /= 2;
+  double low = 0, high = 2 * columns / std::sqrt(box_area);
   std::vector<Vector2> corners;
-  for (int k = 0; k < 40 || corners.empty(); ++k) {
+  for (int k = 0; k < 20 || corners.empty(); ++k) {
     const double middle = (low + high) / 2;
-    if (auto found = place_all(boxes, order, middle, side, gutter); !found.empty()) {
+    if (auto found = place_all(outlines, order, middle, columns, gutter); !found.empty()) {
       low = middle;
       corners = std::move(found);
     } else {
       high = middle;
     }
   }
-  for (std::size_t i = 0; i < mesh.uvs.size(); ++i) {
-    if (owner[i] < 0) continue;
-    const Rectangle& box = boxes[owner[i]];
-    mesh.uvs[i] = ((turned(mesh.uvs[i], box.angle) - box.low) * low + corners[owner[i]] +
-                   Vector2::Constant(gutter / 2)) / side;
-  }
+  std::vector<char> moved(mesh.uvs.size());
+  for (int t = 0; t < mesh.triangle_count(); ++t)
+    for (const int i : mesh.corner_uvs[t]) {
+      if (moved[i]) continue;
+      moved[i] = 1;
+      const Outline& outline = outlines[charts[t]];
+      mesh.uvs[i] = ((turned(mesh.uvs[i], outline.angle) - outline.low) * low +
+                     corners[charts[t]] + Vector2::Constant(gutter / 2)) / columns;
+    }
 }
 
 }  // namespace mq

@@ -13,9 +13,10 @@ struct PackOptions {
 };
 
 /// Turns each chart to its smallest upright box, scales all by the same factor, the largest found
-/// for which the boxes fit, and moves them into [0, 1]². A gutter that leaves no room for the charts
-/// themselves is halved until half of the texture is theirs. `mesh.uvs` come in the surface's
-/// scale; `charts` says the chart of each triangle.
+/// for which they fit, and moves them into [0, 1]². A gutter that leaves too little room for the
+/// charts themselves is halved, until all gutters take less than a quarter of the texture.
+/// `mesh.uvs` come in the surface's scale; `charts` says the chart of each triangle, and no chart
+/// shares a texture coordinate with another.
 void pack(Mesh& mesh, const std::vector<int>& charts, const PackOptions& options = {});
 
 }  // namespace mq
