@@ -19,7 +19,7 @@ int square_columns(int count, int width, int height) {
     const int rows = (count + columns - 1) / columns;
     const double off = std::abs(std::log(double(columns) * width / (double(rows) * height))) +
                        0.3 * (rows * columns - count);
-    if (off < least) least = off, best = columns;
+    if (off < least + 1e-9) least = off, best = columns;  // of equals the wider
   }
   return best;
 }

@@ -1,0 +1,22 @@
+#pragma once
+/// Texts that verbs of pictures take as arguments.
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mq/draw/samples.h"
+
+namespace mq::app {
+
+/// "3,4.5" as `count` finite numbers; nothing where it is not.
+std::optional<std::vector<double>> parse_numbers(const std::string& text, std::size_t count);
+
+/// "1024" or "1920x1080": pixels, 1 to 16384 a side.
+std::optional<std::array<int, 2>> parse_size(std::string text);
+
+/// gradient, transparent, white, black or #rrggbb.
+std::optional<Backdrop> parse_backdrop(const std::string& text);
+
+}  // namespace mq::app

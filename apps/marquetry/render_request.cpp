@@ -1,0 +1,338 @@
+#include "render_request.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "arguments.h"
+#include "mq/base/error.h"
+#include "mq/io/image_file.h"
+
+namespace mq::app {
+namespace {
+
+using Paint = RenderOptions::Paint;
+using Lines = RenderOptions::Lines;
+
+bool is_view(const std::string& text) {
+  try {
+    parse_view(text);
+    return true;
+  } catch (const InvalidInput&) {
+    return false;
+  }
+}
+
+bool is_place(const std::string& text) { return text == "seam" || parse_numbers(text, 3); }
+
+/// Colours at the vertices of the surface, from those of the model: copies of a vertex are one.
+std::vector<float> surface_colours(const Scene& scene) {
+  const VertexSignal& colors = scene.model.colors;
+  std::vector<float> values;
+  for (const int source : scene.surface.source_from_vertex)
+    for (int k = 0; k < 3; ++k)
+      values.push_back(
+          colors.values[std::size_t(source) * colors.channels + (colors.channels >= 3 ? k : 0)]);
+  return values;
+}
+
+/// What --paint says, or the best there is.
+Paint paint_of(const OptionValues& options, const Scene& scene) {
+  const std::string name = options.text("paint"), file = scene.model.path.string();
+  const bool colours = scene.model.colors.channels > 0;
+  if (name == "clay") return Paint::clay;
+  if (name == "auto")
+    return has_pictures(scene) ? Paint::texture : colours ? Paint::vertex_colours : Paint::clay;
+  if (name == "vertices") {
+    require(colours, file + ": has no colours at its vertices; choose another --paint");
+    return Paint::vertex_colours;
+  }
+  require(scene.atlas.has_value(), file + ": has no texture coordinates; try --paint clay");
+  if (name == "charts") return Paint::charts;
+  require(has_pictures(scene), file + ": a texture has no picture: name one after the mesh");
+  return name == "numbers" ? Paint::texture_numbers : Paint::texture;
+}
+
+FalseColour scale_for(const OptionValues& options, const Scene& scene) {
+  const bool diverging = options.text("map") == "diverging";
+  const auto map = diverging ? FalseColour::Map::diverging : FalseColour::Map::sequential;
+  FalseColour scale;
+  if (options.has("range")) {
+    const auto range = numbers_of(options, "range", 2);
+    require(range[0] < range[1], "--range: the first number is below the second");
+    scale = {map, range[0], range[1]};
+  } else {
+    const auto channel = std::size_t(options.integer("channel"));
+    std::vector<float> values;
+    for (const Texture& texture : scene.model.textures)
+      for (std::size_t i = channel; i < texture.pixels.values().size();
+           i += std::size_t(texture.pixels.channels()))
+        values.push_back(texture.pixels.values()[i]);
+    scale = scale_of(values, map);
+  }
+  scale.isolines = int(options.integer("isolines"));
+  return scale;
+}
+
+RenderOptions render_options(const OptionValues& options, const Scene& scene) {
+  RenderOptions render;
+  render.view = parse_view(options.texts("view").front());
+  render.view.up = options.text("up") == "z" ? View::Up::z : View::Up::y;
+  if (options.text("projection") == "orthographic")
+    render.view.projection = View::Projection::orthographic;
+  const auto size = *parse_size(options.text("size"));
+  render.width = size[0], render.height = size[1];
+  render.paint = paint_of(options, scene);
+  if (options.flag("unlit")) render.light = RenderOptions::Light::none;
+  if (options.flag("seams")) render.seams = Lines::show;
+  if (options.flag("wires")) render.wires = Lines::show;
+  render.line_width = options.number("line-width");
+  render.backdrop = *parse_backdrop(options.text("background"));
+  render.samples = int(options.integer("samples"));
+  render.channel = int(options.integer("channel"));
+  if (render.paint == Paint::texture_numbers) render.scale = scale_for(options, scene);
+  return render;
+}
+
+std::vector<Texture> read_after(const OptionValues& options, const Scene& scene) {
+  std::vector<Texture> after;
+  for (const std::string& path : options.texts("compare")) after.push_back(read_texture(path));
+  if (after.empty()) return after;
+  require(has_pictures(scene), scene.model.path.string() + ": has no textures to compare with");
+  require(after.size() == scene.model.textures.size(),
+          fmt::format("--compare: {} pictures for {} textures", after.size(),
+                      scene.model.textures.size()));
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    const Image<float>&a = scene.model.textures[k].pixels, &b = after[k].pixels;
+    require(a.width() == b.width() && a.height() == b.height(),
+            fmt::format("{}: {} x {} pixels, but {} has {} x {}: only equal sizes can be compared",
+                        after[k].path.string(), b.width(), b.height(), scene.model.textures[k].name,
+                        a.width(), a.height()));
+  }
+  return after;
+}
+
+void add_camera_options(OptionTable& table) {
+  using Type = Option::Type;
+  const std::string group = "Camera";
+  table.add(
+      {.name = "view",
+       .letter = 'v',
+       .type = Type::text,
+       .count = Option::Count::many,
+       .default_value = "corner",
+       .accepts = is_view,
+       .wanted = "front, back, left, right, top, bottom, corner or AZIMUTH,ELEVATION",
+       .metavar = "VIEW",
+       .group = group,
+       .help = "from where: front, back, left, right, top, bottom, corner or AZIMUTH,ELEVATION",
+       .details = "Degrees: the azimuth from the front towards the model's +x, the elevation "
+                  "above the horizon. Several views make a page."});
+  table.add({.name = "up",
+             .type = Type::choice,
+             .default_value = "y",
+             .choices = {"y", "z"},
+             .group = group,
+             .help = "the model's upright axis"});
+  table.add({.name = "projection",
+             .type = Type::choice,
+             .default_value = "perspective",
+             .choices = {"perspective", "orthographic"},
+             .group = group,
+             .help = "how depth shows"});
+  table.add({.name = "at",
+             .type = Type::text,
+             .accepts = is_place,
+             .wanted = "seam, or three coordinates such as 0.1,2,3",
+             .metavar = "seam|X,Y,Z",
+             .group = group,
+             .help = "look closely at a point, or where the texture differs most at a seam"});
+  table.add(
+      {.name = "extent",
+       .type = Type::length,
+       .default_value = "64tx",
+       .group = group,
+       .help = "what --at shows across: 0.02 in model units, 1% of sqrt(area), 64tx in texels"});
+}
+
+void add_paint_options(OptionTable& table) {
+  using Type = Option::Type;
+  const std::string group = "Picture";
+  table.add(
+      {.name = "paint",
+       .letter = 'p',
+       .type = Type::choice,
+       .default_value = "auto",
+       .choices = {"auto", "texture", "vertices", "charts", "clay", "numbers"},
+       .group = group,
+       .help = "what is shown on the surface",
+       .details =
+           "vertices: colours at vertices. numbers: one channel of the textures in false "
+           "colours, with a legend. auto: the texture, else colours at vertices, else clay."});
+  table.add({.name = "seams",
+             .group = group,
+             .help = "draw seams in orange, ends of the surface in blue"});
+  table.add({.name = "wires", .group = group, .help = "draw the edges of triangles"});
+  table.add({.name = "unlit", .group = group, .help = "values as they are, without light"});
+  table.add({.name = "compare",
+             .letter = 'c',
+             .type = Type::path,
+             .count = Option::Count::many,
+             .group = group,
+             .help = "other pictures for the textures, shown beside them"});
+  table.add({.name = "overview", .group = group, .help = "a page of all there is to see"});
+  table.add({.name = "size",
+             .letter = 's',
+             .type = Type::text,
+             .default_value = "1024",
+             .accepts = [](const std::string& text) { return parse_size(text).has_value(); },
+             .wanted = "pixels, such as 1024 or 1920x1080, 1 to 16384 a side",
+             .metavar = "N|WxH",
+             .group = group,
+             .help = "pixels of each picture"});
+  table.add({.name = "background",
+             .type = Type::text,
+             .default_value = "gradient",
+             .accepts = [](const std::string& text) { return parse_backdrop(text).has_value(); },
+             .wanted = "gradient, transparent, white, black or #rrggbb",
+             .metavar = "COLOUR",
+             .group = group,
+             .help = "gradient, transparent, white, black or #rrggbb"});
+  table.add({.name = "samples",
+             .type = Type::integer,
+             .default_value = "3",
+             .least = 1,
+             .most = 16,
+             .group = group,
+             .help = "per pixel and direction: more is smoother and slower"});
+  table.add({.name = "line-width",
+             .type = Type::number,
+             .default_value = "2",
+             .unit = "pixels",
+             .least = 0.1,
+             .most = 100,
+             .group = group,
+             .help = "of seams"});
+  table.add({.name = "columns",
+             .type = Type::integer,
+             .default_value = "0",
+             .least = 0,
+             .most = 1000,
+             .group = group,
+             .help = "of a page; 0: nearly square"});
+  table.add({.name = "title", .type = Type::text, .group = group, .help = "above a page"});
+}
+
+void add_number_and_layout_options(OptionTable& table) {
+  using Type = Option::Type;
+  const std::string numbers_group = "Numbers", layout = "Layout";
+  table.add({.name = "channel",
+             .type = Type::integer,
+             .default_value = "0",
+             .least = 0,
+             .most = 1023,
+             .group = numbers_group,
+             .help = "which channel of the textures"});
+  table.add({.name = "range",
+             .type = Type::text,
+             .accepts = [](const std::string& text) { return parse_numbers(text, 2).has_value(); },
+             .wanted = "two numbers such as -1,1",
+             .metavar = "LOW,HIGH",
+             .group = numbers_group,
+             .help = "values of the first and last colour; by default all there are"});
+  table.add({.name = "map",
+             .type = Type::choice,
+             .default_value = "sequential",
+             .choices = {"sequential", "diverging"},
+             .group = numbers_group,
+             .help = "colours for magnitudes, or for values on both sides of 0"});
+  table.add({.name = "isolines",
+             .type = Type::integer,
+             .default_value = "0",
+             .least = 0,
+             .most = 1000,
+             .group = numbers_group,
+             .help = "lines of equal value"});
+  table.add(
+      {.name = "layout", .group = layout, .help = "draw the texture with its charts instead"});
+  table.add({.name = "layout-texture",
+             .type = Type::integer,
+             .default_value = "0",
+             .least = 0,
+             .most = 100000,
+             .group = layout,
+             .help = "which of several textures"});
+  table.add({.name = "zoom",
+             .type = Type::number,
+             .default_value = "1",
+             .least = 1,
+             .most = 100000,
+             .group = layout,
+             .help = "magnify the layout around --center"});
+  table.add({.name = "center",
+             .type = Type::text,
+             .default_value = "0.5,0.5",
+             .accepts = [](const std::string& text) { return parse_numbers(text, 2).has_value(); },
+             .wanted = "a texture coordinate such as 0.25,0.75",
+             .metavar = "U,V",
+             .group = layout,
+             .help = "the texture coordinate in the middle"});
+}
+
+}  // namespace
+
+void add_render_options(OptionTable& table) {
+  add_camera_options(table);
+  add_paint_options(table);
+  add_number_and_layout_options(table);
+}
+
+Paints RenderRequest::paints() const { return {pictures_of(scene.model.textures), vertex_colours}; }
+
+Paints RenderRequest::paints_after() const { return {pictures_of(after), vertex_colours}; }
+
+bool has_pictures(const Scene& scene) {
+  return scene.atlas && scene.model.textures.size() == scene.atlas->textures.size() &&
+         std::ranges::none_of(scene.model.textures,
+                              [](const Texture& texture) { return texture.pixels.empty(); });
+}
+
+std::vector<const Image<float>*> pictures_of(const std::vector<Texture>& textures) {
+  std::vector<const Image<float>*> pictures;
+  for (const Texture& texture : textures) pictures.push_back(&texture.pixels);
+  return pictures;
+}
+
+std::vector<double> numbers_of(const OptionValues& options, const std::string& name,
+                               std::size_t count) {
+  return *parse_numbers(options.text(name), count);
+}
+
+UvLayoutOptions layout_options(const RenderRequest& request) {
+  const OptionValues& options = request.options;
+  const Scene& scene = request.scene;
+  UvLayoutOptions layout;
+  const auto size = *parse_size(options.text("size"));
+  layout.side = std::max(size[0], size[1]);
+  layout.texture = int(options.integer("layout-texture"));
+  layout.zoom = options.number("zoom");
+  const auto center = numbers_of(options, "center", 2);
+  layout.center = {center[0], center[1]};
+  if (options.flag("wires")) layout.wires = Lines::show;
+  if (options.text("paint") == "texture") layout.fill = UvLayoutOptions::Fill::texture;
+  if (options.text("paint") == "charts" || !has_pictures(scene))
+    layout.fill = UvLayoutOptions::Fill::charts;
+  return layout;
+}
+
+RenderRequest make_render_request(const OptionValues& options, const Scene& scene) {
+  RenderRequest request{options, scene};
+  request.after = read_after(options, scene);
+  if (scene.model.colors.channels > 0) request.vertex_colours = surface_colours(scene);
+  request.render = render_options(options, scene);
+  request.sheet.columns = int(options.integer("columns"));
+  if (options.has("title")) request.sheet.title = options.text("title");
+  return request;
+}
+
+}  // namespace mq::app
