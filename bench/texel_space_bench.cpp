@@ -105,3 +105,5 @@ BENCHMARK(system_over_copy)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace mq
+
+BENCHMARK_MAIN();
