@@ -33,11 +33,17 @@ class Target {
   virtual Signal values() const = 0;
   /// Puts filtered values into the model. Unknowns that equal `before` in every channel stay.
   virtual void put(const Signal& before, const Signal& after, Model& model) const = 0;
+  virtual bool has_multigrid() const = 0;
   virtual SolverFactory multigrid() const = 0;
 };
 
+/// Above so many unknowns a factorisation would need several GB.
+constexpr int most_for_direct = 1'500'000;
+
 SolverFactory solver(const std::string& name, const Target& target) {
-  if (name == "multigrid") return target.multigrid();
+  const bool large = target.space().size() > most_for_direct;
+  if (name == "multigrid" || (name == "automatic" && large && target.has_multigrid()))
+    return target.multigrid();
   if (name == "reference")
     return conjugate_gradient_solver({.tolerance = 1e-13, .max_cycles = 100000});
   return direct_solver();
@@ -61,6 +67,7 @@ class TextureTarget : public Target {
 
   const SignalSpace& space() const override { return space_; }
   Signal values() const override { return space_.gather(decoded_); }
+  bool has_multigrid() const override { return true; }
   SolverFactory multigrid() const override { return multigrid_solver(space_.texels()); }
 
   void put(const Signal& before, const Signal& after, Model& model) const override {
@@ -152,6 +159,7 @@ class VertexTarget : public Target {
 
   const SignalSpace& space() const override { return space_; }
 
+  bool has_multigrid() const override { return false; }
   SolverFactory multigrid() const override {
     throw Unsupported("--solver multigrid is for textures; use direct for colours at vertices");
   }
@@ -311,6 +319,7 @@ Verb filter_verb() {
              .letter = 'o',
              .type = Type::path,
              .required = true,
+             .metavar = "OUT",
              .help = "a picture, a model, or a folder for all pictures",
              .details = "With several textures %s in the name stands for the texture's own."});
   table.add({.name = "beta",
@@ -336,15 +345,19 @@ Verb filter_verb() {
        .type = Type::length,
        .group = "Filter",
        .help = "the same as a distance: 0.02 in model units, 1% of sqrt(area), 8tx in texels"});
-  table.add({.name = "solver",
-             .type = Type::choice,
-             .default_value = "direct",
-             .choices = {"direct", "multigrid", "reference"},
-             .group = "Filter",
-             .help = "how the system is solved",
-             .details = "direct: a factorisation. multigrid: iterations, with far less memory on "
-                        "large textures. reference: conjugate gradients to the accuracy of double, "
-                        "slow, to compare with."});
+  table.add(
+      {.name = "solver",
+       .type = Type::choice,
+       .default_value = "automatic",
+       .choices = {"automatic", "direct", "multigrid", "reference"},
+       .metavar = "HOW",
+       .group = "Filter",
+       .help = "automatic, direct, multigrid or reference",
+       .details =
+           "direct: a factorisation. multigrid: iterations, with far less memory on "
+           "large textures. automatic: direct up to 1.5 million unknowns, multigrid "
+           "above, where there is one. reference: conjugate gradients to the accuracy of double, "
+           "slow, to compare with."});
   table.add({.name = "space",
              .type = Type::choice,
              .default_value = "stored",

@@ -1,0 +1,35 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/models.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Sample, WritesTheSameModelInBothFormats) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "cube", "-o", "models/", "--size", "64"}).status, 0);
+  const Model obj = read_model(folder / "models/cube.obj");
+  const Model ply = read_model(folder / "models/cube.ply");
+  EXPECT_GT(obj.mesh.triangle_count(), 10);
+  EXPECT_EQ(obj.mesh.triangle_count(), ply.mesh.triangle_count());
+  ASSERT_EQ(obj.textures.size(), 1U);
+  EXPECT_EQ(obj.textures[0].pixels.width(), 64);
+  ASSERT_EQ(ply.textures.size(), 1U);
+  EXPECT_EQ(obj.textures[0].pixels, ply.textures[0].pixels);
+  EXPECT_EQ(marquetry(folder, {"check", "models/cube.obj"}).status, 0);
+}
+
+TEST(Sample, SuggestsTheNearestName) {
+  const Folder folder;
+  const Result result = marquetry(folder, {"sample", "cubee", "-o", "models/"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("did you mean 'cube'?"));
+  EXPECT_EQ(marquetry(folder, {"sample", "cube", "-o", "cube.png"}).status, 2);
+  EXPECT_TRUE(folder.names().empty());
+}
+
+}  // namespace
+}  // namespace mq::test
