@@ -166,7 +166,8 @@ inline Mesh torus(int n, int m, double R = 1, double r = 0.4) {
 inline Mesh beside(Mesh a, const Mesh& b) {
   const int first = a.vertex_count();
   a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
-  for (const auto& [i, j, k] : b.triangles) a.triangles.push_back({first + i, first + j, first + k});
+  for (const auto& [i, j, k] : b.triangles)
+    a.triangles.push_back({first + i, first + j, first + k});
   return a;
 }
 

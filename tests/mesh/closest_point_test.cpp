@@ -51,10 +51,9 @@ TEST(ClosestPoint, IsThatOfComparingAllTriangles) {
   std::vector<Vector3> points(mesh.positions);  // at a vertex several triangles are equally close
   for (std::uint64_t i = 0; i < 2000; ++i) {
     const double reach = std::pow(10, random.uniform(4 * i, -5, 3));
-    points.push_back(Vector3(1000, -2000, 500) +
-                     reach * Vector3(random.uniform(4 * i + 1, -1, 1),
-                                     random.uniform(4 * i + 2, -1, 1),
-                                     random.uniform(4 * i + 3, -1, 1)));
+    points.push_back(Vector3(1000, -2000, 500) + reach * Vector3(random.uniform(4 * i + 1, -1, 1),
+                                                                 random.uniform(4 * i + 2, -1, 1),
+                                                                 random.uniform(4 * i + 3, -1, 1)));
   }
   const std::vector<ClosestPoint> found = find(points);
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -31,7 +31,8 @@ TEST(Geometry, AnglesSumToPiInAnyTriangle) {
     Mesh mesh = one_triangle();
     const double flat = std::pow(10, -random.uniform(10 * i, 0, 14));
     for (std::uint64_t k = 0; k < 3; ++k)
-      mesh.positions[k] = {random.uniform(10 * i + 1 + k), flat * random.uniform(10 * i + 4 + k), 0};
+      mesh.positions[k] = {random.uniform(10 * i + 1 + k), flat * random.uniform(10 * i + 4 + k),
+                           0};
     EXPECT_NEAR(corner_angles(mesh, 0).sum(), pi, 1e-14);
   }
 }

@@ -126,8 +126,9 @@ TEST(Surface, WeldsExactlyThePairsThatAreCloser) {
   for (std::uint64_t trial = 0; trial < 200; ++trial) {
     const Vector3 offset(random.uniform(6 * trial, -9, 9), random.uniform(6 * trial + 1, -9, 9),
                          random.uniform(6 * trial + 2, -9, 9));
-    const Vector3 direction = Vector3(random.uniform(6 * trial + 3, -1, 1),
-                                      random.uniform(6 * trial + 4, -1, 1), 0.3).normalized();
+    const Vector3 direction =
+        Vector3(random.uniform(6 * trial + 3, -1, 1), random.uniform(6 * trial + 4, -1, 1), 0.3)
+            .normalized();
     Mesh mesh;
     mesh.positions = {offset, offset + 10 * Vector3::UnitX(), offset + 10 * Vector3::UnitY(),
                       offset + 0.999 * direction};
@@ -196,8 +197,8 @@ TEST(Surface, CutsWhereOrientationIsInconsistent) {
 
 TEST(Surface, ListsTrianglesWithoutArea) {
   Mesh mesh = flat_square(1);
-  mesh.triangles.push_back({0, 0, 1});                 // two equal vertices
-  mesh.positions.emplace_back(0.1, 0.1, 0.1);          // collinear with rounded coordinates
+  mesh.triangles.push_back({0, 0, 1});         // two equal vertices
+  mesh.positions.emplace_back(0.1, 0.1, 0.1);  // collinear with rounded coordinates
   mesh.positions.emplace_back(0.2, 0.2, 0.2);
   mesh.positions.emplace_back(0.7, 0.7, 0.7);
   mesh.triangles.push_back({4, 5, 6});

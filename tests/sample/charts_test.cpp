@@ -51,7 +51,7 @@ TEST(MeshOfSolid, LiesOnTheSurfaceWithEvenTriangles) {
   EXPECT_NEAR(mesh.triangle_count(), 5000, 300);
   for (const Vector3& p : mesh.positions) EXPECT_NEAR(p.norm(), 0.8, 1e-4);
   EXPECT_GT(triangle_normal(mesh, 0).dot(mesh.position(0, 0)), 0);  // outward
-  EXPECT_NEAR(surface.area, 4 * pi * 0.64, 0.02);  // edges of 0.06 are chords
+  EXPECT_NEAR(surface.area, 4 * pi * 0.64, 0.02);                   // edges of 0.06 are chords
   for (int t = 0; t < mesh.triangle_count(); ++t)
     EXPECT_GT(corner_angles(mesh, t).minCoeff(), 10 * pi / 180);
   EXPECT_THROW(mesh_of_solid(sphere, {.euler_characteristic = 0}), InvalidInput);

@@ -16,8 +16,8 @@
 namespace mq {
 namespace {
 
-using ::testing::HasSubstr;
 using std::numbers::pi;
+using ::testing::HasSubstr;
 
 struct Made {
   Sample sample;
@@ -82,15 +82,22 @@ struct Expected {
 };
 
 TEST(Samples, HaveTheChartsAndTheTopologyTheyAreNamedForAndStretchLittle) {
-  const std::map<std::string, Expected> expected{
-      {"bust", {28, 2, 0, 1.1}},         {"bust_1", {1, 2, 0, 1.5}},
-      {"bust_4", {4, 2, 0, 1.5}},        {"bust_3000", {3000, 2, 0, 1.1}},
-      {"genus4", {24, -6, 0, 1.1}},      {"sphere", {6, 2, 0, 1.25}},
-      {"torus", {1, 0, 0, 1.4}},         {"torus_conformal", {1, 0, 0, 1.05}},
-      {"flat_torus", {1, 0, 0, 1.001}},  {"cylinder", {1, 0, 2, 1.001}},
-      {"cube", {1, 2, 0, 1.001}},        {"cap", {1, 1, 1, 1.05}},
-      {"cap_moebius", {1, 1, 1, 1.05}},  {"cap_stretched_4", {1, 1, 1, 4.1}},
-      {"cap_stretched_16", {1, 1, 1, 16.4}}, {"cap_28", {28, 1, 1, 1.1}}};
+  const std::map<std::string, Expected> expected{{"bust", {28, 2, 0, 1.1}},
+                                                 {"bust_1", {1, 2, 0, 1.5}},
+                                                 {"bust_4", {4, 2, 0, 1.5}},
+                                                 {"bust_3000", {3000, 2, 0, 1.1}},
+                                                 {"genus4", {24, -6, 0, 1.1}},
+                                                 {"sphere", {6, 2, 0, 1.25}},
+                                                 {"torus", {1, 0, 0, 1.4}},
+                                                 {"torus_conformal", {1, 0, 0, 1.05}},
+                                                 {"flat_torus", {1, 0, 0, 1.001}},
+                                                 {"cylinder", {1, 0, 2, 1.001}},
+                                                 {"cube", {1, 2, 0, 1.001}},
+                                                 {"cap", {1, 1, 1, 1.05}},
+                                                 {"cap_moebius", {1, 1, 1, 1.05}},
+                                                 {"cap_stretched_4", {1, 1, 1, 4.1}},
+                                                 {"cap_stretched_16", {1, 1, 1, 16.4}},
+                                                 {"cap_28", {28, 1, 1, 1.1}}};
   EXPECT_EQ(sample_names().size(), expected.size());
   for (const SampleInfo& info : sample_names()) {
     SCOPED_TRACE(info.name);
@@ -145,7 +152,8 @@ TEST(FlatTorus, HasNoCurvatureAnywhere) {
   const Sample sample = make_sample("flat_torus");
   std::vector<double> sums(sample.mesh.positions.size());
   for (int t = 0; t < sample.mesh.triangle_count(); ++t)
-    for (int k = 0; k < 3; ++k) sums[sample.mesh.triangles[t][k]] += corner_angles(sample.mesh, t)[k];
+    for (int k = 0; k < 3; ++k)
+      sums[sample.mesh.triangles[t][k]] += corner_angles(sample.mesh, t)[k];
   for (const double sum : sums) EXPECT_NEAR(sum, 2 * pi, 1e-12);
 }
 
@@ -169,7 +177,8 @@ TEST(FlatTorus, DoesNotMeetItself) {
         const int a = mesh.triangles[s][k], b = mesh.triangles[s][(k + 1) % 3];
         const Triangle& corners = mesh.triangles[t];
         const bool shared = std::count(corners.begin(), corners.end(), a) +
-                            std::count(corners.begin(), corners.end(), b) > 0;
+                                std::count(corners.begin(), corners.end(), b) >
+                            0;
         EXPECT_FALSE(!shared && pierces(mesh.positions[a], mesh.positions[b], mesh, t));
       }
 }
@@ -206,8 +215,8 @@ double seam_error(const std::string& name, int size) {
     for (const double along : {0.1, 0.5, 0.8}) {
       const Vector3 p = (1 - along) * made.surface.mesh.position(h / 3, h % 3) +
                         along * made.surface.mesh.position(h / 3, (h % 3 + 1) % 3);
-      largest = std::max(largest, (color_at(made, image, h, along) - smooth_field(p, 0))
-                                      .cwiseAbs().maxCoeff());
+      largest = std::max(
+          largest, (color_at(made, image, h, along) - smooth_field(p, 0)).cwiseAbs().maxCoeff());
     }
   }
   EXPECT_GT(seams, 0);
@@ -217,7 +226,8 @@ double seam_error(const std::string& name, int size) {
 TEST(Paint, HasTheTrueValueOnBothSidesOfASeam) {
   // The error is that of leaving a bent surface along a triangle's plane: less than a texel's worth
   // of change anywhere, and hardly any where the surface is smooth.
-  for (const char* name : {"cube", "bust", "bust_3000"}) EXPECT_LT(seam_error(name, 1024), 1) << name;
+  for (const char* name : {"cube", "bust", "bust_3000"})
+    EXPECT_LT(seam_error(name, 1024), 1) << name;
   EXPECT_LT(seam_error("sphere", 1024), 0.05);
   EXPECT_LT(seam_error("sphere", 1024), 0.6 * seam_error("sphere", 512));
 }
@@ -245,9 +255,11 @@ TEST(Paint, IsExactForLinearFieldsOnAFlatChart) {
 
 TEST(Paint, CoversEveryTexelOfTheCharts) {
   const Made made = make("bust_3000", {.texture_size = 512});
-  const Image<float> image = paint(
-      made.surface, made.atlas, [](const Vector3&, int) -> Vector3 { return {1, 1, 1}; },
-      {.margin = 0, .background = {0, 0, 0}});
+  const Image<float> image = paint(made.surface, made.atlas,
+                                   [](const Vector3&, int) -> Vector3 {
+                                     return {1, 1, 1};
+                                   },
+                                   {.margin = 0, .background = {0, 0, 0}});
   double painted = 0;
   for (int y = 0; y < 512; ++y)
     for (int x = 0; x < 512; ++x) painted += image(x, y);

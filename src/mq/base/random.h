@@ -1,6 +1,6 @@
 #pragma once
-/// Random numbers by count: value i of a seed is a pure function of both, so parallel loops draw the
-/// same numbers whatever their order, and there is no state to share.
+/// Random numbers by count: value i of a seed is a pure function of both, so parallel loops draw
+/// the same numbers whatever their order, and there is no state to share.
 
 #include <cstdint>
 
@@ -14,9 +14,7 @@ class Random {
 
   /// 64 random bits. Cost: two multiplications per round, two rounds (the finaliser of splitmix64:
   /// Steele, Lea, Flood, Fast splittable pseudorandom number generators, 2014).
-  std::uint64_t bits(std::uint64_t count) const {
-    return mix(mix(count + key_) ^ key_);
-  }
+  std::uint64_t bits(std::uint64_t count) const { return mix(mix(count + key_) ^ key_); }
 
   /// Uniform in [0, 1), a multiple of 2⁻⁵³.
   double uniform(std::uint64_t count) const { return double(bits(count) >> 11) * 0x1p-53; }

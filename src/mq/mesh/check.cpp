@@ -63,7 +63,8 @@ std::vector<char> referenced_vertices(const Mesh& mesh) {
   Ids not_finite, too_large;
   for (std::size_t v = 0; v < referenced.size(); ++v) {
     if (!referenced[v]) continue;
-    if (!mesh.positions[v].allFinite()) not_finite.push_back(std::int64_t(v));
+    if (!mesh.positions[v].allFinite())
+      not_finite.push_back(std::int64_t(v));
     else if (mesh.positions[v].cwiseAbs().maxCoeff() > largest_coordinate)
       too_large.push_back(std::int64_t(v));
   }

@@ -11,8 +11,8 @@ namespace mq {
 /// per triangle are as long as there are triangles.
 void check_mesh(const Mesh& mesh);
 
-/// Per vertex 1 if a triangle uses it. Throws `InvalidInput`, with the first ids, where the position
-/// of one in use is not finite or lies beyond 1e60 (where areas would overflow).
+/// Per vertex 1 if a triangle uses it. Throws `InvalidInput`, with the first ids, where the
+/// position of one in use is not finite or lies beyond 1e60 (where areas would overflow).
 std::vector<char> referenced_vertices(const Mesh& mesh);
 
 }  // namespace mq

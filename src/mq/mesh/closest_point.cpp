@@ -143,8 +143,8 @@ ClosestPointFinder::~ClosestPointFinder() {
 
 ClosestPoint ClosestPointFinder::operator()(const Vector3& point) const {
   if (!point.allFinite())
-    throw InvalidInput(fmt::format("({}, {}, {}) has no closest point", point.x(), point.y(),
-                                   point.z()));
+    throw InvalidInput(
+        fmt::format("({}, {}, {}) has no closest point", point.x(), point.y(), point.z()));
   const Vector3 local = scene_->local(point);
   const double far = local.cwiseAbs().maxCoeff();
   Scene::Search search{*scene_, point, 1e-6 * (1 + far)};

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "mq/mesh/mesh.h"
 #include "mq/base/progress.h"
+#include "mq/mesh/mesh.h"
 
 namespace mq {
 

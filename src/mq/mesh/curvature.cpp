@@ -159,7 +159,8 @@ std::vector<PrincipalCurvatures> triangle_curvatures(
     for (const int v : surface.mesh.triangles[t]) {
       const PrincipalCurvatures& k = vertices[v];
       shape += (k.max * k.max_direction * k.max_direction.transpose() +
-                k.min * k.min_direction * k.min_direction.transpose()) / 3;
+                k.min * k.min_direction * k.min_direction.transpose()) /
+               3;
     }
     const auto frame = tangents(triangle_normal(surface.mesh, int(t)));
     curvatures[t] = principal(frame.transpose() * shape * frame, frame);

@@ -64,8 +64,8 @@ std::vector<PrincipalCurvatures> vertex_curvatures(const Surface& surface,
                                                    const CurvatureOptions& options = {},
                                                    const Progress& progress = {});
 
-/// Curvatures of triangles: the mean of the corners' shape operators, restricted to the plane of the
-/// triangle. 0 where the triangle has no area.
+/// Curvatures of triangles: the mean of the corners' shape operators, restricted to the plane of
+/// the triangle. 0 where the triangle has no area.
 std::vector<PrincipalCurvatures> triangle_curvatures(
     const Surface& surface, const std::vector<PrincipalCurvatures>& vertices);
 

@@ -20,7 +20,7 @@ struct Mesh {
   std::vector<Vector3> positions;    ///< of the vertices
   std::vector<Triangle> triangles;   ///< vertex of each corner, counter-clockwise seen from outside
   std::vector<Vector2> uvs;          ///< pool of texture coordinates; (0,0) is bottom-left
-  std::vector<Triangle> corner_uvs;  ///< per corner an index into `uvs`, or -1; empty: no UVs at all
+  std::vector<Triangle> corner_uvs;  ///< per corner an index into `uvs`, or -1; empty: no UVs
   std::vector<int> textures;         ///< per triangle its texture, -1: none; empty: all texture 0
 
   int vertex_count() const { return int(positions.size()); }

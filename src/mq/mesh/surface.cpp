@@ -22,7 +22,7 @@ namespace {
 
 using Ids = std::vector<std::int64_t>;
 
-constexpr int largest_edge_group = 16;       // half-edges at one edge that are told apart
+constexpr int largest_edge_group = 16;  // half-edges at one edge that are told apart
 
 HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
 HalfEdge previous(HalfEdge h) { return h % 3 == 0 ? h + 2 : h - 1; }
@@ -66,15 +66,15 @@ enum class EdgeState : char { plain, nonmanifold, touching, inconsistent };
 /// The mesh on its way to a surface. Vertices are welded classes until `number_vertices`.
 struct Builder {
   const Mesh& source;
-  std::vector<int> welded;           // per source vertex the lowest of its class
-  std::vector<Triangle> corners{};   // per triangle its classes
-  std::vector<char> collapsed{};     // per triangle: two corners are of one class
-  std::vector<char> duplicate{};     // per triangle: repeats an earlier one
-  std::vector<char> two_sided{};     // per triangle: an earlier one turned over
+  std::vector<int> welded;          // per source vertex the lowest of its class
+  std::vector<Triangle> corners{};  // per triangle its classes
+  std::vector<char> collapsed{};    // per triangle: two corners are of one class
+  std::vector<char> duplicate{};    // per triangle: repeats an earlier one
+  std::vector<char> two_sided{};    // per triangle: an earlier one turned over
   std::vector<HalfEdge> twins{};
-  std::vector<EdgeState> states{};   // at the lowest half-edge of an edge
-  std::vector<int> fans{};           // per half-edge the fan of the corner it leaves
-  std::vector<int> fan_source{};     // per fan its lowest source vertex
+  std::vector<EdgeState> states{};  // at the lowest half-edge of an edge
+  std::vector<int> fans{};          // per half-edge the fan of the corner it leaves
+  std::vector<int> fan_source{};    // per fan its lowest source vertex
 
   int half_edge_count() const { return 3 * source.triangle_count(); }
   int from(HalfEdge h) const { return corners[h / 3][h % 3]; }
@@ -115,8 +115,9 @@ void Builder::find_triangles(Surface& surface) {
     double sum = 0;
     for (int t = int(begin); t < int(end); ++t)
       if (!surface.degenerate[t])
-        sum += 0.5 * (position(t, 1) - position(t, 0)).cross(position(t, 2) - position(t, 0))
-                         .stableNorm();
+        sum +=
+            0.5 *
+            (position(t, 1) - position(t, 0)).cross(position(t, 2) - position(t, 0)).stableNorm();
     return sum;
   });
 }
@@ -125,9 +126,8 @@ void Builder::find_repeated_triangles() {
   const auto lowest = [&](int t) {
     return int(std::min_element(corners[t].begin(), corners[t].end()) - corners[t].begin());
   };
-  Buckets buckets(int(corners.size()), source.vertex_count(), [&](int t) {
-    return collapsed[t] ? -1 : corners[t][lowest(t)];
-  });
+  Buckets buckets(int(corners.size()), source.vertex_count(),
+                  [&](int t) { return collapsed[t] ? -1 : corners[t][lowest(t)]; });
   // (low, high) of the two other corners, 1 if they come in this order, the triangle
   using Key = std::array<int, 4>;
   parallel_blocks(source.vertex_count(), 4096, [&](std::int64_t begin, std::int64_t end) {
@@ -142,8 +142,10 @@ void Builder::find_repeated_triangles() {
       for (std::size_t i = 1; i < keys.size(); ++i) {
         const Key &a = keys[i - 1], &b = keys[i];
         if (a[0] != b[0] || a[1] != b[1]) continue;
-        if (a[2] == b[2]) duplicate[b[3]] = 1;
-        else two_sided[b[3]] = 1;
+        if (a[2] == b[2])
+          duplicate[b[3]] = 1;
+        else
+          two_sided[b[3]] = 1;
       }
     }
   });
@@ -172,8 +174,10 @@ void Builder::join_edge(std::span<HalfEdge> group) {
   if (group.size() < 2) return;
   const HalfEdge a = group[0], b = group[1];
   if (group.size() == 2) {
-    if (from(a) == from(b)) states[a] = EdgeState::inconsistent;
-    else twins[a] = b, twins[b] = a;
+    if (from(a) == from(b))
+      states[a] = EdgeState::inconsistent;
+    else
+      twins[a] = b, twins[b] = a;
     return;
   }
   const auto source_edge = [&](HalfEdge h) {
@@ -193,9 +197,8 @@ void Builder::join_edge(std::span<HalfEdge> group) {
 void Builder::join_edges() {
   twins.assign(half_edge_count(), -1);
   states.assign(half_edge_count(), EdgeState::plain);
-  Buckets buckets(half_edge_count(), source.vertex_count(), [&](HalfEdge h) {
-    return alone(h) ? -1 : std::min(from(h), to(h));
-  });
+  Buckets buckets(half_edge_count(), source.vertex_count(),
+                  [&](HalfEdge h) { return alone(h) ? -1 : std::min(from(h), to(h)); });
   parallel_blocks(source.vertex_count(), 4096, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v) {
       const std::span<HalfEdge> bucket = buckets.bucket(v);
@@ -277,8 +280,10 @@ void count_topology(const Builder& builder, Surface& surface) {
     const HalfEdge twin = surface.twins[h];
     if (h % 3 == 0) ++faces;
     if (h > twin) ++edges;  // at a boundary twin is -1
-    if (twin < 0) ++surface.boundary_edges;
-    else components.join(h / 3, twin / 3);
+    if (twin < 0)
+      ++surface.boundary_edges;
+    else
+      components.join(h / 3, twin / 3);
     used[surface.mesh.triangles[h / 3][h % 3]] = 1;
   }
   for (int t = 0; t < surface.triangle_count(); ++t)
@@ -301,8 +306,10 @@ void list_vertices(const Builder& builder, const WeldOptions& weld, Surface& sur
   }
   Ids welded, unreferenced, nonmanifold;
   for (int s = 0; s < count; ++s) {
-    if (surface.vertex_from_source[s] < 0) unreferenced.push_back(s);
-    else if (!leads[s]) welded.push_back(s);
+    if (surface.vertex_from_source[s] < 0)
+      unreferenced.push_back(s);
+    else if (!leads[s])
+      welded.push_back(s);
     if (split[s]) nonmanifold.push_back(s);
   }
   using enum Defect::Severity;
@@ -346,8 +353,10 @@ void list_triangles(const Builder& builder, Surface& surface) {
   for (int t = 0; t < surface.triangle_count(); ++t) {
     const Triangle& s = builder.source.triangles[t];
     const bool had_area = surface.degenerate[t] && !collinear(p[s[0]], p[s[1]], p[s[2]]);
-    if (had_area) by_weld.push_back(t);
-    else if (surface.degenerate[t]) degenerate.push_back(t);
+    if (had_area)
+      by_weld.push_back(t);
+    else if (surface.degenerate[t])
+      degenerate.push_back(t);
     if (builder.duplicate[t]) duplicate.push_back(t);
     if (builder.two_sided[t]) two_sided.push_back(t);
   }

@@ -13,9 +13,9 @@ namespace mq {
 
 struct WeldOptions {
   enum class Kind {
-    exact,     ///< vertices at bitwise equal positions become one (0 and -0 are equal)
-    none,      ///< vertices are what the file says
-    distance   ///< vertices closer than `distance` become one
+    exact,    ///< vertices at bitwise equal positions become one (0 and -0 are equal)
+    none,     ///< vertices are what the file says
+    distance  ///< vertices closer than `distance` become one
   } kind = Kind::exact;
   double distance = 0;  ///< model units
 };
@@ -26,7 +26,7 @@ using HalfEdge = int;
 /// A mesh made fit for integration.
 struct Surface {
   Mesh mesh;                            ///< same triangles, corner UVs and textures as the source
-  std::vector<int> vertex_from_source;  ///< per source vertex its vertex here, or -1 if unreferenced
+  std::vector<int> vertex_from_source;  ///< per source vertex its vertex here, -1: unreferenced
   std::vector<int> source_from_vertex;  ///< per vertex here one source vertex
   std::vector<HalfEdge> twins;          ///< per half-edge the one across the edge, -1 at a boundary
   std::vector<char> degenerate;         ///< per triangle: 1 where it has no area (it is left out of
@@ -49,10 +49,10 @@ struct Surface {
 ///
 /// Triangles. Degenerate are those with two equal vertices, and those whose three points are
 /// collinear to the rounding of double (sine of the angle between the two shortest edges below
-/// 8·2⁻⁵²); anything with more area, however thin, is integrated. With two equal vertices a triangle
-/// has no twins, its neighbours are each other's; otherwise it keeps its place between them. A
-/// triangle that repeats an earlier one (same vertices, same direction) stands alone, without twins.
-/// A vertex that only degenerate triangles use remains, and no integral reaches it.
+/// 8·2⁻⁵²); anything with more area, however thin, is integrated. With two equal vertices a
+/// triangle has no twins, its neighbours are each other's; otherwise it keeps its place between
+/// them. A triangle that repeats an earlier one (same vertices, same direction) stands alone,
+/// without twins. A vertex that only degenerate triangles use remains, and no integral reaches it.
 ///
 /// Defects (ids of vertices are those of the source; an edge goes by its lowest half-edge):
 ///   welded_vertices, unreferenced_vertices, two_sided_triangles                          notes

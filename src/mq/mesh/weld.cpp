@@ -1,6 +1,6 @@
 // Equal points meet in a hash table. Close points meet in one of cells so small that all points of
-// a cell are close, or in one of the cells around; two cells become one as soon as one pair of their
-// points is close, so a distance that swallows the mesh does not compare all pairs.
+// a cell are close, or in one of the cells around; two cells become one as soon as one pair of
+// their points is close, so a distance that swallows the mesh does not compare all pairs.
 
 #include "mq/mesh/weld.h"
 
@@ -105,8 +105,7 @@ std::vector<int> weld_vertices(const Mesh& mesh, const std::vector<char>& refere
                                const WeldOptions& options) {
   switch (options.kind) {
     case WeldOptions::Kind::exact: return weld_exactly(mesh, referenced);
-    case WeldOptions::Kind::distance:
-      return weld_by_distance(mesh, referenced, options.distance);
+    case WeldOptions::Kind::distance: return weld_by_distance(mesh, referenced, options.distance);
     case WeldOptions::Kind::none: break;
   }
   std::vector<int> welded(mesh.positions.size());

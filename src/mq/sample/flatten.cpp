@@ -39,9 +39,9 @@ HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
 /// One chart on its way to the plane, with vertices of its own.
 struct Disc {
-  std::vector<int> ids;              // of the vertices, in the pool of all charts
-  std::vector<Triangle> triangles;   // of local vertices
-  std::vector<int> loop;             // boundary vertices, counter-clockwise
+  std::vector<int> ids;             // of the vertices, in the pool of all charts
+  std::vector<Triangle> triangles;  // of local vertices
+  std::vector<int> loop;            // boundary vertices, counter-clockwise
   std::vector<double> areas;
   std::vector<Eigen::Matrix<double, 3, 2>> gradients;  // of the hat functions in the rest shape
   Points x;
@@ -89,8 +89,10 @@ void find_loop(const std::vector<std::array<int, 2>>& edges, int chart, Disc& di
   const auto triangles = std::ssize(disc.triangles), boundary = std::ssize(edges);
   if (std::ssize(disc.loop) != boundary || boundary == 0 ||
       2 * std::ssize(disc.ids) - (3 * triangles + boundary) + 2 * triangles != 2)
-    throw InvalidInput(fmt::format("chart {} is not a disc: it has {} triangles, {} boundary edges "
-                                   "and {} inner vertices", chart, triangles, boundary, inner));
+    throw InvalidInput(
+        fmt::format("chart {} is not a disc: it has {} triangles, {} boundary edges "
+                    "and {} inner vertices",
+                    chart, triangles, boundary, inner));
 }
 
 std::vector<Disc> cut(const Surface& surface, const std::vector<char>& seams, FlatCharts& flat) {
@@ -165,8 +167,10 @@ void embed_on_circle(Disc& disc) {
       for (const auto& [a, b] : {std::pair{t[k], t[(k + 1) % 3]}, {t[(k + 1) % 3], t[k]}}) {
         if (row[a] < 0) continue;
         entries.emplace_back(row[a], row[a], 1);
-        if (row[b] >= 0) entries.emplace_back(row[a], row[b], -1);
-        else right.row(row[a]) += disc.x[b].transpose();
+        if (row[b] >= 0)
+          entries.emplace_back(row[a], row[b], -1);
+        else
+          right.row(row[a]) += disc.x[b].transpose();
       }
   SparseMatrix laplacian(rows, rows);
   laplacian.setFromTriplets(entries.begin(), entries.end());
@@ -288,8 +292,10 @@ enum class Crossing { allowed, refused };
 double lower(Disc& disc, std::optional<DirectSolver>& solver, Crossing crossing) {
   const double before = energy(disc, disc.x);
   const Model model = quadratic_model(disc);
-  if (solver) solver->refactor(model.matrix);
-  else solver.emplace(model.matrix, everywhere_the_same);
+  if (solver)
+    solver->refactor(model.matrix);
+  else
+    solver.emplace(model.matrix, everywhere_the_same);
   const Signal step = solver->solve(-model.gradient);
   Points direction(disc.x.size());
   for (std::size_t v = 0; v < direction.size(); ++v)
@@ -332,10 +338,13 @@ FlatCharts flatten(const Surface& surface, const std::vector<char>& seams,
                    const FlattenOptions& options, const Progress& progress) {
   FlatCharts flat;
   std::vector<Disc> discs = cut(surface, seams, flat);
-  parallel_for(std::ssize(discs), [&](std::int64_t c) {
-    progress.check();
-    flatten_disc(discs[c], options);
-  }, 1);
+  parallel_for(
+      std::ssize(discs),
+      [&](std::int64_t c) {
+        progress.check();
+        flatten_disc(discs[c], options);
+      },
+      1);
   for (const Disc& disc : discs)
     for (std::size_t v = 0; v < disc.ids.size(); ++v) flat.uvs[disc.ids[v]] = disc.x[v];
   progress.at(1);

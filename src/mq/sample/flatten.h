@@ -9,15 +9,15 @@
 namespace mq {
 
 struct FlattenOptions {
-  int iterations = 60;     ///< at most, per chart
+  int iterations = 60;      ///< at most, per chart
   double tolerance = 5e-4;  ///< stops where five in a row lower the energy by less each, relative
 };
 
 /// Charts in the plane, each in its own place at the scale of the surface (packing follows).
 struct FlatCharts {
-  std::vector<Vector2> uvs;          ///< model units
+  std::vector<Vector2> uvs;  ///< model units
   std::vector<Triangle> corner_uvs;
-  std::vector<int> charts;           ///< per triangle
+  std::vector<int> charts;  ///< per triangle
   int count = 0;
 };
 

@@ -22,7 +22,7 @@ constexpr std::uint64_t max_attempts = 60;
 struct Grid {
   Vector3 low;
   double step;
-  int nx, ny, nz;               // points
+  int nx, ny, nz;  // points
   std::vector<double> values;
 
   std::int64_t index(int i, int j, int k) const { return (std::int64_t(k) * ny + j) * nx + i; }
@@ -34,11 +34,14 @@ Grid sample_grid(const Solid& solid, const Vector3& low, const Vector3& high, do
   const Vector3 count = ((high - low) / step).array().ceil() + 1;
   grid.nx = int(count.x()), grid.ny = int(count.y()), grid.nz = int(count.z());
   grid.values.resize(std::size_t(grid.nx) * grid.ny * grid.nz);
-  parallel_for(grid.nz, [&](std::int64_t k) {
-    for (int j = 0; j < grid.ny; ++j)
-      for (int i = 0; i < grid.nx; ++i)
-        grid.values[grid.index(i, j, int(k))] = solid(grid.point(i, j, int(k)));
-  }, 1);
+  parallel_for(
+      grid.nz,
+      [&](std::int64_t k) {
+        for (int j = 0; j < grid.ny; ++j)
+          for (int i = 0; i < grid.nx; ++i)
+            grid.values[grid.index(i, j, int(k))] = solid(grid.point(i, j, int(k)));
+      },
+      1);
   return grid;
 }
 
@@ -81,7 +84,9 @@ Mesh surface_net(const Grid& grid) {
       }
   const auto quad = [&](int a, int b, int c, int d, bool outward) {
     if (!outward) std::swap(b, d);
-    const auto length = [&](int p, int q) { return (mesh.positions[p] - mesh.positions[q]).norm(); };
+    const auto length = [&](int p, int q) {
+      return (mesh.positions[p] - mesh.positions[q]).norm();
+    };
     if (length(a, c) <= length(b, d)) {
       mesh.triangles.push_back({a, b, c});
       mesh.triangles.push_back({a, c, d});
@@ -159,8 +164,8 @@ Mesh mesh_of_solid(const Solid& solid, const ImplicitOptions& options, const Pro
     }
     return mesh;
   }
-  throw InvalidInput(fmt::format("{} triangles are too few for the shape of this solid: ask for "
-                                 "more", options.triangles));
+  throw InvalidInput(
+      fmt::format("{} triangles are too few for this solid: ask for more", options.triangles));
 }
 
 double smooth_union(double a, double b, double k) {

@@ -12,11 +12,11 @@ namespace mq {
 using Solid = std::function<double(const Vector3&)>;
 
 struct ImplicitOptions {
-  Vector3 low{-1, -1, -1};   ///< a box around the solid, nowhere touching it
+  Vector3 low{-1, -1, -1};  ///< a box around the solid, nowhere touching it
   Vector3 high{1, 1, 1};
-  int triangles = 20000;     ///< about as many are made
+  int triangles = 20000;         ///< about as many are made
   int euler_characteristic = 2;  ///< of the surface, to tell when the grid resolves it
-  int relaxations = 12;      ///< rounds of evening out the triangles
+  int relaxations = 12;          ///< rounds of evening out the triangles
 };
 
 /// The surface f = 0, oriented outward: one vertex in every grid cell that it crosses (Gibson,

@@ -57,10 +57,10 @@ struct Color {
 /// Where a point lies on feathers that hang in rows like tiles, those of every second row between
 /// the others: the feather on top there, and the way to its rim.
 struct Feather {
-  double across;     ///< -½ to ½ over its width
-  double along;      ///< 0 at its lowest point, rising
-  double rim;        ///< distance to the rim it or the feather above it ends with, in rows
-  double number;     ///< something of its own, 0 to 1
+  double across;  ///< -½ to ½ over its width
+  double along;   ///< 0 at its lowest point, rising
+  double rim;     ///< distance to the rim it or the feather above it ends with, in rows
+  double number;  ///< something of its own, 0 to 1
 };
 
 Feather feather_at(double column, double row, const Noise& noise) {
@@ -100,9 +100,9 @@ Vector3 plumage(const Vector3& p, const Noise& noise) {
 
   Color front{Vector3(0.93, 0.86, 0.71)};
   front.blend({0.84, 0.67, 0.43}, smooth_step(0.0, 0.6, cloud + f.number - 0.5));
-  front.blend({0.38, 0.22, 0.13}, smooth_step(0.16, 0.07, std::abs(f.along - 0.42 - f.across *
-                                                                    f.across)) *
-                                      smooth_step(0.40, 0.30, std::abs(f.across)));
+  front.blend({0.38, 0.22, 0.13},
+              smooth_step(0.16, 0.07, std::abs(f.along - 0.42 - f.across * f.across)) *
+                  smooth_step(0.40, 0.30, std::abs(f.across)));
   front.blend({0.68, 0.48, 0.27}, 0.8 * smooth_step(0.16, 0.03, f.rim));
   back.blend(front.value, breast);
   return back.value * (1 + 0.42 * streaks);
@@ -114,8 +114,8 @@ void paint_eye(const Vector3& q, const Noise& noise, Color& color) {
   const double along = d.dot(axis);
   const Vector3 outward = d - along * axis;
   const double r = outward.norm();
-  const double here = smooth_step(-0.10, -0.04, along) * smooth_step(disc_radius + 0.065,
-                                                                     disc_radius + 0.045, r);
+  const double here =
+      smooth_step(-0.10, -0.04, along) * smooth_step(disc_radius + 0.065, disc_radius + 0.045, r);
   if (here <= 0) return;
   const Vector3 way = outward / std::max(r, 1e-9);
   const double rays = noise.octaves(9 * way + Vector3(0, 0, 3 * r), 5);
@@ -182,8 +182,8 @@ ColorField owl_colors(std::uint64_t seed) {
     const Vector3 q = mirrored(p);
     Color color{plumage(p, noise)};
     const double tuft = round_cone(q, tuft_base, tuft_tip, 0.14, 0.045);
-    color.blend({0.16, 0.10, 0.07}, 0.8 * smooth_step(0.72, 0.88, p.y()) *
-                                        smooth_step(0.10, 0.02, tuft));
+    color.blend({0.16, 0.10, 0.07},
+                0.8 * smooth_step(0.72, 0.88, p.y()) * smooth_step(0.10, 0.02, tuft));
     paint_eye(q, noise, color);
     const double beak = smooth_step(0.018, 0.004, round_cone(p, beak_top, beak_tip, 0.085, 0.03));
     if (beak > 0) color.blend(horn_color(p, noise), beak);

@@ -21,7 +21,7 @@ constexpr int most_columns = 1024;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Outline {
-  std::vector<Vector2> points;                  // of the boundary, in the chart's own units
+  std::vector<Vector2> points;  // of the boundary, in the chart's own units
   std::vector<std::array<int, 2>> edges;
   Vector2 low = Vector2::Zero(), size = Vector2::Zero();  // of the box, once turned
   double angle = 0;
@@ -98,8 +98,7 @@ Borders find_borders(const Outline& outline, double scale, double gutter) {
   Borders borders{std::vector<double>(columns, infinity), std::vector<double>(columns, -infinity)};
   std::vector<Vector2> points;
   for (const Vector2& p : outline.points)
-    points.push_back((turned(p, outline.angle) - outline.low) * scale +
-                     Vector2::Constant(margin));
+    points.push_back((turned(p, outline.angle) - outline.low) * scale + Vector2::Constant(margin));
   for (const auto& [i, j] : outline.edges) {
     const bool rising = points[i].x() <= points[j].x();
     const Vector2 &a = points[rising ? i : j], &b = points[rising ? j : i];
@@ -130,8 +129,7 @@ class Horizon {
     int at = -1;
     for (int x = 0; x + width <= columns; ++x) {
       double y = 0;
-      for (int k = 0; k < width && y < best; ++k)
-        y = std::max(y, heights_[x + k] - chart.lower[k]);
+      for (int k = 0; k < width && y < best; ++k) y = std::max(y, heights_[x + k] - chart.lower[k]);
       if (y < best) best = y, at = x;
     }
     if (at < 0 || best + *std::max_element(chart.upper.begin(), chart.upper.end()) > columns)
@@ -169,9 +167,8 @@ void pack(Mesh& mesh, const std::vector<int>& charts, const PackOptions& options
     box_area += outlines[c].size.prod();
     order.push_back(c);
   }
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return outlines[a].size.y() > outlines[b].size.y();
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return outlines[a].size.y() > outlines[b].size.y(); });
 
   const int columns = std::min(options.texture_size, most_columns);
   double gutter = std::min(options.gutter * columns / options.texture_size, columns / 4.0);
@@ -193,8 +190,9 @@ void pack(Mesh& mesh, const std::vector<int>& charts, const PackOptions& options
       if (moved[i]) continue;
       moved[i] = 1;
       const Outline& outline = outlines[charts[t]];
-      mesh.uvs[i] = ((turned(mesh.uvs[i], outline.angle) - outline.low) * low +
-                     corners[charts[t]] + Vector2::Constant(gutter / 2)) / columns;
+      mesh.uvs[i] = ((turned(mesh.uvs[i], outline.angle) - outline.low) * low + corners[charts[t]] +
+                     Vector2::Constant(gutter / 2)) /
+                    columns;
     }
 }
 

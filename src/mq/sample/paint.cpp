@@ -47,8 +47,8 @@ struct Painter {
   const Atlas& atlas;
   const ColorField& field;
   const PaintOptions& options;
-  std::vector<char> rim;                 // per triangle: at the boundary of its chart
-  std::vector<std::vector<int>> bands;   // per band of rows the triangles that may paint it
+  std::vector<char> rim;                // per triangle: at the boundary of its chart
+  std::vector<std::vector<int>> bands;  // per band of rows the triangles that may paint it
   Image<float>* image;
 
   static constexpr int band_rows = 64;
@@ -94,8 +94,8 @@ void Painter::paint_band(int band) const {
     const Patch triangle = patch(t);
     const double reach_t = reach(t);
     const auto range = [&](int axis, int low, int high) {
-      const auto [a, b] = std::minmax({triangle.p[0][axis], triangle.p[1][axis],
-                                       triangle.p[2][axis]});
+      const auto [a, b] =
+          std::minmax({triangle.p[0][axis], triangle.p[1][axis], triangle.p[2][axis]});
       return std::pair(std::max(low, int(std::ceil(std::max(a - reach_t, -1e6)))),
                        std::min(high, int(std::floor(std::min(b + reach_t, 1e6)))));
     };
@@ -148,28 +148,33 @@ Image<float> paint(const Surface& surface, const Atlas& atlas, const ColorField&
       painter.bands[b].push_back(t);
   }
   std::atomic<int> done = 0;
-  parallel_for(bands, [&](std::int64_t band) {
-    painter.paint_band(int(band));
-    progress.at(double(++done) / bands);
-  }, 1);
+  parallel_for(
+      bands,
+      [&](std::int64_t band) {
+        painter.paint_band(int(band));
+        progress.at(double(++done) / bands);
+      },
+      1);
   return image;
 }
 
 ColorField colorful(double scale, std::uint64_t seed) {
   return [scale, noise = Noise(seed), seed](const Vector3& position, int) -> Vector3 {
     const Vector3 p = position / scale + Vector3::Constant(double(seed % 64) * 1.7);
-    const Vector3 warp(noise.octaves(p + Vector3(5, 1, 3), 3), noise.octaves(p + Vector3(1, 7, 9), 3),
+    const Vector3 warp(noise.octaves(p + Vector3(5, 1, 3), 3),
+                       noise.octaves(p + Vector3(1, 7, 9), 3),
                        noise.octaves(p + Vector3(8, 2, 4), 3));
     const double ground = noise.octaves(1.3 * p + 0.7 * warp, 8);
-    Vector3 color = Vector3(0.86, 0.78, 0.62);                          // sand
+    Vector3 color = Vector3(0.86, 0.78, 0.62);  // sand
     const auto blend = [&](const Vector3& to, double t) { color += t * (to - color); };
-    blend({0.16, 0.42, 0.45}, smooth_step(-0.15, 0.15, ground));         // sea
-    blend({0.10, 0.18, 0.33}, smooth_step(0.25, 0.75, ground));          // deep
+    blend({0.16, 0.42, 0.45}, smooth_step(-0.15, 0.15, ground));  // sea
+    blend({0.10, 0.18, 0.33}, smooth_step(0.25, 0.75, ground));   // deep
     const double islands = noise.octaves(2.6 * p + 0.9 * warp + Vector3(20, 0, 0), 5);
-    blend({0.78, 0.31, 0.19}, smooth_step(0.17, 0.20, islands));         // brick, sharp edges
+    blend({0.78, 0.31, 0.19}, smooth_step(0.17, 0.20, islands));  // brick, sharp edges
     blend({0.93, 0.66, 0.25}, smooth_step(0.33, 0.36, islands));
     const double bands = std::sin(22 * (p.y() + 0.35 * warp.x()) + 6 * warp.z());
-    blend({0.95, 0.93, 0.86}, 0.75 * smooth_step(0.80, 0.92, bands) * smooth_step(-0.1, 0.1, -ground));
+    blend({0.95, 0.93, 0.86},
+          0.75 * smooth_step(0.80, 0.92, bands) * smooth_step(-0.1, 0.1, -ground));
     const double dots = noise(14 * p + 2 * warp);
     blend({0.97, 0.95, 0.90}, smooth_step(0.50, 0.58, dots) * smooth_step(0.0, 0.3, ground));
     return color * (1 + 0.30 * noise.octaves(9 * p, 7)) + Vector3::Constant(0.03 * warp.y());

@@ -15,7 +15,7 @@ namespace mq {
 using ColorField = std::function<Vector3(const Vector3& position, int chart)>;
 
 struct PaintOptions {
-  double margin = 3;                    ///< texels painted around each chart
+  double margin = 3;                     ///< texels painted around each chart
   Vector3 background{0.20, 0.20, 0.22};  ///< of texels farther away
 };
 

@@ -6,15 +6,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <complex>
 #include <functional>
-#include <numbers>
+#include <utility>
 
 #include "mq/base/error.h"
-#include "mq/base/random.h"
 #include "mq/sample/flatten.h"
-#include "mq/sample/noise.h"
 #include "mq/sample/owl.h"
 #include "mq/sample/pack.h"
 #include "mq/sample/segment.h"
@@ -23,35 +21,48 @@
 namespace mq {
 namespace {
 
+struct Request {
+  int triangles;
+  std::uint64_t seed;
+  const Progress& progress;
+};
+
+using MakeShape = std::function<Shape(const Request&)>;
+using MakeColors = std::function<ColorField(std::uint64_t seed)>;
+
 struct Recipe {
   SampleInfo info;
   int triangles;  // by default
-  double gutter;  // texels
-  std::function<Shape(int triangles, std::uint64_t seed, const Progress&)> shape;
-  std::function<ColorField(std::uint64_t seed)> colors;
+  MakeShape shape;
+  MakeColors colors;
+  double gutter = 6;  // texels
 };
 
-// ---- Solids ----
+// ---- Solids, cut and flattened ----
 
 Mesh owl(int triangles, const Progress& progress) {
-  return mesh_of_solid(owl_solid, {.low = {-0.75, -1, -0.7}, .high = {0.75, 1.08, 0.7},
-                                   .triangles = triangles}, progress);
+  const ImplicitOptions options{
+      .low = {-0.75, -1, -0.7}, .high = {0.75, 1.08, 0.7}, .triangles = triangles};
+  return mesh_of_solid(owl_solid, options, progress);
 }
 
 /// A round button with four holes.
 Mesh button(int triangles, const Progress& progress) {
   const auto solid = [](const Vector3& p) {
     const double r = std::hypot(p.x(), p.y());
-    const double outer = std::hypot(std::max(0.0, r - 0.78), p.z()) - 0.16;
+    const double disc = std::hypot(std::max(0.0, r - 0.78), p.z()) - 0.16;
     const double rim = std::hypot(r - 0.80, p.z()) - 0.19;
     const double hole = std::hypot(std::abs(p.x()) - 0.27, std::abs(p.y()) - 0.27) - 0.15;
-    return -smooth_union(-smooth_union(outer, rim, 0.1), hole, 0.12);
+    return -smooth_union(-smooth_union(disc, rim, 0.1), hole, 0.12);
   };
-  return mesh_of_solid(solid, {.low = {-1.1, -1.1, -0.35}, .high = {1.1, 1.1, 0.35},
-                               .triangles = triangles, .euler_characteristic = -6}, progress);
+  const ImplicitOptions options{.low = {-1.1, -1.1, -0.35},
+                                .high = {1.1, 1.1, 0.35},
+                                .triangles = triangles,
+                                .euler_characteristic = -6};
+  return mesh_of_solid(solid, options, progress);
 }
 
-Shape flattened(Mesh mesh, const std::vector<char>& seams, const Surface& surface,
+Shape flattened(Mesh mesh, const Surface& surface, const std::vector<char>& seams,
                 const Progress& progress) {
   FlatCharts flat = flatten(surface, seams, {}, progress);
   mesh.uvs = std::move(flat.uvs);
@@ -61,12 +72,12 @@ Shape flattened(Mesh mesh, const std::vector<char>& seams, const Surface& surfac
 
 Shape in_charts(Mesh mesh, const SegmentOptions& options, const Progress& progress) {
   const Surface surface = make_surface(mesh);
-  const auto seams = seams_between(surface, segment(surface, options));
-  return flattened(std::move(mesh), seams, surface, progress);
+  const std::vector<char> seams = seams_between(surface, segment(surface, options));
+  return flattened(std::move(mesh), surface, seams, progress);
 }
 
-/// One chart, cut open from the middle of its bottom to `tips` places as far as can be.
-Shape cut_open(Mesh mesh, int tips, const Progress& progress) {
+/// One chart, cut open from the middle of the bottom to the two places farthest from it.
+Shape cut_open(Mesh mesh, const Progress& progress) {
   const Surface surface = make_surface(mesh);
   int root = 0;
   for (int v = 0; v < mesh.vertex_count(); ++v) {
@@ -76,105 +87,135 @@ Shape cut_open(Mesh mesh, int tips, const Progress& progress) {
     };
     if (height(v) < height(root)) root = v;
   }
-  return flattened(std::move(mesh), seams_along_tree(surface, root, tips), surface, progress);
+  return flattened(std::move(mesh), surface, seams_along_tree(surface, root, 2), progress);
 }
 
-Shape owl_in(int charts, double unevenness, int triangles, std::uint64_t seed,
-             const Progress& progress) {
-  const auto meshing = progress.step("mesh", 0.3);
-  Mesh mesh = owl(triangles, meshing);
-  const auto flattening = progress.step("flatten", 0.7);
-  if (charts == 1) return cut_open(std::move(mesh), 2, flattening);
-  return in_charts(std::move(mesh), {.charts = charts, .rounds = unevenness > 0 ? 0 : 20,
-                                     .unevenness = unevenness, .seed = seed}, flattening);
+MakeShape owl_in(int charts, double unevenness = 0) {
+  return [=](const Request& request) {
+    Mesh mesh = owl(request.triangles, request.progress.step("mesh", 0.3));
+    const Progress flattening = request.progress.step("flatten", 0.7);
+    if (charts == 1) return cut_open(std::move(mesh), flattening);
+    const SegmentOptions options{.charts = charts,
+                                 .rounds = unevenness > 0 ? 0 : 20,
+                                 .unevenness = unevenness,
+                                 .seed = request.seed};
+    return in_charts(std::move(mesh), options, flattening);
+  };
 }
+
+Shape button_in_24(const Request& request) {
+  Mesh mesh = button(request.triangles, request.progress.step("mesh", 0.3));
+  return in_charts(std::move(mesh), {.charts = 24, .rounds = 20, .seed = request.seed},
+                   request.progress.step("flatten", 0.7));
+}
+
+// ---- Shapes by formula ----
+
+/// How often n fits, at least `least` times, when the triangles are `each` n².
+int fit(const Request& request, double each, int least) {
+  return std::max(least, int(std::lround(std::sqrt(request.triangles / each))));
+}
+
+MakeShape torus_by(TorusMap map) {
+  return [=](const Request& request) {
+    const int n = fit(request, 4, 3);
+    return torus(2 * n, n, 0.45, map);
+  };
+}
+
+Shape polyhedral_torus(const Request& request) {
+  return flat_torus(9, fit(request, 36, 1), 2, 2.2);
+}
+
+Shape open_cylinder(const Request& request) {
+  const int n = fit(request, 6, 1);
+  return cylinder(3 * n, n, 2);
+}
+
+Shape sphere(const Request& request) { return cube_sphere(fit(request, 12, 1)); }
+
+Shape cube(const Request& request) { return cube_cross(fit(request, 12, 1)); }
 
 // ---- The cap, whose maps are measured against each other ----
 
-constexpr double cap_angle = 1.9;  // radians: a little more than a hemisphere
-
-Shape cap(int triangles) {
-  return spherical_cap(std::max(2, int(std::lround(std::sqrt(triangles / 6.0)))), cap_angle);
+Shape cap(const Request& request) {
+  const double angle = 1.9;  // radians: a little more than a hemisphere
+  return spherical_cap(fit(request, 6, 2), angle);
 }
 
-/// The disc onto itself by z → (z + a) / (1 + a z), which keeps angles: scales differ by
+/// The disc onto itself by z -> (z + a) / (1 + a z), which keeps angles: lengths differ by
 /// ((1 + a) / (1 - a))² between its ends.
-Shape moebius_cap(int triangles) {
-  Shape shape = cap(triangles);
+Shape moebius_cap(const Request& request) {
+  Shape shape = cap(request);
   const double a = 0.5;
   for (Vector2& uv : shape.mesh.uvs) {
-    const Vector2 numerator(uv.x() + a, uv.y()), denominator(1 + a * uv.x(), a * uv.y());
-    uv = Vector2(numerator.dot(denominator),
-                 numerator.y() * denominator.x() - numerator.x() * denominator.y()) /
-         denominator.squaredNorm();
+    const std::complex<double> z(uv.x(), uv.y()), w = (z + a) / (1.0 + a * z);
+    uv = {w.real(), w.imag()};
   }
   return shape;
 }
 
-Shape stretched_cap(int triangles, double ratio) {
-  Shape shape = cap(triangles);
-  for (Vector2& uv : shape.mesh.uvs) uv.x() /= ratio;
-  return shape;
+MakeShape cap_stretched(double ratio) {
+  return [=](const Request& request) {
+    Shape shape = cap(request);
+    for (Vector2& uv : shape.mesh.uvs) uv.x() /= ratio;
+    return shape;
+  };
+}
+
+Shape cap_in_28(const Request& request) {
+  Mesh mesh = cap(request).mesh;
+  mesh.uvs.clear();
+  mesh.corner_uvs.clear();
+  return in_charts(std::move(mesh), {.charts = 28, .rounds = 20, .seed = request.seed},
+                   request.progress);
 }
 
 // ---- The list ----
 
-int square_root(double x, int least) { return std::max(least, int(std::lround(std::sqrt(x)))); }
+MakeColors plain(double scale) {
+  return [=](std::uint64_t seed) { return colorful(scale, seed); };
+}
 
+// clang-format off
 const std::vector<Recipe>& recipes() {
-  using S = std::uint64_t;
-  using P = const Progress&;
-  const auto plain = [](double scale) { return [=](S seed) { return colorful(scale, seed); }; };
   static const std::vector<Recipe> list{
-      {{"bust", "an owl's bust in 28 charts, painted like a photograph"}, 24000, 6,
-       [](int n, S s, P p) { return owl_in(28, 0, n, s, p); }, owl_colors},
-      {{"bust_1", "the same as one chart, cut open along a tree"}, 24000, 6,
-       [](int n, S s, P p) { return owl_in(1, 0, n, s, p); }, owl_colors},
-      {{"bust_4", "the same in 4 charts"}, 24000, 6,
-       [](int n, S s, P p) { return owl_in(4, 0, n, s, p); }, owl_colors},
-      {{"bust_3000", "the same in 3,000 charts of very different size, as photogrammetry cuts"},
-       60000, 2, [](int n, S s, P p) { return owl_in(3000, 0.7, n, s, p); }, owl_colors},
-      {{"genus4", "a button with four holes, in 24 charts"}, 16000, 6,
-       [](int n, S s, P p) { return in_charts(button(n, p.step("mesh", 0.3)),
-                                              {.charts = 24, .rounds = 20, .seed = s},
-                                              p.step("flatten", 0.7)); }, plain(0.7)},
-      {{"sphere", "the unit sphere in six charts"}, 12 * 32 * 32, 6,
-       [](int n, S, P) { return cube_sphere(square_root(n / 12.0, 1)); }, plain(0.8)},
-      {{"torus", "a torus as one chart, with two seams"}, 96 * 48 * 2, 6,
-       [](int n, S, P) {
-         const int m = square_root(n / 4.0, 3);
-         return torus(2 * m, m, 0.45, TorusMap::arc_length);
-       }, plain(0.8)},
-      {{"torus_conformal", "the same torus, its chart conformal"}, 96 * 48 * 2, 6,
-       [](int n, S, P) {
-         const int m = square_root(n / 4.0, 3);
-         return torus(2 * m, m, 0.45, TorusMap::conformal);
-       }, plain(0.8)},
+      {{"bust", "an owl's bust in 28 charts, painted like a photograph"},
+       24000, owl_in(28), owl_colors},
+      {{"bust_1", "the same as one chart, cut open along a tree"},
+       24000, owl_in(1), owl_colors},
+      {{"bust_4", "the same in 4 charts"},
+       24000, owl_in(4), owl_colors},
+      {{"bust_3000", "the same in 3,000 charts of all sizes, as photogrammetry cuts"},
+       60000, owl_in(3000, 0.7), owl_colors, 2},
+      {{"genus4", "a button with four holes, in 24 charts"},
+       16000, button_in_24, plain(0.7)},
+      {{"sphere", "the unit sphere in six charts"},
+       12000, sphere, plain(0.8)},
+      {{"torus", "a torus as one chart, with two seams"},
+       10000, torus_by(TorusMap::arc_length), plain(0.8)},
+      {{"torus_conformal", "the same torus, its chart conformal"},
+       10000, torus_by(TorusMap::conformal), plain(0.8)},
       {{"flat_torus", "a polyhedral torus without any curvature, as one isometric chart"},
-       36 * 20 * 20, 6,
-       [](int n, S, P) { return flat_torus(9, square_root(n / 36.0, 1), 2, 2.2); }, plain(0.9)},
-      {{"cylinder", "an open cylinder with one seam, isometric"}, 96 * 32 * 2, 6,
-       [](int n, S, P) {
-         const int m = square_root(n / 6.0, 1);
-         return cylinder(3 * m, m, 2);
-       }, plain(0.8)},
-      {{"cube", "a cube unfolded to a cross, isometric"}, 12 * 16 * 16, 6,
-       [](int n, S, P) { return cube_cross(square_root(n / 12.0, 1)); }, plain(1.0)},
-      {{"cap", "a cap of a sphere as one conformal chart"}, 6 * 60 * 60, 6,
-       [](int n, S, P) { return cap(n); }, plain(0.7)},
+       14000, polyhedral_torus, plain(0.9)},
+      {{"cylinder", "an open cylinder with one seam, isometric"},
+       6000, open_cylinder, plain(0.8)},
+      {{"cube", "a cube unfolded to a cross, isometric"},
+       3000, cube, plain(1.0)},
+      {{"cap", "a cap of a sphere as one conformal chart"},
+       20000, cap, plain(0.7)},
       {{"cap_moebius", "the same, its chart moved by a Moebius transform: conformal, lengths 9:1"},
-       6 * 60 * 60, 6, [](int n, S, P) { return moebius_cap(n); }, plain(0.7)},
-      {{"cap_stretched_4", "the same, its chart compressed 4:1"}, 6 * 60 * 60, 6,
-       [](int n, S, P) { return stretched_cap(n, 4); }, plain(0.7)},
-      {{"cap_stretched_16", "the same, its chart compressed 16:1"}, 6 * 60 * 60, 6,
-       [](int n, S, P) { return stretched_cap(n, 16); }, plain(0.7)},
-      {{"cap_28", "the same in 28 charts"}, 6 * 60 * 60, 6,
-       [](int n, S s, P p) {
-         return in_charts(cap(n).mesh, {.charts = 28, .rounds = 20, .seed = s}, p);
-       }, plain(0.7)},
+       20000, moebius_cap, plain(0.7)},
+      {{"cap_stretched_4", "the same, its chart compressed 4:1"},
+       20000, cap_stretched(4), plain(0.7)},
+      {{"cap_stretched_16", "the same, its chart compressed 16:1"},
+       20000, cap_stretched(16), plain(0.7)},
+      {{"cap_28", "the same in 28 charts"},
+       20000, cap_in_28, plain(0.7)},
   };
   return list;
 }
+// clang-format on
 
 /// Number of insertions, deletions and changes from one word to another.
 int edit_distance(const std::string& a, const std::string& b) {
@@ -218,17 +259,22 @@ Sample make_sample(const std::string& name, const SampleOptions& options,
                    const Progress& progress) {
   const Recipe& recipe = find_recipe(name);
   if (options.texture_size < 1 || options.texture_size > 1 << 15)
-    throw InvalidInput(fmt::format("a sample cannot have {0} x {0} texels: 1 to 32768 a side can "
-                                   "be made", options.texture_size));
+    throw InvalidInput(
+        fmt::format("a sample cannot have {0} x {0} texels: 1 to 32768 a side can "
+                    "be made",
+                    options.texture_size));
   if (options.triangles < 0 || options.triangles > 20'000'000)
-    throw InvalidInput(fmt::format("a sample cannot have {} triangles: up to 20 million can be "
-                                   "made, 0 for its own number", options.triangles));
+    throw InvalidInput(
+        fmt::format("a sample cannot have {} triangles: up to 20 million can be "
+                    "made, 0 for its own number",
+                    options.triangles));
   const int triangles = options.triangles > 0 ? options.triangles : recipe.triangles;
-  Shape shape = recipe.shape(triangles, options.seed, progress.step("shape", 0.95));
-  pack(shape.mesh, shape.charts,
-       {.texture_size = options.texture_size, .gutter = recipe.gutter});
+  Shape shape = recipe.shape({triangles, options.seed, progress.step("shape", 0.9)});
+  pack(shape.mesh, shape.charts, {.texture_size = options.texture_size, .gutter = recipe.gutter});
   progress.at(1);
-  return {name, std::move(shape.mesh), {options.texture_size, options.texture_size, Wrap::clamp},
+  return {name,
+          std::move(shape.mesh),
+          {options.texture_size, options.texture_size, Wrap::clamp},
           recipe.colors(options.seed)};
 }
 
@@ -236,8 +282,7 @@ Image<float> paint(const Sample& sample, Alignment alignment, std::uint64_t seed
                    const Progress& progress) {
   const Surface surface = make_surface(sample.mesh);
   const Atlas atlas = make_atlas(surface, {sample.texture});
-  if (alignment == Alignment::aligned)
-    return paint(surface, atlas, sample.colors, {}, 0, progress);
+  if (alignment == Alignment::aligned) return paint(surface, atlas, sample.colors, {}, 0, progress);
   const MisalignOptions options{.shift = 2 * atlas.texel_spacing(), .seed = seed};
   return paint(surface, atlas, misaligned(sample.colors, options), {}, 0, progress);
 }

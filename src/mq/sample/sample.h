@@ -27,9 +27,9 @@ struct SampleOptions {
 
 struct Sample {
   std::string name;
-  Mesh mesh;            ///< with UVs for a texture of this size
+  Mesh mesh;  ///< with UVs for a texture of this size
   TextureSize texture;
-  ColorField colors;    ///< what to paint on it
+  ColorField colors;  ///< what to paint on it
 };
 
 /// Makes a sample. Equal options give equal bits. Throws `InvalidInput` for an unknown name (naming

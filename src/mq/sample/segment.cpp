@@ -37,7 +37,8 @@ struct Dual {
   explicit Dual(const Surface& s)
       : surface(s), normals(triangle_normals(s.mesh)), areas(triangle_areas(s.mesh)) {
     for (int t = 0; t < s.triangle_count(); ++t)
-      centers.push_back((s.mesh.position(t, 0) + s.mesh.position(t, 1) + s.mesh.position(t, 2)) / 3);
+      centers.push_back((s.mesh.position(t, 0) + s.mesh.position(t, 1) + s.mesh.position(t, 2)) /
+                        3);
   }
 
   /// Distance between neighbours; a right angle between them counts as five times the way.
@@ -102,9 +103,8 @@ void halve(const Dual& dual, std::vector<int>& charts, const std::vector<int>& m
   const auto farthest = [&](int from) {
     std::vector<double> distances;
     dual.nearest({{from, 0}}, inside, &distances);
-    return *std::max_element(members.begin(), members.end(), [&](int a, int b) {
-      return distances[a] < distances[b];
-    });
+    return *std::max_element(members.begin(), members.end(),
+                             [&](int a, int b) { return distances[a] < distances[b]; });
   };
   const int a = farthest(members.front()), b = farthest(a);
   const std::vector<int> half = dual.nearest({{a, 0}, {b, 0}}, inside);
@@ -179,8 +179,7 @@ void split_largest(const Dual& dual, std::vector<int>& charts, int& count, int w
     auto members = members_of(charts, count);
     std::vector<int> order(count);
     for (int c = 0; c < count; ++c) order[c] = c;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](int a, int b) { return areas[a] > areas[b]; });
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return areas[a] > areas[b]; });
     const int at_once = std::max(1, (wanted - count) / 4), before = count;
     for (int i = 0; i < at_once && i < before; ++i)
       if (members[order[i]].size() > 1) halve(dual, charts, members[order[i]], count++);
@@ -228,8 +227,8 @@ std::vector<char> seams_along_tree(const Surface& surface, int root, int tips) {
   for (int tip = 0; tip < tips; ++tip) {
     std::vector<double> distances(mesh.positions.size(), infinity);
     std::vector<HalfEdge> arrival(mesh.positions.size(), -1);
-    std::priority_queue<std::pair<double, int>, std::vector<std::pair<double, int>>,
-                        std::greater<>> queue;
+    std::priority_queue<std::pair<double, int>, std::vector<std::pair<double, int>>, std::greater<>>
+        queue;
     for (const int v : tree) queue.emplace(distances[v] = 0, v);
     int last = root;
     while (!queue.empty()) {

@@ -9,9 +9,9 @@
 namespace mq {
 
 struct SegmentOptions {
-  int charts = 28;         ///< exactly as many are made, if there are as many triangles
-  int rounds = 12;         ///< of moving chart centres; 0 leaves them where chance put them
-  double unevenness = 0;   ///< 0: charts of about one size; 1: from single triangles to large ones
+  int charts = 28;        ///< exactly as many are made, if there are as many triangles
+  int rounds = 12;        ///< of moving chart centres; 0 leaves them where chance put them
+  double unevenness = 0;  ///< 0: charts of about one size; 1: from single triangles to large ones
   std::uint64_t seed = 1;
 };
 

@@ -19,12 +19,12 @@ struct Face {
 
 // The side faces follow each other around the y-axis, top and bottom hang on the front (+z).
 constexpr std::array<Face, 6> cube_faces{{
-    {{0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 0, 1},    // left   (-x)
-    {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}, 1, 1},    // front  (+z)
-    {{1, 0, 1}, {0, 0, -1}, {0, 1, 0}, 2, 1},   // right  (+x)
-    {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, 3, 1},   // back   (-z)
-    {{0, 1, 1}, {1, 0, 0}, {0, 0, -1}, 1, 2},   // top    (+y)
-    {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 1, 0},    // bottom (-y)
+    {{0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 0, 1},   // left   (-x)
+    {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}, 1, 1},   // front  (+z)
+    {{1, 0, 1}, {0, 0, -1}, {0, 1, 0}, 2, 1},  // right  (+x)
+    {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, 3, 1},  // back   (-z)
+    {{0, 1, 1}, {1, 0, 0}, {0, 0, -1}, 1, 2},  // top    (+y)
+    {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 1, 0},   // bottom (-y)
 }};
 
 /// The surface of the lattice cube; lattice[v] is the lattice point of vertex v, uvs[v] belongs to
@@ -97,9 +97,12 @@ void refine(const std::vector<Point>& points, const std::vector<Triangle>& trian
     for (int j = 0; j <= m; ++j)
       for (int i = 0; i + j <= m; ++i) {
         int id = int(finer.size());
-        if (j == 0) id = edge_point(t[0], t[1], i);
-        else if (i == 0) id = edge_point(t[0], t[2], j);
-        else if (i + j == m) id = edge_point(t[1], t[2], j);
+        if (j == 0)
+          id = edge_point(t[0], t[1], i);
+        else if (i == 0)
+          id = edge_point(t[0], t[2], j);
+        else if (i + j == m)
+          id = edge_point(t[1], t[2], j);
         else
           finer.push_back(points[t[0]] + double(i) / m * (points[t[1]] - points[t[0]]) +
                           double(j) / m * (points[t[2]] - points[t[0]]));
@@ -234,8 +237,7 @@ Shape cylinder(int n, int m, double height) {
   mesh.corner_uvs = grid_triangles(n, m);
   for (const Triangle& t : mesh.corner_uvs) {
     mesh.triangles.emplace_back();
-    for (int k = 0; k < 3; ++k)
-      mesh.triangles.back()[k] = t[k] / (n + 1) * n + t[k] % (n + 1) % n;
+    for (int k = 0; k < 3; ++k) mesh.triangles.back()[k] = t[k] / (n + 1) * n + t[k] % (n + 1) % n;
   }
   return one_chart(std::move(mesh));
 }
