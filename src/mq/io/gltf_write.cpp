@@ -119,6 +119,7 @@ class GltfSplicer {
         const Vector3& now = model_.mesh.positions[std::size_t(v)];
         if (now == says_.mesh.positions[std::size_t(v)]) continue;
         const Eigen::Vector3f local = (inverse * now.homogeneous()).head<3>().cast<float>();
+        if (!local.allFinite()) return false;
         std::memcpy(bytes.data() + layout->offset + std::size_t(v - begin) * layout->stride,
                     local.data(), sizeof local);
       }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "mq/base/error.h"
 #include "mq/io/ply.h"
@@ -84,6 +85,9 @@ class PlySplicer {
     const Mesh &now = model_.mesh, &before = says_.file.mesh;
     for (const int p : roles_.position)
       if (is_integer(property(p).type) && now.positions != before.positions) return false;
+    constexpr double largest = std::numeric_limits<float>::max();
+    for (const Vector3& p : now.positions)
+      if (p.cwiseAbs().maxCoeff() > largest && now.positions != before.positions) return false;
     for (const int p : roles_.uv)
       if (p >= 0 && is_integer(property(p).type) && moved_uvs()) return false;
     const int channels = color_channels(model_.colors);
