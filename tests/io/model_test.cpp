@@ -208,6 +208,17 @@ TEST_F(ModelFile, BinaryPlyKeepsItsTypes) {
   EXPECT_EQ(back.colors.values[0], 1);
 }
 
+TEST_F(ModelFile, FloatsGiveWayToDoublesForWhatTheyCannotHold) {
+  Model made = two_texture_square();
+  for (Vector3& p : made.mesh.positions) p = p.cast<float>().cast<double>();
+  write_model(folder / "a.ply", made);
+  Model model = read_model(folder / "a.ply");
+  model.mesh.positions[0].x() = 1e300;
+  write_model(folder / "b.ply", model);
+  EXPECT_EQ(read_model(folder / "b.ply").mesh.positions, model.mesh.positions);
+  EXPECT_THROW(write_model(folder / "b.glb", model), Unsupported);
+}
+
 TEST_F(ModelFile, OtherConnectivityIsWrittenAnew) {
   put("odd.obj", odd_obj);
   put("odd lib.mtl", odd_mtl);
@@ -294,6 +305,19 @@ TEST_F(ModelFile, FindsPicturesByForeignNames) {
   const Model model = read_model(folder / "m.obj");
   EXPECT_EQ(model.textures.at(0).pixels.width(), 4);
   EXPECT_EQ(model.textures.at(1).pixels.width(), 2);
+}
+
+TEST_F(ModelFile, MayHaveBlanksAndUnicodeInItsNames) {
+  Model model = two_chart_square();
+  model.textures[0].name = "b\xc3\xbcste \xe2\x98\xba.png";
+  for (const std::string extension : {".obj", ".ply", ".gltf", ".glb"}) {
+    const fs::path path = folder / ("meine b\xc3\xbcste" + extension);
+    write_model(path, model);
+    const Model back = read_model(path);
+    ASSERT_EQ(back.textures.size(), 1u) << extension;
+    EXPECT_EQ(back.textures[0].name, model.textures[0].name);
+    EXPECT_EQ(back.textures[0].pixels, model.textures[0].pixels);
+  }
 }
 
 TEST_F(ModelFile, ReadsSeveralLibrariesOfOneLine) {

@@ -116,6 +116,11 @@ TEST(Obj, RefusesCoordinatesThatAreNotFinite) {
                 HasSubstr("line 5: vertex 5 has the coordinate")) << bad;
 }
 
+TEST(Obj, LeavesTextureCoordinatesThatAreNotFiniteToTheAtlas) {
+  const ObjFile file = parse(four + "vt -nan(ind) inf\nf 1/1 2/1 3/1\n");
+  EXPECT_FALSE(file.mesh.uv(0, 0).allFinite());
+}
+
 TEST(Obj, RefusesWhatIsNotObj) {
   EXPECT_THAT(refusal("hello\nworld\n"), HasSubstr("a.obj is not an OBJ file"));
   EXPECT_THAT(refusal(std::string(1000, '\0')), HasSubstr("is not an OBJ file"));

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "mq/io/gltf.h"
 #include "mq/io/gltf_file.h"
 
 namespace mq {
@@ -25,5 +26,10 @@ struct GltfScene {
 };
 
 GltfScene read_gltf_scene(const GltfFile& file);
+
+/// The document's files with the differences to the model spliced in; no files where these are too
+/// large for that (`write_gltf` then makes them anew).
+GltfOutput splice_gltf(const Model& model, const Document& document,
+                       const std::vector<GltfPicture>& pictures, const std::string& stem);
 
 }  // namespace mq

@@ -1,0 +1,290 @@
+// Positions go back through the node they were read through, x = M⁻¹ p, and only elements that moved
+// are written. An embedded picture of another size moves the views behind it in its buffer.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <map>
+
+#include "mq/io/gltf_container.h"
+#include "mq/io/gltf_scene.h"
+#include "mq/io/json_text.h"
+#include "mq/io/uri.h"
+
+namespace mq {
+namespace {
+
+class GltfSplicer {
+ public:
+  GltfSplicer(const Model& model, const Document& document,
+              const std::vector<GltfPicture>& pictures, const std::string& stem)
+      : model_(model), document_(document), pictures_(pictures), stem_(stem), file_(document),
+        scene_(read_gltf_scene(file_)), says_(scene_.file) {}
+
+  /// The files, or none where the change is too large to be spliced in.
+  GltfOutput splice() {
+    if (!same_connectivity(says_.mesh, model_.mesh) || says_.mesh.uvs != model_.mesh.uvs ||
+        says_.textures.size() != pictures_.size() || !same_textures())
+      return {};
+    if (!edit_positions() || !edit_colors() || !edit_pictures()) return {};
+    GltfOutput output;
+    output.files.resize(1);
+    store_buffers(output.files);
+    output.files[0] = {stem_, mesh_file()};
+    for (const TextureSlot& slot : says_.textures) output.embedded.push_back(!slot.picture.empty());
+    return output;
+  }
+
+ private:
+  bool same_textures() const {
+    for (int t = 0; t < model_.mesh.triangle_count(); ++t)
+      if (model_.mesh.texture(t) != says_.mesh.texture(t)) return false;
+    return true;
+  }
+
+  /// A copy of a buffer to be changed.
+  Bytes& changed_buffer(int b) {
+    const auto place = buffers_.try_emplace(b);
+    if (place.second) {
+      const ByteView bytes = file_.buffer(b);
+      place.first->second.assign(bytes.begin(), bytes.end());
+    }
+    return place.first->second;
+  }
+
+  bool replace(std::initializer_list<JsonStep> steps, const std::string& value) {
+    const auto place = find_json(file_.json_text(), steps);
+    if (place) edits_.push_back({place->begin, place->end, value});
+    return place.has_value();
+  }
+
+  bool edit_positions() {
+    std::map<std::int64_t, int> uses;
+    for (const GltfBlock& block : scene_.blocks) ++uses[block.positions];
+    for (const GltfBlock& block : scene_.blocks) {
+      const auto begin = block.begin, end = block.begin + block.count;
+      if (std::equal(model_.mesh.positions.begin() + begin, model_.mesh.positions.begin() + end,
+                     says_.mesh.positions.begin() + begin))
+        continue;
+      const auto layout = file_.layout(block.positions);
+      const Eigen::Matrix4d inverse = block.matrix.inverse();
+      if (!layout || uses[block.positions] > 1 || !inverse.allFinite() ||
+          file_.values(block.positions, {3}).type != GltfType::f32)
+        return false;
+      Bytes& bytes = changed_buffer(layout->buffer);
+      for (int v = begin; v < end; ++v) {
+        const Vector3& now = model_.mesh.positions[std::size_t(v)];
+        if (now == says_.mesh.positions[std::size_t(v)]) continue;
+        const Eigen::Vector3f local = (inverse * now.homogeneous()).head<3>().cast<float>();
+        if (!local.allFinite()) return false;
+        std::memcpy(bytes.data() + layout->offset + std::size_t(v - begin) * layout->stride,
+                    local.data(), sizeof local);
+      }
+      edit_bounds(block, *layout, bytes);
+    }
+    return true;
+  }
+
+  void edit_bounds(const GltfBlock& block, const GltfLayout& layout, const Bytes& bytes) {
+    Eigen::Vector3f least = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
+    Eigen::Vector3f largest = -least;
+    for (int i = 0; i < block.count; ++i) {
+      Eigen::Vector3f x;
+      std::memcpy(x.data(), bytes.data() + layout.offset + std::size_t(i) * layout.stride,
+                  sizeof x);
+      least = least.cwiseMin(x);
+      largest = largest.cwiseMax(x);
+    }
+    const auto text = [](const Eigen::Vector3f& v) {
+      return fmt::format("[{},{},{}]", v.x(), v.y(), v.z());
+    };
+    const auto accessor = std::size_t(block.positions);
+    replace({"accessors", accessor, "min"}, text(least));
+    replace({"accessors", accessor, "max"}, text(largest));
+  }
+
+  bool edit_colors() {
+    if (color_channels(model_.colors) != says_.colors.channels) return false;
+    std::map<std::int64_t, int> uses;
+    for (const GltfBlock& block : scene_.blocks) ++uses[block.colors];
+    for (const GltfBlock& block : scene_.blocks) {
+      if (!recolored(block)) continue;
+      if (block.colors < 0 || uses[block.colors] > 1 || !store_colors(block)) return false;
+    }
+    return true;
+  }
+
+  bool recolored(const GltfBlock& block) const {
+    for (int v = block.begin; v < block.begin + block.count; ++v)
+      for (int c = 0; c < says_.colors.channels; ++c)
+        if (color(model_.colors, v, c) != color(says_.colors, v, c)) return true;
+    return false;
+  }
+
+  bool store_colors(const GltfBlock& block) {
+    const auto layout = file_.layout(block.colors);
+    const GltfValues values = file_.values(block.colors, {3, 4});
+    const bool floats = values.type == GltfType::f32;
+    if (!layout || (!floats && values.type != GltfType::u8 && values.type != GltfType::u16))
+      return false;
+    Bytes& bytes = changed_buffer(layout->buffer);
+    for (int i = 0; i < block.count; ++i)
+      for (int c = 0; c < values.components; ++c) {
+        std::byte* to = bytes.data() + layout->offset + std::size_t(i) * layout->stride +
+                        std::size_t(c * size_of(values.type));
+        const float value = color(model_.colors, block.begin + i, c);
+        const unsigned stored = stored_color(value, unsigned(largest_of(values.type)));
+        const auto narrow = std::uint16_t(stored);
+        std::memcpy(to, floats ? static_cast<const void*>(&value) : &narrow,
+                    std::size_t(size_of(values.type)));
+      }
+    return true;
+  }
+
+  bool edit_pictures() {
+    for (std::size_t s = 0; s < pictures_.size(); ++s) {
+      const TextureSlot& slot = says_.textures[s];
+      const auto image = std::size_t(scene_.images[s]);
+      if (slot.picture.empty()) {
+        if (pictures_[s].name != slot.name &&
+            !replace({"images", image, "uri"}, json_string(uri_of_name(pictures_[s].name))))
+          return false;
+        continue;
+      }
+      if (!pictures_[s].changed) continue;
+      const Bytes bytes = pictures_[s].file();
+      if (bytes.empty()) continue;
+      const Json& object = file_.item("images", scene_.images[s]);
+      const bool stored =
+          object.contains("bufferView")
+              ? replace_view(json_count(object, "bufferView", 0, file_.name()), bytes)
+              : replace({"images", image, "uri"},
+                        json_string(data_uri(pictures_[s].type, bytes)));
+      if (!stored) return false;
+      replace({"images", image, "mimeType"}, json_string(pictures_[s].type));
+    }
+    return edit_views();
+  }
+
+  /// Replaces the bytes of a view; those behind it move by a multiple of four.
+  bool replace_view(std::int64_t id, const Bytes& bytes) {
+    if (views_.empty())
+      for (std::size_t v = 0; v < file_.size("bufferViews"); ++v)
+        views_.push_back(file_.view(std::int64_t(v)));
+    GltfView& view = views_[std::size_t(id)];
+    const std::size_t old_end = view.offset + view.length;
+    for (const GltfView& other : views_)
+      if (&other != &view && other.buffer == view.buffer && other.offset < old_end &&
+          other.offset + other.length > view.offset)
+        return false;
+    std::size_t room = bytes.size();
+    while ((room - view.length) % 4 != 0) ++room;
+    Bytes& buffer = changed_buffer(view.buffer);
+    Bytes replacement = bytes;
+    replacement.resize(room);
+    Bytes now(buffer.begin(), buffer.begin() + std::ptrdiff_t(view.offset));
+    now.insert(now.end(), replacement.begin(), replacement.end());
+    now.insert(now.end(), buffer.begin() + std::ptrdiff_t(old_end), buffer.end());
+    buffer = std::move(now);
+    for (GltfView& other : views_)
+      if (&other != &view && other.buffer == view.buffer && other.offset >= old_end)
+        other.offset = other.offset - view.length + room;
+    view.length = bytes.size();
+    return true;
+  }
+
+  bool edit_views() {
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      const GltfView before = file_.view(std::int64_t(v));
+      const auto set = [&](const char* key, std::size_t was, std::size_t is) {
+        return was == is || replace({"bufferViews", v, key}, std::to_string(is));
+      };
+      if (!set("byteOffset", before.offset, views_[v].offset) ||
+          !set("byteLength", before.length, views_[v].length))
+        return false;
+    }
+    for (const auto& [b, bytes] : buffers_)
+      if (bytes.size() != file_.buffer(b).size() &&
+          !replace({"buffers", std::size_t(b), "byteLength"}, std::to_string(bytes.size())))
+        return false;
+    return true;
+  }
+
+  /// Parts as they are, or changed and then under the mesh file's own name.
+  void store_buffers(std::vector<OutputFile>& files) {
+    for (std::size_t b = 0; b < file_.size("buffers"); ++b) {
+      const std::string name = file_.buffer_name(b);
+      const auto changed = buffers_.find(int(b));
+      const std::string uri = json_text_of(file_.item("buffers", std::int64_t(b)), "uri");
+      if (!name.empty()) {
+        for (const Part& part : document_.parts)
+          if (part.name == name && changed == buffers_.end()) files.push_back(part);
+        if (changed == buffers_.end()) continue;
+        const std::string own = own_name(b);
+        if (own != name) replace({"buffers", b, "uri"}, json_string(uri_of_name(own)));
+        files.push_back({own, changed->second});
+      } else if (!uri.empty() && changed != buffers_.end()) {
+        const std::string type = uri.substr(5, uri.find(';') - 5);
+        replace({"buffers", b, "uri"}, json_string(data_uri(type, changed->second)));
+      }
+    }
+  }
+
+  /// A name for a changed buffer that no other has.
+  std::string own_name(std::size_t b) const {
+    std::string name = stem_ + ".bin";
+    for (std::size_t other = 0; other < file_.size("buffers"); ++other)
+      if (other != b && (file_.buffer_name(other) == name || (other < b && buffers_.contains(int(other)))))
+        name = fmt::format("{}_{}.bin", stem_, b);
+    return name;
+  }
+
+  Bytes mesh_file() {
+    const ByteView all = document_.bytes;
+    const std::string_view text = file_.json_text();
+    const auto begin = std::size_t(text.data() - text_of(all).data());
+    if (document_.format == Document::Format::gltf) {
+      for (Edit& edit : edits_) {
+        edit.begin += begin;
+        edit.end += begin;
+      }
+      return edited(all, std::move(edits_));
+    }
+    const bool binary_changed = file_.chunk() && buffers_.contains(0) && !has_uri(0);
+    if (edits_.empty() && !binary_changed) return document_.bytes;
+    std::size_t end = begin + text.size();
+    ByteView binary;
+    if (file_.chunk()) {
+      binary = *file_.chunk();
+      end = std::size_t(binary.data() - all.data()) + binary.size();
+    }
+    if (binary_changed) binary = buffers_.at(0);
+    return glb_bytes(edited(bytes_of(text), std::move(edits_)), binary, all.subspan(end));
+  }
+
+  bool has_uri(std::int64_t b) const { return file_.item("buffers", b).contains("uri"); }
+
+  const Model& model_;
+  const Document& document_;
+  const std::vector<GltfPicture>& pictures_;
+  const std::string& stem_;
+  const GltfFile file_;
+  const GltfScene scene_;
+  const MeshFile& says_;
+  std::map<int, Bytes> buffers_;  ///< those that change
+  std::vector<GltfView> views_;   ///< as they will be, once one changes
+  std::vector<Edit> edits_;       ///< of the JSON
+};
+
+}  // namespace
+
+GltfOutput splice_gltf(const Model& model, const Document& document,
+                       const std::vector<GltfPicture>& pictures, const std::string& stem) {
+  return GltfSplicer(model, document, pictures, stem).splice();
+}
+
+}  // namespace mq
