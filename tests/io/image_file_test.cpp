@@ -311,6 +311,39 @@ TEST_F(ImageFile, RefusesAbsurdSizesBeforeAnythingIsAllocated) {
                 read_texture(put("b.png", test::png_file({30000, 30000}, std::string(40, 0))));
               }),
               HasSubstr("bytes cannot hold 30000 x 30000 pixels"));
+  write_image(folder / "e.exr", levels(4, 4, 3, 255));
+  std::string exr = get(folder / "e.exr");
+  exr[exr.find("box2i") + 10 + 15] = 0x7f;  // the highest byte of the last row's number
+  EXPECT_THAT(error_of([&] { read_texture(put("e.exr", exr)); }),
+              AllOf(HasSubstr("e.exr: 4 x 2130706436"), HasSubstr("32768 a side")));
+}
+
+TEST_F(ImageFile, BelievesALargeFlatPicture) {
+  write_image(folder / "flat.png", Image<float>(4000, 3000, 3, 1));
+  EXPECT_LT(fs::file_size(folder / "flat.png"), 60000u);
+  EXPECT_EQ(read_texture(folder / "flat.png").pixels(3999, 2999, 2), 1);
+}
+
+TEST_F(ImageFile, ReadsOrRefusesDamagedFiles) {
+  std::uint32_t state = 99;
+  const auto random = [&](std::size_t below) {
+    state = state * 1664525u + 1013904223u;
+    return std::size_t(state >> 8) % below;
+  };
+  for (const char* name : {"a.png", "a.jpg", "a.tif", "a.exr", "a.bmp", "a.tga"}) {
+    write_image(folder / name, levels(20, 20, 3, 255));
+    const std::string whole = get(folder / name);
+    for (int round = 0; round < 60; ++round) {
+      std::string bytes = whole;
+      for (int k = 0; k < 3; ++k) bytes[random(bytes.size())] = char(random(256));
+      try {
+        for (const float v : read_texture(put(name, bytes)).pixels.values())
+          ASSERT_TRUE(std::isfinite(v));
+      } catch (const IoError& error) {
+        EXPECT_THAT(error.what(), HasSubstr(name));
+      }
+    }
+  }
 }
 
 TEST_F(ImageFile, ReadsAndWritesInMemory) {

@@ -136,6 +136,28 @@ void check_jpeg_end(Bytes bytes, const std::string& name) {
   fail(name, fmt::format("the JPEG file is cut short at {} bytes; copy it again", bytes.size()));
 }
 
+[[noreturn]] void fail_too_large(const std::string& name, std::int64_t width, std::int64_t height) {
+  fail(name,
+       fmt::format("{} x {} pixels; at most {} a side can be used: scale it down or cut it in "
+                   "several textures",
+                   width, height, max_picture_side));
+}
+
+/// Checks the size an EXR head states before the decoder makes its tables for it.
+void check_exr_windows(Bytes bytes, const std::string& name) {
+  using namespace std::string_view_literals;
+  constexpr std::string_view mark = "dataWindow\0box2i\0\x10\0\0\0"sv;
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (auto at = text.find(mark); at != text.npos; at = text.find(mark, at + 1)) {
+    std::array<std::int32_t, 4> box;  // left, top, right, bottom, all inside
+    if (at + mark.size() + sizeof box > text.size()) return;
+    std::memcpy(box.data(), text.data() + at + mark.size(), sizeof box);
+    const std::int64_t width = std::int64_t(box[2]) - box[0] + 1;
+    const std::int64_t height = std::int64_t(box[3]) - box[1] + 1;
+    if (std::max(width, height) > max_picture_side) fail_too_large(name, width, height);
+  }
+}
+
 std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::error_code error;
@@ -168,9 +190,12 @@ std::string explain(const std::string& error) {
   return line.empty() ? "no reason given" : line;
 }
 
-/// Deflate, LZW and JPEG expand a byte to at most 1400; a head that promises more is not to be
-/// believed, and its pixels are not allocated.
-constexpr std::size_t max_expansion = 2000;
+/// The most values a byte of a file can stand for. Deflate makes 1032 bytes of one, or 8256 values
+/// of one bit; a fax row and a flat block of EXR take a bit or two whatever their size. A head that
+/// promises more is not to be believed, and its pixels are not allocated.
+std::size_t max_expansion(const std::string& file_format) {
+  return file_format == "tiff" || file_format == "openexr" ? 300000 : 10000;
+}
 
 void check_size(const OpenPicture& p, std::size_t file_bytes) {
   const ImageSpec& s = p.spec;
@@ -178,11 +203,9 @@ void check_size(const OpenPicture& p, std::size_t file_bytes) {
     fail(p.name, fmt::format("{} x {} x {} pixels; a flat picture was expected", s.width, s.height,
                              s.depth));
   if (s.width > max_picture_side || s.height > max_picture_side)
-    fail(p.name, fmt::format("{} x {} pixels; at most {} a side can be used: scale it down or cut "
-                             "it in several textures",
-                             s.width, s.height, max_picture_side));
+    fail_too_large(p.name, s.width, s.height);
   const std::size_t raw = std::size_t(s.width) * s.height * s.nchannels;
-  if (p.file_format != "openexr" && raw / max_expansion > file_bytes)
+  if (raw / max_expansion(p.file_format) > file_bytes)
     fail(p.name, fmt::format("cut short or damaged: {} bytes cannot hold {} x {} pixels",
                              file_bytes, s.width, s.height));
 }
@@ -217,6 +240,7 @@ OpenPicture open_picture(Bytes bytes, const std::string& name) {
   p.file_format = format_of_content(bytes, name);
   const bool colour = p.file_format != "png" || png_states_colour(bytes, name);
   if (p.file_format == "jpeg") check_jpeg_end(bytes, name);
+  if (p.file_format == "openexr") check_exr_windows(bytes, name);
   p.memory = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes.data(), bytes.size());
   p.input = OIIO::ImageInput::create(p.file_format);
   if (!p.input)
