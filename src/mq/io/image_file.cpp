@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -21,6 +20,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
+#include "mq/io/picture_check.h"
 
 namespace mq {
 namespace {
@@ -50,23 +50,11 @@ const std::array<FileFormat, 6>& file_formats() {
   return formats;
 }
 
-constexpr const char* known_formats = "PNG, JPEG, TIFF, EXR, BMP and TGA";
-
-[[noreturn]] void fail(const std::string& name, const std::string& what) {
-  throw IoError(fmt::format("{}: {}", name, what));
-}
-
 const FileFormat& format_named(const std::string& name) {
   for (const FileFormat& f : file_formats())
     if (f.name == name) return f;
   throw InvalidInput(
-      fmt::format("unknown picture format \"{}\": {} can be written", name, known_formats));
-}
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string text = path.extension().string();
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
+      fmt::format("unknown picture format \"{}\": {} can be written", name, known_picture_formats));
 }
 
 const FileFormat* format_of_extension(const std::filesystem::path& path) {
@@ -78,101 +66,23 @@ const FileFormat* format_of_extension(const std::filesystem::path& path) {
 
 // ---- Reading ----------------------------------------------------------------------------------
 
-bool starts_with(Bytes bytes, std::string_view magic) {
-  return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
-}
-
-/// By the first bytes; TGA has no mark of its own and goes by the extension.
-std::string format_of_content(Bytes bytes, const std::string& name) {
-  using namespace std::string_view_literals;
-  if (bytes.empty()) fail(name, "the file is empty; a picture was expected");
-  if (starts_with(bytes, "\x89PNG\r\n\x1a\n"sv)) return "png";
-  if (starts_with(bytes, "\xff\xd8\xff"sv)) return "jpeg";
-  if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv) ||
-      starts_with(bytes, "II+\0"sv) || starts_with(bytes, "MM\0+"sv))
-    return "tiff";
-  if (starts_with(bytes, "v/1\x01"sv)) return "openexr";
-  if (starts_with(bytes, "BM"sv)) return "bmp";
-  if (lower_extension(name) == ".tga") return "targa";
-  fail(name, fmt::format("not a picture this program reads (its first bytes are of another kind); "
-                         "{} are read",
-                         known_formats));
-}
-
-/// Follows the chunks of a PNG to its end. Returns whether it says anything about colour.
-bool png_states_colour(Bytes bytes, const std::string& name) {
-  bool colour = false;
-  for (std::size_t at = 8;;) {
-    if (bytes.size() < at + 12) break;
-    const auto byte = [&](std::size_t i) { return std::size_t(bytes[at + i]); };
-    const std::size_t length = byte(0) << 24 | byte(1) << 16 | byte(2) << 8 | byte(3);
-    const std::string_view type(reinterpret_cast<const char*>(bytes.data()) + at + 4, 4);
-    if (bytes.size() - at - 12 < length) break;
-    if (type == "IEND") return colour;
-    colour = colour || type == "sRGB" || type == "gAMA" || type == "iCCP";
-    at += 12 + length;
-  }
-  fail(name, fmt::format("the PNG file is cut short at {} bytes; copy it again", bytes.size()));
-}
-
-/// Follows the segments of a JPEG to its end, which the decoder would paint grey if it were
-/// missing.
-void check_jpeg_end(Bytes bytes, const std::string& name) {
-  std::size_t at = 2;
-  const auto byte = [&](std::size_t i) { return unsigned(bytes[i]); };
-  while (at + 1 < bytes.size()) {
-    const unsigned marker = byte(at) == 0xff ? byte(at + 1) : 0;
-    const bool alone = marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
-    if (marker == 0xd9) return;
-    if (marker == 0x00 || marker == 0xff)
-      ++at;  // coded pixels, or filling
-    else if (alone)
-      at += 2;
-    else if (at + 3 < bytes.size())
-      at += 2 + (byte(at + 2) << 8 | byte(at + 3));
-    else
-      break;
-  }
-  fail(name, fmt::format("the JPEG file is cut short at {} bytes; copy it again", bytes.size()));
-}
-
-[[noreturn]] void fail_too_large(const std::string& name, std::int64_t width, std::int64_t height) {
-  fail(name,
-       fmt::format("{} x {} pixels; at most {} a side can be used: scale it down or cut it in "
-                   "several textures",
-                   width, height, max_picture_side));
-}
-
-/// Checks the size an EXR head states before the decoder makes its tables for it.
-void check_exr_windows(Bytes bytes, const std::string& name) {
-  using namespace std::string_view_literals;
-  constexpr std::string_view mark = "dataWindow\0box2i\0\x10\0\0\0"sv;
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  for (auto at = text.find(mark); at != text.npos; at = text.find(mark, at + 1)) {
-    std::array<std::int32_t, 4> box;  // left, top, right, bottom, all inside
-    if (at + mark.size() + sizeof box > text.size()) return;
-    std::memcpy(box.data(), text.data() + at + mark.size(), sizeof box);
-    const std::int64_t width = std::int64_t(box[2]) - box[0] + 1;
-    const std::int64_t height = std::int64_t(box[3]) - box[1] + 1;
-    if (std::max(width, height) > max_picture_side) fail_too_large(name, width, height);
-  }
-}
-
 std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail(name, "no such file; check the name");
-  if (std::filesystem::is_directory(status)) fail(name, "a directory; a picture was expected");
+  if (!std::filesystem::exists(status)) fail_picture(name, "no such file; check the name");
+  if (std::filesystem::is_directory(status))
+    fail_picture(name, "a directory; a picture was expected");
   if (!std::filesystem::is_regular_file(status))
-    fail(name, "not an ordinary file; a picture was expected");
+    fail_picture(name, "not an ordinary file; a picture was expected");
   std::ifstream in(path, std::ios::binary);
   if (!in)
-    fail(name, fmt::format("cannot be read: {}; check its permissions", std::strerror(errno)));
+    fail_picture(name,
+                 fmt::format("cannot be read: {}; check its permissions", std::strerror(errno)));
   std::vector<std::byte> bytes(std::filesystem::file_size(path));
   in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
   if (std::size_t(in.gcount()) != bytes.size())
-    fail(name, fmt::format("only {} of {} bytes could be read", in.gcount(), bytes.size()));
+    fail_picture(name, fmt::format("only {} of {} bytes could be read", in.gcount(), bytes.size()));
   return bytes;
 }
 
@@ -200,30 +110,32 @@ std::size_t max_expansion(const std::string& file_format) {
 void check_size(const OpenPicture& p, std::size_t file_bytes) {
   const ImageSpec& s = p.spec;
   if (s.width < 1 || s.height < 1 || s.depth > 1)
-    fail(p.name, fmt::format("{} x {} x {} pixels; a flat picture was expected", s.width, s.height,
-                             s.depth));
+    fail_picture(p.name, fmt::format("{} x {} x {} pixels; a flat picture was expected", s.width,
+                                     s.height, s.depth));
   if (s.width > max_picture_side || s.height > max_picture_side)
     fail_too_large(p.name, s.width, s.height);
   const std::size_t raw = std::size_t(s.width) * s.height * s.nchannels;
   if (raw / max_expansion(p.file_format) > file_bytes)
-    fail(p.name, fmt::format("cut short or damaged: {} bytes cannot hold {} x {} pixels",
-                             file_bytes, s.width, s.height));
+    fail_picture(p.name, fmt::format("cut short or damaged: {} bytes cannot hold {} x {} pixels",
+                                     file_bytes, s.width, s.height));
 }
 
 void check_kind(const OpenPicture& p) {
   const ImageSpec& s = p.spec;
-  if (s.deep) fail(p.name, "a deep image; flatten it first");
-  if (s.nchannels < 1) fail(p.name, "no channels");
+  if (s.deep) fail_picture(p.name, "a deep image; flatten it first");
+  if (s.nchannels < 1) fail_picture(p.name, "no channels");
   const bool cmyk = s.get_string_attribute("jpeg:ColorSpace") == "CMYK" ||
                     s.get_string_attribute("tiff:ColorSpace") == "CMYK" ||
                     s.get_int_attribute("tiff:PhotometricInterpretation") == 5;
-  if (cmyk) fail(p.name, "CMYK colours, which mean nothing without their press; convert it to RGB");
+  if (cmyk)
+    fail_picture(p.name, "CMYK colours, which mean nothing without their press; convert it to RGB");
   auto formats = s.channelformats;
   formats.push_back(s.format);
   for (const TypeDesc& f : formats)
     if (f != TypeDesc::UINT8 && f != TypeDesc::UINT16 && f != TypeDesc::HALF &&
         f != TypeDesc::FLOAT && f != TypeDesc::DOUBLE)
-      fail(p.name, fmt::format("channels of type {}; 8 and 16 bit unsigned and floating point can "
+      fail_picture(p.name,
+                   fmt::format("channels of type {}; 8 and 16 bit unsigned and floating point can "
                                "be used: convert it",
                                f.c_str()));
 }
@@ -237,7 +149,7 @@ Depth depth_of(const TypeDesc& type) {
 OpenPicture open_picture(Bytes bytes, const std::string& name) {
   OpenPicture p;
   p.name = name;
-  p.file_format = format_of_content(bytes, name);
+  p.file_format = picture_format(bytes, name);
   const bool colour = p.file_format != "png" || png_states_colour(bytes, name);
   if (p.file_format == "jpeg") check_jpeg_end(bytes, name);
   if (p.file_format == "openexr") check_exr_windows(bytes, name);
@@ -250,8 +162,8 @@ OpenPicture open_picture(Bytes bytes, const std::string& name) {
   config["oiio:UnassociatedAlpha"] = 1;
   p.input->set_ioproxy(p.memory.get());
   if (!p.input->open("memory." + p.file_format, p.spec, config))
-    fail(name, fmt::format("cannot be read as {}: {}; copy it again or convert it", p.file_format,
-                           explain(p.input->geterror())));
+    fail_picture(name, fmt::format("cannot be read as {}: {}; copy it again or convert it",
+                                   p.file_format, explain(p.input->geterror())));
   check_kind(p);
   check_size(p, bytes.size());
   // What is assumed for a file that says nothing must not be written into it.
@@ -270,9 +182,9 @@ void convert(std::span<const Stored> from, std::span<float> to) {
 [[noreturn]] void fail_not_finite(const std::string& name, const Image<float>& pixels,
                                   std::size_t index, const char* remedy) {
   const std::size_t pixel = index / pixels.channels();
-  fail(name, fmt::format("pixel (column {}, row {}) holds {} in channel {}; {}",
-                         pixel % pixels.width(), pixel / pixels.width(), pixels.values()[index],
-                         index % pixels.channels(), remedy));
+  fail_picture(name, fmt::format("pixel (column {}, row {}) holds {} in channel {}; {}",
+                                 pixel % pixels.width(), pixel / pixels.width(),
+                                 pixels.values()[index], index % pixels.channels(), remedy));
 }
 
 void check_finite(const std::string& name, const Image<float>& pixels, std::size_t begin,
@@ -310,7 +222,8 @@ Image<float> read_pixels(OpenPicture& p, const Progress& progress) {
     const TypeDesc type = bytes ? TypeDesc::UINT8 : words ? TypeDesc::UINT16 : TypeDesc::FLOAT;
     void* target = bytes || words ? static_cast<void*>(stored.data()) : to.data();
     if (!read_rows(p, y, end, type, target))
-      fail(p.name, fmt::format("cut short or damaged at rows {} to {} of {}: {}; copy it again", y,
+      fail_picture(p.name,
+                   fmt::format("cut short or damaged at rows {} to {} of {}: {}; copy it again", y,
                                end - 1, s.height, explain(p.input->geterror())));
     if (bytes)
       convert(std::span(reinterpret_cast<const std::uint8_t*>(stored.data()), count), to);
@@ -509,8 +422,8 @@ EncodedPicture encode(const Texture& texture, const std::string& name, const Fil
   output->set_ioproxy(&memory);
   const auto check = [&](bool ok) {
     if (!ok)
-      fail(name,
-           fmt::format("cannot be written as {}: {}", format.name, explain(output->geterror())));
+      fail_picture(name, fmt::format("cannot be written as {}: {}", format.name,
+                                     explain(output->geterror())));
   };
   check(output->open(fmt::format("memory.{}", format.name), spec));
   Strip strip;
@@ -546,8 +459,9 @@ Texture read_texture_bytes(Bytes bytes, const std::string& name, const Progress&
   try {
     texture.pixels = read_pixels(p, progress);
   } catch (const std::bad_alloc&) {
-    fail(name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
-                           p.spec.width, p.spec.height, p.spec.nchannels));
+    fail_picture(
+        name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
+                          p.spec.width, p.spec.height, p.spec.nchannels));
   }
   if (p.input->seek_subimage(1, 0))
     p.notes.push_back(name +

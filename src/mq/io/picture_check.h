@@ -1,0 +1,36 @@
+#pragma once
+/// What can be told of a picture file from its bytes before it is decoded. Used inside this room.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+namespace mq {
+
+inline constexpr const char* known_picture_formats = "PNG, JPEG, TIFF, EXR, BMP and TGA";
+
+/// Throws `IoError`: "NAME: WHAT".
+[[noreturn]] void fail_picture(const std::string& name, const std::string& what);
+[[noreturn]] void fail_too_large(const std::string& name, std::int64_t width, std::int64_t height);
+
+std::string lower_extension(const std::filesystem::path& path);
+
+/// What the bytes are: "png", "jpeg", "tiff", "openexr", "bmp" or "targa". TGA has no mark of its
+/// own and goes by the extension. Throws `IoError` for anything else.
+std::string picture_format(std::span<const std::byte> bytes, const std::string& name);
+
+/// Follows the chunks of a PNG to its end. Returns whether it says anything about colour. Throws
+/// `IoError` when the file is cut short.
+bool png_states_colour(std::span<const std::byte> bytes, const std::string& name);
+
+/// Follows the segments of a JPEG to its end, which the decoder would paint grey if it were
+/// missing. Throws `IoError` when the file is cut short.
+void check_jpeg_end(std::span<const std::byte> bytes, const std::string& name);
+
+/// Checks the sizes an EXR head states, before the decoder makes its tables for them. Throws
+/// `IoError`.
+void check_exr_windows(std::span<const std::byte> bytes, const std::string& name);
+
+}  // namespace mq
