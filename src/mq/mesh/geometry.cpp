@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mq/base/parallel.h"
+#include "mq/mesh/norm.h"
 
 namespace mq {
 namespace {
@@ -16,7 +17,7 @@ Vector3 area_vector(const Mesh& mesh, int t) {
 }  // namespace
 
 double triangle_area(const Mesh& mesh, int triangle) {
-  return area_vector(mesh, triangle).stableNorm();
+  return safe_norm(area_vector(mesh, triangle));
 }
 
 std::vector<double> triangle_areas(const Mesh& mesh) {
@@ -26,7 +27,7 @@ std::vector<double> triangle_areas(const Mesh& mesh) {
 }
 
 Vector3 triangle_normal(const Mesh& mesh, int triangle) {
-  return area_vector(mesh, triangle).stableNormalized();
+  return safe_unit(area_vector(mesh, triangle));
 }
 
 std::vector<Vector3> triangle_normals(const Mesh& mesh) {
@@ -40,8 +41,8 @@ Vector3 corner_angles(const Mesh& mesh, int triangle) {
   Vector3 angles;
   for (int k = 0; k < 3; ++k) {
     const Vector3& p = mesh.position(triangle, k);
-    const Vector3 a = (mesh.position(triangle, (k + 1) % 3) - p).stableNormalized();
-    const Vector3 b = (mesh.position(triangle, (k + 2) % 3) - p).stableNormalized();
+    const Vector3 a = safe_unit(mesh.position(triangle, (k + 1) % 3) - p);
+    const Vector3 b = safe_unit(mesh.position(triangle, (k + 2) % 3) - p);
     angles[k] = std::atan2(a.cross(b).norm(), a.dot(b));
   }
   return angles;
@@ -53,7 +54,7 @@ std::vector<Vector3> vertex_normals(const Mesh& mesh) {
     const Vector3 normal = triangle_normal(mesh, t), angles = corner_angles(mesh, t);
     for (int k = 0; k < 3; ++k) sums[mesh.triangles[t][k]] += angles[k] * normal;
   }
-  for (Vector3& sum : sums) sum.stableNormalize();
+  for (Vector3& sum : sums) sum = safe_unit(sum);
   return sums;
 }
 
@@ -62,8 +63,8 @@ double mean_edge_length(const Surface& surface) {
   std::int64_t edges = 0;
   for (HalfEdge h = 0; h < 3 * surface.triangle_count(); ++h) {
     if (h < surface.twins[h]) continue;  // counted from the other side
-    sum += (surface.mesh.position(h / 3, (h % 3 + 1) % 3) - surface.mesh.position(h / 3, h % 3))
-               .stableNorm();
+    sum += safe_norm(surface.mesh.position(h / 3, (h % 3 + 1) % 3) -
+                     surface.mesh.position(h / 3, h % 3));
     ++edges;
   }
   return edges > 0 ? sum / double(edges) : 0;

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -15,6 +17,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/mesh/check.h"
+#include "mq/mesh/norm.h"
 #include "mq/mesh/weld.h"
 
 namespace mq {
@@ -31,12 +34,13 @@ HalfEdge previous(HalfEdge h) { return h % 3 == 0 ? h + 2 : h - 1; }
 
 /// Whether three points are collinear to rounding: |a × b| <= 8ε |a||b| for the shortest edges.
 bool collinear(const Vector3& p, const Vector3& q, const Vector3& r) {
-  std::array<Vector3, 3> edges{q - p, r - q, p - r};
-  const auto length = [](const Vector3& e) { return e.stableNorm(); };
-  std::sort(edges.begin(), edges.end(),
-            [&](const Vector3& a, const Vector3& b) { return length(a) < length(b); });
-  if (length(edges[0]) == 0) return true;
-  const Vector3 a = edges[0] / length(edges[0]), b = edges[1] / length(edges[1]);
+  const std::array<Vector3, 3> edges{q - p, r - q, p - r};
+  std::array<double, 3> lengths;
+  for (int k = 0; k < 3; ++k) lengths[k] = safe_norm(edges[k]);
+  const int longest = int(std::max_element(lengths.begin(), lengths.end()) - lengths.begin());
+  const int i = (longest + 1) % 3, j = (longest + 2) % 3;
+  if (lengths[i] == 0 || lengths[j] == 0) return true;
+  const Vector3 a = edges[i] / lengths[i], b = edges[j] / lengths[j];
   return a.cross(b).norm() <= 8 * std::numeric_limits<double>::epsilon();
 }
 
@@ -114,10 +118,10 @@ void Builder::find_triangles(Surface& surface) {
   surface.area = parallel_sum(count, 0.0, [&](std::int64_t begin, std::int64_t end) {
     double sum = 0;
     for (int t = int(begin); t < int(end); ++t)
-      if (!surface.degenerate[t])
-        sum +=
-            0.5 *
-            (position(t, 1) - position(t, 0)).cross(position(t, 2) - position(t, 0)).stableNorm();
+      if (!surface.degenerate[t]) {
+        const Vector3 a = position(t, 1) - position(t, 0), b = position(t, 2) - position(t, 0);
+        sum += 0.5 * safe_norm(a.cross(b));
+      }
     return sum;
   });
 }
