@@ -70,7 +70,8 @@ class Scene {
   std::string gltf() const {
     Json all = json;
     if (!all.contains("buffers"))
-      all["buffers"] = {{{"byteLength", data.size()}, {"uri", data_uri("application/gltf-buffer", data)}}};
+      all["buffers"] = {
+          {{"byteLength", data.size()}, {"uri", data_uri("application/gltf-buffer", data)}}};
     return all.dump(2);
   }
 
@@ -136,7 +137,8 @@ TEST(Gltf, AppliesTransformsOfNodesAndKeepsTheOutsideOutside) {
   MeshFile file = scene.read();
   EXPECT_LT((file.mesh.positions[1] - Vector3(1, 4, 3)).norm(), 1e-15);
   EXPECT_LT((file.mesh.positions[2] - Vector3(0, 2, 3)).norm(), 1e-15);
-  scene.json["nodes"] = {{{"mesh", 0}, {"matrix", {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}}}};
+  scene.json["nodes"] = {
+      {{"mesh", 0}, {"matrix", {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}}}};
   file = scene.read();
   EXPECT_EQ(file.mesh.positions[1], Vector3(4, 0, 0));
   EXPECT_THAT(file.mesh.triangles, ElementsAre(Triangle{0, 2, 1}));
@@ -194,8 +196,8 @@ TEST(Gltf, ReadsTheTextureCoordinatesThatTheTextureAsksFor) {
 TEST(Gltf, ReadsColoursAndQuantisedPositions) {
   Scene scene;
   scene.attributes()["POSITION"] = scene.add<std::int16_t>("VEC3", {0, 0, 0, 7, 0, 0, 0, -300, 0});
-  scene.attributes()["COLOR_0"] = scene.add<std::uint8_t>(
-      "VEC4", {255, 0, 51, 255, 0, 0, 0, 0, 1, 2, 3, 4}, true);
+  scene.attributes()["COLOR_0"] =
+      scene.add<std::uint8_t>("VEC4", {255, 0, 51, 255, 0, 0, 0, 0, 1, 2, 3, 4}, true);
   const MeshFile file = scene.read();
   EXPECT_EQ(file.mesh.positions[2], Vector3(0, -300, 0));
   EXPECT_EQ(file.colors.channels, 4);
@@ -217,12 +219,16 @@ TEST(Gltf, ReadsSparseAndInterleavedAccessors) {
   EXPECT_EQ(scene.read().mesh.positions[2], Vector3(0, 0, 0));
 
   Scene interleaved;
-  const std::size_t view = interleaved.view<float>(
-      {0, 0, 0, 0.5f, 0.5f, 1, 0, 0, 1, 0.5f, 0, 1, 0, 0.5f, 1});
+  const std::size_t view =
+      interleaved.view<float>({0, 0, 0, 0.5f, 0.5f, 1, 0, 0, 1, 0.5f, 0, 1, 0, 0.5f, 1});
   interleaved.json["bufferViews"][view]["byteStride"] = 20;
   interleaved.json["accessors"] = {
       {{"bufferView", view}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}},
-      {{"bufferView", view}, {"byteOffset", 12}, {"componentType", 5126}, {"count", 3}, {"type", "VEC2"}}};
+      {{"bufferView", view},
+       {"byteOffset", 12},
+       {"componentType", 5126},
+       {"count", 3},
+       {"type", "VEC2"}}};
   EXPECT_EQ(interleaved.read().mesh.positions[2], Vector3(0, 1, 0));
   EXPECT_EQ(interleaved.read().mesh.uv(0, 2), Vector2(0.5, 0));
 }
@@ -257,15 +263,19 @@ TEST(Gltf, RefusesWithThePlace) {
     change(scene.json);
     return scene.refusal();
   };
-  EXPECT_THAT(with([](Json& j) { j["asset"]["version"] = "1.0"; }), HasSubstr("\"1.0\" is not 2.0"));
+  EXPECT_THAT(with([](Json& j) { j["asset"]["version"] = "1.0"; }),
+              HasSubstr("\"1.0\" is not 2.0"));
   EXPECT_THAT(with([](Json& j) { j.erase("asset"); }), HasSubstr("has no asset"));
-  EXPECT_THAT(with([](Json& j) { j["extensionsRequired"] = {"ABC_x"}; }), HasSubstr("\"ABC_x\" is not known"));
+  EXPECT_THAT(with([](Json& j) { j["extensionsRequired"] = {"ABC_x"}; }),
+              HasSubstr("\"ABC_x\" is not known"));
   EXPECT_THAT(with([](Json& j) { j["scenes"][0]["nodes"] = {1}; }),
               HasSubstr("a.gltf, nodes[1]: it is not there, 1 are"));
   EXPECT_THAT(with([](Json& j) { j["nodes"][0]["children"] = {0}; }), HasSubstr("two parents"));
   EXPECT_THAT(with([](Json& j) { j["nodes"][0]["mesh"] = "x"; }),
               HasSubstr("nodes[0]: mesh is not a number"));
-  EXPECT_THAT(with([](Json& j) { j["nodes"][0]["matrix"] = {1, 2}; }),
+  EXPECT_THAT(with([](Json& j) {
+                j["nodes"][0]["matrix"] = {1, 2};
+              }),
               HasSubstr("matrix is not an array of 16 numbers"));
   EXPECT_THAT(with([](Json& j) { j["accessors"][0]["count"] = 4; }),
               HasSubstr("accessors[0]: its 4 elements reach beyond"));
@@ -276,17 +286,25 @@ TEST(Gltf, RefusesWithThePlace) {
   EXPECT_THAT(with([](Json& j) { j["accessors"][0]["type"] = "MAT4"; }), HasSubstr("type is not"));
   EXPECT_THAT(with([](Json& j) { j["accessors"][0]["componentType"] = 1; }),
               HasSubstr("componentType is not a type of glTF"));
-  EXPECT_THAT(with([](Json& j) { j["accessors"][0].erase("bufferView"); }), HasSubstr("has no data"));
+  EXPECT_THAT(with([](Json& j) { j["accessors"][0].erase("bufferView"); }),
+              HasSubstr("has no data"));
   EXPECT_THAT(with([](Json& j) { j["bufferViews"][0]["byteOffset"] = 9e15; }),
               HasSubstr("bufferViews[0]: bytes 9000000000000000"));
-  EXPECT_THAT(with([](Json& j) { j["buffers"] = {{{"byteLength", 8}, {"uri", "data:;base64,!"}}}; }),
+  EXPECT_THAT(with([](Json& j) {
+                j["buffers"] = {{{"byteLength", 8}, {"uri", "data:;base64,!"}}};
+              }),
               HasSubstr("buffers[0]: its data URI is not base64"));
-  EXPECT_THAT(with([](Json& j) { j["buffers"] = {{{"byteLength", 8}, {"uri", "gone.bin"}}}; }),
+  EXPECT_THAT(with([](Json& j) {
+                j["buffers"] = {{{"byteLength", 8}, {"uri", "gone.bin"}}};
+              }),
               HasSubstr("its file \"gone.bin\" is not there"));
-  EXPECT_THAT(with([](Json& j) { j["buffers"] = {{{"byteLength", 999}, {"uri", "data:;base64,AAAA"}}}; }),
+  EXPECT_THAT(with([](Json& j) {
+                j["buffers"] = {{{"byteLength", 999}, {"uri", "data:;base64,AAAA"}}};
+              }),
               HasSubstr("should have 999 bytes but has 3"));
-  EXPECT_THAT(with([](Json& j) { j["meshes"][0]["primitives"][0]["attributes"].erase("POSITION"); }),
-              HasSubstr("meshes[0].primitives[0]: it has no POSITION"));
+  EXPECT_THAT(
+      with([](Json& j) { j["meshes"][0]["primitives"][0]["attributes"].erase("POSITION"); }),
+      HasSubstr("meshes[0].primitives[0]: it has no POSITION"));
   EXPECT_THAT(with([](Json& j) { j["meshes"][0]["primitives"][0]["material"] = 3; }),
               HasSubstr("materials[3]: it is not there"));
 }
@@ -317,7 +335,8 @@ class GltfFiles : public FolderTest {
 Model exact_model() {
   Model model = two_texture_square();
   model.mesh.positions = {{0, 0, 0}, {1, 0, 0.25}, {1, 1, 0}, {0, 1, -0.5}};
-  model.mesh.uvs = {{0.125, 0.125}, {0.5, 0.125}, {0.5, 0.25}, {0.5, 0.5}, {0.875, 0.875}, {0.5, 1}};
+  model.mesh.uvs = {{0.125, 0.125}, {0.5, 0.125},   {0.5, 0.25},
+                    {0.5, 0.5},     {0.875, 0.875}, {0.5, 1}};
   return model;
 }
 
@@ -433,7 +452,8 @@ TEST_F(GltfFiles, StoreMovedVerticesInTheirNodesAndBounds) {
   EXPECT_EQ(json["accessors"][0]["max"], Json({5, 1, 2}));
   EXPECT_EQ(read_model(folder / "n.gltf").mesh.positions, model.mesh.positions);
   int different = 0;
-  for (std::size_t i = 0; i < scene.data.size(); ++i) different += get("n.bin")[i] != get("m.bin")[i];
+  for (std::size_t i = 0; i < scene.data.size(); ++i)
+    different += get("n.bin")[i] != get("m.bin")[i];
   EXPECT_LE(different, 12);
   EXPECT_GT(different, 0);
 }
@@ -473,7 +493,8 @@ TEST_F(GltfFiles, AreRefusedWhenCutAnywhere) {
 
 TEST_F(GltfFiles, KeepPicturesThatWereNotReadWhereTheyAre) {
   write_model(folder / "m.glb", exact_model());
-  write_model(folder / "n.glb", read_model(folder / "m.glb", {{}, ReadModelOptions::Pictures::skip}));
+  write_model(folder / "n.glb",
+              read_model(folder / "m.glb", {{}, ReadModelOptions::Pictures::skip}));
   EXPECT_EQ(get("n.glb"), get("m.glb"));
 }
 

@@ -29,7 +29,9 @@ class ModelFile : public FolderTest {
   std::string refusal(const std::string& name, const ReadModelOptions& options = {}) const {
     return io_error_of([&] { read_model(folder / name, options); });
   }
-  static ReadModelOptions given(std::vector<fs::path> pictures) { return {std::move(pictures), {}}; }
+  static ReadModelOptions given(std::vector<fs::path> pictures) {
+    return {std::move(pictures), {}};
+  }
   static constexpr auto skip = ReadModelOptions::Pictures::skip;
 };
 
@@ -84,7 +86,8 @@ TEST_F(ModelFile, KeepsEverythingFromObjOverPlyToObj) {
 
 // ---- What was not to change does not change ----
 
-const std::string odd_mtl = "# hand made\nnewmtl  skin\n\tmap_Kd -s 1 1 .\\tex ture.png  \nillum 2\n";
+const std::string odd_mtl =
+    "# hand made\nnewmtl  skin\n\tmap_Kd -s 1 1 .\\tex ture.png  \nillum 2\n";
 const std::string odd_obj =
     "# \xc3\xa4 remark\r\nmtllib ./odd lib.mtl\r\no thing\r\nv  0.10 0.0 0e0\r\nv 1 0 0\r\nv\t0 1 "
     "-0\r\nvn 0 0 1\r\nvt 0 0 0\r\nvt 1.0 0\r\nvt 0 1\r\ng part\r\ns off\r\nusemtl skin\r\n"
@@ -180,9 +183,11 @@ TEST_F(ModelFile, AddsColoursToAPlyThatHasNone) {
   Model model = read_model(folder / "m.ply", {{}, skip});
   model.colors = {3, {0, 0, 0, 1, 1, 1, 0.5f, 0, 1}, Depth::u8};
   write_model(folder / "c.ply", model);
-  EXPECT_THAT(get("c.ply"), HasSubstr("property int id\r\nproperty uchar red\r\nproperty uchar green"
-                                      "\r\nproperty uchar blue\r\nelement face"));
-  EXPECT_THAT(get("c.ply"), HasSubstr("0.10 0 0 7 0 0 0\r\n1 0 0  8 255 255 255\r\n0 1 0 9 128 0 255"));
+  EXPECT_THAT(get("c.ply"),
+              HasSubstr("property int id\r\nproperty uchar red\r\nproperty uchar green"
+                        "\r\nproperty uchar blue\r\nelement face"));
+  EXPECT_THAT(get("c.ply"),
+              HasSubstr("0.10 0 0 7 0 0 0\r\n1 0 0  8 255 255 255\r\n0 1 0 9 128 0 255"));
   const Model back = read_model(folder / "c.ply", {{}, skip});
   EXPECT_EQ(back.mesh.triangles, model.mesh.triangles);
   EXPECT_EQ(back.colors.values[6], 128.0f / 255);
@@ -361,7 +366,8 @@ TEST_F(ModelFile, NeverReplacesThePictureItWasMadeFrom) {
 TEST_F(ModelFile, KeepsNamesBelowTheFolderOfTheMesh) {
   fs::create_directories(folder / "x");
   Model model = two_chart_square();
-  for (const std::string name : {"../../evil.png", "/tmp/mq_evil.png", "maps/fine.png", "a\nb.png"}) {
+  for (const std::string name :
+       {"../../evil.png", "/tmp/mq_evil.png", "maps/fine.png", "a\nb.png"}) {
     model.textures[0].name = name;
     write_model(folder / "x/m.obj", model, {});
   }

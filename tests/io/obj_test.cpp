@@ -25,9 +25,10 @@ std::string refusal(const std::string& text) {
 const std::string four = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 TEST(Obj, ReadsFacesInEveryForm) {
-  const ObjFile file = parse(four + "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
-                                    "f 1 2 3\nf 1/1 2/2 3/3\nf 1//1 2//1 3//1\nf 1/1/1 2/2/1 3/3/1\n"
-                                    "f -4/-3 -3/-2 -2/-1\n");
+  const ObjFile file = parse(four +
+                             "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
+                             "f 1 2 3\nf 1/1 2/2 3/3\nf 1//1 2//1 3//1\nf 1/1/1 2/2/1 3/3/1\n"
+                             "f -4/-3 -3/-2 -2/-1\n");
   ASSERT_EQ(file.mesh.triangle_count(), 5);
   for (const Triangle& t : file.mesh.triangles) EXPECT_EQ(t, (Triangle{0, 1, 2}));
   EXPECT_THAT(file.mesh.corner_uvs,
@@ -43,9 +44,9 @@ TEST(Obj, KeepsCornersWithoutTextureCoordinates) {
 
 TEST(Obj, ReadsAnyLineEndContinuedLinesTabsAndTrailingRemarks) {
   for (const std::string end : {"\n", "\r\n", "\r"}) {
-    const ObjFile file = parse("\xef\xbb\xbf# made by C:\\dir\\" + end + "v 0 0 0" + end +
-                               "v\t1 0 \\" + end + " 0 # right" + end + end + "v 1 +1 0" + end +
-                               "f 1 2 \\" + end + "3");
+    const ObjFile file =
+        parse("\xef\xbb\xbf# made by C:\\dir\\" + end + "v 0 0 0" + end + "v\t1 0 \\" + end +
+              " 0 # right" + end + end + "v 1 +1 0" + end + "f 1 2 \\" + end + "3");
     EXPECT_EQ(file.mesh.positions.at(1), Vector3(1, 0, 0));
     EXPECT_THAT(file.mesh.triangles, ElementsAre(Triangle{0, 1, 2}));
   }
@@ -102,7 +103,8 @@ TEST(Obj, RefusesWithTheLine) {
   EXPECT_THAT(refusal(four + "f 1 2 9\n"), HasSubstr("a.obj, line 5: a face uses vertex 9"));
   EXPECT_THAT(refusal(four + "\r\nf 1 2 -5\n"), HasSubstr("line 6: \"-5\" goes back 5 from 4"));
   EXPECT_THAT(refusal(four + "f 0 1 2\n"), HasSubstr("\"0\" is not a corner of a face"));
-  EXPECT_THAT(refusal(four + "f 1/1 2/1 3/1\n"), HasSubstr("texture coordinate 1, but the file has 0"));
+  EXPECT_THAT(refusal(four + "f 1/1 2/1 3/1\n"),
+              HasSubstr("texture coordinate 1, but the file has 0"));
   EXPECT_THAT(refusal(four + "f a b c\n"), HasSubstr("\"a\" is not a corner"));
   EXPECT_THAT(refusal(four + "f 1 2 99999999999999999999\n"), HasSubstr("is not a corner"));
   EXPECT_THAT(refusal(four + "f 1 2 4294967298\n"), HasSubstr("vertex 4294967298 is not there"));
@@ -113,7 +115,8 @@ TEST(Obj, RefusesWithTheLine) {
 TEST(Obj, RefusesCoordinatesThatAreNotFinite) {
   for (const char* bad : {"nan", "inf", "-inf", "1e999"})
     EXPECT_THAT(refusal(four + "v 0 0 " + bad + "\n"),
-                HasSubstr("line 5: vertex 5 has the coordinate")) << bad;
+                HasSubstr("line 5: vertex 5 has the coordinate"))
+        << bad;
 }
 
 TEST(Obj, LeavesTextureCoordinatesThatAreNotFiniteToTheAtlas) {
@@ -156,8 +159,9 @@ Document document_of(const std::string& obj, const std::string& mtl) {
 
 TEST(Obj, GivesMaterialsOfOnePictureOneTexture) {
   const MeshFile file = read_obj(document_of(
-      "mtllib a.mtl\n" + four + "f 1 2 3\nusemtl y\nf 1 2 3\nusemtl x\nf 1 2 3\nusemtl z\nf 1 2 3\n"
-      "usemtl none\nf 1 2 3\n",
+      "mtllib a.mtl\n" + four +
+          "f 1 2 3\nusemtl y\nf 1 2 3\nusemtl x\nf 1 2 3\nusemtl z\nf 1 2 3\n"
+          "usemtl none\nf 1 2 3\n",
       "newmtl x\nmap_Kd x.png\nnewmtl y\nmap_Kd .\\y.png\nnewmtl z\nmap_Kd y.png\nnewmtl none\n"));
   ASSERT_EQ(file.textures.size(), 2u);
   EXPECT_EQ(file.textures[0].name, "y.png");
@@ -166,9 +170,9 @@ TEST(Obj, GivesMaterialsOfOnePictureOneTexture) {
 }
 
 TEST(Obj, AppliesTheOptionsOfAMap) {
-  const MeshFile file = read_obj(document_of(
-      four + "vt 0.25 0.5\nusemtl x\nf 1/1 2/1 3/1\nusemtl y\nf 1/1 2/1 3/1\n",
-      "newmtl x\nmap_Kd -s 2 2 -o 0.1 0.2 x.png\nnewmtl y\nmap_Kd y.png\n"));
+  const MeshFile file =
+      read_obj(document_of(four + "vt 0.25 0.5\nusemtl x\nf 1/1 2/1 3/1\nusemtl y\nf 1/1 2/1 3/1\n",
+                           "newmtl x\nmap_Kd -s 2 2 -o 0.1 0.2 x.png\nnewmtl y\nmap_Kd y.png\n"));
   EXPECT_EQ(file.mesh.uv(0, 0), Vector2(0.25 * 2 + 0.1, 0.5 * 2 + 0.2));
   EXPECT_EQ(file.mesh.uv(1, 0), Vector2(0.25, 0.5));
 }
@@ -212,9 +216,12 @@ TEST(Polygon, HasNoFlatTriangleWhereACornerLiesOnAnEdge) {
 
 TEST(Polygon, LosesNoTriangleWhereItHasNoAreaOrCrossesItself) {
   EXPECT_EQ(triangulate(std::vector<Vector3>(6, Vector3::Zero())).size(), 4u);
-  EXPECT_EQ(triangulate(std::vector<Vector3>{{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).size(), 2u);
-  EXPECT_EQ(triangulate(std::vector<Vector3>{{0, 0, 0}, {1e300, 0, 0}, {1e300, 1e300, 1e300},
-                                             {0, 1e300, 0}}).size(), 2u);
+  EXPECT_EQ(triangulate(std::vector<Vector3>{{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).size(),
+            2u);
+  EXPECT_EQ(triangulate(std::vector<Vector3>{
+                            {0, 0, 0}, {1e300, 0, 0}, {1e300, 1e300, 1e300}, {0, 1e300, 0}})
+                .size(),
+            2u);
 }
 
 TEST(Polygon, KeepsItsSideInAnyPlane) {

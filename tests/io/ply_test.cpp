@@ -54,18 +54,29 @@ class Body {
 /// A quad and a triangle with everything that is read, among things that are not.
 std::string everything(Encoding encoding, const std::string& format, const std::string& end) {
   std::string header;
-  for (const std::string& line :
-       {std::string("ply"), "format " + format + " 1.0", std::string("comment TextureFile a b.png"),
-        std::string("comment hello"), std::string("obj_info x"), std::string("element camera 2"),
-        std::string("property list uchar short junk"), std::string("property double f"),
-        std::string("element vertex 5"), std::string("property uchar flag"),
-        std::string("property double x"), std::string("property float y"),
-        std::string("property int16 z"), std::string("property ushort red"),
-        std::string("property ushort green"), std::string("property ushort blue"),
-        std::string("element face 2"), std::string("property list uint8 uint vertex_index"),
-        std::string("property int texnumber"), std::string("property list uchar float texcoord"),
-        std::string("element edge 1"), std::string("property int vertex1"),
-        std::string("end_header")})
+  for (const std::string& line : {std::string("ply"),
+                                  "format " + format + " 1.0",
+                                  std::string("comment TextureFile a b.png"),
+                                  std::string("comment hello"),
+                                  std::string("obj_info x"),
+                                  std::string("element camera 2"),
+                                  std::string("property list uchar short junk"),
+                                  std::string("property double f"),
+                                  std::string("element vertex 5"),
+                                  std::string("property uchar flag"),
+                                  std::string("property double x"),
+                                  std::string("property float y"),
+                                  std::string("property int16 z"),
+                                  std::string("property ushort red"),
+                                  std::string("property ushort green"),
+                                  std::string("property ushort blue"),
+                                  std::string("element face 2"),
+                                  std::string("property list uint8 uint vertex_index"),
+                                  std::string("property int texnumber"),
+                                  std::string("property list uchar float texcoord"),
+                                  std::string("element edge 1"),
+                                  std::string("property int vertex1"),
+                                  std::string("end_header")})
     header += line + end;
   Body body(encoding);
   using enum PlyType;
@@ -73,10 +84,18 @@ std::string everything(Encoding encoding, const std::string& format, const std::
   body.add(u8, {0}).add(f64, {0.5}).row();
   const double at[5][3] = {{0.1, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2.5, 0}, {0, 0, -300}};
   for (int v = 0; v < 5; ++v)
-    body.add(u8, {double(v)}).add(f64, {at[v][0]}).add(f32, {at[v][1]}).add(i16, {at[v][2]})
-        .add(u16, {0, double(v), 65535}).row();
-  body.add(u8, {4}).add(u32, {0, 1, 2, 3}).add(i32, {0}).add(u8, {8})
-      .add(f32, {0, 0, 1, 0, 1, 1, 0, 1}).row();
+    body.add(u8, {double(v)})
+        .add(f64, {at[v][0]})
+        .add(f32, {at[v][1]})
+        .add(i16, {at[v][2]})
+        .add(u16, {0, double(v), 65535})
+        .row();
+  body.add(u8, {4})
+      .add(u32, {0, 1, 2, 3})
+      .add(i32, {0})
+      .add(u8, {8})
+      .add(f32, {0, 0, 1, 0, 1, 1, 0, 1})
+      .row();
   body.add(u8, {3}).add(u32, {0, 4, 1}).add(i32, {-1}).add(u8, {0}).row();
   body.add(i32, {3}).row();
   return header + body.text;
@@ -103,13 +122,17 @@ TEST(Ply, ReadsTheSameFromEveryEncodingAndLineEnd) {
 }
 
 const std::string head =
-    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+    "z\n";
 const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
 const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
 
 TEST(Ply, ReadsTextureCoordinatesPerVertexUnderTheirUsualNames) {
-  for (const auto& [u, v] : {std::pair("s", "t"), {"u", "v"}, {"texture_u", "texture_v"},
-                             {"texture_s", "texture_t"}, {"u0", "v0"}}) {
+  for (const auto& [u, v] : {std::pair("s", "t"),
+                             {"u", "v"},
+                             {"texture_u", "texture_v"},
+                             {"texture_s", "texture_t"},
+                             {"u0", "v0"}}) {
     const MeshFile file = read(head + "property float " + u + "\nproperty double " + v + "\n" +
                                faces + "0 0 0 0.5 1\n1 0 0 2 3\n0 1 0 4 5\n3 0 1 2\n");
     ASSERT_TRUE(file.mesh.has_uvs()) << u;
@@ -119,18 +142,19 @@ TEST(Ply, ReadsTextureCoordinatesPerVertexUnderTheirUsualNames) {
 }
 
 TEST(Ply, SharesTextureCoordinatesOfAVertexThatAgree) {
-  const MeshFile file = read(
-      head + "element face 2\nproperty list uchar int vertex_indices\n"
-      "property list uchar float texcoord\nend_header\n" + points +
-      "3 0 1 2 6 0 0 1 0 0 1\n3 0 2 1 6 0 0 0.5 1 1 0\n");
+  const MeshFile file = read(head +
+                             "element face 2\nproperty list uchar int vertex_indices\n"
+                             "property list uchar float texcoord\nend_header\n" +
+                             points + "3 0 1 2 6 0 0 1 0 0 1\n3 0 2 1 6 0 0 0.5 1 1 0\n");
   EXPECT_THAT(file.mesh.corner_uvs, ElementsAre(Triangle{0, 1, 2}, Triangle{0, 3, 1}));
 }
 
 TEST(Ply, ReadsFloatColoursAsTheyAre) {
-  const std::string colors = "property float red\nproperty float green\nproperty float blue\n"
-                             "property float alpha\n";
-  const MeshFile file = read(head + colors + faces +
-                             "0 0 0 2 0.5 0 1\n1 0 0 0 0 0 1\n0 1 0 0 0 0 1\n3 0 1 2\n");
+  const std::string colors =
+      "property float red\nproperty float green\nproperty float blue\n"
+      "property float alpha\n";
+  const MeshFile file =
+      read(head + colors + faces + "0 0 0 2 0.5 0 1\n1 0 0 0 0 0 1\n0 1 0 0 0 0 1\n3 0 1 2\n");
   EXPECT_EQ(file.colors.channels, 4);
   EXPECT_EQ(file.colors.depth, Depth::f32);
   EXPECT_EQ(file.colors.values[0], 2);
@@ -160,28 +184,35 @@ TEST(Ply, RefusesHeadersItCannotFollow) {
   EXPECT_THAT(refusal("ply\nformat ascii 1.0\nelement vertex 3\n"), HasSubstr("header has no end"));
   EXPECT_THAT(refusal("ply\nformat ascii 1.0\nelement vertex x\n"),
               HasSubstr("a.ply, line 3: \"x\" is not a count"));
-  EXPECT_THAT(refusal("ply\nformat ascii 1.0\nproperty float x\n"), HasSubstr("before any element"));
+  EXPECT_THAT(refusal("ply\nformat ascii 1.0\nproperty float x\n"),
+              HasSubstr("before any element"));
   EXPECT_THAT(refusal("ply\nformat zip 1.0\n"), HasSubstr("format \"zip\" is none of"));
   EXPECT_THAT(refusal("ply\nelement vertex 1\nproperty vec3 x\n"), HasSubstr("not a type of PLY"));
   EXPECT_THAT(refusal("ply\nbanana\n"), HasSubstr("no part of a PLY header"));
   EXPECT_THAT(refusal("ply\nformat ascii 1.0\nend_header\n"), HasSubstr("no element vertex"));
-  EXPECT_THAT(refusal(head + "element tristrips 1\nproperty list int int vertex_indices\n"
-                             "end_header\n" + points + "3 0 1 2\n"),
+  EXPECT_THAT(refusal(head +
+                      "element tristrips 1\nproperty list int int vertex_indices\n"
+                      "end_header\n" +
+                      points + "3 0 1 2\n"),
               HasSubstr("triangles come as strips"));
 }
 
 TEST(Ply, RefusesCountsThatTheFileCannotHold) {
   for (const char* format : {"ascii", "binary_little_endian"})
     for (const char* count : {"4000000000", "9223372036854775807"})
-      EXPECT_THAT(refusal(std::string("ply\nformat ") + format + " 1.0\nelement vertex " + count +
-                          "\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0"),
-                  HasSubstr("the elements need at least")) << count;
+      EXPECT_THAT(
+          refusal(std::string("ply\nformat ") + format + " 1.0\nelement vertex " + count +
+                  "\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0"),
+          HasSubstr("the elements need at least"))
+          << count;
 }
 
 TEST(Ply, RefusesATextureThatIsNotThere) {
-  const std::string textured = "ply\nformat ascii 1.0\ncomment TextureFile a.png\n"
+  const std::string textured =
+      "ply\nformat ascii 1.0\ncomment TextureFile a.png\n"
       "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-      "element face 1\nproperty list uchar int vertex_indices\nproperty int texnumber\nend_header\n";
+      "element face 1\nproperty list uchar int vertex_indices\nproperty int "
+      "texnumber\nend_header\n";
   EXPECT_THAT(refusal(textured + points + "3 0 1 2 1\n"),
               HasSubstr("texnumber 1 is not there: the header names 1 textures"));
 }

@@ -27,7 +27,7 @@ class Document {
   enum class Format { obj, ply, gltf, glb };
 
   Format format = Format::obj;
-  std::string name;         ///< of the mesh file, for messages
+  std::string name;  ///< of the mesh file, for messages
   Bytes bytes;
   std::vector<Part> parts;  ///< those that were found
 };
@@ -42,7 +42,7 @@ struct Place {
 
 /// A texture that triangles of a document use.
 struct TextureSlot {
-  std::string name;           ///< from the mesh file's folder, with '/'; empty: no picture is named
+  std::string name;  ///< from the mesh file's folder, with '/'; empty: no picture is named
   Wrap wrap = Wrap::unspecified;
   std::vector<Place> places;  ///< of its name
   Bytes picture;              ///< the picture's file, where it is embedded

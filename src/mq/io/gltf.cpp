@@ -27,8 +27,8 @@ namespace {
 using UvTransform = std::array<double, 6>;
 
 struct MaterialTexture {
-  int texture = -1;          ///< slot
-  std::int64_t set = 0;      ///< TEXCOORD_set
+  int texture = -1;      ///< slot
+  std::int64_t set = 0;  ///< TEXCOORD_set
   UvTransform transform{1, 0, 0, 0, 1, 0};
 };
 
@@ -44,8 +44,7 @@ Eigen::Matrix4d node_matrix(const Json& node, const std::string& place) {
   const auto s = json_numbers(node, "scale", {1, 1, 1}, place);
   Eigen::Quaterniond turn(r[3], r[0], r[1], r[2]);
   if (turn.norm() > 0) turn.normalize();
-  matrix.topLeftCorner<3, 3>() =
-      turn.toRotationMatrix() * Vector3(s[0], s[1], s[2]).asDiagonal();
+  matrix.topLeftCorner<3, 3>() = turn.toRotationMatrix() * Vector3(s[0], s[1], s[2]).asDiagonal();
   matrix.topRightCorner<3, 1>() = Vector3(t[0], t[1], t[2]);
   return matrix;
 }
@@ -90,16 +89,17 @@ class SceneReader {
   }
 
   void refuse_required_extensions() const {
-    constexpr const char* known[] = {"KHR_texture_transform", "KHR_mesh_quantization",
+    constexpr const char* known[] = {"KHR_texture_transform",      "KHR_mesh_quantization",
                                      "KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                     "KHR_meshopt_compression", "EXT_texture_webp",
+                                     "KHR_meshopt_compression",    "EXT_texture_webp",
                                      "KHR_texture_basisu"};
     for (const Json& name : json_array(file_.json(), "extensionsRequired", file_.name())) {
       if (!name.is_string()) continue;
       const std::string text = name.get<std::string>();
       const bool is_known = std::find(std::begin(known), std::end(known), text) != std::end(known);
       if (!is_known && !text.starts_with("KHR_materials_") && !text.starts_with("KHR_lights_"))
-        file_.fail(file_.name() + ", extensionsRequired", shown(text) + " is not known; write it without");
+        file_.fail(file_.name() + ", extensionsRequired",
+                   shown(text) + " is not known; write it without");
     }
   }
 
@@ -131,8 +131,9 @@ class SceneReader {
     if (seen[std::size_t(visit.node)]++) file_.fail(place, "it has two parents, or is its own");
     if (const Json* extensions = json_object(node, "extensions"))
       if (extensions->contains("EXT_mesh_gpu_instancing"))
-        throw Unsupported(place + " is drawn many times by EXT_mesh_gpu_instancing; write it "
-                                  "without instances first");
+        throw Unsupported(place +
+                          " is drawn many times by EXT_mesh_gpu_instancing; write it "
+                          "without instances first");
     const Eigen::Matrix4d matrix = visit.matrix * node_matrix(node, place);
     const Json& children = json_array(node, "children", place);
     for (std::size_t c = children.size(); c-- > 0;) stack.push_back({index(children[c]), matrix});
@@ -176,9 +177,9 @@ class SceneReader {
       if (mirrored) std::swap(t[1], t[2]);
       mesh().triangles.push_back({block.begin + t[0], block.begin + t[1], block.begin + t[2]});
       mesh().textures.push_back(material.texture);
-      mesh().corner_uvs.push_back(uv_begin < 0 ? Triangle{-1, -1, -1}
-                                               : Triangle{uv_begin + t[0], uv_begin + t[1],
-                                                          uv_begin + t[2]});
+      mesh().corner_uvs.push_back(
+          uv_begin < 0 ? Triangle{-1, -1, -1}
+                       : Triangle{uv_begin + t[0], uv_begin + t[1], uv_begin + t[2]});
     }
   }
 
@@ -187,8 +188,10 @@ class SceneReader {
     if (!extensions || !extensions->contains("KHR_draco_mesh_compression")) return;
     const std::int64_t positions = json_count(attributes, "POSITION", -1, place_);
     if (!file_.item("accessors", positions).contains("bufferView"))
-      throw Unsupported(fmt::format("{} is compressed by Draco (KHR_draco_mesh_compression); "
-                                    "decompress it first, for example with gltf-transform", place_));
+      throw Unsupported(
+          fmt::format("{} is compressed by Draco (KHR_draco_mesh_compression); "
+                      "decompress it first, for example with gltf-transform",
+                      place_));
   }
 
   /// Appends the vertices of a primitive, unless another primitive of this node has done so.
@@ -209,8 +212,8 @@ class SceneReader {
       const double* x = p.values.data() + 3 * std::size_t(i);
       const Vector3 world = (matrix * Eigen::Vector4d(x[0], x[1], x[2], 1)).head<3>();
       if (!world.allFinite())
-        file_.fail(place_, fmt::format("vertex {} at {}, {}, {} must be finite", i, x[0], x[1],
-                                       x[2]));
+        file_.fail(place_,
+                   fmt::format("vertex {} at {}, {}, {} must be finite", i, x[0], x[1], x[2]));
       mesh().positions.push_back(world);
     }
     read_colors(block);
@@ -232,8 +235,8 @@ class SceneReader {
     if (c.type == GltfType::u16 && depth_ == Depth::u8) depth_ = Depth::u16;
     for (int i = 0; i < block.count; ++i)
       for (int k = 0; k < 4; ++k)
-        colors_.push_back(k < c.components
-                              ? float(c.values[std::size_t(i * c.components + k)]) : 1.0f);
+        colors_.push_back(k < c.components ? float(c.values[std::size_t(i * c.components + k)])
+                                           : 1.0f);
   }
 
   std::vector<Triangle> triangles(const Json& primitive, std::int64_t mode, int vertices) const {
@@ -243,8 +246,8 @@ class SceneReader {
       corners.reserve(values.count());
       for (const double v : values.values) {
         if (!(v >= 0 && v < vertices) || v != std::floor(v))
-          file_.fail(place_, fmt::format("index {} is out of range: it has {} vertices", v,
-                                         vertices));
+          file_.fail(place_,
+                     fmt::format("index {} is out of range: it has {} vertices", v, vertices));
         corners.push_back(int(v));
       }
     } else {
@@ -271,8 +274,8 @@ class SceneReader {
     if (known != uv_begins_.end()) return known->second;
     const GltfValues values = file_.values(accessor, {2});
     if (int(values.count()) != vertices)
-      file_.fail(place_, fmt::format("{} texture coordinates for {} vertices", values.count(),
-                                     vertices));
+      file_.fail(place_,
+                 fmt::format("{} texture coordinates for {} vertices", values.count(), vertices));
     const int begin = int(mesh().uvs.size());
     const UvTransform& m = material.transform;
     for (std::size_t i = 0; i < values.count(); ++i) {
@@ -311,7 +314,7 @@ class SceneReader {
       const auto scale = json_numbers(*t, "scale", {1, 1}, place);
       const double turn = json_number(*t, "rotation", 0, place);
       const double c = std::cos(turn), s = std::sin(turn);
-      result.transform = {c * scale[0], s * scale[1], offset[0],
+      result.transform = {c * scale[0],  s * scale[1], offset[0],
                           -s * scale[0], c * scale[1], offset[1]};
       result.set = json_count(*t, "texCoord", result.set, place);
     }
@@ -387,7 +390,7 @@ class SceneReader {
 
   const GltfFile& file_;
   GltfScene scene_;
-  std::string place_;  ///< of the primitive at hand
+  std::string place_;                                                  ///< of the primitive at hand
   std::map<std::pair<std::int64_t, std::int64_t>, GltfBlock> blocks_;  ///< of the node at hand
   std::map<std::pair<std::int64_t, UvTransform>, int> uv_begins_;
   std::map<std::int64_t, MaterialTexture> materials_;
@@ -402,8 +405,6 @@ class SceneReader {
 
 GltfScene read_gltf_scene(const GltfFile& file) { return SceneReader(file).read(); }
 
-MeshFile read_gltf(const Document& document) {
-  return read_gltf_scene(GltfFile(document)).file;
-}
+MeshFile read_gltf(const Document& document) { return read_gltf_scene(GltfFile(document)).file; }
 
 }  // namespace mq

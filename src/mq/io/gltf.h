@@ -1,10 +1,10 @@
 #pragma once
 /// glTF 2.0, as JSON with buffers beside it (.gltf) or all in one (.glb).
 ///
-/// Read: every triangle primitive of the default scene, node transforms applied, texture coordinates
-/// of the base colour texture (v turned up here), COLOR_0, accessors normalised or sparse,
-/// KHR_texture_transform. Skins are read in bind pose and morph targets left out, which the notes
-/// say. Meshes compressed by Draco or meshopt are refused.
+/// Read: every triangle primitive of the default scene, node transforms applied, texture
+/// coordinates of the base colour texture (v turned up here), COLOR_0, accessors normalised or
+/// sparse, KHR_texture_transform. Skins are read in bind pose and morph targets left out, which the
+/// notes say. Meshes compressed by Draco or meshopt are refused.
 
 #include <functional>
 #include <string>
@@ -25,10 +25,10 @@ MeshFile read_gltf(const Document& document);
 
 /// A picture to be written with a model.
 struct GltfPicture {
-  std::string name;            ///< from the mesh file's folder
+  std::string name;  ///< from the mesh file's folder
   std::string type = "image/png";
-  bool changed = false;        ///< against the document's
-  std::function<Bytes()> file; ///< its file, encoded when asked for; empty where it is not known
+  bool changed = false;         ///< against the document's
+  std::function<Bytes()> file;  ///< its file, encoded when asked for; empty where it is not known
 };
 
 struct GltfOutput {

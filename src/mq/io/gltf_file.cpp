@@ -42,8 +42,7 @@ double load_component(GltfType type, const std::byte* from) {
 
 GltfType component_type(const Json& object, const std::string& place) {
   const std::int64_t type = json_count(object, "componentType", 0, place);
-  if (type < 5120 || type > 5126 || type == 5124)
-    wrong(place, "componentType", "a type of glTF");
+  if (type < 5120 || type > 5126 || type == 5124) wrong(place, "componentType", "a type of glTF");
   return GltfType(type);
 }
 
@@ -104,7 +103,8 @@ std::vector<double> json_numbers(const Json& object, const char* key, std::vecto
   if (!found->is_array() || found->size() != otherwise.size()) wrong(place, key, wanted.c_str());
   for (std::size_t i = 0; i < otherwise.size(); ++i) {
     const Json& value = (*found)[i];
-    if (!value.is_number() || !std::isfinite(value.get<double>())) wrong(place, key, wanted.c_str());
+    if (!value.is_number() || !std::isfinite(value.get<double>()))
+      wrong(place, key, wanted.c_str());
     otherwise[i] = value.get<double>();
   }
   return otherwise;
@@ -151,18 +151,22 @@ std::string GltfFile::place(const char* array, std::int64_t index) const {
 void GltfFile::open_glb() {
   const ByteView bytes = document_.bytes;
   const auto word = [&](std::size_t at) { return load_number<std::uint32_t>(bytes.data() + at); };
-  if (bytes.size() < 20) fail(document_.name + ", header", "the file ends there; it may be cut short");
+  if (bytes.size() < 20)
+    fail(document_.name + ", header", "the file ends there; it may be cut short");
   if (word(4) != 2)
-    fail(document_.name + ", header", fmt::format("GLB of version {}; write it as version 2 first", word(4)));
+    fail(document_.name + ", header",
+         fmt::format("GLB of version {}; write it as version 2 first", word(4)));
   if (word(8) > bytes.size())
-    fail(document_.name + ", header", fmt::format("it should have {} bytes but has {}; it may be cut short", word(8),
-                               bytes.size()));
+    fail(document_.name + ", header",
+         fmt::format("it should have {} bytes but has {}; it may be cut short", word(8),
+                     bytes.size()));
   for (std::size_t at = 12; at + 8 <= bytes.size();) {
     const std::size_t length = word(at), type = word(at + 4);
     if (length > bytes.size() - at - 8)
       fail(fmt::format("{}, chunk at byte {}", document_.name, at), "it is longer than the file");
     const ByteView chunk = bytes.subspan(at + 8, length);
-    if (at == 12 && type != 0x4e4f534a) fail(document_.name + ", header", "the first chunk is not JSON");
+    if (at == 12 && type != 0x4e4f534a)
+      fail(document_.name + ", header", "the first chunk is not JSON");
     if (at == 12) json_text_ = text_of(chunk);
     if (type == 0x004e4942 && !chunk_) chunk_ = chunk;
     at += 8 + length;
@@ -173,15 +177,15 @@ void GltfFile::parse_json() {
   try {
     json_ = Json::parse(json_text_);
   } catch (const Json::exception& error) {
-    throw IoError(fmt::format("{} is not glTF: its JSON cannot be read ({})", document_.name,
-                              error.what()));
+    throw IoError(
+        fmt::format("{} is not glTF: its JSON cannot be read ({})", document_.name, error.what()));
   }
   if (!json_.is_object() || !json_object(json_, "asset"))
     throw IoError(document_.name + " is not glTF: its JSON has no asset");
   const std::string version = json_text_of(json_["asset"], "version");
   if (!version.starts_with("2."))
-    fail(document_.name + ", asset", fmt::format("version {} is not 2.0; write it as glTF 2.0 first",
-                              shown(version)));
+    fail(document_.name + ", asset",
+         fmt::format("version {} is not 2.0; write it as glTF 2.0 first", shown(version)));
   buffers_.resize(size("buffers"));
 }
 
@@ -212,8 +216,8 @@ Bytes GltfFile::load_buffer(int b) const {
     return std::move(*bytes);
   }
   if (uri.empty()) fail(at, "it has neither a name nor data");
-  fail(at, fmt::format("its file {} is not there; put it beside the model",
-                          shown(name_of_uri(uri))));
+  fail(at,
+       fmt::format("its file {} is not there; put it beside the model", shown(name_of_uri(uri))));
 }
 
 ByteView GltfFile::buffer(int b) const {
@@ -232,7 +236,7 @@ ByteView GltfFile::buffer(int b) const {
   const std::int64_t length = json_count(object, "byteLength", 0, at);
   if (length > std::int64_t(bytes->size()))
     fail(at, fmt::format("it should have {} bytes but has {}; it may be cut short", length,
-                            bytes->size()));
+                         bytes->size()));
   return bytes->first(std::size_t(length));
 }
 
@@ -242,8 +246,10 @@ GltfView GltfFile::view(std::int64_t index) const {
   if (const Json* extensions = json_object(object, "extensions"))
     for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
       if (extensions->contains(name))
-        throw Unsupported(fmt::format("{} is compressed by meshopt ({}); decompress it first, "
-                                      "for example with gltf-transform", document_.name, name));
+        throw Unsupported(
+            fmt::format("{} is compressed by meshopt ({}); decompress it first, "
+                        "for example with gltf-transform",
+                        document_.name, name));
   GltfView view;
   view.buffer = int(std::min<std::int64_t>(json_count(object, "buffer", INT_MAX, at), INT_MAX));
   view.offset = std::size_t(json_count(object, "byteOffset", 0, at));
@@ -251,9 +257,8 @@ GltfView GltfFile::view(std::int64_t index) const {
   view.stride = std::size_t(json_count(object, "byteStride", 0, at));
   const std::size_t size = buffer(view.buffer).size();
   if (view.offset > size || view.length > size - view.offset)
-    fail(place("bufferViews", index),
-         fmt::format("bytes {} to {} of a buffer of {}", view.offset, view.offset + view.length,
-                     size));
+    fail(place("bufferViews", index), fmt::format("bytes {} to {} of a buffer of {}", view.offset,
+                                                  view.offset + view.length, size));
   return view;
 }
 
@@ -272,8 +277,8 @@ void GltfFile::load(const GltfView& view, std::size_t offset, std::size_t count,
     fail(place, fmt::format("its {} elements reach beyond its buffer view", count));
   for (std::size_t i = 0; i < count; ++i)
     for (int c = 0; c < components; ++c)
-      *to++ = load_component(type, from.data() + offset + i * stride +
-                                       std::size_t(c * size_of(type)));
+      *to++ =
+          load_component(type, from.data() + offset + i * stride + std::size_t(c * size_of(type)));
 }
 
 GltfValues GltfFile::values(std::int64_t accessor, std::initializer_list<int> wanted) const {
@@ -321,8 +326,8 @@ void GltfFile::add_sparse(const Json& accessor, const std::string& place,
        std::size_t(json_count(*indices, "byteOffset", 0, full)), count, 1,
        component_type(*indices, full), place, at.data());
   load(view(json_count(*data, "bufferView", -1, full)),
-       std::size_t(json_count(*data, "byteOffset", 0, full)), count, values.components,
-       values.type, place, to.data());
+       std::size_t(json_count(*data, "byteOffset", 0, full)), count, values.components, values.type,
+       place, to.data());
   for (std::size_t i = 0; i < count; ++i) {
     if (!(at[i] >= 0 && at[i] < double(values.count())) || at[i] != std::floor(at[i]))
       fail(place, fmt::format("sparse index {} is out of range", at[i]));
@@ -339,8 +344,7 @@ std::optional<GltfLayout> GltfFile::layout(std::int64_t accessor) const {
   const GltfView from = view(json_count(object, "bufferView", 0, at));
   const std::size_t element =
       std::size_t(component_count(object, at) * size_of(component_type(object, at)));
-  return GltfLayout{from.buffer,
-                    from.offset + std::size_t(json_count(object, "byteOffset", 0, at)),
+  return GltfLayout{from.buffer, from.offset + std::size_t(json_count(object, "byteOffset", 0, at)),
                     from.stride ? from.stride : element};
 }
 

@@ -106,8 +106,8 @@ std::int64_t json_count(const Json& object, const char* key, std::int64_t otherw
                         const std::string& place);
 /// The same for any finite number, and for arrays of `size` of them.
 double json_number(const Json& object, const char* key, double otherwise, const std::string& place);
-std::vector<double> json_numbers(const Json& object, const char* key,
-                                 std::vector<double> otherwise, const std::string& place);
+std::vector<double> json_numbers(const Json& object, const char* key, std::vector<double> otherwise,
+                                 const std::string& place);
 /// A member that is an object, or null.
 const Json* json_object(const Json& object, const char* key);
 /// The items of a member that is an array; none where it is missing.

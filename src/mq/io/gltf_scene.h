@@ -14,8 +14,8 @@ namespace mq {
 struct GltfBlock {
   int begin = 0;
   int count = 0;
-  std::int64_t positions = 0;  ///< accessor
-  std::int64_t colors = -1;    ///< accessor; −1: white was filled in
+  std::int64_t positions = 0;                            ///< accessor
+  std::int64_t colors = -1;                              ///< accessor; −1: white was filled in
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();  ///< world from accessor
 };
 

@@ -1,5 +1,5 @@
-// Positions go back through the node they were read through, x = M⁻¹ p, and only elements that moved
-// are written. An embedded picture of another size moves the views behind it in its buffer.
+// Positions go back through the node they were read through, x = M⁻¹ p, and only elements that
+// moved are written. An embedded picture of another size moves the views behind it in its buffer.
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -22,8 +22,13 @@ class GltfSplicer {
  public:
   GltfSplicer(const Model& model, const Document& document,
               const std::vector<GltfPicture>& pictures, const std::string& stem)
-      : model_(model), document_(document), pictures_(pictures), stem_(stem), file_(document),
-        scene_(read_gltf_scene(file_)), says_(scene_.file) {}
+      : model_(model),
+        document_(document),
+        pictures_(pictures),
+        stem_(stem),
+        file_(document),
+        scene_(read_gltf_scene(file_)),
+        says_(scene_.file) {}
 
   /// The files, or none where the change is too large to be spliced in.
   GltfOutput splice() {
@@ -162,8 +167,7 @@ class GltfSplicer {
       const bool stored =
           object.contains("bufferView")
               ? replace_view(json_count(object, "bufferView", 0, file_.name()), bytes)
-              : replace({"images", image, "uri"},
-                        json_string(data_uri(pictures_[s].type, bytes)));
+              : replace({"images", image, "uri"}, json_string(data_uri(pictures_[s].type, bytes)));
       if (!stored) return false;
       replace({"images", image, "mimeType"}, json_string(pictures_[s].type));
     }
@@ -238,7 +242,8 @@ class GltfSplicer {
   std::string own_name(std::size_t b) const {
     std::string name = stem_ + ".bin";
     for (std::size_t other = 0; other < file_.size("buffers"); ++other)
-      if (other != b && (file_.buffer_name(other) == name || (other < b && buffers_.contains(int(other)))))
+      if (other != b &&
+          (file_.buffer_name(other) == name || (other < b && buffers_.contains(int(other)))))
         name = fmt::format("{}_{}.bin", stem_, b);
     return name;
   }

@@ -19,7 +19,11 @@ class NewGltf {
  public:
   NewGltf(const Model& model, Document::Format format, const std::vector<GltfPicture>& pictures,
           const std::string& stem)
-      : model_(model), mesh_(model.mesh), format_(format), pictures_(pictures), stem_(stem),
+      : model_(model),
+        mesh_(model.mesh),
+        format_(format),
+        pictures_(pictures),
+        stem_(stem),
         channels_(color_channels(model.colors)) {}
 
   GltfOutput output() {
@@ -82,8 +86,8 @@ class NewGltf {
       for (int k = 0; k < 3; ++k) {
         const int vertex = mesh_.triangles[std::size_t(t)][std::size_t(k)];
         const Vector2 uv = group.textured ? mesh_.uv(t, k) : Vector2(0, 0);
-        const auto id = ids.try_emplace({double(vertex), uv.x(), uv.y()},
-                                        std::uint32_t(vertices.size()));
+        const auto id =
+            ids.try_emplace({double(vertex), uv.x(), uv.y()}, std::uint32_t(vertices.size()));
         if (id.second) {
           vertices.push_back(vertex);
           uvs.push_back(uv);
@@ -95,15 +99,16 @@ class NewGltf {
     if (group.textured) attributes["TEXCOORD_0"] = add_uvs(uvs);
     if (channels_ > 0) attributes["COLOR_0"] = add_colors(vertices);
     OrderedJson result = {{"attributes", attributes}};
-    result["indices"] = add_accessor(indices, 0, 3 * group.triangles.size(), GltfType::u32,
-                                     "SCALAR", 34963);
+    result["indices"] =
+        add_accessor(indices, 0, 3 * group.triangles.size(), GltfType::u32, "SCALAR", 34963);
     if (group.texture >= 0) result["material"] = group.texture;
     return result;
   }
 
   std::size_t add_view(ByteView bytes, std::size_t stride, int target) {
     pad_to_four(buffer_, '\0');
-    OrderedJson view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}};
+    OrderedJson view = {
+        {"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}};
     if (stride > 0) view["byteStride"] = stride;
     if (target > 0) view["target"] = target;
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
@@ -114,10 +119,8 @@ class NewGltf {
   std::size_t add_accessor(const Bytes& bytes, std::size_t stride, std::size_t count, GltfType type,
                            const char* shape, int target) {
     const std::size_t view = add_view(bytes, stride, target);
-    json_["accessors"].push_back({{"bufferView", view},
-                                  {"componentType", int(type)},
-                                  {"count", count},
-                                  {"type", shape}});
+    json_["accessors"].push_back(
+        {{"bufferView", view}, {"componentType", int(type)}, {"count", count}, {"type", shape}});
     return json_["accessors"].size() - 1;
   }
 
@@ -128,8 +131,10 @@ class NewGltf {
     for (const int v : vertices) {
       const Eigen::Vector3f x = mesh_.positions[std::size_t(v)].cast<float>();
       if (!x.allFinite())
-        throw Unsupported(fmt::format("vertex {} is too far away for the floats of glTF; write "
-                                      ".ply or .obj", v));
+        throw Unsupported(
+            fmt::format("vertex {} is too far away for the floats of glTF; write "
+                        ".ply or .obj",
+                        v));
       for (int k = 0; k < 3; ++k) append_raw(bytes, x[k]);
       least = least.cwiseMin(x);
       largest = largest.cwiseMax(x);
@@ -151,8 +156,9 @@ class NewGltf {
 
   std::size_t add_colors(const std::vector<int>& vertices) {
     const Depth depth = model_.colors.depth;
-    const GltfType type = depth == Depth::u8 ? GltfType::u8
-                          : depth == Depth::u16 ? GltfType::u16 : GltfType::f32;
+    const GltfType type = depth == Depth::u8    ? GltfType::u8
+                          : depth == Depth::u16 ? GltfType::u16
+                                                : GltfType::f32;
     Bytes bytes;
     for (const int v : vertices) {
       for (int c = 0; c < channels_; ++c) {
@@ -190,9 +196,10 @@ class NewGltf {
         texture["sampler"] = json_["samplers"].size() - 1;
       }
       json_["textures"].push_back(texture);
-      json_["materials"].push_back(
-          {{"pbrMetallicRoughness",
-            {{"baseColorTexture", {{"index", t}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}});
+      json_["materials"].push_back({{"pbrMetallicRoughness",
+                                     {{"baseColorTexture", {{"index", t}}},
+                                      {"metallicFactor", 0},
+                                      {"roughnessFactor", 1}}}});
     }
   }
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Where a value stands in the text of a JSON document, so that it can be replaced and nothing else.
+/// Where a value stands in the text of a JSON document, so that it can be replaced and nothing
+/// else.
 
 #include <initializer_list>
 #include <optional>

@@ -42,16 +42,18 @@ Document::Format format_of(const fs::path& path, ByteView bytes) {
   if (text.starts_with("glTF")) return Document::Format::glb;
   for (const auto& [beginning, what] : other_formats)
     if (text.starts_with(beginning))
-      throw IoError(fmt::format("{} is {}; convert it to OBJ, PLY, glTF or GLB first",
-                                path.string(), what));
+      throw IoError(
+          fmt::format("{} is {}; convert it to OBJ, PLY, glTF or GLB first", path.string(), what));
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first != text.npos && text[first] == '{') return Document::Format::gltf;
   const std::string extension = lower_extension(path);
   if (extension == ".ply" || extension == ".glb" || extension == ".gltf")
     if (text.find("\nv ") == text.npos && !text.starts_with("v "))
-      throw IoError(fmt::format("{} is not {}: its content is of another kind; check that it was "
-                                "copied whole", path.string(), extension.substr(1)));
+      throw IoError(
+          fmt::format("{} is not {}: its content is of another kind; check that it was "
+                      "copied whole",
+                      path.string(), extension.substr(1)));
   return Document::Format::obj;
 }
 
@@ -166,16 +168,14 @@ class ModelReader {
 
   [[noreturn]] void refuse_count(const std::vector<TextureSlot>& slots, bool named) const {
     std::string names;
-    for (const TextureSlot& slot : slots)
-      names += (names.empty() ? ": " : ", ") + shown(slot.name);
+    for (const TextureSlot& slot : slots) names += (names.empty() ? ": " : ", ") + shown(slot.name);
     throw IoError(fmt::format("{} has {} textures{}, but {} pictures are given; give one for each",
                               model_.path.string(), std::max<std::size_t>(slots.size(), 1),
                               named ? names : "", options_.textures.size()));
   }
 
   void add_texture(const TextureSlot& slot, std::size_t i, std::size_t count) {
-    const Progress progress =
-        progress_.step("read picture", 0.7 / double(count));
+    const Progress progress = progress_.step("read picture", 0.7 / double(count));
     Texture texture;
     const bool given = i < options_.textures.size();
     const fs::path path = given ? options_.textures[i] : slot_path(slot);
@@ -198,8 +198,8 @@ class ModelReader {
     const auto found = find_file(folder_, slot.name);
     if (found) {
       if (*found != slot.name)
-        model_.notes.push_back(fmt::format("the picture {} was found as {}", shown(slot.name),
-                                           shown(*found)));
+        model_.notes.push_back(
+            fmt::format("the picture {} was found as {}", shown(slot.name), shown(*found)));
       return folder_ / *found;
     }
     const std::string what =

@@ -24,8 +24,8 @@ void check_corners(const std::vector<Triangle>& corners, int least, int count, c
   for (std::size_t t = 0; t < corners.size(); ++t)
     for (const int id : corners[t])
       if (id < least || id >= count)
-        throw InvalidInput(fmt::format("triangle {} uses {} {}, but there are {}", t, what, id,
-                                       count));
+        throw InvalidInput(
+            fmt::format("triangle {} uses {} {}, but there are {}", t, what, id, count));
 }
 
 void check(const Model& model) {
@@ -40,8 +40,7 @@ void check(const Model& model) {
     if (texture < -1 || (texture >= int(model.textures.size()) && !model.textures.empty()))
       throw InvalidInput(fmt::format("a triangle uses texture {}, but there are {}", texture,
                                      model.textures.size()));
-  require(model.colors.values.size() ==
-              std::size_t(model.colors.channels) * mesh.positions.size(),
+  require(model.colors.values.size() == std::size_t(model.colors.channels) * mesh.positions.size(),
           "the model has colours for another number of vertices");
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     if (!mesh.positions[v].allFinite())
@@ -163,8 +162,9 @@ class ModelWriter {
     if (!in_place && picture_format(name).empty()) name += extension_of(texture.format.file_format);
     const fs::path path(name);
     for (int i = 1; !is_free(name, t, keeps_pixels); ++i)
-      name = (path.parent_path() / fmt::format("{}_{}{}", path.stem().string(), i,
-                                               path.extension().string())).string();
+      name = (path.parent_path() /
+              fmt::format("{}_{}{}", path.stem().string(), i, path.extension().string()))
+                 .string();
     return name;
   }
 
@@ -192,9 +192,10 @@ class ModelWriter {
   void check_source(std::size_t t) const {
     const fs::path& source = model_.textures[t].path;
     if (changed_[t] && same_file(folder_ / names_[t], source) && !same_file(path_, model_.path))
-      throw IoError(fmt::format("writing {} would replace the picture {} that it was made from; "
-                                "give the new picture another name, or write to another folder",
-                                path_.string(), source.string()));
+      throw IoError(
+          fmt::format("writing {} would replace the picture {} that it was made from; "
+                      "give the new picture another name, or write to another folder",
+                      path_.string(), source.string()));
   }
 
   void write_picture(std::size_t t) {
@@ -208,13 +209,13 @@ class ModelWriter {
     if (texture.pixels.empty()) {
       std::error_code ignored;
       if (!fs::exists(path, ignored))
-        notes_.push_back(fmt::format("the picture {} is not there and was not written",
-                                     path.string()));
+        notes_.push_back(
+            fmt::format("the picture {} is not there and was not written", path.string()));
       return;
     }
     make_folder(path);
-    const auto notes = write_texture(path, texture, progress_.step("write picture",
-                                                0.8 / double(model_.textures.size())));
+    const auto notes = write_texture(
+        path, texture, progress_.step("write picture", 0.8 / double(model_.textures.size())));
     notes_.insert(notes_.end(), notes.begin(), notes.end());
   }
 
@@ -229,8 +230,8 @@ class ModelWriter {
     if (!stays_below(file.name)) {
       std::error_code ignored;
       if (!fs::exists(path, ignored))
-        notes_.push_back(fmt::format("{} names {}, which is not there", path_.string(),
-                                     shown(file.name)));
+        notes_.push_back(
+            fmt::format("{} names {}, which is not there", path_.string(), shown(file.name)));
       return;
     }
     make_folder(path);
@@ -244,9 +245,9 @@ class ModelWriter {
   std::vector<TextureSlot> before_;
   std::vector<std::string> names_;  ///< of the pictures, from the folder
   std::map<std::string, std::size_t> names_taken_;
-  std::vector<Bytes> copies_;       ///< of the pictures that are copied
-  std::vector<char> changed_;       ///< whether a picture's pixels are not its source's
-  std::vector<bool> embedded_;      ///< whether it is in the mesh file
+  std::vector<Bytes> copies_;   ///< of the pictures that are copied
+  std::vector<char> changed_;   ///< whether a picture's pixels are not its source's
+  std::vector<bool> embedded_;  ///< whether it is in the mesh file
   std::vector<std::string> notes_;
 };
 

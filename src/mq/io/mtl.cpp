@@ -23,9 +23,19 @@ struct OptionSize {
   int least, most;  ///< of words that follow it
 };
 
-constexpr std::array<OptionSize, 13> option_sizes{{{"-s", 1, 3}, {"-o", 1, 3}, {"-t", 1, 3},
-    {"-mm", 1, 2}, {"-clamp", 1, 1}, {"-blendu", 1, 1}, {"-blendv", 1, 1}, {"-cc", 1, 1},
-    {"-texres", 1, 1}, {"-bm", 1, 1}, {"-imfchan", 1, 1}, {"-boost", 1, 1}, {"-type", 1, 1}}};
+constexpr std::array<OptionSize, 13> option_sizes{{{"-s", 1, 3},
+                                                   {"-o", 1, 3},
+                                                   {"-t", 1, 3},
+                                                   {"-mm", 1, 2},
+                                                   {"-clamp", 1, 1},
+                                                   {"-blendu", 1, 1},
+                                                   {"-blendv", 1, 1},
+                                                   {"-cc", 1, 1},
+                                                   {"-texres", 1, 1},
+                                                   {"-bm", 1, 1},
+                                                   {"-imfchan", 1, 1},
+                                                   {"-boost", 1, 1},
+                                                   {"-type", 1, 1}}};
 
 /// The words that follow an option: words up to `least`, then numbers up to `most`.
 std::vector<std::string_view> option_words(Scanner& scanner, const OptionSize& size) {

@@ -12,9 +12,9 @@ namespace mq {
 /// A material and its `map_Kd`.
 struct Material {
   std::string name;
-  std::string picture;         ///< as the file spells it; empty: it names none
-  Place place;                 ///< of the picture's name, or where a line that gives one belongs
-  Vector2 scale{1, 1};         ///< -s and -o: the picture is looked up at scale · uv + offset
+  std::string picture;  ///< as the file spells it; empty: it names none
+  Place place;          ///< of the picture's name, or where a line that gives one belongs
+  Vector2 scale{1, 1};  ///< -s and -o: the picture is looked up at scale · uv + offset
   Vector2 offset{0, 0};
   Wrap wrap = Wrap::unspecified;  ///< -clamp
 };

@@ -28,8 +28,10 @@ class ObjParser {
       read_line(scanner);
     }
     if (file_.vertices.empty() && faces_ == 0)
-      throw IoError(fmt::format("{} is not an OBJ file: it has no line with a vertex or a face; "
-                                "check that it is the mesh and not cut short", name_));
+      throw IoError(
+          fmt::format("{} is not an OBJ file: it has no line with a vertex or a face; "
+                      "check that it is the mesh and not cut short",
+                      name_));
     check_ahead(vertex_ahead_, int(file_.mesh.positions.size()), "vertex");
     check_ahead(uv_ahead_, int(file_.mesh.uvs.size()), "texture coordinate");
     cut_polygons();
@@ -74,8 +76,7 @@ class ObjParser {
     for (; count < most; ++count) {
       const std::string_view word = scanner.word();
       if (word.empty() || word[0] == '#') break;
-      if (!to_number(word, numbers[count]))
-        fail(fmt::format("{} is not a number", shown(word)));
+      if (!to_number(word, numbers[count])) fail(fmt::format("{} is not a number", shown(word)));
     }
     return count;
   }
@@ -112,8 +113,10 @@ class ObjParser {
     const auto result = std::from_chars(text.data(), text.data() + text.size(), index);
     if (result.ptr != text.data() + text.size() || text.empty() || index == 0 ||
         result.ec != std::errc())
-      fail(fmt::format("{} is not a corner of a face: the index of a {} counts from 1, or from -1 "
-                       "backwards", shown(word), what));
+      fail(
+          fmt::format("{} is not a corner of a face: the index of a {} counts from 1, or from -1 "
+                      "backwards",
+                      shown(word), what));
     if (index < 0 && -index > count)
       fail(fmt::format("{} goes back {} from {} {}s", shown(word), -index, count, what));
     if (index > INT_MAX) fail(fmt::format("{}: {} {} is not there", shown(word), what, index));
@@ -136,8 +139,8 @@ class ObjParser {
       if (word.empty() || word[0] == '#') break;
       const std::size_t slash = std::min(word.find('/'), word.size());
       const std::size_t second = std::min(word.find('/', slash + 1), word.size());
-      corner_vertices_.push_back(read_index(word.substr(0, slash), word,
-                                            int(file_.vertices.size()), vertex_ahead_, "vertex"));
+      corner_vertices_.push_back(read_index(word.substr(0, slash), word, int(file_.vertices.size()),
+                                            vertex_ahead_, "vertex"));
       const bool has_uv = second > slash + 1;
       if (has_uv) any_uv_ = true;
       corner_uvs_.push_back(!has_uv ? -1
@@ -167,8 +170,8 @@ class ObjParser {
   /// Materials are numbered when a face uses them.
   int material_of_next_face() {
     if (material_ != unknown) return material_;
-    const auto found = material_ids_.try_emplace(std::string(material_name_),
-                                                 int(file_.materials.size()));
+    const auto found =
+        material_ids_.try_emplace(std::string(material_name_), int(file_.materials.size()));
     if (found.second) file_.materials.emplace_back(material_name_);
     return material_ = found.first->second;
   }
@@ -187,8 +190,8 @@ class ObjParser {
     std::vector<Vector3> corners;
     for (std::size_t i = 0; i < polygons_.size(); ++i) {
       const std::size_t begin = polygons_[i].begin;
-      const std::size_t end = i + 1 < polygons_.size() ? polygons_[i + 1].begin
-                                                       : corner_vertices_.size();
+      const std::size_t end =
+          i + 1 < polygons_.size() ? polygons_[i + 1].begin : corner_vertices_.size();
       if (end - begin == 3) {
         add_triangle(polygons_[i], {0, 1, 2});
         continue;
@@ -227,8 +230,7 @@ class ObjParser {
   /// Texture coordinates no corner names are no texture coordinates of the mesh.
   void finish_uvs() {
     if (!any_uv_) {
-      if (!file_.uvs.empty())
-        file_.notes.push_back("its texture coordinates belong to no face");
+      if (!file_.uvs.empty()) file_.notes.push_back("its texture coordinates belong to no face");
       file_.mesh.uvs.clear();
       file_.uvs.clear();
     }
@@ -245,8 +247,8 @@ class ObjParser {
     note(free_forms_, "free-form curves and surfaces are not used");
     if (any_uv_) note(triangles_without_uv_, "triangles have corners without texture coordinates");
     if (polygons_.size() < file_.mesh.triangles.size())
-      file_.notes.push_back(fmt::format("{} polygons were cut into {} triangles",
-                                        polygons_.size(), file_.mesh.triangles.size()));
+      file_.notes.push_back(fmt::format("{} polygons were cut into {} triangles", polygons_.size(),
+                                        file_.mesh.triangles.size()));
   }
 
   static constexpr int unknown = -2;

@@ -2,7 +2,8 @@
 /// Wavefront OBJ: polygons with texture coordinates and materials per face, as lines of text.
 ///
 /// Read: `v` (with colours), `vt`, `f` (any polygon, `v//n`, negative indices), `usemtl`, `mtllib`;
-/// continued lines. Kept where it is, but not used: normals, groups, lines, points, everything else.
+/// continued lines. Kept where it is, but not used: normals, groups, lines, points, everything
+/// else.
 
 #include <string>
 #include <vector>
@@ -19,12 +20,12 @@ struct ObjFile {
     Place place;
   };
 
-  Mesh mesh;                            ///< its `textures` count `materials`; −1: before any usemtl
-  VertexSignal colors;                  ///< 3 or 4 channels where every `v` has them
-  std::vector<std::string> materials;   ///< in the order of their first triangle
+  Mesh mesh;            ///< its `textures` count `materials`; −1: before any usemtl
+  VertexSignal colors;  ///< 3 or 4 channels where every `v` has them
+  std::vector<std::string> materials;  ///< in the order of their first triangle
   std::vector<Library> libraries;
-  std::vector<std::size_t> vertices;    ///< where the numbers of each `v` begin
-  std::vector<std::size_t> uvs;         ///< and of each `vt`
+  std::vector<std::size_t> vertices;  ///< where the numbers of each `v` begin
+  std::vector<std::size_t> uvs;       ///< and of each `vt`
   std::vector<std::string> notes;
 };
 

@@ -40,8 +40,12 @@ std::string material_name(const std::string& picture) {
 class ObjSplicer {
  public:
   ObjSplicer(const Model& model, const Document& document, const std::string& stem)
-      : model_(model), document_(document), stem_(stem), text_(text_of(document.bytes)),
-        obj_(parse_obj(document.bytes, document.name)), says_(read_obj(document)) {}
+      : model_(model),
+        document_(document),
+        stem_(stem),
+        text_(text_of(document.bytes)),
+        obj_(parse_obj(document.bytes, document.name)),
+        says_(read_obj(document)) {}
 
   /// The files, or none where the change is too large to be spliced in.
   std::vector<OutputFile> files(const std::vector<std::string>& pictures) {
@@ -132,9 +136,11 @@ class ObjSplicer {
         if (names[s] == says_.textures[s].name) continue;
         for (const Place& place : says_.textures[s].places)
           if (place.part == int(p))
-            edits.push_back({place.begin, place.end,
-                             place.before + (folder.empty() ? names[s]
-                                 : fs::path(names[s]).lexically_relative(folder).string())});
+            edits.push_back(
+                {place.begin, place.end,
+                 place.before + (folder.empty()
+                                     ? names[s]
+                                     : fs::path(names[s]).lexically_relative(folder).string())});
       }
       if (edits.empty()) {
         taken_.insert(part.name);
@@ -234,8 +240,8 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
   std::set<std::string> taken{"untextured"};
   std::vector<Material> materials;
   for (const std::string& picture : pictures)
-    materials.push_back({unique(material_name(picture), "", taken), picture, {}, {1, 1}, {0, 0},
-                         {}});
+    materials.push_back(
+        {unique(material_name(picture), "", taken), picture, {}, {1, 1}, {0, 0}, {}});
 
   std::string text;
   if (!materials.empty()) text += "mtllib " + stem + ".mtl\n";

@@ -27,7 +27,8 @@ class HeaderParser {
     if (scanner.word() != "ply") throw IoError(name_ + " is not PLY: it does not begin so");
     scanner.next_line();
     header_.line_end = text_.substr(0, scanner.offset()).ends_with("\r\n") ? "\r\n"
-                       : text_.substr(0, scanner.offset()).ends_with("\r") ? "\r" : "\n";
+                       : text_.substr(0, scanner.offset()).ends_with("\r") ? "\r"
+                                                                           : "\n";
     for (; !scanner.at_end(); next_line(scanner)) {
       line_ = scanner.offset();
       const std::string_view key = scanner.word();
@@ -84,8 +85,7 @@ class HeaderParser {
     PlyElement element;
     element.name = scanner.word();
     const std::string_view count = scanner.word();
-    const auto result =
-        std::from_chars(count.data(), count.data() + count.size(), element.count);
+    const auto result = std::from_chars(count.data(), count.data() + count.size(), element.count);
     if (result.ec != std::errc() || result.ptr != count.data() + count.size() || element.count < 0)
       fail(fmt::format("{} is not a count of elements", shown(count)));
     element.header_end = end_of_line(scanner);
@@ -93,9 +93,9 @@ class HeaderParser {
   }
 
   PlyType type(std::string_view word) const {
-    constexpr const char* names[][2] = {{"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},
-                                        {"ushort", "uint16"}, {"int", "int32"}, {"uint", "uint32"},
-                                        {"float", "float32"}, {"double", "float64"}};
+    constexpr const char* names[][2] = {
+        {"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
+        {"int", "int32"}, {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
     for (int i = 0; i < 8; ++i)
       if (word == names[i][0] || word == names[i][1]) return PlyType(i);
     fail(fmt::format("{} is not a type of PLY", shown(word)));
@@ -130,14 +130,17 @@ class HeaderParser {
     for (const PlyElement& element : header_.elements) {
       double row = 0;
       for (const PlyProperty& p : element.properties)
-        row += header_.encoding == PlyHeader::Encoding::text ? 2
-                                                             : size_of(p.count_type.value_or(p.type));
+        row += header_.encoding == PlyHeader::Encoding::text
+                   ? 2
+                   : size_of(p.count_type.value_or(p.type));
       least += double(element.count) * row;
     }
     // The last line of text need not end.
     if (least > left + 1)
-      fail(fmt::format("the elements need at least {} bytes, but {} follow; the file may be cut "
-                       "short", least, left));
+      fail(
+          fmt::format("the elements need at least {} bytes, but {} follow; the file may be cut "
+                      "short",
+                      least, left));
     return std::move(header_);
   }
 
@@ -153,8 +156,10 @@ class HeaderParser {
 class PlyParser {
  public:
   explicit PlyParser(const Document& document)
-      : document_(document), header_(parse_ply_header(document.bytes, document.name)),
-        roles_(header_), reader_(document.bytes, header_, document.name) {}
+      : document_(document),
+        header_(parse_ply_header(document.bytes, document.name)),
+        roles_(header_),
+        reader_(document.bytes, header_, document.name) {}
 
   PlyFile parse() {
     check_elements();
@@ -267,15 +272,15 @@ class PlyParser {
                 double texture) {
     const std::size_t n = indices.size();
     if (n > std::size_t(max_polygon))
-      reader_.fail(fmt::format("it has {} corners; cut it into faces of at most {} first", n,
-                               max_polygon));
+      reader_.fail(
+          fmt::format("it has {} corners; cut it into faces of at most {} first", n, max_polygon));
     if (!uvs.empty() && uvs.size() != 2 * n)
       reader_.fail(fmt::format("{} values in texcoord for {} corners; it needs two for each",
                                uvs.size(), n));
     const std::size_t count = header_.textures.size();
     if (!(std::abs(texture) < max_textures) || (count > 0 && texture >= double(count)))
-      reader_.fail(fmt::format("texnumber {} is not there: the header names {} textures", texture,
-                               count));
+      reader_.fail(
+          fmt::format("texnumber {} is not there: the header names {} textures", texture, count));
     polygons_.push_back({int(n), std::max(-1, int(texture))});
     for (std::size_t k = 0; k < n; ++k) {
       const int vertex = index(indices[k].value);
@@ -376,9 +381,9 @@ class PlyParser {
   PlyReader reader_;
   PlyFile result_;
   std::vector<Polygon> polygons_;
-  std::vector<int> corners_;                  ///< vertices of the polygons' corners
+  std::vector<int> corners_;  ///< vertices of the polygons' corners
   std::vector<Vector2> vertex_uvs_, pool_;
-  std::vector<int> latest_, before_;          ///< per vertex and per entry of the pool, an entry
+  std::vector<int> latest_, before_;  ///< per vertex and per entry of the pool, an entry
 };
 
 }  // namespace

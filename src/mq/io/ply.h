@@ -35,8 +35,8 @@ struct PlyHeader {
   std::vector<PlyElement> elements;
   std::vector<TextureSlot> textures;  ///< of the comments TextureFile
   std::string line_end = "\n";
-  std::size_t last_line = 0;          ///< where "end_header" begins
-  std::size_t body = 0;               ///< where the values begin
+  std::size_t last_line = 0;  ///< where "end_header" begins
+  std::size_t body = 0;       ///< where the values begin
 };
 
 /// Reads the header; `name` is for messages. Throws `IoError` with the line where it is not PLY,

@@ -39,7 +39,8 @@ std::string store(double value, bool swapped) {
 }
 
 bool is_swapped(PlyHeader::Encoding encoding) {
-  return (encoding == PlyHeader::Encoding::big_endian) == (std::endian::native == std::endian::little);
+  return (encoding == PlyHeader::Encoding::big_endian) ==
+         (std::endian::native == std::endian::little);
 }
 
 int find(const PlyElement& element, std::initializer_list<const char*> names, bool list) {
@@ -54,8 +55,8 @@ int find(const PlyElement& element, std::initializer_list<const char*> names, bo
 }  // namespace
 
 void PlyReader::fail(const std::string& what) const {
-  throw IoError(fmt::format("{}, {} {} (byte {}): {}", name_,
-                            element_ ? element_->name : "element", row_, at_, what));
+  throw IoError(fmt::format("{}, {} {} (byte {}): {}", name_, element_ ? element_->name : "element",
+                            row_, at_, what));
 }
 
 PlyValue PlyReader::word() {
@@ -146,8 +147,12 @@ PlyRoles::PlyRoles(const PlyHeader& header) {
     color[1] = find(*vertex, {"green", "g", "diffuse_green"}, false);
     color[2] = find(*vertex, {"blue", "b", "diffuse_blue"}, false);
     color[3] = find(*vertex, {"alpha", "a", "diffuse_alpha"}, false);
-    constexpr const char* pairs[][2] = {{"texture_u", "texture_v"}, {"texture_s", "texture_t"},
-                                        {"s", "t"}, {"u", "v"}, {"u0", "v0"}, {"s0", "t0"}};
+    constexpr const char* pairs[][2] = {{"texture_u", "texture_v"},
+                                        {"texture_s", "texture_t"},
+                                        {"s", "t"},
+                                        {"u", "v"},
+                                        {"u0", "v0"},
+                                        {"s0", "t0"}};
     for (const auto& pair : pairs) {
       uv[0] = find(*vertex, {pair[0]}, false);
       uv[1] = find(*vertex, {pair[1]}, false);

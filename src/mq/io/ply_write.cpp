@@ -16,7 +16,7 @@ using Encoding = PlyHeader::Encoding;
 
 const char* type_name(PlyType type) {
   constexpr const char* names[] = {"char", "uchar", "short", "ushort",
-                                   "int", "uint", "float", "double"};
+                                   "int",  "uint",  "float", "double"};
   return names[int(type)];
 }
 
@@ -57,9 +57,12 @@ std::string color_properties(int channels, PlyType type, const std::string& line
 class PlySplicer {
  public:
   PlySplicer(const Model& model, const Document& document)
-      : model_(model), document_(document),
-        header_(parse_ply_header(document.bytes, document.name)), roles_(header_),
-        says_(parse_ply(document)), reader_(document.bytes, header_, document.name) {}
+      : model_(model),
+        document_(document),
+        header_(parse_ply_header(document.bytes, document.name)),
+        roles_(header_),
+        says_(parse_ply(document)),
+        reader_(document.bytes, header_, document.name) {}
 
   /// The changed bytes, or none where the change is too large to be spliced in.
   std::optional<Bytes> splice(const std::vector<std::string>& pictures) {
@@ -181,8 +184,8 @@ class PlySplicer {
     std::string text;
     for (int c = 0; c < color_channels(model_.colors); ++c) {
       if (header_.encoding == Encoding::text) text += ' ';
-      text += encoded(stored(color(model_.colors, vertex, c), type.scale), type.type,
-                      header_.encoding);
+      text +=
+          encoded(stored(color(model_.colors, vertex, c), type.scale), type.type, header_.encoding);
     }
     edit(reader_.offset(), reader_.offset(), text);
   }
@@ -220,9 +223,13 @@ class PlySplicer {
 class NewPly {
  public:
   NewPly(const Model& model, const std::vector<std::string>& pictures)
-      : model_(model), mesh_(model.mesh), colors_(color_type(model.colors.depth)),
-        channels_(color_channels(model.colors)), position_type_(smallest_type(mesh_.positions)),
-        uv_type_(smallest_type(mesh_.uvs)), numbered_(pictures.size() > 1 || has_untextured()) {
+      : model_(model),
+        mesh_(model.mesh),
+        colors_(color_type(model.colors.depth)),
+        channels_(color_channels(model.colors)),
+        position_type_(smallest_type(mesh_.positions)),
+        uv_type_(smallest_type(mesh_.uvs)),
+        numbered_(pictures.size() > 1 || has_untextured()) {
     add_header(pictures);
     for (int v = 0; v < mesh_.vertex_count(); ++v) add_vertex(v);
     for (int t = 0; t < mesh_.triangle_count(); ++t) add_face(t);

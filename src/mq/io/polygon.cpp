@@ -32,7 +32,9 @@ double area(const Vector2& a, const Vector2& b, const Vector2& c) {
 class EarClipper {
  public:
   explicit EarClipper(std::vector<Vector2> points)
-      : points_(std::move(points)), next_(points_.size()), previous_(points_.size()),
+      : points_(std::move(points)),
+        next_(points_.size()),
+        previous_(points_.size()),
         ear_(points_.size()) {
     const int n = int(points_.size());
     for (int i = 0; i < n; ++i) {
@@ -62,9 +64,7 @@ class EarClipper {
   }
 
  private:
-  double turn(int i) const {
-    return area(points_[previous_[i]], points_[i], points_[next_[i]]);
-  }
+  double turn(int i) const { return area(points_[previous_[i]], points_[i], points_[next_[i]]); }
 
   bool is_ear(int i) const {
     if (!(turn(i) > 0)) return false;

@@ -29,8 +29,7 @@ int hex_value(char c) {
 
 std::optional<Bytes> data_of_uri(std::string_view uri) {
   const std::size_t comma = uri.find(',');
-  if (!uri.starts_with("data:") || comma == uri.npos ||
-      !uri.substr(0, comma).ends_with(";base64"))
+  if (!uri.starts_with("data:") || comma == uri.npos || !uri.substr(0, comma).ends_with(";base64"))
     return {};
   std::string_view text = uri.substr(comma + 1);
   while (text.ends_with('=')) text.remove_suffix(1);
@@ -58,8 +57,7 @@ std::string data_uri(const std::string& type, ByteView bytes) {
     const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
     for (std::size_t k = 0; k < 3; ++k)
       bits = bits << 8 | (k < left ? std::uint32_t(bytes[i + k]) : 0);
-    for (std::size_t k = 0; k < 4; ++k)
-      uri += k <= left ? digits[bits >> (18 - 6 * k) & 63] : '=';
+    for (std::size_t k = 0; k < 4; ++k) uri += k <= left ? digits[bits >> (18 - 6 * k) & 63] : '=';
   }
   return uri;
 }
