@@ -60,21 +60,6 @@ class Constants {
   std::vector<double> count_;
 };
 
-Signal product(const SparseMatrix& A, const Signal& X) {
-  Signal Y(X.rows(), X.cols());
-  parallel_for(A.rows(), [&](std::int64_t row) {
-    Y.row(row).setZero();
-    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
-      Y.row(row) += entry.value() * X.row(entry.col());
-  });
-  return Y;
-}
-
-/// Y += X·diag(a), by rows in parallel.
-void add_scaled(Signal& Y, const Signal& X, const Row& a) {
-  parallel_for(Y.rows(), [&](std::int64_t i) { Y.row(i) += X.row(i).cwiseProduct(a); });
-}
-
 /// numerator / denominator in the channels still active, 0 in those at rest.
 Row quotient(const Row& numerator, const Row& denominator, const std::vector<bool>& active) {
   Row q = Row::Zero(numerator.size());
@@ -148,7 +133,7 @@ SolveReport conjugate_gradients(const SparseMatrix& A, const Signal& B, Signal& 
   report.method = "conjugate gradients";
   std::vector<bool> active = active_channels(start, start, options.tolerance);
   if (any(active)) report.residuals.push_back(1);
-  Signal Z, P = Signal::Zero(B.rows(), B.cols());
+  Signal Z, AP, P = Signal::Zero(B.rows(), B.cols());
   Row rho_before = Row::Ones(B.cols());
   while (any(active) && report.cycles < options.max_cycles) {
     precondition(R, Z);
@@ -156,9 +141,9 @@ SolveReport conjugate_gradients(const SparseMatrix& A, const Signal& B, Signal& 
     require_positive(rho, active, "the preconditioner", report.cycles);
     const Row beta =
         report.cycles == 0 ? Row::Zero(B.cols()).eval() : quotient(rho, rho_before, active);
-    parallel_for(P.rows(),
-                 [&](std::int64_t i) { P.row(i) = Z.row(i) + P.row(i).cwiseProduct(beta); });
-    const Signal AP = product(A, P);
+    add_scaled(Z, P, beta);
+    P.swap(Z);
+    multiply(A, P, AP);
     const Row form = channel_dots(P, AP);
     require_positive(form, active, "the matrix", report.cycles);
     const Row alpha = quotient(rho, form, active);

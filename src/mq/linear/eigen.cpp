@@ -72,7 +72,7 @@ class BlockLanczos {
     const int columns = int(W.cols());
     Matrix R = Matrix::Identity(columns, columns);
     const double scale = W.norm();
-    for (int pass = 0; pass < 3; ++pass) {
+    for (int pass = 0; pass < 2; ++pass) {
       if (V_.cols() > 0) W -= V_ * (V_.transpose() * (B_ * W));
       const Eigen::SelfAdjointEigenSolver<Matrix> gram(W.transpose() * (B_ * W));
       const Vector lengths = gram.eigenvalues().cwiseMax(0).cwiseSqrt();
