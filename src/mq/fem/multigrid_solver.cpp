@@ -32,7 +32,7 @@ class MultigridSolver final : public LinearSolver {
                         X.cols()));
     SolveReport report;
     if (B.size() > 0)
-      report = mixed_conjugate_gradients(hierarchy_.high(), hierarchy_.low(), hierarchy_.scale(),
+      report = mixed_conjugate_gradients(hierarchy_.high(), hierarchy_.low(), hierarchy_.scaling(),
                                          hierarchy_.multigrid(), hierarchy_.components(), B, X,
                                          options_, progress);
     report.method = "multigrid";

@@ -12,8 +12,8 @@ struct MultigridOptions {
   int sweeps = 2;           ///< relaxations before and after each coarse solution
   /// A chart whose texels are more than this times as far apart along one axis as along the other is
   /// coarsened along the other only.
-  double max_stretch = 1.6;
-  double graph_radius = 1.8;  ///< coarsening of the levels without a grid, see `coarsen_graph`
+  double max_stretch = 2.2;
+  double graph_radius = 2.3;  ///< coarsening of the levels without a grid, see `coarsen_graph`
   int coarsest_rows = 500;    ///< no further levels below this size
 };
 

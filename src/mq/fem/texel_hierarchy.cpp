@@ -2,7 +2,9 @@
 /// there on charts are forgotten: a chart-wise grid not much finer than the charts cannot represent
 /// smooth functions across seams, which is what makes coarse levels of the thesis' kind fail on
 /// atlases of many charts. All matrices are scaled so that the mean diagonal value of A is 1, which
-/// keeps single precision away from its ends whatever the unit of the model is.
+/// keeps single precision away from its ends whatever the unit of the model is. Texels of hardly any
+/// influence (a corner of their footprint at a seam) get a unit of their own in which they are
+/// not negligible: their rows and columns would else be lost in the rounding of the others.
 
 #include "mq/fem/texel_hierarchy.h"
 
@@ -22,10 +24,11 @@ namespace mq {
 namespace {
 
 constexpr double stalled = 0.8;           // a level this much of the finer one's size is not worth it
+constexpr double weak_below = 1e-6;       // of the largest diagonal value around: gets its own unit
 constexpr double singular_below = 1e-14;  // of the trace: what rounding leaves of Σ A_ij where A·1 = 0
 
 /// rows / trace, so that `scale`·A has a mean diagonal value of 1.
-double scale_of(const SparseMatrix& A) {
+double common_scale(const SparseMatrix& A) {
   const double trace = parallel_sum(A.rows(), 0.0, [&](std::int64_t begin, std::int64_t end) {
     double sum = 0;
     for (std::int64_t row = begin; row < end; ++row)
@@ -107,8 +110,8 @@ void TexelHierarchy::build(const SparseMatrix& A, const Texels& texels,
     level->patches = Patches(matrix, level->layout, kind);
     multigrid_.levels.push_back(std::move(level));
   };
-  scale_ = scale_of(A);
   add_level(make_layout(A, texels), A, Patches::Kind::neighbours);
+  find_scaling(A);
   take_finest_values(A);
   progress.at(0.3);
 
@@ -147,7 +150,7 @@ void TexelHierarchy::set_values(const SparseMatrix& A, const Progress& progress)
                       "wanted, one of {} rows and {} entries was given; make another solver for it",
                       rows_, entries_, A.rows(), A.nonZeros()));
   if (rows_ == 0) return;
-  scale_ = scale_of(A);
+  find_scaling(A);
   take_finest_values(A);
   SparseMatrix matrix = galerkin(A, *multigrid_.levels.front()->transfer, progress);
   for (int l = 1; l < int(multigrid_.levels.size()); ++l) {
@@ -161,19 +164,39 @@ void TexelHierarchy::set_values(const SparseMatrix& A, const Progress& progress)
 
 void TexelHierarchy::take_values(const SparseMatrix& A, int l) {
   MultigridLevel& level = *multigrid_.levels[l];
-  level.matrix = StencilMatrix(A, level.layout, scale_);
-  level.patches.set_values(A, level.layout, scale_);
+  const Scaling common{scaling_.common, {}, {}};
+  level.matrix = StencilMatrix(A, level.layout, common);
+  level.patches.set_values(A, level.layout, common);
+}
+
+void TexelHierarchy::find_scaling(const SparseMatrix& A) {
+  scaling_ = {};
+  scaling_.common = common_scale(A);
+  for (const int k : multigrid_.levels.front()->layout.irregular) {
+    const double own = A.coeff(k, k);
+    double largest = own;
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
+      largest = std::max(largest, A.coeff(entry.col(), entry.col()));
+    if (!(own > 0 && own < weak_below * largest)) continue;
+    const double factor = std::exp2(std::round(0.5 * std::log2(largest / own)));
+    scaling_.special.push_back({k, float(1 / factor)});
+  }
+  if (scaling_.special.empty()) return;
+  scaling_.rows.assign(rows_, 1.0f);
+  for (const WeightedIndex& row : scaling_.special) scaling_.rows[row.index] = 1 / row.weight;
 }
 
 void TexelHierarchy::take_finest_values(const SparseMatrix& A) {
-  take_values(A, 0);
   MultigridLevel& level = *multigrid_.levels.front();
-  level.matrix.keep_row_sums(A, scale_);
-  low_ = StencilMatrix::remainder(A, level.layout, scale_);
+  level.matrix = StencilMatrix(A, level.layout, scaling_);
+  level.matrix.keep_row_sums(A, scaling_);
+  level.patches.set_values(A, level.layout, scaling_);
+  level.rescaled = scaling_.special;
+  low_ = StencilMatrix::remainder(A, level.layout, scaling_);
 }
 
 void TexelHierarchy::take_coarsest_values(SparseMatrix A) {
-  multigrid_.coarsest = CoarsestLevel(scale_ * A, coarsest_component_, components_.singular);
+  multigrid_.coarsest = CoarsestLevel(scaling_.common * A, coarsest_component_, components_.singular);
 }
 
 void TexelHierarchy::label_components(const SparseMatrix& coarsest) {
@@ -198,12 +221,8 @@ void TexelHierarchy::label_components(const SparseMatrix& coarsest) {
     ++count;
   }
   components_.singular.assign(count, 0);
-  components_.count.assign(count, 0);
   components_.component.clear();
-  if (count == 1) {
-    components_.count[0] = rows_;
-    return;
-  }
+  if (count == 1) return;
   std::vector<int> labels = label;
   for (int l = int(multigrid_.levels.size()) - 1; l >= 0; --l) {
     const MultigridLevel& level = *multigrid_.levels[l];
@@ -215,15 +234,16 @@ void TexelHierarchy::label_components(const SparseMatrix& coarsest) {
     });
     labels = std::move(finer);
   }
-  for (const int c : labels) components_.count[c] += 1;
   components_.component = std::move(labels);
 }
 
 void TexelHierarchy::find_singular(const SparseMatrix& A) {
-  const std::size_t count = components_.count.size();
+  const std::size_t count = components_.singular.size();
   std::vector<double> sum(count, 0), trace(count, 0);
+  components_.size.assign(count, 0);
   for (int row = 0; row < rows_; ++row) {
     const int c = components_.component.empty() ? 0 : components_.component[row];
+    components_.size[c] += 1 / (scaling_.row(row) * scaling_.row(row));
     for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry) {
       sum[c] += entry.value();
       if (entry.col() == row) trace[c] += entry.value();
@@ -234,7 +254,8 @@ void TexelHierarchy::find_singular(const SparseMatrix& A) {
 }
 
 std::int64_t TexelHierarchy::bytes() const {
-  return multigrid_.bytes() + low_.bytes() + 4 * std::int64_t(components_.component.size());
+  return multigrid_.bytes() + low_.bytes() +
+         4 * std::int64_t(components_.component.size() + scaling_.rows.size());
 }
 
 }  // namespace mq

@@ -20,7 +20,7 @@ class TexelHierarchy {
   const StencilMatrix& high() const { return multigrid_.levels.front()->matrix; }
   const StencilMatrix& low() const { return low_; }
   const Components& components() const { return components_; }
-  double scale() const { return scale_; }
+  const Scaling& scaling() const { return scaling_; }
   std::int64_t entries() const { return entries_; }
   int rows() const { return rows_; }
 
@@ -34,13 +34,14 @@ class TexelHierarchy {
   void take_finest_values(const SparseMatrix& A);
   void take_coarsest_values(SparseMatrix A);
   void label_components(const SparseMatrix& coarsest);
+  void find_scaling(const SparseMatrix& A);
   void find_singular(const SparseMatrix& A);
 
   Multigrid multigrid_;
   StencilMatrix low_;
   Components components_;
   std::vector<int> coarsest_component_;  ///< per row of the coarsest level
-  double scale_ = 1;
+  Scaling scaling_;
   int rows_ = 0;
   std::int64_t entries_ = 0;
 };

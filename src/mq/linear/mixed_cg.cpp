@@ -28,6 +28,7 @@ using Clock = std::chrono::steady_clock;
 typedef double Double4 __attribute__((vector_size(32)));
 
 constexpr std::int64_t block_values = 65536;
+constexpr double lost_in_rounding = 1e-2;  // of ⟨p, r⟩, which ⟨p, A·p⟩ is about
 constexpr double renew_below = 1e-3;  // digits a residual in single precision may lose, see above
 
 Double4 widen(const float* p) { return __builtin_convertvector(load<4>(p), Double4); }
@@ -46,6 +47,52 @@ Double4 dot(const LaneVector& a, const LaneVector& b) {
   }, block_values), a.lanes());
 }
 
+/// Takes the special rows of a scaling out of v while it lives: they are 0 in v, so that a sum over v
+/// leaves them out instead of being drowned by them.
+class SpecialRows {
+ public:
+  SpecialRows(const Scaling& scaling, LaneVector& v) : scaling_(scaling), v_(v) {
+    kept_.reserve(scaling.special.size() * v.lanes());
+    for (const WeightedIndex& row : scaling.special)
+      for (int lane = 0; lane < v.lanes(); ++lane) {
+        float& value = at(row.index, lane);
+        kept_.push_back(value);
+        value = 0;
+      }
+  }
+  ~SpecialRows() {
+    std::size_t i = 0;
+    for (const WeightedIndex& row : scaling_.special)
+      for (int lane = 0; lane < v_.lanes(); ++lane) at(row.index, lane) = kept_[i++];
+  }
+  SpecialRows(const SpecialRows&) = delete;
+
+  /// Subtracts α times another vector's special rows.
+  void subtract(Double4 alpha, const SpecialRows& other) {
+    for (std::size_t i = 0; i < kept_.size(); ++i)
+      kept_[i] -= float(alpha[int(i) % v_.lanes()]) * other.kept_[i];
+  }
+
+  /// Their part of ‖D⁻¹·v‖² per channel.
+  Double4 squared() const {
+    Double4 sum{};
+    std::size_t i = 0;
+    for (const WeightedIndex& row : scaling_.special)
+      for (int lane = 0; lane < v_.lanes(); ++lane, ++i) {
+        const double value = double(kept_[i]) * double(row.weight);
+        sum[lane] += value * value;
+      }
+    return v_.lanes() == 4 ? sum : Double4{} + sum[0];
+  }
+
+ private:
+  float& at(int row, int lane) { return v_.data()[std::int64_t(row) * v_.lanes() + lane]; }
+
+  const Scaling& scaling_;
+  LaneVector& v_;
+  std::vector<float> kept_;
+};
+
 /// p = z + β·p
 void next_direction(const LaneVector& z, Double4 beta, LaneVector& p) {
   const Floats<4> factor = __builtin_convertvector(beta, Floats<4>);
@@ -55,8 +102,17 @@ void next_direction(const LaneVector& z, Double4 beta, LaneVector& p) {
   });
 }
 
-/// r −= α·q; returns ‖r‖² per channel.
-Double4 reduce_residual(const LaneVector& q, Double4 alpha, LaneVector& r) {
+/// ‖D⁻¹·r‖² per channel: the residual of the system as it was given.
+Double4 squared_norm(const Scaling& scaling, LaneVector& r) {
+  const SpecialRows special(scaling, r);
+  return dot(r, r) + special.squared();
+}
+
+/// r −= α·q; returns ‖D⁻¹·r‖² per channel.
+Double4 reduce_residual(const Scaling& scaling, LaneVector& q, Double4 alpha, LaneVector& r) {
+  const SpecialRows of_q(scaling, q);
+  SpecialRows of_r(scaling, r);
+  of_r.subtract(alpha, of_q);
   const Floats<4> factor = __builtin_convertvector(alpha, Floats<4>);
   return finish(parallel_sum(r.size(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
     Double4 sum{};
@@ -65,7 +121,7 @@ Double4 reduce_residual(const LaneVector& q, Double4 alpha, LaneVector& r) {
       sum += widen(r.data() + i) * widen(r.data() + i);
     }
     return sum;
-  }, block_values), r.lanes());
+  }, block_values), r.lanes()) + of_r.squared();
 }
 
 /// Columns first … first + channels − 1 of X += α·p
@@ -79,50 +135,39 @@ void add_to_solution(const LaneVector& p, Double4 alpha, int first, int channels
   });
 }
 
-/// Subtracts from each singular component its mean.
-void remove_constants(const Components& components, LaneVector& v) {
-  if (!components.any_singular()) return;
-  const int lanes = v.lanes();
-  const std::int64_t rows = v.size() / lanes;
-  const auto component = [&](std::int64_t k) {
-    return components.component.empty() ? 0 : components.component[k];
-  };
-  std::vector<std::array<double, 4>> mean(components.count.size(), {0, 0, 0, 0});
-  for (std::int64_t k = 0; k < rows; ++k)
-    for (int c = 0; c < lanes; ++c) mean[component(k)][c] += v.data()[k * lanes + c];
-  for (std::size_t i = 0; i < mean.size(); ++i)
-    for (double& m : mean[i]) m *= components.singular[i] ? 1 / components.count[i] : 0;
-  parallel_for(rows, [&](std::int64_t k) {
-    for (int c = 0; c < lanes; ++c) v.data()[k * lanes + c] -= float(mean[component(k)][c]);
-  });
-}
-
-/// Columns first … of scale·B without what it holds of constants on singular components.
-class RightHandSide {
+/// The functions that are constant on each component, D⁻¹·1 in the scaled system.
+class Constants {
  public:
-  RightHandSide(const Signal& B, int first, int channels, double scale,
-                const Components& components)
-      : B_(B), scale_(scale), first_(first), channels_(channels), components_(components) {
-    if (!components.any_singular()) return;
-    mean_.assign(components.count.size(), {0, 0, 0, 0});
-    for (std::int64_t k = 0; k < B.rows(); ++k)
-      for (int c = 0; c < channels; ++c) mean_[component(k)][c] += scale * B(k, first + c);
-    for (std::size_t i = 0; i < mean_.size(); ++i)
-      for (double& m : mean_[i]) m *= components.singular[i] ? 1 / components.count[i] : 0;
+  using Means = std::vector<std::array<double, 4>>;
+
+  Constants(const Components& components, const Scaling& scaling)
+      : components_(components), scaling_(scaling) {}
+
+  /// Per component the coefficient of its constant in v, 0 where it is not singular; empty if none
+  /// is. `value(k, c)` gives v.
+  template <class Value>
+  Means coefficients(std::int64_t rows, int channels, const Value& value) const {
+    if (!components_.any_singular()) return {};
+    Means mean(components_.size.size(), {0, 0, 0, 0});
+    for (std::int64_t k = 0; k < rows; ++k)
+      for (int c = 0; c < channels; ++c) mean[component(k)][c] += value(k, c) / scaling_.row(k);
+    for (std::size_t i = 0; i < mean.size(); ++i)
+      for (double& m : mean[i]) m *= components_.singular[i] ? 1 / components_.size[i] : 0;
+    return mean;
   }
 
-  double operator()(std::int64_t k, int c) const {
-    const double value = scale_ * B_(k, first_ + c);
-    return mean_.empty() ? value : value - mean_[component(k)][c];
+  double at(const Means& mean, std::int64_t k, int c) const {
+    return mean[component(k)][c] / scaling_.row(k);
   }
 
-  /// ‖·‖² of each column.
-  Double4 squared_norm() const {
-    return parallel_sum(B_.rows(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
-      Double4 sum{};
-      for (std::int64_t k = begin; k < end; ++k)
-        for (int c = 0; c < channels_; ++c) sum[c] += (*this)(k, c) * (*this)(k, c);
-      return sum;
+  void remove(LaneVector& v) const {
+    const int lanes = v.lanes();
+    const std::int64_t rows = v.size() / lanes;
+    const Means mean = coefficients(
+        rows, lanes, [&](std::int64_t k, int c) { return double(v.data()[k * lanes + c]); });
+    if (mean.empty()) return;
+    parallel_for(rows, [&](std::int64_t k) {
+      for (int c = 0; c < lanes; ++c) v.data()[k * lanes + c] -= float(at(mean, k, c));
     });
   }
 
@@ -131,11 +176,47 @@ class RightHandSide {
     return components_.component.empty() ? 0 : components_.component[k];
   }
 
-  const Signal& B_;
-  double scale_;
-  int first_, channels_;
   const Components& components_;
-  std::vector<std::array<double, 4>> mean_;
+  const Scaling& scaling_;
+};
+
+/// Columns first … of B, scaled, without what it holds of constants on singular components.
+class RightHandSide {
+ public:
+  RightHandSide(const Signal& B, int first, int channels, const Scaling& scaling,
+                const Constants& constants)
+      : B_(B), first_(first), channels_(channels), scaling_(scaling), constants_(constants),
+        mean_(constants.coefficients(B.rows(), channels, [&](std::int64_t k, int c) {
+          return scaled(k, c);
+        })) {}
+
+  double operator()(std::int64_t k, int c) const {
+    return mean_.empty() ? scaled(k, c) : scaled(k, c) - constants_.at(mean_, k, c);
+  }
+
+  /// ‖D⁻¹·‖² of each column.
+  Double4 squared_norm() const {
+    return parallel_sum(B_.rows(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
+      Double4 sum{};
+      for (std::int64_t k = begin; k < end; ++k)
+        for (int c = 0; c < channels_; ++c) {
+          const double value = (*this)(k, c) / scaling_.row(k);
+          sum[c] += value * value;
+        }
+      return sum;
+    });
+  }
+
+ private:
+  double scaled(std::int64_t k, int c) const {
+    return scaling_.common * scaling_.row(k) * B_(k, first_ + c);
+  }
+
+  const Signal& B_;
+  int first_, channels_;
+  const Scaling& scaling_;
+  const Constants& constants_;
+  Constants::Means mean_;
 };
 
 /// B − (high + low)·X for columns first … of X, in double until it is rounded to r.
@@ -193,12 +274,13 @@ void true_residual(const StencilMatrix& high, const StencilMatrix& low, const Ri
 /// The conjugate gradients of up to four channels.
 class Group {
  public:
-  Group(const StencilMatrix& high, const StencilMatrix& low, double scale,
+  /// X is that of the scaled system.
+  Group(const StencilMatrix& high, const StencilMatrix& low, const Scaling& scaling,
         const Multigrid& multigrid, const Components& components, const Signal& B, Signal& X,
         int first, const MixedCgOptions& options)
-      : high_(high), low_(low), multigrid_(multigrid), components_(components), X_(X),
-        first_(first), channels_(std::min(4, int(B.cols()) - first)),
-        B_(B, first, channels_, scale, components),
+      : high_(high), low_(low), scaling_(scaling), multigrid_(multigrid),
+        constants_(components, scaling), X_(X), first_(first), channels_(std::min(4, int(B.cols()) - first)),
+        B_(B, first, channels_, scaling, constants_),
         lanes_(lanes_for(channels_)), workspace_(multigrid, lanes_), options_(options) {
     for (LaneVector* v : {&r_, &z_, &p_, &q_}) *v = LaneVector(B.rows(), lanes_);
     renew();
@@ -225,7 +307,7 @@ class Group {
 
   void iterate() {
     multigrid_.cycle(r_.data(), z_.data(), workspace_);
-    remove_constants(components_, z_);
+    constants_.remove(z_);
     Double4 beta{};
     if (!first_iteration_) beta = -dot(z_, q_);
     for (int c = 0; c < 4; ++c) beta[c] = form_[c] > 0 ? beta[c] / form_[c] : 0;
@@ -233,20 +315,25 @@ class Group {
     high_.multiply(lanes_, p_.data(), q_.data());
     form_ = dot(p_, q_);
     Double4 alpha = dot(p_, r_);
-    for (int c = 0; c < 4; ++c) {
-      if (active(c) && !(form_[c] > 0))
-        throw NotPositiveDefinite(fmt::format("the matrix is not positive definite: its quadratic "
-            "form is {} in channel {}", form_[c], first_ + c));
-      alpha[c] = active(c) ? alpha[c] / form_[c] : 0;
-    }
+    for (int c = 0; c < 4; ++c) alpha[c] = active(c) ? step(c, alpha[c]) : 0;
     if (lanes_ == 1) alpha = Double4{} + alpha[0];
     add_to_solution(p_, alpha, first_, channels_, X_);
-    squared_ = reduce_residual(q_, alpha, r_);
+    squared_ = reduce_residual(scaling_, q_, alpha, r_);
     first_iteration_ = false;
     if (needs_renewal()) renew();
   }
 
  private:
+  /// ⟨p, r⟩/⟨p, A·p⟩; 0 where the quadratic form is lost in rounding (a direction along which the
+  /// matrix nearly vanishes), so that the next direction is a new one.
+  double step(int c, double descent) const {
+    if (form_[c] > 0) return descent / form_[c];
+    if (form_[c] < -lost_in_rounding * std::abs(descent))
+      throw NotPositiveDefinite(fmt::format("the matrix is not positive definite: its quadratic "
+          "form is {} in channel {}", form_[c], first_ + c));
+    return 0;
+  }
+
   bool needs_renewal() const {
     if (!active()) return true;
     for (int c = 0; c < channels_; ++c)
@@ -261,14 +348,15 @@ class Group {
       case 3: true_residual<3>(high_, low_, B_, X_, first_, r_); break;
       default: true_residual<4>(high_, low_, B_, X_, first_, r_); break;
     }
-    remove_constants(components_, r_);
-    squared_ = renewed_ = dot(r_, r_);
+    constants_.remove(r_);
+    squared_ = renewed_ = squared_norm(scaling_, r_);
   }
 
   const StencilMatrix& high_;
   const StencilMatrix& low_;
+  const Scaling& scaling_;
   const Multigrid& multigrid_;
-  const Components& components_;
+  Constants constants_;
   Signal& X_;
   int first_, channels_;
   RightHandSide B_;
@@ -287,14 +375,16 @@ bool Components::any_singular() const {
 }
 
 SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMatrix& low,
-                                      double scale, const Multigrid& multigrid,
+                                      const Scaling& scaling, const Multigrid& multigrid,
                                       const Components& components, const Signal& B, Signal& X,
                                       const MixedCgOptions& options, const Progress& progress) {
   const auto start = Clock::now();
   SolveReport report;
   report.method = "multigrid";
+  // x̂ = D⁻¹·x for the time of the solve; powers of two, so that nothing is lost on the way back.
+  for (const WeightedIndex& row : scaling.special) X.row(row.index) *= double(row.weight);
   for (int first = 0; first < B.cols(); first += 4) {
-    Group group(high, low, scale, multigrid, components, B, X, first, options);
+    Group group(high, low, scaling, multigrid, components, B, X, first, options);
     if (group.active() && report.residuals.empty()) report.residuals.push_back(1);
     int cycle = 0;
     while (group.active() && cycle < options.max_cycles) {
@@ -311,6 +401,7 @@ SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMa
     report.cycles = std::max(report.cycles, cycle);
     report.converged = report.converged && !group.active();
   }
+  for (const WeightedIndex& row : scaling.special) X.row(row.index) /= double(row.weight);
   report.solve_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return report;
 }

@@ -12,7 +12,7 @@ namespace mq {
 struct Components {
   std::vector<int> component;  ///< per unknown; empty: all are one component
   std::vector<char> singular;  ///< per component: A·1 = 0 there
-  std::vector<double> count;   ///< of unknowns
+  std::vector<double> size;    ///< Σ 1/D² over its unknowns (see `Scaling`): their number, nearly
 
   bool any_singular() const;
 };
@@ -22,16 +22,18 @@ struct MixedCgOptions {
   int max_cycles = 60;
 };
 
-/// Improves X towards A·X = B, A = (high + low)/scale, by conjugate gradients around `multigrid`.
+/// Improves X towards A·X = B, high + low = common · D·A·D, by conjugate gradients around
+/// `multigrid`, which approximates the inverse of that.
 ///
 /// Directions, residuals and the cycle are in single precision; X is in double, and the residual is
 /// computed anew from X in double whenever it has lost three decimal digits, so that any tolerance
 /// a double allows is reached. Channels are served four at a time, each with its own step lengths.
-/// On singular components what B holds of constants is dropped and X keeps its mean.
+/// On singular components what B holds of constants is dropped and X keeps its mean (in which a
+/// row counts 1/D²).
 ///
 /// Hestenes and Stiefel 1952; renewing the residual: van der Vorst and Ye 2000.
 SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMatrix& low,
-                                      double scale, const Multigrid& multigrid,
+                                      const Scaling& scaling, const Multigrid& multigrid,
                                       const Components& components, const Signal& B, Signal& X,
                                       const MixedCgOptions& options, const Progress& progress = {});
 

@@ -47,6 +47,19 @@ Multigrid::Workspace::Workspace(const Multigrid& multigrid, int lanes) : lanes_(
   }
 }
 
+namespace {
+
+/// Multiplies some rows of v by their weights, or divides.
+void rescale(const std::vector<WeightedIndex>& rows, int lanes, float* v, int power) {
+  for (const WeightedIndex& row : rows)
+    for (int lane = 0; lane < lanes; ++lane) {
+      float& value = v[std::int64_t(row.index) * lanes + lane];
+      value = power > 0 ? value * row.weight : value / row.weight;
+    }
+}
+
+}  // namespace
+
 void Multigrid::descend(std::size_t level, const float* b, float* x, Workspace& workspace) const {
   const int lanes = workspace.lanes_;
   if (level == levels.size()) {
@@ -62,9 +75,12 @@ void Multigrid::descend(std::size_t level, const float* b, float* x, Workspace& 
   float* r = workspace.levels_[level].r.data();
   Workspace::Vectors& below = workspace.levels_[level + 1];
   here.matrix.residual(lanes, b, x, r);
+  rescale(here.rescaled, lanes, r, 1);
   here.transfer->restrict_to(lanes, r, below.b.data());
   descend(level + 1, below.b.data(), below.x.data(), workspace);
+  rescale(here.rescaled, lanes, x, -1);
   here.transfer->prolongate_add(lanes, below.x.data(), x);
+  rescale(here.rescaled, lanes, x, 1);
 
   for (int i = 0; i < options.sweeps; ++i)
     here.patches.relax(here.matrix, lanes, b, x, Order::backward);

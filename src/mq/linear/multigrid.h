@@ -20,6 +20,9 @@ struct MultigridLevel {
   StencilMatrix matrix;
   Patches patches;
   std::unique_ptr<Transfer> transfer;
+  /// Unknowns that the matrix has in another unit than the transfer: x of the matrix is `weight`
+  /// times x of the transfer (see `Scaling`).
+  std::vector<WeightedIndex> rescaled;
 };
 
 /// The coarsest level, solved directly in double precision. Components on which the matrix vanishes

@@ -1,5 +1,7 @@
 #include "mq/linear/patches.h"
 
+#include <algorithm>
+
 #include "mq/base/parallel.h"
 #include "mq/linear/vector_lanes.h"
 
@@ -35,6 +37,29 @@ void invert(std::vector<double>& a, int n) {
   }
 }
 
+/// Orders rows (positions) in each block so that consecutive ones do not couple where that can be had:
+/// by greedy colours within the block. A processor then overlaps their updates.
+void interleave(const SparseMatrix& A, const StencilLayout& layout, const std::vector<int>& position,
+                std::vector<int>& members) {
+  const int count = int(members.size());
+  std::vector<int> colour(count, -1);
+  parallel_blocks(count, single_block, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<char> taken;
+    for (std::int64_t p = begin; p < end; ++p) {
+      taken.assign(taken.size() + 1, 0);
+      for (SparseMatrix::InnerIterator entry(A, layout.irregular[p]); entry; ++entry) {
+        const int q = position[entry.col()];
+        if (q < begin || q >= p) continue;
+        if (std::size_t(colour[q]) >= taken.size()) taken.resize(colour[q] + 1, 0);
+        taken[colour[q]] = 1;
+      }
+      colour[p] = int(std::find(taken.begin(), taken.end(), 0) - taken.begin());
+    }
+    std::stable_sort(members.begin() + begin, members.begin() + end,
+                     [&](int a, int b) { return colour[a] < colour[b]; });
+  });
+}
+
 }  // namespace
 
 Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) : kind_(kind) {
@@ -53,6 +78,7 @@ Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) 
     for (std::size_t i = begin; i < members_.size(); ++i) covered[members_[i]] = 1;
     starts_.push_back(int(members_.size()));
   }
+  if (kind == Kind::single) interleave(A, layout, position, members_);
   std::vector<int> unknowns(members_.size());
   for (std::size_t i = 0; i < members_.size(); ++i) unknowns[i] = layout.irregular[members_[i]];
   order_ = order_blocks(A, starts_, unknowns, kind == Kind::single ? single_block : patch_block);
@@ -65,16 +91,27 @@ Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) 
     }
 }
 
-void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout, double scale) {
-  if (kind_ == Kind::single) return;
+void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout,
+                         const Scaling& scaling) {
+  if (kind_ == Kind::single) {
+    values_.resize(layout.irregular.size());
+    parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
+      const int k = layout.irregular[p];
+      const double diagonal = A.coeff(k, k);
+      values_[p] = diagonal > 0 ? float(1 / (scaling(k, k) * diagonal)) : 0;
+    });
+    return;
+  }
   values_.resize(inverses_.back());
   parallel_for(count(), [&](std::int64_t p) {
     const int begin = starts_[p], n = starts_[p + 1] - begin;
     std::vector<double> block(std::size_t(n) * n);
     for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j)
-        block[i * n + j] = scale * A.coeff(layout.irregular[members_[begin + i]],
-                                           layout.irregular[members_[begin + j]]);
+      for (int j = 0; j < n; ++j) {
+        const int k = layout.irregular[members_[begin + i]];
+        const int l = layout.irregular[members_[begin + j]];
+        block[i * n + j] = scaling(k, l) * A.coeff(k, l);
+      }
     for (int i = 0; i < n; ++i) {
       double& diagonal = block[i * n + i];
       diagonal = diagonal > 0 ? diagonal * (1 + shift) : 1;
@@ -102,9 +139,9 @@ void Patches::relax_with(const StencilMatrix& A, const float* b, float* x, Order
   };
 
   if (kind_ == Kind::single) {
-    order_.run(order, [&](int position) {
-      const float diagonal = A.centre(irregular[position]);
-      if (diagonal > 0) add(position, residual_at(position) / diagonal);
+    order_.run(order, [&](int item) {
+      const int position = members_[item];
+      add(position, residual_at(position) * values_[position]);
     });
     return;
   }

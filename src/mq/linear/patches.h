@@ -27,9 +27,9 @@ class Patches {
   /// Chooses the patches by the pattern of A; `set_values` must follow.
   Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind);
 
-  /// Inverts the patches of `scale`·A, each with its diagonal raised by 1e-6 of itself (a patch that
+  /// Inverts the patches of the scaled A, each with its diagonal raised by 1e-6 of itself (a patch that
   /// is a whole component of a semidefinite matrix has no inverse otherwise).
-  void set_values(const SparseMatrix& A, const StencilLayout& layout, double scale);
+  void set_values(const SparseMatrix& A, const StencilLayout& layout, const Scaling& scaling);
 
   /// One pass over all patches.
   void relax(const StencilMatrix& A, int lanes, const float* b, float* x, Order order) const;
@@ -45,7 +45,7 @@ class Patches {
   std::vector<int> starts_ = {0};      ///< patch p has members_[starts_[p]] …
   std::vector<int> members_;           ///< positions in layout.irregular
   std::vector<std::int64_t> inverses_; ///< where the inverse of patch p begins in values_
-  std::vector<float> values_;          ///< inverses, row by row
+  std::vector<float> values_;          ///< inverses, row by row; of single rows, by position
   BlockOrder order_;
 };
 

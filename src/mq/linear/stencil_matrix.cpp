@@ -3,10 +3,10 @@
 ///     (A·x)_k = c_k x_k + e_{k−1} x_{k−1} + e_k x_{k+1} + se_{u−1} x_{u−1} + s_u x_u + sw_{u+1} x_{u+1}
 ///               + sw_k x_{d−1} + s_k x_d + se_k x_{d+1},
 ///
-/// so that five values per unknown hold a symmetric matrix. Relaxing a row takes two steps: first
-/// what does not depend on the row itself is taken from b into `rest`; then its even and then its
-/// odd unknowns are replaced, neither of which depend on one another, a full vector register at a
-/// time. A tile small enough for the cache is relaxed several times before the next is touched.
+/// so that five values per unknown hold a symmetric matrix. In a row the even unknowns are replaced
+/// and then the odd ones, neither of which depend on one another, a vector register at a time; what
+/// does not depend on the row itself, `rest`, is computed once for both. A tile small enough for
+/// the cache is relaxed several times before the next is touched.
 
 #include "mq/linear/stencil_matrix.h"
 
@@ -47,60 +47,88 @@ inline Floats<Texels * lanes> rest_of(const Stencils& A, const float* b, const f
   return sum;
 }
 
-/// What unknowns k … of a row become.
+/// What a row's unknowns become: (rest − west neighbours − east neighbours) / diagonal. Holds the
+/// matrix values and `rest` of `Texels` unknowns.
 template <int lanes, int Texels>
-inline Floats<Texels * lanes> relaxed(const Stencils& A, const float* rest, const float* x, int k) {
-  constexpr int N = Texels * lanes;
-  const float* at = x + std::int64_t(k) * lanes;
-  const Floats<Texels> inverse = 1.0f / load<Texels>(A.c + k);
-  const auto west = spread<Texels, lanes>(load<Texels>(A.e + k - 1));
-  const auto east = spread<Texels, lanes>(load<Texels>(A.e + k));
-  return (load<N>(rest) - west * load<N>(at - lanes) - east * load<N>(at + lanes)) *
-         spread<Texels, lanes>(inverse);
-}
+struct RowStep {
+  using Pack = Floats<Texels * lanes>;
+  Pack rest, west, east, inverse;
+
+  RowStep(const Stencils& A, const float* b, const float* x, int k, int u, int d)
+      : rest(rest_of<lanes, Texels>(A, b, x, k, u, d)),
+        west(spread<Texels, lanes>(load<Texels>(A.e + k - 1))),
+        east(spread<Texels, lanes>(load<Texels>(A.e + k))),
+        inverse(spread<Texels, lanes>(1.0f / load<Texels>(A.c + k))) {}
+
+  Pack operator()(Pack left, Pack right) const {
+    return (rest - west * left - east * right) * inverse;
+  }
+};
 
 /// All ones in the lanes of even (parity 0) or odd unknowns.
-template <int lanes, int parity>
-inline auto parity_mask() {
-  typename FloatPack<16>::Mask mask;
-  for (int i = 0; i < 16; ++i) mask[i] = (i / lanes) % 2 == parity ? -1 : 0;
+template <int lanes>
+inline auto parity_mask(int parity) {
+  typename FloatPack<register_floats>::Mask mask;
+  for (int i = 0; i < register_floats; ++i) mask[i] = (i / lanes) % 2 == parity ? -1 : 0;
   return mask;
 }
 
-/// Replaces the even or odd unknowns of a run.
-template <int lanes, int parity>
-inline void relax_parity(const Stencils& A, const StencilRun& run, const float* rest, float* x) {
-  constexpr int wide = 16 / lanes;
-  const auto mask = parity_mask<lanes, parity>();
-  int i = 0;
-  for (; i + wide <= run.count; i += wide) {
-    float* at = x + std::int64_t(run.first + i) * lanes;
-    const Floats<16> after = relaxed<lanes, wide>(A, rest + i * lanes, x, run.first + i);
-    store<16>(at, mask ? after : load<16>(at));
+/// Replaces the unknowns of one parity from the `begin`th (an even one) of a run on, one at a time.
+template <int lanes>
+inline void relax_singly(const Stencils& A, const StencilRun& run, int begin, int parity,
+                         const float* b, float* x) {
+  for (int i = begin + parity; i < run.count; i += 2) {
+    const int k = run.first + i;
+    const RowStep<lanes, 1> step(A, b, x, k, run.up + i, run.down + i);
+    float* at = x + std::int64_t(k) * lanes;
+    store<lanes>(at, step(load<lanes>(at - lanes), load<lanes>(at + lanes)));
   }
-  for (i += parity; i < run.count; i += 2)
-    store<lanes>(x + std::int64_t(run.first + i) * lanes,
-                 relaxed<lanes, 1>(A, rest + i * lanes, x, run.first + i));
 }
 
+/// Replaces the first `end` unknowns of a run, whole registers of them: those of parity `first`, and
+/// one register behind them those of the other. Nothing is read that was just stored.
+template <int lanes>
+inline void relax_registers(const Stencils& A, const StencilRun& run, int end, int first,
+                            const float* b, float* x) {
+  constexpr int N = register_floats, wide = N / lanes;
+  using Pack = Floats<N>;
+  using Step = RowStep<lanes, wide>;
+  const auto mask = parity_mask<lanes>(first);
+  const auto at = [&](int i) { return x + std::int64_t(run.first + i) * lanes; };
+  const auto step_at = [&](int i) {
+    return Step(A, b, x, run.first + i, run.up + i, run.down + i);
+  };
+  const auto left_of = [](Pack left, Pack here) { return shifted<N - lanes>(left, here); };
+  const auto right_of = [](Pack here, Pack right) { return shifted<lanes>(here, right); };
+  const auto load_from = [&](int i) { return i < end ? load<N>(at(i)) : repeat<lanes>(at(i)); };
+
+  Pack left = repeat<lanes>(at(-1)), here = load<N>(at(0)), right = load_from(wide);
+  Step step = step_at(0);
+  Pack half = mask ? step(left_of(left, here), right_of(here, right)) : here;
+  for (int i = wide; i < end; i += wide) {
+    const Step next_step = step_at(i);
+    const Pack beyond = load_from(i + wide);
+    const Pack next_half =
+        mask ? next_step(left_of(here, right), right_of(right, beyond)) : right;
+    left = mask ? half : step(left_of(left, half), right_of(half, next_half));
+    store<N>(at(i - wide), left);
+    here = right;
+    right = beyond;
+    half = next_half;
+    step = next_step;
+  }
+  store<N>(at(end - wide), mask ? half : step(left_of(left, half), right_of(half, right)));
+}
+
+/// One sweep over a run: its even and then its odd unknowns, or backward the other way about.
 template <int lanes, Order order>
 inline void relax_run(const Stencils& A, const StencilRun& run, const float* b, float* x) {
-  constexpr int wide = 16 / lanes;
-  alignas(64) float rest[StencilLayout::max_run * lanes];
-  int i = 0;
-  for (; i + wide <= run.count; i += wide)
-    store<16>(rest + i * lanes,
-              rest_of<lanes, wide>(A, b, x, run.first + i, run.up + i, run.down + i));
-  for (; i < run.count; ++i)
-    store<lanes>(rest + i * lanes,
-                 rest_of<lanes, 1>(A, b, x, run.first + i, run.up + i, run.down + i));
-  if constexpr (order == Order::forward) {
-    relax_parity<lanes, 0>(A, run, rest, x);
-    relax_parity<lanes, 1>(A, run, rest, x);
-  } else {
-    relax_parity<lanes, 1>(A, run, rest, x);
-    relax_parity<lanes, 0>(A, run, rest, x);
-  }
+  constexpr int first = order == Order::forward ? 0 : 1, wide = register_floats / lanes;
+  const int end = wide > 1 ? run.count / wide * wide : 0;
+  relax_singly<lanes>(A, run, end, first, b, x);
+  if constexpr (wide > 1)
+    if (end > 0) relax_registers<lanes>(A, run, end, first, b, x);
+  relax_singly<lanes>(A, run, end, 1 - first, b, x);
 }
 
 template <int lanes, int Texels>
@@ -121,7 +149,7 @@ inline void residual_at(const Stencils& A, const float* b, const float* x, float
 template <int lanes>
 inline void residual_of_run(const Stencils& A, const StencilRun& run, const float* b,
                             const float* x, float* r) {
-  constexpr int wide = 16 / lanes;
+  constexpr int wide = register_floats / lanes;
   int i = 0;
   for (; i + wide <= run.count; i += wide)
     residual_at<lanes, wide>(A, b, x, r, run.first + i, run.up + i, run.down + i);
@@ -153,12 +181,17 @@ inline void product_at(const Stencils& A, const float* sums, const float* x, flo
 template <int lanes>
 inline void product_of_run(const Stencils& A, const float* sums, const StencilRun& run,
                            const float* x, float* y) {
-  constexpr int wide = 16 / lanes;
+  constexpr int wide = register_floats / lanes;
   int i = 0;
   for (; i + wide <= run.count; i += wide)
     product_at<lanes, wide>(A, sums, x, y, run.first + i, run.up + i, run.down + i);
   for (; i < run.count; ++i)
     product_at<lanes, 1>(A, sums, x, y, run.first + i, run.up + i, run.down + i);
+}
+
+/// What the diagonal of row i is multiplied by.
+double raised(const Scaling& scaling, std::int64_t i) {
+  return scaling.row(i) == 1 ? 1 : 1 + StencilMatrix::raise;
 }
 
 /// Throws unless row `row` may be that of a positive semidefinite matrix.
@@ -202,10 +235,10 @@ void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, con
     std::int64_t at = start_[p];
     for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
       if (entry.col() == k) {
-        c[k] = round(entry.value());
+        c[k] = round(k, k, entry.value());
       } else {
         columns_[at] = int(entry.col());
-        values_[at++] = round(entry.value());
+        values_[at++] = round(k, entry.col(), entry.value());
       }
     }
   });
@@ -214,17 +247,17 @@ void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, con
   parallel_for(std::int64_t(layout.runs.size()), [&](std::int64_t r) {
     const StencilRun& run = layout.runs[r];
     for (int i = 0; i < run.count; ++i) {
-      const int k = run.first + i, u = run.up + i;
+      const int k = run.first + i, u = run.up + i, d = run.down + i;
       const double* row = A.valuePtr() + A.outerIndexPtr()[k];
-      c[k] = round(row[4]);
-      e[k] = round(row[5]);
-      sw[k] = round(row[6]);
-      s[k] = round(row[7]);
-      se[k] = round(row[8]);
-      if (is_irregular[u - 1]) se[u - 1] = round(row[0]);
-      if (is_irregular[u]) s[u] = round(row[1]);
-      if (is_irregular[u + 1]) sw[u + 1] = round(row[2]);
-      if (is_irregular[k - 1]) e[k - 1] = round(row[3]);
+      c[k] = round(k, k, row[4]);
+      e[k] = round(k, k + 1, row[5]);
+      sw[k] = round(k, d - 1, row[6]);
+      s[k] = round(k, d, row[7]);
+      se[k] = round(k, d + 1, row[8]);
+      if (is_irregular[u - 1]) se[u - 1] = round(k, u - 1, row[0]);
+      if (is_irregular[u]) s[u] = round(k, u, row[1]);
+      if (is_irregular[u + 1]) sw[u + 1] = round(k, u + 1, row[2]);
+      if (is_irregular[k - 1]) e[k - 1] = round(k, k - 1, row[3]);
     }
   }, 64);
 }
@@ -280,17 +313,20 @@ void StencilMatrix::multiply_by(const float* x, float* y) const {
   });
 }
 
-StencilMatrix::StencilMatrix(const SparseMatrix& A, const StencilLayout& layout, double scale) {
+StencilMatrix::StencilMatrix(const SparseMatrix& A, const StencilLayout& layout,
+                             const Scaling& scaling) {
   parallel_for(A.rows(), [&](std::int64_t row) { check_row(A, int(row)); });
-  fill(A, layout, [scale](double value) { return float(scale * value); });
+  fill(A, layout, [&](std::int64_t i, std::int64_t j, double value) {
+    return float(scaling(i, j) * value * (i == j ? raised(scaling, i) : 1));
+  });
 }
 
 StencilMatrix StencilMatrix::remainder(const SparseMatrix& A, const StencilLayout& layout,
-                                       double scale) {
+                                       const Scaling& scaling) {
   StencilMatrix result;
-  result.fill(A, layout, [scale](double value) {
-    const double scaled = scale * value;
-    return float(scaled - double(float(scaled)));
+  result.fill(A, layout, [&](std::int64_t i, std::int64_t j, double value) {
+    const double scaled = scaling(i, j) * value;
+    return float(scaled - double(float(scaled * (i == j ? raised(scaling, i) : 1))));
   });
   return result;
 }
@@ -324,12 +360,14 @@ void StencilMatrix::multiply(int lanes, const float* x, float* y) const {
     multiply_by<4>(x, y);
 }
 
-void StencilMatrix::keep_row_sums(const SparseMatrix& A, double scale) {
+void StencilMatrix::keep_row_sums(const SparseMatrix& A, const Scaling& scaling) {
   row_sums_.resize(A.rows() + margin);
   parallel_for(A.rows(), [&](std::int64_t row) {
     double sum = 0;
-    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry) sum += entry.value();
-    row_sums_[row] = float(scale * sum);
+    for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
+      sum += scaling(row, entry.col()) * entry.value() *
+             (entry.col() == row ? raised(scaling, row) : 1);
+    row_sums_[row] = float(sum);
   });
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mq/linear/matrix.h"
+#include "mq/linear/scaling.h"
 
 namespace mq {
 
@@ -40,16 +41,21 @@ enum class Order { forward, backward };
 /// Values for a layout. All vectors are rows × lanes (see `LaneVector`), lanes 1 or 4.
 class StencilMatrix {
  public:
+  /// Texels of hardly any influence at seams may depend on one another but for less than single
+  /// precision resolves; this keeps the matrix definite.
+  static constexpr double raise = 1e-6;
+
   StencilMatrix() = default;
 
-  /// `scale`·A rounded to float. The layout must outlive the matrix. Throws `NotPositiveDefinite`
-  /// where a diagonal value is not positive in a row that is not zero, `InvalidInput` where a value
-  /// is not finite.
-  StencilMatrix(const SparseMatrix& A, const StencilLayout& layout, double scale = 1);
+  /// A, scaled and rounded to float; the diagonal of rows with a unit of
+  /// their own raised by `raise` of itself. The layout must outlive the matrix. Throws
+  /// `NotPositiveDefinite` where a diagonal value is not positive in a row that is not zero,
+  /// `InvalidInput` where a value is not finite.
+  StencilMatrix(const SparseMatrix& A, const StencilLayout& layout, const Scaling& scaling);
 
-  /// What rounding `scale`·A to float leaves: with `StencilMatrix(A, layout, scale)` it adds up to
-  /// `scale`·A to 48 bits.
-  static StencilMatrix remainder(const SparseMatrix& A, const StencilLayout& layout, double scale);
+  /// What that changed: the two add up to the scaled A to 48 bits.
+  static StencilMatrix remainder(const SparseMatrix& A, const StencilLayout& layout,
+                                 const Scaling& scaling);
 
   const StencilLayout& layout() const { return *layout_; }
   int rows() const { return layout_ ? layout_->rows : 0; }
@@ -65,8 +71,8 @@ class StencilMatrix {
   /// that `keep_row_sums` was given: where A is mostly stiffness, smooth x lose nothing.
   void multiply(int lanes, const float* x, float* y) const;
 
-  /// Keeps the row sums of `scale`·A, taken before rounding.
-  void keep_row_sums(const SparseMatrix& A, double scale);
+  /// Keeps the row sums of the scaled A with raised diagonal, taken before rounding.
+  void keep_row_sums(const SparseMatrix& A, const Scaling& scaling);
 
   /// The values of irregular row `position` (an index of layout().irregular).
   struct Row {

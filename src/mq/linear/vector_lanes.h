@@ -3,6 +3,11 @@
 /// machine has. Included by sources with kernels only.
 
 #include <cstring>
+#include <utility>
+
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
 
 namespace mq {
 
@@ -32,6 +37,15 @@ inline void store(float* p, Floats<N> v) {
   std::memcpy(p, &v, sizeof v);
 }
 
+/// Floats of a vector register.
+#if defined(__AVX512F__)
+inline constexpr int register_floats = 16;
+#elif defined(__AVX__)
+inline constexpr int register_floats = 8;
+#else
+inline constexpr int register_floats = 4;
+#endif
+
 /// Each of `Texels` values repeated for its `Lanes` lanes.
 template <int Texels, int Lanes>
 inline Floats<Texels * Lanes> spread(Floats<Texels> v) {
@@ -39,10 +53,44 @@ inline Floats<Texels * Lanes> spread(Floats<Texels> v) {
     return v;
   } else if constexpr (Texels == 1) {
     return Floats<Lanes>{} + v;
+  } else if constexpr (Texels == 2) {
+    return Floats<8>{v[0], v[0], v[0], v[0], v[1], v[1], v[1], v[1]};
   } else {
     static_assert(Texels == 4 && Lanes == 4);
+#ifdef __AVX512F__
+    // Said in general words this goes through memory, at twenty times the time.
+    const __m512i index = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+    return _mm512_maskz_permutexvar_ps(0xffff, index, _mm512_zextps128_ps512(v));
+#else
     return __builtin_shufflevector(v, v, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+#endif
   }
+}
+
+/// `lanes` values repeated to fill a register.
+template <int lanes>
+inline Floats<register_floats> repeat(const float* p) {
+  if constexpr (lanes == 1) {
+    return Floats<register_floats>{} + *p;
+  } else if constexpr (lanes == register_floats) {
+    return load<lanes>(p);
+  } else {
+    static_assert(lanes == 4);
+#ifdef __AVX512F__
+    return _mm512_maskz_broadcast_f32x4(0xffff, _mm_loadu_ps(p));
+#else
+    return Floats<8>{p[0], p[1], p[2], p[3], p[0], p[1], p[2], p[3]};
+#endif
+  }
+}
+
+/// Values count … count + N − 1 of the 2·N values of a and then b.
+template <int count, class Pack>
+inline Pack shifted(Pack a, Pack b) {
+  constexpr int N = sizeof(Pack) / sizeof(float);
+  return [&]<int... i>(std::integer_sequence<int, i...>) {
+    return __builtin_shufflevector(a, b, (count + i)...);
+  }(std::make_integer_sequence<int, N>{});
 }
 
 }  // namespace mq
