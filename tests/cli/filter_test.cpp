@@ -272,6 +272,34 @@ TEST(Filter, SmoothsColoursAtVertices) {
   EXPECT_EQ(marquetry(folder, {"filter", "fan.ply", "-o", "out.png", "--beta", "1"}).status, 2);
 }
 
+TEST(Filter, TreatsSeveralTexturesAsOneSignal) {
+  const Folder folder;
+  write_bytes(folder / "two.obj",
+              "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n"
+              "vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\n"
+              "usemtl a\nf 1/1 2/2 5/3 4/4\nusemtl b\nf 2/1 3/2 6/3 5/4\n");
+  write_bytes(folder / "two.mtl", "newmtl a\nmap_Kd dark.png\nnewmtl b\nmap_Kd bright.png\n");
+  write_image(folder / "dark.png", Image<float>(32, 32, 3, 0.2F));
+  write_image(folder / "bright.png", Image<float>(40, 40, 4, 0.8F));
+  const auto filter = [&](const std::string& output) {
+    return marquetry(folder, {"filter", "two.obj", "-o", output, "--beta", "0", "--length", "0.2"});
+  };
+  ASSERT_EQ(filter("out/").status, 0);
+  const Image<float> dark = read_texture(folder / "out/dark.png").pixels;
+  const Image<float> bright = read_texture(folder / "out/bright.png").pixels;
+  EXPECT_EQ(dark.channels(), 3);
+  EXPECT_EQ(bright.channels(), 4);
+  // At the border, u = 0.9 in the one and 0.1 in the other, both show the mean.
+  EXPECT_NEAR(dark(28, 16), 0.5, 0.06);
+  EXPECT_NEAR(bright(4, 20), 0.5, 0.06);
+  EXPECT_LT(dark(4, 16), 0.3);
+  EXPECT_GT(bright(36, 20), 0.7);
+
+  EXPECT_EQ(filter("smooth_%s.png").status, 0);
+  EXPECT_EQ(file_bytes(folder / "smooth_dark.png"), file_bytes(folder / "out/dark.png"));
+  EXPECT_THAT(filter("out.png").error, HasSubstr("2 textures"));
+}
+
 TEST(Filter, WritesAModelBesideItsSource) {
   const Folder folder;
   write_strip(folder);

@@ -60,11 +60,15 @@ namespace {
   _exit(127);
 }
 
-int wait_for(pid_t child, double interrupt_after) {
-  if (interrupt_after > 0) {
-    std::this_thread::sleep_for(std::chrono::duration<double>(interrupt_after));
-    kill(child, SIGINT);
-  }
+/// Interrupts the child once there is something on its standard error, within a minute.
+void interrupt(pid_t child, const fs::path& error) {
+  using namespace std::chrono_literals;
+  for (int i = 0; i < 600 && (!fs::exists(error) || fs::file_size(error) == 0); ++i)
+    std::this_thread::sleep_for(100ms);
+  kill(child, SIGINT);
+}
+
+int wait_for(pid_t child) {
   int status = 0;
   if (waitpid(child, &status, 0) < 0) throw std::runtime_error("the program was lost");
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -81,7 +85,8 @@ Result marquetry(const Folder& folder, const std::vector<std::string>& words,
   if (child < 0) throw std::runtime_error("the program cannot be started");
   if (child == 0) become_program(folder.path(), words, options, output, said / "error");
   Result result;
-  result.status = wait_for(child, options.interrupt_after);
+  if (options.interrupt == RunOptions::Interrupt::when_it_speaks) interrupt(child, said / "error");
+  result.status = wait_for(child);
   if (options.standard_output.empty()) result.output = file_bytes(output);
   result.error = file_bytes(said / "error");
   return result;

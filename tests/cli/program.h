@@ -38,7 +38,7 @@ struct Result {
 
 struct RunOptions {
   std::map<std::string, std::string> environment = {};  ///< added to the test's own
-  double interrupt_after = 0;                           ///< seconds until SIGINT; 0: none
+  enum class Interrupt { never, when_it_speaks } interrupt = Interrupt::never;  ///< by SIGINT
   long largest_file = 0;  ///< bytes a file may grow to; 0: no limit (a full disk, in small)
   std::string standard_output = {};  ///< a file for standard output, such as /dev/full
 };

@@ -110,6 +110,7 @@ TEST(Rooms, HaveAReadmeOfAtMostFortyLines) {
   for (const auto& entry : fs::directory_iterator(root / "src/mq")) {
     if (!entry.is_directory()) continue;
     const fs::path readme = entry.path() / "README.md";
+    EXPECT_TRUE(fs::exists(readme)) << readme << " is missing: what enters, what leaves, its types";
     EXPECT_LE(lines_of(readme).size(), 40U) << readme;
   }
 }
