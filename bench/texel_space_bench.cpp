@@ -60,9 +60,16 @@ void assemble(benchmark::State& state) {
   state.counters["space_B/texel"] = double(held) / texels;
   state.counters["peak_B/texel"] = double(held + 24 * nonzeros) / texels;
 }
-BENCHMARK(assemble)->ArgNames({"side", "size", "threads"})
-    ->Args({1, 1024, 1})->Args({3, 1024, 1})->Args({6, 1024, 1})->Args({20, 1024, 1})
-    ->Args({3, 512, 1})->Args({3, 2048, 1})->Args({3, 4096, 1})->Args({3, 2048, 2})
+BENCHMARK(assemble)
+    ->ArgNames({"side", "size", "threads"})
+    ->Args({1, 1024, 1})
+    ->Args({3, 1024, 1})
+    ->Args({6, 1024, 1})
+    ->Args({20, 1024, 1})
+    ->Args({3, 512, 1})
+    ->Args({3, 2048, 1})
+    ->Args({3, 4096, 1})
+    ->Args({3, 2048, 2})
     ->Unit(benchmark::kMillisecond);
 
 /// How many times as long factoring M + w·S takes as assembling it, on the same model.
@@ -80,8 +87,12 @@ void factor_over_assembly(benchmark::State& state) {
     state.counters["factor_s"] = factored - assembled;
   }
 }
-BENCHMARK(factor_over_assembly)->ArgNames({"side", "size"})->Args({3, 1024})->Args({20, 1024})
-    ->Unit(benchmark::kMillisecond)->Iterations(1);
+BENCHMARK(factor_over_assembly)
+    ->ArgNames({"side", "size"})
+    ->Args({3, 1024})
+    ->Args({20, 1024})
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(1);
 
 /// One matrix gathered from the cells, over a copy of as many bytes.
 void system_over_copy(benchmark::State& state) {

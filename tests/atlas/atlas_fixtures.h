@@ -30,11 +30,11 @@ inline std::unique_ptr<Textured> textured(const Mesh& mesh, const std::vector<Te
 }
 
 struct CutOptions {
-  int cells = 12;         ///< the square is cells × cells quads
-  int parts = 2;          ///< cut into parts × parts charts
-  double jitter = 0.2;    ///< of inner vertices
-  double scale = 0.7;     ///< of each chart in its slot of the texture
-  std::function<double(int)> angle = [](int) { return 0.0; };            ///< of chart c, radians
+  int cells = 12;       ///< the square is cells × cells quads
+  int parts = 2;        ///< cut into parts × parts charts
+  double jitter = 0.2;  ///< of inner vertices
+  double scale = 0.7;   ///< of each chart in its slot of the texture
+  std::function<double(int)> angle = [](int) { return 0.0; };             ///< of chart c, radians
   std::function<Vector2(int)> shift = [](int) { return Vector2(0, 0); };  ///< of chart c, in uv
   std::function<int(int)> texture = [](int) { return 0; };                ///< of chart c
 };

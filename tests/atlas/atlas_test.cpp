@@ -81,9 +81,11 @@ TEST(Atlas, KeepsTheDeterminantOfEveryMetricOne) {
   for (std::uint64_t k = 0; k < 500; ++k) {
     Mesh mesh = fixtures::one_triangle();
     for (int v = 0; v < 3; ++v) {
-      mesh.positions[v] = {random.uniform(15 * k + 5 * v, -1, 1), random.uniform(15 * k + 5 * v + 1, -1, 1),
+      mesh.positions[v] = {random.uniform(15 * k + 5 * v, -1, 1),
+                           random.uniform(15 * k + 5 * v + 1, -1, 1),
                            random.uniform(15 * k + 5 * v + 2, -1, 1)};
-      mesh.uvs[v] = {random.uniform(15 * k + 5 * v + 3, 0, 1), random.uniform(15 * k + 5 * v + 4, 0, 1)};
+      mesh.uvs[v] = {random.uniform(15 * k + 5 * v + 3, 0, 1),
+                     random.uniform(15 * k + 5 * v + 4, 0, 1)};
     }
     if (k % 5 == 0) mesh.uvs[2] = (mesh.uvs[0] + mesh.uvs[1]) / 2 + Vector2(1e-7, 0);
     const Surface surface = make_surface(mesh);
@@ -107,7 +109,8 @@ TEST(Atlas, ListsTrianglesWithoutTextureCoordinates) {
 }
 
 TEST(Atlas, RefusesCoordinatesThatAreNotFinite) {
-  for (double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     Mesh mesh = fixtures::flat_square(3);
     mesh.uvs[0].x() = bad;  // of triangles 0 and 1
     const Atlas atlas = atlas_of(mesh);

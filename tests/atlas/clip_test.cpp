@@ -88,10 +88,12 @@ TEST(Clip, FindsWholeCellsInRuns) {
   const std::int64_t one = TexelPoint::one;
   const Corners corners{{{-1000 * one, -1000 * one}, {3000 * one, -1000 * one}, {0, 3000 * one}}};
   int runs = 0, cells = 0;
-  clip_row(corners, 5, [&](const Piece&) {}, [&](int, int first, int last) {
-    ++runs;
-    cells += last - first + 1;
-  });
+  clip_row(
+      corners, 5, [&](const Piece&) {},
+      [&](int, int first, int last) {
+        ++runs;
+        cells += last - first + 1;
+      });
   EXPECT_EQ(runs, 1);
   EXPECT_GT(cells, 2000);
 }

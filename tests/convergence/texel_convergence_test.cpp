@@ -47,10 +47,13 @@ Signal coordinates(const fixtures::Textured& model, const TexelSpace& space) {
     E << p[1].column() - p[0].column(), p[2].column() - p[0].column(), p[1].row() - p[0].row(),
         p[2].row() - p[0].row();
     const auto& at = space.texels().places[i];
-    const Eigen::Vector2d l = E.inverse() * Eigen::Vector2d(at.x - p[0].column(), at.y - p[0].row());
+    const Eigen::Vector2d l =
+        E.inverse() * Eigen::Vector2d(at.x - p[0].column(), at.y - p[0].row());
     const Mesh& m = model.surface.mesh;
     result.row(i) = (m.position(t, 0) + l[0] * (m.position(t, 1) - m.position(t, 0)) +
-                     l[1] * (m.position(t, 2) - m.position(t, 0))).head<2>().transpose();
+                     l[1] * (m.position(t, 2) - m.position(t, 0)))
+                        .head<2>()
+                        .transpose();
   }
   return result;
 }
@@ -97,7 +100,8 @@ std::pair<double, double> manufactured_errors(const fixtures::CutOptions& option
       const Eigen::Vector2d e =
           slope + pi * std::sin(pi * p.x()) * cy * px + pi * cx * std::sin(pi * p.y()) * py;
       l2 += s.weights[q] * metric.density * std::pow(value - cx * cy, 2);
-      h1 += s.weights[q] * (metric.a * e.x() * e.x() + 2 * metric.b * e.x() * e.y() + metric.c * e.y() * e.y());
+      h1 += s.weights[q] *
+            (metric.a * e.x() * e.x() + 2 * metric.b * e.x() * e.y() + metric.c * e.y() * e.y());
     }
   });
   return {std::sqrt(l2), std::sqrt(h1)};
@@ -107,8 +111,10 @@ TEST(TexelConvergence, IsOfOrderTwoInValuesAndOneInGradientsHoweverTheAtlasIsCut
   for (const Case& c : cases()) {
     const auto [l2_coarse, h1_coarse] = manufactured_errors(c.options, 48);
     const auto [l2_fine, h1_fine] = manufactured_errors(c.options, 192);
-    EXPECT_GE(std::log2(l2_coarse / l2_fine) / 2, 1.8) << c.name << ' ' << l2_coarse << ' ' << l2_fine;
-    EXPECT_GE(std::log2(h1_coarse / h1_fine) / 2, 0.9) << c.name << ' ' << h1_coarse << ' ' << h1_fine;
+    EXPECT_GE(std::log2(l2_coarse / l2_fine) / 2, 1.8)
+        << c.name << ' ' << l2_coarse << ' ' << l2_fine;
+    EXPECT_GE(std::log2(h1_coarse / h1_fine) / 2, 0.9)
+        << c.name << ' ' << h1_coarse << ' ' << h1_fine;
   }
 }
 
@@ -127,7 +133,8 @@ TEST(TexelConvergence, FilteringHasTheGainOfItsFormula) {
       for (double w : {1e-3, 1e-2}) {
         const double gain = (1 + beta * w * lambda) / (1 + w * lambda);
         const Signal phi = ScreenedPoisson(space, w).solve(psi, beta).signal;
-        EXPECT_LT(norm(phi - gain * psi), 0.005 * gain * norm(psi)) << c.name << ' ' << beta << ' ' << w;
+        EXPECT_LT(norm(phi - gain * psi), 0.005 * gain * norm(psi))
+            << c.name << ' ' << beta << ' ' << w;
       }
   }
 }

@@ -38,7 +38,11 @@ CutOptions turned(std::function<double(int)> angle, int parts = 2) {
 /// on texel centres, tiny charts, charts that share texels.
 std::vector<std::pair<std::string, std::unique_ptr<Textured>>> cut_squares() {
   std::vector<std::pair<std::string, std::unique_ptr<Textured>>> all;
-  all.emplace_back("one chart", square([] { CutOptions o; o.parts = 1; return o; }()));
+  all.emplace_back("one chart", square([] {
+                     CutOptions o;
+                     o.parts = 1;
+                     return o;
+                   }()));
   all.emplace_back("turned by odd angles", square(turned(fixtures::odd_angle)));
   all.emplace_back("quarter turns", square(turned(fixtures::quarter_turn)));
   CutOptions on_lines = turned(fixtures::quarter_turn);
@@ -46,7 +50,9 @@ std::vector<std::pair<std::string, std::unique_ptr<Textured>>> cut_squares() {
   on_lines.scale = 0.75;  // 36 of 48 texels for 12 cells: corners on texel centres
   on_lines.shift = [](int) { return Vector2(0.5 / 48, 0.5 / 48); };
   all.emplace_back("on texel lines", square(on_lines));
-  on_lines.shift = [](int chart) { return Vector2((0.5 + 1e-8 * chart) / 48, (0.5 - 1e-7 * chart) / 48); };
+  on_lines.shift = [](int chart) {
+    return Vector2((0.5 + 1e-8 * chart) / 48, (0.5 - 1e-7 * chart) / 48);
+  };
   all.emplace_back("a hair beside texel lines", square(on_lines));
   all.emplace_back("36 charts", square(turned(fixtures::odd_angle, 6)));
   CutOptions crowded = turned(fixtures::odd_angle, 6);
@@ -76,7 +82,8 @@ Signal sample(const Textured& model, const TexelSpace& space,
     Eigen::Matrix2d E;
     E << p[1].column() - p[0].column(), p[2].column() - p[0].column(), p[1].row() - p[0].row(),
         p[2].row() - p[0].row();
-    const Eigen::Vector2d l = E.inverse() * Eigen::Vector2d(at.x - p[0].column(), at.y - p[0].row());
+    const Eigen::Vector2d l =
+        E.inverse() * Eigen::Vector2d(at.x - p[0].column(), at.y - p[0].row());
     const Mesh& m = model.surface.mesh;
     values(i, 0) = f(m.position(t, 0) + l[0] * (m.position(t, 1) - m.position(t, 0)) +
                      l[1] * (m.position(t, 2) - m.position(t, 0)));
@@ -85,8 +92,9 @@ Signal sample(const Textured& model, const TexelSpace& space,
 }
 
 bool shares_texels(const TexelSpace& space) {
-  return std::any_of(space.defects().begin(), space.defects().end(),
-                     [](const Defect& d) { return d.kind == "shared_texels" || d.kind == "overlapping_triangles"; });
+  return std::any_of(space.defects().begin(), space.defects().end(), [](const Defect& d) {
+    return d.kind == "shared_texels" || d.kind == "overlapping_triangles";
+  });
 }
 
 TEST(TexelSpace, MassSumsToTheArea) {
@@ -115,7 +123,8 @@ TEST(TexelSpace, StiffnessIsSemidefinite) {
     const Eigen::VectorXd d = S.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = d.asDiagonal() * Eigen::MatrixXd(S) * d.asDiagonal();
     const auto values =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues();
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly)
+            .eigenvalues();
     EXPECT_GT(values[0], -1e-12) << name;
     EXPECT_GT(values[1], 1e-6) << name << ": one component, one constant";
   }
@@ -140,7 +149,8 @@ TEST(TexelSpace, ReproducesLinearFunctionsAcrossSeams) {
       const Vector3 p = m.position(t, 0) + u * (m.position(t, 1) - m.position(t, 0)) +
                         v * (m.position(t, 2) - m.position(t, 0));
       double value = 0;
-      for (const TexelWeight& w : space.basis_at(t, {1 - u - v, u, v})) value += w.weight * phi(w.texel, 0);
+      for (const TexelWeight& w : space.basis_at(t, {1 - u - v, u, v}))
+        value += w.weight * phi(w.texel, 0);
       ASSERT_NEAR(value, linear(p), 1e-11) << name << " triangle " << t;
     }
   }
@@ -202,7 +212,9 @@ TEST(TexelSpace, IsBilinearAwayFromSeams) {
     const double x = l[0] * c[0].column() + l[1] * c[1].column() + l[2] * c[2].column();
     const double y = l[0] * c[0].row() + l[1] * c[1].row() + l[2] * c[2].row();
     const int i = int(std::floor(x)), j = int(std::floor(y));
-    const auto inside = [&](int a, int b) { return unknown[b * 48 + a] >= 0 && space.texels().interior[unknown[b * 48 + a]]; };
+    const auto inside = [&](int a, int b) {
+      return unknown[b * 48 + a] >= 0 && space.texels().interior[unknown[b * 48 + a]];
+    };
     if (!inside(i, j) || !inside(i + 1, j + 1)) continue;
     ++tested;
     for (const TexelWeight& w : space.basis_at(t, l)) {
@@ -251,11 +263,13 @@ TEST(TexelSpace, AgreesWithQuadratureOfItsBasis) {
       for (int q = 0; q < samples.weights.size(); ++q)
         for (std::size_t i = 0; i < samples.texels.size(); ++i)
           for (std::size_t j = 0; j < samples.texels.size(); ++j) {
-            const double xi = samples.dx(q, i), yi = samples.dy(q, i), xj = samples.dx(q, j), yj = samples.dy(q, j);
+            const double xi = samples.dx(q, i), yi = samples.dy(q, i), xj = samples.dx(q, j),
+                         yj = samples.dy(q, j);
             M(samples.texels[i], samples.texels[j]) +=
                 samples.weights[q] * metric.density * samples.values(q, i) * samples.values(q, j);
             S(samples.texels[i], samples.texels[j]) +=
-                samples.weights[q] * (metric.a * xi * xj + metric.b * (xi * yj + yi * xj) + metric.c * yi * yj);
+                samples.weights[q] *
+                (metric.a * xi * xj + metric.b * (xi * yj + yi * xj) + metric.c * yi * yj);
           }
     });
     EXPECT_LT((M - Eigen::MatrixXd(space.mass())).norm(), 1e-13 * M.norm()) << name;
@@ -267,7 +281,8 @@ TEST(TexelSpace, AgreesWithQuadratureOfItsBasis) {
 std::pair<double, double> scaled_spectrum(const SparseMatrix& A) {
   const Eigen::VectorXd d = A.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd B = d.asDiagonal() * Eigen::MatrixXd(A) * d.asDiagonal();
-  const auto values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(B, Eigen::EigenvaluesOnly).eigenvalues();
+  const auto values =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(B, Eigen::EigenvaluesOnly).eigenvalues();
   return {values[values.size() - 1], values[values.size() - 1] / values[0]};
 }
 
@@ -278,7 +293,9 @@ TEST(TexelSpace, StaysWellConditionedHoweverNearASeamIsToTexels) {
   options.scale = 0.75;
   double reference = 0;
   for (double offset : {0.3, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 0.0}) {
-    options.shift = [offset](int chart) { return Vector2((0.5 + offset * (chart + 1)) / 24, (0.5 - offset) / 24); };
+    options.shift = [offset](int chart) {
+      return Vector2((0.5 + offset * (chart + 1)) / 24, (0.5 - offset) / 24);
+    };
     const auto model = square(options, 24);
     const TexelSpace space(model->surface, model->atlas);
     const auto [largest, condition] = scaled_spectrum(space.system(1, 1e-2));
@@ -294,7 +311,9 @@ TEST(TexelSpace, VariesContinuouslyWithTheOffsetOfASeam) {
   options.cells = 4;
   options.scale = 0.75;
   const auto smooth = [&](double offset) {
-    options.shift = [offset](int chart) { return Vector2((0.5 + offset * (chart % 2 ? 1 : -1)) / 24, 0.5 / 24); };
+    options.shift = [offset](int chart) {
+      return Vector2((0.5 + offset * (chart % 2 ? 1 : -1)) / 24, 0.5 / 24);
+    };
     const auto model = square(options, 24);
     const TexelSpace space(model->surface, model->atlas);
     Signal psi(space.size(), 1);
@@ -315,7 +334,7 @@ TEST(TexelSpace, VariesContinuouslyWithTheOffsetOfASeam) {
     for (int y = 0; y < 24; ++y)
       for (int x = 0; x < 24; ++x)
         if (at_zero(x, y) != 0 && near(x, y) != 0)
-worst = std::max(worst, double(std::abs(at_zero(x, y) - near(x, y))));
+          worst = std::max(worst, double(std::abs(at_zero(x, y) - near(x, y))));
     EXPECT_LT(worst, 20 * offset + 1e-6) << offset;
   }
 }
@@ -327,12 +346,16 @@ Signal smoothed(const TexelSpace& space, const std::function<double(const Texels
   return DirectSolver(space.system(1, 1e-3)).solve(space.mass() * values);
 }
 
-double pattern(double x, double y) { return std::sin(0.8 * x + 0.1 * y * y) + 0.3 * std::cos(1.7 * y); }
+double pattern(double x, double y) {
+  return std::sin(0.8 * x + 0.1 * y * y) + 0.3 * std::cos(1.7 * y);
+}
 
 TEST(TexelSpace, IsUnchangedByMovingAChartWholeTexels) {
   CutOptions options = turned(fixtures::odd_angle);
   options.scale = 0.5;
-  const auto move = [](int chart) { return chart == 1 ? Vector2(3.0 / 64, -5.0 / 64) : Vector2(0, 0); };
+  const auto move = [](int chart) {
+    return chart == 1 ? Vector2(3.0 / 64, -5.0 / 64) : Vector2(0, 0);
+  };
   const auto before = square(options, 64);
   const auto shift = options.shift;
   options.shift = [=](int chart) { return Vector2(shift(chart) + move(chart)); };
@@ -342,12 +365,19 @@ TEST(TexelSpace, IsUnchangedByMovingAChartWholeTexels) {
   // UV 5/64 down is 5 texel rows down.
   const Signal pa = smoothed(a, [&](const auto& p) { return pattern(p.x, p.y); });
   std::map<std::pair<int, int>, double> value;
-  for (int i = 0; i < a.size(); ++i) value[{a.texels().places[i].x, a.texels().places[i].y}] = pa(i, 0);
+  for (int i = 0; i < a.size(); ++i)
+    value[{a.texels().places[i].x, a.texels().places[i].y}] = pa(i, 0);
   const int moved = before->atlas.chart[2 * 6];  // a triangle of the second chart
   std::map<std::pair<int, int>, int> chart_of;
-  for (int i = 0; i < b.size(); ++i) chart_of[{b.texels().places[i].x, b.texels().places[i].y}] = b.texels().chart[i];
-  const auto home = [&](int x, int y) { return chart_of[{x, y}] == moved ? std::pair(x - 3, y - 5) : std::pair(x, y); };
-  const Signal pb = smoothed(b, [&](const auto& p) { const auto [x, y] = home(p.x, p.y); return pattern(x, y); });
+  for (int i = 0; i < b.size(); ++i)
+    chart_of[{b.texels().places[i].x, b.texels().places[i].y}] = b.texels().chart[i];
+  const auto home = [&](int x, int y) {
+    return chart_of[{x, y}] == moved ? std::pair(x - 3, y - 5) : std::pair(x, y);
+  };
+  const Signal pb = smoothed(b, [&](const auto& p) {
+    const auto [x, y] = home(p.x, p.y);
+    return pattern(x, y);
+  });
   for (int i = 0; i < b.size(); ++i) {
     const auto at = home(b.texels().places[i].x, b.texels().places[i].y);
     ASSERT_TRUE(value.count(at));
@@ -365,7 +395,8 @@ TEST(TexelSpace, IsUnchangedByTurningTheTextureAQuarter) {
   // (u, v) -> (v, 1 - u): column x = u·W - ½ becomes row x; row y becomes column 47 - y.
   const Signal pb = smoothed(b, [&](const auto& p) { return pattern(p.y, 47 - p.x); });
   std::map<std::pair<int, int>, double> value;
-  for (int i = 0; i < a.size(); ++i) value[{a.texels().places[i].x, a.texels().places[i].y}] = pa(i, 0);
+  for (int i = 0; i < a.size(); ++i)
+    value[{a.texels().places[i].x, a.texels().places[i].y}] = pa(i, 0);
   ASSERT_EQ(a.size(), b.size());
   for (int i = 0; i < b.size(); ++i)
     EXPECT_NEAR(pb(i, 0), (value[{b.texels().places[i].y, 47 - b.texels().places[i].x}]), 1e-9);
@@ -381,7 +412,8 @@ TEST(TexelSpace, IsUnchangedBySplittingATextureInTwo) {
   const auto f = [&](const auto& p) { return pattern(p.x, p.y); };
   const Signal pa = smoothed(a, f), pb = smoothed(b, f);
   std::map<std::pair<int, int>, double> value;
-  for (int i = 0; i < a.size(); ++i) value[{a.texels().places[i].x, a.texels().places[i].y}] = pa(i, 0);
+  for (int i = 0; i < a.size(); ++i)
+    value[{a.texels().places[i].x, a.texels().places[i].y}] = pa(i, 0);
   for (int i = 0; i < b.size(); ++i)
     EXPECT_NEAR(pb(i, 0), (value[{b.texels().places[i].x, b.texels().places[i].y}]), 1e-9);
 }
@@ -393,7 +425,8 @@ TEST(TexelSpace, IsUnchangedByTheOrderOfTriangles) {
   std::reverse(mesh.corner_uvs.begin(), mesh.corner_uvs.end());
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
     std::rotate(mesh.triangles[t].begin(), mesh.triangles[t].begin() + 1, mesh.triangles[t].end());
-    std::rotate(mesh.corner_uvs[t].begin(), mesh.corner_uvs[t].begin() + 1, mesh.corner_uvs[t].end());
+    std::rotate(mesh.corner_uvs[t].begin(), mesh.corner_uvs[t].begin() + 1,
+                mesh.corner_uvs[t].end());
   }
   const auto other = fixtures::textured(mesh, {{48, 48}});
   const TexelSpace a(model->surface, model->atlas), b(other->surface, other->atlas);
@@ -420,12 +453,16 @@ TEST(TexelSpace, AppliesStiffnessWithoutAMatrix) {
     const TexelSpace space(model->surface, model->atlas);
     Signal psi(space.size(), 2);
     const Random random(4);
-    for (int i = 0; i < space.size(); ++i) psi(i, 0) = random.uniform(2 * i, 0, 1), psi(i, 1) = random.uniform(2 * i + 1, 0, 1);
+    for (int i = 0; i < space.size(); ++i)
+      psi(i, 0) = random.uniform(2 * i, 0, 1), psi(i, 1) = random.uniform(2 * i + 1, 0, 1);
     const Signal expected = space.stiffness() * psi;
     EXPECT_LT((space.stiffness_times(psi) - expected).norm(), 1e-12 * expected.norm()) << name;
     const std::vector<double> twice(space.size(), 2.0);
-    EXPECT_LT((space.stiffness_times(psi, twice) - 2 * expected).norm(), 1e-12 * expected.norm()) << name;
-    EXPECT_EQ(space.stiffness_times(Signal::Constant(space.size(), 1, 0.1)).cwiseAbs().maxCoeff(), 0) << name;
+    EXPECT_LT((space.stiffness_times(psi, twice) - 2 * expected).norm(), 1e-12 * expected.norm())
+        << name;
+    EXPECT_EQ(space.stiffness_times(Signal::Constant(space.size(), 1, 0.1)).cwiseAbs().maxCoeff(),
+              0)
+        << name;
   }
 }
 
@@ -438,7 +475,11 @@ TEST(TexelSpace, ModulatedStiffnessIsThatOfItsCells) {
   // ∫ β |∇x|² over one chart of four; cells of other charts read the texels of none.
   double expected = 0;
   for (int t = 0; t < model->surface.triangle_count(); ++t)
-    if (model->atlas.chart[t] == 1) expected += 0.5 * (model->surface.mesh.position(t, 1) - model->surface.mesh.position(t, 0)).cross(model->surface.mesh.position(t, 2) - model->surface.mesh.position(t, 0)).norm();
+    if (model->atlas.chart[t] == 1)
+      expected +=
+          0.5 * (model->surface.mesh.position(t, 1) - model->surface.mesh.position(t, 0))
+                    .cross(model->surface.mesh.position(t, 2) - model->surface.mesh.position(t, 0))
+                    .norm();
   EXPECT_NEAR((phi.transpose() * space.stiffness_times(phi, beta))(0, 0), expected, 1e-10);
 }
 
@@ -463,7 +504,8 @@ TEST(TexelSpace, DivergenceOfDifferencesIsStiffnessTimesThePotential) {
     const Random random(14);
     Signal psi(space.size(), 1), z(Eigen::Index(edges.size()), 1);
     for (int i = 0; i < space.size(); ++i) psi(i, 0) = random.uniform(i, 0, 1);
-    for (std::size_t e = 0; e < edges.size(); ++e) z(e, 0) = psi(edges[e][1], 0) - psi(edges[e][0], 0);
+    for (std::size_t e = 0; e < edges.size(); ++e)
+      z(e, 0) = psi(edges[e][1], 0) - psi(edges[e][0], 0);
     const Signal expected = space.stiffness_times(psi);
     EXPECT_LT((space.edge_divergence(edges, z) - expected).norm(), 1e-12 * expected.norm()) << name;
   }

@@ -1,5 +1,5 @@
-// Triangles with corners anywhere on a coarse part of the integers of texel_point.h: the pieces must
-// tile each of them; and the texel space of all of them together must keep its identities.
+// Triangles with corners anywhere on a coarse part of the integers of texel_point.h: the pieces
+// must tile each of them; and the texel space of all of them together must keep its identities.
 
 #include <cmath>
 #include <cstdio>
@@ -26,13 +26,15 @@ std::int64_t coordinate(const unsigned char* bytes) {
   std::uint32_t fraction;
   std::memcpy(&fraction, bytes + 1, 4);
   const int kind = bytes[0] / 24 % 3;
-  const std::int64_t low = kind == 0 ? 0 : kind == 1 ? std::int64_t(fraction % 5) - 2 : std::int64_t(fraction) << 4;
+  const std::int64_t low = kind == 0   ? 0
+                           : kind == 1 ? std::int64_t(fraction % 5) - 2
+                                       : std::int64_t(fraction) << 4;
   return whole * TexelPoint::one + low;
 }
 
 void check_pieces(const std::array<TexelPoint, 3>& corners) {
-  const double area =
-      std::abs(double(orientation(corners[0], corners[1], corners[2]))) / 2 / std::pow(double(TexelPoint::one), 2);
+  const double area = std::abs(double(orientation(corners[0], corners[1], corners[2]))) / 2 /
+                      std::pow(double(TexelPoint::one), 2);
   if (area == 0) return;
   double sum = 0;
   const auto [first, end] = rows_of(corners);
@@ -60,13 +62,15 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   constexpr std::size_t corner_bytes = 10;
   constexpr int width = 16, height = 12;
   Mesh mesh;
-  for (int t = 0; t < 4 && size >= 3 * corner_bytes; ++t, data += 3 * corner_bytes, size -= 3 * corner_bytes) {
+  for (int t = 0; t < 4 && size >= 3 * corner_bytes;
+       ++t, data += 3 * corner_bytes, size -= 3 * corner_bytes) {
     std::array<TexelPoint, 3> corners;
     Triangle uvs;
     for (int k = 0; k < 3; ++k) {
       corners[k] = {coordinate(data + corner_bytes * k), coordinate(data + corner_bytes * k + 5)};
       uvs[k] = int(mesh.uvs.size());
-      mesh.uvs.emplace_back((corners[k].column() + 0.5) / width, 1 - (corners[k].row() + 0.5) / height);
+      mesh.uvs.emplace_back((corners[k].column() + 0.5) / width,
+                            1 - (corners[k].row() + 0.5) / height);
     }
     check_pieces(corners);
     mesh.corner_uvs.push_back(uvs);
@@ -90,7 +94,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     const Signal ones = Signal::Ones(space.size(), 1);
     demand(std::abs((space.mass() * ones).sum() - atlas.surface_area) <= 1e-9 * atlas.surface_area,
            "mass sums to the area");
-    demand((space.stiffness() * ones).cwiseAbs().maxCoeff() <= 1e-6 * trace, "constants have no slope");
+    demand((space.stiffness() * ones).cwiseAbs().maxCoeff() <= 1e-6 * trace,
+           "constants have no slope");
   } catch (const InvalidInput&) {  // nothing with area
   }
   return 0;

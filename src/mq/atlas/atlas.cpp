@@ -133,8 +133,9 @@ void orient_charts(const Surface& surface, const AtlasOptions& options, Atlas& a
       balance[atlas.chart[t]] += area;
       chart.texel_area += std::abs(area);
       const Mesh& m = surface.mesh;
-      chart.surface_area += 0.5 * (m.position(t, 1) - m.position(t, 0))
-                                      .cross(m.position(t, 2) - m.position(t, 0)).norm();
+      chart.surface_area +=
+          0.5 *
+          (m.position(t, 1) - m.position(t, 0)).cross(m.position(t, 2) - m.position(t, 0)).norm();
     }
   std::vector<std::int64_t> mirrored, flipped;
   for (std::size_t c = 0; c < atlas.charts.size(); ++c) {
@@ -212,8 +213,10 @@ void bring_home(Atlas& atlas) {
     }
   for (std::size_t k = 0; k < atlas.textures.size(); ++k) {
     Wrap& wrap = atlas.textures[k].wrap;
-    if (!left[k]) wrap = Wrap::clamp;
-    else if (wrap == Wrap::unspecified) wrap = Wrap::repeat;
+    if (!left[k])
+      wrap = Wrap::clamp;
+    else if (wrap == Wrap::unspecified)
+      wrap = Wrap::repeat;
   }
   using enum Defect::Severity;
   add_defect(atlas.defects, "charts_in_other_tiles", note, "chart", moved,
@@ -230,7 +233,8 @@ void list_stretched(const Surface& surface, Atlas& atlas) {
       stretched.push_back(t);
   add_defect(atlas.defects, "stretched_triangles", Defect::Severity::warning, "triangle", stretched,
              fmt::format("triangles stretched beyond {:.0f} : 1 between texture and surface; "
-                         "integrated as if it were that", max_stretch));
+                         "integrated as if it were that",
+                         max_stretch));
 }
 
 }  // namespace
@@ -244,8 +248,8 @@ TexelMetric texel_metric(const Surface& surface, const Atlas& atlas, int triangl
   const auto& p = atlas.corners[triangle];
   const double one = double(TexelPoint::one);
   Eigen::Matrix2d E;
-  E << double(p[1].x - p[0].x) / one, double(p[2].x - p[0].x) / one,
-       double(p[1].y - p[0].y) / one, double(p[2].y - p[0].y) / one;
+  E << double(p[1].x - p[0].x) / one, double(p[2].x - p[0].x) / one, double(p[1].y - p[0].y) / one,
+      double(p[2].y - p[0].y) / one;
   Eigen::Matrix<double, 3, 2> e;
   e.col(0) = mesh.position(triangle, 1) - mesh.position(triangle, 0);
   e.col(1) = mesh.position(triangle, 2) - mesh.position(triangle, 0);
@@ -258,8 +262,7 @@ TexelMetric texel_metric(const Surface& surface, const Atlas& atlas, int triangl
   TexelMetric metric;
   metric.density = Vector3(e.col(0)).cross(Vector3(e.col(1))).norm() / std::abs(determinant);
   // J = e E^-1 scaled to unit density: the entries stay in range for any unit of length.
-  const Eigen::Matrix<double, 3, 2> J =
-      e * adjugate / (determinant * std::sqrt(metric.density));
+  const Eigen::Matrix<double, 3, 2> J = e * adjugate / (determinant * std::sqrt(metric.density));
   Eigen::Matrix2d g = J.transpose() * J;
   const double half_trace = g.trace() / 2;  // |g| = 1: the eigenvalues are s and 1/s, s the stretch
   metric.stretch = half_trace + std::sqrt(std::max(0.0, half_trace * half_trace - 1));

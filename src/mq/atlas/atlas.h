@@ -32,11 +32,11 @@ struct AtlasOptions {
 struct Chart {
   int texture = 0;
   int triangles = 0;
-  bool mirrored = false;   ///< most of its area has texture coordinates seen from behind
-  int tile_x = 0;          ///< whole tiles taken off its u ...
-  int tile_y = 0;          ///< ... and v, to bring it to [0,1] where it fits
-  double texel_area = 0;   ///< in texels²
-  double surface_area = 0; ///< model units²
+  bool mirrored = false;    ///< most of its area has texture coordinates seen from behind
+  int tile_x = 0;           ///< whole tiles taken off its u ...
+  int tile_y = 0;           ///< ... and v, to bring it to [0,1] where it fits
+  double texel_area = 0;    ///< in texels²
+  double surface_area = 0;  ///< model units²
 };
 
 /// What an edge of a triangle is in the atlas.
@@ -49,13 +49,13 @@ enum class EdgeKind : char {
 struct Atlas {
   std::vector<TextureSize> textures;  ///< `wrap` decided
   std::vector<Chart> charts;
-  std::vector<int> chart;             ///< per triangle; -1 where nothing is integrated: no texture,
-                                      ///< no texture coordinates, no area here or on the surface
+  std::vector<int> chart;  ///< per triangle; -1 where nothing is integrated: no texture,
+                           ///< no texture coordinates, no area here or on the surface
   std::vector<std::array<TexelPoint, 3>> corners;  ///< per triangle (chart >= 0), tiles taken off
-  std::vector<EdgeKind> edges;        ///< per half-edge of a triangle with chart >= 0
-  int seam_count = 0;                 ///< edges of the surface that are seams
-  double surface_area = 0;            ///< of the triangles that have a chart
-  double texel_area = 0;              ///< of the same, in texels²
+  std::vector<EdgeKind> edges;                     ///< per half-edge of a triangle with chart >= 0
+  int seam_count = 0;                              ///< edges of the surface that are seams
+  double surface_area = 0;                         ///< of the triangles that have a chart
+  double texel_area = 0;                           ///< of the same, in texels²
   Defects defects;
 
   /// Mean distance on the surface between neighbouring texels, model units.
@@ -77,9 +77,9 @@ inline constexpr double max_stretch = 1e4;
 /// The immersion metric of a triangle in texel coordinates (thesis 2.3, 5.4.2): with g = dπᵀdπ,
 /// what the integrals need of it.
 struct TexelMetric {
-  double density = 0;              ///< √|g|: surface area per texel²
-  double a = 0, b = 0, c = 0;      ///< √|g| g⁻¹ = [[a, b], [b, c]], conformally invariant
-  double stretch = 1;              ///< ratio of singular values, at least 1, before any limit
+  double density = 0;          ///< √|g|: surface area per texel²
+  double a = 0, b = 0, c = 0;  ///< √|g| g⁻¹ = [[a, b], [b, c]], conformally invariant
+  double stretch = 1;          ///< ratio of singular values, at least 1, before any limit
 };
 
 /// The metric of one triangle with chart >= 0.

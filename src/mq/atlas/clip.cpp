@@ -102,8 +102,8 @@ Piece split_column(const std::array<TexelPoint, 3>& corners, int row, int column
     if (sv >= 0) add_right(v, sv == 0 && sw < 0 ? Piece::grid_line : v.side);
     if (sv * sw >= 0) continue;
     const double y = v.side < 0 ? v.y
-                                : cross_column(corners[v.side], corners[v.side == 2 ? 0 : v.side + 1],
-                                               row, line);
+                                : cross_column(corners[v.side],
+                                               corners[v.side == 2 ? 0 : v.side + 1], row, line);
     const RowPiece::Vertex crossing{line, 0.0, y, -1, v.side};
     add_left(crossing, sv < 0 ? Piece::grid_line : v.side);
     add_right(crossing, sv < 0 ? v.side : Piece::grid_line);

@@ -20,8 +20,8 @@ struct Piece {
   struct Vertex {
     double x, y;         ///< in the cell: [0, 1], y downward
     signed char corner;  ///< the triangle's corner that it is, or -1
-    signed char side;    ///< what the side to the next vertex lies on: edge 0 to 2 (edge k runs from
-                         ///< corner k to the next), or `grid_line`
+    signed char side;  ///< what the side to the next vertex lies on: edge 0 to 2 (edge k runs from
+                       ///< corner k to the next), or `grid_line`
   };
 
   int row = 0, column = 0;  ///< of the cell, before any wrapping
@@ -39,7 +39,8 @@ std::array<int, 2> rows_of(const std::array<TexelPoint, 3>& corners);
 /// covered in part, `whole(row, first_column, last_column)` for runs of cells covered altogether.
 /// The triangle must have area.
 template <class Cut, class Whole>
-void clip_row(const std::array<TexelPoint, 3>& corners, int row, const Cut& cut, const Whole& whole);
+void clip_row(const std::array<TexelPoint, 3>& corners, int row, const Cut& cut,
+              const Whole& whole);
 
 /// The whole cell as a piece.
 Piece whole_cell(int row, int column);
@@ -63,8 +64,9 @@ RowPiece clip_to_row(const std::array<TexelPoint, 3>& corners, int row);
 /// Moves the part left of the line x = `column` + 1 out of `rest`.
 Piece split_column(const std::array<TexelPoint, 3>& corners, int row, int column, RowPiece& rest);
 
-/// One past the last column that can be covered altogether, where `rest` starts with a whole side on
-/// the line x = `column`; that side is moved there. Returns `column` where there is no such column.
+/// One past the last column that can be covered altogether, where `rest` starts with a whole side
+/// on the line x = `column`; that side is moved there. Returns `column` where there is no such
+/// column.
 int skip_whole(int column, RowPiece& rest);
 
 std::array<int, 2> columns_of(const RowPiece& piece);

@@ -1,8 +1,8 @@
 // At a point p of a seam with copies p_1 ... p_m in the textures, a function bilinear in each chart
 // has m values; the seam-continuous one takes their mean (thesis 5.5, step 2). Where three charts
-// meet, the mean over three copies at the vertex and the mean over two on the edges beside it differ
-// by a finite amount, which no mesh of nodes may see jump over a short edge; so the difference is
-// faded out along the edge, over `blend` texels of its shorter side.
+// meet, the mean over three copies at the vertex and the mean over two on the edges beside it
+// differ by a finite amount, which no mesh of nodes may see jump over a short edge; so the
+// difference is faded out along the edge, over `blend` texels of its shorter side.
 
 #include "mq/atlas/seams.h"
 
@@ -61,7 +61,8 @@ auto key(const TexturePlace& p) { return std::tie(p.texture, p.row, p.column, p.
 Seams::Seams(const Surface& surface, const Atlas& atlas) : surface_(surface), atlas_(atlas) {
   seam_.assign(atlas.edges.size(), -1);
   for (HalfEdge h = 0; h < HalfEdge(atlas.edges.size()); ++h) {
-    if (atlas.chart[h / 3] < 0 || atlas.edges[h] != EdgeKind::seam || surface.twins[h] < h) continue;
+    if (atlas.chart[h / 3] < 0 || atlas.edges[h] != EdgeKind::seam || surface.twins[h] < h)
+      continue;
     seam_[h] = seam_[surface.twins[h]] = count();
     first_.push_back(h);
     second_.push_back(surface.twins[h]);
@@ -160,7 +161,8 @@ void Seams::find_vertices() {
 std::span<const TexturePlace> Seams::copies(int corner) const {
   const int c = class_[corner];
   if (c < 0) return {};
-  return {copies_.data() + class_offsets_[c], std::size_t(class_offsets_[c + 1] - class_offsets_[c])};
+  return {copies_.data() + class_offsets_[c],
+          std::size_t(class_offsets_[c + 1] - class_offsets_[c])};
 }
 
 SeamTerm Seams::side(HalfEdge h, double s0, double weight) const {

@@ -29,7 +29,8 @@ struct SeamTerm {
 class Seams {
  public:
   /// Distance in texels over which seam values blend into the bilinear ones next to them. It bounds
-  /// the conditioning: a unit step over a node at distance d from a seam costs 1/d energy otherwise.
+  /// the conditioning: a unit step over a node at distance d from a seam costs 1/d energy
+  /// otherwise.
   static constexpr double blend = 0.25;
 
   Seams(const Surface& surface, const Atlas& atlas);
@@ -51,10 +52,10 @@ class Seams {
   /// The place of parameter s on the side of half-edge h.
   TexturePlace place(HalfEdge h, double s) const;
 
-  /// Adds the terms of the value σ near parameter s₀ of a seam: the mean of both sides, blended near
-  /// either end into the mean over all places of that vertex where more than two meet. Weights sum
-  /// to 1; exact for functions that are linear on a flat surface; Lipschitz in s. The same from both
-  /// sides. The terms hold between the breaks around s₀.
+  /// Adds the terms of the value σ near parameter s₀ of a seam: the mean of both sides, blended
+  /// near either end into the mean over all places of that vertex where more than two meet. Weights
+  /// sum to 1; exact for functions that are linear on a flat surface; Lipschitz in s. The same from
+  /// both sides. The terms hold between the breaks around s₀.
   void add_value(int seam, double s0, std::vector<SeamTerm>& value) const;
 
   /// Adds minus the bilinear value on the side of half-edge h.
@@ -72,14 +73,14 @@ class Seams {
 
   const Surface& surface_;
   const Atlas& atlas_;
-  std::vector<int> seam_;               // per half-edge
+  std::vector<int> seam_;  // per half-edge
   std::vector<HalfEdge> first_, second_;
-  std::vector<double> length_;          // of the shorter side, texels
+  std::vector<double> length_;  // of the shorter side, texels
   std::vector<double> breaks_;
   std::vector<int> offsets_;
-  std::vector<int> class_;              // per corner: class of shared places, or -1
+  std::vector<int> class_;  // per corner: class of shared places, or -1
   std::vector<int> class_offsets_;
-  std::vector<TexturePlace> copies_;    // the distinct places of each class
+  std::vector<TexturePlace> copies_;  // the distinct places of each class
 };
 
 }  // namespace mq

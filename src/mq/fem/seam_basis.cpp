@@ -37,9 +37,12 @@ bool near_square(double ax, double ay, double ex, double ey, double reach) {
   double t0 = 0, t1 = 1;
   bool meets = true;
   for (const auto& [p, q] : {std::pair(-ex, ax), {ex, 1 - ax}, {-ey, ay}, {ey, 1 - ay}}) {
-    if (p == 0) meets = meets && q >= 0;
-    else if (p < 0) t0 = std::max(t0, q / p);
-    else t1 = std::min(t1, q / p);
+    if (p == 0)
+      meets = meets && q >= 0;
+    else if (p < 0)
+      t0 = std::max(t0, q / p);
+    else
+      t1 = std::min(t1, q / p);
   }
   if (meets && t0 <= t1) return true;
   const auto from_square = [&](double x, double y) {
@@ -64,7 +67,8 @@ void part(double a, double b, double c, std::vector<Polygon>& polygons) {
       if (dp >= 0) sides[1].push_back(p);
       if (dp * dq >= 0) continue;
       const double t = dp / (dp - dq);
-      for (Polygon& side : sides) side.push_back({p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])});
+      for (Polygon& side : sides)
+        side.push_back({p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])});
     }
     if (sides[0].size() < 3 || sides[1].size() < 3) continue;
     polygons[k] = std::move(sides[0]);
@@ -109,7 +113,7 @@ NearSeams::NearSeams(const Atlas& atlas, const Seams& seams) {
           x0 = x0 + (y0 - a.row()) * slope;
         }
         if (x1 < x0) std::swap(x0, x1);
-        for (int c = int(std::floor(x0 - reach)) ; c <= int(std::floor(x1 + reach)); ++c) {
+        for (int c = int(std::floor(x0 - reach)); c <= int(std::floor(x1 + reach)); ++c) {
           const double ax = texels_from(a.x, c), ay = texels_from(a.y, row);
           if (near_square(ax, ay, texels_from(b.x, c) - ax, texels_from(b.y, row) - ay, reach))
             entries_.push_back({atlas.chart[h / 3], row, c, h});
@@ -122,7 +126,8 @@ NearSeams::NearSeams(const Atlas& atlas, const Seams& seams) {
   });
   chart_offsets_.assign(atlas.charts.size() + 1, 0);
   for (const Entry& entry : entries_) ++chart_offsets_[entry.chart + 1];
-  for (std::size_t c = 1; c < chart_offsets_.size(); ++c) chart_offsets_[c] += chart_offsets_[c - 1];
+  for (std::size_t c = 1; c < chart_offsets_.size(); ++c)
+    chart_offsets_[c] += chart_offsets_[c - 1];
 }
 
 std::span<const NearSeams::Entry> NearSeams::row(int chart, int row) const {
@@ -177,7 +182,8 @@ void SeamCell::add_bilinear(const SeamTerm& term) {
   const TexturePlace& p = term.place;
   for (int k = 0; k < 4; ++k) {
     const double bx = k & 1 ? p.x : 1 - p.x, by = k >> 1 ? p.y : 1 - p.y;
-    const double bx1 = k & 1 ? term.x_rate : -term.x_rate, by1 = k >> 1 ? term.y_rate : -term.y_rate;
+    const double bx1 = k & 1 ? term.x_rate : -term.x_rate,
+                 by1 = k >> 1 ? term.y_rate : -term.y_rate;
     const double b0 = bx * by, b1 = bx * by1 + bx1 * by, b2 = bx1 * by1;
     if (b0 == 0 && b1 == 0 && b2 == 0) continue;
     entries_.push_back({texel(grid_.texel(p.texture, p.column + (k & 1), p.row + (k >> 1))),
@@ -188,7 +194,8 @@ void SeamCell::add_bilinear(const SeamTerm& term) {
 /// The curve of a segment that holds parameter s of its seam, made when first asked for.
 int SeamCell::curve_at(int segment, double s) {
   for (std::size_t c = 0; c < curves_.size(); ++c)
-    if (curves_[c].segment == segment && curves_[c].begin <= s && s <= curves_[c].end) return int(c);
+    if (curves_[c].segment == segment && curves_[c].begin <= s && s <= curves_[c].end)
+      return int(c);
   const HalfEdge h = segments_[segment].half_edge;
   const int seam = seams_.seam(h);
   const auto breaks = seams_.breaks(seam);
@@ -202,8 +209,11 @@ int SeamCell::curve_at(int segment, double s) {
   for (int k = end; k < int(entries_.size()); ++k) {
     int j = curve.first_entry;
     while (j < end && entries_[j].texel != entries_[k].texel) ++j;
-    if (j == end) entries_[end++] = entries_[k];
-    else entries_[j].c0 += entries_[k].c0, entries_[j].c1 += entries_[k].c1, entries_[j].c2 += entries_[k].c2;
+    if (j == end)
+      entries_[end++] = entries_[k];
+    else
+      entries_[j].c0 += entries_[k].c0, entries_[j].c1 += entries_[k].c1,
+          entries_[j].c2 += entries_[k].c2;
   }
   entries_.resize(end);
   curve.end_entry = end;
@@ -243,7 +253,8 @@ void SeamCell::add_point(int triangle, double x, double y, double weight) {
   if (candidates.empty()) return;
 
   const Candidate top = candidates[nearest];
-  const double tx = -top.ux / (top.distance * top.distance), ty = -top.uy / (top.distance * top.distance);
+  const double tx = -top.ux / (top.distance * top.distance),
+               ty = -top.uy / (top.distance * top.distance);
   double sum = 0, sum_x = 0, sum_y = 0;
   for (Candidate& c : candidates) {
     const double q = c.g / top.g;
@@ -310,7 +321,8 @@ SeamCell::Polygon SeamCell::outline(int triangle, const Piece& piece) const {
   Polygon points;
   std::vector<double> cuts;
   for (int k = 0; k < piece.count; ++k) {
-    const Piece::Vertex &v = piece.vertices[k], &w = piece.vertices[k + 1 == piece.count ? 0 : k + 1];
+    const Piece::Vertex &v = piece.vertices[k],
+                        &w = piece.vertices[k + 1 == piece.count ? 0 : k + 1];
     points.push_back({v.x, v.y});
     const HalfEdge h = 3 * triangle + v.side;
     if (v.side < 0 || seams_.seam(h) < 0) continue;

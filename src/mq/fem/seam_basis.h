@@ -6,14 +6,15 @@
 ///
 ///     φ(x) = B(x) + Σ_e λ_e(x) (σ_e(s_e) − B(p_e)):
 ///
-/// B the chart's bilinear function; e the seams of the chart within η of x; p_e the point of e nearest
-/// to x, at distance d_e and parameter s_e; σ_e the mean over the copies of p_e (`Seams::add_value`);
-/// λ_e weights that continuously go from 1 on the seam to 0 at distance η,
+/// B the chart's bilinear function; e the seams of the chart within η of x; p_e the point of e
+/// nearest to x, at distance d_e and parameter s_e; σ_e the mean over the copies of p_e
+/// (`Seams::add_value`); λ_e weights that continuously go from 1 on the seam to 0 at distance η,
 ///
-///     λ_e = (1 − d/η) r_e / Σ r,   r_e = max(0, g_e / max g − ½)²,   g_e = 1/d_e − 1/η,   d = min d_e.
+///     λ_e = (1 − d/η) r_e / Σ r,   r_e = max(0, g_e / max g − ½)²,   g_e = 1/d_e − 1/η,   d = min
+///     d_e.
 ///
-/// On a seam φ = σ, the same from both sides; where d ≥ η, φ = B. Weights of the texels add up to 1,
-/// and functions that are linear on a flat surface are reproduced, for then σ = B.
+/// On a seam φ = σ, the same from both sides; where d ≥ η, φ = B. Weights of the texels add up to
+/// 1, and functions that are linear on a flat surface are reproduced, for then σ = B.
 ///
 /// The thesis interpolates φ = σ on seam nodes and φ = B on all others by quadratics; a node at
 /// distance d from a seam then costs 1/d energy per unit difference, without bound as d → 0 [its
@@ -56,14 +57,14 @@ class NearSeams {
 /// Basis functions at points of one cell. Row q of the matrices is a point, column k a texel.
 struct BasisSamples {
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  std::vector<int> texels;  ///< numbers of TexelGrid
-  std::vector<int> triangles;  ///< per point
-  std::vector<double> weights; ///< per point, area in texels²
-  Matrix values, dx, dy;  ///< derivatives per texel of x and y
+  std::vector<int> texels;      ///< numbers of TexelGrid
+  std::vector<int> triangles;   ///< per point
+  std::vector<double> weights;  ///< per point, area in texels²
+  Matrix values, dx, dy;        ///< derivatives per texel of x and y
 };
 
-/// Points of one cell of one chart, collected and then evaluated together. An object is used for one
-/// cell after another, by one thread.
+/// Points of one cell of one chart, collected and then evaluated together. An object is used for
+/// one cell after another, by one thread.
 class SeamCell {
  public:
   using Polygon = std::vector<std::array<double, 2>>;
@@ -76,11 +77,11 @@ class SeamCell {
 
   void add_point(int triangle, double x, double y, double weight);
 
-  /// Adds points that integrate over a piece. Its sides on seams are cut wherever either side of the
-  /// seam crosses a texel line, and it is parted along the lines at distance η from the seams near
-  /// it, where λ has its kinks (unless these are many, and the piece then small). Parts in which no
-  /// seam is within η are appended to `bilinear`; the others are fanned from their centroid, with a
-  /// rule exact to degree 4 on each triangle.
+  /// Adds points that integrate over a piece. Its sides on seams are cut wherever either side of
+  /// the seam crosses a texel line, and it is parted along the lines at distance η from the seams
+  /// near it, where λ has its kinks (unless these are many, and the piece then small). Parts in
+  /// which no seam is within η are appended to `bilinear`; the others are fanned from their
+  /// centroid, with a rule exact to degree 4 on each triangle.
   void add_piece(int triangle, const Piece& piece, std::vector<Polygon>& bilinear);
 
   bool empty() const { return points_.empty(); }
@@ -105,7 +106,7 @@ class SeamCell {
   };
   struct Term {
     int curve;
-    double s, sx, sy;             // parameter from the curve's middle, and its gradient
+    double s, sx, sy;  // parameter from the curve's middle, and its gradient
     double lambda, lambda_x, lambda_y;
   };
   struct Point {

@@ -11,8 +11,8 @@ namespace mq {
 
 /// A signal space {φ_i}: partition of unity (Σφ_i = 1), so constants are reproduced and S·1 = 0.
 ///
-///     M_ij = ∫ φ_i φ_j dA            symmetric positive definite, model units squared, ΣM_ij = area
-///     S_ij = ∫ ⟨∇φ_i, ∇φ_j⟩ dA       symmetric positive semidefinite, no unit;
+///     M_ij = ∫ φ_i φ_j dA            symmetric positive definite, model units squared, ΣM_ij =
+///     area S_ij = ∫ ⟨∇φ_i, ∇φ_j⟩ dA       symmetric positive semidefinite, no unit;
 ///                                    null space: constants, per connected component
 class SignalSpace {
  public:
@@ -25,12 +25,13 @@ class SignalSpace {
   virtual SparseMatrix system(double a, double b, const Progress& progress = {}) const = 0;
 
   /// S·ψ, or with a modulation β (one value per unknown, constant on each cell or triangle: the
-  /// mean over its unknowns) the vector ∫ β ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel. No matrix is built.
+  /// mean over its unknowns) the vector ∫ β ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel. No matrix is
+  /// built.
   virtual Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const = 0;
 
   /// Gives unknowns whose function is too small to be seen the mean of their neighbours' values in
-  /// `change`, a correction to a signal. Equations leave such values arbitrary (a picture would show
-  /// specks); where nothing of that kind exists, nothing happens.
+  /// `change`, a correction to a signal. Equations leave such values arbitrary (a picture would
+  /// show specks); where nothing of that kind exists, nothing happens.
   virtual void settle(Signal& change) const { (void)change; }
 
   /// Area and texel spacing, for turning lengths into weights.

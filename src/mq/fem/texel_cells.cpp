@@ -1,6 +1,7 @@
-// S_(pq)(rs) = a σ_p σ_r ∫ y_q y_s + c τ_q τ_s ∫ x_p x_r + b (σ_p τ_s ∫ y_q x_r + σ_r τ_q ∫ x_p y_s),
-// σ_0 = τ_0 = −1, σ_1 = τ_1 = 1, with the integrals of products of two read off the nine moments
-// through x_0 + x_1 = 1. Only the six entries off the diagonal are kept: rows sum to zero exactly.
+// S_(pq)(rs) = a σ_p σ_r ∫ y_q y_s + c τ_q τ_s ∫ x_p x_r + b (σ_p τ_s ∫ y_q x_r + σ_r τ_q ∫ x_p
+// y_s), σ_0 = τ_0 = −1, σ_1 = τ_1 = 1, with the integrals of products of two read off the nine
+// moments through x_0 + x_1 = 1. Only the six entries off the diagonal are kept: rows sum to zero
+// exactly.
 
 #include "mq/fem/texel_cells.h"
 
@@ -105,12 +106,14 @@ void add_seam_block(const BasisSamples& samples, const std::vector<TexelMetric>&
     const double weight = std::sqrt(samples.weights[q]), root = std::sqrt(metric.a);
     // a gx² + 2 b gx gy + c gy² as a sum of squares; a c − b² = 1.
     values.row(q) = weight * std::sqrt(metric.density) * samples.values.row(q);
-    slopes.row(2 * q) = weight * root * samples.dx.row(q) + weight * metric.b / root * samples.dy.row(q);
+    slopes.row(2 * q) =
+        weight * root * samples.dx.row(q) + weight * metric.b / root * samples.dy.row(q);
     slopes.row(2 * q + 1) = weight / root * samples.dy.row(q);
   }
   mass.noalias() = values.transpose() * values;
   stiffness.noalias() = slopes.transpose() * slopes;
-  blocks.blocks.push_back({cell, int(blocks.texels.size()), count, std::int64_t(blocks.mass.size())});
+  blocks.blocks.push_back(
+      {cell, int(blocks.texels.size()), count, std::int64_t(blocks.mass.size())});
   blocks.texels.insert(blocks.texels.end(), samples.texels.begin(), samples.texels.end());
   for (int i = 0; i < count; ++i)
     for (int j = i; j < count; ++j) {
@@ -146,7 +149,8 @@ std::vector<Band> make_bands(const Surface& surface, const Atlas& atlas, const T
     first_band.push_back(int(bands.size()));
     rows_per_band.push_back(std::clamp(cells_per_band / (grid.texture(k).width + 1), 1, 256));
     for (int row = 0; row < grid.cell_rows(k); row += rows_per_band[k])
-      bands.push_back({k, row, std::min(row + rows_per_band[k], grid.cell_rows(k)), {}, {}, {}, {}});
+      bands.push_back(
+          {k, row, std::min(row + rows_per_band[k], grid.cell_rows(k)), {}, {}, {}, {}});
   }
   for (int t = 0; t < int(atlas.chart.size()); ++t) {
     if (atlas.chart[t] < 0) continue;
@@ -168,11 +172,18 @@ std::vector<Band> make_bands(const Surface& surface, const Atlas& atlas, const T
 
 class BandIntegrator {
  public:
-  BandIntegrator(const Surface& surface, const Atlas& atlas, const std::vector<TexelMetric>& metrics,
-                 const TexelGrid& grid, const Seams* seams, const NearSeams* near, TexelCells& cells,
-                 Band& band)
-      : surface_(surface), atlas_(atlas), metrics_(metrics), grid_(grid), seams_(seams),
-        near_(near), cells_(cells), band_(band), triangles_(int(atlas.chart.size())) {}
+  BandIntegrator(const Surface& surface, const Atlas& atlas,
+                 const std::vector<TexelMetric>& metrics, const TexelGrid& grid, const Seams* seams,
+                 const NearSeams* near, TexelCells& cells, Band& band)
+      : surface_(surface),
+        atlas_(atlas),
+        metrics_(metrics),
+        grid_(grid),
+        seams_(seams),
+        near_(near),
+        cells_(cells),
+        band_(band),
+        triangles_(int(atlas.chart.size())) {}
 
   void run() {
     for (int t : band_.triangles) {
@@ -202,8 +213,10 @@ class BandIntegrator {
         },
         [&](int, int first, int last) {
           for (int column = first; column <= last; ++column)
-            if (is_near(column)) add_pending(t, whole_cell(row, column), 1);
-            else add_whole(t, row, column);
+            if (is_near(column))
+              add_pending(t, whole_cell(row, column), 1);
+            else
+              add_whole(t, row, column);
         });
   }
 
@@ -258,8 +271,10 @@ class BandIntegrator {
       const Piece& first = pending_[begin].piece;
       const int chart = pending_[begin].chart;
       const int number = grid_.cell(band_.texture, first.column, first.row);
-      cell.start(band_.texture, first.column, first.row, near_->cell(chart, first.row, first.column));
-      for (end = begin; end < pending_.size() && key(pending_[end]) == key(pending_[begin]); ++end) {
+      cell.start(band_.texture, first.column, first.row,
+                 near_->cell(chart, first.row, first.column));
+      for (end = begin; end < pending_.size() && key(pending_[end]) == key(pending_[begin]);
+           ++end) {
         bilinear.clear();
         cell.add_piece(pending_[end].triangle, pending_[end].piece, bilinear);
         for (const SeamCell::Polygon& polygon : bilinear)
@@ -310,17 +325,20 @@ void join_bands(std::vector<Band>& bands, int triangles, const TexelGrid& grid, 
   }
   cells.cut.resize(offsets.back());
   cells.info.resize(offsets.back());
-  parallel_for(std::ssize(bands), [&](std::int64_t b) {
-    Band& band = bands[b];
-    std::copy(band.cut.begin(), band.cut.end(), cells.cut.begin() + offsets[b]);
-    std::copy(band.info.begin(), band.info.end(), cells.info.begin() + offsets[b]);
-    band.cut = {};
-    band.info = {};
-    const int width = grid.texture(band.texture).width + 1;
-    const int first = grid.first_cell(band.texture);
-    for (int c = first + band.first_row * width; c < first + band.end_row * width; ++c)
-      if (cells.kind[c] >= triangles) cells.kind[c] += int(offsets[b]);
-  }, 1);
+  parallel_for(
+      std::ssize(bands),
+      [&](std::int64_t b) {
+        Band& band = bands[b];
+        std::copy(band.cut.begin(), band.cut.end(), cells.cut.begin() + offsets[b]);
+        std::copy(band.info.begin(), band.info.end(), cells.info.begin() + offsets[b]);
+        band.cut = {};
+        band.info = {};
+        const int width = grid.texture(band.texture).width + 1;
+        const int first = grid.first_cell(band.texture);
+        for (int c = first + band.first_row * width; c < first + band.end_row * width; ++c)
+          if (cells.kind[c] >= triangles) cells.kind[c] += int(offsets[b]);
+      },
+      1);
   cells.seams.blocks.reserve(blocks);
   cells.seams.texels.reserve(texels);
   cells.seams.mass.reserve(values);
@@ -342,10 +360,13 @@ TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
 
   std::vector<Band> bands = make_bands(surface, atlas, grid);
   std::atomic<std::int64_t> done = 0;
-  parallel_for(std::ssize(bands), [&](std::int64_t b) {
-    BandIntegrator(surface, atlas, metrics, grid, seams, near, cells, bands[b]).run();
-    progress.at(0.9 * double(++done) / double(bands.size()));
-  }, 1);
+  parallel_for(
+      std::ssize(bands),
+      [&](std::int64_t b) {
+        BandIntegrator(surface, atlas, metrics, grid, seams, near, cells, bands[b]).run();
+        progress.at(0.9 * double(++done) / double(bands.size()));
+      },
+      1);
   join_bands(bands, triangles, grid, cells);
   progress.at(1);
   return cells;

@@ -2,9 +2,9 @@
 /// The integrals of a texel space, cell by cell: what M and S, and S with a modulation, are rebuilt
 /// from without cutting a triangle again.
 ///
-/// With x_0 = 1 − x, x_1 = x and the same for y, the bilinear function of corner (p, q) of a cell is
-/// x_p y_q. Over a piece Q of a triangle with density √|g| and √|g| g⁻¹ = [[a, b], [b, c]] everything
-/// follows from nine moments
+/// With x_0 = 1 − x, x_1 = x and the same for y, the bilinear function of corner (p, q) of a cell
+/// is x_p y_q. Over a piece Q of a triangle with density √|g| and √|g| g⁻¹ = [[a, b], [b, c]]
+/// everything follows from nine moments
 ///
 ///     m_pq = ∫_Q β_p(x) β_q(y) dx dy,   β_0 = x_0²,  β_1 = x_0 x_1,  β_2 = x_1²,
 ///
@@ -40,12 +40,12 @@ std::array<double, 9> whole_moments();
 void add_integrals(const std::array<double, 9>& moments, const TexelMetric& metric,
                    CellIntegrals& integrals);
 
-/// The symmetric matrices of a few texels coupled by the pieces of one chart in one cell near a seam
-/// (or, for soft continuity, by one stretch of a seam).
+/// The symmetric matrices of a few texels coupled by the pieces of one chart in one cell near a
+/// seam (or, for soft continuity, by one stretch of a seam).
 struct SeamBlocks {
   struct Block {
-    int cell;          ///< of TexelGrid, or -1
-    int first, count;  ///< its texels: texels[first ... first + count)
+    int cell;                  ///< of TexelGrid, or -1
+    int first, count;          ///< its texels: texels[first ... first + count)
     std::int64_t first_value;  ///< its upper triangles by rows: mass and stiffness from here
   };
   std::vector<Block> blocks;
@@ -64,12 +64,12 @@ struct TexelCells {
   std::vector<int> kind;
   std::vector<CellIntegrals> cut;
   struct CutInfo {
-    float coverage = 0;   ///< area of all pieces in the cell, texels²; above 1: charts overlap
-    float largest = 0;    ///< area of the largest piece ...
-    int triangle = -1;    ///< ... and its triangle
-    bool several = false; ///< pieces of several charts
+    float coverage = 0;    ///< area of all pieces in the cell, texels²; above 1: charts overlap
+    float largest = 0;     ///< area of the largest piece ...
+    int triangle = -1;     ///< ... and its triangle
+    bool several = false;  ///< pieces of several charts
   };
-  std::vector<CutInfo> info;  ///< per entry of `cut`
+  std::vector<CutInfo> info;         ///< per entry of `cut`
   std::vector<CellIntegrals> whole;  ///< per triangle, the integrals of a cell inside it
   SeamBlocks seams;
 };

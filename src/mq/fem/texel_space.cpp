@@ -1,6 +1,6 @@
-// Matrices are gathered row by row from the integrals of the (at most four) cells around a texel and
-// from the seam blocks it takes part in, so that rows are independent: any number of threads, one
-// result. A row whose texel no seam touches is a 3 × 3 stencil and takes a path of its own.
+// Matrices are gathered row by row from the integrals of the (at most four) cells around a texel
+// and from the seam blocks it takes part in, so that rows are independent: any number of threads,
+// one result. A row whose texel no seam touches is a 3 × 3 stencil and takes a path of its own.
 
 #include "mq/fem/texel_space.h"
 
@@ -44,12 +44,12 @@ struct TexelSpace::Data {
   std::vector<int> unknown;        ///< per texel of the grid its unknown, or -1
   std::vector<int> block_offsets;  ///< per unknown: its seam blocks ...
   struct Part {
-    int block, index;              ///< ... and which of their texels it is
+    int block, index;  ///< ... and which of their texels it is
   };
   std::vector<Part> parts;
-  std::vector<char> shared;        ///< per unknown: several charts read it
-  std::vector<int> unseen;         ///< unknowns that `settle` settles
-  std::vector<int> row_offsets;    ///< of the matrices
+  std::vector<char> shared;      ///< per unknown: several charts read it
+  std::vector<int> unseen;       ///< unknowns that `settle` settles
+  std::vector<int> row_offsets;  ///< of the matrices
   Defects defects;
 
   Data(const Surface& s, const Atlas& a) : surface(s), atlas(a), grid(a.textures) {}
@@ -116,7 +116,8 @@ void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progres
 /// ∫ (φ_first − φ_second)² ds between consecutive breaks, where both sides are quadratic in s.
 void TexelSpace::Data::add_soft_seams(double penalty) {
   const double gauss = std::sqrt(0.6) / 2;
-  const double points[3] = {0.5 - gauss, 0.5, 0.5 + gauss}, weights[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+  const double points[3] = {0.5 - gauss, 0.5, 0.5 + gauss},
+               weights[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
   SeamBlocks& blocks = cells.seams;
   std::vector<int> numbers;
   const auto index_of = [&](int number) {
@@ -135,8 +136,7 @@ void TexelSpace::Data::add_soft_seams(double penalty) {
       Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, 8);
       for (int q = 0; q < 3; ++q) {
         const double s = breaks[k - 1] + (breaks[k] - breaks[k - 1]) * points[q];
-        const double scale =
-            std::sqrt(penalty * length * (breaks[k] - breaks[k - 1]) * weights[q]);
+        const double scale = std::sqrt(penalty * length * (breaks[k] - breaks[k - 1]) * weights[q]);
         for (int side = 0; side < 2; ++side) {
           const TexturePlace p = seams->place(seams->half_edges(e)[side], s);
           const double w[4] = {(1 - p.x) * (1 - p.y), p.x * (1 - p.y), (1 - p.x) * p.y, p.x * p.y};
@@ -147,7 +147,8 @@ void TexelSpace::Data::add_soft_seams(double penalty) {
         }
       }
       const int count = int(numbers.size());
-      blocks.blocks.push_back({-1, int(blocks.texels.size()), count, std::int64_t(blocks.mass.size())});
+      blocks.blocks.push_back(
+          {-1, int(blocks.texels.size()), count, std::int64_t(blocks.mass.size())});
       blocks.texels.insert(blocks.texels.end(), numbers.begin(), numbers.end());
       const Eigen::MatrixXd S = rows.transpose() * rows;
       for (int i = 0; i < count; ++i)
@@ -164,7 +165,7 @@ void TexelSpace::Data::for_each_cell(const Texels::Place& at, const Visit& visit
   const TextureSize& size = grid.texture(at.texture);
   const bool clamped = size.wrap != Wrap::repeat;
   int columns[3][2], rows[3][2];  // cell column or row, and on which side of it the texel is
-  const auto fill = [&](int (&list)[3][2], int i, int n) {
+  const auto fill = [&](int(&list)[3][2], int i, int n) {
     int count = 0;
     if (clamped && i == 0) list[count][0] = -1, list[count++][1] = 0;
     list[count][0] = i - 1, list[count++][1] = 1;
@@ -174,12 +175,14 @@ void TexelSpace::Data::for_each_cell(const Texels::Place& at, const Visit& visit
   };
   // A clamped texture of one column: cells -1 and 0, the texel on both sides of both.
   int extra_columns = 0, extra_rows = 0;
-  const int column_count = fill(columns, at.x, size.width), row_count = fill(rows, at.y, size.height);
+  const int column_count = fill(columns, at.x, size.width),
+            row_count = fill(rows, at.y, size.height);
   if (clamped && size.width == 1) extra_columns = 1;
   if (clamped && size.height == 1) extra_rows = 1;
   for (int r = 0; r < row_count + extra_rows; ++r)
     for (int c = 0; c < column_count + extra_columns; ++c) {
-      const int column = c < column_count ? columns[c][0] : 0, p = c < column_count ? columns[c][1] : 1;
+      const int column = c < column_count ? columns[c][0] : 0,
+                p = c < column_count ? columns[c][1] : 1;
       const int row = r < row_count ? rows[r][0] : 0, q = r < row_count ? rows[r][1] : 1;
       visit(Incidence{grid.cell(at.texture, column, row), p + 2 * q,
                       grid.corners(at.texture, column, row)});
@@ -198,29 +201,35 @@ void TexelSpace::Data::number_texels() {
   for (int k = 0; k < grid.texture_count(); ++k)
     for (int y = 0; y < grid.texture(k).height; ++y) starts.push_back({k, 0, y});
   std::vector<int> offsets(starts.size() + 1, 0);
-  parallel_for(std::ssize(starts), [&](std::int64_t r) {
-    Texels::Place at = starts[r];
-    const int width = grid.texture(at.texture).width;
-    int* row = unknown.data() + grid.texel(at.texture, 0, at.y);
-    for (; at.x < width; ++at.x) {
-      for_each_cell(at, [&](const Incidence& i) {
-        if (active(i.cell)) row[at.x] = 0;
-      });
-      offsets[r + 1] += row[at.x] == 0;
-    }
-  }, 16);
+  parallel_for(
+      std::ssize(starts),
+      [&](std::int64_t r) {
+        Texels::Place at = starts[r];
+        const int width = grid.texture(at.texture).width;
+        int* row = unknown.data() + grid.texel(at.texture, 0, at.y);
+        for (; at.x < width; ++at.x) {
+          for_each_cell(at, [&](const Incidence& i) {
+            if (active(i.cell)) row[at.x] = 0;
+          });
+          offsets[r + 1] += row[at.x] == 0;
+        }
+      },
+      16);
   for (std::size_t r = 1; r < offsets.size(); ++r) offsets[r] += offsets[r - 1];
   texels.places.resize(offsets.back());
-  parallel_for(std::ssize(starts), [&](std::int64_t r) {
-    Texels::Place at = starts[r];
-    int* row = unknown.data() + grid.texel(at.texture, 0, at.y);
-    int next = offsets[r];
-    for (; at.x < grid.texture(at.texture).width; ++at.x)
-      if (row[at.x] == 0) {
-        texels.places[next] = at;
-        row[at.x] = next++;
-      }
-  }, 16);
+  parallel_for(
+      std::ssize(starts),
+      [&](std::int64_t r) {
+        Texels::Place at = starts[r];
+        int* row = unknown.data() + grid.texel(at.texture, 0, at.y);
+        int next = offsets[r];
+        for (; at.x < grid.texture(at.texture).width; ++at.x)
+          if (row[at.x] == 0) {
+            texels.places[next] = at;
+            row[at.x] = next++;
+          }
+      },
+      16);
 }
 
 /// The surface's affine map of one triangle, continued to a place in its chart at most a texel or
@@ -261,8 +270,8 @@ void TexelSpace::Data::place_texels() {
         whole = false;
         return;
       }
-      const TexelCells::CutInfo info =
-          kind < triangles() ? TexelCells::CutInfo{1, 1, kind, false} : cells.info[kind - triangles()];
+      const TexelCells::CutInfo info = kind < triangles() ? TexelCells::CutInfo{1, 1, kind, false}
+                                                          : cells.info[kind - triangles()];
       if (std::abs(info.coverage - 1) > 1e-5f) whole = false;
       const int chart = info.triangle < 0 ? -1 : atlas.chart[info.triangle];
       if (info.several || (texels.chart[i] >= 0 && chart >= 0 && chart != texels.chart[i]))
@@ -324,20 +333,25 @@ void TexelSpace::Data::list_defects() {
   }
   for (int i = 0; i < texels.size(); ++i)
     if (shared[i])
-      several.push_back(grid.texel(texels.places[i].texture, texels.places[i].x, texels.places[i].y));
+      several.push_back(
+          grid.texel(texels.places[i].texture, texels.places[i].x, texels.places[i].y));
   shared = {};
-  const auto add = [&](const char* kind, const std::vector<std::int64_t>& all, const char* message) {
+  const auto add = [&](const char* kind, const std::vector<std::int64_t>& all,
+                       const char* message) {
     if (all.empty()) return;
     Defect defect{kind, Defect::Severity::warning, "texel", std::int64_t(all.size()), {}, message};
-    defect.ids.assign(all.begin(), all.begin() + std::min<std::ptrdiff_t>(std::ssize(all), Defect::max_ids));
+    defect.ids.assign(all.begin(),
+                      all.begin() + std::min<std::ptrdiff_t>(std::ssize(all), Defect::max_ids));
     defects.push_back(std::move(defect));
   };
   add("overlapping_triangles", overlapping,
-      "cells that triangles cover more than once (ids: texel at the left top, counted row by row): the "
+      "cells that triangles cover more than once (ids: texel at the left top, counted row by row): "
+      "the "
       "places of the surface there share one colour; unwrap them apart to treat them apart");
   add("shared_texels", several,
       "texels that several charts read (ids counted row by row): charts nearer than a texel's "
-      "footprint share it, so values leak between them; a wider gutter or a larger texture parts them");
+      "footprint share it, so values leak between them; a wider gutter or a larger texture parts "
+      "them");
 }
 
 // ------------------------------------------------------------------------------------------- rows
@@ -347,8 +361,9 @@ template <class Visit>
 void TexelSpace::Data::visit_block(const Part& part, const Visit& visit) const {
   const SeamBlocks::Block& block = cells.seams.blocks[part.block];
   for (int k = 0; k < block.count; ++k) {
-    const std::int64_t at = block.first_value + SeamBlocks::index(std::min(k, part.index),
-                                                                  std::max(k, part.index), block.count);
+    const std::int64_t at =
+        block.first_value +
+        SeamBlocks::index(std::min(k, part.index), std::max(k, part.index), block.count);
     visit(cells.seams.texels[block.first + k], cells.seams.mass[at], cells.seams.stiffness[at]);
   }
 }
@@ -390,7 +405,8 @@ int TexelSpace::Data::row_size(int i) const {
   if (inner(at) && blocks_of(i).empty()) {
     const int width = grid.texture(at.texture).width + 1;
     const int* cell = cells.kind.data() + grid.cell(at.texture, at.x - 1, at.y - 1);
-    const bool c00 = cell[0] >= 0, c10 = cell[1] >= 0, c01 = cell[width] >= 0, c11 = cell[width + 1] >= 0;
+    const bool c00 = cell[0] >= 0, c10 = cell[1] >= 0, c01 = cell[width] >= 0,
+               c11 = cell[width + 1] >= 0;
     return 1 + c00 + c10 + c01 + c11 + (c00 || c10) + (c01 || c11) + (c00 || c01) + (c10 || c11);
   }
   thread_local std::vector<Term> terms;
@@ -433,7 +449,8 @@ void TexelSpace::Data::fill_row(int i, double a, double b, int* columns, double*
       }
       sums[4] += diagonal;
     }
-  const int* around = unknown.data() + grid.first_texel(at.texture) + (at.y - 1) * size.width + at.x - 1;
+  const int* around =
+      unknown.data() + grid.first_texel(at.texture) + (at.y - 1) * size.width + at.x - 1;
   for (int place = 0; place < 9; ++place)
     if (coupled[place]) {
       *columns++ = around[place / 3 * size.width + place % 3];
@@ -444,7 +461,8 @@ void TexelSpace::Data::fill_row(int i, double a, double b, int* columns, double*
 void TexelSpace::Data::count_rows() {
   const int n = texels.size();
   std::vector<int> sizes(n);
-  parallel_for(n, [&](std::int64_t i) { sizes[i] = row_size(int(i)); }, 4096);
+  parallel_for(
+      n, [&](std::int64_t i) { sizes[i] = row_size(int(i)); }, 4096);
   row_offsets.assign(n + 1, 0);
   std::int64_t sum = 0;
   for (int i = 0; i < n; ++i) {
@@ -462,9 +480,10 @@ TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSp
     std::string message = "the atlas cannot be worked with:";
     for (const Defect& d : atlas.defects)
       if (d.severity == Defect::Severity::refused)
-        message += fmt::format(" {} {}s ({}{}): {};", d.count, d.element, fmt::join(
-                                   d.ids.begin(), d.ids.begin() + std::min<std::size_t>(d.ids.size(), 5), ", "),
-                               d.count > 5 ? ", ..." : "", d.message);
+        message += fmt::format(
+            " {} {}s ({}{}): {};", d.count, d.element,
+            fmt::join(d.ids.begin(), d.ids.begin() + std::min<std::size_t>(d.ids.size(), 5), ", "),
+            d.count > 5 ? ", ..." : "", d.message);
     message.pop_back();
     throw InvalidInput(message);
   }
@@ -571,8 +590,10 @@ void TexelSpace::settle(Signal& change) const {
         const int j = d.unknown[d.grid.texel(at.texture, at.x + k % 3 - 1, at.y + k / 3 - 1)];
         if (j >= 0 && !open[j]) sum += change.row(j), ++count;
       }
-      if (count > 0) settled.push_back({i, sum / count});
-      else still.push_back(i);
+      if (count > 0)
+        settled.push_back({i, sum / count});
+      else
+        still.push_back(i);
     }
     if (settled.empty()) break;
     for (const auto& [i, value] : settled) change.row(i) = value, open[i] = 0;
@@ -584,15 +605,17 @@ void TexelSpace::settle(Signal& change) const {
 Signal TexelSpace::gather(std::span<const Image<float>> pictures) const {
   const Data& d = *data_;
   require(std::ssize(pictures) == d.grid.texture_count(),
-          fmt::format("{} pictures for {} textures: give one each", pictures.size(), d.grid.texture_count()));
+          fmt::format("{} pictures for {} textures: give one each", pictures.size(),
+                      d.grid.texture_count()));
   const int channels = pictures.front().channels();
   for (int k = 0; k < d.grid.texture_count(); ++k) {
     const TextureSize& size = d.grid.texture(k);
     if (pictures[k].width() != size.width || pictures[k].height() != size.height ||
         pictures[k].channels() != channels)
-      throw InvalidInput(fmt::format(
-          "picture {} is {} x {} with {} channels where {} x {} with {} was wanted", k, pictures[k].width(),
-          pictures[k].height(), pictures[k].channels(), size.width, size.height, channels));
+      throw InvalidInput(
+          fmt::format("picture {} is {} x {} with {} channels where {} x {} with {} was wanted", k,
+                      pictures[k].width(), pictures[k].height(), pictures[k].channels(), size.width,
+                      size.height, channels));
   }
   Signal signal(size(), channels);
   parallel_for(size(), [&](std::int64_t i) {
@@ -625,7 +648,8 @@ std::int64_t TexelSpace::bytes() const {
          size(d.unknown) + size(d.block_offsets) + size(d.parts) + size(d.row_offsets);
 }
 
-// ---------------------------------------------------------------------------------- basis and fields
+// ---------------------------------------------------------------------------------- basis and
+// fields
 
 namespace {
 
@@ -633,7 +657,10 @@ namespace {
 template <class Visit>
 void for_each_piece_in_row(const std::array<TexelPoint, 3>& corners, int row, const Visit& visit) {
   clip_row(
-      corners, row, [&](const Piece& piece) { if (piece.area() >= smallest_piece) visit(piece); },
+      corners, row,
+      [&](const Piece& piece) {
+        if (piece.area() >= smallest_piece) visit(piece);
+      },
       [&](int, int first, int last) {
         for (int column = first; column <= last; ++column) visit(whole_cell(row, column));
       });
@@ -674,7 +701,8 @@ void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& 
         samples.values = points.values;
         samples.dx = points.dx;
         samples.dy = points.dy;
-        samples.weights = Eigen::Map<const Vector>(points.weights.data(), std::ssize(points.weights));
+        samples.weights =
+            Eigen::Map<const Vector>(points.weights.data(), std::ssize(points.weights));
         unknowns.clear();
         for (int texel : points.texels) unknowns.push_back(d.unknown[texel]);
         samples.texels = unknowns;
@@ -693,7 +721,8 @@ std::vector<TexelWeight> TexelSpace::basis_at(int triangle, const Vector3& baryc
   const int column0 = floor_texel(corners[0].x), row0 = floor_texel(corners[0].y);
   double x = 0, y = 0;
   for (int k = 0; k < 3; ++k) {
-    x += barycentric[k] * double(corners[k].x - column0 * TexelPoint::one) / double(TexelPoint::one);
+    x +=
+        barycentric[k] * double(corners[k].x - column0 * TexelPoint::one) / double(TexelPoint::one);
     y += barycentric[k] * double(corners[k].y - row0 * TexelPoint::one) / double(TexelPoint::one);
   }
   const int column = column0 + int(std::floor(x)), row = row0 + int(std::floor(y));
@@ -731,7 +760,8 @@ Signal TexelSpace::divergence(const std::vector<std::vector<Vector3>>& fields) c
     for (std::size_t f = 0; f < fields.size(); ++f) {
       const Eigen::Vector2d xi = E * gram.ldlt().solve(e.transpose() * fields[f][t]);
       for (std::size_t k = 0; k < samples.texels.size(); ++k)
-        result(samples.texels[k], f) += d.metrics[t].density * (xi.x() * sum_x[k] + xi.y() * sum_y[k]);
+        result(samples.texels[k], f) +=
+            d.metrics[t].density * (xi.x() * sum_x[k] + xi.y() * sum_y[k]);
     }
   });
   return result;
@@ -747,7 +777,8 @@ std::vector<std::array<int, 2>> TexelSpace::edges() const {
   return result;
 }
 
-Signal TexelSpace::edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const {
+Signal TexelSpace::edge_divergence(const std::vector<std::array<int, 2>>& edges,
+                                   const Signal& z) const {
   require(z.rows() == std::ssize(edges), "one row per edge is needed");
   const Data& d = *data_;
   const Eigen::Index channels = z.cols();

@@ -1,6 +1,6 @@
 #pragma once
-/// The signal space of a texture atlas (thesis 5.5 to 5.7): one unknown per texel, functions bilinear
-/// inside charts and continuous across every seam.
+/// The signal space of a texture atlas (thesis 5.5 to 5.7): one unknown per texel, functions
+/// bilinear inside charts and continuous across every seam.
 
 #include <functional>
 #include <memory>
@@ -64,8 +64,8 @@ class TexelSpace : public SignalSpace {
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
   SurfaceScale scale() const override;
 
-  /// Of texels whose kernel meets so little of the surface that M_tt < 10⁻¹⁰ of a whole texel's area:
-  /// its values there stay below about 10⁻³.
+  /// Of texels whose kernel meets so little of the surface that M_tt < 10⁻¹⁰ of a whole texel's
+  /// area: its values there stay below about 10⁻³.
   void settle(Signal& change) const override;
 
   /// Where the unknowns lie.
@@ -91,13 +91,14 @@ class TexelSpace : public SignalSpace {
   /// Pairs (i, j), i < j, of texels that S couples, sorted: the edges of thesis 5.6.
   std::vector<std::array<int, 2>> edges() const;
 
-  /// b_t = ∫ ⟨ω, ∇φ_t⟩ dA of the Whitney-like field ω = Σ z_ij (φ_i ∇φ_j − φ_j ∇φ_i) over `edges()`,
-  /// one row of z per edge (thesis 5.6 with the sign of z_ij = ψ_j − ψ_i, for which b = S·ψ).
+  /// b_t = ∫ ⟨ω, ∇φ_t⟩ dA of the Whitney-like field ω = Σ z_ij (φ_i ∇φ_j − φ_j ∇φ_i) over
+  /// `edges()`, one row of z per edge (thesis 5.6 with the sign of z_ij = ψ_j − ψ_i, for which b =
+  /// S·ψ).
   Signal edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const;
 
   /// Calls visit(samples) for the pieces of all triangles, with points and weights of a rule that
-  /// is exact where the integrand is a polynomial of degree 4 (products of two bilinear functions and
-  /// more); next to seams it defines the matrices. In a fixed order, on the calling thread.
+  /// is exact where the integrand is a polynomial of degree 4 (products of two bilinear functions
+  /// and more); next to seams it defines the matrices. In a fixed order, on the calling thread.
   void for_each_piece(const std::function<void(const TexelSamples&)>& visit) const;
 
   /// Bytes held between calls.
