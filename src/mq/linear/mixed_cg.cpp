@@ -15,8 +15,6 @@
 #include <chrono>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "mq/base/parallel.h"
 #include "mq/linear/vector_lanes.h"
 
@@ -28,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 typedef double Double4 __attribute__((vector_size(32)));
 
 constexpr std::int64_t block_values = 65536;
-constexpr double lost_in_rounding = 1e-2;  // of ⟨p, r⟩, which ⟨p, A·p⟩ is about
+constexpr int max_lost = 2;           // directions in a row that rounding may spoil
 constexpr double renew_below = 1e-3;  // digits a residual in single precision may lose, see above
 
 Double4 widen(const float* p) { return __builtin_convertvector(load<4>(p), Double4); }
@@ -294,7 +292,11 @@ class Group {
     }
   }
 
-  bool active(int c) const { return c < channels_ && squared_[c] > wanted_[c]; }
+  bool converged(int c) const { return c >= channels_ || !(squared_[c] > wanted_[c]); }
+  bool converged() const {
+    return converged(0) && converged(1) && converged(2) && converged(3);
+  }
+  bool active(int c) const { return !converged(c) && lost_[c] < max_lost; }
   bool active() const { return active(0) || active(1) || active(2) || active(3); }
 
   /// ‖r‖² / ‖r₀‖² of the worst channel.
@@ -325,13 +327,10 @@ class Group {
 
  private:
   /// ⟨p, r⟩/⟨p, A·p⟩; 0 where the quadratic form is lost in rounding (a direction along which the
-  /// matrix nearly vanishes), so that the next direction is a new one.
-  double step(int c, double descent) const {
-    if (form_[c] > 0) return descent / form_[c];
-    if (form_[c] < -lost_in_rounding * std::abs(descent))
-      throw NotPositiveDefinite(fmt::format("the matrix is not positive definite: its quadratic "
-          "form is {} in channel {}", form_[c], first_ + c));
-    return 0;
+  /// matrix nearly vanishes). The next direction is a new one; a channel that finds none rests.
+  double step(int c, double descent) {
+    lost_[c] = form_[c] > 0 ? 0 : lost_[c] + 1;
+    return form_[c] > 0 ? descent / form_[c] : 0;
   }
 
   bool needs_renewal() const {
@@ -365,6 +364,7 @@ class Group {
   const MixedCgOptions& options_;
   LaneVector r_, z_, p_, q_;
   Double4 squared_{}, renewed_{}, start_{}, wanted_{}, form_{};
+  std::array<int, 4> lost_ = {0, 0, 0, 0};
   bool first_iteration_ = true;
 };
 
@@ -399,7 +399,7 @@ SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMa
                                              std::log(options.tolerance))) / double(B.cols()));
     }
     report.cycles = std::max(report.cycles, cycle);
-    report.converged = report.converged && !group.active();
+    report.converged = report.converged && group.converged();
   }
   for (const WeightedIndex& row : scaling.special) X.row(row.index) /= double(row.weight);
   report.solve_seconds = std::chrono::duration<double>(Clock::now() - start).count();
