@@ -482,6 +482,16 @@ TEST_F(GltfFiles, AreWrittenAnewWhenANodeSharesWhatMoved) {
   expect_same_corners(read_model(folder / "n.gltf"), model);
 }
 
+TEST_F(GltfFiles, AreWrittenAnewWhereTextureCoordinatesShareBytesWithPositions) {
+  Scene scene;
+  scene.json["accessors"][1]["bufferView"] = 0;
+  put("m.gltf", scene.gltf());
+  Model model = read_model(folder / "m.gltf");
+  model.mesh.positions[0] = {-1, 0, 0};
+  write_model(folder / "n.gltf", model);
+  expect_same_corners(read_model(folder / "n.gltf"), model);
+}
+
 TEST_F(GltfFiles, AreRefusedWhenCutAnywhere) {
   write_model(folder / "m.glb", exact_model());
   const std::string whole = get("m.glb");

@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 
+#include "mq/base/error.h"
 #include "mq/io/gltf_container.h"
 #include "mq/io/gltf_scene.h"
 #include "mq/io/json_text.h"
@@ -40,11 +41,23 @@ class GltfSplicer {
     output.files.resize(1);
     store_buffers(output.files);
     output.files[0] = {stem_, mesh_file()};
+    if (!buffers_.empty() && !reads_back(output.files)) return {};
     for (const TextureSlot& slot : says_.textures) output.embedded.push_back(!slot.picture.empty());
     return output;
   }
 
  private:
+  /// Whether nothing else changed: accessors may share the bytes that were written.
+  bool reads_back(const std::vector<OutputFile>& files) const {
+    Document document{document_.format, stem_, files[0].bytes, files};
+    try {
+      const MeshFile now = read_gltf(document);
+      return same_connectivity(now.mesh, says_.mesh) && now.mesh.uvs == says_.mesh.uvs;
+    } catch (const Error&) {
+      return false;
+    }
+  }
+
   bool same_textures() const {
     for (int t = 0; t < model_.mesh.triangle_count(); ++t)
       if (model_.mesh.texture(t) != says_.mesh.texture(t)) return false;
