@@ -37,8 +37,9 @@ class Target {
   virtual SolverFactory multigrid() const = 0;
 };
 
-/// Above so many unknowns a factorisation would need several GB.
-constexpr int most_for_direct = 1'500'000;
+/// Above so many unknowns a factorisation takes several times as long as multigrid, and more
+/// memory.
+constexpr int most_for_direct = 200'000;
 
 SolverFactory solver(const std::string& name, const Target& target) {
   const bool large = target.space().size() > most_for_direct;
@@ -355,7 +356,7 @@ Verb filter_verb() {
        .help = "automatic, direct, multigrid or reference",
        .details =
            "direct: a factorisation. multigrid: iterations, with far less memory on "
-           "large textures. automatic: direct up to 1.5 million unknowns, multigrid "
+           "large textures. automatic: direct up to 200,000 unknowns, multigrid "
            "above, where there is one. reference: conjugate gradients to the accuracy of double, "
            "slow, to compare with."});
   table.add({.name = "space",
