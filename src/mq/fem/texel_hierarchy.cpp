@@ -39,44 +39,49 @@ double common_scale(const SparseMatrix& A) {
   return trace > 0 && std::isfinite(trace) ? double(A.rows()) / trace : 1;
 }
 
-/// How close neighbouring nodes are, per node the mean over its chart along its closer axis.
-std::vector<float> spacings(const Texels& grid, const StencilLayout& layout) {
-  int charts = 0;
-  for (const int c : grid.chart) charts = std::max(charts, c + 1);
-  std::vector<std::array<double, 2>> sum(charts, {0, 0});
-  std::vector<double> count(charts, 0);
+/// Per node how close its neighbours are along the axis where they are closer. Nodes without a stencil
+/// take the mean of the neighbours that have one, else the mean of their chart, else of all.
+std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
+                            const StencilLayout& layout) {
   const auto distance = [&](int a, int b) {
     double squared = 0;
     for (int i = 0; i < 3; ++i)
       squared += std::pow(double(grid.positions[a][i]) - grid.positions[b][i], 2);
     return std::sqrt(squared);
   };
-  double total = 0, total_count = 0;
+  int charts = 0;
+  for (const int c : grid.chart) charts = std::max(charts, c + 1);
+  std::vector<float> result(grid.size(), -1);
+  std::vector<double> sum(charts + 1, 0), count(charts + 1, 0);
   for (const StencilRun& run : layout.runs)
     for (int i = 0; i < run.count; ++i) {
-      const int k = run.first + i, chart = grid.chart[k];
-      sum[chart][0] += distance(k, k + 1);
-      sum[chart][1] += distance(k, run.down + i);
-      count[chart] += 1;
+      const int k = run.first + i;
+      result[k] = float(0.5 * std::min(distance(k - 1, k + 1),
+                                       distance(run.up + i, run.down + i)));
+      for (const int c : {grid.chart[k], charts}) {
+        sum[c] += result[k];
+        count[c] += 1;
+      }
     }
-  for (int c = 0; c < charts; ++c) {
-    total += std::min(sum[c][0], sum[c][1]);
-    total_count += count[c];
-  }
-  // Charts too small to have a stencil row share the mean of the others, or, if there are none, the
-  // distance of nodes adjacent in a row.
-  if (total_count == 0)
+  if (count[charts] == 0)  // charts so small that none has a stencil: neighbours in a row
     for (int k = 0; k + 1 < grid.size(); ++k)
       if (grid.chart[k] == grid.chart[k + 1] && grid.places[k].y == grid.places[k + 1].y) {
-        total += distance(k, k + 1);
-        total_count += 1;
+        sum[charts] += distance(k, k + 1);
+        count[charts] += 1;
       }
-  const double common = total_count > 0 ? total / total_count : 0;
-  std::vector<float> result(grid.size());
-  for (int k = 0; k < grid.size(); ++k) {
-    const int c = grid.chart[k];
-    result[k] = float(count[c] > 0 ? std::min(sum[c][0], sum[c][1]) / count[c] : common);
-  }
+  std::vector<float> around(layout.irregular.size());
+  parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
+    const int k = layout.irregular[p];
+    double near = 0, nears = 0;
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
+      if (const int j = int(entry.col()); result[j] >= 0 && grid.chart[j] == grid.chart[k]) {
+        near += result[j];
+        nears += 1;
+      }
+    const int c = count[grid.chart[k]] > 0 ? grid.chart[k] : charts;
+    around[p] = float(nears > 0 ? near / nears : count[c] > 0 ? sum[c] / count[c] : 0);
+  });
+  for (std::size_t p = 0; p < around.size(); ++p) result[layout.irregular[p]] = around[p];
   return result;
 }
 
@@ -124,7 +129,7 @@ void TexelHierarchy::build(const SparseMatrix& A, const Texels& texels,
 
   StencilLayout layout = make_layout(matrix, grid.coarse);
   SurfacePoints points;
-  points.spacing = spacings(grid.coarse, layout);
+  points.spacing = spacings(matrix, grid.coarse, layout);
   points.positions = std::move(grid.coarse.positions);
   Patches::Kind kind = Patches::Kind::neighbours;
   while (matrix.rows() > options.coarsest_rows) {
