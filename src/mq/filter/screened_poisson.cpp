@@ -113,7 +113,7 @@ void ScreenedPoisson::keep_means(Signal& correction) const {
 Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
                                   const Progress& progress) const {
   if (gradient_change.isZero(0) || weight_ == 0)
-    return {psi, {.method = "none (nothing to change)"}};
+    return {psi, {.method = "none (nothing to change)", .residuals = {}}};
   if (std::isfinite(weight_)) gradient_change *= weight_;
   Signal correction = Signal::Zero(psi.rows(), psi.cols());
   SolveReport report = solver_->solve(gradient_change, correction, progress);
