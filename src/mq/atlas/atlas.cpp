@@ -20,6 +20,15 @@ constexpr double max_tiles = 100;
 
 int next(int corner) { return corner == 2 ? 0 : corner + 1; }
 
+double signed_texel_area(const std::array<TexelPoint, 3>& p) {
+  return 0.5 * double(orientation(p[0], p[1], p[2])) / double(TexelPoint::one) /
+         double(TexelPoint::one);
+}
+
+/// Triangles below this, in texels², are as good as collapsed: rounding to 2⁻³⁶ texel is all they
+/// are.
+constexpr double smallest_triangle = 1e-12;
+
 /// Rounds the corners of every triangle that can take part; chart = 0 marks them, -1 the others.
 void place_triangles(const Surface& surface, Atlas& atlas) {
   const Mesh& mesh = surface.mesh;
@@ -53,7 +62,7 @@ void place_triangles(const Surface& surface, Atlas& atlas) {
       atlas.corners[t][k] = texel_point(mesh.uv(t, k), size.width, size.height);
     if (surface.degenerate[t]) continue;
     const auto& p = atlas.corners[t];
-    if (orientation(p[0], p[1], p[2]) == 0) {
+    if (std::abs(signed_texel_area(p)) < smallest_triangle) {
       collapsed.push_back(t);
       continue;
     }
@@ -70,7 +79,8 @@ void place_triangles(const Surface& surface, Atlas& atlas) {
              fmt::format("texture coordinates beyond {} tiles: move these UVs to the unit square",
                          max_tiles));
   add_defect(atlas.defects, "uv_without_area", warning, "triangle", collapsed,
-             "triangles with area on the surface and none in the texture: no texel can show them, "
+             "triangles with area on the surface and less than 1e-12 texels in the texture, or "
+             "none: no texel can show them, "
              "they are left out");
 }
 
@@ -115,11 +125,6 @@ void flood_charts(const Surface& surface, Atlas& atlas) {
       }
     }
   }
-}
-
-double signed_texel_area(const std::array<TexelPoint, 3>& p) {
-  return 0.5 * double(orientation(p[0], p[1], p[2])) / double(TexelPoint::one) /
-         double(TexelPoint::one);
 }
 
 /// Areas, mirrored charts, triangles against their chart. Rows run downward, so a chart seen from

@@ -75,7 +75,7 @@ struct TexelCells {
 };
 
 /// Pieces smaller than this, in texels², are left out: nothing of them survives rounding.
-inline constexpr double smallest_piece = 1e-20;
+inline constexpr double smallest_piece = 1e-22;
 
 /// Cuts every triangle and integrates. `seams` and `near` null: bilinear everywhere, discontinuous
 /// at seams. Parallel over bands of rows, the same bits for any number of threads.
