@@ -103,11 +103,12 @@ void add_scene_options(OptionTable& table) {
                         "those at equal positions, a distance also those nearer than that."});
   table.add({.name = "flipped",
              .type = Type::choice,
-             .default_value = "refuse",
-             .choices = {"refuse", "keep"},
+             .default_value = "few",
+             .choices = {"few", "refuse", "keep"},
              .group = "Model",
              .help = "triangles turned over against the rest of their chart",
-             .details = "Kept, both layers of the fold read and write the same texels."});
+             .details = "few: kept while they cover less than a thousandth of all charts. Kept, "
+                        "both layers of the fold read and write the same texels."});
 }
 
 Scene read_scene(Run& run, MissingPictures missing, double share) {
@@ -122,12 +123,13 @@ Scene read_scene(Run& run, MissingPictures missing, double share) {
   scene.surface = make_surface(scene.model.mesh, *parse_weld(options.text("weld")),
                                step.progress().step("weld", 0.5));
   if (scene.model.mesh.has_uvs()) {
-    const bool keep = options.text("flipped") == "keep";
+    const std::string flipped = options.text("flipped");
     scene.texture_sizes = texture_sizes(run, scene.model, missing);
-    scene.atlas =
-        make_atlas(scene.surface, scene.texture_sizes,
-                   {.flipped = keep ? AtlasOptions::Flipped::keep : AtlasOptions::Flipped::refuse},
-                   step.progress().step("charts", 0.5));
+    scene.atlas = make_atlas(scene.surface, scene.texture_sizes,
+                             {.flipped = flipped == "keep"     ? AtlasOptions::Flipped::keep
+                                         : flipped == "refuse" ? AtlasOptions::Flipped::refuse
+                                                               : AtlasOptions::Flipped::few},
+                             step.progress().step("charts", 0.5));
   }
   describe_input(run, scene);
   run.found(scene_defects(scene));

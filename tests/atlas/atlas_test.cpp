@@ -173,6 +173,17 @@ TEST(Atlas, RefusesFlippedTrianglesOrKeepsThemWhenTold) {
   EXPECT_NE(find(kept, "flipped_triangles"), nullptr);
 }
 
+TEST(Atlas, KeepsAFlippedSliverThatNobodySees) {
+  Mesh mesh = fixtures::flat_square(40);
+  mesh.uvs[41 * 20 + 20] += Vector2(0.026, 0);  // one inner vertex, a hair over its neighbour
+  const Surface surface = make_surface(mesh);
+  const Atlas atlas = make_atlas(surface, {{64, 64}});
+  const Defect* flipped = find(atlas, "flipped_triangles");
+  ASSERT_NE(flipped, nullptr);
+  EXPECT_EQ(flipped->severity, Defect::Severity::warning);
+  EXPECT_TRUE(refused(make_atlas(surface, {{64, 64}}, {AtlasOptions::Flipped::refuse}).defects));
+}
+
 TEST(Atlas, AcceptsMirroredCharts) {
   Mesh mesh = fixtures::flat_square(4);
   for (Vector2& uv : mesh.uvs) uv.x() = 1 - uv.x();

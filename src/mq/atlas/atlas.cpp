@@ -17,6 +17,7 @@ namespace mq {
 namespace {
 
 constexpr double max_tiles = 100;
+constexpr double few_flipped = 1e-3;  // of the area of all charts
 
 int next(int corner) { return corner == 2 ? 0 : corner + 1; }
 
@@ -156,12 +157,19 @@ void orient_charts(const Surface& surface, const AtlasOptions& options, Atlas& a
   using enum Defect::Severity;
   add_defect(atlas.defects, "mirrored_charts", note, "chart", mirrored,
              "charts whose picture is seen from behind; filtered like any other");
-  const bool refuse = options.flipped == AtlasOptions::Flipped::refuse;
+  double folded = 0;
+  for (std::int64_t t : flipped) folded += std::abs(signed_texel_area(atlas.corners[t]));
+  using Flipped = AtlasOptions::Flipped;
+  const bool refuse = options.flipped == Flipped::refuse ||
+                      (options.flipped == Flipped::few && folded > few_flipped * atlas.texel_area);
+  const std::string extent =
+      fmt::format("{:.3g} % of the texels of all charts", 100 * folded / atlas.texel_area);
   add_defect(atlas.defects, "flipped_triangles", refuse ? refused : warning, "triangle", flipped,
-             refuse ? "triangles turned over against their chart, so that it folds over itself: "
-                      "repair the UVs there, or accept the folds with --flipped keep"
-                    : "triangles turned over against their chart: both layers of the fold read and "
-                      "write the same texels");
+             refuse
+                 ? "triangles turned over against their chart, so that it folds over itself (" +
+                       extent + "): repair the UVs there, or accept the folds with --flipped keep"
+                 : "triangles turned over against their chart (" + extent +
+                       "): both layers of the fold read and write the same texels");
 }
 
 struct Box {

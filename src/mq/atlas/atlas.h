@@ -24,9 +24,14 @@ struct TextureSize {
 };
 
 struct AtlasOptions {
-  /// Triangles turned over against the rest of their chart: refused, or kept. Kept, a fold is
-  /// integrated like any other place; both of its layers read the same texels.
-  enum class Flipped { refuse, keep } flipped = Flipped::refuse;
+  /// Triangles turned over against the rest of their chart. Scans have a sliver or two of them,
+  /// which nobody sees; more means that charts fold over themselves. Kept, a fold is integrated
+  /// like any other place, and both of its layers read and write the same texels.
+  enum class Flipped {
+    few,     ///< kept while they cover less than a thousandth of the texels of all charts
+    refuse,  ///< refused
+    keep     ///< kept
+  } flipped = Flipped::few;
 };
 
 struct Chart {
@@ -64,7 +69,7 @@ struct Atlas {
 
 /// Finds charts and seams. Defects (`Atlas::defects`, with ids): triangles without texture
 /// coordinates, with coordinates that are not finite or beyond 100 tiles (refused), flipped inside
-/// their chart (refused or kept), without area in the texture, stretched beyond `max_stretch`,
+/// their chart (see `AtlasOptions`), without area in the texture, stretched beyond `max_stretch`,
 /// charts outside [0,1], mirrored charts. Throws `InvalidInput` when a triangle names a texture
 /// that is not there or a texture has no size.
 Atlas make_atlas(const Surface& surface, const std::vector<TextureSize>& textures,
