@@ -29,9 +29,9 @@ class SignalSpace {
   /// built.
   virtual Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const = 0;
 
-  /// Gives unknowns whose function is too small to be seen the mean of their neighbours' values in
-  /// `change`, a correction to a signal. Equations leave such values arbitrary (a picture would
-  /// show specks); where nothing of that kind exists, nothing happens.
+  /// Smooths, in `change`, a correction to a signal, what no point of the domain shows: equations
+  /// leave it arbitrary, and a picture would show specks. Nothing happens where there is nothing of
+  /// that kind.
   virtual void settle(Signal& change) const { (void)change; }
 
   /// Area and texel spacing, for turning lengths into weights.

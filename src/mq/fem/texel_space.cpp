@@ -15,6 +15,7 @@
 #include "mq/base/parallel.h"
 #include "mq/fem/quadrature.h"
 #include "mq/fem/texel_cells.h"
+#include "mq/linear/direct.h"
 
 namespace mq {
 namespace {
@@ -48,7 +49,7 @@ struct TexelSpace::Data {
   };
   std::vector<Part> parts;
   std::vector<char> shared;      ///< per unknown: several charts read it
-  std::vector<int> unseen;       ///< unknowns that `settle` settles
+  std::vector<int> weak;         ///< unknowns that `settle` settles
   std::vector<int> row_offsets;  ///< of the matrices
   Defects defects;
 
@@ -70,7 +71,7 @@ struct TexelSpace::Data {
   void number_texels();
   void place_texels();
   void find_parts();
-  void find_unseen();
+  void find_weak();
   void count_rows();
   void list_defects();
 
@@ -306,18 +307,18 @@ void TexelSpace::Data::find_parts() {
       parts[next[blocks.texels[blocks.blocks[b].first + k]]++] = {b, k};
 }
 
-void TexelSpace::Data::find_unseen() {
-  constexpr double negligible = 1e-10;
-  std::vector<char> is_unseen(texels.size());
+void TexelSpace::Data::find_weak() {
+  constexpr double hardly_seen = 1e-3;
+  std::vector<char> is_weak(texels.size());
   const double texel_area = atlas.surface_area / atlas.texel_area;
   parallel_for(texels.size(), [&](std::int64_t i) {
     if (texels.interior[i]) return;
     double diagonal = 0;
     for_each_coupling(int(i), [&](int j, double m, double) { diagonal += j == i ? m : 0; });
-    is_unseen[i] = diagonal < negligible * texel_area;
+    is_weak[i] = diagonal < hardly_seen * texel_area;
   });
   for (int i = 0; i < texels.size(); ++i)
-    if (is_unseen[i]) unseen.push_back(i);
+    if (is_weak[i]) weak.push_back(i);
 }
 
 void TexelSpace::Data::list_defects() {
@@ -495,7 +496,7 @@ TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSp
   progress.at(0.75);
   data_->find_parts();
   data_->place_texels();
-  data_->find_unseen();
+  data_->find_weak();
   data_->list_defects();
   progress.at(0.9);
   data_->count_rows();
@@ -572,34 +573,42 @@ Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> be
   return result;
 }
 
+// Minimises Σ_ij M_ij (δ'_i − δ_i)(δ'_j − δ_j) / texel area + τ Σ (δ'_i − δ'_j)² over the weak
+// texels i, j next to each other in the picture: what the surface shows stays, what it does not is
+// smooth.
 void TexelSpace::settle(Signal& change) const {
   require(change.rows() == size(), "one row per texel is needed");
   const Data& d = *data_;
-  std::vector<char> open(size());
-  for (int i : d.unseen) open[i] = 1;
-  std::vector<int> left = d.unseen, still;
-  // From the settled inward: in each round those that touch a settled texel.
-  while (!left.empty()) {
-    still.clear();
-    std::vector<std::pair<int, Eigen::RowVectorXd>> settled;
-    for (int i : left) {
-      const Texels::Place& at = d.texels.places[i];
-      Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(change.cols());
-      int count = 0;
-      for (int k = 0; k < 9; ++k) {
-        const int j = d.unknown[d.grid.texel(at.texture, at.x + k % 3 - 1, at.y + k / 3 - 1)];
-        if (j >= 0 && !open[j]) sum += change.row(j), ++count;
-      }
-      if (count > 0)
-        settled.push_back({i, sum / count});
+  if (d.weak.empty()) return;
+  constexpr double tau = 1e-5, anchor = 1e-9;
+  const double texel_area = d.atlas.surface_area / d.atlas.texel_area;
+  std::vector<int> index(size(), -1);
+  for (std::size_t k = 0; k < d.weak.size(); ++k) index[d.weak[k]] = int(k);
+  std::vector<Eigen::Triplet<double>> entries;
+  Signal right = Signal::Zero(Eigen::Index(d.weak.size()), change.cols());
+  for (int k = 0; k < int(d.weak.size()); ++k) {
+    const int i = d.weak[k];
+    d.for_each_coupling(i, [&](int j, double m, double) {
+      if (index[j] < 0 || m == 0) return;
+      entries.emplace_back(k, index[j], m / texel_area);
+      right.row(k) += m / texel_area * change.row(j);
+    });
+    entries.emplace_back(k, k, anchor);  // towards no change, where no neighbour says more
+    const Texels::Place& at = d.texels.places[i];
+    for (int n = 0; n < 9; ++n) {
+      const int j = d.unknown[d.grid.texel(at.texture, at.x + n % 3 - 1, at.y + n / 3 - 1)];
+      if (j < 0 || j == i) continue;
+      entries.emplace_back(k, k, tau);
+      if (index[j] < 0)
+        right.row(k) += tau * change.row(j);
       else
-        still.push_back(i);
+        entries.emplace_back(k, index[j], -tau);
     }
-    if (settled.empty()) break;
-    for (const auto& [i, value] : settled) change.row(i) = value, open[i] = 0;
-    left.swap(still);
   }
-  for (int i : left) change.row(i).setZero();
+  SparseMatrix A(right.rows(), right.rows());
+  A.setFromTriplets(entries.begin(), entries.end());
+  const Signal settled = DirectSolver(A).solve(right);
+  for (int k = 0; k < int(d.weak.size()); ++k) change.row(d.weak[k]) = settled.row(k);
 }
 
 Signal TexelSpace::gather(std::span<const Image<float>> pictures) const {

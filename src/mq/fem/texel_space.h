@@ -64,8 +64,10 @@ class TexelSpace : public SignalSpace {
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
   SurfaceScale scale() const override;
 
-  /// Of texels whose kernel meets so little of the surface that M_tt < 10⁻¹⁰ of a whole texel's
-  /// area: its values there stay below about 10⁻³.
+  /// Texels whose kernel meets little of the surface, M_tt < 10⁻³ of a texel's area: alone or
+  /// together with neighbours they can take on huge values that no point of the surface shows. They
+  /// keep what it shows, in the least squares sense, and are otherwise smooth with their
+  /// neighbours.
   void settle(Signal& change) const override;
 
   /// Where the unknowns lie.
