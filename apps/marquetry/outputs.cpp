@@ -23,6 +23,12 @@ fs::path own_name(const Model& model, std::size_t i) {
   return stem + (format == "jpeg" ? ".jpg" : format == "openexr" ? ".exr" : "." + format);
 }
 
+/// Whether a picture embedded in `from` becomes a file beside `to`: unless it can be embedded
+/// again.
+bool leaves_model(const fs::path& to, const fs::path& from) {
+  return to.extension() != ".glb" && to.extension() != from.extension();
+}
+
 bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
 
 void refuse_collisions(const std::vector<fs::path>& paths) {
@@ -83,6 +89,11 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
     const bool beside_source = fs::equivalent(path.parent_path() / own, texture.path, ignored) &&
                                !fs::equivalent(path, model.path, ignored);
     const std::string stem = path.stem().string();
+    if (texture.path.empty() && leaves_model(path, model.path)) {
+      texture_names_.push_back(stem + "_" + own.string());
+      paths_.push_back(path.parent_path() / texture_names_.back());
+      continue;
+    }
     texture_names_.push_back(!beside_source               ? texture.name
                              : model.textures.size() == 1 ? stem + own.extension().string()
                                                           : stem + "_" + own.string());

@@ -20,7 +20,10 @@ namespace mq {
 struct TextureSize {
   int width = 0;
   int height = 0;
-  Wrap wrap = Wrap::unspecified;  ///< unspecified: clamp, unless a chart leaves [0,1]; then repeat
+  /// Only of interest where a chart leaves [0,1]: then unspecified means repeat. Where none does,
+  /// the texture ends at its border whatever the file says: nobody means the half texel that a
+  /// renderer blends in from the opposite side.
+  Wrap wrap = Wrap::unspecified;
 };
 
 struct AtlasOptions {

@@ -24,15 +24,17 @@ class SignalSpace {
   /// a·M + b·S, assembled in one pass; the pattern is that of M and S whatever a and b are.
   virtual SparseMatrix system(double a, double b, const Progress& progress = {}) const = 0;
 
+  /// What to solve with in place of a·M + b·S: the same, plus a trace of smoothness that determines
+  /// what no point of the domain shows and the equations would leave arbitrary. Constants stay in
+  /// the null space of the addition.
+  virtual SparseMatrix solvable(double a, double b, const Progress& progress = {}) const {
+    return system(a, b, progress);
+  }
+
   /// S·ψ, or with a modulation β (one value per unknown, constant on each cell or triangle: the
   /// mean over its unknowns) the vector ∫ β ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel. No matrix is
   /// built.
   virtual Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const = 0;
-
-  /// Smooths, in `change`, a correction to a signal, what no point of the domain shows: equations
-  /// leave it arbitrary, and a picture would show specks. Nothing happens where there is nothing of
-  /// that kind.
-  virtual void settle(Signal& change) const { (void)change; }
 
   /// Area and texel spacing, for turning lengths into weights.
   virtual SurfaceScale scale() const = 0;

@@ -154,18 +154,27 @@ std::vector<Band> make_bands(const Surface& surface, const Atlas& atlas, const T
   }
   for (int t = 0; t < int(atlas.chart.size()); ++t) {
     if (atlas.chart[t] < 0) continue;
-    const int texture = surface.mesh.texture(t);
+    const int texture = surface.mesh.texture(t), height = grid.texture(texture).height;
     const auto [first, end] = rows_of(atlas.corners[t]);
-    int last_band = -1;
-    // At most once around: a triangle taller than its texture meets every band.
-    for (int row = first; row < std::min(end, first + grid.cell_rows(texture) + 1);) {
-      const int cell_row = grid.cell_row(texture, row);
-      const int band = first_band[texture] + cell_row / rows_per_band[texture];
-      if (band != last_band && (bands[band].triangles.empty() || bands[band].triangles.back() != t))
-        bands[band].triangles.push_back(t);
-      last_band = band;
-      ++row;
+    const auto band_of = [&](int row) {
+      return first_band[texture] + grid.cell_row(texture, row) / rows_per_band[texture];
+    };
+    const auto add = [&](int from, int to) {
+      for (int b = from; b <= to; ++b)
+        if (bands[b].triangles.empty() || bands[b].triangles.back() != t)
+          bands[b].triangles.push_back(t);
+    };
+    const int from = band_of(first), to = band_of(end - 1);
+    if (grid.texture(texture).wrap != Wrap::repeat ||
+        (end - first < height && from <= to &&
+         grid.cell_row(texture, first) <= grid.cell_row(texture, end - 1))) {
+      add(from, to);
+      continue;
     }
+    // Around the border of a texture that repeats, or all of it.
+    const int last = first_band[texture] + (grid.cell_rows(texture) - 1) / rows_per_band[texture];
+    add(first_band[texture], end - first < height ? to : last);
+    if (end - first < height) add(from, last);
   }
   return bands;
 }
@@ -188,15 +197,33 @@ class BandIntegrator {
   void run() {
     for (int t : band_.triangles) {
       const auto [first, end] = rows_of(atlas_.corners[t]);
-      for (int row = first; row < end; ++row) {
-        const int cell_row = grid_.cell_row(band_.texture, row);
-        if (cell_row >= band_.first_row && cell_row < band_.end_row) add_row(t, row);
-      }
+      for_rows(first, end, [&](int row) { add_row(t, row); });
     }
     add_seam_blocks();
   }
 
  private:
+  /// visit(row) for the rows in [first, end) that are rows of this band, once wrapped.
+  template <class Visit>
+  void for_rows(int first, int end, const Visit& visit) const {
+    const TextureSize& size = grid_.texture(band_.texture);
+    if (size.wrap == Wrap::repeat) {
+      const int from = std::max(band_.first_row, 1) - 1, to = band_.end_row - 1,
+                period = size.height;
+      const int before = first - from;  // tiles below the first row
+      int tile = before >= 0 ? before / period : -((period - 1 - before) / period);
+      for (; tile * period + from < end; ++tile)
+        for (int row = std::max(first, tile * period + from);
+             row < std::min(end, tile * period + to); ++row)
+          visit(row);
+      return;
+    }
+    // The first and the last row of cells hold all that lies beyond them.
+    const int from = band_.first_row == 0 ? first : std::max(first, band_.first_row - 1);
+    const int to = band_.end_row == size.height + 1 ? end : std::min(end, band_.end_row - 1);
+    for (int row = from; row < to; ++row) visit(row);
+  }
+
   void add_row(int t, int row) {
     const auto near =
         near_ ? near_->row(atlas_.chart[t], row) : std::span<const NearSeams::Entry>();

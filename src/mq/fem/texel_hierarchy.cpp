@@ -2,8 +2,8 @@
 /// there on charts are forgotten: a chart-wise grid not much finer than the charts cannot represent
 /// smooth functions across seams, which is what makes coarse levels of the thesis' kind fail on
 /// atlases of many charts. All matrices are scaled so that the mean diagonal value of A is 1, which
-/// keeps single precision away from its ends whatever the unit of the model is. Texels of hardly any
-/// influence (a corner of their footprint at a seam) get a unit of their own in which they are
+/// keeps single precision away from its ends whatever the unit of the model is. Texels of hardly
+/// any influence (a corner of their footprint at a seam) get a unit of their own in which they are
 /// not negligible: their rows and columns would else be lost in the rounding of the others.
 
 #include "mq/fem/texel_hierarchy.h"
@@ -23,9 +23,10 @@ namespace mq {
 
 namespace {
 
-constexpr double stalled = 0.8;           // a level this much of the finer one's size is not worth it
-constexpr double weak_below = 1e-6;       // of the largest diagonal value around: gets its own unit
-constexpr double singular_below = 1e-14;  // of the trace: what rounding leaves of Σ A_ij where A·1 = 0
+constexpr double stalled = 0.8;      // a level this much of the finer one's size is not worth it
+constexpr double weak_below = 1e-6;  // of the largest diagonal value around: gets its own unit
+constexpr double singular_below =
+    1e-14;  // of the trace: what rounding leaves of Σ A_ij where A·1 = 0
 
 /// rows / trace, so that `scale`·A has a mean diagonal value of 1.
 double common_scale(const SparseMatrix& A) {
@@ -39,8 +40,9 @@ double common_scale(const SparseMatrix& A) {
   return trace > 0 && std::isfinite(trace) ? double(A.rows()) / trace : 1;
 }
 
-/// Per node how close its neighbours are along the axis where they are closer. Nodes without a stencil
-/// take the mean of the neighbours that have one, else the mean of their chart, else of all.
+/// Per node how close its neighbours are along the axis where they are closer. Nodes without a
+/// stencil take the mean of the neighbours that have one, else the mean of their chart, else of
+/// all.
 std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
                             const StencilLayout& layout) {
   const auto distance = [&](int a, int b) {
@@ -56,8 +58,7 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
   for (const StencilRun& run : layout.runs)
     for (int i = 0; i < run.count; ++i) {
       const int k = run.first + i;
-      result[k] = float(0.5 * std::min(distance(k - 1, k + 1),
-                                       distance(run.up + i, run.down + i)));
+      result[k] = float(0.5 * std::min(distance(k - 1, k + 1), distance(run.up + i, run.down + i)));
       for (const int c : {grid.chart[k], charts}) {
         sum[c] += result[k];
         count[c] += 1;
@@ -100,9 +101,11 @@ StencilLayout layout_without_stencils(int rows) {
 TexelHierarchy::TexelHierarchy(const SparseMatrix& A, const Texels& texels,
                                const MultigridOptions& options, const Progress& progress)
     : rows_(int(A.rows())), entries_(A.nonZeros()) {
-  require(A.rows() == A.cols() && A.rows() == texels.size() && A.isCompressed(),
-          fmt::format("a compressed matrix of {0} × {0} was wanted for {0} texels, one of {1} × {2} "
-                      "was given", texels.size(), A.rows(), A.cols()));
+  require(
+      A.rows() == A.cols() && A.rows() == texels.size() && A.isCompressed(),
+      fmt::format("a compressed matrix of {0} × {0} was wanted for {0} texels, one of {1} × {2} "
+                  "was given",
+                  texels.size(), A.rows(), A.cols()));
   multigrid_.options.sweeps = options.sweeps;
   if (rows_ > 0) build(A, texels, options, progress);
 }
@@ -121,8 +124,8 @@ void TexelHierarchy::build(const SparseMatrix& A, const Texels& texels,
   progress.at(0.3);
 
   MultigridLevel& finest = *multigrid_.levels.front();
-  GridCoarsening grid = coarsen_grid(
-      texels, coarsening_steps(texels, finest.layout, options.max_stretch));
+  GridCoarsening grid =
+      coarsen_grid(texels, coarsening_steps(texels, finest.layout, options.max_stretch));
   finest.transfer = std::move(grid.transfer);
   SparseMatrix matrix = galerkin(A, *finest.transfer, progress);
   progress.at(0.6);
@@ -201,7 +204,8 @@ void TexelHierarchy::take_finest_values(const SparseMatrix& A) {
 }
 
 void TexelHierarchy::take_coarsest_values(SparseMatrix A) {
-  multigrid_.coarsest = CoarsestLevel(scaling_.common * A, coarsest_component_, components_.singular);
+  multigrid_.coarsest =
+      CoarsestLevel(scaling_.common * A, coarsest_component_, components_.singular);
 }
 
 void TexelHierarchy::label_components(const SparseMatrix& coarsest) {

@@ -15,7 +15,6 @@
 #include "mq/base/parallel.h"
 #include "mq/fem/quadrature.h"
 #include "mq/fem/texel_cells.h"
-#include "mq/linear/direct.h"
 
 namespace mq {
 namespace {
@@ -49,7 +48,7 @@ struct TexelSpace::Data {
   };
   std::vector<Part> parts;
   std::vector<char> shared;      ///< per unknown: several charts read it
-  std::vector<int> weak;         ///< unknowns that `settle` settles
+  std::vector<int> weak;         ///< unknowns that hardly any point of the surface shows
   std::vector<int> row_offsets;  ///< of the matrices
   Defects defects;
 
@@ -134,7 +133,7 @@ void TexelSpace::Data::add_soft_seams(double penalty) {
     const auto breaks = seams->breaks(e);
     for (std::size_t k = 1; k < breaks.size(); ++k) {
       numbers.clear();
-      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, 8);
+      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, 24);  // 3 points, 2 sides, 4 texels each
       for (int q = 0; q < 3; ++q) {
         const double s = breaks[k - 1] + (breaks[k] - breaks[k - 1]) * points[q];
         const double scale = std::sqrt(penalty * length * (breaks[k] - breaks[k - 1]) * weights[q]);
@@ -151,7 +150,7 @@ void TexelSpace::Data::add_soft_seams(double penalty) {
       blocks.blocks.push_back(
           {-1, int(blocks.texels.size()), count, std::int64_t(blocks.mass.size())});
       blocks.texels.insert(blocks.texels.end(), numbers.begin(), numbers.end());
-      const Eigen::MatrixXd S = rows.transpose() * rows;
+      const Eigen::MatrixXd S = rows.leftCols(count).transpose() * rows.leftCols(count);
       for (int i = 0; i < count; ++i)
         for (int j = i; j < count; ++j) {
           blocks.mass.push_back(0);
@@ -529,6 +528,36 @@ SparseMatrix TexelSpace::system(double a, double b, const Progress& progress) co
   return matrix;
 }
 
+SparseMatrix TexelSpace::solvable(double a, double b, const Progress& progress) const {
+  constexpr double tau = 1e-4;
+  SparseMatrix A = system(a, b, progress);
+  const Data& d = *data_;
+  const double weight = tau * (a * d.atlas.surface_area / d.atlas.texel_area + b);
+  std::vector<char> is_weak(size());
+  for (int i : d.weak) is_weak[i] = 1;
+  const auto entry_of = [&](int i, int j) {
+    const int* const columns = A.innerIndexPtr();
+    const int* const end = columns + A.outerIndexPtr()[i + 1];
+    const int* const at = std::lower_bound(columns + A.outerIndexPtr()[i], end, j);
+    return at != end && *at == j ? A.valuePtr() + (at - columns) : nullptr;
+  };
+  for (int i : d.weak) {
+    const Texels::Place& place = d.texels.places[i];
+    for (int n = 0; n < 9; ++n) {
+      const int j =
+          d.unknown[d.grid.texel(place.texture, place.x + n % 3 - 1, place.y + n / 3 - 1)];
+      if (j < 0 || j == i || (is_weak[j] && j < i)) continue;
+      double* const coupling = entry_of(i, j);
+      if (!coupling) continue;
+      *coupling -= weight;
+      *entry_of(j, i) -= weight;
+      *entry_of(i, i) += weight;
+      *entry_of(j, j) += weight;
+    }
+  }
+  return A;
+}
+
 Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> beta) const {
   require(psi.rows() == size(), "one row per texel is needed");
   require(beta.empty() || std::ssize(beta) == size(), "one modulation per texel is needed");
@@ -571,44 +600,6 @@ Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> be
     }
   });
   return result;
-}
-
-// Minimises Σ_ij M_ij (δ'_i − δ_i)(δ'_j − δ_j) / texel area + τ Σ (δ'_i − δ'_j)² over the weak
-// texels i, j next to each other in the picture: what the surface shows stays, what it does not is
-// smooth.
-void TexelSpace::settle(Signal& change) const {
-  require(change.rows() == size(), "one row per texel is needed");
-  const Data& d = *data_;
-  if (d.weak.empty()) return;
-  constexpr double tau = 1e-5, anchor = 1e-9;
-  const double texel_area = d.atlas.surface_area / d.atlas.texel_area;
-  std::vector<int> index(size(), -1);
-  for (std::size_t k = 0; k < d.weak.size(); ++k) index[d.weak[k]] = int(k);
-  std::vector<Eigen::Triplet<double>> entries;
-  Signal right = Signal::Zero(Eigen::Index(d.weak.size()), change.cols());
-  for (int k = 0; k < int(d.weak.size()); ++k) {
-    const int i = d.weak[k];
-    d.for_each_coupling(i, [&](int j, double m, double) {
-      if (index[j] < 0 || m == 0) return;
-      entries.emplace_back(k, index[j], m / texel_area);
-      right.row(k) += m / texel_area * change.row(j);
-    });
-    entries.emplace_back(k, k, anchor);  // towards no change, where no neighbour says more
-    const Texels::Place& at = d.texels.places[i];
-    for (int n = 0; n < 9; ++n) {
-      const int j = d.unknown[d.grid.texel(at.texture, at.x + n % 3 - 1, at.y + n / 3 - 1)];
-      if (j < 0 || j == i) continue;
-      entries.emplace_back(k, k, tau);
-      if (index[j] < 0)
-        right.row(k) += tau * change.row(j);
-      else
-        entries.emplace_back(k, index[j], -tau);
-    }
-  }
-  SparseMatrix A(right.rows(), right.rows());
-  A.setFromTriplets(entries.begin(), entries.end());
-  const Signal settled = DirectSolver(A).solve(right);
-  for (int k = 0; k < int(d.weak.size()); ++k) change.row(d.weak[k]) = settled.row(k);
 }
 
 Signal TexelSpace::gather(std::span<const Image<float>> pictures) const {
@@ -692,6 +683,17 @@ void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& 
   BasisSamples points;
   std::vector<int> unknowns;
   TexelSamples samples;
+  const auto visit_cell = [&] {
+    cell.evaluate(points);
+    samples.values = points.values;
+    samples.dx = points.dx;
+    samples.dy = points.dy;
+    samples.weights = Eigen::Map<const Vector>(points.weights.data(), std::ssize(points.weights));
+    unknowns.clear();
+    for (int texel : points.texels) unknowns.push_back(d.unknown[texel]);
+    samples.texels = unknowns;
+    visit(samples);
+  };
   for (int t = 0; t < d.triangles(); ++t) {
     if (d.atlas.chart[t] < 0) continue;
     const int texture = d.surface.mesh.texture(t);
@@ -703,19 +705,13 @@ void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& 
         cell.start(texture, piece.column, row, NearSeams::cell(near, piece.column));
         bilinear.clear();
         cell.add_piece(t, piece, bilinear);
+        if (!cell.empty()) visit_cell();
+        if (bilinear.empty()) return;
+        cell.start(texture, piece.column, row, {});
         for (const SeamCell::Polygon& polygon : bilinear)
           for (std::size_t k = 2; k < polygon.size(); ++k)
             add_rule(t, polygon[0], polygon[k - 1], polygon[k], cell);
-        cell.evaluate(points);
-        samples.values = points.values;
-        samples.dx = points.dx;
-        samples.dy = points.dy;
-        samples.weights =
-            Eigen::Map<const Vector>(points.weights.data(), std::ssize(points.weights));
-        unknowns.clear();
-        for (int texel : points.texels) unknowns.push_back(d.unknown[texel]);
-        samples.texels = unknowns;
-        visit(samples);
+        visit_cell();
       });
     }
   }

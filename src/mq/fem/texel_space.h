@@ -62,13 +62,14 @@ class TexelSpace : public SignalSpace {
   int size() const override;
   SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
-  SurfaceScale scale() const override;
 
-  /// Texels whose kernel meets little of the surface, M_tt < 10⁻³ of a texel's area: alone or
-  /// together with neighbours they can take on huge values that no point of the surface shows. They
-  /// keep what it shows, in the least squares sense, and are otherwise smooth with their
-  /// neighbours.
-  void settle(Signal& change) const override;
+  /// a·M + b·S + τ (a·texel area + b) Σ (φ_i − φ_j)² over pairs of texels next to each other of
+  /// which one is weak: its kernel meets little of the surface, M_tt < 10⁻³ of a texel's area. Such
+  /// texels, alone or together, could take on huge values that no point of the surface shows, and
+  /// make columns of M and S nearly dependent; τ = 10⁻⁴ holds them to their neighbours. Same
+  /// pattern as `system`; the sum of each row too, so that means are kept.
+  SparseMatrix solvable(double a, double b, const Progress& progress = {}) const override;
+  SurfaceScale scale() const override;
 
   /// Where the unknowns lie.
   const Texels& texels() const;

@@ -77,9 +77,9 @@ void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
 
 SparseMatrix ScreenedPoisson::assemble(const Progress& progress) {
   component_.clear();
-  if (std::isfinite(weight_)) return space_.system(1, weight_, progress);
+  if (std::isfinite(weight_)) return space_.solvable(1, weight_, progress);
 
-  SparseMatrix A = space_.system(0, 1, progress);
+  SparseMatrix A = space_.solvable(0, 1, progress);
   component_ = components(A);
   const Vector mass = space_.mass() * Vector::Ones(space_.size());
   const Signal area = sums(component_, mass);
@@ -117,7 +117,6 @@ Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
   if (std::isfinite(weight_)) gradient_change *= weight_;
   Signal correction = Signal::Zero(psi.rows(), psi.cols());
   SolveReport report = solver_->solve(gradient_change, correction, progress);
-  space_.settle(correction);
   if (!std::isfinite(weight_)) keep_means(correction);
   if (shift_ > 0) report.method += fmt::format(", diagonal raised by {:g} of itself", shift_);
   return {psi + correction, std::move(report)};
