@@ -279,6 +279,26 @@ void SeamCell::add_point(int triangle, double x, double y, double weight) {
   }
 }
 
+namespace {
+
+/// Texels whose terms cancel take no part: they would be unknowns that nothing determines.
+void drop_zero_columns(BasisSamples& samples) {
+  std::vector<int> kept, texels;
+  for (int k = 0; k < int(samples.texels.size()); ++k) {
+    if (samples.values.col(k).isZero(0) && samples.dx.col(k).isZero(0) &&
+        samples.dy.col(k).isZero(0))
+      continue;
+    kept.push_back(k);
+    texels.push_back(samples.texels[k]);
+  }
+  if (kept.size() == samples.texels.size()) return;
+  samples.texels = texels;
+  for (BasisSamples::Matrix* matrix : {&samples.values, &samples.dx, &samples.dy})
+    *matrix = BasisSamples::Matrix((*matrix)(Eigen::all, kept));
+}
+
+}  // namespace
+
 void SeamCell::evaluate(BasisSamples& samples) {
   const Eigen::Index count = std::ssize(texels_), points = std::ssize(points_);
   samples.texels = texels_;
@@ -313,6 +333,7 @@ void SeamCell::evaluate(BasisSamples& samples) {
       }
     }
   }
+  drop_zero_columns(samples);
 }
 
 // ------------------------------------------------------------------------------------------ pieces
