@@ -40,6 +40,21 @@ void refuse_collisions(const std::vector<fs::path>& paths) {
                         path.string()));
 }
 
+/// Before any work: the writer would refuse it after all of it.
+void refuse_unknown_formats(const std::vector<fs::path>& paths) {
+  static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".tif",
+                                             ".tiff", ".exr", ".bmp",  ".tga"};
+  for (const fs::path& path : paths) {
+    std::string extension = path.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return char(std::tolower(c)); });
+    require(std::ranges::count(pictures, extension) > 0,
+            fmt::format("--output: found '{}', wanted a picture (.png, .jpg, .tif, .exr, .bmp or "
+                        ".tga), a model (.obj, .ply, .gltf or .glb) or a folder",
+                        path.string()));
+  }
+}
+
 }  // namespace
 
 bool names_model(const fs::path& path) {
@@ -75,6 +90,7 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
       paths_.emplace_back(name.substr(0, place) + own_name(model, i).stem().string() +
                           name.substr(place + 2));
   }
+  refuse_unknown_formats(paths_);
   refuse_collisions(paths_);
 }
 

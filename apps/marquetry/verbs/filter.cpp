@@ -39,7 +39,7 @@ class Target {
 
 /// Above so many unknowns a factorisation takes several times as long as multigrid, and more
 /// memory.
-constexpr int most_for_direct = 200'000;
+constexpr int most_for_direct = 30'000;
 
 SolverFactory solver(const std::string& name, const Target& target) {
   const bool large = target.space().size() > most_for_direct;
@@ -356,7 +356,7 @@ Verb filter_verb() {
        .help = "automatic, direct, multigrid or reference",
        .details =
            "direct: a factorisation. multigrid: iterations, with far less memory on "
-           "large textures. automatic: direct up to 200,000 unknowns, multigrid "
+           "large textures. automatic: direct up to 30,000 unknowns, multigrid "
            "above, where there is one. reference: conjugate gradients to the accuracy of double, "
            "slow, to compare with."});
   table.add({.name = "space",
