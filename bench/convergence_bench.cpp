@@ -26,7 +26,7 @@ void print_rates(const std::string& name, int size) {
   for (Eigen::Index i = 0; i < psi.size(); ++i) psi.data()[i] = double(i * 7919 % 10007) / 10007;
   for (const double alpha : {1e-4, 1e-2, std::numeric_limits<double>::infinity()}) {
     const bool singular = std::isinf(alpha);
-    const SparseMatrix A = singular ? space.stiffness() : space.system(1, alpha * scale.area);
+    const SparseMatrix A = singular ? space.stiffness() : space.solvable(1, alpha * scale.area);
     const Signal B = singular ? Signal(A * psi) : Signal(space.mass() * psi);
     Signal X = Signal::Zero(A.rows(), 3);
     const SolveReport report = multigrid_solver(space.texels())(A, {})->solve(B, X);
