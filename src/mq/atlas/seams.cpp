@@ -44,14 +44,10 @@ double texel_distance(const TexelPoint& a, const TexelPoint& b) {
 }
 
 /// Parameters in (0, 1) at which the segment crosses texel lines.
-void add_crossings(std::int64_t from, std::int64_t to, bool reversed, std::vector<double>& at) {
+void add_crossings(std::int64_t from, std::int64_t to, std::vector<double>& at) {
   const auto [low, high] = std::minmax(from, to);
-  for (std::int64_t line = floor_texel(low) + 1; line * TexelPoint::one < high; ++line) {
-    // From the nearer end, so that crossings near either end keep their relative accuracy.
-    const double length = double(to - from);
-    const double s = double(line * TexelPoint::one - from) / length;
-    at.push_back(reversed ? double(to - line * TexelPoint::one) / length : s);
-  }
+  for (std::int64_t line = floor_texel(low) + 1; line * TexelPoint::one < high; ++line)
+    at.push_back(double(line * TexelPoint::one - from) / double(to - from));
 }
 
 auto key(const TexturePlace& p) { return std::tie(p.texture, p.row, p.column, p.y, p.x); }
@@ -89,8 +85,8 @@ void Seams::find_breaks() {
     double longest = 0, shortest = HUGE_VAL;
     for (HalfEdge h : half_edges(e)) {
       const TexelPoint a = end_point(h, 0), b = end_point(h, 1);
-      add_crossings(a.x, b.x, false, at);
-      add_crossings(a.y, b.y, false, at);
+      add_crossings(a.x, b.x, at);
+      add_crossings(a.y, b.y, at);
       longest = std::max(longest, texel_distance(a, b));
       shortest = std::min(shortest, texel_distance(a, b));
     }

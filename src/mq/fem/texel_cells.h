@@ -9,8 +9,8 @@
 ///     m_pq = ∫_Q β_p(x) β_q(y) dx dy,   β_0 = x_0²,  β_1 = x_0 x_1,  β_2 = x_1²,
 ///
 /// which are positive, so that cells of which a chart covers very little keep their relative
-/// accuracy: mass √|g| m_{p+r, q+s}, and stiffness sums of moments (thesis 5.7, by closed forms in
-/// place of its quadrature).
+/// accuracy: mass √|g| m_{p+r, q+s}, and stiffness sums of moments (thesis 5.7, by a rule
+/// that is exact for them).
 
 #include <array>
 #include <span>
