@@ -574,6 +574,20 @@ TEST(TexelSpace, CoversTrianglesThatLeaveTheirTextureByTiles) {
     }
 }
 
+TEST(TexelSpace, CountsManyTilesAsIfEachWereCutAlone) {
+  const auto tiled = [](int cells) {  // triangles of 16 × 16 cells leave no tile twice, of 1 do
+    Mesh mesh = fixtures::flat_square(cells);
+    for (Vector2& uv : mesh.uvs) uv = Vector2(7.3 * uv.x() - 2.4, 5.6 * uv.y() + 1.7 * uv.x());
+    return fixtures::textured(mesh, {{48, 40, Wrap::repeat}});
+  };
+  const auto large = tiled(1), small = tiled(16);
+  const TexelSpace counted(large->surface, large->atlas), cut(small->surface, small->atlas);
+  ASSERT_EQ(counted.size(), 48 * 40);
+  ASSERT_EQ(cut.size(), counted.size());
+  EXPECT_LT((counted.mass() - cut.mass()).norm(), 1e-11 * cut.mass().norm());
+  EXPECT_LT((counted.stiffness() - cut.stiffness()).norm(), 1e-11 * cut.stiffness().norm());
+}
+
 TEST(TexelSpace, RefusesAnAtlasWithRefusedDefects) {
   Mesh mesh = fixtures::flat_square(4);
   mesh.uvs[12] += Vector2(0.6, 0);  // an inner vertex over its neighbours

@@ -144,6 +144,7 @@ int skip_whole(int column, RowPiece& rest) {
 }
 
 std::array<int, 2> columns_of(const RowPiece& piece) {
+  if (piece.count == 0) return {0, 0};
   int first = piece.vertices[0].column, end = first;
   for (int k = 0; k < piece.count; ++k) {
     const RowPiece::Vertex& v = piece.vertices[k];

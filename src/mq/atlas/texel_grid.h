@@ -33,6 +33,10 @@ class TexelGrid {
   /// Rows of cells of texture k, numbered 0 to height; `cell_row` says which an unwrapped row is.
   int cell_rows(int k) const { return textures_[k].height + 1; }
   int cell_row(int k, int row) const { return wrap_cell(row, textures_[k].height, textures_[k]); }
+  /// The same for columns, 0 to width.
+  int cell_column(int k, int column) const {
+    return wrap_cell(column, textures_[k].width, textures_[k]);
+  }
 
   /// The cell at an unwrapped column and row. Cells left of the first texel exist: there a clamped
   /// texture is constant across the border.

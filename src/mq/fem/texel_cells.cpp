@@ -183,7 +183,7 @@ class BandIntegrator {
  public:
   BandIntegrator(const Surface& surface, const Atlas& atlas,
                  const std::vector<TexelMetric>& metrics, const TexelGrid& grid, const Seams* seams,
-                 const NearSeams* near, TexelCells& cells, Band& band)
+                 const NearSeams* near, TexelCells& cells, Band& band, const Progress& progress)
       : surface_(surface),
         atlas_(atlas),
         metrics_(metrics),
@@ -192,12 +192,18 @@ class BandIntegrator {
         near_(near),
         cells_(cells),
         band_(band),
+        progress_(progress),
         triangles_(int(atlas.chart.size())) {}
 
   void run() {
     for (int t : band_.triangles) {
       const auto [first, end] = rows_of(atlas_.corners[t]);
-      for_rows(first, end, [&](int row) { add_row(t, row); });
+      if (covers_texture_often(t, end - first))
+        add_repeating(t, first, end);
+      else
+        for_rows(first, end, [&](int row) { add_row(t, row, [&](int from, int to) {
+          for (int column = from; column <= to; ++column) add_whole(t, row, column, 1);
+        }); });
     }
     add_seam_blocks();
   }
@@ -224,49 +230,107 @@ class BandIntegrator {
     for (int row = from; row < to; ++row) visit(row);
   }
 
-  void add_row(int t, int row) {
+  /// Whether a triangle runs over a texture that repeats more than once.
+  bool covers_texture_often(int t, int rows) const {
+    const TextureSize& size = grid_.texture(band_.texture);
+    if (size.wrap != Wrap::repeat) return false;
+    const auto& p = atlas_.corners[t];
+    const auto [left, right] = std::minmax({p[0].x, p[1].x, p[2].x});
+    return rows > size.height || (right - left) / TexelPoint::one > size.width;
+  }
+
+  /// One row of cells: cut cells and those near seams are entered, runs of whole cells are handed to
+  /// whole(first, last).
+  template <class Whole>
+  void add_row(int t, int row, const Whole& whole) {
+    progress_.check();
     const auto near =
         near_ ? near_->row(atlas_.chart[t], row) : std::span<const NearSeams::Entry>();
-    const auto is_near = [&](int column) {
-      return !near.empty() && !NearSeams::cell(near, column).empty();
-    };
     clip_row(
         atlas_.corners[t], row,
         [&](const Piece& piece) {
           const double area = piece.area();
           if (area < smallest_piece) return;
-          if (is_near(piece.column)) return add_pending(t, piece, area);
-          add_integrals(bernstein_moments(piece), metrics_[t], cut_cell(t, piece, area));
+          if (!near.empty() && !NearSeams::cell(near, piece.column).empty())
+            return add_pending(t, piece, area);
+          add_integrals(bernstein_moments(piece), metrics_[t],
+                        cut_cell(t, row, piece.column, area, area));
         },
         [&](int, int first, int last) {
-          for (int column = first; column <= last; ++column)
-            if (is_near(column))
-              add_pending(t, whole_cell(row, column), 1);
-            else
-              add_whole(t, row, column);
+          auto entry = std::lower_bound(
+              near.begin(), near.end(), first,
+              [](const NearSeams::Entry& e, int column) { return e.column < column; });
+          for (; entry != near.end() && entry->column <= last; ++entry) {
+            if (entry->column < first) continue;  // another entry of the same cell
+            if (first < entry->column) whole(first, entry->column - 1);
+            add_pending(t, whole_cell(row, entry->column), 1);
+            first = entry->column + 1;
+          }
+          if (first <= last) whole(first, last);
         });
   }
 
+  /// A triangle that covers cells of a repeating texture many times: how often it covers each whole
+  /// is counted over all tiles, and entered once.
+  void add_repeating(int t, int first, int end) {
+    const int width = grid_.texture(band_.texture).width;
+    std::vector<int> change(width + 1);  // of the count, from one column to the next
+    int everywhere = 0, current = -1;    // the row of cells that is counted
+    std::vector<int> rows;
+    for_rows(first, end, [&](int row) { rows.push_back(row); });
+    const auto wrapped = [&](int row) { return grid_.cell_row(band_.texture, row); };
+    std::stable_sort(rows.begin(), rows.end(),
+                     [&](int p, int q) { return wrapped(p) < wrapped(q); });
+    const auto flush = [&](int row) {
+      for (int column = 0, count = everywhere; column < width; ++column) {
+        count += change[column];
+        if (count > 0) add_whole(t, row, column, count);
+      }
+      std::fill(change.begin(), change.end(), 0);
+      everywhere = 0;
+    };
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (k > 0 && wrapped(rows[k]) != current) flush(rows[k - 1]);
+      current = wrapped(rows[k]);
+      add_row(t, rows[k], [&](int from, int to) {
+        everywhere += (to - from + 1) / width;
+        const int rest = (to - from + 1) % width;
+        if (rest == 0) return;
+        const int begin = grid_.cell_column(band_.texture, from) - 1;
+        ++change[begin];
+        if (begin + rest <= width) {
+          --change[begin + rest];
+        } else {
+          ++change[0];
+          --change[begin + rest - width];
+        }
+      });
+    }
+    if (!rows.empty()) flush(rows.back());
+  }
+
   void add_pending(int t, const Piece& piece, double area) {
-    cut_cell(t, piece, area);
+    cut_cell(t, piece.row, piece.column, area, area);
     pending_.push_back({atlas_.chart[t], t, piece});
   }
 
-  void add_whole(int t, int row, int column) {
+  /// The whole cell, `count` times.
+  void add_whole(int t, int row, int column, int count) {
     int& kind = cells_.kind[grid_.cell(band_.texture, column, row)];
-    if (kind < 0) {
+    if (kind < 0 && count == 1) {
       kind = t;
       return;
     }
     const CellIntegrals& whole = cells_.whole[t];
-    CellIntegrals& cut = cut_cell(t, whole_cell(row, column), 1);
-    for (int k = 0; k < 9; ++k) cut.mass[k] += whole.mass[k];
-    for (int k = 0; k < 6; ++k) cut.stiffness[k] += whole.stiffness[k];
+    CellIntegrals& cut = cut_cell(t, row, column, count, 1);
+    for (int k = 0; k < 9; ++k) cut.mass[k] += count * whole.mass[k];
+    for (int k = 0; k < 6; ++k) cut.stiffness[k] += count * whole.stiffness[k];
   }
 
-  /// The cut cell that a piece lies in, made if need be, with the piece entered in its info.
-  CellIntegrals& cut_cell(int t, const Piece& piece, double area) {
-    int& kind = cells_.kind[grid_.cell(band_.texture, piece.column, piece.row)];
+  /// A cut cell, made if need be, with pieces of `area` together, none larger than `largest`,
+  /// entered in its info.
+  CellIntegrals& cut_cell(int t, int row, int column, double area, double largest) {
+    int& kind = cells_.kind[grid_.cell(band_.texture, column, row)];
     if (kind < triangles_) {
       const int covered_by = kind;
       kind = triangles_ + int(band_.cut.size());
@@ -277,8 +341,8 @@ class BandIntegrator {
     TexelCells::CutInfo& info = band_.info[kind - triangles_];
     info.coverage += float(area);
     if (info.triangle >= 0 && atlas_.chart[info.triangle] != atlas_.chart[t]) info.several = true;
-    if (float(area) > info.largest) {
-      info.largest = float(area);
+    if (float(largest) > info.largest) {
+      info.largest = float(largest);
       info.triangle = t;
     }
     return band_.cut[kind - triangles_];
@@ -322,6 +386,7 @@ class BandIntegrator {
   const NearSeams* near_;
   TexelCells& cells_;
   Band& band_;
+  const Progress& progress_;
   const int triangles_;
   std::vector<PendingPiece> pending_;
 };
@@ -390,7 +455,7 @@ TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
   parallel_for(
       std::ssize(bands),
       [&](std::int64_t b) {
-        BandIntegrator(surface, atlas, metrics, grid, seams, near, cells, bands[b]).run();
+        BandIntegrator(surface, atlas, metrics, grid, seams, near, cells, bands[b], progress).run();
         progress.at(0.9 * double(++done) / double(bands.size()));
       },
       1);

@@ -26,7 +26,7 @@ namespace {
 constexpr double stalled = 0.8;      // a level this much of the finer one's size is not worth it
 constexpr double weak_below = 1e-6;  // of the largest diagonal value around: gets its own unit
 constexpr double singular_below =
-    1e-14;  // of the trace: what rounding leaves of Σ A_ij where A·1 = 0
+    1e-12;  // of the trace: Σ A_ij where A·1 = 0, or as good as
 
 /// rows / trace, so that `scale`·A has a mean diagonal value of 1.
 double common_scale(const SparseMatrix& A) {

@@ -467,7 +467,10 @@ void TexelSpace::Data::count_rows() {
   std::int64_t sum = 0;
   for (int i = 0; i < n; ++i) {
     sum += sizes[i];
-    require(sum < INT32_MAX, "the system has more than 2^31 entries: use a smaller texture");
+    require(sum < INT32_MAX,
+            fmt::format("the {} texels that the charts use make a system of more than 2^31 entries "
+                        "(texels couple to 8 others): use smaller textures",
+                        n));
     row_offsets[i + 1] = int(sum);
   }
 }
@@ -494,11 +497,11 @@ TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSp
           "no triangle has texture coordinates and area: there is nothing to work on");
   progress.at(0.75);
   data_->find_parts();
+  data_->count_rows();
+  progress.at(0.85);
   data_->place_texels();
   data_->find_weak();
   data_->list_defects();
-  progress.at(0.9);
-  data_->count_rows();
   progress.at(1);
 }
 

@@ -17,7 +17,9 @@ namespace mq {
 namespace {
 
 /// The weight of the screening where only gradients shall count, in units of 1 / component area.
-constexpr double vanishing_screen = 1e-10;
+/// The last pivot of a factorisation is this small beside entries of order 1, and must stay clear
+/// of what rounding leaves of several million of them.
+constexpr double vanishing_screen = 1e-8;
 
 void require_finite(const Signal& signal, int rows, const char* what) {
   require(signal.rows() == rows, fmt::format("{} has {} rows, and the space has {} unknowns", what,
@@ -30,37 +32,39 @@ void require_finite(const Signal& signal, int rows, const char* what) {
                           signal(i, c), i, c));
 }
 
-/// Numbers the connected components of a symmetric pattern, in the order of their first unknown.
-std::vector<int> components(const SparseMatrix& A) {
-  std::vector<int> component(A.rows(), -1), stack;
-  int count = 0;
+}  // namespace
+
+ScreenedPoisson::Components::Components(const SparseMatrix& A, const Vector& mass)
+    : number(A.rows(), -1), share(mass) {
+  std::vector<double> area;
+  std::vector<int> stack;
   for (int seed = 0; seed < A.rows(); ++seed) {
-    if (component[seed] >= 0) continue;
-    component[seed] = count;
+    if (number[seed] >= 0) continue;
+    const int component = int(area.size());
+    area.push_back(0);
+    number[seed] = component;
     stack.push_back(seed);
     while (!stack.empty()) {
       const int i = stack.back();
       stack.pop_back();
+      area.back() += mass[i];
       for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry)
-        if (entry.value() != 0 && component[entry.col()] < 0) {
-          component[entry.col()] = count;
+        if (entry.value() != 0 && number[entry.col()] < 0) {
+          number[entry.col()] = component;
           stack.push_back(int(entry.col()));
         }
     }
-    ++count;
   }
-  return component;
+  for (Eigen::Index i = 0; i < share.size(); ++i) share[i] /= area[number[i]];
+  count = int(area.size());
 }
 
-/// Per component the sum of what its unknowns have.
-Signal sums(const std::vector<int>& component, const Signal& values) {
-  const int count = component.empty() ? 0 : 1 + *std::max_element(component.begin(), component.end());
-  Signal sum = Signal::Zero(count, values.cols());
-  for (Eigen::Index i = 0; i < values.rows(); ++i) sum.row(component[i]) += values.row(i);
-  return sum;
+void ScreenedPoisson::Components::remove_means(Signal& values) const {
+  if (count == 0) return;
+  Signal mean = Signal::Zero(count, values.cols());
+  for (Eigen::Index i = 0; i < values.rows(); ++i) mean.row(number[i]) += share[i] * values.row(i);
+  for (Eigen::Index i = 0; i < values.rows(); ++i) values.row(i) -= mean.row(number[i]);
 }
-
-}  // namespace
 
 ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight, SolverFactory factory,
                                  const Progress& progress)
@@ -71,43 +75,36 @@ ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight, Solver
 void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
   require(weight >= 0, fmt::format("the weight of a screened Poisson equation is {}; it must be 0 "
                                    "or more, or infinite", weight));
+  const Progress assembling = progress.step("assemble", 0.2);
+  const bool finite = std::isfinite(weight);
+  SparseMatrix A = space_.solvable(finite ? 1 : 0, finite ? weight : 1, assembling);
+  Components components;
+  if (!finite) {
+    components = Components(A, space_.mass() * Vector::Ones(space_.size()));
+    A.diagonal() += vanishing_screen * components.share;
+  }
+  const double shift = prepare(A, progress.step("prepare", 0.8));
+  if (finite && shift > 0)
+    components = Components(A, space_.mass() * Vector::Ones(space_.size()));
   weight_ = weight;
-  prepare(assemble(progress.step("assemble", 0.2)), progress.step("prepare", 0.8));
+  shift_ = shift;
+  components_ = std::move(components);
 }
 
-SparseMatrix ScreenedPoisson::assemble(const Progress& progress) {
-  component_.clear();
-  if (std::isfinite(weight_)) return space_.solvable(1, weight_, progress);
-
-  SparseMatrix A = space_.solvable(0, 1, progress);
-  component_ = components(A);
-  const Vector mass = space_.mass() * Vector::Ones(space_.size());
-  const Signal area = sums(component_, mass);
-  component_share_.resize(mass.size());
-  for (Eigen::Index i = 0; i < mass.size(); ++i)
-    component_share_[i] = mass[i] / area(component_[i], 0);
-  A.diagonal() += vanishing_screen * component_share_;
-  return A;
-}
-
-void ScreenedPoisson::prepare(SparseMatrix A, const Progress& progress) {
-  shift_ = 0;
+double ScreenedPoisson::prepare(SparseMatrix& A, const Progress& progress) {
+  double shift = 0;
   for (const double next : {1e-12, 1e-11, 1e-10, 1e-9, 0.0}) {
     try {
       if (solver_) solver_->update(A, progress);
       else solver_ = factory_(A, progress);
-      return;
+      break;
     } catch (const NotPositiveDefinite&) {
       if (next == 0) throw;
-      A.diagonal() *= (1 + next) / (1 + shift_);
-      shift_ = next;
+      A.diagonal() *= (1 + next) / (1 + shift);
+      shift = next;
     }
   }
-}
-
-void ScreenedPoisson::keep_means(Signal& correction) const {
-  const Signal mean = sums(component_, component_share_.asDiagonal() * correction);
-  for (Eigen::Index i = 0; i < correction.rows(); ++i) correction.row(i) -= mean.row(component_[i]);
+  return shift;
 }
 
 Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
@@ -117,7 +114,7 @@ Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
   if (std::isfinite(weight_)) gradient_change *= weight_;
   Signal correction = Signal::Zero(psi.rows(), psi.cols());
   SolveReport report = solver_->solve(gradient_change, correction, progress);
-  if (!std::isfinite(weight_)) keep_means(correction);
+  components_.remove_means(correction);
   if (shift_ > 0) report.method += fmt::format(", diagonal raised by {:g} of itself", shift_);
   return {psi + correction, std::move(report)};
 }

@@ -38,12 +38,13 @@ struct Filtered {
 /// ∫φ dA of each connected component is that of ψ to the accuracy of the solve.
 ///
 /// w = ∞ is allowed: only gradients count, S·φ = S_β·ψ, each component keeping its mean. It is
-/// solved as S·δ + D·δ = S_{β−1}·ψ with D = 10⁻¹⁰/(area of the component) · (lumped mass), a weight
-/// of 10¹⁰ areas of the component, and the mean of δ taken out.
+/// solved as S·δ + D·δ = S_{β−1}·ψ with D = 10⁻⁸/(area of the component) · (lumped mass), a weight
+/// of 10⁸ areas of the component, and the mean of δ taken out. That changes an eigenfunction by
+/// 10⁻⁸/(λ · area): 4·10⁻¹⁰ of the slowest one on a sphere, 10⁻⁷ on a tube 100 times as long as wide.
 ///
 /// Where a factorisation finds the matrix not positive definite, which rounding brings about on
 /// surfaces with triangles of nearly no area, the diagonal is raised by 10⁻¹², then up to 10⁻⁹, of
-/// itself, and the report's `method` says so.
+/// itself, and the report's `method` says so; means are then kept as for w = ∞.
 ///
 /// Thesis 5.2, equations (5.1), (5.8), (5.11), and 5.9.1. There the surface is scaled to unit area,
 /// and the sign of ∇·X in (5.5) is wrong.
@@ -56,7 +57,8 @@ class ScreenedPoisson {
   ScreenedPoisson(const SignalSpace& space, double weight,
                   SolverFactory factory = direct_solver(), const Progress& progress = {});
 
-  /// Prepares for another weight, keeping what the solver can (the analysis of the pattern).
+  /// Prepares for another weight, keeping what the solver can (the analysis of the pattern). When it
+  /// throws, only another `set_weight` that succeeds makes the object usable again.
   void set_weight(double weight, const Progress& progress = {});
 
   double weight() const { return weight_; }
@@ -74,18 +76,25 @@ class ScreenedPoisson {
                          const Progress& progress = {}) const;
 
  private:
-  SparseMatrix assemble(const Progress& progress);
-  void prepare(SparseMatrix A, const Progress& progress);
+  /// The connected components of the system, where means must be kept by hand; else none.
+  struct Components {
+    int count = 0;
+    std::vector<int> number;  ///< per unknown
+    Vector share;             ///< per unknown its lumped mass over that of its component
+    Components() = default;
+    Components(const SparseMatrix& A, const Vector& mass);
+    void remove_means(Signal& values) const;
+  };
+
+  double prepare(SparseMatrix& A, const Progress& progress);
   Filtered correct(const Signal& psi, Signal gradient_change, const Progress& progress) const;
-  void keep_means(Signal& correction) const;
 
   const SignalSpace& space_;
-  double weight_;
+  double weight_ = 0;
   SolverFactory factory_;
   std::unique_ptr<LinearSolver> solver_;
-  double shift_ = 0;             ///< of the diagonal, relative
-  std::vector<int> component_;   ///< per unknown; only where the weight is infinite
-  Vector component_share_;       ///< per unknown its lumped mass over that of its component
+  double shift_ = 0;  ///< of the diagonal, relative
+  Components components_;
 };
 
 /// β = 0 with w = length²: details smaller than about 2π·length fade.

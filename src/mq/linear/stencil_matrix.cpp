@@ -213,9 +213,9 @@ template <class Round>
 void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round) {
   layout_ = &layout;
   for (auto& stream : values5_) stream.assign(std::size_t(layout.rows) + 2 * margin, 0.0f);
-  float* stream[5];
-  for (int i = 0; i < 5; ++i) stream[i] = values5_[i].data() + margin;
-  const auto [c, e, sw, s, se] = stream;
+  const auto stream = [&](int i) { return values5_[i].data() + margin; };
+  float *const c = stream(0), *const e = stream(1), *const sw = stream(2), *const s = stream(3),
+        *const se = stream(4);
 
   std::vector<char> is_irregular(layout.rows, 0);
   for (const int k : layout.irregular) is_irregular[k] = 1;
