@@ -15,23 +15,9 @@ namespace mq {
 namespace {
 
 using fixtures::make_patchwork;
+using fixtures::noise;
 using fixtures::Patchwork;
-
-/// M + w·S with w = `ratio` texels squared; infinite: S alone.
-SparseMatrix system_of(const Patchwork& p, double ratio) {
-  const double h2 = p.mass.sum() / p.texels.size();
-  SparseMatrix A = std::isinf(ratio) ? p.system(0, 1) : p.system(1, ratio * h2);
-  A.makeCompressed();
-  return A;
-}
-
-Signal noise(Eigen::Index rows, int channels, unsigned seed = 7) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(0, 1);
-  Signal X(rows, channels);
-  for (Eigen::Index i = 0; i < X.size(); ++i) X.data()[i] = uniform(random);
-  return X;
-}
+using fixtures::system_of;
 
 /// Solves A·X = B from 0; B is A times noise plus, so that no channel is like another, its square.
 struct Solved {

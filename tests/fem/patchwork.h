@@ -310,4 +310,21 @@ inline Patchwork make_patchwork(const PatchworkOptions& options) {
   return patchwork_detail::Builder(options).finish();
 }
 
+/// M + w·S with w = `ratio` texels squared; infinite: S alone.
+inline SparseMatrix system_of(const Patchwork& p, double ratio) {
+  const double h2 = p.mass.sum() / p.texels.size();
+  SparseMatrix A = std::isinf(ratio) ? p.system(0, 1) : p.system(1, ratio * h2);
+  A.makeCompressed();
+  return A;
+}
+
+/// Values in [0, 1), a different signal for every seed.
+inline Signal noise(Eigen::Index rows, int channels, unsigned seed = 7) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  Signal X(rows, channels);
+  for (Eigen::Index i = 0; i < X.size(); ++i) X.data()[i] = uniform(random);
+  return X;
+}
+
 }  // namespace mq::fixtures

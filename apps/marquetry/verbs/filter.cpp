@@ -11,12 +11,12 @@
 
 #include "mq/base/error.h"
 #include "mq/fem/multigrid_solver.h"
+#include "mq/fem/reference_solver.h"
 #include "mq/fem/texel_space.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/image/colour.h"
 #include "mq/image/normal_map.h"
-#include "mq/linear/conjugate_gradients.h"
 #include "outputs.h"
 #include "run.h"
 #include "scene.h"
@@ -35,6 +35,7 @@ class Target {
   virtual void put(const Signal& before, const Signal& after, Model& model) const = 0;
   virtual bool has_multigrid() const = 0;
   virtual SolverFactory multigrid() const = 0;
+  virtual SolverFactory reference() const = 0;
 };
 
 /// Above so many unknowns a factorisation takes several times as long as multigrid, and more
@@ -45,8 +46,7 @@ SolverFactory solver(const std::string& name, const Target& target) {
   const bool large = target.space().size() > most_for_direct;
   if (name == "multigrid" || (name == "automatic" && large && target.has_multigrid()))
     return target.multigrid();
-  if (name == "reference")
-    return conjugate_gradient_solver({.tolerance = 1e-13, .max_cycles = 100000});
+  if (name == "reference") return target.reference();
   return direct_solver();
 }
 
@@ -70,6 +70,7 @@ class TextureTarget : public Target {
   Signal values() const override { return space_.gather(decoded_); }
   bool has_multigrid() const override { return true; }
   SolverFactory multigrid() const override { return multigrid_solver(space_.texels()); }
+  SolverFactory reference() const override { return reference_solver(space_.texels()); }
 
   void put(const Signal& before, const Signal& after, Model& model) const override {
     std::vector<Image<float>> pictures = decoded_;
@@ -161,9 +162,8 @@ class VertexTarget : public Target {
   const SignalSpace& space() const override { return space_; }
 
   bool has_multigrid() const override { return false; }
-  SolverFactory multigrid() const override {
-    throw Unsupported("--solver multigrid is for textures; use direct for colours at vertices");
-  }
+  SolverFactory multigrid() const override { throw for_textures("multigrid"); }
+  SolverFactory reference() const override { throw for_textures("reference"); }
 
   Signal values() const override {
     const VertexSignal& colors = scene_.model.colors;
@@ -200,6 +200,10 @@ class VertexTarget : public Target {
   }
 
  private:
+  static Unsupported for_textures(const std::string& name) {
+    return Unsupported("--solver " + name + " is for textures; use direct for colours at vertices");
+  }
+
   const Scene& scene_;
   VertexSpace space_;
 };
@@ -357,8 +361,8 @@ Verb filter_verb() {
        .details =
            "direct: a factorisation. multigrid: iterations, with far less memory on "
            "large textures. automatic: direct up to 30,000 unknowns, multigrid "
-           "above, where there is one. reference: conjugate gradients to the accuracy of double, "
-           "slow, to compare with."});
+           "above, where there is one. reference: the multigrid solver as it was published, in "
+           "double precision, to compare with."});
   table.add({.name = "space",
              .type = Type::choice,
              .default_value = "stored",

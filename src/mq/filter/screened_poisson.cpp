@@ -6,11 +6,11 @@
 #include "mq/filter/screened_poisson.h"
 
 #include <cmath>
-#include <algorithm>
 
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/linear/connected_components.h"
 
 namespace mq {
 
@@ -35,34 +35,15 @@ void require_finite(const Signal& signal, int rows, const char* what) {
 }  // namespace
 
 ScreenedPoisson::Components::Components(const SparseMatrix& A, const Vector& mass)
-    : number(A.rows(), -1), share(mass) {
-  std::vector<double> area;
-  std::vector<int> stack;
-  for (int seed = 0; seed < A.rows(); ++seed) {
-    if (number[seed] >= 0) continue;
-    const int component = int(area.size());
-    area.push_back(0);
-    number[seed] = component;
-    stack.push_back(seed);
-    while (!stack.empty()) {
-      const int i = stack.back();
-      stack.pop_back();
-      area.back() += mass[i];
-      for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry)
-        if (entry.value() != 0 && number[entry.col()] < 0) {
-          number[entry.col()] = component;
-          stack.push_back(int(entry.col()));
-        }
-    }
-  }
-  for (Eigen::Index i = 0; i < share.size(); ++i) share[i] /= area[number[i]];
-  count = int(area.size());
+    : number(connected_components(A)), share(mass) {
+  const Signal area = component_sums(number, mass);
+  for (Eigen::Index i = 0; i < share.size(); ++i) share[i] /= area(number[i], 0);
+  count = int(area.rows());
 }
 
 void ScreenedPoisson::Components::remove_means(Signal& values) const {
   if (count == 0) return;
-  Signal mean = Signal::Zero(count, values.cols());
-  for (Eigen::Index i = 0; i < values.rows(); ++i) mean.row(number[i]) += share[i] * values.row(i);
+  const Signal mean = component_sums(number, share.asDiagonal() * values);
   for (Eigen::Index i = 0; i < values.rows(); ++i) values.row(i) -= mean.row(number[i]);
 }
 
