@@ -30,6 +30,27 @@ TEST(Filter, ReturnsTheInputWithBetaOne) {
   }
 }
 
+TEST(Filter, GivesTheSamePictureWithEverySolver) {
+  const Folder folder;
+  write_strip(folder, 128, 96);
+  std::vector<Image<float>> pictures;
+  for (const std::string solver : {"direct", "multigrid", "reference"}) {
+    const Result result =
+        marquetry(folder, {"filter", "strip.obj", "-o", solver + ".exr", "--depth", "float", "--beta",
+                           "3", "--alpha", "0.01", "--solver", solver, "--json"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_THAT(result.json()["solve"]["method"].get<std::string>(), HasSubstr(solver));
+    EXPECT_TRUE(result.json()["solve"]["converged"]);
+    pictures.push_back(read_texture(folder / (solver + ".exr")).pixels);
+  }
+  for (int y = 0; y < 96; ++y)
+    for (int x = 0; x < 128; ++x)
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(pictures[1].pixel(x, y)[c], pictures[0].pixel(x, y)[c], 1e-4);
+        EXPECT_NEAR(pictures[2].pixel(x, y)[c], pictures[0].pixel(x, y)[c], 1e-4);
+      }
+}
+
 TEST(Filter, ChangesNoTexelFarFromTheCharts) {
   const Folder folder;
   write_strip(folder);

@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "mq/fem/reference_solver.h"
+#include "mq/linear/boundary_rows.h"
 #include "mq/linear/direct.h"
 #include "mq/linear/interior_relaxation.h"
-#include "mq/linear/transfer.h"
+#include "mq/linear/interpolation.h"
 
 namespace mq {
 
@@ -23,57 +24,6 @@ struct NullSpace {
   explicit NullSpace(const SparseMatrix& A);
   NullSpace() = default;
   bool empty() const;
-};
-
-/// The rows of A at boundary texels, those of their entries first that are at interior ones.
-template <class Real>
-class BoundaryRows {
- public:
-  BoundaryRows() = default;
-  BoundaryRows(const SparseMatrix& A, std::vector<int> boundary);
-
-  const std::vector<int>& boundary() const { return boundary_; }
-  void set_values(const SparseMatrix& A);
-
-  /// A_bb.
-  SparseMatrix block(const SparseMatrix& A) const;
-
-  /// b_b − A_bi·x_i, one row per boundary texel.
-  Signal interior_relative_residual(int lanes, int channels, const Real* b, const Real* x) const;
-
-  /// r_b = (b − A·x)_b.
-  void residual(int lanes, const Real* b, const Real* x, Real* r) const;
-
-  std::int64_t bytes() const;
-
- private:
-  struct Entry {
-    int column;
-    Real value;
-  };
-  std::vector<int> boundary_;
-  std::vector<int> position_;  ///< per unknown its index in boundary_, −1: interior
-  std::vector<std::int64_t> starts_, middles_;
-  std::vector<Entry> entries_;
-};
-
-/// P of a level, by rows and by columns.
-template <class Real>
-class Interpolation {
- public:
-  Interpolation() = default;
-  explicit Interpolation(const Transfer& P);
-
-  void restrict_to(int lanes, const Real* r, Real* b) const;      ///< b = Pᵀ·r
-  void prolongate_add(int lanes, const Real* y, Real* x) const;  ///< x += P·y
-  std::int64_t bytes() const;
-
- private:
-  struct Lists {
-    std::vector<int> starts = {0};
-    std::vector<WeightedIndex> entries;
-  };
-  Lists parents_, children_;
 };
 
 /// x ← one V-cycle towards A·x = b. Vectors are rows × lanes (1 or 4), a row's lanes adjacent.
