@@ -32,6 +32,12 @@ class SolverError : public Error {
   using Error::Error;
 };
 
+/// More memory is needed than there is (see base/memory.h).
+class OutOfMemory : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Something meaningful that this build or this version does not do.
 class Unsupported : public Error {
  public:

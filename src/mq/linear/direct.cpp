@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
 #include "mq/linear/solver.h"
 
 #ifdef MARQUETRY_WITH_CHOLMOD
@@ -80,7 +81,8 @@ class Stopwatch {
 class DirectSolver::Backend {
  public:
   virtual ~Backend() = default;
-  virtual void analyse(const Triangular& A) = 0;
+  /// Returns how many entries the factor will have.
+  virtual Index analyse(const Triangular& A) = 0;
   /// Factors; returns the row where it stops, or -1.
   virtual Index factor(const Triangular& A) = 0;
   virtual Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const = 0;
@@ -97,7 +99,10 @@ namespace {
 
 class EigenBackend final : public DirectSolver::Backend {
  public:
-  void analyse(const Triangular& matrix) override { ldlt_.analyzePattern(copy(matrix)); }
+  Index analyse(const Triangular& matrix) override {
+    ldlt_.analyzePattern(copy(matrix));
+    return ldlt_.entries();
+  }
 
   Index factor(const Triangular& matrix) override {
     ldlt_.factorize(copy(matrix));
@@ -109,9 +114,7 @@ class EigenBackend final : public DirectSolver::Backend {
 
   Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const override { return ldlt_.solve(B); }
 
-  Index factor_nonzeros() const override {
-    return ldlt_.matrixL().nestedExpression().nonZeros() + A.size;
-  }
+  Index factor_nonzeros() const override { return ldlt_.entries(); }
 
   std::string name() const override { return "eigen"; }
 
@@ -123,7 +126,10 @@ class EigenBackend final : public DirectSolver::Backend {
                                     m.column.data(), m.value.data());
   }
 
-  Eigen::SimplicialLDLT<Matrix, Eigen::Upper, Eigen::AMDOrdering<Index>> ldlt_;
+  struct Ldlt : Eigen::SimplicialLDLT<Matrix, Eigen::Upper, Eigen::AMDOrdering<Index>> {
+    Index entries() const { return m_matrix.nonZeros() + m_matrix.cols(); }
+  };
+  Ldlt ldlt_;
 };
 
 #ifdef MARQUETRY_WITH_CHOLMOD
@@ -144,11 +150,12 @@ class CholmodBackend final : public DirectSolver::Backend {
   CholmodBackend(const CholmodBackend&) = delete;
   CholmodBackend& operator=(const CholmodBackend&) = delete;
 
-  void analyse(const Triangular& matrix) override {
+  Index analyse(const Triangular& matrix) override {
     cholmod_sparse view = view_of(matrix);
     cholmod_l_free_factor(&factor_, &common_);
     factor_ = cholmod_l_analyze(&view, &common_);  // AMD, and METIS where AMD fills in much
     check("analysing");
+    return Index(common_.lnz);
   }
 
   Index factor(const Triangular& matrix) override {
@@ -242,7 +249,11 @@ DirectSolver::DirectSolver(const SparseMatrix& A, Factorisation kind, const Prog
   progress.check();
   const Progress step = progress.step("analyse", 0.3);
   const Stopwatch watch;
-  if (A.rows() > 0) backend_->analyse(backend_->A);
+  const Index entries = A.rows() > 0 ? backend_->analyse(backend_->A) : 0;
+  constexpr Index bytes_per_entry = 9;  // the value, and indices that supernodes share
+  require_memory(bytes_per_entry * entries,
+                 fmt::format("the factor of the matrix of {} rows", A.rows()),
+                 "an iterative solver (multigrid) needs far less");
   backend_->analyse_seconds = watch.seconds();
   step.at(1);
   refactor(A, progress.step("factor", 0.7));

@@ -24,7 +24,7 @@ class DirectSolver {
  public:
   /// Analyses (fill-reducing order) and factors `A`, which is stored whole; only its lower triangle
   /// is read. Throws `NotPositiveDefinite` naming the row, `InvalidInput` when A is not square or
-  /// holds a NaN, `SolverError` when memory runs out, and `Cancelled` between the two steps.
+  /// holds a NaN, `OutOfMemory` when the factor will not fit, and `Cancelled` between the two steps.
   explicit DirectSolver(const SparseMatrix& A, Factorisation kind = Factorisation::automatic,
                         const Progress& progress = {});
   ~DirectSolver();

@@ -1,0 +1,61 @@
+#include "mq/base/memory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+
+#include "mq/base/error.h"
+
+namespace mq {
+namespace {
+
+/// The one number in a file; -1 where there is no such file or it says "max".
+std::int64_t number_in(const char* path) {
+  std::int64_t number = -1;
+  std::ifstream file(path);
+  return file >> number ? number : -1;
+}
+
+/// What a named line of a file says, -1 where there is none.
+std::int64_t entry_of(const char* path, const std::string& wanted) {
+  std::ifstream file(path);
+  std::int64_t number = 0;
+  for (std::string name; file >> name >> number;)
+    if (name == wanted) return number;
+  return -1;
+}
+
+std::int64_t free_on_machine() {
+  std::ifstream file("/proc/meminfo");
+  std::int64_t sum = 0, kilobytes = 0;
+  bool found = false;
+  for (std::string name, rest; file >> name >> kilobytes; std::getline(file, rest))
+    if (name == "MemAvailable:" || name == "SwapFree:") {
+      sum += 1024 * kilobytes;
+      found = true;
+    }
+  return found ? sum : std::numeric_limits<std::int64_t>::max();
+}
+
+}  // namespace
+
+std::int64_t available_memory() {
+  const std::int64_t limit = number_in("/sys/fs/cgroup/memory.max"),
+                     used = number_in("/sys/fs/cgroup/memory.current");
+  const std::int64_t machine = free_on_machine();
+  if (limit < 0 || used < 0) return machine;
+  // Pages of files that nobody maps are given up at need.
+  const std::int64_t pages = entry_of("/sys/fs/cgroup/memory.stat", "inactive_file");
+  return std::clamp<std::int64_t>(limit - used + std::max<std::int64_t>(pages, 0), 0, machine);
+}
+
+void require_memory(std::int64_t bytes, const std::string& what, const std::string& remedy) {
+  const std::int64_t available = available_memory();
+  if (bytes <= available) return;
+  throw OutOfMemory(fmt::format("{} needs about {:.1f} GB of memory and {:.1f} GB are free: {}", what,
+                                1e-9 * double(bytes), 1e-9 * double(available), remedy));
+}
+
+}  // namespace mq

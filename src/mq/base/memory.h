@@ -1,0 +1,19 @@
+#pragma once
+/// How much memory there is to work with.
+
+#include <cstdint>
+#include <string>
+
+namespace mq {
+
+/// Bytes that can still be had without killing anything: free memory and swap of the machine, or
+/// what the control group leaves where that is less. Where the system does not tell (no /proc),
+/// the largest number.
+std::int64_t available_memory();
+
+/// Throws `OutOfMemory` when `bytes` are more than `available_memory()`, naming both: "<what> needs
+/// about 12.3 GB of memory and 8.1 GB are free: <remedy>". Systems that promise more memory than
+/// they have kill the program later instead.
+void require_memory(std::int64_t bytes, const std::string& what, const std::string& remedy);
+
+}  // namespace mq

@@ -1,0 +1,28 @@
+#include "mq/base/memory.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mq/base/error.h"
+
+namespace mq {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+TEST(Memory, IsMoreThanNothingAndLessThanEverything) {
+  EXPECT_GT(available_memory(), 1 << 20);
+  EXPECT_LT(available_memory(), std::int64_t(1) << 50);
+}
+
+TEST(Memory, IsRequiredInWords) {
+  EXPECT_NO_THROW(require_memory(1, "a byte", "buy one"));
+  EXPECT_THAT([] { require_memory(std::int64_t(1) << 60, "this", "use less"); },
+              ThrowsMessage<OutOfMemory>(AllOf(HasSubstr("this needs about 1152921504.6 GB"),
+                                               HasSubstr("GB are free: use less"))));
+}
+
+}  // namespace
+}  // namespace mq
