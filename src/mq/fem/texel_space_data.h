@@ -1,0 +1,156 @@
+#pragma once
+/// What a `TexelSpace` holds, shared by its sources: texel_space_setup.cpp finds out, what
+/// texel_space.cpp and texel_space_fields.cpp make matrices and integrals from.
+
+#include <cmath>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "mq/fem/texel_cells.h"
+#include "mq/fem/texel_space.h"
+
+namespace mq {
+
+/// A cell around a texel and which of its corners the texel is.
+struct Incidence {
+  int cell;
+  int corner;
+  std::array<int, 4> corners;  ///< texels of the grid
+};
+
+/// Position in CellIntegrals of entry (corner, corner).
+inline constexpr int mass_at[4][4] = {{0, 1, 3, 4}, {1, 2, 4, 5}, {3, 4, 6, 7}, {4, 5, 7, 8}};
+inline constexpr int stiffness_at[4][4] = {{-1, 0, 1, 2}, {0, -1, 3, 4}, {1, 3, -1, 5}, {2, 4, 5, -1}};
+
+/// What a texel space holds. Set up by `TexelSpace`'s constructor in the order of the functions below.
+struct TexelSpace::Data {
+  const Surface& surface;
+  const Atlas& atlas;
+  std::vector<TexelMetric> metrics;
+  TexelGrid grid;
+  std::unique_ptr<Seams> seams;
+  std::unique_ptr<NearSeams> near;
+  TexelCells cells;
+  Texels texels;
+  std::vector<int> unknown;        ///< per texel of the grid its unknown, or -1
+  std::vector<int> block_offsets;  ///< per unknown: its seam blocks ...
+  struct Part {
+    int block, index;  ///< ... and which of their texels it is
+  };
+  std::vector<Part> parts;
+  std::vector<char> shared;  ///< per unknown: several charts read it
+  struct Weak {
+    int unknown;
+    double texel_area;  ///< of the surface, where it lies
+  };
+  std::vector<Weak> weak;  ///< unknowns that hardly any point of the surface shows
+  std::vector<int> row_offsets;  ///< of the matrices
+  Defects defects;
+
+  Data(const Surface& s, const Atlas& a) : surface(s), atlas(a), grid(a.textures) {}
+
+  int triangles() const { return int(atlas.chart.size()); }
+  bool active(int cell) const { return cells.kind[cell] >= 0; }
+  const CellIntegrals& integrals(int cell) const {
+    const int kind = cells.kind[cell];
+    return kind < triangles() ? cells.whole[kind] : cells.cut[kind - triangles()];
+  }
+  /// What covers a cell of a kind that is active.
+  TexelCells::CutInfo cut_info(int kind) const {
+    return kind < triangles() ? TexelCells::CutInfo{1, 1, kind, false}
+                              : cells.info[kind - triangles()];
+  }
+  std::span<const Part> blocks_of(int i) const {
+    return {parts.data() + block_offsets[i], std::size_t(block_offsets[i + 1] - block_offsets[i])};
+  }
+
+  // Set-up, in this order.
+  void integrate(const TexelSpaceOptions& options, const Progress& progress);
+  void add_soft_seams(double penalty);
+  void number_texels();
+  void place_texels();
+  void find_parts();
+  int largest_triangle(int i) const;
+  void find_weak();
+  void count_rows();
+  void list_defects();
+
+  // Cells around texels.
+  template <class Visit>
+  void for_each_cell(const Texels::Place& at, const Visit& visit) const;
+  bool inner(const Texels::Place& at) const {
+    const TextureSize& size = grid.texture(at.texture);
+    return at.x > 0 && at.y > 0 && at.x < size.width - 1 && at.y < size.height - 1;
+  }
+  std::span<const NearSeams::Entry> near_row(int triangle, int row) const {
+    return near ? near->row(atlas.chart[triangle], row) : std::span<const NearSeams::Entry>();
+  }
+
+  // Rows.
+  int row_size(int i) const;
+  void fill_row(int i, double a, double b, int* columns, double* values) const;
+  template <class Visit>
+  void for_each_coupling(int i, const Visit& visit) const;
+  template <class Visit>
+  void visit_block(const Part& part, const Visit& visit) const;
+};
+
+template <class Visit>
+void TexelSpace::Data::for_each_cell(const Texels::Place& at, const Visit& visit) const {
+  const TextureSize& size = grid.texture(at.texture);
+  const bool clamped = size.wrap != Wrap::repeat;
+  int columns[3][2], rows[3][2];  // cell column or row, and on which side of it the texel is
+  const auto fill = [&](int(&list)[3][2], int i, int n) {
+    int count = 0;
+    if (clamped && i == 0) list[count][0] = -1, list[count++][1] = 0;
+    list[count][0] = i - 1, list[count++][1] = 1;
+    list[count][0] = i, list[count++][1] = 0;
+    if (clamped && i == n - 1 && count < 3) list[count][0] = n - 1, list[count++][1] = 1;
+    return count;
+  };
+  // A clamped texture of one column: cells -1 and 0, the texel on both sides of both.
+  int extra_columns = 0, extra_rows = 0;
+  const int column_count = fill(columns, at.x, size.width),
+            row_count = fill(rows, at.y, size.height);
+  if (clamped && size.width == 1) extra_columns = 1;
+  if (clamped && size.height == 1) extra_rows = 1;
+  for (int r = 0; r < row_count + extra_rows; ++r)
+    for (int c = 0; c < column_count + extra_columns; ++c) {
+      const int column = c < column_count ? columns[c][0] : 0,
+                p = c < column_count ? columns[c][1] : 1;
+      const int row = r < row_count ? rows[r][0] : 0, q = r < row_count ? rows[r][1] : 1;
+      visit(Incidence{grid.cell(at.texture, column, row), p + 2 * q,
+                      grid.corners(at.texture, column, row)});
+    }
+}
+
+/// visit(j, mass, stiffness) for all texels of a block, of the row of one of them.
+template <class Visit>
+void TexelSpace::Data::visit_block(const Part& part, const Visit& visit) const {
+  const SeamBlocks::Block& block = cells.seams.blocks[part.block];
+  for (int k = 0; k < block.count; ++k) {
+    const std::int64_t at =
+        block.first_value +
+        SeamBlocks::index(std::min(k, part.index), std::max(k, part.index), block.count);
+    visit(cells.seams.texels[block.first + k], cells.seams.mass[at], cells.seams.stiffness[at]);
+  }
+}
+
+/// visit(j, mass, stiffness) for every term of row i; a j may come several times. Stiffness terms
+/// of j = i from cells are left out: they are minus the sum of the others.
+template <class Visit>
+void TexelSpace::Data::for_each_coupling(int i, const Visit& visit) const {
+  for_each_cell(texels.places[i], [&](const Incidence& at) {
+    if (!active(at.cell)) return;
+    const CellIntegrals& cell = integrals(at.cell);
+    for (int d = 0; d < 4; ++d) {
+      const double s = d == at.corner ? 0 : cell.stiffness[stiffness_at[at.corner][d]];
+      visit(unknown[at.corners[d]], cell.mass[mass_at[at.corner][d]], s);
+      if (d != at.corner) visit(i, 0, -s);
+    }
+  });
+  for (const Part& part : blocks_of(i)) visit_block(part, visit);
+}
+
+}  // namespace mq

@@ -1,0 +1,259 @@
+// Finds the unknowns of a texel space, where they lie and what couples them.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/fem/texel_space_data.h"
+
+namespace mq {
+
+void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progress& progress) {
+  metrics = options.metrics;
+  if (metrics.empty()) {
+    metrics.resize(triangles());
+    for (int t = 0; t < triangles(); ++t)
+      if (atlas.chart[t] >= 0) metrics[t] = texel_metric(surface, atlas, t);
+  }
+  require(int(metrics.size()) == triangles(), "one metric per triangle is needed");
+  seams = std::make_unique<Seams>(surface, atlas);
+  near = std::make_unique<NearSeams>(atlas, *seams);
+  progress.step("find seams", 0.1).at(1);
+  const bool soft = options.seams == TexelSpaceOptions::Seams::soft;
+  cells = integrate_cells(surface, atlas, metrics, grid, seams.get(), soft ? nullptr : near.get(),
+                          progress.step("cut and integrate", 0.6));
+  if (soft) {
+    add_soft_seams(options.seam_penalty);
+    near.reset();
+  }
+}
+
+/// ∫ (φ_first − φ_second)² ds between consecutive breaks, where both sides are quadratic in s.
+void TexelSpace::Data::add_soft_seams(double penalty) {
+  const double gauss = std::sqrt(0.6) / 2;
+  const double points[3] = {0.5 - gauss, 0.5, 0.5 + gauss},
+               weights[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+  SeamBlocks& blocks = cells.seams;
+  std::vector<int> numbers;
+  const auto index_of = [&](int number) {
+    const auto at = std::find(numbers.begin(), numbers.end(), number);
+    if (at == numbers.end()) return numbers.push_back(number), int(numbers.size()) - 1;
+    return int(at - numbers.begin());
+  };
+  for (int e = 0; e < seams->count(); ++e) {
+    const HalfEdge h = seams->half_edges(e)[0];
+    const Mesh& mesh = surface.mesh;
+    const double length =
+        (mesh.position(h / 3, h % 3 == 2 ? 0 : h % 3 + 1) - mesh.position(h / 3, h % 3)).norm();
+    const auto breaks = seams->breaks(e);
+    for (std::size_t k = 1; k < breaks.size(); ++k) {
+      numbers.clear();
+      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, 24);  // 3 points, 2 sides, 4 texels each
+      for (int q = 0; q < 3; ++q) {
+        const double s = breaks[k - 1] + (breaks[k] - breaks[k - 1]) * points[q];
+        const double scale = std::sqrt(penalty * length * (breaks[k] - breaks[k - 1]) * weights[q]);
+        for (int side = 0; side < 2; ++side) {
+          const TexturePlace p = seams->place(seams->half_edges(e)[side], s);
+          const double w[4] = {(1 - p.x) * (1 - p.y), p.x * (1 - p.y), (1 - p.x) * p.y, p.x * p.y};
+          for (int c = 0; c < 4; ++c)
+            if (w[c] != 0)
+              rows(q, index_of(grid.texel(p.texture, p.column + (c & 1), p.row + (c >> 1)))) +=
+                  (side == 0 ? scale : -scale) * w[c];
+        }
+      }
+      const int count = int(numbers.size());
+      blocks.blocks.push_back(
+          {-1, int(blocks.texels.size()), count, std::int64_t(blocks.mass.size())});
+      blocks.texels.insert(blocks.texels.end(), numbers.begin(), numbers.end());
+      const Eigen::MatrixXd S = rows.leftCols(count).transpose() * rows.leftCols(count);
+      for (int i = 0; i < count; ++i)
+        for (int j = i; j < count; ++j) {
+          blocks.mass.push_back(0);
+          blocks.stiffness.push_back(S(i, j));
+        }
+    }
+  }
+}
+
+void TexelSpace::Data::number_texels() {
+  unknown.assign(grid.texel_count(), -1);
+  for (int t : cells.seams.texels) unknown[t] = 0;
+  std::vector<Texels::Place> starts;  // of rows
+  for (int k = 0; k < grid.texture_count(); ++k)
+    for (int y = 0; y < grid.texture(k).height; ++y) starts.push_back({k, 0, y});
+  std::vector<int> offsets(starts.size() + 1, 0);
+  parallel_for(
+      std::ssize(starts),
+      [&](std::int64_t r) {
+        Texels::Place at = starts[r];
+        const int width = grid.texture(at.texture).width;
+        int* row = unknown.data() + grid.texel(at.texture, 0, at.y);
+        for (; at.x < width; ++at.x) {
+          for_each_cell(at, [&](const Incidence& i) {
+            if (active(i.cell)) row[at.x] = 0;
+          });
+          offsets[r + 1] += row[at.x] == 0;
+        }
+      },
+      16);
+  for (std::size_t r = 1; r < offsets.size(); ++r) offsets[r] += offsets[r - 1];
+  texels.places.resize(offsets.back());
+  parallel_for(
+      std::ssize(starts),
+      [&](std::int64_t r) {
+        Texels::Place at = starts[r];
+        int* row = unknown.data() + grid.texel(at.texture, 0, at.y);
+        int next = offsets[r];
+        for (; at.x < grid.texture(at.texture).width; ++at.x)
+          if (row[at.x] == 0) {
+            texels.places[next] = at;
+            row[at.x] = next++;
+          }
+      },
+      16);
+}
+
+namespace {
+
+/// The surface's affine map of one triangle, continued to a place in its chart at most a texel or
+/// so away; where the triangle itself is smaller than a texel, to its nearest corner instead.
+std::array<float, 3> position_near(const Surface& surface, const Atlas& atlas, int triangle,
+                                   double x, double y) {
+  const auto& p = atlas.corners[triangle];
+  const double x0 = p[0].column(), y0 = p[0].row();
+  const double ux = p[1].column() - x0, uy = p[1].row() - y0;
+  const double vx = p[2].column() - x0, vy = p[2].row() - y0;
+  const double det = ux * vy - uy * vx;
+  double l1 = ((x - x0) * vy - (y - y0) * vx) / det;
+  double l2 = (ux * (y - y0) - uy * (x - x0)) / det;
+  constexpr double reach = 2;
+  const double outside = std::max({-l1, -l2, l1 + l2 - 1});
+  if (!(outside < reach)) l1 = std::clamp(l1, 0.0, 1.0), l2 = std::clamp(l2, 0.0, 1.0 - l1);
+  const Mesh& mesh = surface.mesh;
+  const Vector3 at = mesh.position(triangle, 0) +
+                     l1 * (mesh.position(triangle, 1) - mesh.position(triangle, 0)) +
+                     l2 * (mesh.position(triangle, 2) - mesh.position(triangle, 0));
+  return {float(at.x()), float(at.y()), float(at.z())};
+}
+
+}  // namespace
+
+void TexelSpace::Data::place_texels() {
+  const int n = int(texels.places.size());
+  texels.positions.assign(n, {0, 0, 0});
+  texels.chart.assign(n, -1);
+  texels.interior.assign(n, 0);
+  shared.assign(n, 0);
+  parallel_for(n, [&](std::int64_t i) {
+    const Texels::Place& at = texels.places[i];
+    int best = -1;
+    float area = -1;
+    bool whole = inner(at) && blocks_of(int(i)).empty();
+    for_each_cell(at, [&](const Incidence& c) {
+      const int kind = cells.kind[c.cell];
+      if (kind < 0) {
+        whole = false;
+        return;
+      }
+      const TexelCells::CutInfo info = cut_info(kind);
+      if (std::abs(info.coverage - 1) > 1e-5f) whole = false;
+      const int chart = info.triangle < 0 ? -1 : atlas.chart[info.triangle];
+      if (info.several || (texels.chart[i] >= 0 && chart >= 0 && chart != texels.chart[i]))
+        shared[i] = 1;
+      if (chart >= 0 && (texels.chart[i] < 0 || chart < texels.chart[i])) texels.chart[i] = chart;
+      if (info.largest > area) area = info.largest, best = info.triangle;
+    });
+    if (best < 0) return;
+    texels.interior[i] = whole && !shared[i];
+    // The triangle's chart may lie whole textures away where the texture repeats.
+    const TextureSize& size = atlas.textures[at.texture];
+    double x = at.x, y = at.y;
+    if (size.wrap == Wrap::repeat) {
+      const TexelPoint& p = atlas.corners[best][0];
+      x += std::round((p.column() - x) / size.width) * size.width;
+      y += std::round((p.row() - y) / size.height) * size.height;
+    }
+    texels.positions[i] = position_near(surface, atlas, best, x, y);
+  });
+}
+
+void TexelSpace::Data::find_parts() {
+  SeamBlocks& blocks = cells.seams;
+  for (int& t : blocks.texels) t = unknown[t];
+  block_offsets.assign(texels.places.size() + 1, 0);
+  for (int i : blocks.texels) ++block_offsets[i + 1];
+  for (std::size_t i = 1; i < block_offsets.size(); ++i) block_offsets[i] += block_offsets[i - 1];
+  parts.resize(blocks.texels.size());
+  std::vector<int> next(block_offsets.begin(), block_offsets.end() - 1);
+  for (int b = 0; b < int(blocks.blocks.size()); ++b)
+    for (int k = 0; k < blocks.blocks[b].count; ++k)
+      parts[next[blocks.texels[blocks.blocks[b].first + k]]++] = {b, k};
+}
+
+/// The triangle that covers most of a cell around an unknown, or -1.
+int TexelSpace::Data::largest_triangle(int i) const {
+  int triangle = -1;
+  float largest = 0;
+  for_each_cell(texels.places[i], [&](const Incidence& at) {
+    const int kind = cells.kind[at.cell];
+    if (kind < 0) return;
+    const TexelCells::CutInfo info = cut_info(kind);
+    if (info.largest > largest) largest = info.largest, triangle = info.triangle;
+  });
+  return triangle;
+}
+
+void TexelSpace::Data::find_weak() {
+  constexpr double hardly_seen = 1e-3;
+  std::vector<double> weak_area(texels.size(), 0);  // of weak texels, else 0
+  parallel_for(texels.size(), [&](std::int64_t i) {
+    if (texels.interior[i]) return;
+    double diagonal = 0;
+    for_each_coupling(int(i), [&](int j, double m, double) { diagonal += j == i ? m : 0; });
+    const int triangle = largest_triangle(int(i));
+    const double texel_area =
+        triangle < 0 ? atlas.surface_area / atlas.texel_area : metrics[triangle].density;
+    if (diagonal < hardly_seen * texel_area) weak_area[i] = texel_area;
+  });
+  for (int i = 0; i < texels.size(); ++i)
+    if (weak_area[i] > 0) weak.push_back({i, weak_area[i]});
+}
+
+void TexelSpace::Data::list_defects() {
+  std::vector<std::int64_t> overlapping, several;
+  for (int k = 0; k < grid.texture_count(); ++k) {
+    const int width = grid.texture(k).width + 1, first = grid.first_cell(k);
+    for (int c = first; c < first + width * grid.cell_rows(k); ++c) {
+      if (cells.kind[c] < triangles()) continue;
+      if (cells.info[cells.kind[c] - triangles()].coverage <= 1.001f) continue;
+      const int local = c - first;
+      overlapping.push_back(grid.texel(k, local % width - 1, local / width - 1));
+    }
+  }
+  for (int i = 0; i < texels.size(); ++i)
+    if (shared[i])
+      several.push_back(
+          grid.texel(texels.places[i].texture, texels.places[i].x, texels.places[i].y));
+  shared = {};
+  const auto add = [&](const char* kind, const std::vector<std::int64_t>& all,
+                       const char* message) {
+    if (all.empty()) return;
+    Defect defect{kind, Defect::Severity::warning, "texel", std::int64_t(all.size()), {}, message};
+    defect.ids.assign(all.begin(),
+                      all.begin() + std::min<std::ptrdiff_t>(std::ssize(all), Defect::max_ids));
+    defects.push_back(std::move(defect));
+  };
+  add("overlapping_triangles", overlapping,
+      "cells that triangles cover more than once (ids: texel at the left top, counted row by row): "
+      "the "
+      "places of the surface there share one colour; unwrap them apart to treat them apart");
+  add("shared_texels", several,
+      "texels that several charts read (ids counted row by row): charts nearer than a texel's "
+      "footprint share it, so values leak between them; a wider gutter or a larger texture parts "
+      "them");
+}
+
+}  // namespace mq
