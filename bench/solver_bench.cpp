@@ -49,7 +49,8 @@ class Watch {
  private:
   double now() const {
     if (!wall_) return double(std::clock()) / CLOCKS_PER_SEC;
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
   }
   bool wall_;
   double start_;
@@ -291,7 +292,8 @@ std::string short_number(double x) { return std::isinf(x) ? "∞" : fmt::format(
 
 class Record {
  public:
-  explicit Record(const std::string& path) : file_(path.empty() ? nullptr : std::fopen(path.c_str(), "a")) {
+  explicit Record(const std::string& path)
+      : file_(path.empty() ? nullptr : std::fopen(path.c_str(), "a")) {
     require(path.empty() || file_, path + ": cannot be written");
   }
   ~Record() {
@@ -376,11 +378,11 @@ void measure_convergence(const Case& c, const Request& request, Record& record) 
   }
 }
 
-/// Thesis 5.8.3: initialise is what depends on the pattern alone, update what depends on the values,
-/// solve a substitution, or one cycle; three channels.
+/// Thesis 5.8.3: initialise is what depends on the pattern alone, update what depends on the
+/// values, solve a substitution, or one cycle; three channels.
 struct Times {
   double initialise = 0, update = 0, solve = 0;
-  double all = 0;   ///< first setup and solution to a relative residual of 1e-6
+  double all = 0;  ///< first setup and solution to a relative residual of 1e-6
   int cycles = 0;
 };
 
@@ -440,7 +442,8 @@ void measure_times(const Case& c, const Request& request, Record& record) {
   const System system = make_system(*c.space, request.alphas.front());
   const Texels& texels = c.space->texels();
   if (request.wants("direct") && c.space->size() <= request.most_for_direct) {
-    const std::string name = factorisations().front() == Factorisation::cholmod ? "CHOLMOD" : "Eigen";
+    const std::string name =
+        factorisations().front() == Factorisation::cholmod ? "CHOLMOD" : "Eigen";
     print_times(c, name, direct_times(system, request.wall), record);
   }
   if (request.wants("reference") && c.space->size() <= request.most_for_reference) {
@@ -455,26 +458,53 @@ void measure_times(const Case& c, const Request& request, Record& record) {
 OptionTable options() {
   using Type = Option::Type;
   OptionTable table("solver_bench", "Measure the solvers of texel systems.");
-  table.add({.name = "measure", .place = Option::Place::positional, .type = Type::choice,
-             .required = true, .choices = {"times", "convergence"}, .help = "what to measure"});
-  table.add({.name = "model", .place = Option::Place::positional, .type = Type::text,
-             .count = Option::Count::many, .required = true, .help = "samples and files of models"});
-  table.add({.name = "texels", .type = Type::number, .default_value = "800000", .least = 0,
+  table.add({.name = "measure",
+             .place = Option::Place::positional,
+             .type = Type::choice,
+             .required = true,
+             .choices = {"times", "convergence"},
+             .help = "what to measure"});
+  table.add({.name = "model",
+             .place = Option::Place::positional,
+             .type = Type::text,
+             .count = Option::Count::many,
+             .required = true,
+             .help = "samples and files of models"});
+  table.add({.name = "texels",
+             .type = Type::number,
+             .default_value = "800000",
+             .least = 0,
              .help = "about so many, by the size of the texture; 0: the texture's own"});
-  table.add({.name = "alpha", .type = Type::text, .count = Option::Count::many,
+  table.add({.name = "alpha",
+             .type = Type::text,
+             .count = Option::Count::many,
              .help = "the thesis' weight, or inf; convergence: by default 1e-4, 1e-2 and inf, "
                      "times: 1e-4"});
-  table.add({.name = "solver", .type = Type::choice, .count = Option::Count::many,
-             .choices = {"direct", "reference", "ours"}, .help = "by default all"});
-  table.add({.name = "most-for-direct", .type = Type::integer, .default_value = "4000000",
+  table.add({.name = "solver",
+             .type = Type::choice,
+             .count = Option::Count::many,
+             .choices = {"direct", "reference", "ours"},
+             .help = "by default all"});
+  table.add({.name = "most-for-direct",
+             .type = Type::integer,
+             .default_value = "4000000",
              .help = "texels up to which matrices are factored"});
-  table.add({.name = "most-for-reference", .type = Type::integer, .default_value = "4000000",
+  table.add({.name = "most-for-reference",
+             .type = Type::integer,
+             .default_value = "4000000",
              .help = "texels up to which the reference is measured"});
-  table.add({.name = "error", .type = Type::number, .default_value = "1e-6",
+  table.add({.name = "error",
+             .type = Type::number,
+             .default_value = "1e-6",
              .help = "convergence: the relative error and residual to reach"});
-  table.add({.name = "cycles", .type = Type::integer, .default_value = "40",
+  table.add({.name = "cycles",
+             .type = Type::integer,
+             .default_value = "40",
              .help = "convergence: ... or after so many cycles"});
-  table.add({.name = "threads", .type = Type::integer, .default_value = "1", .least = 0,
+  table.add({.name = "threads",
+             .type = Type::integer,
+             .default_value = "1",
+             .least = 0,
              .help = "0: one per core"});
   table.add({.name = "wall", .help = "seconds of the clock on the wall, not of the processor"});
   table.add({.name = "json", .type = Type::path, .help = "append one object a line to this file"});
@@ -485,8 +515,9 @@ Request request_of(const OptionValues& values, bool times) {
   Request request;
   for (const std::string& alpha : values.texts("alpha")) request.alphas.push_back(std::stod(alpha));
   if (request.alphas.empty())
-    request.alphas = times ? std::vector<double>{1e-4}
-                           : std::vector<double>{1e-4, 1e-2, std::numeric_limits<double>::infinity()};
+    request.alphas = times
+                         ? std::vector<double>{1e-4}
+                         : std::vector<double>{1e-4, 1e-2, std::numeric_limits<double>::infinity()};
   request.solvers = values.texts("solver");
   if (request.solvers.empty()) request.solvers = {"direct", "reference", "ours"};
   request.most_for_direct = values.integer("most-for-direct");
@@ -507,11 +538,13 @@ void run(const std::vector<std::string>& words) {
   const Request request = request_of(values, times);
   Record record(values.has("json") ? values.text("json") : "");
   if (times)
-    fmt::print("| model | texels | charts | solver | initialise : update : solve | cycles to 1e-6 | "
-               "all of that, s |\n|---|---|---|---|---|---|---|\n");
+    fmt::print(
+        "| model | texels | charts | solver | initialise : update : solve | cycles to 1e-6 | "
+        "all of that, s |\n|---|---|---|---|---|---|---|\n");
   else
-    fmt::print("| model | texels | charts | stretch | alpha | solver | factor | cycles | of residual | "
-               "after 1 | after 2 | after 5 |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+    fmt::print(
+        "| model | texels | charts | stretch | alpha | solver | factor | cycles | of residual | "
+        "after 1 | after 2 | after 5 |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const std::string& model : values.texts("model")) {
     try {
       const std::unique_ptr<Case> c = make_case(model, values.number("texels"));

@@ -51,7 +51,8 @@ TYPED_TEST(Relaxation, InTemporalBlocksGivesTheBitsOfPlainSweeps) {
     for (const int height : {1, 2, 16, 1000})
       for (const int lanes : {1, 4})
         for (const int sweeps : {1, 2, 3, 7}) {
-          InteriorRelaxation<Real> interior(make_blocks(make_layout(A, p.texels), p.texels, height));
+          InteriorRelaxation<Real> interior(
+              make_blocks(make_layout(A, p.texels), p.texels, height));
           interior.set_values(A);
           const auto b = values<Real>(noise(A.rows(), lanes, 1));
           auto temporal = values<Real>(noise(A.rows(), lanes, 2)), plain = temporal;
@@ -86,8 +87,7 @@ TEST(StencilBlocks, HoldEveryInteriorTexelOnceAndLinesOfOneKindDoNotCouple) {
   const SparseMatrix A = system_of(p, 1);
   const StencilBlocks blocks = make_blocks(make_layout(A, p.texels), p.texels, 16);
   const std::vector<char> inside = in_segments(blocks, int(A.rows()));
-  for (int k = 0; k < A.rows(); ++k)
-    EXPECT_EQ(int(inside[k]), int(A.row(k).nonZeros() == 9)) << k;
+  for (int k = 0; k < A.rows(); ++k) EXPECT_EQ(int(inside[k]), int(A.row(k).nonZeros() == 9)) << k;
 
   std::vector<int> line_of(A.rows(), -1);
   const int lines = int(blocks.lines.size()) - 1;
@@ -96,7 +96,8 @@ TEST(StencilBlocks, HoldEveryInteriorTexelOnceAndLinesOfOneKindDoNotCouple) {
   for (int line = 0; line < lines; ++line)
     for (int s = blocks.rows[blocks.blocks[blocks.lines[line]]];
          s < blocks.rows[blocks.blocks[blocks.lines[line + 1]]]; ++s)
-      for (int i = 0; i < blocks.segments[s].count; ++i) line_of[blocks.segments[s].first + i] = line;
+      for (int i = 0; i < blocks.segments[s].count; ++i)
+        line_of[blocks.segments[s].first + i] = line;
   for (int k = 0; k < A.rows(); ++k)
     for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
       const int a = line_of[k], b = line_of[entry.col()];
@@ -149,7 +150,8 @@ TEST(Reference, ConvergesToTheDirectSolution) {
       Signal X = Signal::Zero(A.rows(), 3);
       const SolveReport report = solve(p, A, B, X, {.tolerance = 1e-11, .max_cycles = 40});
       EXPECT_TRUE(report.converged);
-      EXPECT_LT((X - DirectSolver(A).solve(B)).cwiseAbs().maxCoeff(), 1e-9) << charts << " " << ratio;
+      EXPECT_LT((X - DirectSolver(A).solve(B)).cwiseAbs().maxCoeff(), 1e-9)
+          << charts << " " << ratio;
     }
   }
 }

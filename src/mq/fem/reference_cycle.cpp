@@ -10,18 +10,19 @@
 ///
 /// What the thesis leaves open, and what is done here:
 /// - Corrections x^{l+1} start from 0 (its listing forgets to say so).
-/// - L = 4 hierarchy levels count the texels and the coarsest grid, as in the authors' program, though
-///   the listing has L + 1. One grid more or less changes the factor per cycle by a few percent.
-/// - Sweeps go from top to bottom and left to right on the way down and on the way up (its 5.8.5 knows
-///   one order only), so that the cycle is no symmetric operator.
-/// - Blocks are 128 × 16 texels; higher ones change the factor by less than a hundredth. Their overlap
-///   is what a stencil reads; each texel is written in one block. Lines run through the whole texture,
-///   not chart by chart: inside, charts do not couple.
+/// - L = 4 hierarchy levels count the texels and the coarsest grid, as in the authors' program,
+///   though the listing has L + 1. One grid more or less changes the factor per cycle by a few
+///   percent.
+/// - Sweeps go from top to bottom and left to right on the way down and on the way up (its 5.8.5
+///   knows one order only), so that the cycle is no symmetric operator.
+/// - Blocks are 128 × 16 texels; higher ones change the factor by a few percent at most. Their
+///   overlap is what a stencil reads; each texel is written in one block. Lines run through the
+///   whole texture, not chart by chart: inside, charts do not couple.
 /// - The origin of every chart's grids is texel (0, 0) of its texture.
-/// - Where charts are not much larger than coarse texels, coarse functions depend on one another, and
-///   whether a factorisation fails is up to rounding. The diagonals of factored coarse matrices are
-///   raised by a trace of themselves, which determines what means nothing. Null spaces are held at one
-///   unknown.
+/// - Where charts are not much larger than coarse texels, coarse functions depend on one another,
+///   and whether a factorisation fails is up to rounding. The diagonals of factored coarse matrices
+///   are raised by a trace of themselves, which determines what means nothing. Null spaces are held
+///   at one unknown.
 
 #include "mq/fem/reference_cycle.h"
 
@@ -47,7 +48,8 @@ constexpr double raise = sizeof(Real) == 8 ? 1e-12 : 1e-8;
 
 constexpr double singular_below = 1e-14;  // of the trace: what rounding leaves of Σ A_ij, A·1 = 0
 
-/// 1 for the first row of every singular component all of whose unknowns of a level are among `rows`.
+/// 1 for the first row of every singular component all of whose unknowns of a level are among
+/// `rows`.
 std::vector<char> pins(const std::vector<int>& rows, const NullSpace& null_space,
                        const std::vector<int>& component) {
   std::vector<int> missing(null_space.singular.size(), 0);
@@ -63,8 +65,8 @@ std::vector<char> pins(const std::vector<int>& rows, const NullSpace& null_space
   return pinned;
 }
 
-/// A with a diagonal that a factorisation can live with. A row that is all zero (a texel alone, without
-/// mass) becomes the identity's.
+/// A with a diagonal that a factorisation can live with. A row that is all zero (a texel alone,
+/// without mass) becomes the identity's.
 SparseMatrix definite(SparseMatrix A, const std::vector<char>& pinned, double raised) {
   for (int row = 0; row < A.rows(); ++row)
     for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry)
@@ -164,9 +166,11 @@ template <class Real>
 ReferenceCycle<Real>::ReferenceCycle(const SparseMatrix& A, const Texels& texels,
                                      const ReferenceOptions& options, const Progress& progress)
     : options_(options), rows_(int(A.rows())), entries_(A.nonZeros()) {
-  require(A.rows() == A.cols() && A.rows() == texels.size() && A.isCompressed(),
-          fmt::format("a compressed matrix of {0} × {0} was wanted for {0} texels, one of {1} × {2} "
-                      "was given", texels.size(), A.rows(), A.cols()));
+  require(
+      A.rows() == A.cols() && A.rows() == texels.size() && A.isCompressed(),
+      fmt::format("a compressed matrix of {0} × {0} was wanted for {0} texels, one of {1} × {2} "
+                  "was given",
+                  texels.size(), A.rows(), A.cols()));
   require(options.grids >= 2 && options.sweeps >= 0 && options.block_height >= 1,
           "the reference solver needs two grids or more and blocks of at least one row");
   if (rows_ == 0) return;
@@ -265,7 +269,8 @@ void ReferenceCycle<Real>::solve_boundary(const Level& level, const Real* b, Rea
 }
 
 template <class Real>
-void ReferenceCycle<Real>::solve_coarsest(const Real* b, Real* x, const Workspace& workspace) const {
+void ReferenceCycle<Real>::solve_coarsest(const Real* b, Real* x,
+                                          const Workspace& workspace) const {
   const int lanes = workspace.lanes_, channels = workspace.channels_;
   Signal B(coarsest_rows_, channels);
   for (Eigen::Index k = 0; k < B.rows(); ++k)

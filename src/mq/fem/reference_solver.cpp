@@ -1,5 +1,5 @@
-/// X ← V(A, B, X) until the residual is small (thesis 5.8.2). The thesis says neither when to stop nor
-/// where to begin; "between two and four V-cycles" is what it found enough to look at.
+/// X ← V(A, B, X) until the residual is small (thesis 5.8.2). The thesis says neither when to stop
+/// nor where to begin; "between two and four V-cycles" is what it found enough to look at.
 
 #include "mq/fem/reference_solver.h"
 
@@ -78,7 +78,8 @@ class ReferenceSolver final : public LinearSolver {
   SolveReport solve(const Signal& B, Signal& X, const Progress& progress) const override {
     require(B.rows() == cycle_.rows() && X.rows() == B.rows() && X.cols() == B.cols(),
             fmt::format("a system of {} rows was given a right-hand side of {} × {} and a first "
-                        "guess of {} × {}", cycle_.rows(), B.rows(), B.cols(), X.rows(), X.cols()));
+                        "guess of {} × {}",
+                        cycle_.rows(), B.rows(), B.cols(), X.rows(), X.cols()));
     if (!B.allFinite() || !X.allFinite())
       throw SolverError("the right-hand side or the first guess holds a value that is not finite");
     const auto start = Clock::now();

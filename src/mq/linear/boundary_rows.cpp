@@ -28,7 +28,7 @@ void BoundaryRows<Real>::set_values(const SparseMatrix& A) {
     std::int64_t interior = starts_[p], other = middles_[p];
     for (SparseMatrix::InnerIterator entry(A, boundary_[p]); entry; ++entry)
       entries_[position_[entry.col()] < 0 ? interior++ : other++] = {int(entry.col()),
-                                                                    Real(entry.value())};
+                                                                     Real(entry.value())};
   });
 }
 
@@ -82,8 +82,7 @@ void BoundaryRows<Real>::residual(int lanes, const Real* b, const Real* x, Real*
 
 template <class Real>
 std::int64_t BoundaryRows<Real>::bytes() const {
-  return std::int64_t(entries_.size() * sizeof(Entry) + 4 * position_.size() +
-                      16 * starts_.size());
+  return std::int64_t(entries_.size() * sizeof(Entry) + 4 * position_.size() + 16 * starts_.size());
 }
 
 template class BoundaryRows<float>;

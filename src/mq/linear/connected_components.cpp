@@ -26,7 +26,8 @@ std::vector<int> connected_components(const SparseMatrix& A) {
 }
 
 Signal component_sums(const std::vector<int>& component, const Signal& values) {
-  const int count = component.empty() ? 0 : 1 + *std::max_element(component.begin(), component.end());
+  const int count =
+      component.empty() ? 0 : 1 + *std::max_element(component.begin(), component.end());
   Signal sum = Signal::Zero(count, values.cols());
   for (Eigen::Index i = 0; i < values.rows(); ++i) sum.row(component[i]) += values.row(i);
   return sum;

@@ -2,9 +2,10 @@
 ///
 ///     x_4 ← (b − Σ_{j≠4} a_j x_j) / a_4.
 ///
-/// Temporal blocking (thesis 5.8.5): sweep s of row r needs sweep s of the row above and sweep s − 1
-/// of the row below. Walking r + s = 0, 1, 2, ... and for each the sweeps in turn keeps to that, so that
-/// every number is what plain sweeps make of it, while a row is used for all sweeps within a few rows.
+/// Temporal blocking (thesis 5.8.5): a row needs the row above after the same sweep, and the row below
+/// after the sweep before. Walking r + s = 0, 1, 2, ... over rows r and sweeps s, and at each the sweeps
+/// in turn, keeps to that: every number is what plain sweeps make of it, while a row is used for all
+/// sweeps within a few rows.
 
 #include "mq/linear/interior_relaxation.h"
 
@@ -71,18 +72,21 @@ InteriorRelaxation<Real>::InteriorRelaxation(StencilBlocks blocks) : blocks_(std
 
 template <class Real>
 void InteriorRelaxation<Real>::set_values(const SparseMatrix& A) {
-  parallel_for(std::int64_t(blocks_.segments.size()), [&](std::int64_t i) {
-    const StencilRun& s = blocks_.segments[i];
-    Real* a = coefficients_.data() + starts_[i];
-    for (int k = s.first; k < s.first + s.count; ++k, a += stride) {
-      const double* row = A.valuePtr() + A.outerIndexPtr()[k];
-      if (!(row[4] > 0))
-        throw NotPositiveDefinite(fmt::format(
-            "the matrix is not positive definite: its diagonal is {} in row {}", row[4], k));
-      for (int j = 0; j < 9; ++j) a[j] = Real(row[j]);
-      a[9] = Real(1 / row[4]);
-    }
-  }, 64);
+  parallel_for(
+      std::int64_t(blocks_.segments.size()),
+      [&](std::int64_t i) {
+        const StencilRun& s = blocks_.segments[i];
+        Real* a = coefficients_.data() + starts_[i];
+        for (int k = s.first; k < s.first + s.count; ++k, a += stride) {
+          const double* row = A.valuePtr() + A.outerIndexPtr()[k];
+          if (!(row[4] > 0))
+            throw NotPositiveDefinite(fmt::format(
+                "the matrix is not positive definite: its diagonal is {} in row {}", row[4], k));
+          for (int j = 0; j < 9; ++j) a[j] = Real(row[j]);
+          a[9] = Real(1 / row[4]);
+        }
+      },
+      64);
 }
 
 template <class Real>
@@ -112,11 +116,15 @@ void InteriorRelaxation<Real>::relax(int lanes, const Real* b, Real* x, int swee
                                      SweepOrder order) const {
   const int line_count = int(blocks_.lines.size()) - 1;
   const auto relax_lines = [&](int begin, int end) {
-    parallel_for(end - begin, [&](std::int64_t i) {
-      const int line = begin + int(i);
-      for (int block = blocks_.lines[line]; block < blocks_.lines[line + 1]; ++block)
-        with_constant_lanes(lanes, [&]<int L>() { relax_block<L>(block, b, x, sweeps, order); });
-    }, 1);
+    parallel_for(
+        end - begin,
+        [&](std::int64_t i) {
+          const int line = begin + int(i);
+          for (int block = blocks_.lines[line]; block < blocks_.lines[line + 1]; ++block)
+            with_constant_lanes(lanes,
+                                [&]<int L>() { relax_block<L>(block, b, x, sweeps, order); });
+        },
+        1);
   };
   relax_lines(0, blocks_.even_lines);
   relax_lines(blocks_.even_lines, line_count);
@@ -124,11 +132,14 @@ void InteriorRelaxation<Real>::relax(int lanes, const Real* b, Real* x, int swee
 
 template <class Real>
 void InteriorRelaxation<Real>::residual(int lanes, const Real* b, const Real* x, Real* r) const {
-  parallel_for(std::int64_t(blocks_.segments.size()), [&](std::int64_t s) {
-    with_constant_lanes(lanes, [&]<int L>() {
-      residual_of_segment<L>(coefficients_.data() + starts_[s], blocks_.segments[s], b, x, r);
-    });
-  }, 64);
+  parallel_for(
+      std::int64_t(blocks_.segments.size()),
+      [&](std::int64_t s) {
+        with_constant_lanes(lanes, [&]<int L>() {
+          residual_of_segment<L>(coefficients_.data() + starts_[s], blocks_.segments[s], b, x, r);
+        });
+      },
+      64);
 }
 
 template <class Real>

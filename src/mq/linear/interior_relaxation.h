@@ -1,6 +1,6 @@
 #pragma once
-/// Gauss–Seidel relaxation of 3 × 3 stencils as thesis 5.8.5 does it: in blocks, several sweeps over
-/// each while it is in the cache.
+/// Gauss–Seidel relaxation of 3 × 3 stencils as thesis 5.8.5 does it: in blocks, several sweeps
+/// over each while it is in the cache.
 
 #include <vector>
 
@@ -9,15 +9,15 @@
 
 namespace mq {
 
-/// Stencil rows in blocks. A line is the blocks side by side in a strip of rows; a stencil couples to
-/// its own line and the two next to it, so that all even lines may be relaxed at once, and then all
-/// odd ones.
+/// Stencil rows in blocks. A line is the blocks side by side in a strip of rows; a stencil couples
+/// to its own line and the two next to it, so that all even lines may be relaxed at once, and then
+/// all odd ones.
 struct StencilBlocks {
   std::vector<StencilRun> segments;  ///< by line (even ones first), block, row, column
   std::vector<int> rows;             ///< row r has segments rows[r] … rows[r + 1] − 1
-  std::vector<int> blocks;           ///< block b has rows blocks[b] … blocks[b + 1] − 1, from the top
-  std::vector<int> lines;            ///< line l has blocks lines[l] … lines[l + 1] − 1
-  int even_lines = 0;                ///< lines 0 … even_lines − 1 are the even ones
+  std::vector<int> blocks;  ///< block b has rows blocks[b] … blocks[b + 1] − 1, from the top
+  std::vector<int> lines;   ///< line l has blocks lines[l] … lines[l + 1] − 1
+  int even_lines = 0;       ///< lines 0 … even_lines − 1 are the even ones
 };
 
 /// In which order the sweeps over a block walk it; the result is the same, bit for bit.
@@ -27,20 +27,20 @@ enum class SweepOrder {
 };
 
 /// Relaxes x in the rows of the blocks, towards A·x = b with all other unknowns held: even lines in
-/// parallel, then odd ones; in a line block after block; on each block `sweeps` sweeps, each from top
-/// to bottom and left to right. That cannot increase ‖x − A⁻¹b‖_A. The same bits for any number of
-/// threads.
+/// parallel, then odd ones; in a line block after block; on each block `sweeps` sweeps, each from
+/// top to bottom and left to right. That cannot increase ‖x − A⁻¹b‖_A. The same bits for any number
+/// of threads.
 ///
-/// Vectors are rows × lanes, a row's lanes adjacent; lanes 1 or 4. Real is float or double: 10 of them
-/// are held per texel, adjacent in the order in which they are used.
+/// Vectors are rows × lanes, a row's lanes adjacent; lanes 1 or 4. Real is float or double: 10 of
+/// them are held per texel, adjacent in the order in which they are used.
 template <class Real>
 class InteriorRelaxation {
  public:
   InteriorRelaxation() = default;
   explicit InteriorRelaxation(StencilBlocks blocks);
 
-  /// Takes the values of A. Throws `NotPositiveDefinite` naming the row where a diagonal value is not
-  /// positive.
+  /// Takes the values of A. Throws `NotPositiveDefinite` naming the row where a diagonal value is
+  /// not positive.
   void set_values(const SparseMatrix& A);
 
   void relax(int lanes, const Real* b, Real* x, int sweeps,

@@ -15,7 +15,7 @@ class Interpolation {
   Interpolation() = default;
   explicit Interpolation(const Transfer& P);
 
-  void restrict_to(int lanes, const Real* r, Real* b) const;      ///< b = Pᵀ·r
+  void restrict_to(int lanes, const Real* r, Real* b) const;     ///< b = Pᵀ·r
   void prolongate_add(int lanes, const Real* y, Real* x) const;  ///< x += P·y
   std::int64_t bytes() const;
 
