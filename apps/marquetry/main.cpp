@@ -7,7 +7,6 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <new>
@@ -15,6 +14,7 @@
 #include <thread>
 
 #include "frames.h"
+#include "interrupt.h"
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "run.h"
@@ -23,19 +23,6 @@
 
 namespace mq::app {
 namespace {
-
-/// Set by Ctrl-C; the library's `Progress` looks at it. A second Ctrl-C ends the program at once.
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void handle_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop_requested = true; };
-  action.sa_flags = SA_RESETHAND;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is a write error like any other
-}
 
 std::string overview() {
   std::string text =
@@ -115,7 +102,7 @@ Outcome run_once(const Verb& verb, const OptionValues& options, Terminal& termin
 /// options of the whole and every frame's own report under "frames".
 Outcome run_all(const Verb& verb, const OptionValues& options, Terminal& terminal) {
   const Progress progress([&](const ProgressEvent& event) { terminal.progress(event); },
-                          &stop_requested);
+                          &Interrupt::requested());
   const bool sequence = std::ranges::any_of(
       options.table().options(), [](const Option& option) { return option.name == "frames"; });
   if (!sequence || !options.has("frames")) return run_once(verb, options, terminal, progress);
@@ -146,7 +133,7 @@ void write_report(const OptionValues& options, const Json& report) {
   if (options.flag("json")) fmt::print("{}", text);
 }
 
-Exit run_verb(const Verb& verb, const std::vector<std::string>& words) {
+Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal& terminal) {
   if (const auto detail = help_wanted(words)) {
     fmt::print("{}", help_text(verb.table, *detail));
     return Exit::done;
@@ -156,14 +143,13 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words) {
   const tbb::global_control control(
       tbb::global_control::max_allowed_parallelism,
       threads > 0 ? std::size_t(threads) : std::max(1U, std::thread::hardware_concurrency()));
-  Terminal terminal(verb.table.verb(),
-                    options.flag("quiet") ? Terminal::Voice::quiet : Terminal::Voice::normal);
+  if (options.flag("quiet")) terminal.set_voice(Terminal::Voice::quiet);
   const Outcome outcome = run_all(verb, options, terminal);
   if (!options.flag("dry-run")) write_report(options, outcome.report);
   return outcome.exit;
 }
 
-Exit run_program(const std::vector<std::string>& words) {
+Exit run_program(const std::vector<std::string>& words, Terminal& terminal) {
   if (words.empty() || words[0] == "--help" || words[0] == "-h" || words[0] == "help") {
     fmt::print("{}", overview());
     return Exit::done;
@@ -172,7 +158,44 @@ Exit run_program(const std::vector<std::string>& words) {
     fmt::print("marquetry {}\n", MARQUETRY_VERSION);
     return Exit::done;
   }
-  return run_verb(find_verb(words[0]), {words.begin() + 1, words.end()});
+  return run_verb(find_verb(words[0]), {words.begin() + 1, words.end()}, terminal);
+}
+
+/// What of a word on the command line could be a file's name.
+bool names_file(const std::string& word) {
+  const std::string extension = std::filesystem::path(word).extension().string();
+  std::error_code ignored;
+  return (extension.size() > 1 && std::isalpha(static_cast<unsigned char>(extension[1]))) ||
+         word.find('/') != std::string::npos || std::filesystem::exists(word, ignored);
+}
+
+/// The file that a message begins with, if it is there, or else the longest that it names of those
+/// on the command line; null where there is none.
+Json file_of(const std::string& message, const std::vector<std::string>& words) {
+  std::error_code ignored;
+  for (const char* end : {": ", ", ", " is "})
+    if (const std::string beginning = message.substr(0, message.find(end));
+        std::filesystem::exists(beginning, ignored))
+      return beginning;
+  std::string best;
+  for (const std::string& word : words) {
+    const std::string name = word.starts_with("--") ? word.substr(word.find('=') + 1) : word;
+    if (name.size() > best.size() && message.find(name) != std::string::npos && names_file(name))
+      best = name;
+  }
+  return best.empty() ? Json() : Json(best);
+}
+
+/// Says what went wrong: in words, and where --json was asked for as an object as well.
+void say_error(const std::string& message, const std::vector<std::string>& words,
+               Terminal& terminal) {
+  terminal.error(message);
+  const auto end = std::ranges::find(words, "--");
+  if (std::find(words.begin(), end, "--json") == end) return;
+  Json error = {{"message", message}};
+  if (const Json file = file_of(message, words); !file.is_null()) error["file"] = file;
+  fmt::print("{}",
+             json_text({{"verb", words[0]}, {"version", MARQUETRY_VERSION}, {"error", error}}));
 }
 
 /// Says what went wrong and chooses the exit status.
@@ -180,21 +203,23 @@ Exit guarded(const std::vector<std::string>& words) {
   const bool named = !words.empty() && std::ranges::any_of(all_verbs(), [&](const Verb& verb) {
     return verb.table.verb() == words[0];
   });
-  Terminal terminal(named ? words[0] : "", Terminal::Voice::normal);
+  Terminal terminal(named ? words[0] : "");
+  const auto fail = [&](const std::string& message) { say_error(message, words, terminal); };
   try {
-    const Exit exit = run_program(words);
+    const Interrupt interrupt(terminal);
+    const Exit exit = run_program(words, terminal);
     if (std::fflush(stdout) != 0 || std::ferror(stdout))
       throw IoError("standard output cannot be written to (is the disk full?)");
     return exit;
   } catch (const Cancelled&) {
-    terminal.error("cancelled, nothing half-written is left");
+    fail("cancelled, nothing half-written is left");
     return Exit::cancelled;
   } catch (const std::bad_alloc&) {
-    terminal.error("not enough memory: use smaller textures, or a machine with more");
+    fail("not enough memory: use smaller textures, or a machine with more");
   } catch (const Error& error) {
-    terminal.error(error.what());
+    fail(error.what());
   } catch (const std::exception& error) {
-    terminal.error(fmt::format("internal error, please report it: {}", error.what()));
+    fail(fmt::format("internal error, please report it: {}", error.what()));
   }
   return Exit::error;
 }
@@ -203,6 +228,6 @@ Exit guarded(const std::vector<std::string>& words) {
 }  // namespace mq::app
 
 int main(int argc, char** argv) {
-  mq::app::handle_signals();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is a write error like any other
   return int(mq::app::guarded({argv + 1, argv + argc}));
 }

@@ -3,13 +3,22 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include <fstream>
-
 #include "frames.h"
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
+#include "mq/io/bytes.h"
 
 namespace mq::app {
+namespace {
+
+/// The same for all spellings of a name, whether the file is there or not.
+std::filesystem::path full_name(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
+}
+
+}  // namespace
 
 Step::Step(Run& run, const std::string& name, double share)
     : run_(run), name_(name), progress_(run.progress().step(name, share)) {}
@@ -26,10 +35,30 @@ void Run::print(const std::string& text) {
   if (!options_.flag("json")) fmt::print("{}", text);
 }
 
+/// Links and other spellings of a name are the same file.
+void Run::protect(const std::filesystem::path& read, const std::filesystem::path& output,
+                  const std::string& option) const {
+  std::error_code ignored;
+  if (options_.flag("overwrite") || !std::filesystem::equivalent(output, read, ignored)) return;
+  throw IoError(fmt::format(
+      "{}: {} would replace {}, which is read: choose another name, or allow it with --overwrite",
+      output.string(), option, output == read ? "it" : read.string()));
+}
+
+void Run::will_read(const std::filesystem::path& path) {
+  if (options_.given("report")) protect(path, options_.text("report"), "--report");
+  inputs_.push_back(path);
+}
+
 void Run::will_write(const std::vector<std::filesystem::path>& paths,
                      const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::error_code failure;
+  for (const auto& path : paths) {
+    for (const auto& read : inputs_) protect(read, path, "--output");
+    require(!options_.given("report") || full_name(path) != full_name(options_.text("report")),
+            path.string() + ": --output and --report name the same file; choose another for one");
+  }
   for (const auto& path : paths)
     if (options_.flag("no-clobber") && fs::exists(path, failure))
       throw IoError(
@@ -54,7 +83,7 @@ void Run::found(const Defects& found_defects) {
 void Run::warn(const Defects& found_defects) {
   for (const Defect& defect : found_defects)
     if (defect.severity == Defect::Severity::warning)
-      terminal_.warning(fmt::format("{} ({})", defect.message, defect.count));
+      terminal_.warning(sentence(defect));
 }
 
 void Run::add_seconds(const std::string& step, double seconds) {
@@ -117,7 +146,7 @@ void add_running_options(OptionTable& table) {
              .least = 0,
              .most = 4294967295,
              .group = group,
-             .help = "of all random numbers"});
+             .help = "of random numbers, which only sample has"});
   table.add({.name = "quiet",
              .letter = 'q',
              .group = group,
@@ -132,6 +161,11 @@ void add_running_options(OptionTable& table) {
              .group = group,
              .help = "refuse to replace a file that exists",
              .scope = run});
+  table.add({.name = "overwrite",
+             .group = group,
+             .help = "let an output replace a file that is read",
+             .scope = run});
+  table.exclusive({"no-clobber", "overwrite"});
   table.add({.name = "help",
              .letter = 'h',
              .group = group,
@@ -197,6 +231,24 @@ void apply_config(const Json& config, OptionValues& options) {
   }
 }
 
+/// Throws `IoError` naming the line.
+Json parse_config(std::string_view text, const std::string& name) {
+  Json config;
+  try {
+    config = Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    const std::string reason = error.what();
+    const bool encoding = reason.find("UTF-8") != std::string::npos;
+    throw IoError(fmt::format("{}, line {}: {} (--config takes what --report wrote)", name,
+                              Scanner::line(text, error.byte > 0 ? error.byte - 1 : 0),
+                              encoding ? "holds bytes that are not UTF-8: save it as UTF-8"
+                                       : "not JSON from here on"));
+  }
+  if (!config.is_object())
+    throw IoError(name + ": not a JSON object (--config takes what --report wrote)");
+  return config;
+}
+
 }  // namespace
 
 Json options_json(const OptionValues& options) {
@@ -213,11 +265,8 @@ Json options_json(const OptionValues& options) {
 }
 
 void read_config(const std::filesystem::path& path, OptionValues& options) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw IoError(path.string() + ": cannot be read (--config)");
-  const Json config = Json::parse(file, nullptr, false);
-  if (!config.is_object())
-    throw IoError(path.string() + ": not a JSON object (--config takes what --report wrote)");
+  const Bytes bytes = read_file(path);
+  const Json config = parse_config(text_of(bytes), path.string());
   try {
     apply_config(config, options);
   } catch (const InvalidInput& error) {

@@ -50,9 +50,14 @@ class Run {
   /// A result for people, on standard output; not shown where --json is asked for.
   void print(const std::string& text);
 
-  /// Says now that these files will be written, so that a name that cannot be written to, or one
-  /// that --no-clobber protects, is refused before any work is done. `folder` is made if it is not
-  /// there (empty: none is). With --dry-run only lists the files. Throws `IoError`.
+  /// Says that this file is read, so that nothing is written over it without --overwrite. Throws
+  /// `IoError` where it is the file of --report.
+  void will_read(const std::filesystem::path& path);
+
+  /// Says now that these files will be written, so that a name that cannot be written to, that is
+  /// one of the inputs, or that --no-clobber protects, is refused before any work is done. `folder`
+  /// is made if it is not there (empty: none is). With --dry-run only lists the files. Throws
+  /// `IoError`.
   void will_write(const std::vector<std::filesystem::path>& paths,
                   const std::filesystem::path& folder = {});
 
@@ -77,6 +82,10 @@ class Run {
   OptionValues options_;
   Terminal& terminal_;
   Progress progress_;
+  void protect(const std::filesystem::path& read, const std::filesystem::path& output,
+               const std::string& option) const;
+
+  std::vector<std::filesystem::path> inputs_;
   std::vector<std::pair<std::string, double>> seconds_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

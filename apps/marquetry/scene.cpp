@@ -5,6 +5,8 @@
 #include <charconv>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/io/document.h"
 
 namespace mq::app {
 namespace {
@@ -76,6 +78,19 @@ void describe_input(Run& run, const Scene& scene) {
   run.input["notes"] = scene.model.notes;
 }
 
+/// All that was read, and what else the options name to be read.
+void register_inputs(Run& run, const Model& model) {
+  run.will_read(model.path);
+  for (const Texture& texture : model.textures)
+    if (!texture.path.empty()) run.will_read(texture.path);
+  if (model.document)
+    for (const Part& part : model.document->parts)
+      run.will_read(model.path.parent_path() / part.name);
+  for (const Option& option : run.options().table().options())
+    if (option.name == "compare" || option.name == "config")
+      for (const std::string& name : run.options().texts(option.name)) run.will_read(name);
+}
+
 }  // namespace
 
 void add_scene_options(OptionTable& table) {
@@ -118,11 +133,20 @@ Scene read_scene(Run& run, MissingPictures missing, double share) {
     const Step step(run, "read", share / 2);
     scene.model = read_model(options.text("mesh"), {.textures = texture_paths(options)}, step);
   }
-  for (const std::string& note : scene.model.notes) run.terminal().remark(note);
+  register_inputs(run, scene.model);
+  const std::string file = scene.model.path.string();
+  for (const std::string& note : scene.model.notes) run.terminal().remark(file + ": " + note);
+  for (const Texture& texture : scene.model.textures)
+    for (const std::string& note : texture.notes) run.terminal().remark(note);
+  require(scene.model.mesh.triangle_count() > 0,
+          fmt::format("{}: has {} and no faces, so no surface: check that it is a mesh, not a "
+                      "point cloud or curves, and not cut short",
+                      file, counted(scene.model.mesh.vertex_count(), "vertex")));
   const Step step(run, "find charts", share / 2);
-  scene.surface = make_surface(scene.model.mesh, *parse_weld(options.text("weld")),
-                               step.progress().step("weld", 0.5));
-  if (scene.model.mesh.has_uvs()) {
+  about(scene.model, [&] {
+    scene.surface = make_surface(scene.model.mesh, *parse_weld(options.text("weld")),
+                                 step.progress().step("weld", 0.5));
+    if (!scene.model.mesh.has_uvs()) return;
     const std::string flipped = options.text("flipped");
     scene.texture_sizes = texture_sizes(run, scene.model, missing);
     scene.atlas = make_atlas(scene.surface, scene.texture_sizes,
@@ -130,14 +154,15 @@ Scene read_scene(Run& run, MissingPictures missing, double share) {
                                          : flipped == "refuse" ? AtlasOptions::Flipped::refuse
                                                                : AtlasOptions::Flipped::few},
                              step.progress().step("charts", 0.5));
-  }
+  });
   describe_input(run, scene);
   run.found(scene_defects(scene));
   return scene;
 }
 
 Defects scene_defects(const Scene& scene) {
-  Defects all = scene.surface.defects;
+  Defects all = scene.model.defects;
+  all.insert(all.end(), scene.surface.defects.begin(), scene.surface.defects.end());
   if (scene.atlas) all.insert(all.end(), scene.atlas->defects.begin(), scene.atlas->defects.end());
   return all;
 }
@@ -146,13 +171,30 @@ void require_usable(const Defects& defects, const std::string& file) {
   std::string messages;
   for (const Defect& defect : defects)
     if (defect.severity == Defect::Severity::refused)
-      messages += fmt::format(
-          "{}{} ({} {}, ids {}{})", messages.empty() ? "" : "; ", defect.message, defect.kind,
-          defect.count,
-          fmt::join(defect.ids.begin(),
-                    defect.ids.begin() + std::min<std::ptrdiff_t>(5, std::ssize(defect.ids)), ", "),
-          std::ssize(defect.ids) > 5 ? ", ..." : "");
+      messages += (messages.empty() ? "" : "; ") + defect.kind + ": " + sentence(defect);
   require(messages.empty(), file + ": " + messages);
+}
+
+void about(const Model& model, const std::function<void()>& work) {
+  const std::string file = model.path.string();
+  const auto named = [&](const Error& error) {
+    const std::string message = error.what();
+    return message.find(file) == std::string::npos ? file + ": " + message : message;
+  };
+  try {
+    work();
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(named(error));
+  } catch (const Unsupported& error) {
+    throw Unsupported(named(error));
+  }
+}
+
+std::string texture_file(const Model& model, std::size_t i) {
+  const Texture& texture = model.textures[i];
+  if (!texture.path.empty()) return texture.path.string();
+  return fmt::format("{}, the embedded picture {}", model.path.string(),
+                     texture.name.empty() ? std::to_string(i) : texture.name);
 }
 
 std::string depth_name(Depth depth) {

@@ -1,6 +1,7 @@
 #pragma once
 /// A model as most verbs want it: read, welded, its charts found, and all of it in the report.
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,8 +34,15 @@ inline constexpr int assumed_texture_side = 1024;
 /// "find charts" with half of `share` each. Fills in the report's input and defects.
 Scene read_scene(Run& run, MissingPictures missing, double share);
 
-/// Everything found wrong so far with surface and atlas.
+/// Everything found wrong so far with file, surface and atlas.
 Defects scene_defects(const Scene& scene);
+
+/// Does what is about the model: an `InvalidInput` or `Unsupported` of it that does not name the
+/// model's file is thrown again with the name.
+void about(const Model& model, const std::function<void()>& work);
+
+/// What a texture is called where its file matters: the picture's path, or that it is embedded.
+std::string texture_file(const Model& model, std::size_t i);
 
 /// Throws `InvalidInput` naming the refused defects, if there are any.
 void require_usable(const Defects& defects, const std::string& file);

@@ -38,23 +38,39 @@ std::string duration(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
-/// Time left if the rest goes as fast as what is done; said only once that means something.
+/// Time left if the rest goes as fast as what is done; said only where that means something.
 std::string estimate(double fraction, double elapsed) {
-  if (fraction < 0.02 || fraction >= 1) return "";
-  return fmt::format(", about {} left", duration(elapsed * (1 - fraction) / fraction));
+  if (fraction < 0.02) return "";
+  const double left = elapsed * (1 - fraction) / fraction;
+  return left < 1 ? "" : fmt::format(", about {} left", duration(left));
+}
+
+/// Of "frame 3 / solve / factorisation" the frame and the last.
+std::string shown_step(const std::string& path) {
+  static constexpr std::string_view between = " / ";
+  const std::size_t first = path.find(between), last = path.rfind(between);
+  if (last == std::string::npos) return path;
+  const std::string innermost = path.substr(last + between.size());
+  return path.starts_with("frame ") ? path.substr(0, first) + ", " + innermost : innermost;
 }
 
 }  // namespace
 
-Terminal::Terminal(const std::string& verb, Voice voice)
+Terminal::Terminal(const std::string& verb)
     : prefix_(verb.empty() ? "marquetry: " : "marquetry " + verb + ": "),
-      voice_(voice),
       is_terminal_(isatty(STDERR_FILENO) != 0),
       colored_(is_terminal_ && !environment_has("NO_COLOR")) {}
 
 Terminal::~Terminal() { erase_bar(); }
 
+std::string Terminal::step() {
+  const std::lock_guard lock(mutex_);
+  return shown_step(path_);
+}
+
 void Terminal::progress(const ProgressEvent& event) {
+  const std::lock_guard lock(mutex_);
+  if (path_ != event.step) path_ = event.step;
   if (voice_ == Voice::quiet) return;
   const auto now = Clock::now();
   const double elapsed = seconds_between(start_, now);
@@ -63,21 +79,20 @@ void Terminal::progress(const ProgressEvent& event) {
                         : is_terminal_ || last_ == start_ ? seconds_before_first
                                                           : seconds_between_lines;
   if (elapsed < seconds_before_first || pause < wanted) return;
-  const std::lock_guard lock(mutex_);
   last_ = now;
   if (is_terminal_)
-    draw_bar(event, elapsed);
+    draw_bar(event.fraction, elapsed);
   else
-    fmt::print(stderr, "{}{:3.0f} % {}{}\n", prefix_, 100 * event.fraction, event.step,
+    fmt::print(stderr, "{}{:3.0f} % {}{}\n", prefix_, 100 * event.fraction, shown_step(path_),
                estimate(event.fraction, elapsed));
 }
 
-void Terminal::draw_bar(const ProgressEvent& event, double elapsed) {
+void Terminal::draw_bar(double fraction, double elapsed) {
   constexpr int bar_width = 24;
-  const int filled = int(event.fraction * bar_width);
+  const int filled = int(fraction * bar_width);
   std::string text =
       fmt::format("[{:=>{}}{:>{}}] {:3.0f} %{}  {}", "", filled, "", bar_width - filled,
-                  100 * event.fraction, estimate(event.fraction, elapsed), event.step);
+                  100 * fraction, estimate(fraction, elapsed), shown_step(path_));
   if (int(text.size()) >= terminal_width()) text.resize(std::size_t(terminal_width() - 1));
   fmt::print(stderr, "\r\033[K{}", text);
   std::fflush(stderr);

@@ -5,6 +5,7 @@
 /// place; elsewhere it is a plain line now and then. Nothing is shown of work that takes less than
 /// a second. Colours only on a terminal, and not when NO_COLOR is set.
 
+#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <string>
@@ -17,9 +18,14 @@ class Terminal {
  public:
   enum class Voice { normal, quiet };
 
-  /// Quiet: only errors are shown.
-  Terminal(const std::string& verb, Voice voice);
+  explicit Terminal(const std::string& verb);
   ~Terminal();
+
+  /// Quiet: only errors are shown.
+  void set_voice(Voice voice) { voice_ = voice; }
+
+  /// The innermost step that was last reported, with the frame it belongs to: "frame 3, solve".
+  std::string step();
 
   void progress(const ProgressEvent& event);
   void remark(const std::string& text);
@@ -31,13 +37,14 @@ class Terminal {
 
   void line(const char* color, const std::string& text);
   void erase_bar();
-  void draw_bar(const ProgressEvent& event, double elapsed);
+  void draw_bar(double fraction, double elapsed);
 
   std::string prefix_;  ///< "marquetry filter: "
-  Voice voice_;
+  std::atomic<Voice> voice_ = Voice::normal;
   bool is_terminal_;
   bool colored_;
   bool bar_shown_ = false;
+  std::string path_ = "work";  ///< of the step last reported
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
   std::mutex mutex_;

@@ -117,8 +117,8 @@ TEST(Options, RefuseNumbersOutOfRange) {
 }
 
 TEST(Options, SuggestTheNearestName) {
-  EXPECT_THAT(error_of({"a.obj", "--betta", "3"}), HasSubstr("'--betta', did you mean 'beta'?"));
-  EXPECT_THAT(error_of({"a.obj", "--lenght", "3"}), HasSubstr("did you mean 'length'?"));
+  EXPECT_THAT(error_of({"a.obj", "--betta", "3"}), HasSubstr("'--betta', did you mean '--beta'?"));
+  EXPECT_THAT(error_of({"a.obj", "--lenght", "3"}), HasSubstr("did you mean '--length'?"));
   EXPECT_THAT(error_of({"a.obj", "--solver", "multigird"}), HasSubstr("did you mean 'multigrid'?"));
   EXPECT_THAT(error_of({"a.obj", "--xyzzy"}), Not(HasSubstr("did you mean")));
 }

@@ -114,12 +114,12 @@ TEST(Filter, RefusesConfigurationsItDoesNotUnderstand) {
     write_bytes(folder / "c.json", config);
     return marquetry(folder, {"filter", "strip.obj", "-o", "o.png", "--config", "c.json"});
   };
-  EXPECT_THAT(with("{\"bta\": 1}").error, HasSubstr("did you mean 'beta'?"));
+  EXPECT_THAT(with("{\"bta\": 1}").error, HasSubstr("did you mean '--beta'?"));
   EXPECT_THAT(with("{\"beta\": \"much\"}").error, HasSubstr("c.json: --beta: found 'much'"));
   EXPECT_THAT(with("{\"verb\": \"inspect\", \"options\": {}}").error, HasSubstr("inspect"));
   EXPECT_THAT(with("{\"beta\": [1, 2]}").error, HasSubstr("takes one value"));
   EXPECT_THAT(with("[1]").error, HasSubstr("not a JSON object"));
-  EXPECT_THAT(with("{\"beta\"").error, HasSubstr("not a JSON object"));
+  EXPECT_THAT(with("{\n\"beta\"").error, HasSubstr("c.json, line 2: not JSON"));
   EXPECT_EQ(with("{\"beta\": null}").status, 2);
   EXPECT_EQ(with("{\"beta\": 1}").status, 0);
 }
@@ -152,7 +152,7 @@ TEST(Filter, RefusesBadOptionsBeforeReadingAnything) {
   EXPECT_THAT(error({}), HasSubstr("--beta is missing"));
   EXPECT_THAT(error({"--beta", "nan"}), HasSubstr("--beta: found 'nan'"));
   EXPECT_THAT(error({"--beta", "-1"}), HasSubstr("from 0 to 1000"));
-  EXPECT_THAT(error({"--betta", "1"}), HasSubstr("did you mean 'beta'?"));
+  EXPECT_THAT(error({"--betta", "1"}), HasSubstr("did you mean '--beta'?"));
   EXPECT_THAT(error({"--beta", "1", "--alpha", "1", "--length", "1"}), HasSubstr("contradict"));
   EXPECT_THAT(error({"--beta", "1", "--length", "8px"}), HasSubstr("--length: found '8px'"));
   EXPECT_THAT(error({"--beta", "1", "--weld", "0"}), HasSubstr("--weld: found '0'"));
@@ -331,6 +331,82 @@ TEST(Filter, WritesAModelBesideItsSource) {
   const Model model = read_model(folder / "smooth.obj");
   ASSERT_EQ(model.textures.size(), 1U);
   EXPECT_EQ(model.textures[0].path.filename(), "smooth.png");
+}
+
+TEST(Filter, WritesOverNoInputUnlessAllowed) {
+  const Folder folder;
+  write_strip(folder);
+  write_bytes(folder / "fan.ply", coloured_ply);
+  std::filesystem::create_symlink("strip.png", folder / "link.png");
+  std::filesystem::create_hard_link(folder / "strip.png", folder / "twin.png");
+  std::filesystem::create_directory(folder / "d");
+  const std::string picture = file_bytes(folder / "strip.png");
+  const auto run = [&](const Words& words) {
+    Words all = {"filter", "--beta", "0"};
+    all.insert(all.end(), words.begin(), words.end());
+    return marquetry(folder, all);
+  };
+  for (const char* output : {"strip.obj", "strip.png", "./strip.png", "d/../strip.png", "link.png",
+                             "twin.png", "strip.mtl", "."}) {
+    const Result result = run({"strip.obj", "-o", output});
+    EXPECT_EQ(result.status, 2) << output;
+    if (std::string(output) != "strip.mtl") {
+      EXPECT_THAT(result.error, HasSubstr("--overwrite")) << output;
+    }
+    EXPECT_EQ(file_bytes(folder / "strip.png"), picture) << output;
+  }
+  EXPECT_EQ(run({"fan.ply", "-o", "fan.ply"}).status, 2);
+  EXPECT_EQ(run({"strip.obj", "-o", "o.png", "--report", "strip.mtl"}).status, 2);
+  EXPECT_EQ(run({"strip.obj", "-o", "o.png", "--report", "./o.png"}).status, 2);
+  EXPECT_EQ(run({"strip.obj", "-o", "strip.png", "--overwrite", "--no-clobber"}).status, 2);
+  EXPECT_EQ(run({"fan.ply", "-o", "fan.ply", "--overwrite"}).status, 0);
+  EXPECT_EQ(run({"strip.obj", "-o", "strip.png", "--overwrite"}).status, 0);
+  EXPECT_NE(file_bytes(folder / "strip.png"), picture);
+}
+
+TEST(Filter, FactorisesWhatMultigridDoesNotReach) {
+  const Folder folder;
+  write_strip(folder, 300, 250);
+  const Words words = {"filter", "strip.obj", "-o", "o.png", "--beta", "0", "--json", "--overwrite"};
+  const auto with = [&](const Words& more) {
+    Words all = words;
+    all.insert(all.end(), more.begin(), more.end());
+    return marquetry(folder, all);
+  };
+  const Json plain = with({}).json()["solve"];
+  EXPECT_EQ(plain["method"], "multigrid");
+  EXPECT_EQ(plain["tried"].size(), 0U);
+
+  // No residual in double precision is that small.
+  const Result fallen = with({"--tolerance", "1e-16"});
+  ASSERT_EQ(fallen.status, 0) << fallen.error;
+  const Json solve = fallen.json()["solve"];
+  EXPECT_THAT(solve["method"].get<std::string>(), StartsWith("direct"));
+  EXPECT_TRUE(solve["converged"].get<bool>());
+  ASSERT_EQ(solve["tried"].size(), 1U);
+  EXPECT_EQ(solve["tried"][0]["method"], "multigrid");
+  EXPECT_FALSE(solve["tried"][0]["converged"].get<bool>());
+
+  const Result kept = with({"--tolerance", "1e-16", "--solver", "multigrid"});
+  ASSERT_EQ(kept.status, 0) << kept.error;
+  EXPECT_THAT(kept.error, HasSubstr("warning: multigrid stopped at a relative residual of"));
+  EXPECT_FALSE(kept.json()["solve"]["converged"].get<bool>());
+}
+
+TEST(Filter, SaysWhoseTextureHasNoArea) {
+  const Folder folder;
+  write_image(folder / "a.png", busy_picture(16, 16));
+  write_bytes(folder / "flat.obj",
+              "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.5\nf 1/1 2/1 3/1\n");
+  const Result result =
+      marquetry(folder, {"filter", "flat.obj", "a.png", "-o", "o.png", "--beta", "0"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("flat.obj: no triangle has texture coordinates and area"));
+  EXPECT_THAT(result.error, HasSubstr("(1 of them: id 0)"));
+  const Result drawn =
+      marquetry(folder, {"render", "flat.obj", "a.png", "-o", "o.png", "--at", "1,0,0"});
+  EXPECT_EQ(drawn.status, 2);
+  EXPECT_THAT(drawn.error, HasSubstr("flat.obj: no triangle has an area"));
 }
 
 }  // namespace

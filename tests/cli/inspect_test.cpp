@@ -86,5 +86,32 @@ TEST(Check, FindsAFold) {
   EXPECT_EQ(marquetry(folder, {"check", "folded.obj", "a.png", "--flipped", "keep"}).status, 1);
 }
 
+TEST(Check, WarnsOfAFileThatMayBeCutShort) {
+  const Folder folder;
+  write_bytes(folder / "whole.obj", folded_obj);
+  const std::string text = folded_obj;
+  write_bytes(folder / "cut.obj", text.substr(0, text.size() - 1));
+  const auto kinds = [&](const char* model) {
+    std::string all;
+    const Json json = marquetry(folder, {"check", model, "--json"}).json();
+    for (const Json& defect : json["defects"])
+      all += defect["kind"].get<std::string>() + " ";
+    return all;
+  };
+  EXPECT_THAT(kinds("whole.obj"), testing::Not(HasSubstr("maybe_cut_short")));
+  EXPECT_THAT(kinds("cut.obj"), HasSubstr("maybe_cut_short"));
+  EXPECT_THAT(marquetry(folder, {"inspect", "cut.obj"}).output, HasSubstr("maybe_cut_short"));
+}
+
+TEST(Check, RefusesAModelWithoutFaces) {
+  const Folder folder;
+  write_bytes(folder / "points.obj", "v 0 0 0\nv 1 0 0\n");
+  for (const char* verb : {"check", "inspect"}) {
+    const Result result = marquetry(folder, {verb, "points.obj"});
+    EXPECT_EQ(result.status, 2);
+    EXPECT_THAT(result.error, HasSubstr("points.obj: has 2 vertices and no faces"));
+  }
+}
+
 }  // namespace
 }  // namespace mq::test

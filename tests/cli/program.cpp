@@ -60,11 +60,11 @@ namespace {
   _exit(127);
 }
 
-/// Interrupts the child once there is something on its standard error, within a minute.
-void interrupt(pid_t child, const fs::path& error) {
+/// Interrupts the child once `text` is on its standard error, within two minutes.
+void interrupt(pid_t child, const fs::path& error, const std::string& text) {
   using namespace std::chrono_literals;
-  for (int i = 0; i < 600 && (!fs::exists(error) || fs::file_size(error) == 0); ++i)
-    std::this_thread::sleep_for(100ms);
+  for (int i = 0; i < 2400 && file_bytes(error).find(text) == std::string::npos; ++i)
+    std::this_thread::sleep_for(50ms);
   kill(child, SIGINT);
 }
 
@@ -85,7 +85,7 @@ Result marquetry(const Folder& folder, const std::vector<std::string>& words,
   if (child < 0) throw std::runtime_error("the program cannot be started");
   if (child == 0) become_program(folder.path(), words, options, output, said / "error");
   Result result;
-  if (options.interrupt == RunOptions::Interrupt::when_it_speaks) interrupt(child, said / "error");
+  for (const std::string& text : options.interrupt_at) interrupt(child, said / "error", text);
   result.status = wait_for(child);
   if (options.standard_output.empty()) result.output = file_bytes(output);
   result.error = file_bytes(said / "error");

@@ -38,7 +38,8 @@ struct Result {
 
 struct RunOptions {
   std::map<std::string, std::string> environment = {};  ///< added to the test's own
-  enum class Interrupt { never, when_it_speaks } interrupt = Interrupt::never;  ///< by SIGINT
+  /// SIGINT is sent once standard error holds the first of these texts, again at the second, ...
+  std::vector<std::string> interrupt_at = {};
   long largest_file = 0;  ///< bytes a file may grow to; 0: no limit (a full disk, in small)
   std::string standard_output = {};  ///< a file for standard output, such as /dev/full
 };

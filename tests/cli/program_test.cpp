@@ -39,5 +39,35 @@ TEST(Program, NoticesThatItsOutputIsLost) {
   EXPECT_THAT(result.error, HasSubstr("standard output"));
 }
 
+TEST(Program, TellsProgramsWhatWentWrong) {
+  const Folder folder;
+  write_bytes(folder / "cut.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n");
+  for (const char* verb : {"inspect", "check", "filter", "render"}) {
+    std::vector<std::string> words = {verb, "cut.obj", "--json"};
+    if (words[0] == "filter") words.insert(words.end(), {"--beta", "1"});
+    if (words[0] == "filter" || words[0] == "render") words.insert(words.end(), {"-o", "o.png"});
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2);
+    const auto json = result.json();
+    EXPECT_EQ(json["verb"], verb);
+    EXPECT_EQ(json["error"]["file"], "cut.obj");
+    EXPECT_THAT(json["error"]["message"].get<std::string>(), HasSubstr("line 4"));
+    EXPECT_THAT(result.error, HasSubstr(json["error"]["message"].get<std::string>()));
+  }
+  const auto missing = marquetry(folder, {"inspect", "no.obj", "--json"}).json();
+  EXPECT_EQ(missing["error"]["file"], "no.obj");
+  const auto option = marquetry(folder, {"sample", "--jsn", "--json"}).json();
+  EXPECT_THAT(option["error"]["message"].get<std::string>(), HasSubstr("did you mean '--json'?"));
+  EXPECT_FALSE(option["error"].contains("file"));
+}
+
+TEST(Program, NamesTheLineOfAConfigurationThatIsNotUtf8) {
+  const Folder folder;
+  write_bytes(folder / "c.json", "{\n\"mesh\": \"gr\xfc\xdf.obj\"}\n");
+  const Result result = marquetry(folder, {"inspect", "--config", "c.json"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("c.json, line 2: holds bytes that are not UTF-8"));
+}
+
 }  // namespace
 }  // namespace mq::test

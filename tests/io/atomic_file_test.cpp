@@ -128,5 +128,16 @@ TEST_F(AtomicFileTest, SaysThatNoMoreCouldBeWrittenAndLeavesTheOldFile) {
   EXPECT_EQ(files(), 1);
 }
 
+TEST_F(AtomicFileTest, CanBeRemovedByAProgramThatEnds) {
+  put(folder / "x", "old");
+  AtomicFile file(folder / "x");
+  put(file.temporary(), "new");
+  EXPECT_EQ(files(), 2);
+  { const auto held = remove_unfinished_files(); }
+  EXPECT_EQ(files(), 1);
+  EXPECT_EQ(get(folder / "x"), "old");
+  EXPECT_THROW(file.commit(), IoError);
+}
+
 }  // namespace
 }  // namespace mq

@@ -377,5 +377,32 @@ TEST_F(ImageFile, LeavesTheOldPictureWhenTheNewOneCannotBeMade) {
   EXPECT_EQ(read_texture(folder / "a.png").pixels, levels(4, 4, 3, 255));
 }
 
+TEST_F(ImageFile, WritesTiffThatCanBeReadWhereThereAreCameraTags) {
+  // A JPEG whose EXIF says how the exposure was metered.
+  const std::string exif("Exif\0\0II*\0\x08\0\0\0"
+                         "\x01\0\x69\x87\x04\0\x01\0\0\0\x1a\0\0\0\0\0\0\0"
+                         "\x01\0\x07\x92\x03\0\x01\0\0\0\x05\0\0\0\0\0\0\0",
+                         50);
+  const std::string jpeg = test::grey_jpeg(3);
+  const Texture photo = read_texture(
+      put("photo.jpg", jpeg.substr(0, 2) + test::jpeg_segment(0xe1, exif) + jpeg.substr(2)));
+  write_texture(folder / "photo.tif", photo);
+  const Texture tiff = read_texture(folder / "photo.tif");
+  EXPECT_EQ(tiff.pixels, photo.pixels);
+  write_texture(folder / "again.tif", tiff);
+  EXPECT_EQ(read_texture(folder / "again.tif").pixels, photo.pixels);
+}
+
+TEST_F(ImageFile, LetsNoLibraryPrint) {
+  std::string damaged = test::png_file({4, 4}, std::string(4 * 13, '\0'));
+  damaged[damaged.find("IDAT") + 12] ^= 1;
+  put("damaged.png", damaged);
+  testing::internal::CaptureStderr();
+  const std::string error = error_of([&] { read_texture(folder / "damaged.png"); });
+  std::fputs("others may\n", stderr);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "others may\n");
+  EXPECT_THAT(error, HasSubstr("damaged.png: cut short or damaged"));
+}
+
 }  // namespace
 }  // namespace mq

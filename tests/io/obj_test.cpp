@@ -39,7 +39,7 @@ TEST(Obj, ReadsFacesInEveryForm) {
 TEST(Obj, KeepsCornersWithoutTextureCoordinates) {
   const ObjFile file = parse(four + "vt 0 0\nf 1/1 2 3//7\n");
   EXPECT_EQ(file.mesh.corner_uvs.at(0), (Triangle{0, -1, -1}));
-  EXPECT_THAT(file.notes, ElementsAre(HasSubstr("1 triangles have corners without")));
+  EXPECT_THAT(file.notes, ElementsAre(HasSubstr("1 triangle with corners")));
 }
 
 TEST(Obj, ReadsAnyLineEndContinuedLinesTabsAndTrailingRemarks) {
@@ -53,9 +53,9 @@ TEST(Obj, ReadsAnyLineEndContinuedLinesTabsAndTrailingRemarks) {
 }
 
 TEST(Obj, ReadsNumbersOfAnySize) {
-  const ObjFile file = parse("v 1e-400 -1e-400 0.1\nv 1e300 -0 5e-324\nv 1 2 3\nf 1 2 3\n");
+  const ObjFile file = parse("v 1e-400 -1e-400 0.1\nv 1e60 -0 5e-324\nv 1 2 3\nf 1 2 3\n");
   EXPECT_EQ(file.mesh.positions[0], Vector3(0, 0, 0.1));
-  EXPECT_EQ(file.mesh.positions[1], Vector3(1e300, 0, 5e-324));
+  EXPECT_EQ(file.mesh.positions[1], Vector3(1e60, 0, 5e-324));
 }
 
 TEST(Obj, LetsFacesRunAheadOfTheirVertices) {
@@ -83,7 +83,7 @@ TEST(Obj, LeavesOutColoursThatOnlySomeVerticesHave) {
   const ObjFile file = parse("v 0 0 0\nv 1 0 0 1 0 0\nv 0 1 0 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(file.colors.channels, 0);
   EXPECT_THAT(file.colors.values, IsEmpty());
-  EXPECT_THAT(file.notes, ElementsAre(HasSubstr("2 of 3 vertices have colours")));
+  EXPECT_THAT(file.notes, ElementsAre(HasSubstr("only 2 of 3 vertices")));
 }
 
 TEST(Obj, KeepsDuplicateAndDegenerateFacesAndUnusedVertices) {
@@ -95,8 +95,8 @@ TEST(Obj, KeepsDuplicateAndDegenerateFacesAndUnusedVertices) {
 TEST(Obj, SaysThatItHasNoFaces) {
   EXPECT_THAT(parse(four).notes, ElementsAre("it has no faces"));
   EXPECT_THAT(parse(four + "f 1 2\nl 1 2\np 1\n").notes,
-              ElementsAre("it has no faces", HasSubstr("1 faces of fewer than three corners"),
-                          HasSubstr("2 lines and point elements")));
+              ElementsAre("it has no faces", HasSubstr("1 face of fewer than three corners"),
+                          HasSubstr("2 line or point elements")));
 }
 
 TEST(Obj, RefusesWithTheLine) {
@@ -237,6 +237,29 @@ TEST(Polygon, KeepsItsSideInAnyPlane) {
     for (const Triangle& t : triangulate(points))
       EXPECT_GT((points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).dot(normal), 0);
   }
+}
+
+TEST(Obj, ShowsWhereverItIsCut) {
+  const std::string whole = four + "vt 0.25 0\nvt 1 0\nvt 1 1.5\nvt 0 1\n" +
+                            "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+  EXPECT_THAT(parse(whole).defects, IsEmpty());
+  for (std::size_t size = 0; size + 1 < whole.size(); ++size) {
+    ObjFile file;
+    if (!io_error_of([&] { file = parse(whole.substr(0, size)); }).empty()) continue;
+    const bool seen = !file.defects.empty() || file.mesh.triangles.empty();
+    EXPECT_TRUE(seen) << "cut after " << whole.substr(0, size);
+  }
+}
+
+TEST(Obj, RefusesFacesOfVerticesThatAreNotThere) {
+  EXPECT_THAT(refusal(four + "f 1 2 3\nf 1 2 5\n"),
+              HasSubstr("a.obj, line 6: a face uses vertex 5, but the file has 4"));
+  EXPECT_THAT(refusal(four + "vt 0 0\nf 1/1 2/1 3/2\n"), HasSubstr("line 6"));
+  EXPECT_THAT(refusal("v 0 0 0\nf 1 -2 1\n"), HasSubstr("goes back 2 from 1 vertex"));
+}
+
+TEST(Obj, RefusesCoordinatesWhoseAreasOverflow) {
+  EXPECT_THAT(refusal("v 0 0 0\nv 0 1e70 0\n"), HasSubstr("line 2: vertex 2 has the coordinate"));
 }
 
 }  // namespace

@@ -214,7 +214,7 @@ TEST(Ply, RefusesATextureThatIsNotThere) {
       "element face 1\nproperty list uchar int vertex_indices\nproperty int "
       "texnumber\nend_header\n";
   EXPECT_THAT(refusal(textured + points + "3 0 1 2 1\n"),
-              HasSubstr("texnumber 1 is not there: the header names 1 textures"));
+              HasSubstr("texnumber 1 is not there: the header names 1 texture"));
 }
 
 }  // namespace

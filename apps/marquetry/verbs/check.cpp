@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "mq/base/words.h"
 #include "mq/fem/texel_space.h"
 #include "run.h"
 #include "scene.h"
@@ -20,13 +21,11 @@ const char* heading(Defect::Severity severity) {
   return "";
 }
 
-/// "  warning  mirrored_charts: 3 charts (0, 2, 5)" and the message below.
+/// "  warning  mirrored_charts: 3 charts (ids 0, 2, 5)" and the message below.
 std::string entry(const Defect& defect) {
-  constexpr std::ptrdiff_t shown = 8;
-  const auto end = defect.ids.begin() + std::min(shown, std::ssize(defect.ids));
-  return fmt::format("  {:<9}{}: {} × {} (ids {}{})\n           {}\n", heading(defect.severity),
-                     defect.kind, defect.count, defect.element,
-                     fmt::join(defect.ids.begin(), end, ", "), defect.count > shown ? ", ..." : "",
+  const std::string ids = ids_text(defect, 8);
+  return fmt::format("  {:<9}{}: {}{}\n           {}\n", heading(defect.severity), defect.kind,
+                     counted(defect.count, defect.element), ids.empty() ? "" : " (" + ids + ")",
                      wrap_text(defect.message, 90, 11));
 }
 
@@ -47,7 +46,8 @@ Exit check(Run& run) {
   Defects defects = scene_defects(scene);
   if (scene.atlas && !refused(defects)) {
     const Step step(run, "look at texels", 0.4);
-    const Defects more = texel_defects(scene, step);
+    Defects more;
+    about(scene.model, [&] { more = texel_defects(scene, step); });
     run.found(more);
     defects.insert(defects.end(), more.begin(), more.end());
   }

@@ -9,7 +9,9 @@
 #include <cmath>
 #include <memory>
 
+#include "memory.h"
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/reference_solver.h"
 #include "mq/fem/texel_space.h"
@@ -38,13 +40,24 @@ class Target {
   virtual SolverFactory reference() const = 0;
 };
 
+/// A multigrid solver that stops at `tolerance`.
+MultigridOptions multigrid_options(const OptionValues& options) {
+  MultigridOptions multigrid;
+  multigrid.tolerance = options.number("tolerance");
+  return multigrid;
+}
+
 /// Above so many unknowns a factorisation takes several times as long as multigrid, and more
 /// memory.
 constexpr int most_for_direct = 30'000;
 
+/// What --solver automatic begins with.
+bool begins_with_multigrid(const Target& target) {
+  return target.has_multigrid() && target.space().size() > most_for_direct;
+}
+
 SolverFactory solver(const std::string& name, const Target& target) {
-  const bool large = target.space().size() > most_for_direct;
-  if (name == "multigrid" || (name == "automatic" && large && target.has_multigrid()))
+  if (name == "multigrid" || (name == "automatic" && begins_with_multigrid(target)))
     return target.multigrid();
   if (name == "reference") return target.reference();
   return direct_solver();
@@ -69,7 +82,9 @@ class TextureTarget : public Target {
   const SignalSpace& space() const override { return space_; }
   Signal values() const override { return space_.gather(decoded_); }
   bool has_multigrid() const override { return true; }
-  SolverFactory multigrid() const override { return multigrid_solver(space_.texels()); }
+  SolverFactory multigrid() const override {
+    return multigrid_solver(space_.texels(), multigrid_options(options_));
+  }
   SolverFactory reference() const override { return reference_solver(space_.texels()); }
 
   void put(const Signal& before, const Signal& after, Model& model) const override {
@@ -121,9 +136,9 @@ class TextureTarget : public Target {
       const bool lacks_alpha = picture.channels() + 1 == most && colour_channels(most) != most;
       require(
           lacks_alpha,
-          fmt::format("{}: has {} channels and another texture of the model {}: textures of one "
-                      "model are filtered together and must agree; convert one of them",
-                      model.textures[i].name, picture.channels(), most));
+          fmt::format("{}: has {} and another texture of the model {}: textures of one model are "
+                      "filtered together and must agree; convert one of them",
+                      texture_file(model, i), counted(picture.channels(), "channel"), most));
       Image<float> wider(picture.width(), picture.height(), most, 1.0F);
       for (int y = 0; y < picture.height(); ++y)
         for (int x = 0; x < picture.width(); ++x)
@@ -144,7 +159,7 @@ class TextureTarget : public Target {
               fmt::format("{}: {:.0f} % of its normals point along z, so it seems to be in tangent "
                           "space, where the same normal has different values on the two sides of a "
                           "seam (there are {}): bake it in object space first",
-                          scene.model.textures[i].name, 100 * upright, scene.atlas->seam_count));
+                          texture_file(scene.model, i), 100 * upright, scene.atlas->seam_count));
     }
   }
 
@@ -210,8 +225,14 @@ class VertexTarget : public Target {
 
 std::unique_ptr<Target> make_target(Run& run, const Scene& scene, bool at_vertices,
                                     const Progress& progress) {
-  if (at_vertices) return std::make_unique<VertexTarget>(scene);
-  return std::make_unique<TextureTarget>(run, scene, progress);
+  std::unique_ptr<Target> target;
+  about(scene.model, [&] {
+    if (at_vertices)
+      target = std::make_unique<VertexTarget>(scene);
+    else
+      target = std::make_unique<TextureTarget>(run, scene, progress);
+  });
+  return target;
 }
 
 /// Whether colours at vertices are meant: asked for, or all there is.
@@ -224,7 +245,9 @@ bool at_vertices(const Run& run, const Scene& scene) {
                 : file +
                       ": has neither texture coordinates nor colours at its vertices: there is "
                       "nothing to filter");
-  require(run.options().text("space") == "stored", "--space is for textures, not vertices");
+  require(run.options().text("space") == "stored",
+          file + ": has no texture coordinates; --space is for textures, not for colours at "
+                 "vertices: leave it out");
   return true;
 }
 
@@ -249,6 +272,70 @@ Json solve_json(const SolveReport& report) {
           {"cycles", report.cycles},
           {"residuals", report.residuals},
           {"converged", report.converged}};
+}
+
+/// A filtered signal, and what was tried before in vain.
+struct Solution {
+  Filtered filtered;
+  Json tried = Json::array();
+};
+
+/// One attempt, with these shares of the progress.
+Filtered attempt(Run& run, const Target& target, double weight, const Signal& before,
+                 const SolverFactory& factory, double preparing, double solving) {
+  std::unique_ptr<ScreenedPoisson> poisson;
+  {
+    const Step step(run, "prepare", preparing);
+    poisson = std::make_unique<ScreenedPoisson>(target.space(), weight, factory, step);
+  }
+  const Step step(run, "solve", solving);
+  return poisson->solve(before, run.options().number("beta"), step);
+}
+
+std::string reached(const SolveReport& report) {
+  return fmt::format("{} stopped at a relative residual of {:.1e} after {}", report.method,
+                     report.residuals.empty() ? 1 : report.residuals.back(),
+                     counted(report.cycles, "cycle"));
+}
+
+/// Whether there is memory for a factorisation; otherwise says so of the result that is kept.
+bool can_factorise(Run& run, const Target& target, const std::string& what_happened) {
+  const double wanted = factorisation_bytes(target.space().size()), there = free_bytes();
+  if (wanted <= there) return true;
+  run.terminal().warning(fmt::format(
+      "{}, and a factorisation would need about {:.1f} GB where {:.1f} GB are free: the result is "
+      "less accurate than asked for (--solver direct tries it all the same)",
+      what_happened, wanted / 1e9, there / 1e9));
+  return false;
+}
+
+/// Solves with what the options ask for. Where that is left to the program and multigrid does not
+/// get there, a factorisation does, if there is memory for it.
+Solution solve(Run& run, const Target& target, double weight, const Signal& before) {
+  const std::string name = run.options().text("solver");
+  Solution solution;
+  solution.filtered =
+      attempt(run, target, weight, before, solver(name, target), 0.25, 0.15);
+  const SolveReport first = solution.filtered.report;
+  if (first.converged) return solution;
+  const std::string what_happened = reached(first);
+  if (name != "automatic" || !begins_with_multigrid(target)) {
+    run.terminal().warning(what_happened +
+                           ": the result is less accurate than asked for; --solver direct has no "
+                           "such limit");
+    return solution;
+  }
+  if (!can_factorise(run, target, what_happened)) return solution;
+  run.terminal().remark(what_happened + ": factorising instead");
+  solution.tried.push_back(solve_json(first));
+  try {
+    solution.filtered = attempt(run, target, weight, before, direct_solver(), 0.08, 0.02);
+  } catch (const SolverError& error) {
+    run.terminal().warning(fmt::format("{}; {}: the result is less accurate than asked for",
+                                       what_happened, error.what()));
+    solution.tried.clear();
+  }
+  return solution;
 }
 
 void set_depth(Model& model, const std::string& name) {
@@ -277,25 +364,16 @@ Exit filter(Run& run) {
   }
   const double weight = weight_from_length(spread(options), target->space().scale());
   const Signal before = target->values();
-  std::unique_ptr<ScreenedPoisson> poisson;
-  {
-    const Step step(run, "prepare", 0.3);
-    poisson = std::make_unique<ScreenedPoisson>(target->space(), weight,
-                                                solver(options.text("solver"), *target), step);
-  }
-  Filtered filtered;
-  {
-    const Step step(run, "solve", 0.2);
-    filtered = poisson->solve(before, options.number("beta"), step);
-  }
-  if (!filtered.report.converged)
-    run.terminal().warning("the solver stopped before it converged; see the report's residuals");
+  Solution solution;
+  about(scene.model, [&] { solution = solve(run, *target, weight, before); });
+  const Filtered& filtered = solution.filtered;
 
   const SurfaceScale scale = target->space().scale();
   run.result = change_json(before, filtered.signal);
   run.result["alpha"] = weight / scale.area;
   run.result["length"] = std::sqrt(weight);
   run.solve = solve_json(filtered.report);
+  run.solve["tried"] = solution.tried;
   {
     const Step step(run, "write", 0.1);
     target->put(before, filtered.signal, scene.model);
@@ -361,8 +439,16 @@ Verb filter_verb() {
        .details =
            "direct: a factorisation. multigrid: iterations, with far less memory on "
            "large textures. automatic: direct up to 30,000 unknowns, multigrid "
-           "above, where there is one. reference: the multigrid solver as it was published, in "
-           "double precision, to compare with."});
+           "above, where there is one, and direct again where that does not reach the tolerance "
+           "and memory allows. reference: the multigrid solver as it was published, in double "
+           "precision, to compare with."});
+  table.add({.name = "tolerance",
+             .type = Type::number,
+             .default_value = "1e-6",
+             .least = 1e-16,
+             .most = 0.1,
+             .group = "Filter",
+             .help = "relative residual at which multigrid stops"});
   table.add({.name = "space",
              .type = Type::choice,
              .default_value = "stored",

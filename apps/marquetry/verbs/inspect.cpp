@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "mq/base/words.h"
 #include "mq/mesh/geometry.h"
 #include "run.h"
 #include "scene.h"
@@ -104,7 +105,7 @@ std::string surface_text(const Scene& scene) {
                                       surface.components, surface.boundary_edges,
                                       surface.euler_characteristic));
   if (scene.model.colors.channels > 0)
-    text += row("vertex colours", fmt::format("{} channels, {}", scene.model.colors.channels,
+    text += row("vertex colours", fmt::format("{}, {}", counted(scene.model.colors.channels, "channel"),
                                               depth_name(scene.model.colors.depth)));
   return text;
 }
@@ -113,7 +114,7 @@ std::string atlas_text(const Scene& scene, const Json& atlas) {
   std::string text;
   text += row("charts", fmt::format("{} ({} mirrored)", atlas["charts"].get<int>(),
                                     atlas["mirrored_charts"].get<int>()));
-  text += row("seams", fmt::format("{} edges", atlas["seam_edges"].get<int>()));
+  text += row("seams", counted(atlas["seam_edges"].get<int>(), "edge"));
   text += row("texels",
               fmt::format("{:.0f} inside charts, {:.1f} % of the textures",
                           atlas["texel_area"].get<double>(), 100 * atlas["covered"].get<double>()));
@@ -121,8 +122,8 @@ std::string atlas_text(const Scene& scene, const Json& atlas) {
   text += row("texel side", percentiles(atlas["texel_side"]));
   for (const Texture& texture : scene.model.textures)
     text += row("texture",
-                fmt::format("{}: {} × {}, {} channels, {} {}", texture.name, texture.pixels.width(),
-                            texture.pixels.height(), texture.pixels.channels(),
+                fmt::format("{}: {} × {}, {}, {} {}", texture.name, texture.pixels.width(),
+                            texture.pixels.height(), counted(texture.pixels.channels(), "channel"),
                             texture.format.file_format, depth_name(texture.format.depth)));
   return text;
 }
@@ -131,7 +132,7 @@ std::string defects_text(const Defects& defects) {
   std::string text;
   for (const Defect& defect : defects)
     if (defect.severity != Defect::Severity::note)
-      text += row("defect", fmt::format("{} ({})", defect.kind, defect.count));
+      text += row("defect", fmt::format("{}: {}", defect.kind, counted(defect.count, defect.element)));
   return text;
 }
 

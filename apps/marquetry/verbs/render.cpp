@@ -19,8 +19,14 @@ using Lines = RenderOptions::Lines;
 
 /// Model units across the picture that --extent asks for.
 double extent_of(const OptionValues& options, const Scene& scene) {
+  const Length length = parse_length(options.text("extent"));
+  require(length.value > 0, "--extent: found '" + options.text("extent") + "', wanted more than 0");
   const SurfaceScale scale{scene.surface.area, scene.atlas ? scene.atlas->texel_spacing() : 0};
-  return std::sqrt(weight_from_length(parse_length(options.text("extent")), scale));
+  require(length.unit != Length::Unit::texels || scale.texel_spacing > 0,
+          scene.model.path.string() +
+              ": no triangle has an area both on the surface and in a texture, so --extent cannot "
+              "be in texels; give it in model units, such as 0.1, or as 1%");
+  return std::sqrt(weight_from_length(length, scale));
 }
 
 /// Moves the camera to the place --at names. The worst seam is that of the textures drawn first.
@@ -30,6 +36,8 @@ void look_at_place(Run& run, const Renderer& renderer, RenderRequest& request) {
   const std::string at = request.options.text("at");
   require(at != "seam" || has_pictures(scene),
           scene.model.path.string() + ": has no textures whose seams could differ");
+  require(at != "seam" || scene.atlas->seam_count > 0,
+          scene.model.path.string() + ": has no seam to look at; give --at three coordinates");
   const double extent = extent_of(request.options, scene);
   View& view = request.render.view;
   if (at != "seam") {
@@ -40,7 +48,8 @@ void look_at_place(Run& run, const Renderer& renderer, RenderRequest& request) {
   }
   const SeamDifference seams =
       seam_difference(scene.surface, *scene.atlas, pictures_of(scene.model.textures));
-  require(!seams.edges.empty(), scene.model.path.string() + ": has no seam to look at (--at seam)");
+  require(!seams.edges.empty(), scene.model.path.string() + ": has no seam whose two sides could differ; give --at three "
+                                      "coordinates");
   const Sight sight = sight_of_worst_seam(renderer, *scene.atlas, seams,
                                           extent / scene.atlas->texel_spacing(), view.up);
   if (!sight.clear)
@@ -61,8 +70,8 @@ Json seams_json(const Scene& scene, const std::vector<Texture>& textures) {
 Image<float> layout_of(const RenderRequest& request, const std::vector<Texture>& textures,
                        const Progress& progress) {
   const Scene& scene = request.scene;
-  require(scene.atlas.has_value(),
-          scene.model.path.string() + ": has no texture coordinates, so no layout");
+  const std::string file = scene.model.path.string();
+  require(scene.atlas.has_value(), file + ": has no texture coordinates, so no layout");
   const UvLayoutOptions layout = layout_options(request);
   const bool there = has_pictures(scene) && layout.texture < int(textures.size());
   return draw_uv_layout(scene.surface, *scene.atlas,
@@ -142,17 +151,17 @@ Exit render(Run& run) {
 
   RenderRequest request = make_render_request(options, scene);
   Image<float> picture;
-  {
+  about(scene.model, [&] {
     const Step step(run, "draw", 0.5);
     if (options.flag("layout")) {
       picture = draw_layouts(request, step);
-    } else {
-      const Renderer renderer(scene.surface, scene.atlas ? &*scene.atlas : nullptr);
-      look_at_place(run, renderer, request);
-      picture = options.flag("overview") ? draw_overview(renderer, request, step)
-                                         : draw_pictures(renderer, request, step);
+      return;
     }
-  }
+    const Renderer renderer(scene.surface, scene.atlas ? &*scene.atlas : nullptr);
+    look_at_place(run, renderer, request);
+    picture = options.flag("overview") ? draw_overview(renderer, request, step)
+                                       : draw_pictures(renderer, request, step);
+  });
   if (request.compares())
     run.result["seams"] = {{"before", seams_json(scene, scene.model.textures)},
                            {"after", seams_json(scene, request.after)}};

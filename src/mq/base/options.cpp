@@ -156,8 +156,10 @@ OptionTable& OptionTable::exclusive(std::vector<std::string> names) {
 const Option& OptionTable::find(const std::string& name) const {
   for (const Option& option : options_)
     if (option.name == name) return option;
+  const std::string best = nearest(name, option_names(*this));
+  const std::string hint = best.empty() ? "" : fmt::format(", did you mean '--{}'?", best);
   throw InvalidInput(fmt::format("there is no option '--{}'{} ('marquetry {} --help' lists them)",
-                                 name, did_you_mean(name, option_names(*this)), verb_));
+                                 name, hint, verb_));
 }
 
 OptionValues::OptionValues(OptionTable table) : table_(std::move(table)) {}

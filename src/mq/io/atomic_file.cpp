@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <set>
 
 #include "mq/base/error.h"
 
@@ -28,6 +29,17 @@ std::filesystem::path temporary_beside(const std::filesystem::path& path) {
                                           path.extension().string());
 }
 
+/// The temporary files there are. A process has one of these, as it has one set of open files.
+struct Unfinished {
+  std::mutex mutex;
+  std::set<std::filesystem::path> files;
+};
+
+Unfinished& unfinished() {
+  static Unfinished all;
+  return all;
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
@@ -43,11 +55,13 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
   if (std::filesystem::exists(path_, ignored) && !std::filesystem::is_regular_file(path_, ignored))
     throw IoError(fmt::format("cannot write {}: it is not an ordinary file; give another name",
                               path_.string()));
+  const std::lock_guard lock(unfinished().mutex);
   for (;;) {
     temporary_ = temporary_beside(path_);
     const int file = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file >= 0) {
       ::close(file);
+      unfinished().files.insert(temporary_);
       return;
     }
     if (errno != EEXIST)
@@ -56,14 +70,26 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
 }
 
 AtomicFile::~AtomicFile() {
-  if (pending_) ::unlink(temporary_.c_str());
+  if (!pending_) return;
+  const std::lock_guard lock(unfinished().mutex);
+  unfinished().files.erase(temporary_);
+  ::unlink(temporary_.c_str());
 }
 
 void AtomicFile::commit() {
+  const std::lock_guard lock(unfinished().mutex);
   struct stat old;
   if (::stat(path_.c_str(), &old) == 0) ::chmod(temporary_.c_str(), old.st_mode & 07777);
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail(path_, "choose another place");
+  unfinished().files.erase(temporary_);
   pending_ = false;
+}
+
+std::unique_lock<std::mutex> remove_unfinished_files() {
+  std::unique_lock lock(unfinished().mutex);
+  for (const auto& file : unfinished().files) ::unlink(file.c_str());
+  unfinished().files.clear();
+  return lock;
 }
 
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <mutex>
 #include <span>
 
 namespace mq {
@@ -36,6 +37,10 @@ class AtomicFile {
   std::filesystem::path temporary_;
   bool pending_ = true;
 };
+
+/// Removes the temporary files of all writers in this process, for a program that is about to end
+/// without coming back to them. None is made and none put in its place while the result is held.
+[[nodiscard]] std::unique_lock<std::mutex> remove_unfinished_files();
 
 /// Writes `bytes` to `path` in this way. Throws `IoError` naming `path` and the system's reason
 /// (disk full, not writable, ...).

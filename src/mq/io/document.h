@@ -54,6 +54,7 @@ struct MeshFile {
   VertexSignal colors;
   std::vector<TextureSlot> textures;  ///< what `mesh.textures` counts
   std::vector<std::string> notes;
+  Defects defects;  ///< signs that the file was cut short
 };
 
 /// What a document says; the reader of its format is chosen here.

@@ -19,6 +19,7 @@
 #include "mq/base/error.h"
 #include "mq/io/gltf_scene.h"
 #include "mq/io/uri.h"
+#include "mq/mesh/check.h"
 
 namespace mq {
 namespace {
@@ -214,6 +215,10 @@ class SceneReader {
       if (!world.allFinite())
         file_.fail(place_,
                    fmt::format("vertex {} at {}, {}, {} must be finite", i, x[0], x[1], x[2]));
+      if (world.cwiseAbs().maxCoeff() > largest_coordinate)
+        file_.fail(place_, fmt::format("vertex {} lies at {}, {}, {}; at most {:.0e} can be used: "
+                                       "scale the model down",
+                                       i, world.x(), world.y(), world.z(), largest_coordinate));
       mesh().positions.push_back(world);
     }
     read_colors(block);

@@ -7,15 +7,22 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <limits>
 #include <new>
+#include <optional>
+#include <sstream>
 #include <string_view>
 
 #include "mq/base/error.h"
@@ -146,6 +153,41 @@ Depth depth_of(const TypeDesc& type) {
   return type == TypeDesc::HALF ? Depth::half : Depth::f32;
 }
 
+/// While it lives, libpng's lines do not reach standard error, where OpenImageIO lets it print what
+/// it returns as well. What others print there meanwhile is passed on at its end.
+class SilentPng {
+ public:
+  explicit SilentPng(const OpenPicture& p) {
+    if (p.file_format != "png") return;
+    std::fflush(stderr);
+    printed_ = ::memfd_create("printed", MFD_CLOEXEC);
+    stderr_ = printed_ < 0 ? -1 : ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
+    if (stderr_ >= 0) ::dup2(printed_, STDERR_FILENO);
+  }
+  ~SilentPng() {
+    if (stderr_ >= 0) {
+      std::fflush(stderr);
+      ::dup2(stderr_, STDERR_FILENO);
+      ::close(stderr_);
+      pass_on();
+    }
+    if (printed_ >= 0) ::close(printed_);
+  }
+  SilentPng(const SilentPng&) = delete;
+  SilentPng& operator=(const SilentPng&) = delete;
+
+ private:
+  void pass_on() const {
+    std::string text(std::size_t(std::max<off_t>(0, ::lseek(printed_, 0, SEEK_END))), '\0');
+    text.resize(std::size_t(std::max<ssize_t>(0, ::pread(printed_, text.data(), text.size(), 0))));
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);)
+      if (!line.starts_with("libpng ")) std::fputs((line + "\n").c_str(), stderr);
+  }
+
+  int printed_ = -1, stderr_ = -1;
+};
+
 OpenPicture open_picture(Bytes bytes, const std::string& name) {
   OpenPicture p;
   p.name = name;
@@ -161,7 +203,11 @@ OpenPicture open_picture(Bytes bytes, const std::string& name) {
   ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;
   p.input->set_ioproxy(p.memory.get());
-  if (!p.input->open("memory." + p.file_format, p.spec, config))
+  const auto open = [&] {
+    const SilentPng silent(p);
+    return p.input->open("memory." + p.file_format, p.spec, config);
+  };
+  if (!open())
     fail_picture(name, fmt::format("cannot be read as {}: {}; copy it again or convert it",
                                    p.file_format, explain(p.input->geterror())));
   check_kind(p);
@@ -195,6 +241,7 @@ void check_finite(const std::string& name, const Image<float>& pixels, std::size
 
 bool read_rows(OpenPicture& p, int begin, int end, TypeDesc type, void* to) {
   const ImageSpec& s = p.spec;
+  const SilentPng silent(p);
   if (s.tile_width == 0)
     return p.input->read_scanlines(0, 0, s.y + begin, s.y + end, 0, 0, s.nchannels, type, to);
   return p.input->read_tiles(0, 0, s.x, s.x + s.width, s.y + begin, s.y + end, 0, 1, 0, s.nchannels,
@@ -407,6 +454,33 @@ std::vector<std::string> notes_on(const std::string& name, const Texture& textur
   return notes;
 }
 
+/// Where TIFF is written to: memory that has the name of a file, since libtiff goes back to what it
+/// wrote when there are EXIF tags, which OpenImageIO's writer into memory does not let it.
+class MemoryFile {
+ public:
+  MemoryFile() : file_(::memfd_create("picture", MFD_CLOEXEC)) {
+    if (file_ < 0) throw IoError(fmt::format("no memory to write to: {}", std::strerror(errno)));
+  }
+  ~MemoryFile() { ::close(file_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  std::string name() const { return fmt::format("/proc/self/fd/{}", file_); }
+
+  std::vector<std::byte> bytes() const {
+    std::vector<std::byte> all(std::size_t(std::max<off_t>(0, ::lseek(file_, 0, SEEK_END))));
+    for (std::size_t done = 0; done < all.size();) {
+      const ssize_t got = ::pread(file_, all.data() + done, all.size() - done, off_t(done));
+      if (got <= 0) throw IoError("what was encoded cannot be read back");
+      done += std::size_t(got);
+    }
+    return all;
+  }
+
+ private:
+  int file_;
+};
+
 EncodedPicture encode(const Texture& texture, const std::string& name, const FileFormat& format,
                       const Progress& progress) {
   check_writable(texture, name, format);
@@ -417,15 +491,19 @@ EncodedPicture encode(const Texture& texture, const std::string& name, const Fil
   if (!output)
     throw Unsupported(
         fmt::format("{}: this build cannot write {}; choose .png", name, format.name));
+  std::optional<MemoryFile> file;
   std::vector<unsigned char> written;
   OIIO::Filesystem::IOVecOutput memory(written);
-  output->set_ioproxy(&memory);
+  if (format.name == "tiff")
+    file.emplace();
+  else
+    output->set_ioproxy(&memory);
   const auto check = [&](bool ok) {
     if (!ok)
       fail_picture(name, fmt::format("cannot be written as {}: {}", format.name,
                                      explain(output->geterror())));
   };
-  check(output->open(fmt::format("memory.{}", format.name), spec));
+  check(output->open(file ? file->name() : fmt::format("memory.{}", format.name), spec));
   Strip strip;
   const std::size_t row = std::size_t(spec.width) * spec.nchannels;
   const int rows = strip_rows(spec);
@@ -437,8 +515,13 @@ EncodedPicture encode(const Texture& texture, const std::string& name, const Fil
   }
   check(output->close());
   EncodedPicture encoded;
-  encoded.bytes.resize(written.size());
-  std::memcpy(encoded.bytes.data(), written.data(), written.size());
+  if (file) {
+    encoded.bytes = file->bytes();
+    open_picture(encoded.bytes, name);  // a head that cannot be read says that something is missing
+  } else {
+    encoded.bytes.resize(written.size());
+    std::memcpy(encoded.bytes.data(), written.data(), written.size());
+  }
   encoded.notes = notes_on(name, texture, format, depth, strip.clamped);
   return encoded;
 }

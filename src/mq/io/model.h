@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mq/base/defect.h"
 #include "mq/base/progress.h"
 #include "mq/image/image.h"
 #include "mq/image/wrap.h"
@@ -50,6 +51,7 @@ struct Model {
   std::vector<Texture> textures;   ///< what `mesh.textures` counts
   VertexSignal colors;
   std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
+  Defects defects;                 ///< of the file: signs that it was cut short
   std::shared_ptr<const Document> document;  ///< null for a model made in memory
 };
 

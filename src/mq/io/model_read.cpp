@@ -94,6 +94,7 @@ class ModelReader {
     model_.mesh = std::move(file.mesh);
     model_.colors = std::move(file.colors);
     model_.notes.insert(model_.notes.end(), file.notes.begin(), file.notes.end());
+    model_.defects = std::move(file.defects);
     take_textures(file.textures);
     model_.document = std::make_shared<const Document>(std::move(document));
     return std::move(model_);
@@ -184,7 +185,9 @@ class ModelReader {
     } else if (given || slot.picture.empty()) {
       texture = read_texture(path, progress);
     } else {
-      texture = read_texture_bytes(slot.picture, slot.name, progress);
+      const std::string name = fmt::format("{}, the embedded picture {}", model_.path.string(),
+                                           slot.name.empty() ? std::to_string(i) : slot.name);
+      texture = read_texture_bytes(slot.picture, name, progress);
     }
     // A picture given in a file of the same name goes by the name it has in the model.
     const bool renamed = given && path.filename() != fs::path(slot.name).filename();

@@ -12,8 +12,10 @@
 #include <unordered_map>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/mtl.h"
 #include "mq/io/polygon.h"
+#include "mq/mesh/check.h"
 
 namespace mq {
 namespace {
@@ -32,12 +34,14 @@ class ObjParser {
           fmt::format("{} is not an OBJ file: it has no line with a vertex or a face; "
                       "check that it is the mesh and not cut short",
                       name_));
+    last_line_ = line_;
     check_ahead(vertex_ahead_, int(file_.mesh.positions.size()), "vertex");
     check_ahead(uv_ahead_, int(file_.mesh.uvs.size()), "texture coordinate");
     cut_polygons();
     finish_colors();
     finish_uvs();
     add_notes();
+    look_for_a_cut();
     return std::move(file_);
   }
 
@@ -90,6 +94,10 @@ class ObjParser {
       if (!std::isfinite(n[i]))
         fail(fmt::format("vertex {} has the coordinate {}; it must be finite",
                          file_.vertices.size(), n[i]));
+      else if (std::abs(n[i]) > largest_coordinate)
+        fail(fmt::format("vertex {} has the coordinate {}; at most {:.0e} can be used: scale the "
+                         "model down",
+                         file_.vertices.size(), n[i], largest_coordinate));
     file_.mesh.positions.emplace_back(n[0], n[1], n[2]);
     const int channels = count >= 6 ? count - 3 : 0;
     channels_ = file_.vertices.size() == 1 ? channels : std::min(channels_, channels);
@@ -118,7 +126,7 @@ class ObjParser {
                       "backwards",
                       shown(word), what));
     if (index < 0 && -index > count)
-      fail(fmt::format("{} goes back {} from {} {}s", shown(word), -index, count, what));
+      fail(fmt::format("{} goes back {} from {}", shown(word), -index, counted(count, what)));
     if (index > INT_MAX) fail(fmt::format("{}: {} {} is not there", shown(word), what, index));
     const int id = index < 0 ? int(count + index) : int(index - 1);
     if (id >= count && id > ahead.index) ahead = {id, line_};
@@ -218,8 +226,9 @@ class ObjParser {
   void finish_colors() {
     if (channels_ == 0) {
       if (colored_vertices_ > 0)
-        file_.notes.push_back(fmt::format("{} of {} vertices have colours: they are left out",
-                                          colored_vertices_, file_.vertices.size()));
+        file_.notes.push_back(
+            fmt::format("colours are left out: only {} of {} have one", colored_vertices_,
+                        counted(std::int64_t(file_.vertices.size()), "vertex")));
       return;
     }
     file_.colors = {channels_, {}, Depth::f32};
@@ -236,19 +245,53 @@ class ObjParser {
     }
   }
 
-  void note(long long count, const char* what) {
-    if (count > 0) file_.notes.push_back(fmt::format("{} {}", count, what));
+  void note(long long count, const char* noun, const char* what) {
+    if (count > 0) file_.notes.push_back(counted(count, noun) + " " + what);
+  }
+
+  /// How many come after the last that a face uses.
+  static std::int64_t unused_at_end(const std::vector<int>& used, std::size_t count) {
+    const int last = used.empty() ? -1 : *std::max_element(used.begin(), used.end());
+    return std::int64_t(count) - 1 - last;
+  }
+
+  void may_be_cut(const char* element, std::int64_t count, std::int64_t id, std::string message) {
+    file_.defects.push_back({"maybe_cut_short", Defect::Severity::warning, element, count, {id},
+                             std::move(message) + ", as in a file that was cut short: compare it "
+                                                  "with its source if anything is missing"});
+  }
+
+  /// A cut that leaves valid lines shows in a last line without an end, or in vertices whose faces
+  /// are gone.
+  void look_for_a_cut() {
+    const bool ended = text_.ends_with('\n') || text_.ends_with('\r');
+    Scanner scanner(text_, last_line_);
+    const std::string_view key = scanner.word();
+    if (!ended && (key == "f" || key == "fo" || key.starts_with("v")))
+      may_be_cut("line", 1, Scanner::line(text_, last_line_),
+                 fmt::format("the last line, {}, has no line end", shown(text_.substr(last_line_))));
+    const std::int64_t vertices = unused_at_end(corner_vertices_, file_.vertices.size());
+    const std::int64_t uvs = any_uv_ ? unused_at_end(corner_uvs_, file_.uvs.size()) : 0;
+    if (polygons_.empty() || (vertices == 0 && uvs == 0)) return;
+    const bool counts_vertices = vertices > 0;
+    may_be_cut(counts_vertices ? "vertex" : "texture coordinate", counts_vertices ? vertices : uvs,
+               counts_vertices ? std::int64_t(file_.vertices.size()) - vertices
+                               : std::int64_t(file_.uvs.size()) - uvs,
+               fmt::format("no face uses the last {} and the last {}", counted(vertices, "vertex"),
+                           counted(uvs, "texture coordinate")));
   }
 
   void add_notes() {
     if (file_.mesh.triangles.empty()) file_.notes.push_back("it has no faces");
-    note(short_faces_, "faces of fewer than three corners are left out");
-    note(lines_and_points_, "lines and point elements are not used");
-    note(free_forms_, "free-form curves and surfaces are not used");
-    if (any_uv_) note(triangles_without_uv_, "triangles have corners without texture coordinates");
+    note(short_faces_, "face", "of fewer than three corners left out");
+    note(lines_and_points_, "line or point element", "not used");
+    note(free_forms_, "free-form curve or surface", "not used");
+    if (any_uv_)
+      note(triangles_without_uv_, "triangle", "with corners that have no texture coordinates");
     if (polygons_.size() < file_.mesh.triangles.size())
-      file_.notes.push_back(fmt::format("{} polygons were cut into {} triangles", polygons_.size(),
-                                        file_.mesh.triangles.size()));
+      file_.notes.push_back(
+          fmt::format("{} cut into {}", counted(std::int64_t(polygons_.size()), "polygon"),
+                      counted(file_.mesh.triangle_count(), "triangle")));
   }
 
   static constexpr int unknown = -2;
@@ -257,6 +300,7 @@ class ObjParser {
   const std::string& name_;
   ObjFile file_;
   std::size_t line_ = 0;  ///< where the line being read begins
+  std::size_t last_line_ = 0;
   std::vector<int> corner_vertices_, corner_uvs_;
   std::vector<Polygon> polygons_;
   Ahead vertex_ahead_, uv_ahead_;
@@ -349,7 +393,7 @@ ObjFile parse_obj(ByteView bytes, const std::string& name) {
 MeshFile read_obj(const Document& document) {
   ObjFile obj = parse_obj(document.bytes, document.name);
   const MaterialLookup lookup(obj, document);
-  MeshFile file{obj.mesh, std::move(obj.colors), {}, std::move(obj.notes)};
+  MeshFile file{obj.mesh, std::move(obj.colors), {}, std::move(obj.notes), std::move(obj.defects)};
   const std::vector<int> texture_from_material = lookup.textures(file.textures);
   for (int& texture : file.mesh.textures)
     texture = texture < 0 ? -1 : texture_from_material[texture];

@@ -27,6 +27,7 @@ struct ObjFile {
   std::vector<std::size_t> vertices;  ///< where the numbers of each `v` begin
   std::vector<std::size_t> uvs;       ///< and of each `vt`
   std::vector<std::string> notes;
+  Defects defects;  ///< "maybe_cut_short": a last line without an end, or vertices whose faces lack
 };
 
 /// Reads the lines of an OBJ file; `name` is for messages. Throws `IoError` with the line where it

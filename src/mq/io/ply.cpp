@@ -10,8 +10,10 @@
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/ply_body.h"
 #include "mq/io/polygon.h"
+#include "mq/mesh/check.h"
 
 namespace mq {
 namespace {
@@ -232,6 +234,10 @@ class PlyParser {
       if (!position.allFinite())
         reader_.fail(fmt::format("its coordinates {}, {}, {} must be finite", position.x(),
                                  position.y(), position.z()));
+      if (position.cwiseAbs().maxCoeff() > largest_coordinate)
+        reader_.fail(fmt::format("its coordinates {}, {}, {} may be at most {:.0e}: scale the "
+                                 "model down",
+                                 position.x(), position.y(), position.z(), largest_coordinate));
       file.mesh.positions.push_back(position);
       for (int c = 0; c < channels; ++c)
         file.colors.values.push_back(float(row[roles_.color[c]] / scale));
@@ -280,7 +286,8 @@ class PlyParser {
     const std::size_t count = header_.textures.size();
     if (!(std::abs(texture) < max_textures) || (count > 0 && texture >= double(count)))
       reader_.fail(
-          fmt::format("texnumber {} is not there: the header names {} textures", texture, count));
+          fmt::format("texnumber {} is not there: the header names {}", texture,
+                      counted(std::int64_t(count), "texture")));
     polygons_.push_back({int(n), std::max(-1, int(texture))});
     for (std::size_t k = 0; k < n; ++k) {
       const int vertex = index(indices[k].value);
@@ -335,9 +342,9 @@ class PlyParser {
       at += std::size_t(polygon.corners);
     }
     for (const Triangle& t : mesh.corner_uvs) without_uv += std::min({t[0], t[1], t[2]}) < 0;
-    note(short_faces, "faces of fewer than three corners are left out");
-    note(polygons, "polygons were cut into triangles");
-    note(without_uv, "triangles have corners without texture coordinates");
+    note(short_faces, "face", "of fewer than three corners left out");
+    note(polygons, "polygon", "cut into triangles");
+    note(without_uv, "triangle", "with corners that have no texture coordinates");
     if (mesh.triangles.empty()) result_.file.notes.push_back("it has no faces");
   }
 
@@ -365,8 +372,8 @@ class PlyParser {
           "it names {} textures but its faces none: all use the first", header_.textures.size()));
   }
 
-  void note(int count, const char* what) {
-    if (count > 0) result_.file.notes.push_back(fmt::format("{} {}", count, what));
+  void note(int count, const char* noun, const char* what) {
+    if (count > 0) result_.file.notes.push_back(counted(count, noun) + " " + what);
   }
 
   struct Polygon {

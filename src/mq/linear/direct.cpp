@@ -247,7 +247,7 @@ DirectSolver::DirectSolver(const SparseMatrix& A, Factorisation kind, const Prog
     : backend_(make_backend(kind)) {
   backend_->A = lower_triangle(A);
   progress.check();
-  const Progress step = progress.step("analyse", 0.3);
+  const Progress step = progress.step("analysis", 0.3);
   const Stopwatch watch;
   const Index entries = A.rows() > 0 ? backend_->analyse(backend_->A) : 0;
   constexpr Index bytes_per_entry = 9;  // the value, and indices that supernodes share
@@ -256,7 +256,7 @@ DirectSolver::DirectSolver(const SparseMatrix& A, Factorisation kind, const Prog
                  "an iterative solver (multigrid) needs far less");
   backend_->analyse_seconds = watch.seconds();
   step.at(1);
-  refactor(A, progress.step("factor", 0.7));
+  refactor(A, progress.step("factorisation", 0.7));
 }
 
 DirectSolver::~DirectSolver() = default;

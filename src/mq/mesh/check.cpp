@@ -9,13 +9,12 @@
 #include <string>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 
 namespace mq {
 namespace {
 
 using Ids = std::vector<std::int64_t>;
-
-constexpr double largest_coordinate = 1e60;  // squares of areas stay below the largest double
 
 std::string first_of(const Ids& ids) {
   const auto shown = std::min<std::size_t>(ids.size(), 10);
@@ -37,8 +36,8 @@ void check_indices(const std::vector<Triangle>& corners, std::size_t triangles, 
       }
   if (!wrong.empty())
     throw InvalidInput(fmt::format(
-        "{} triangles (first: {}) name {} that are not there: there are {}. Write the mesh again",
-        wrong.size(), first_of(wrong), what, count));
+        "{} (first: {}) with {} that are not there: there are {}. Write the mesh again",
+        counted(std::int64_t(wrong.size()), "triangle"), first_of(wrong), what, count));
 }
 
 }  // namespace
@@ -70,12 +69,13 @@ std::vector<char> referenced_vertices(const Mesh& mesh) {
   }
   if (!not_finite.empty())
     throw InvalidInput(fmt::format(
-        "the positions of {} vertices are not finite numbers (first: {}): repair or delete them",
-        not_finite.size(), first_of(not_finite)));
+        "{} with positions that are not finite numbers (first, from 0: {}): repair or delete them",
+        counted(std::int64_t(not_finite.size()), "vertex"), first_of(not_finite)));
   if (!too_large.empty())
     throw InvalidInput(fmt::format(
-        "the positions of {} vertices lie beyond {:.0e} (first: {}): scale the model down",
-        too_large.size(), largest_coordinate, first_of(too_large)));
+        "{} with coordinates beyond {:.0e} (first, from 0: {}): scale the model down",
+        counted(std::int64_t(too_large.size()), "vertex"), largest_coordinate,
+        first_of(too_large)));
   return referenced;
 }
 
