@@ -6,6 +6,7 @@
 #include <set>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 
 namespace mq::app {
 namespace {
@@ -78,9 +79,9 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
   if (is_folder(name)) folder_ = name;
   const std::size_t place = name.find("%s");
   require(place != std::string::npos || !folder_.empty() || model.textures.size() == 1,
-          fmt::format("--output: the model has {} textures: name a folder (with / at its end), or "
-                      "put %s in the name; found '{}'",
-                      model.textures.size(), name));
+          fmt::format("--output: {} has {}: name a folder (with / at its end), or put %s in the "
+                      "name; found '{}'",
+                      model.path.string(), counted(std::ssize(model.textures), "texture"), name));
   for (std::size_t i = 0; i < model.textures.size(); ++i) {
     if (!folder_.empty())
       paths_.push_back(fs::path(name) / own_name(model, i));

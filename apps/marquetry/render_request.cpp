@@ -6,6 +6,7 @@
 
 #include "arguments.h"
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/image_file.h"
 
 namespace mq::app {
@@ -100,8 +101,9 @@ std::vector<Texture> read_after(const OptionValues& options, const Scene& scene)
   if (after.empty()) return after;
   require(has_pictures(scene), scene.model.path.string() + ": has no textures to compare with");
   require(after.size() == scene.model.textures.size(),
-          fmt::format("--compare: {} pictures for {} textures", after.size(),
-                      scene.model.textures.size()));
+          fmt::format("--compare: found {}, wanted one for each texture of {}, which has {}",
+                      counted(std::ssize(after), "picture"), scene.model.path.string(),
+                      counted(std::ssize(scene.model.textures), "texture")));
   for (std::size_t k = 0; k < after.size(); ++k) {
     const Image<float>&a = scene.model.textures[k].pixels, &b = after[k].pixels;
     require(a.width() == b.width() && a.height() == b.height(),

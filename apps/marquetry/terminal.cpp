@@ -13,6 +13,7 @@ namespace {
 constexpr double seconds_before_first = 1;  ///< quicker work shows no progress
 constexpr double seconds_between_bars = 0.1;
 constexpr double seconds_between_lines = 5;
+constexpr double seconds_between_steps = 0.25;  ///< shorter steps are not told of when they begin
 
 const char* const yellow = "\033[33m";
 const char* const red = "\033[31m";
@@ -45,6 +46,13 @@ std::string estimate(double fraction, double elapsed) {
   return left < 1 ? "" : fmt::format(", about {} left", duration(left));
 }
 
+/// Whatever characters a file's name has, what is said of it is one line.
+std::string one_line(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  return text;
+}
+
 /// Of "frame 3 / solve / factorisation" the frame and the last.
 std::string shown_step(const std::string& path) {
   static constexpr std::string_view between = " / ";
@@ -70,13 +78,15 @@ std::string Terminal::step() {
 
 void Terminal::progress(const ProgressEvent& event) {
   const std::lock_guard lock(mutex_);
-  if (path_ != event.step) path_ = event.step;
+  const bool begins = path_ != event.step;
+  if (begins) path_ = event.step;
   if (voice_ == Voice::quiet) return;
   const auto now = Clock::now();
   const double elapsed = seconds_between(start_, now);
   const double pause = seconds_between(last_, now);
   const double wanted = is_terminal_ && bar_shown_        ? seconds_between_bars
                         : is_terminal_ || last_ == start_ ? seconds_before_first
+                        : begins                          ? seconds_between_steps
                                                           : seconds_between_lines;
   if (elapsed < seconds_before_first || pause < wanted) return;
   last_ = now;
@@ -106,7 +116,8 @@ void Terminal::erase_bar() {
   bar_shown_ = false;
 }
 
-void Terminal::line(const char* color, const std::string& text) {
+void Terminal::line(const char* color, const std::string& message) {
+  const std::string text = one_line(message);
   const std::lock_guard lock(mutex_);
   erase_bar();
   if (colored_ && color)

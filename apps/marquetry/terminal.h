@@ -35,7 +35,7 @@ class Terminal {
  private:
   using Clock = std::chrono::steady_clock;
 
-  void line(const char* color, const std::string& text);
+  void line(const char* color, const std::string& message);
   void erase_bar();
   void draw_bar(double fraction, double elapsed);
 

@@ -314,7 +314,7 @@ TEST(Gltf, RefusesIndicesAndCoordinatesOutOfRange) {
   scene.primitive()["indices"] = scene.add<std::uint32_t>("SCALAR", {0, 1, 4294967295});
   EXPECT_THAT(scene.refusal(), HasSubstr("index 4294967295 is out of range: it has 3 vertices"));
   scene.primitive()["indices"] = scene.add<std::uint32_t>("SCALAR", {0, 1});
-  EXPECT_THAT(scene.refusal(), HasSubstr("2 indices are no triangles"));
+  EXPECT_THAT(scene.refusal(), HasSubstr("2 corners do not make triangles"));
   scene.attributes()["POSITION"] = scene.add<float>("VEC3", {0, 0, 0, 1, NAN, 0, 0, 1, 0});
   EXPECT_THAT(scene.refusal(), HasSubstr("vertex 1 at 1, nan, 0 must be finite"));
   Scene uvs;

@@ -121,7 +121,7 @@ TEST_F(ImageFile, RoundsToTheNearestLevelAndClamps) {
   const auto notes = write_image(folder / "a.png", pixels);
   EXPECT_THAT(read_texture(folder / "a.png").pixels.values(),
               ElementsAre(100 / 255.f, 101 / 255.f, 0, 1, 0, 1));
-  EXPECT_THAT(notes, ElementsAre(HasSubstr("2 values did not fit into 8 bits")));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("2 values beyond what 8 bits")));
 }
 
 TEST_F(ImageFile, RefusesWhatIsNotANumberWithItsPlace) {

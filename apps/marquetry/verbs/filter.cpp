@@ -85,7 +85,11 @@ class TextureTarget : public Target {
   SolverFactory multigrid() const override {
     return multigrid_solver(space_.texels(), multigrid_options(options_));
   }
-  SolverFactory reference() const override { return reference_solver(space_.texels()); }
+  SolverFactory reference() const override {
+    ReferenceOptions reference;
+    reference.tolerance = options_.number("tolerance");
+    return reference_solver(space_.texels(), reference);
+  }
 
   void put(const Signal& before, const Signal& after, Model& model) const override {
     std::vector<Image<float>> pictures = decoded_;
@@ -448,7 +452,7 @@ Verb filter_verb() {
              .least = 1e-16,
              .most = 0.1,
              .group = "Filter",
-             .help = "relative residual at which multigrid stops"});
+             .help = "relative residual at which iterations stop"});
   table.add({.name = "space",
              .type = Type::choice,
              .default_value = "stored",

@@ -260,7 +260,7 @@ class SceneReader {
     }
     std::vector<Triangle> result;
     const int n = int(corners.size());
-    if (mode == 4 && n % 3 != 0) file_.fail(place_, fmt::format("{} indices are no triangles", n));
+    if (mode == 4 && n % 3 != 0) file_.fail(place_, fmt::format("{} corners do not make triangles of three each", n));
     for (int i = 0; mode == 4 && i < n; i += 3)
       result.push_back({corners[i], corners[i + 1], corners[i + 2]});
     for (int i = 0; mode == 5 && i + 2 < n; ++i)

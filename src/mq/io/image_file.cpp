@@ -26,6 +26,7 @@
 #include <string_view>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/picture_check.h"
 
@@ -425,8 +426,8 @@ void check_writable(const Texture& texture, const std::string& name, const FileF
   const Image<float>& pixels = texture.pixels;
   if (pixels.empty()) throw InvalidInput(fmt::format("{}: the picture has no pixels", name));
   if (pixels.channels() > format.max_channels)
-    throw InvalidInput(fmt::format("{}: {} channels, of which {} holds {}; choose .exr or .tif{}",
-                                   name, pixels.channels(), format.name, format.max_channels,
+    throw InvalidInput(fmt::format("{}: {}, of which {} holds {}; choose .exr or .tif{}", name,
+                                   counted(pixels.channels(), "channel"), format.name, format.max_channels,
                                    pixels.channels() <= 4 ? " or .png" : ""));
   if (format.max_channels == 3 && pixels.channels() == 2)
     throw InvalidInput(
@@ -444,8 +445,8 @@ std::vector<std::string> notes_on(const std::string& name, const Texture& textur
     notes.push_back(fmt::format("{}: {} cannot hold {}; written with {}", name, format.name,
                                 words_for(wanted), words_for(depth)));
   if (clamped > 0)
-    notes.push_back(fmt::format("{}: {} values did not fit into {} and were clamped", name, clamped,
-                                words_for(depth)));
+    notes.push_back(fmt::format("{}: {} beyond what {} can hold, clamped", name,
+                                counted(clamped, "value"), words_for(depth)));
   if (format.name == "jpeg")
     notes.push_back(
         fmt::format("{}: every pixel is encoded again as JPEG (quality 98); write .png "

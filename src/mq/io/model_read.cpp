@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/document.h"
 #include "mq/io/gltf.h"
 #include "mq/io/image_file.h"
@@ -170,9 +171,12 @@ class ModelReader {
   [[noreturn]] void refuse_count(const std::vector<TextureSlot>& slots, bool named) const {
     std::string names;
     for (const TextureSlot& slot : slots) names += (names.empty() ? ": " : ", ") + shown(slot.name);
-    throw IoError(fmt::format("{} has {} textures{}, but {} pictures are given; give one for each",
-                              model_.path.string(), std::max<std::size_t>(slots.size(), 1),
-                              named ? names : "", options_.textures.size()));
+    throw IoError(fmt::format("{} has {}{}, but {} given; give one for each", model_.path.string(),
+                              counted(std::max<std::int64_t>(std::ssize(slots), 1), "texture"),
+                              named ? names : "",
+                              options_.textures.size() == 1
+                                  ? "1 picture is"
+                                  : fmt::format("{} pictures are", options_.textures.size())));
   }
 
   void add_texture(const TextureSlot& slot, std::size_t i, std::size_t count) {

@@ -70,6 +70,8 @@ class ObjParser {
     if (key == "f" || key == "fo") return read_face(scanner);
     if (key == "usemtl") return use_material(scanner.rest());
     if (key == "mtllib") return read_library(scanner);
+    if (!file_.vertices.empty() && key.find('\0') != key.npos)
+      fail("it holds zero bytes, so it is damaged; copy it again");
     if (key == "l" || key == "p") ++lines_and_points_;
     if (key == "curv" || key == "curv2" || key == "surf") ++free_forms_;
   }
@@ -273,12 +275,14 @@ class ObjParser {
     const std::int64_t vertices = unused_at_end(corner_vertices_, file_.vertices.size());
     const std::int64_t uvs = any_uv_ ? unused_at_end(corner_uvs_, file_.uvs.size()) : 0;
     if (polygons_.empty() || (vertices == 0 && uvs == 0)) return;
-    const bool counts_vertices = vertices > 0;
-    may_be_cut(counts_vertices ? "vertex" : "texture coordinate", counts_vertices ? vertices : uvs,
-               counts_vertices ? std::int64_t(file_.vertices.size()) - vertices
-                               : std::int64_t(file_.uvs.size()) - uvs,
-               fmt::format("no face uses the last {} and the last {}", counted(vertices, "vertex"),
-                           counted(uvs, "texture coordinate")));
+    if (vertices > 0)
+      may_be_cut("vertex", vertices, std::int64_t(file_.vertices.size()) - vertices,
+                 fmt::format("no face uses the last {} in the file",
+                             counted(vertices, "vertex")));
+    else
+      may_be_cut("texture coordinate", uvs, std::int64_t(file_.uvs.size()) - uvs,
+                 fmt::format("no face uses the last {} in the file",
+                             counted(uvs, "texture coordinate")));
   }
 
   void add_notes() {
