@@ -11,6 +11,7 @@
 
 #include "memory.h"
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
 #include "mq/base/words.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/reference_solver.h"
@@ -304,7 +305,7 @@ std::string reached(const SolveReport& report) {
 
 /// Whether there is memory for a factorisation; otherwise says so of the result that is kept.
 bool can_factorise(Run& run, const Target& target, const std::string& what_happened) {
-  const double wanted = factorisation_bytes(target.space().size()), there = free_bytes();
+  const double wanted = factorisation_bytes(target.space().size()), there = double(available_memory());
   if (wanted <= there) return true;
   run.terminal().warning(fmt::format(
       "{}, and a factorisation would need about {:.1f} GB where {:.1f} GB are free: the result is "
