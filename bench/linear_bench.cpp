@@ -14,7 +14,7 @@ using namespace mq;
 
 /// M + w·S of the bilinear functions on an n × n grid of spacing 1 (thesis 5.2.3).
 SparseMatrix image_system(int n, double w) {
-  std::vector<Eigen::Triplet<double>> entries;
+  Entries entries;
   entries.reserve(16 * std::size_t(n) * n);
   const double mass[3] = {4 / 36.0, 2 / 36.0, 1 / 36.0}, stiffness[3] = {4 / 6.0, -1 / 6.0, -2 / 6.0};
   for (int y = 0; y + 1 < n; ++y)
@@ -26,9 +26,7 @@ SparseMatrix image_system(int n, double w) {
           entries.emplace_back(corner[a], corner[b], mass[apart] + w * stiffness[apart]);
         }
     }
-  SparseMatrix A(n * n, n * n);
-  A.setFromTriplets(entries.begin(), entries.end());
-  return A;
+  return sparse_matrix(n * n, n * n, entries);
 }
 
 Signal right_hand_side(int rows) {

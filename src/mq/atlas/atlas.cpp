@@ -19,8 +19,6 @@ namespace {
 constexpr double max_tiles = 100;
 constexpr double few_flipped = 1e-3;  // of the area of all charts
 
-int next(int corner) { return corner == 2 ? 0 : corner + 1; }
-
 double signed_texel_area(const std::array<TexelPoint, 3>& p) {
   return 0.5 * double(orientation(p[0], p[1], p[2])) / double(TexelPoint::one) /
          double(TexelPoint::one);
@@ -87,10 +85,9 @@ void place_triangles(const Surface& surface, Atlas& atlas) {
 
 /// Same texture, same two points: the edge lies inside a chart.
 bool agree(const Surface& surface, const Atlas& atlas, HalfEdge a, HalfEdge b) {
-  const int t = a / 3, i = a % 3, s = b / 3, j = b % 3;
-  return surface.mesh.texture(t) == surface.mesh.texture(s) &&
-         atlas.corners[t][i] == atlas.corners[s][next(j)] &&
-         atlas.corners[t][next(i)] == atlas.corners[s][j];
+  const auto corner = [&](HalfEdge h) { return atlas.corners[h / 3][h % 3]; };
+  return surface.mesh.texture(a / 3) == surface.mesh.texture(b / 3) &&
+         corner(a) == corner(next(b)) && corner(next(a)) == corner(b);
 }
 
 void classify_edges(const Surface& surface, Atlas& atlas) {

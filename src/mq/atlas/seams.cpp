@@ -14,9 +14,6 @@
 namespace mq {
 namespace {
 
-int next(int corner) { return corner == 2 ? 0 : corner + 1; }
-int end_corner(HalfEdge h) { return 3 * (h / 3) + next(h % 3); }
-
 /// Crossings nearer to each other than this, in texels of the longer side, are one.
 constexpr double same_crossing = 1e-9;
 /// Fractions nearer than this to a texel line are on it: rounding of interpolated points.
@@ -69,7 +66,7 @@ Seams::Seams(const Surface& surface, const Atlas& atlas) : surface_(surface), at
 
 TexelPoint Seams::end_point(HalfEdge h, int end) const {
   const bool at_start = (first_[seam_[h]] == h) == (end == 0);
-  const int corner = at_start ? h : end_corner(h);
+  const int corner = at_start ? h : next(h);
   return atlas_.corners[corner / 3][corner % 3];
 }
 
@@ -121,11 +118,11 @@ void Seams::find_vertices() {
   for (HalfEdge h = 0; h < HalfEdge(atlas_.edges.size()); ++h) {
     if (atlas_.chart[h / 3] < 0 || atlas_.edges[h] == EdgeKind::boundary) continue;
     const HalfEdge twin = surface_.twins[h];
-    join(h, end_corner(twin));
-    join(end_corner(h), twin);
+    join(h, next(twin));
+    join(next(h), twin);
   }
   for (HalfEdge h = 0; h < HalfEdge(atlas_.edges.size()); ++h)
-    if (seam_[h] >= 0) touched[root(h)] = touched[root(end_corner(h))] = 1;
+    if (seam_[h] >= 0) touched[root(h)] = touched[root(next(h))] = 1;
 
   std::vector<std::pair<int, int>> members;  // root, corner
   for (int c = 0; c < int(parent.size()); ++c)
@@ -169,7 +166,7 @@ SeamTerm Seams::side(HalfEdge h, double s0, double weight) const {
 
 /// Whether the value at an end differs from the mean of the two sides.
 bool Seams::blends(int seam, int end) const {
-  const auto places = copies(end == 0 ? first_[seam] : end_corner(first_[seam]));
+  const auto places = copies(end == 0 ? first_[seam] : next(first_[seam]));
   if (places.size() == 1) return false;
   return places.size() > 2 || key(place(first_[seam], end)) == key(place(second_[seam], end));
 }
@@ -183,7 +180,7 @@ void Seams::add_end(int seam, double s0, int end, std::vector<SeamTerm>& value) 
   if (weight <= 0 || !blends(seam, end)) return;
   const double rate = end == 0 ? -slope : slope;
   const HalfEdge first = first_[seam];
-  const auto places = copies(end == 0 ? first : end_corner(first));
+  const auto places = copies(end == 0 ? first : next(first));
   const double count = double(places.size());
   for (const TexturePlace& p : places) value.push_back({p, weight / count, rate / count, 0, 0});
   for (HalfEdge h : half_edges(seam))

@@ -17,14 +17,6 @@ namespace mq {
 
 namespace {
 
-using Entries = std::vector<Eigen::Triplet<double>>;
-
-SparseMatrix matrix(int rows, int columns, const Entries& entries) {
-  SparseMatrix A(rows, columns);
-  A.setFromTriplets(entries.begin(), entries.end());
-  return A;
-}
-
 /// What each corner gets of the triangle's area.
 std::array<double, 3> corner_areas(const FlatTriangle& shape, VertexArea kind) {
   const double area = shape.area();
@@ -71,8 +63,6 @@ class Fans {
   }
 
  private:
-  static HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
-  static HalfEdge previous(HalfEdge h) { return h % 3 == 0 ? h + 2 : h - 1; }
   int source(HalfEdge h) const { return surface_.mesh.triangles[h / 3][h % 3]; }
 
   HalfEdge twin(HalfEdge h) const {
@@ -156,7 +146,7 @@ SparseMatrix d0(const Edges& edges, int vertex_count) {
     entries.emplace_back(e, edges.vertices[e][0], -1);
     entries.emplace_back(e, edges.vertices[e][1], 1);
   }
-  return matrix(edges.count(), vertex_count, entries);
+  return sparse_matrix(edges.count(), vertex_count, entries);
 }
 
 SparseMatrix d1(const Edges& edges) {
@@ -165,7 +155,7 @@ SparseMatrix d1(const Edges& edges) {
   for (HalfEdge h = 0; h < half_edges; ++h)
     if (edges.from_half_edge[h] >= 0)
       entries.emplace_back(h / 3, edges.from_half_edge[h], edges.sign[h]);
-  return matrix(half_edges / 3, edges.count(), entries);
+  return sparse_matrix(half_edges / 3, edges.count(), entries);
 }
 
 HodgeStars hodge_stars(const Edges& edges, const std::vector<Triangle>& triangles,
@@ -213,7 +203,7 @@ SparseMatrix connection_laplacian(const Surface& surface, const std::vector<Flat
       add_coupling(entries, v[k], v[(k + 1) % 3], shapes[t].half_cotangent((k + 2) % 3), turn);
     }
   const int size = 2 * surface.mesh.vertex_count();
-  return matrix(size, size, entries);
+  return sparse_matrix(size, size, entries);
 }
 
 SparseMatrix vertex_area_mass(const Vector& star_zero) {

@@ -8,15 +8,11 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/mesh/norm.h"
 
 namespace mq {
 
 namespace {
-
-/// |v| without overflow. Eigen's stableNorm rounds by where v lies in memory, so two runs differ.
-double length(const Vector3& v) { return std::hypot(v.x(), v.y(), v.z()); }
-
-Vector3 normalised(const Vector3& v) { return v / length(v); }
 
 /// The frame of a triangle in space: two orthonormal columns, 0 where it is degenerate.
 Eigen::Matrix<double, 3, 2> frame_in_space(const Surface& surface, int t) {
@@ -24,8 +20,8 @@ Eigen::Matrix<double, 3, 2> frame_in_space(const Surface& surface, int t) {
   if (surface.degenerate[t]) return frame;
   const Vector3 first = surface.mesh.position(t, 1) - surface.mesh.position(t, 0);
   const Vector3 second = surface.mesh.position(t, 2) - surface.mesh.position(t, 0);
-  frame.col(0) = normalised(first);
-  const Vector3 normal = normalised(frame.col(0).cross(normalised(second)));
+  frame.col(0) = safe_unit(first);
+  const Vector3 normal = safe_unit(frame.col(0).cross(safe_unit(second)));
   frame.col(1) = normal.cross(Vector3(frame.col(0)));
   return frame;
 }
@@ -45,10 +41,10 @@ double FlatTriangle::half_cotangent(int k) const {
 }
 
 FlatTriangle flat_triangle(const Vector3& first, const Vector3& second) {
-  const double base = length(first);
+  const double base = safe_norm(first);
   if (!(base > 0)) return {};
   const Vector3 along = first / base;
-  const FlatTriangle shape{base, along.dot(second), length(along.cross(second))};
+  const FlatTriangle shape{base, along.dot(second), safe_norm(along.cross(second))};
   const bool fits = std::isfinite(shape.half_cotangent(0)) && std::isfinite(shape.half_cotangent(2)) &&
                     std::isfinite(1 / shape.area());
   return fits && !shape.empty() ? shape : FlatTriangle{};

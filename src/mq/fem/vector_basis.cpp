@@ -14,14 +14,6 @@ namespace mq {
 
 namespace {
 
-using Entries = std::vector<Eigen::Triplet<double>>;
-
-SparseMatrix matrix(int rows, int columns, const Entries& entries) {
-  SparseMatrix A(rows, columns);
-  A.setFromTriplets(entries.begin(), entries.end());
-  return A;
-}
-
 /// ∫ ⟨W_k, W_l⟩ of the edges k → k + 1 and l → l + 1 of a triangle.
 Eigen::Matrix3d whitney_block(const FlatTriangle& shape) {
   Eigen::Matrix<double, 2, 3> gradients;
@@ -68,7 +60,7 @@ SparseMatrix gradient_prolongation(const VertexSpace& space) {
       // J(x, y) = (−y, x): x goes to the second component, y to the first with a minus.
       entries.emplace_back(row ^ 1, space.size() + int(entry.col()),
                            row % 2 == 0 ? entry.value() : -entry.value());
-  return matrix(int(G.rows()), 2 * space.size(), entries);
+  return sparse_matrix(int(G.rows()), 2 * space.size(), entries);
 }
 
 SparseMatrix gradient_mass(const VertexSpace& space) {
@@ -86,7 +78,7 @@ SparseMatrix curl_and_div(const VertexSpace& space, const Vector& star_zero) {
   Entries entries;
   append_block(entries, bilaplacian, 0, 0);
   append_block(entries, bilaplacian, space.size(), space.size());
-  return matrix(2 * space.size(), 2 * space.size(), entries);
+  return sparse_matrix(2 * space.size(), 2 * space.size(), entries);
 }
 
 SparseMatrix whitney_prolongation(const Edges& edges, const std::vector<FlatTriangle>& shapes) {
@@ -98,7 +90,7 @@ SparseMatrix whitney_prolongation(const Edges& edges, const std::vector<FlatTria
       entries.emplace_back(2 * t, edges.from_half_edge[3 * t + k], value.x());
       entries.emplace_back(2 * t + 1, edges.from_half_edge[3 * t + k], value.y());
     }
-  return matrix(2 * int(shapes.size()), edges.count(), entries);
+  return sparse_matrix(2 * int(shapes.size()), edges.count(), entries);
 }
 
 SparseMatrix whitney_mass(const Edges& edges, const std::vector<FlatTriangle>& shapes) {
@@ -111,7 +103,7 @@ SparseMatrix whitney_mass(const Edges& edges, const std::vector<FlatTriangle>& s
         entries.emplace_back(edges.from_half_edge[3 * t + k], edges.from_half_edge[3 * t + l],
                              edges.sign[3 * t + k] * edges.sign[3 * t + l] * block(k, l));
   }
-  return matrix(edges.count(), edges.count(), entries);
+  return sparse_matrix(edges.count(), edges.count(), entries);
 }
 
 Vector2 whitney_value(const Edges& edges, const FlatTriangle& shape, int triangle,

@@ -156,7 +156,7 @@ Signal VertexSpace::gradient_moments(const Signal& field) const {
 }
 
 SparseMatrix VertexSpace::gradient_matrix() const {
-  std::vector<Eigen::Triplet<double>> entries;
+  Entries entries;
   entries.reserve(6 * triangles_.size());
   for (int t = 0; t < triangle_count(); ++t) {
     if (shapes_[t].empty()) continue;
@@ -166,9 +166,7 @@ SparseMatrix VertexSpace::gradient_matrix() const {
       entries.emplace_back(2 * t + 1, triangles_[t][k], g.y());
     }
   }
-  SparseMatrix G(2 * triangle_count(), size());
-  G.setFromTriplets(entries.begin(), entries.end());
-  return G;
+  return sparse_matrix(2 * triangle_count(), size(), entries);
 }
 
 }  // namespace mq

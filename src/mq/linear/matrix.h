@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include <vector>
+
 namespace mq {
 
 using Vector = Eigen::VectorXd;
@@ -11,5 +13,15 @@ using Vector = Eigen::VectorXd;
 using Signal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 /// Rows compressed; symmetric matrices are stored whole.
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
+
+/// Entries of a matrix, in any order.
+using Entries = std::vector<Eigen::Triplet<double>>;
+
+/// The matrix of these entries; those at one place add up.
+inline SparseMatrix sparse_matrix(int rows, int columns, const Entries& entries) {
+  SparseMatrix A(rows, columns);
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
 
 }  // namespace mq

@@ -27,9 +27,6 @@ using Ids = std::vector<std::int64_t>;
 
 constexpr int largest_edge_group = 16;  // half-edges at one edge that are told apart
 
-HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
-HalfEdge previous(HalfEdge h) { return h % 3 == 0 ? h + 2 : h - 1; }
-
 // ---- Triangles ----
 
 /// Whether three points are collinear to rounding: |a × b| <= 8ε |a||b| for the shortest edges.

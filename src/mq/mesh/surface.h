@@ -23,6 +23,10 @@ struct WeldOptions {
 /// Half-edge h = 3·triangle + corner runs from that corner to the next one.
 using HalfEdge = int;
 
+/// The half-edges after and before one around its triangle; `next(h)` starts where h ends.
+inline HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
+inline HalfEdge previous(HalfEdge h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
 /// A mesh made fit for integration.
 struct Surface {
   Mesh mesh;                            ///< same triangles, corner UVs and textures as the source

@@ -35,7 +35,6 @@ using Points = std::vector<Vector2>;
 /// Samples are the same bits in every build.
 constexpr Factorisation everywhere_the_same = Factorisation::eigen;
 
-HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
 /// One chart on its way to the plane, with vertices of its own.
 struct Disc {
@@ -160,7 +159,7 @@ void embed_on_circle(Disc& disc) {
   int rows = 0;
   for (int v = 0; v < count; ++v)
     if (!fixed[v]) row[v] = rows++;
-  std::vector<Eigen::Triplet<double>> entries;
+  Entries entries;
   Signal right = Signal::Zero(rows, 2);
   for (const Triangle& t : disc.triangles)
     for (int k = 0; k < 3; ++k)
@@ -172,9 +171,8 @@ void embed_on_circle(Disc& disc) {
         else
           right.row(row[a]) += disc.x[b].transpose();
       }
-  SparseMatrix laplacian(rows, rows);
-  laplacian.setFromTriplets(entries.begin(), entries.end());
-  const Signal solution = DirectSolver(laplacian, everywhere_the_same).solve(right);
+  const Signal solution =
+      DirectSolver(sparse_matrix(rows, rows, entries), everywhere_the_same).solve(right);
   for (int v = 0; v < count; ++v)
     if (row[v] >= 0) disc.x[v] = solution.row(row[v]).transpose();
 }
@@ -207,9 +205,9 @@ struct Model {
 
 Model quadratic_model(const Disc& disc) {
   const int count = int(disc.ids.size());
-  std::vector<Eigen::Triplet<double>> entries;
+  Entries entries;
   entries.reserve(disc.triangles.size() * 36 + 2 * std::size_t(count));
-  Model model{SparseMatrix(2 * count, 2 * count), Signal::Zero(2 * count, 1)};
+  Model model{{}, Signal::Zero(2 * count, 1)};
   double trace = 0;
   for (std::size_t t = 0; t < disc.triangles.size(); ++t) {
     const Eigen::JacobiSVD<Matrix2> svd(jacobian(disc, t, disc.x),
@@ -234,7 +232,7 @@ Model quadratic_model(const Disc& disc) {
   }
   for (int i = 0; i < 2 * count; ++i)  // translations and rotations cost nothing; fix them softly
     entries.emplace_back(i, i, 1e-7 * trace / (2 * count));
-  model.matrix.setFromTriplets(entries.begin(), entries.end());
+  model.matrix = sparse_matrix(2 * count, 2 * count, entries);
   return model;
 }
 

@@ -21,7 +21,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-HalfEdge next(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
 struct Site {
   int triangle;
