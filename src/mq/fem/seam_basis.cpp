@@ -15,8 +15,6 @@
 namespace mq {
 namespace {
 
-int next(int corner) { return corner == 2 ? 0 : corner + 1; }
-
 double texels_from(std::int64_t coordinate, int cell) {
   return double(coordinate - std::int64_t(cell) * TexelPoint::one) / double(TexelPoint::one);
 }
@@ -100,7 +98,7 @@ NearSeams::NearSeams(const Atlas& atlas, const Seams& seams) {
   for (int e = 0; e < seams.count(); ++e)
     for (HalfEdge h : seams.half_edges(e)) {
       const auto& corners = atlas.corners[h / 3];
-      TexelPoint a = corners[h % 3], b = corners[next(h % 3)];
+      TexelPoint a = corners[h % 3], b = corners[next(h) % 3];
       if (b.y < a.y) std::swap(a, b);
       const double slope = b.y == a.y ? 0 : double(b.x - a.x) / double(b.y - a.y);
       const int first = int(std::floor(a.row() - reach)), last = int(std::floor(b.row() + reach));
@@ -161,7 +159,7 @@ void SeamCell::start(int texture, int column, int row, std::span<const NearSeams
   for (const NearSeams::Entry& entry : near) {
     const HalfEdge h = entry.half_edge;
     const auto& places = atlas_.corners[h / 3];
-    const TexelPoint &a = places[h % 3], &b = places[next(h % 3)];
+    const TexelPoint &a = places[h % 3], &b = places[next(h) % 3];
     Segment e{h, texels_from(a.x, column), texels_from(a.y, row), 0, 0, 0};
     e.ex = texels_from(b.x, column) - e.ax, e.ey = texels_from(b.y, row) - e.ay;
     e.square = e.ex * e.ex + e.ey * e.ey;
@@ -265,8 +263,9 @@ void SeamCell::add_point(int triangle, double x, double y, double weight) {
     c.ry = 2 * (q - 0.5) * (gy - q * ty) / top.g;
     sum += c.r, sum_x += c.rx, sum_y += c.ry;
   }
-  const double fade = 1 - top.distance / Seams::blend;
-  const double fade_x = -top.ux / Seams::blend, fade_y = -top.uy / Seams::blend;
+  constexpr double width = Seams::blend - on_seam;  // exactly 1 up to `on_seam`, 0 from η on
+  const double fade = (Seams::blend - top.distance) / width;
+  const double fade_x = -top.ux / width, fade_y = -top.uy / width;
   for (const Candidate& c : candidates) {
     if (c.r == 0) continue;
     const double share = c.r / sum;
@@ -304,6 +303,7 @@ void SeamCell::evaluate(BasisSamples& samples) {
   samples.texels = texels_;
   samples.triangles.resize(points);
   samples.weights.resize(points);
+  samples.places.resize(points);
   samples.values.setZero(points, count);
   samples.dx.setZero(points, count);
   samples.dy.setZero(points, count);
@@ -311,6 +311,7 @@ void SeamCell::evaluate(BasisSamples& samples) {
     const Point& point = points_[q];
     samples.triangles[q] = point.triangle;
     samples.weights[q] = point.weight;
+    samples.places[q] = {point.x, point.y};
     double *value = samples.values.row(q).data(), *dx = samples.dx.row(q).data(),
            *dy = samples.dy.row(q).data();
     for (int k = 0; k < 4; ++k) {

@@ -60,6 +60,7 @@ struct BasisSamples {
   std::vector<int> texels;      ///< numbers of TexelGrid
   std::vector<int> triangles;   ///< per point
   std::vector<double> weights;  ///< per point, area in texels²
+  std::vector<std::array<double, 2>> places;  ///< per point, in the cell
   Matrix values, dx, dy;        ///< derivatives per texel of x and y
 };
 

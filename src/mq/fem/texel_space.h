@@ -27,7 +27,7 @@ struct TexelSpaceOptions {
   double seam_penalty = 0;
 
   /// One metric per triangle, constant on it, in place of the immersion metric (`texel_metric`).
-  /// a·c − b² = 1 must hold.
+  /// Positive definite with a·c − b² = 1, or `InvalidInput` is thrown.
   std::vector<TexelMetric> metrics;
 };
 
@@ -43,7 +43,8 @@ struct TexelSamples {
   int triangle = 0;
   std::span<const int> texels;
   Signal values, dx, dy;
-  Vector weights;  ///< texels²; times `TexelMetric::density` an area of the surface
+  Vector weights;      ///< texels²; times `TexelMetric::density` an area of the surface
+  Signal barycentric;  ///< where the points are in the triangle, three columns
 };
 
 /// Unknowns are the texels whose function does not vanish everywhere: those with a bilinear
@@ -88,8 +89,11 @@ class TexelSpace : public SignalSpace {
   std::vector<TexelWeight> basis_at(int triangle, const Vector3& barycentric) const;
 
   /// b_t = ∫ ⟨X, ∇φ_t⟩ dA for a field X constant on each triangle, one vector in space each (its
-  /// normal part is ignored). The weak divergence: −∫ (div X) φ_t and flux through boundaries. With
-  /// X = ∇ψ it is S·ψ. Sums to 0. One column per field.
+  /// normal part is ignored). The weak divergence: −∫ (div X) φ_t and flux through boundaries. Sums
+  /// to 0. One column per field. It is the change of φ_t along X, whatever the metric, integrated
+  /// with the metric's density; so X = ∇ψ gives S·ψ where ∇ is that of the metric: with the
+  /// surface's gradient only under the surface's own metric (no `TexelSpaceOptions::metrics`), and
+  /// not on triangles stretched beyond `max_stretch`, where S is that of the limit.
   Signal divergence(const std::vector<std::vector<Vector3>>& fields) const;
 
   /// Pairs (i, j), i < j, of texels that S couples, sorted: the edges of thesis 5.6.

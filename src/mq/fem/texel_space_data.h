@@ -67,6 +67,7 @@ struct TexelSpace::Data {
 
   // Set-up, in this order.
   void integrate(const TexelSpaceOptions& options, const Progress& progress);
+  void require_metrics() const;
   void add_soft_seams(double penalty);
   void number_texels();
   void place_texels();

@@ -1,6 +1,7 @@
 // Integrals of fields against the basis functions of a texel space.
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -34,6 +35,25 @@ void add_rule(int triangle, const std::array<double, 2>& a, const std::array<dou
                    p.l0 * a[1] + p.l1 * b[1] + p.l2 * c[1], p.weight * area);
 }
 
+/// Barycentric coordinates, a row each, of points of a cell.
+Signal barycentric_in(const std::array<TexelPoint, 3>& corners, int column, int row,
+                      const std::vector<std::array<double, 2>>& places) {
+  std::array<Eigen::Vector2d, 3> p;  // from the cell's origin
+  for (int k = 0; k < 3; ++k)
+    p[k] = Eigen::Vector2d(double(corners[k].x - column * TexelPoint::one),
+                           double(corners[k].y - row * TexelPoint::one)) /
+           double(TexelPoint::one);
+  Eigen::Matrix2d edges;
+  edges << p[1] - p[0], p[2] - p[0];
+  const Eigen::Matrix2d inverse = edges.inverse();
+  Signal result(std::ssize(places), 3);
+  for (Eigen::Index q = 0; q < result.rows(); ++q) {
+    const Eigen::Vector2d l = inverse * (Eigen::Vector2d(places[q][0], places[q][1]) - p[0]);
+    result.row(q) << 1 - l.sum(), l.x(), l.y();
+  }
+  return result;
+}
+
 }  // namespace
 
 void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& visit) const {
@@ -43,8 +63,10 @@ void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& 
   BasisSamples points;
   std::vector<int> unknowns;
   TexelSamples samples;
-  const auto visit_cell = [&] {
+  const auto visit_cell = [&](int column, int row) {
     cell.evaluate(points);
+    samples.barycentric =
+        barycentric_in(d.atlas.corners[samples.triangle], column, row, points.places);
     samples.values = points.values;
     samples.dx = points.dx;
     samples.dy = points.dy;
@@ -65,13 +87,13 @@ void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& 
         cell.start(texture, piece.column, row, NearSeams::cell(near, piece.column));
         bilinear.clear();
         cell.add_piece(t, piece, bilinear);
-        if (!cell.empty()) visit_cell();
+        if (!cell.empty()) visit_cell(piece.column, row);
         if (bilinear.empty()) return;
         cell.start(texture, piece.column, row, {});
         for (const SeamCell::Polygon& polygon : bilinear)
           for (std::size_t k = 2; k < polygon.size(); ++k)
             add_rule(t, polygon[0], polygon[k - 1], polygon[k], cell);
-        visit_cell();
+        visit_cell(piece.column, row);
       });
     }
   }

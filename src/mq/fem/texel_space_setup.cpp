@@ -17,8 +17,9 @@ void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progres
     metrics.resize(triangles());
     for (int t = 0; t < triangles(); ++t)
       if (atlas.chart[t] >= 0) metrics[t] = texel_metric(surface, atlas, t);
+  } else {
+    require_metrics();
   }
-  require(int(metrics.size()) == triangles(), "one metric per triangle is needed");
   seams = std::make_unique<Seams>(surface, atlas);
   near = std::make_unique<NearSeams>(atlas, *seams);
   progress.step("find seams", 0.1).at(1);
@@ -28,6 +29,19 @@ void TexelSpace::Data::integrate(const TexelSpaceOptions& options, const Progres
   if (soft) {
     add_soft_seams(options.seam_penalty);
     near.reset();
+  }
+}
+
+/// Given metrics: pieces next to seams are summed as squares, which takes the determinant for 1.
+void TexelSpace::Data::require_metrics() const {
+  require(int(metrics.size()) == triangles(), "one metric per triangle is needed");
+  for (int t = 0; t < triangles(); ++t) {
+    const TexelMetric& m = metrics[t];
+    require(atlas.chart[t] < 0 || (m.density > 0 && std::isfinite(m.density) && m.a > 0 &&
+                                   std::abs(m.a * m.c - m.b * m.b - 1) <= 1e-6 * (m.a * m.c + 1)),
+            fmt::format("the metric of triangle {} has density {} and √|g| g⁻¹ = ({}, {}; {}, {}): "
+                        "the density must be positive, the tensor too, with determinant 1",
+                        t, m.density, m.a, m.b, m.b, m.c));
   }
 }
 
@@ -47,7 +61,7 @@ void TexelSpace::Data::add_soft_seams(double penalty) {
     const HalfEdge h = seams->half_edges(e)[0];
     const Mesh& mesh = surface.mesh;
     const double length =
-        (mesh.position(h / 3, h % 3 == 2 ? 0 : h % 3 + 1) - mesh.position(h / 3, h % 3)).norm();
+        (mesh.position(h / 3, next(h) % 3) - mesh.position(h / 3, h % 3)).norm();
     const auto breaks = seams->breaks(e);
     for (std::size_t k = 1; k < breaks.size(); ++k) {
       numbers.clear();
