@@ -1,6 +1,6 @@
 #pragma once
 /// Integrals of bilinear functions on charts, written down a second time: cells and triangles cut by
-/// half-planes in long double, Gauss points in a square collapsed to a triangle, exact to degree 8.
+/// half-planes in long double, Gauss points in a square collapsed to a triangle, exact to degree 6.
 /// Nothing of the library takes part but the rounded corners of the triangles.
 
 #include <algorithm>
@@ -34,21 +34,20 @@ inline RealPolygon cut_by_line(const RealPolygon& polygon, Real a, Real b, Real 
   return result;
 }
 
-/// Calls visit(x, y, weight) for points of a rule on a convex polygon, exact to degree 8.
+/// Calls visit(x, y, weight) for points of a rule on a convex polygon, exact to degree 6.
 template <class Visit>
 void for_each_gauss_point(const RealPolygon& polygon, const Visit& visit) {
-  const Real near = std::sqrt(5 - 2 * std::sqrt(Real(10) / 7)) / 3,
-             far = std::sqrt(5 + 2 * std::sqrt(Real(10) / 7)) / 3;
-  const Real wide = (322 + 13 * std::sqrt(Real(70))) / 1800,
-             thin = (322 - 13 * std::sqrt(Real(70))) / 1800;
-  const std::array<Real, 5> points = {(1 - far) / 2, (1 - near) / 2, Real(0.5), (1 + near) / 2,
-                                      (1 + far) / 2};
-  const std::array<Real, 5> weights = {thin, wide, Real(128) / 450, wide, thin};
+  const Real near = std::sqrt(Real(3) / 7 - Real(2) / 7 * std::sqrt(Real(6) / 5)) / 2,
+             far = std::sqrt(Real(3) / 7 + Real(2) / 7 * std::sqrt(Real(6) / 5)) / 2;
+  const Real wide = (18 + std::sqrt(Real(30))) / 72, thin = (18 - std::sqrt(Real(30))) / 72;
+  const std::array<Real, 4> points = {Real(0.5) - far, Real(0.5) - near, Real(0.5) + near,
+                                      Real(0.5) + far};
+  const std::array<Real, 4> weights = {thin, wide, wide, thin};
   for (std::size_t k = 2; k < polygon.size(); ++k) {
     const RealPoint &o = polygon[0], &p = polygon[k - 1], &q = polygon[k];
     const Real twice = std::abs((p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]));
-    for (int i = 0; i < 5; ++i)
-      for (int j = 0; j < 5; ++j) {
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
         const Real s = points[i], t = points[j] * (1 - s);  // o + s (p − o) + t (q − o)
         visit(o[0] + s * (p[0] - o[0]) + t * (q[0] - o[0]),
               o[1] + s * (p[1] - o[1]) + t * (q[1] - o[1]),
@@ -118,20 +117,25 @@ void for_each_reference_point(const Atlas& atlas, const Texels& texels, const Vi
         piece = cut_by_line(piece, 1, 0, i + 1);
         piece = cut_by_line(piece, 0, -1, -j);
         piece = cut_by_line(piece, 0, 1, j + 1);
+        if (piece.size() < 3) continue;
+        RealSample s{t, 0, 0, 0, {}, {}, {}, {}};
+        for (int k = 0; k < 4; ++k) {
+          const auto inside = [](int at, int n) { return std::min(std::max(at, 0), n - 1); };
+          const auto at =
+              number.find({inside(i + (k & 1), size.width), inside(j + (k >> 1), size.height)});
+          s.texels[k] = at == number.end() ? -1 : at->second;
+        }
         for_each_gauss_point(piece, [&](Real x, Real y, Real weight) {
-          RealSample s{t, x, y, weight, {}, {}, {}, {}};
+          if (weight == 0) return;  // of a cell that a side merely runs along
+          require(*std::min_element(s.texels.begin(), s.texels.end()) >= 0, "a texel is missing");
+          s.x = x, s.y = y, s.weight = weight;
           for (int k = 0; k < 4; ++k) {
             const int p = k & 1, q = k >> 1;
-            const auto inside = [](int at, int n) { return std::min(std::max(at, 0), n - 1); };
-            const auto at = number.find({inside(i + p, size.width), inside(j + q, size.height)});
-            s.texels[k] = at == number.end() ? -1 : at->second;
             const Real fx = p ? x - i : 1 - (x - i), fy = q ? y - j : 1 - (y - j);
             s.value[k] = fx * fy;
             s.dx[k] = (p ? 1 : -1) * fy;
             s.dy[k] = (q ? 1 : -1) * fx;
           }
-          if (weight == 0) return;  // of a cell that a side merely runs along
-          require(*std::min_element(s.texels.begin(), s.texels.end()) >= 0, "a texel is missing");
           visit(s);
         });
       }
