@@ -1,5 +1,6 @@
 #pragma once
-/// Small meshes that several rooms test with, made in code. One line says what each is for.
+/// Small meshes and pictures that several rooms test with, made in code. One line says what each is
+/// for.
 
 #include <cmath>
 #include <map>
@@ -9,7 +10,9 @@
 #include <vector>
 
 #include "mq/base/defect.h"
+#include "mq/base/error.h"
 #include "mq/base/random.h"
+#include "mq/image/image.h"
 #include "mq/mesh/mesh.h"
 
 namespace mq::fixtures {
@@ -181,6 +184,25 @@ inline Mesh triangle_soup(const Mesh& mesh) {
       soup.positions.push_back(mesh.position(t, k));
     }
   return soup;
+}
+
+/// A picture of values in [0, 1).
+inline Image<float> noise(int width, int height, int channels) {
+  Image<float> image(width, height, channels);
+  const Random random(3);
+  for (std::uint64_t i = 0; float& v : image.values()) v = float(random.uniform(i++));
+  return image;
+}
+
+/// What an action says that throws such an error; empty where it does not.
+template <class Thrown = InvalidInput>
+std::string error_of(const auto& action) {
+  try {
+    action();
+  } catch (const Thrown& error) {
+    return error.what();
+  }
+  return "";
 }
 
 /// The defect of that kind, or one with count 0.

@@ -6,8 +6,6 @@
 #include <numbers>
 
 #include "fixtures.h"
-#include "mq/base/error.h"
-#include "mq/base/random.h"
 #include "mq/draw/render.h"
 #include "mq/draw/scene.h"
 #include "mq/draw/seam_difference.h"
@@ -22,22 +20,6 @@ using ::testing::HasSubstr;
 using Paint = RenderOptions::Paint;
 using Lines = RenderOptions::Lines;
 using Light = RenderOptions::Light;
-
-std::string error_of(const auto& action) {
-  try {
-    action();
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "";
-}
-
-Image<float> noise(int width, int height, int channels) {
-  Image<float> image(width, height, channels);
-  const Random random(3);
-  for (std::uint64_t i = 0; float& v : image.values()) v = float(random.uniform(i++, 0, 1));
-  return image;
-}
 
 /// A mesh with one texture, ready to be drawn.
 struct Model {

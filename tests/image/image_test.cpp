@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "mq/base/error.h"
+#include "fixtures.h"
 #include "mq/image/colour.h"
 #include "mq/image/compare.h"
 #include "mq/image/contact_sheet.h"
@@ -15,27 +15,10 @@
 namespace mq {
 namespace {
 
+using fixtures::error_of;
+using fixtures::noise;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-std::string error_of(const auto& action) {
-  try {
-    action();
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "";
-}
-
-Image<float> noise(int width, int height, int channels) {
-  Image<float> image(width, height, channels);
-  std::uint32_t state = 7;
-  for (float& v : image.values()) {
-    state = state * 1664525u + 1013904223u;
-    v = float(state >> 8) / float(1 << 24);
-  }
-  return image;
-}
 
 double mean(const Image<float>& image) {
   double sum = 0;

@@ -278,13 +278,8 @@ TEST(Surface, IsEmptyForAnEmptyMesh) {
 }
 
 TEST(Surface, RefusesWhatIsNotAMesh) {
-  const auto error_of = [](const Mesh& mesh, const WeldOptions& weld = {}) -> std::string {
-    try {
-      make_surface(mesh, weld);
-    } catch (const InvalidInput& error) {
-      return error.what();
-    }
-    return "";
+  const auto error_of = [](const Mesh& mesh, const WeldOptions& weld = {}) {
+    return fixtures::error_of([&] { make_surface(mesh, weld); });
   };
   Mesh mesh = flat_square(2);
   mesh.triangles[3][1] = 9;
