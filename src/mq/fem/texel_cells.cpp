@@ -336,10 +336,12 @@ class BandIntegrator {
       kind = triangles_ + int(band_.cut.size());
       band_.cut.push_back(covered_by < 0 ? CellIntegrals() : cells_.whole[covered_by]);
       band_.info.push_back(covered_by < 0 ? TexelCells::CutInfo()
-                                          : TexelCells::CutInfo{1, 1, covered_by, false});
+                                          : TexelCells::CutInfo{
+                                                1, metrics_[covered_by].density, 1, covered_by, false});
     }
     TexelCells::CutInfo& info = band_.info[kind - triangles_];
-    info.coverage += float(area);
+    info.coverage += area;
+    info.surface += area * metrics_[t].density;
     if (info.triangle >= 0 && atlas_.chart[info.triangle] != atlas_.chart[t]) info.several = true;
     if (float(largest) > info.largest) {
       info.largest = float(largest);

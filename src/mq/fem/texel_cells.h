@@ -64,7 +64,8 @@ struct TexelCells {
   std::vector<int> kind;
   std::vector<CellIntegrals> cut;
   struct CutInfo {
-    float coverage = 0;    ///< area of all pieces in the cell, texels²; above 1: charts overlap
+    double coverage = 0;   ///< area of all pieces in the cell, texels²; above 1: charts overlap
+    double surface = 0;    ///< ... and on the surface
     float largest = 0;     ///< area of the largest piece ...
     int triangle = -1;     ///< ... and its triangle
     bool several = false;  ///< pieces of several charts

@@ -163,8 +163,8 @@ SparseMatrix TexelSpace::solvable(double a, double b, const Progress& progress) 
   constexpr double tau = 1e-4;
   SparseMatrix A = system(a, b, progress);
   const Data& d = *data_;
-  std::vector<char> is_weak(size());
-  for (const Data::Weak& weak : d.weak) is_weak[weak.unknown] = 1;
+  std::vector<double> area_of_weak(size(), 0);  // else 0
+  for (const Data::Weak& weak : d.weak) area_of_weak[weak.unknown] = weak.texel_area;
   const auto entry_of = [&](int i, int j) {
     const int* const columns = A.innerIndexPtr();
     const int* const end = columns + A.outerIndexPtr()[i + 1];
@@ -173,14 +173,16 @@ SparseMatrix TexelSpace::solvable(double a, double b, const Progress& progress) 
   };
   for (const Data::Weak& weak : d.weak) {
     const int i = weak.unknown;
-    const double weight = tau * (a * weak.texel_area + b);
     const Texels::Place& place = d.texels.places[i];
     for (int n = 0; n < 9; ++n) {
       const int j =
           d.unknown[d.grid.texel(place.texture, place.x + n % 3 - 1, place.y + n / 3 - 1)];
-      if (j < 0 || j == i || (is_weak[j] && j < i)) continue;
+      if (j < 0 || j == i || (area_of_weak[j] > 0 && j < i)) continue;
       double* const coupling = entry_of(i, j);
       if (!coupling) continue;
+      const double area = area_of_weak[j] > 0 ? (weak.texel_area + area_of_weak[j]) / 2
+                                              : weak.texel_area;
+      const double weight = tau * (a * area + b);
       *coupling -= weight;
       *entry_of(j, i) -= weight;
       *entry_of(i, i) += weight;

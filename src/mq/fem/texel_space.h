@@ -65,8 +65,8 @@ class TexelSpace : public SignalSpace {
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
 
   /// a·M + b·S + τ (a·texel area + b) Σ (φ_i − φ_j)² over pairs of texels next to each other of
-  /// which one is weak: its kernel meets little of the surface, M_tt < 10⁻³ of the texel's area (that
-  /// of the triangle which covers most of a cell around it). Such
+  /// which one is weak: its kernel meets little of the surface, M_tt < 10⁻³ of a texel's area (on
+  /// the surface, in the cells around it). Such
   /// texels, alone or together, could take on huge values that no point of the surface shows, and
   /// make columns of M and S nearly dependent; τ = 10⁻⁴ holds them to their neighbours. Same
   /// pattern as `system`; the sum of each row too, so that means are kept.

@@ -58,7 +58,7 @@ struct TexelSpace::Data {
   }
   /// What covers a cell of a kind that is active.
   TexelCells::CutInfo cut_info(int kind) const {
-    return kind < triangles() ? TexelCells::CutInfo{1, 1, kind, false}
+    return kind < triangles() ? TexelCells::CutInfo{1, metrics[kind].density, 1, kind, false}
                               : cells.info[kind - triangles()];
   }
   std::span<const Part> blocks_of(int i) const {
@@ -72,7 +72,7 @@ struct TexelSpace::Data {
   void number_texels();
   void place_texels();
   void find_parts();
-  int largest_triangle(int i) const;
+  double texel_area(int i) const;
   void find_weak();
   void count_rows();
   void list_defects();

@@ -207,33 +207,31 @@ void TexelSpace::Data::find_parts() {
       parts[next[blocks.texels[blocks.blocks[b].first + k]]++] = {b, k};
 }
 
-/// The triangle that covers most of a cell around an unknown, or -1.
-int TexelSpace::Data::largest_triangle(int i) const {
-  int triangle = -1;
-  float largest = 0;
+/// Of the surface, per texel² of the pieces in the cells around an unknown.
+double TexelSpace::Data::texel_area(int i) const {
+  double surface = 0, coverage = 0;
   for_each_cell(texels.places[i], [&](const Incidence& at) {
     const int kind = cells.kind[at.cell];
     if (kind < 0) return;
     const TexelCells::CutInfo info = cut_info(kind);
-    if (info.largest > largest) largest = info.largest, triangle = info.triangle;
+    surface += info.surface;
+    coverage += info.coverage;
   });
-  return triangle;
+  return coverage > 0 ? surface / coverage : atlas.surface_area / atlas.texel_area;
 }
 
 void TexelSpace::Data::find_weak() {
   constexpr double hardly_seen = 1e-3;
-  std::vector<double> weak_area(texels.size(), 0);  // of weak texels, else 0
+  std::vector<double> area_of_weak(texels.size(), 0);  // else 0
   parallel_for(texels.size(), [&](std::int64_t i) {
     if (texels.interior[i]) return;
     double diagonal = 0;
     for_each_coupling(int(i), [&](int j, double m, double) { diagonal += j == i ? m : 0; });
-    const int triangle = largest_triangle(int(i));
-    const double texel_area =
-        triangle < 0 ? atlas.surface_area / atlas.texel_area : metrics[triangle].density;
-    if (diagonal < hardly_seen * texel_area) weak_area[i] = texel_area;
+    const double area = texel_area(int(i));
+    if (diagonal < hardly_seen * area) area_of_weak[i] = area;
   });
   for (int i = 0; i < texels.size(); ++i)
-    if (weak_area[i] > 0) weak.push_back({i, weak_area[i]});
+    if (area_of_weak[i] > 0) weak.push_back({i, area_of_weak[i]});
 }
 
 void TexelSpace::Data::list_defects() {
