@@ -97,14 +97,17 @@ Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
   SolveReport report = solver_->solve(gradient_change, correction, progress);
   components_.remove_means(correction);
   if (shift_ > 0) report.method += fmt::format(", diagonal raised by {:g} of itself", shift_);
-  return {psi + correction, std::move(report)};
+  correction += psi;
+  return {std::move(correction), std::move(report)};
 }
 
 Filtered ScreenedPoisson::solve(const Signal& psi, double beta, const Progress& progress) const {
   require(std::isfinite(beta), fmt::format("beta is {}; it must be finite", beta));
   require_finite(psi, space_.size(), "the signal");
   if (beta == 1) return correct(psi, Signal::Zero(psi.rows(), psi.cols()), progress);
-  return correct(psi, (beta - 1) * space_.stiffness_times(psi), progress);
+  Signal change = space_.stiffness_times(psi);
+  change *= beta - 1;
+  return correct(psi, std::move(change), progress);
 }
 
 Filtered ScreenedPoisson::solve(const Signal& psi, std::span<const double> beta,

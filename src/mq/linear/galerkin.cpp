@@ -77,6 +77,9 @@ SparseMatrix galerkin(const SparseMatrix& A, const Transfer& P, const Progress& 
     Scratch& s = scratch.local();
     s.place.resize(rows, -1);
     Block& block = blocks[begin / block_rows];
+    const std::size_t usual = std::size_t(end - begin) * 9;  // a stencil; growing would double it
+    block.columns.reserve(usual);
+    block.values.reserve(usual);
     for (std::int64_t row = begin; row < end; ++row) {
       gather_row(A, P, int(row), s);
       append_row(s, block);

@@ -217,6 +217,14 @@ class RightHandSide {
   Constants::Means mean_;
 };
 
+/// A row of X, of which `channels` values are read.
+template <int channels>
+Double4 row_of(const double* at) {
+  Double4 row{};
+  for (int c = 0; c < channels; ++c) row[c] = at[c];
+  return row;
+}
+
 /// B − (high + low)·X for columns first … of X, in double until it is rounded to r.
 template <int channels>
 void true_residual(const StencilMatrix& high, const StencilMatrix& low, const RightHandSide& B,
@@ -224,47 +232,41 @@ void true_residual(const StencilMatrix& high, const StencilMatrix& low, const Ri
   const StencilLayout& layout = high.layout();
   const int lanes = r.lanes();
   const std::int64_t stride = X.cols();
-  struct Row {
-    double value[channels];
-  };
+  const auto x = [&](std::int64_t k) { return row_of<channels>(X.data() + k * stride + first); };
   const auto begin_row = [&](std::int64_t k) {
-    Row sum;
-    for (int c = 0; c < channels; ++c) sum.value[c] = B(k, c);
+    Double4 sum{};
+    for (int c = 0; c < channels; ++c) sum[c] = B(k, c);
     return sum;
   };
-  const auto subtract = [&](Row& sum, double a, std::int64_t j) {
-    for (int c = 0; c < channels; ++c) sum.value[c] -= a * X.data()[j * stride + first + c];
-  };
-  const auto end_row = [&](const Row& sum, std::int64_t k) {
-    for (int c = 0; c < channels; ++c) r.data()[k * lanes + c] = float(sum.value[c]);
+  const auto end_row = [&](const Double4& sum, std::int64_t k) {
+    for (int c = 0; c < channels; ++c) r.data()[k * lanes + c] = float(sum[c]);
   };
   parallel_for(std::int64_t(layout.runs.size()), [&](std::int64_t i) {
     const StencilRun& run = layout.runs[i];
     for (int j = 0; j < run.count; ++j) {
       const int k = run.first + j, u = run.up + j, d = run.down + j;
-      const auto sum2 = [&](float (StencilMatrix::*value)(int) const, int at) {
-        return double((high.*value)(at)) + double((low.*value)(at));
-      };
-      Row sum = begin_row(k);
-      subtract(sum, sum2(&StencilMatrix::south_east, u - 1), u - 1);
-      subtract(sum, sum2(&StencilMatrix::south, u), u);
-      subtract(sum, sum2(&StencilMatrix::south_west, u + 1), u + 1);
-      subtract(sum, sum2(&StencilMatrix::east, k - 1), k - 1);
-      subtract(sum, sum2(&StencilMatrix::centre, k), k);
-      subtract(sum, sum2(&StencilMatrix::east, k), k + 1);
-      subtract(sum, sum2(&StencilMatrix::south_west, k), d - 1);
-      subtract(sum, sum2(&StencilMatrix::south, k), d);
-      subtract(sum, sum2(&StencilMatrix::south_east, k), d + 1);
+      const auto both = [&](const auto& value) { return double(value(high)) + double(value(low)); };
+      using Matrix = const StencilMatrix&;
+      Double4 sum = begin_row(k);
+      sum -= both([=](Matrix A) { return A.south_east(u - 1); }) * x(u - 1);
+      sum -= both([=](Matrix A) { return A.south(u); }) * x(u);
+      sum -= both([=](Matrix A) { return A.south_west(u + 1); }) * x(u + 1);
+      sum -= both([=](Matrix A) { return A.east(k - 1); }) * x(k - 1);
+      sum -= both([=](Matrix A) { return A.centre(k); }) * x(k);
+      sum -= both([=](Matrix A) { return A.east(k); }) * x(k + 1);
+      sum -= both([=](Matrix A) { return A.south_west(k); }) * x(d - 1);
+      sum -= both([=](Matrix A) { return A.south(k); }) * x(d);
+      sum -= both([=](Matrix A) { return A.south_east(k); }) * x(d + 1);
       end_row(sum, k);
     }
   }, 64);
   parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
     const StencilMatrix::Row a = high.irregular_row(int(p)), b = low.irregular_row(int(p));
     const int k = layout.irregular[p];
-    Row sum = begin_row(k);
-    subtract(sum, double(a.diagonal) + double(b.diagonal), k);
+    Double4 sum = begin_row(k);
+    sum -= (double(a.diagonal) + double(b.diagonal)) * x(k);
     for (int i = 0; i < a.count; ++i)
-      subtract(sum, double(a.values[i]) + double(b.values[i]), a.columns[i]);
+      sum -= (double(a.values[i]) + double(b.values[i])) * x(a.columns[i]);
     end_row(sum, k);
   });
 }
