@@ -6,7 +6,8 @@
 /// so that five values per unknown hold a symmetric matrix. In a row the even unknowns are replaced
 /// and then the odd ones, neither of which depend on one another, a vector register at a time; what
 /// does not depend on the row itself, `rest`, is computed once for both. A tile small enough for
-/// the cache is relaxed several times before the next is touched.
+/// the cache is relaxed several times before the next is touched, and its runs where triangles are
+/// stretched (in any direction, so that lines of texels would be no remedy) some times more.
 
 #include "mq/linear/stencil_matrix.h"
 
@@ -189,6 +190,23 @@ inline void product_of_run(const Stencils& A, const float* sums, const StencilRu
     product_at<lanes, 1>(A, sums, x, y, run.first + i, run.up + i, run.down + i);
 }
 
+constexpr double strong_anisotropy = 6;  // lengths 2.4:1, from where a sweep halves little
+constexpr int anisotropic_sweeps = 2;    // further ones per sweep, on runs ...
+constexpr int few_unknowns = 4;          // ... with so many strongly anisotropic rows
+
+/// The ratio of the eigenvalues of Σ_j −a_kj d_j d_jᵀ, d_j from unknown k to j in texels: where A is
+/// stiffness, that of the metric. Small where mass prevails, which relaxation likes.
+double anisotropy(const StencilMatrix& A, const StencilRun& run, int i) {
+  const int k = run.first + i, u = run.up + i, d = run.down + i;
+  const double ne = A.south_west(u + 1), nw = A.south_east(u - 1);
+  const double sw = A.south_west(k), se = A.south_east(k), corners = ne + nw + sw + se;
+  const double xx = -(double(A.east(k - 1)) + A.east(k) + corners);
+  const double yy = -(double(A.south(u)) + A.south(k) + corners);
+  const double xy = -(se + nw - ne - sw);
+  const double mean = (xx + yy) / 2, radius = std::hypot((xx - yy) / 2, xy);
+  return (mean + radius) / std::max(mean - radius, 0.02 * A.centre(k));
+}
+
 /// What the diagonal of row i is multiplied by.
 double raised(const Scaling& scaling, std::int64_t i) {
   return scaling.row(i) == 1 ? 1 : 1 + StencilMatrix::raise;
@@ -267,13 +285,39 @@ void StencilMatrix::relax_tile(int tile, const float* b, float* x, int sweeps, O
   const Stencils A{&values5_[0][margin], &values5_[1][margin], &values5_[2][margin],
                    &values5_[3][margin], &values5_[4][margin]};
   const int begin = layout_->tiles[tile], end = layout_->tiles[tile + 1];
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    if (order == Order::forward)
+  const int first = anisotropic_begin_[tile], last = anisotropic_begin_[tile + 1];
+  if (order == Order::forward) {
+    for (int sweep = 0; sweep < sweeps; ++sweep)
       for (int r = begin; r < end; ++r)
         relax_run<lanes, Order::forward>(A, layout_->runs[r], b, x);
-    else
+    for (int sweep = 0; sweep < anisotropic_sweeps * sweeps; ++sweep)
+      for (int i = first; i < last; ++i)
+        relax_run<lanes, Order::forward>(A, layout_->runs[anisotropic_[i]], b, x);
+  } else {
+    for (int sweep = 0; sweep < anisotropic_sweeps * sweeps; ++sweep)
+      for (int i = last - 1; i >= first; --i)
+        relax_run<lanes, Order::backward>(A, layout_->runs[anisotropic_[i]], b, x);
+    for (int sweep = 0; sweep < sweeps; ++sweep)
       for (int r = end - 1; r >= begin; --r)
         relax_run<lanes, Order::backward>(A, layout_->runs[r], b, x);
+  }
+}
+
+void StencilMatrix::find_anisotropic_runs() {
+  const int tiles = int(layout_->tiles.size()) - 1;
+  std::vector<char> found(layout_->runs.size(), 0);
+  parallel_for(std::int64_t(layout_->runs.size()), [&](std::int64_t r) {
+    const StencilRun& run = layout_->runs[r];
+    int count = 0;
+    for (int i = 0; i < run.count; ++i) count += anisotropy(*this, run, i) > strong_anisotropy;
+    found[r] = count >= std::min(run.count, few_unknowns);
+  }, 64);
+  anisotropic_.clear();
+  anisotropic_begin_.assign(1, 0);
+  for (int t = 0; t < tiles; ++t) {
+    for (int r = layout_->tiles[t]; r < layout_->tiles[t + 1]; ++r)
+      if (found[r]) anisotropic_.push_back(r);
+    anisotropic_begin_.push_back(int(anisotropic_.size()));
   }
 }
 
@@ -319,6 +363,7 @@ StencilMatrix::StencilMatrix(const SparseMatrix& A, const StencilLayout& layout,
   fill(A, layout, [&](std::int64_t i, std::int64_t j, double value) {
     return float(scaling(i, j) * value * (i == j ? raised(scaling, i) : 1));
   });
+  find_anisotropic_runs();
 }
 
 StencilMatrix StencilMatrix::remainder(const SparseMatrix& A, const StencilLayout& layout,

@@ -61,7 +61,8 @@ class StencilMatrix {
   int rows() const { return layout_ ? layout_->rows : 0; }
 
   /// Gauss–Seidel on the stencil rows: tile after tile `sweeps` times each, colour after colour,
-  /// rows from the top, in a row first its even then its odd unknowns; or all of that reversed.
+  /// rows from the top, in a row first its even then its odd unknowns; then the runs where A is
+  /// strongly anisotropic several times more; or all of that reversed.
   void relax_stencils(int lanes, const float* b, float* x, int sweeps, Order order) const;
 
   /// r = b − A·x in every row.
@@ -101,6 +102,7 @@ class StencilMatrix {
   static constexpr int margin = 32;
   template <class Round>
   void fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round);
+  void find_anisotropic_runs();
   template <int lanes>
   void relax_tile(int tile, const float* b, float* x, int sweeps, Order order) const;
   template <int lanes>
@@ -112,6 +114,8 @@ class StencilMatrix {
 
   std::vector<float> values5_[5];
   std::vector<float> row_sums_;
+  std::vector<int> anisotropic_;        ///< runs, tile by tile ...
+  std::vector<int> anisotropic_begin_;  ///< ... those of tile t from here on
   std::vector<std::int64_t> start_;
   std::vector<int> columns_;
   std::vector<float> values_;
