@@ -101,7 +101,7 @@ TEST_P(Factoring, TakesAnEmptyMatrix) {
 
 TEST_P(Factoring, StopsWhenAsked) {
   std::atomic<bool> cancel = false;
-  const auto stop_at_factor = [&](const ProgressEvent& e) { cancel = e.step == "factor"; };
+  const auto stop_at_factor = [&](const ProgressEvent& e) { cancel = e.step == "factorisation"; };
   EXPECT_THROW(DirectSolver(grid_laplacian(20, 1), GetParam(), Progress(stop_at_factor, &cancel)),
                Cancelled);
 }
