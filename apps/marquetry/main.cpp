@@ -13,6 +13,10 @@
 #include <optional>
 #include <thread>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include "frames.h"
 #include "interrupt.h"
 #include "mq/base/error.h"
@@ -224,10 +228,19 @@ Exit guarded(const std::vector<std::string>& words) {
   return Exit::error;
 }
 
+/// Large arrays go back to the system when they are freed: the parts of a solver are made one after
+/// another, and glibc's threshold would else grow until it keeps what the first of them held.
+void return_large_arrays() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 1 << 17);
+#endif
+}
+
 }  // namespace
 }  // namespace mq::app
 
 int main(int argc, char** argv) {
+  mq::app::return_large_arrays();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is a write error like any other
   return int(mq::app::guarded({argv + 1, argv + argc}));
 }

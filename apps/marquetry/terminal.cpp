@@ -80,6 +80,7 @@ void Terminal::progress(const ProgressEvent& event) {
   const std::lock_guard lock(mutex_);
   const bool begins = path_ != event.step;
   if (begins) path_ = event.step;
+  detail_ = event.detail.empty() ? "" : ", " + event.detail;
   if (voice_ == Voice::quiet) return;
   const auto now = Clock::now();
   const double elapsed = seconds_between(start_, now);
@@ -93,7 +94,7 @@ void Terminal::progress(const ProgressEvent& event) {
   if (is_terminal_)
     draw_bar(event.fraction, elapsed);
   else
-    fmt::print(stderr, "{}{:3.0f} % {}{}\n", prefix_, 100 * event.fraction, shown_step(path_),
+    fmt::print(stderr, "{}{:3.0f} % {}{}\n", prefix_, 100 * event.fraction, shown_step(path_) + detail_,
                estimate(event.fraction, elapsed));
 }
 
@@ -102,7 +103,7 @@ void Terminal::draw_bar(double fraction, double elapsed) {
   const int filled = int(fraction * bar_width);
   std::string text =
       fmt::format("[{:=>{}}{:>{}}] {:3.0f} %{}  {}", "", filled, "", bar_width - filled,
-                  100 * fraction, estimate(fraction, elapsed), shown_step(path_));
+                  100 * fraction, estimate(fraction, elapsed), shown_step(path_) + detail_);
   if (int(text.size()) >= terminal_width()) text.resize(std::size_t(terminal_width() - 1));
   fmt::print(stderr, "\r\033[K{}", text);
   std::fflush(stderr);

@@ -45,6 +45,7 @@ class Terminal {
   bool colored_;
   bool bar_shown_ = false;
   std::string path_ = "work";  ///< of the step last reported
+  std::string detail_;         ///< of the same
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
   std::mutex mutex_;

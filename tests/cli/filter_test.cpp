@@ -10,6 +10,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 using Json = nlohmann::json;
 using Words = std::vector<std::string>;
@@ -391,6 +392,13 @@ TEST(Filter, FactorisesWhatMultigridDoesNotReach) {
   ASSERT_EQ(kept.status, 0) << kept.error;
   EXPECT_THAT(kept.error, HasSubstr("warning: multigrid stopped at a relative residual of"));
   EXPECT_FALSE(kept.json()["solve"]["converged"].get<bool>());
+
+  // Who asks for two cycles gets them, and no complaint.
+  const Result brief = with({"--tolerance", "1e-16", "--cycles", "2"});
+  ASSERT_EQ(brief.status, 0) << brief.error;
+  EXPECT_THAT(brief.error, Not(HasSubstr("warning")));
+  EXPECT_EQ(brief.json()["solve"]["cycles"], 2);
+  EXPECT_EQ(brief.json()["solve"]["residuals"].size(), 3U);
 }
 
 TEST(Filter, SaysWhoseTextureHasNoArea) {

@@ -41,11 +41,13 @@ class Target {
   virtual SolverFactory reference() const = 0;
 };
 
-/// A multigrid solver that stops at `tolerance`.
-MultigridOptions multigrid_options(const OptionValues& options) {
-  MultigridOptions multigrid;
-  multigrid.tolerance = options.number("tolerance");
-  return multigrid;
+/// Options of an iterative solver that say when it stops.
+template <class SolverOptions>
+SolverOptions when_to_stop(const OptionValues& options) {
+  SolverOptions solver;
+  solver.tolerance = options.number("tolerance");
+  if (options.has("cycles")) solver.max_cycles = int(options.integer("cycles"));
+  return solver;
 }
 
 /// Above so many unknowns a factorisation takes several times as long as multigrid, and more
@@ -72,28 +74,27 @@ bool same_row(const Signal& a, const Signal& b, Eigen::Index row) {
 class TextureTarget : public Target {
  public:
   TextureTarget(Run& run, const Scene& scene, const Progress& progress)
-      : options_(run.options()), space_(scene.surface, *scene.atlas, {}, progress) {
-    for (const Texture& texture : scene.model.textures) decoded_.push_back(decoded(texture));
-    make_channels_equal(scene.model);
+      : options_(run.options()),
+        model_(scene.model),
+        channels_(common_channels(scene.model)),
+        space_(scene.surface, *scene.atlas, {}, progress) {
     if (options_.flag("normals")) refuse_tangent_space(scene);
     run.found(space_.defects());
     run.warn(space_.defects());
   }
 
   const SignalSpace& space() const override { return space_; }
-  Signal values() const override { return space_.gather(decoded_); }
+  Signal values() const override { return space_.gather(decoded()); }
   bool has_multigrid() const override { return true; }
   SolverFactory multigrid() const override {
-    return multigrid_solver(space_.texels(), multigrid_options(options_));
+    return multigrid_solver(space_.texels(), when_to_stop<MultigridOptions>(options_));
   }
   SolverFactory reference() const override {
-    ReferenceOptions reference;
-    reference.tolerance = options_.number("tolerance");
-    return reference_solver(space_.texels(), reference);
+    return reference_solver(space_.texels(), when_to_stop<ReferenceOptions>(options_));
   }
 
   void put(const Signal& before, const Signal& after, Model& model) const override {
-    std::vector<Image<float>> pictures = decoded_;
+    std::vector<Image<float>> pictures = decoded();
     space_.scatter(after, pictures);
     for (std::size_t i = 0; i < pictures.size(); ++i)
       pictures[i] = encoded(pictures[i], model.textures[i]);
@@ -131,35 +132,49 @@ class TextureTarget : public Target {
     return encode(picture, colour_space(), transfer(texture));
   }
 
-  /// Pictures with and without alpha are filtered together: where it lacks it is 1.
-  void make_channels_equal(const Model& model) {
+  /// How many channels all pictures have. Those with and without alpha are filtered together.
+  static int common_channels(const Model& model) {
     int most = 0;
-    for (const Image<float>& picture : decoded_) most = std::max(most, picture.channels());
-    for (std::size_t i = 0; i < decoded_.size(); ++i) {
-      const Image<float>& picture = decoded_[i];
-      if (picture.channels() == most) continue;
-      const bool lacks_alpha = picture.channels() + 1 == most && colour_channels(most) != most;
+    for (const Texture& texture : model.textures)
+      most = std::max(most, texture.pixels.channels());
+    for (std::size_t i = 0; i < model.textures.size(); ++i) {
+      const int channels = model.textures[i].pixels.channels();
+      const bool lacks_alpha = channels + 1 == most && colour_channels(most) != most;
       require(
-          lacks_alpha,
+          channels == most || lacks_alpha,
           fmt::format("{}: has {} and another texture of the model {}: textures of one model are "
                       "filtered together and must agree; convert one of them",
-                      texture_file(model, i), counted(picture.channels(), "channel"), most));
-      Image<float> wider(picture.width(), picture.height(), most, 1.0F);
+                      texture_file(model, i), counted(channels, "channel"), most));
+    }
+    return most;
+  }
+
+  /// The pictures in the values that are filtered; where one lacks alpha it is 1. Not kept: on
+  /// large textures they would stand beside the solver's matrices.
+  std::vector<Image<float>> decoded() const {
+    std::vector<Image<float>> pictures;
+    for (const Texture& texture : model_.textures) {
+      pictures.push_back(decoded(texture));
+      const Image<float>& picture = pictures.back();
+      if (picture.channels() == channels_) continue;
+      Image<float> wider(picture.width(), picture.height(), channels_, 1.0F);
       for (int y = 0; y < picture.height(); ++y)
         for (int x = 0; x < picture.width(); ++x)
           std::ranges::copy(picture.pixel(x, y), wider.pixel(x, y).begin());
-      decoded_[i] = std::move(wider);
+      pictures.back() = std::move(wider);
     }
+    return pictures;
   }
 
   /// On the two sides of a seam the same normal has different coordinates in tangent space.
   void refuse_tangent_space(const Scene& scene) const {
     if (scene.atlas->seam_count == 0) return;
-    for (std::size_t i = 0; i < decoded_.size(); ++i) {
-      Image<float> coverage(decoded_[i].width(), decoded_[i].height(), 1);
+    const std::vector<Image<float>> pictures = decoded();
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      Image<float> coverage(pictures[i].width(), pictures[i].height(), 1);
       for (const Texels::Place& place : space_.texels().places)
         if (std::size_t(place.texture) == i) coverage(place.x, place.y) = 1;
-      const double upright = share_upright(decoded_[i], coverage);
+      const double upright = share_upright(pictures[i], coverage);
       require(upright < 0.9,
               fmt::format("{}: {:.0f} % of its normals point along z, so it seems to be in tangent "
                           "space, where the same normal has different values on the two sides of a "
@@ -169,8 +184,9 @@ class TextureTarget : public Target {
   }
 
   const OptionValues& options_;
+  const Model& model_;
+  int channels_;
   TexelSpace space_;
-  std::vector<Image<float>> decoded_;
 };
 
 /// Colours at vertices. Copies of a vertex that exporters wrote for several charts are one unknown,
@@ -279,22 +295,25 @@ Json solve_json(const SolveReport& report) {
           {"converged", report.converged}};
 }
 
-/// A filtered signal, and what was tried before in vain.
+/// A signal before and after, and what was tried in vain.
 struct Solution {
+  Signal before;
   Filtered filtered;
   Json tried = Json::array();
 };
 
-/// One attempt, with these shares of the progress.
-Filtered attempt(Run& run, const Target& target, double weight, const Signal& before,
-                 const SolverFactory& factory, double preparing, double solving) {
+/// One attempt, with these shares of the progress. The signal is taken once the solver stands, whose
+/// making needs most memory.
+void attempt(Run& run, const Target& target, double weight, const SolverFactory& factory,
+             double preparing, double solving, Solution& solution) {
   std::unique_ptr<ScreenedPoisson> poisson;
   {
     const Step step(run, "prepare", preparing);
     poisson = std::make_unique<ScreenedPoisson>(target.space(), weight, factory, step);
   }
   const Step step(run, "solve", solving);
-  return poisson->solve(before, run.options().number("beta"), step);
+  if (solution.before.size() == 0) solution.before = target.values();
+  solution.filtered = poisson->solve(solution.before, run.options().number("beta"), step);
 }
 
 std::string reached(const SolveReport& report) {
@@ -314,15 +333,19 @@ bool can_factorise(Run& run, const Target& target, const std::string& what_happe
   return false;
 }
 
+std::string less_accurate(const std::string& what_happened, const Error& error) {
+  return fmt::format("{}; {}: the result is less accurate than asked for", what_happened,
+                     error.what());
+}
+
 /// Solves with what the options ask for. Where that is left to the program and multigrid does not
 /// get there, a factorisation does, if there is memory for it.
-Solution solve(Run& run, const Target& target, double weight, const Signal& before) {
+Solution solve(Run& run, const Target& target, double weight) {
   const std::string name = run.options().text("solver");
   Solution solution;
-  solution.filtered =
-      attempt(run, target, weight, before, solver(name, target), 0.25, 0.15);
+  attempt(run, target, weight, solver(name, target), 0.25, 0.15, solution);
   const SolveReport first = solution.filtered.report;
-  if (first.converged) return solution;
+  if (first.converged || run.options().has("cycles")) return solution;
   const std::string what_happened = reached(first);
   if (name != "automatic" || !begins_with_multigrid(target)) {
     run.terminal().warning(what_happened +
@@ -334,12 +357,14 @@ Solution solve(Run& run, const Target& target, double weight, const Signal& befo
   run.terminal().remark(what_happened + ": factorising instead");
   solution.tried.push_back(solve_json(first));
   try {
-    solution.filtered = attempt(run, target, weight, before, direct_solver(), 0.08, 0.02);
+    attempt(run, target, weight, direct_solver(), 0.08, 0.02, solution);
+    return solution;
   } catch (const SolverError& error) {
-    run.terminal().warning(fmt::format("{}; {}: the result is less accurate than asked for",
-                                       what_happened, error.what()));
-    solution.tried.clear();
+    run.terminal().warning(less_accurate(what_happened, error));
+  } catch (const OutOfMemory& error) {
+    run.terminal().warning(less_accurate(what_happened, error));
   }
+  solution.tried.clear();
   return solution;
 }
 
@@ -368,9 +393,9 @@ Exit filter(Run& run) {
     target = make_target(run, scene, vertices, step);
   }
   const double weight = weight_from_length(spread(options), target->space().scale());
-  const Signal before = target->values();
   Solution solution;
-  about(scene.model, [&] { solution = solve(run, *target, weight, before); });
+  about(scene.model, [&] { solution = solve(run, *target, weight); });
+  const Signal& before = solution.before;
   const Filtered& filtered = solution.filtered;
 
   const SurfaceScale scale = target->space().scale();
@@ -454,6 +479,12 @@ Verb filter_verb() {
              .most = 0.1,
              .group = "Filter",
              .help = "relative residual at which iterations stop"});
+  table.add({.name = "cycles",
+             .type = Type::integer,
+             .least = 1,
+             .most = 10000,
+             .group = "Filter",
+             .help = "stop iterations after so many cycles, converged or not"});
   table.add({.name = "space",
              .type = Type::choice,
              .default_value = "stored",

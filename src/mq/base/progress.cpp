@@ -34,14 +34,14 @@ Progress Progress::step(const std::string& name, double share) const {
   return child;
 }
 
-void Progress::at(double fraction) const {
+void Progress::at(double fraction, const std::string& detail) const {
   if (!root_) return;
   check();
   if (!root_->listener) return;
   const std::lock_guard lock(root_->mutex);
   root_->fraction =
       std::max(root_->fraction, begin_ + length_ * std::clamp(fraction, 0.0, 1.0));
-  root_->listener({path_, root_->fraction});
+  root_->listener({path_, root_->fraction, detail});
 }
 
 void Progress::check() const {

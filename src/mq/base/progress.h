@@ -24,6 +24,7 @@ namespace mq {
 struct ProgressEvent {
   std::string step;  ///< names joined by " / "
   double fraction;   ///< of all the work, in [0, 1]; never decreases
+  std::string detail;  ///< how the step is doing, "residual 3e-04"; mostly empty
 };
 
 class Progress {
@@ -41,8 +42,9 @@ class Progress {
   /// Shares given out beyond 1 are cut off.
   Progress step(const std::string& name, double share) const;
 
-  /// Says how far this step has come, 0 to 1. Throws `Cancelled` when asked to stop.
-  void at(double fraction) const;
+  /// Says how far this step has come, 0 to 1, and how it is doing if that is worth a word. Throws
+  /// `Cancelled` when asked to stop.
+  void at(double fraction, const std::string& detail = {}) const;
 
   /// Throws `Cancelled` when asked to stop; reports nothing. Cheap enough for inner loops.
   void check() const;

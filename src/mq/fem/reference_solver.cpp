@@ -133,7 +133,8 @@ class ReferenceSolver final : public LinearSolver {
       if (int(report.residuals.size()) <= cycle + 1) report.residuals.push_back(0);
       double& residual = report.residuals[cycle + 1];
       residual = std::max(residual, worst_ratio(now, before));
-      progress.at(std::clamp(std::log(residual) / std::log(options_.tolerance), 0.0, 1.0));
+      progress.at(std::clamp(std::log(residual) / std::log(options_.tolerance), 0.0, 1.0),
+                  fmt::format("residual {:.0e}", residual));
     }
     report.cycles = std::max(report.cycles, cycle);
     report.converged = report.converged && converged();

@@ -15,6 +15,8 @@
 #include <chrono>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "mq/base/parallel.h"
 #include "mq/linear/vector_lanes.h"
 
@@ -398,7 +400,8 @@ SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMa
       if (int(report.residuals.size()) <= cycle) report.residuals.push_back(0);
       report.residuals[cycle] = std::max(report.residuals[cycle], ratio);
       progress.at((first + std::min(1.0, std::log(std::max(ratio, 1e-300)) /
-                                             std::log(options.tolerance))) / double(B.cols()));
+                                             std::log(options.tolerance))) / double(B.cols()),
+                  fmt::format("residual {:.0e}", ratio));
     }
     report.cycles = std::max(report.cycles, cycle);
     report.converged = report.converged && group.converged();
