@@ -283,7 +283,7 @@ TEST(Surface, RefusesWhatIsNotAMesh) {
   };
   Mesh mesh = flat_square(2);
   mesh.triangles[3][1] = 9;
-  EXPECT_THAT(error_of(mesh), HasSubstr("1 triangles (first: 3) name vertices that are not there"));
+  EXPECT_THAT(error_of(mesh), HasSubstr("1 triangle (first: 3) with vertices that are not there: there are 9"));
   mesh = flat_square(2);
   mesh.corner_uvs[1][0] = -2;
   EXPECT_THAT(error_of(mesh), HasSubstr("texture coordinates that are not there"));
@@ -292,7 +292,7 @@ TEST(Surface, RefusesWhatIsNotAMesh) {
   EXPECT_THAT(error_of(mesh), HasSubstr("there are 8 triangles, but 7 of them have"));
   mesh = flat_square(2);
   mesh.positions[4].y() = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(error_of(mesh), HasSubstr("1 vertices are not finite numbers (first: 4)"));
+  EXPECT_THAT(error_of(mesh), HasSubstr("1 vertex with positions that are not finite numbers (first, from 0: 4)"));
   mesh.positions[4].y() = 1e300;
   EXPECT_THAT(error_of(mesh), HasSubstr("scale the model down"));
   EXPECT_THAT(error_of(flat_square(2), {WeldOptions::Kind::distance, 0}),
