@@ -418,6 +418,31 @@ TEST(TexelSpace, WorksOnTexturesOfAnySize) {
       }
 }
 
+TEST(TexelSpace, CouplesOnlyWhatMeetsOnLongThinTextures) {
+  // Seams that run down the texture on one side run along it on the other, over hundreds of cells.
+  const auto model =
+      fixtures::textured(fixtures::cut_square(turned(fixtures::quarter_turn)), {{900, 3}});
+  const TexelSpace space(model->surface, model->atlas);
+  SparseMatrix integrated(space.size(), space.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  space.for_each_piece([&](const TexelSamples& samples) {
+    const double density = texel_metric(model->surface, model->atlas, samples.triangle).density;
+    const Signal block =
+        samples.values.transpose() * (density * samples.weights).asDiagonal() * samples.values;
+    for (std::size_t i = 0; i < samples.texels.size(); ++i)
+      for (std::size_t j = 0; j < samples.texels.size(); ++j)
+        if (block(i, j) != 0) entries.emplace_back(samples.texels[i], samples.texels[j], block(i, j));
+  });
+  integrated.setFromTriplets(entries.begin(), entries.end());
+  EXPECT_LT((space.mass() - integrated).norm(), 1e-12 * integrated.norm());
+
+  const auto longer =
+      fixtures::textured(fixtures::cut_square(turned(fixtures::quarter_turn)), {{8000, 3}});
+  const TexelSpace large(longer->surface, longer->atlas);
+  EXPECT_LT(large.mass().nonZeros(), 40 * std::int64_t(large.size()));
+  EXPECT_NEAR(column(large.mass()).sum(), 1.0, 1e-11);
+}
+
 TEST(TexelSpace, IsSolvableWhereTipsOfChartsMakeTexelsDependent) {
   for (const Cut& cut : small_cut_squares()) {
     const TexelSpace space(cut.model->surface, cut.model->atlas);

@@ -285,6 +285,36 @@ TEST_F(ImageFile, NoticesEveryPlaceWhereAFileMayBeCutShort) {
   }
 }
 
+TEST_F(ImageFile, NoticesATiffWhoseStripsAreMissing) {
+  // Large enough for several strips, which the decoder would paint black.
+  for (const Depth depth : {Depth::u8, Depth::f32}) {
+    write_image(folder / "a.tif", levels(200, 300, 3, 255), depth);
+    const std::string whole = get(folder / "a.tif");
+    const Image<float> pixels = read_texture(folder / "a.tif").pixels;
+    int refused = 0;
+    for (const double share : {0.05, 0.2, 0.4, 0.6, 0.8, 0.95}) {
+      const fs::path cut = put("cut.tif", whole.substr(0, std::size_t(share * double(whole.size()))));
+      try {
+        EXPECT_TRUE(read_texture(cut).pixels == pixels) << "cut at " << share;
+      } catch (const IoError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("cut.tif"));
+        ++refused;
+      }
+    }
+    EXPECT_EQ(refused, 6);
+  }
+}
+
+TEST_F(ImageFile, CopiesAPictureThatNothingChangedIn) {
+  write_image(folder / "a.jpg", levels(30, 20, 3, 255));
+  Texture texture = read_texture(folder / "a.jpg");
+  write_texture(folder / "b.jpg", texture);
+  EXPECT_EQ(get(folder / "b.jpg"), get(folder / "a.jpg"));
+  texture.pixels(3, 2, 0) += 0.5F;
+  write_texture(folder / "c.jpg", texture);
+  EXPECT_NE(get(folder / "c.jpg"), get(folder / "a.jpg"));
+}
+
 TEST_F(ImageFile, NoticesDamagedPngPixels) {
   write_image(folder / "a.png", levels(16, 40, 3, 255));
   std::string bytes = get(folder / "a.png");

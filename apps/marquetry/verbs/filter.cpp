@@ -425,8 +425,8 @@ Exit filter(Run& run) {
 Verb filter_verb() {
   using Type = Option::Type;
   OptionTable table("filter",
-                    "Smooth or sharpen a texture, or colours at vertices, on the surface: no seam "
-                    "of the texture shows in the result.");
+                    "Smooth or sharpen a texture, or colours at vertices, on the surface, across "
+                    "the seams of the texture.");
   add_scene_options(table);
   table.add({.name = "output",
              .letter = 'o',

@@ -298,9 +298,43 @@ void drop_zero_columns(BasisSamples& samples) {
 
 }  // namespace
 
-void SeamCell::evaluate(BasisSamples& samples) {
-  const Eigen::Index count = std::ssize(texels_), points = std::ssize(points_);
-  samples.texels = texels_;
+template <class Visit>
+void SeamCell::for_each_texel(std::size_t point, const Visit& visit) const {
+  for (const int corner : corner_) visit(corner);
+  const int end =
+      point + 1 < points_.size() ? points_[point + 1].first_term : int(terms_.size());
+  for (int t = points_[point].first_term; t < end; ++t) {
+    const Curve& curve = curves_[terms_[t].curve];
+    for (int k = curve.first_entry; k < curve.end_entry; ++k) visit(entries_[k].texel);
+  }
+}
+
+/// The texels of the points from `first` on, as many points as have no more of them than asked for
+/// together (one at least). Returns one past the last of these points.
+std::size_t SeamCell::choose_texels(std::size_t first, std::size_t most_texels,
+                                    std::vector<int>& chosen) {
+  local_.assign(texels_.size(), -1);
+  std::size_t end = first;
+  for (; end < points_.size(); ++end) {
+    const std::size_t before = chosen.size();
+    for_each_texel(end, [&](int texel) {
+      if (local_[texel] >= 0) return;
+      local_[texel] = int(chosen.size());
+      chosen.push_back(texel);
+    });
+    if (chosen.size() <= most_texels || end == first) continue;
+    for (std::size_t k = before; k < chosen.size(); ++k) local_[chosen[k]] = -1;
+    chosen.resize(before);
+    break;
+  }
+  return end;
+}
+
+std::size_t SeamCell::evaluate(BasisSamples& samples, std::size_t first, std::size_t most_texels) {
+  samples.texels.clear();
+  const std::size_t last = choose_texels(first, most_texels, samples.texels);
+  const Eigen::Index count = std::ssize(samples.texels), points = Eigen::Index(last - first);
+  for (int& texel : samples.texels) texel = texels_[texel];
   samples.triangles.resize(points);
   samples.weights.resize(points);
   samples.places.resize(points);
@@ -308,7 +342,8 @@ void SeamCell::evaluate(BasisSamples& samples) {
   samples.dx.setZero(points, count);
   samples.dy.setZero(points, count);
   for (Eigen::Index q = 0; q < points; ++q) {
-    const Point& point = points_[q];
+    const std::size_t number = first + std::size_t(q);
+    const Point& point = points_[number];
     samples.triangles[q] = point.triangle;
     samples.weights[q] = point.weight;
     samples.places[q] = {point.x, point.y};
@@ -316,25 +351,28 @@ void SeamCell::evaluate(BasisSamples& samples) {
            *dy = samples.dy.row(q).data();
     for (int k = 0; k < 4; ++k) {
       const double fx = k & 1 ? point.x : 1 - point.x, fy = k >> 1 ? point.y : 1 - point.y;
-      const int at = corner_[k];
+      const int at = local_[corner_[k]];
       value[at] += fx * fy;
       dx[at] += (k & 1 ? 1 : -1) * fy;
       dy[at] += (k >> 1 ? 1 : -1) * fx;
     }
-    const int end = q + 1 < points ? points_[q + 1].first_term : int(terms_.size());
+    const int end =
+        number + 1 < points_.size() ? points_[number + 1].first_term : int(terms_.size());
     for (int t = point.first_term; t < end; ++t) {
       const Term& term = terms_[t];
       const Curve& curve = curves_[term.curve];
       for (int k = curve.first_entry; k < curve.end_entry; ++k) {
         const CurveEntry& e = entries_[k];
         const double c = e.c0 + term.s * (e.c1 + term.s * e.c2), slope = e.c1 + 2 * term.s * e.c2;
-        value[e.texel] += term.lambda * c;
-        dx[e.texel] += term.lambda_x * c + term.lambda * slope * term.sx;
-        dy[e.texel] += term.lambda_y * c + term.lambda * slope * term.sy;
+        const int at = local_[e.texel];
+        value[at] += term.lambda * c;
+        dx[at] += term.lambda_x * c + term.lambda * slope * term.sx;
+        dy[at] += term.lambda_y * c + term.lambda * slope * term.sy;
       }
     }
   }
   drop_zero_columns(samples);
+  return last;
 }
 
 // ------------------------------------------------------------------------------------------ pieces

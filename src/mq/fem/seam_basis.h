@@ -87,8 +87,14 @@ class SeamCell {
 
   bool empty() const { return points_.empty(); }
 
-  /// Everything added since `start`.
-  void evaluate(BasisSamples& samples);
+  std::size_t point_count() const { return points_.size(); }
+
+  /// The points added since `start`, from number `first` on: all, or the first of them that do not
+  /// have more than `most_texels` texels together (one point at least). Where the other side of a
+  /// seam is stretched, a cell couples to hundreds, but each point to a few. Returns one past the
+  /// last.
+  std::size_t evaluate(BasisSamples& samples, std::size_t first = 0,
+                       std::size_t most_texels = std::size_t(-1));
 
  private:
   struct Segment {
@@ -118,6 +124,9 @@ class SeamCell {
   int curve_at(int segment, double s);
   void add_bilinear(const SeamTerm& term);
   int texel(int number);
+  template <class Visit>
+  void for_each_texel(std::size_t point, const Visit& visit) const;
+  std::size_t choose_texels(std::size_t first, std::size_t most_texels, std::vector<int>& chosen);
   Polygon outline(int triangle, const Piece& piece) const;
 
   const Atlas& atlas_;
@@ -130,6 +139,7 @@ class SeamCell {
   std::vector<Term> terms_;
   std::vector<Point> points_;
   std::vector<int> texels_;
+  std::vector<int> local_;  ///< per entry of texels_ its column in the samples, or -1
   std::vector<SeamTerm> value_;
 };
 

@@ -374,9 +374,11 @@ class BandIntegrator {
           add_integrals(bernstein_moments(polygon), metrics_[pending_[end].triangle],
                         band_.cut[cells_.kind[number] - triangles_]);
       }
-      if (cell.empty()) continue;
-      cell.evaluate(samples);
-      add_seam_block(samples, metrics_, number, band_.blocks);
+      constexpr std::size_t most_texels = 64;  // of a block, which holds all pairs of them
+      for (std::size_t point = 0; point < cell.point_count();) {
+        point = cell.evaluate(samples, point, most_texels);
+        add_seam_block(samples, metrics_, number, band_.blocks);
+      }
     }
   }
 

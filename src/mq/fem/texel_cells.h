@@ -41,7 +41,8 @@ void add_integrals(const std::array<double, 9>& moments, const TexelMetric& metr
                    CellIntegrals& integrals);
 
 /// The symmetric matrices of a few texels coupled by the pieces of one chart in one cell near a
-/// seam (or, for soft continuity, by one stretch of a seam).
+/// seam, or by some of their points where these have very many texels (or, for soft continuity, by
+/// one stretch of a seam).
 struct SeamBlocks {
   struct Block {
     int cell;                  ///< of TexelGrid, or -1

@@ -196,6 +196,7 @@ OpenPicture open_picture(Bytes bytes, const std::string& name) {
   const bool colour = p.file_format != "png" || png_states_colour(bytes, name);
   if (p.file_format == "jpeg") check_jpeg_end(bytes, name);
   if (p.file_format == "openexr") check_exr_windows(bytes, name);
+  if (p.file_format == "tiff") check_tiff_extent(bytes, name);
   p.memory = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes.data(), bytes.size());
   p.input = OIIO::ImageInput::create(p.file_format);
   if (!p.input)
@@ -567,6 +568,28 @@ Texture read_texture(const std::filesystem::path& path, const Progress& progress
   return texture;
 }
 
+namespace {
+
+/// The file a picture was read from, if it still holds these pixels in this format and depth.
+std::vector<std::byte> unchanged_source(const Texture& texture, const FileFormat& format) {
+  std::error_code ignored;
+  if (texture.path.empty() || texture.format.file_format != format.name ||
+      !std::filesystem::is_regular_file(texture.path, ignored))
+    return {};
+  try {
+    std::vector<std::byte> bytes = read_bytes(texture.path);
+    const Texture source = read_texture_bytes(bytes, texture.path.string(), {});
+    const bool same = source.format.file_format == texture.format.file_format &&
+                      source.format.depth == texture.format.depth &&
+                      source.pixels == texture.pixels;
+    return same ? std::move(bytes) : std::vector<std::byte>();
+  } catch (const IoError&) {  // another file has taken its place
+    return {};
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> write_texture(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress) {
   const FileFormat* format = format_of_extension(path);
@@ -575,6 +598,10 @@ std::vector<std::string> write_texture(const std::filesystem::path& path, const 
         fmt::format("{}: the extension names no picture format that can be written; "
                     "use .png, .jpg, .tif, .exr, .bmp or .tga",
                     path.string()));
+  if (const auto bytes = unchanged_source(texture, *format); !bytes.empty()) {
+    write_file(path, bytes);
+    return {};
+  }
   const EncodedPicture encoded = encode(texture, path.string(), *format, progress);
   write_file(path, encoded.bytes);
   return encoded.notes;

@@ -86,7 +86,8 @@ std::vector<std::string> write_model(const std::filesystem::path& path, const Mo
 Texture read_texture(const std::filesystem::path& path, const Progress& progress = {});
 
 /// Writes one picture in the format of the extension, with the depth of `texture.format` where that
-/// format can hold it. Written under a temporary name and renamed. Returns what a user may want to
+/// format can hold it. A picture that is as it was read is copied, byte for byte. Written under a
+/// temporary name and renamed. Returns what a user may want to
 /// know: a depth that could not be kept, values clamped, texels encoded with loss.
 std::vector<std::string> write_texture(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress = {});

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string_view>
 
 #include "mq/base/error.h"
@@ -18,6 +20,62 @@ using Bytes = std::span<const std::byte>;
 
 bool starts_with(Bytes bytes, std::string_view magic) {
   return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
+}
+
+/// Numbers in a TIFF, of either byte order.
+class TiffBytes {
+ public:
+  explicit TiffBytes(Bytes bytes) : bytes_(bytes), big_endian_(starts_with(bytes, "MM")) {}
+
+  std::uint64_t size() const { return bytes_.size(); }
+
+  /// The unsigned integer of `width` bytes at a place; nothing where the file ends before.
+  std::optional<std::uint64_t> number(std::uint64_t at, unsigned width) const {
+    if (at > bytes_.size() || bytes_.size() - at < width) return {};
+    std::uint64_t value = 0;
+    for (unsigned i = 0; i < width; ++i) {
+      const std::uint64_t byte = std::to_integer<std::uint64_t>(bytes_[at + i]);
+      value |= byte << 8 * (big_endian_ ? width - 1 - i : i);
+    }
+    return value;
+  }
+
+ private:
+  Bytes bytes_;
+  bool big_endian_;
+};
+
+/// A list of integers that a TIFF directory names: strip offsets and the like.
+struct TiffList {
+  std::uint64_t count = 0, at = 0;
+  unsigned width = 0;
+};
+
+/// The lists with these two tags in the first directory; nothing where it lies outside the file.
+std::optional<std::array<TiffList, 2>> tiff_lists(const TiffBytes& tiff,
+                                                  std::array<std::uint64_t, 2> first_tags,
+                                                  std::array<std::uint64_t, 2> second_tags) {
+  const bool large = tiff.number(2, 2) == 43;  // BigTIFF
+  const unsigned word = large ? 8 : 4, entry_size = large ? 20 : 12;
+  const auto directory = tiff.number(large ? 8 : 4, word);
+  const auto count = directory ? tiff.number(*directory, large ? 8 : 2) : directory;
+  if (!count || *count > tiff.size() / entry_size) return {};
+  std::array<TiffList, 2> lists;
+  for (std::uint64_t i = 0; i < *count; ++i) {
+    const std::uint64_t at = *directory + (large ? 8 : 2) + i * entry_size;
+    const auto tag = tiff.number(at, 2), type = tiff.number(at + 2, 2),
+               values = tiff.number(at + 4, word);
+    if (!tag || !type || !values) return {};
+    const bool first = std::ranges::count(first_tags, *tag) > 0;
+    if (!first && std::ranges::count(second_tags, *tag) == 0) continue;
+    const unsigned width = *type == 3 ? 2 : *type == 4 ? 4 : *type == 16 ? 8 : 0;
+    if (width == 0 || *values > tiff.size()) return {};
+    const std::uint64_t inside = at + 4 + word;
+    const auto outside = tiff.number(inside, word);
+    if (!outside) return {};
+    lists[first ? 0 : 1] = {*values, width * *values <= word ? inside : *outside, width};
+  }
+  return lists;
 }
 
 }  // namespace
@@ -90,6 +148,23 @@ void check_jpeg_end(Bytes bytes, const std::string& name) {
   }
   fail_picture(name,
                fmt::format("the JPEG file is cut short at {} bytes; copy it again", bytes.size()));
+}
+
+void check_tiff_extent(Bytes bytes, const std::string& name) {
+  const TiffBytes tiff(bytes);
+  const auto lists = tiff_lists(tiff, {273, 324}, {279, 325});  // strips, tiles: offsets and sizes
+  bool whole = lists.has_value();
+  for (std::uint64_t i = 0; whole && i < (*lists)[0].count; ++i) {
+    const auto& [offsets, sizes] = *lists;
+    const auto offset = tiff.number(offsets.at + i * offsets.width, offsets.width);
+    const auto size = i < sizes.count ? tiff.number(sizes.at + i * sizes.width, sizes.width)
+                                      : std::optional<std::uint64_t>(0);
+    whole = offset && size && *offset <= tiff.size() && *size <= tiff.size() - *offset;
+  }
+  if (!whole)
+    fail_picture(name, fmt::format("the TIFF file is cut short at {} bytes, or its directory is "
+                                   "damaged; copy it again",
+                                   bytes.size()));
 }
 
 void check_exr_windows(Bytes bytes, const std::string& name) {

@@ -29,6 +29,10 @@ bool png_states_colour(std::span<const std::byte> bytes, const std::string& name
 /// missing. Throws `IoError` when the file is cut short.
 void check_jpeg_end(std::span<const std::byte> bytes, const std::string& name);
 
+/// Checks that the strips or tiles of the first picture in a TIFF lie in the file; the decoder
+/// would paint those black that do not. Throws `IoError` when the file is cut short.
+void check_tiff_extent(std::span<const std::byte> bytes, const std::string& name);
+
 /// Checks the sizes an EXR head states, before the decoder makes its tables for them. Throws
 /// `IoError`.
 void check_exr_windows(std::span<const std::byte> bytes, const std::string& name);
