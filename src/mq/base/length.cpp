@@ -26,7 +26,8 @@ Length parse_length(const std::string& text) {
 }
 
 double alpha_from_length(const Length& length, const SurfaceScale& scale) {
-  require(scale.area > 0, "a surface without area has no lengths to compare with");
+  require(scale.area > 0, "the surface has no area that can be computed with, so that lengths mean nothing on it: scale "
+          "the model up if it is tiny, or give it triangles that have area");
   const double root = std::sqrt(scale.area);
   const auto squared = [](double x) { return x * x; };
   switch (length.unit) {

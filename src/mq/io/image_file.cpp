@@ -78,7 +78,9 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail_picture(name, "no such file; check the name");
+  if (!std::filesystem::exists(status)) fail_picture(name, name.find('%') == name.npos
+                            ? "no such file; check the name"
+                            : "no such file; names of frames are filled in where --frames is given");
   if (std::filesystem::is_directory(status))
     fail_picture(name, "a directory; a picture was expected");
   if (!std::filesystem::is_regular_file(status))
@@ -442,7 +444,7 @@ std::vector<std::string> notes_on(const std::string& name, const Texture& textur
   const Depth wanted = texture.format.depth;
   const bool loses =
       depth == Depth::u8 ? wanted != depth : depth == Depth::u16 && wanted > Depth::u16;
-  if (loses)
+  if (loses || (wanted == Depth::half && depth == Depth::f32))
     notes.push_back(fmt::format("{}: {} cannot hold {}; written with {}", name, format.name,
                                 words_for(wanted), words_for(depth)));
   if (clamped > 0)
