@@ -572,6 +572,17 @@ Texture read_texture(const std::filesystem::path& path, const Progress& progress
 
 namespace {
 
+/// The format that an extension names. Throws `InvalidInput` where it names none.
+const FileFormat* writable_format(const std::filesystem::path& path) {
+  const FileFormat* format = format_of_extension(path);
+  if (format == nullptr)
+    throw InvalidInput(
+        fmt::format("{}: the extension names no picture format that can be written; "
+                    "use .png, .jpg, .tif, .exr, .bmp or .tga",
+                    path.string()));
+  return format;
+}
+
 /// The file a picture was read from, if it still holds these pixels in this format and depth.
 std::vector<std::byte> unchanged_source(const Texture& texture, const FileFormat& format) {
   std::error_code ignored;
@@ -594,16 +605,17 @@ std::vector<std::byte> unchanged_source(const Texture& texture, const FileFormat
 
 std::vector<std::string> write_texture(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress) {
-  const FileFormat* format = format_of_extension(path);
-  if (format == nullptr)
-    throw InvalidInput(
-        fmt::format("{}: the extension names no picture format that can be written; "
-                    "use .png, .jpg, .tif, .exr, .bmp or .tga",
-                    path.string()));
+  const FileFormat* format = writable_format(path);
   if (const auto bytes = unchanged_source(texture, *format); !bytes.empty()) {
     write_file(path, bytes);
     return {};
   }
+  return write_encoded(path, texture, progress);
+}
+
+std::vector<std::string> write_encoded(const std::filesystem::path& path, const Texture& texture,
+                                       const Progress& progress) {
+  const FileFormat* format = writable_format(path);
   const EncodedPicture encoded = encode(texture, path.string(), *format, progress);
   write_file(path, encoded.bytes);
   return encoded.notes;

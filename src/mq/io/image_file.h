@@ -52,6 +52,10 @@ struct EncodedPicture {
   std::vector<std::string> notes;
 };
 
+/// `write_texture` without looking whether the file that the picture was read from could be copied.
+std::vector<std::string> write_encoded(const std::filesystem::path& path, const Texture& texture,
+                                       const Progress& progress = {});
+
 /// Encodes in `file_format`: "png", "jpeg", "tiff", "openexr", "bmp" or "targa".
 EncodedPicture texture_bytes(const Texture& texture, const std::string& file_format,
                              const Progress& progress = {});

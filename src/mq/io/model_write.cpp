@@ -214,7 +214,7 @@ class ModelWriter {
       return;
     }
     make_folder(path);
-    const auto notes = write_texture(
+    const auto notes = write_encoded(
         path, texture, progress_.step("write picture", 0.8 / double(model_.textures.size())));
     notes_.insert(notes_.end(), notes.begin(), notes.end());
   }
