@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include "fem/patchwork.h"
+#include "fem/solver_checks.h"
 #include "mq/fem/grid_levels.h"
 #include "mq/fem/reference_cycle.h"
 #include "mq/linear/direct.h"
@@ -12,6 +13,8 @@
 namespace mq {
 namespace {
 
+using fixtures::expect_refusals;
+using fixtures::expect_to_stop;
 using fixtures::make_patchwork;
 using fixtures::noise;
 using fixtures::Patchwork;
@@ -273,38 +276,13 @@ TEST(Reference, SolvesNothingInNoTimeAndLeavesASolutionAsItIs) {
 }
 
 TEST(Reference, SaysWhatIsWrongWithItsInput) {
+  expect_refusals([](const Texels& texels) { return reference_solver(texels); });
   const Patchwork p = make_patchwork({.size = 20});
-  const SparseMatrix A = system_of(p, 3);
-  const SolverFactory make = reference_solver(p.texels);
-  const auto solver = make(A, {});
-  Signal B = noise(A.rows(), 3), X = B;
-
-  SparseMatrix bad = A;
-  bad.coeffRef(40, 40) = std::nan("");
-  EXPECT_THROW(make(bad, {}), InvalidInput);
-  bad.coeffRef(40, 40) = -1;
-  EXPECT_THROW(make(bad, {}), NotPositiveDefinite);
-  EXPECT_THROW(make(SparseMatrix(3, 3), {}), InvalidInput);
-  EXPECT_THROW(reference_solver(p.texels, {.grids = 1})(A, {}), InvalidInput);
-  EXPECT_THROW(solver->update(SparseMatrix(A.rows(), A.rows()), {}), InvalidInput);
-  Signal narrow = X.leftCols(2);
-  EXPECT_THROW(solver->solve(B, narrow), InvalidInput);
-  B(5, 1) = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(solver->solve(B, X), SolverError);
-  B(5, 1) = 0;
-  X(7, 2) = std::nan("");
-  EXPECT_THROW(solver->solve(B, X), SolverError);
+  EXPECT_THROW(reference_solver(p.texels, {.grids = 1})(system_of(p, 3), {}), InvalidInput);
 }
 
 TEST(Reference, StopsWhenAskedTo) {
-  const Patchwork p = make_patchwork({.size = 60});
-  const SparseMatrix A = system_of(p, 50);
-  const auto solver = reference_solver(p.texels)(A, {});
-  const Signal B = noise(A.rows(), 1);
-  Signal X = Signal::Zero(A.rows(), 1);
-  const std::atomic<bool> cancel = true;
-  const Progress progress([](const ProgressEvent&) {}, &cancel);
-  EXPECT_THROW(solver->solve(B, X, progress), Cancelled);
+  expect_to_stop([](const Texels& texels) { return reference_solver(texels); });
 }
 
 }  // namespace
