@@ -1,20 +1,14 @@
 #include "mq/fem/multigrid_solver.h"
 
-#include <chrono>
 
 #include <fmt/format.h>
 
+#include "mq/base/stopwatch.h"
 #include "mq/fem/texel_hierarchy.h"
 
 namespace mq {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 class MultigridSolver final : public LinearSolver {
  public:
@@ -22,7 +16,7 @@ class MultigridSolver final : public LinearSolver {
                   const Progress& progress)
       : hierarchy_(A, texels, options, progress),
         options_{options.tolerance, options.max_cycles} {
-    setup_seconds_ = seconds_since(start_);
+    setup_seconds_ = watch_.seconds();
   }
 
   SolveReport solve(const Signal& B, Signal& X, const Progress& progress) const override {
@@ -41,13 +35,13 @@ class MultigridSolver final : public LinearSolver {
   }
 
   void update(const SparseMatrix& A, const Progress& progress) override {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     hierarchy_.set_values(A, progress);
-    setup_seconds_ = seconds_since(start);
+    setup_seconds_ = watch.seconds();
   }
 
  private:
-  Clock::time_point start_ = Clock::now();
+  Stopwatch watch_;  ///< first of all members: it times the making of the others
   TexelHierarchy hierarchy_;
   MixedCgOptions options_;
   double setup_seconds_ = 0;

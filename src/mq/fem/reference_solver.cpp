@@ -4,13 +4,13 @@
 #include "mq/fem/reference_solver.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
 #include "mq/fem/reference_cycle.h"
 #include "mq/linear/connected_components.h"
 #include "mq/linear/lanes.h"
@@ -19,12 +19,6 @@
 namespace mq {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Removes from X, on singular components, what makes its sums differ from those of `like`.
 void set_sums(const NullSpace& null_space, const Signal& like, Signal& X) {
@@ -72,7 +66,7 @@ class ReferenceSolver final : public LinearSolver {
   ReferenceSolver(const SparseMatrix& A, const Texels& texels, const ReferenceOptions& options,
                   const Progress& progress)
       : options_(options), cycle_(A, texels, options, progress) {
-    setup_seconds_ = seconds_since(start_);
+    setup_seconds_ = watch_.seconds();
   }
 
   SolveReport solve(const Signal& B, Signal& X, const Progress& progress) const override {
@@ -82,7 +76,7 @@ class ReferenceSolver final : public LinearSolver {
                         cycle_.rows(), B.rows(), B.cols(), X.rows(), X.cols()));
     if (!B.allFinite() || !X.allFinite())
       throw SolverError("the right-hand side or the first guess holds a value that is not finite");
-    const auto start = Clock::now();
+    const Stopwatch watch;
     SolveReport report;
     report.method = sizeof(Real) == 8 ? "reference multigrid" : "reference multigrid, float";
     report.setup_seconds = setup_seconds_;
@@ -95,14 +89,14 @@ class ReferenceSolver final : public LinearSolver {
                        progress.step("channels", 4.0 / double(B.cols())));
       set_sums(cycle_.null_space(), guess, X);
     }
-    report.solve_seconds = seconds_since(start);
+    report.solve_seconds = watch.seconds();
     return report;
   }
 
   void update(const SparseMatrix& A, const Progress& progress) override {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     cycle_.set_values(A, progress);
-    setup_seconds_ = seconds_since(start);
+    setup_seconds_ = watch.seconds();
   }
 
  private:
@@ -141,7 +135,7 @@ class ReferenceSolver final : public LinearSolver {
     from_lanes(x, first, channels, lanes, X);
   }
 
-  Clock::time_point start_ = Clock::now();
+  Stopwatch watch_;  ///< first of all members: it times the making of the others
   ReferenceOptions options_;
   ReferenceCycle<Real> cycle_;
   double setup_seconds_ = 0;

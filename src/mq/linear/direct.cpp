@@ -5,7 +5,6 @@
 
 #include "mq/linear/direct.h"
 
-#include <chrono>
 #include <cmath>
 #include <mutex>
 
@@ -14,6 +13,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
+#include "mq/base/stopwatch.h"
 #include "mq/linear/solver.h"
 
 #ifdef MARQUETRY_WITH_CHOLMOD
@@ -65,16 +65,6 @@ Triangular lower_triangle(const SparseMatrix& A) {
       "the matrix is not positive definite: its factorisation stops at row {} of {}. A row of "
       "zeros, a part of the domain without area or a negative weight does this", row, size));
 }
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace
 

@@ -1,31 +1,25 @@
 #include "mq/linear/direct_solver.h"
 
-#include <chrono>
 
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
 #include "mq/linear/residual.h"
 
 namespace mq {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 class Direct final : public LinearSolver {
  public:
   Direct(const SparseMatrix& A, Factorisation kind, const Progress& progress)
       : A_(A), solver_(A, kind, progress) {
-    setup_seconds_ = seconds_since(start_);
+    setup_seconds_ = watch_.seconds();
   }
 
   SolveReport solve(const Signal& B, Signal& X, const Progress& progress) const override {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     require(B.rows() == A_.rows() && X.rows() == B.rows() && X.cols() == B.cols(),
             fmt::format("a system of {} rows was given a right-hand side of {} × {} and a first "
                         "guess of {} × {}", A_.rows(), B.rows(), B.cols(), X.rows(), X.cols()));
@@ -44,19 +38,19 @@ class Direct final : public LinearSolver {
       if (!X.allFinite())
         throw SolverError("the solution is not finite: the matrix is singular to working precision");
     }
-    report.solve_seconds = seconds_since(start);
+    report.solve_seconds = watch.seconds();
     return report;
   }
 
   void update(const SparseMatrix& A, const Progress& progress) override {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     solver_.refactor(A, progress);
     A_ = A;
-    setup_seconds_ = seconds_since(start);
+    setup_seconds_ = watch.seconds();
   }
 
  private:
-  Clock::time_point start_ = Clock::now();
+  Stopwatch watch_;  ///< first of all members: it times the making of the others
   SparseMatrix A_;
   DirectSolver solver_;
   double setup_seconds_ = 0;
