@@ -134,4 +134,19 @@ std::vector<std::string> Outputs::write(Model model, const Progress& progress) c
   return notes;
 }
 
+void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress& progress) {
+  for (const std::string& note : outputs.write(std::move(model), progress))
+    run.terminal().remark(note);
+  say_written(run, outputs.paths());
+}
+
+void say_written(Run& run, const std::vector<fs::path>& paths) {
+  Json written = Json::array();
+  for (const fs::path& path : paths) {
+    written.push_back(path.string());
+    run.terminal().remark("wrote " + path.string());
+  }
+  run.result["outputs"] = written;
+}
+
 }  // namespace mq::app

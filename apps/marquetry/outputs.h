@@ -7,6 +7,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/io/model.h"
+#include "run.h"
 
 namespace mq::app {
 
@@ -40,6 +41,13 @@ class Outputs {
   std::filesystem::path folder_;
   bool is_model_ = false;
 };
+
+/// Writes, remarks what is worth telling and which files there are now, and puts these into the
+/// result as "outputs".
+void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress& progress);
+
+/// Remarks that these files were written and puts them into the result as "outputs".
+void say_written(Run& run, const std::vector<std::filesystem::path>& paths);
 
 /// Whether a name ends like a model file.
 bool names_model(const std::filesystem::path& path);

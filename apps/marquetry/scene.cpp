@@ -160,6 +160,14 @@ Scene read_scene(Run& run, MissingPictures missing, double share) {
   return scene;
 }
 
+Scene read_usable_scene(Run& run, MissingPictures missing, double share) {
+  Scene scene = read_scene(run, missing, share);
+  const Defects defects = scene_defects(scene);
+  run.warn(defects);
+  require_usable(defects, scene.model.path.string());
+  return scene;
+}
+
 Defects scene_defects(const Scene& scene) {
   Defects all = scene.model.defects;
   all.insert(all.end(), scene.surface.defects.begin(), scene.surface.defects.end());

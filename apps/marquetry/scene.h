@@ -34,6 +34,10 @@ inline constexpr int assumed_texture_side = 1024;
 /// "find charts" with half of `share` each. Fills in the report's input and defects.
 Scene read_scene(Run& run, MissingPictures missing, double share);
 
+/// The same, and throws `InvalidInput` naming the refused defects, if there are any; the others are
+/// said as warnings.
+Scene read_usable_scene(Run& run, MissingPictures missing, double share);
+
 /// Everything found wrong so far with file, surface and atlas.
 Defects scene_defects(const Scene& scene);
 

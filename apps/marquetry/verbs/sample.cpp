@@ -79,14 +79,9 @@ Exit sample(Run& run) {
   const Step step(run, "write", 0.2);
   for (const fs::path& path : meshes)
     write_model(path, model, step.progress().step(path.filename().string(), 0.5));
-  Json written = Json::array();
-  for (const fs::path& path : files) {
-    written.push_back(path.string());
-    run.terminal().remark("wrote " + path.string());
-  }
   run.result = {{"vertices", model.mesh.vertex_count()},
-                {"triangles", model.mesh.triangle_count()},
-                {"outputs", written}};
+                {"triangles", model.mesh.triangle_count()}};
+  say_written(run, files);
   return Exit::done;
 }
 

@@ -1,0 +1,42 @@
+#include "domain.h"
+
+#include "mq/base/error.h"
+#include "mq/fem/multigrid_solver.h"
+#include "mq/fem/reference_solver.h"
+
+namespace mq::app {
+namespace {
+
+template <class SolverOptions>
+SolverOptions stopping(const WhenToStop& when) {
+  SolverOptions options;
+  options.tolerance = when.tolerance;
+  options.max_cycles = when.cycles.value_or(options.max_cycles);
+  return options;
+}
+
+Unsupported for_textures(const std::string& name) {
+  return Unsupported("--solver " + name + " is for textures; use direct for colours at vertices");
+}
+
+}  // namespace
+
+TexelDomain::TexelDomain(Run& run, const Scene& scene, const TexelSpaceOptions& options,
+                         const Progress& progress)
+    : space_(scene.surface, *scene.atlas, options, progress) {
+  run.found(space_.defects());
+  run.warn(space_.defects());
+}
+
+SolverFactory TexelDomain::multigrid(const WhenToStop& when) const {
+  return multigrid_solver(space_.texels(), stopping<MultigridOptions>(when));
+}
+
+SolverFactory TexelDomain::reference(const WhenToStop& when) const {
+  return reference_solver(space_.texels(), stopping<ReferenceOptions>(when));
+}
+
+SolverFactory VertexDomain::multigrid(const WhenToStop&) const { throw for_textures("multigrid"); }
+SolverFactory VertexDomain::reference(const WhenToStop&) const { throw for_textures("reference"); }
+
+}  // namespace mq::app

@@ -1,0 +1,62 @@
+#pragma once
+/// The functions on a scene that a signal is made of, and the solvers that know them.
+
+#include <memory>
+#include <optional>
+
+#include "mq/fem/texel_space.h"
+#include "mq/fem/vertex_space.h"
+#include "mq/linear/solver.h"
+#include "run.h"
+#include "scene.h"
+
+namespace mq::app {
+
+/// When iterations stop: at a relative residual, or after so many cycles.
+struct WhenToStop {
+  double tolerance = 1e-6;
+  std::optional<int> cycles = {};
+};
+
+class Domain {
+ public:
+  virtual ~Domain() = default;
+  virtual const SignalSpace& space() const = 0;
+
+  /// Whether there are the solvers below. Where not, asking for one throws `Unsupported`.
+  virtual bool has_multigrid() const = 0;
+  virtual SolverFactory multigrid(const WhenToStop& when) const = 0;
+  virtual SolverFactory reference(const WhenToStop& when) const = 0;
+};
+
+/// The texels that the charts use. The scene must have an atlas and outlive the domain.
+class TexelDomain : public Domain {
+ public:
+  /// Puts the space's defects into the report and warns of them.
+  TexelDomain(Run& run, const Scene& scene, const TexelSpaceOptions& options = {},
+              const Progress& progress = {});
+
+  const TexelSpace& space() const override { return space_; }
+  bool has_multigrid() const override { return true; }
+  SolverFactory multigrid(const WhenToStop& when) const override;
+  SolverFactory reference(const WhenToStop& when) const override;
+
+ private:
+  TexelSpace space_;
+};
+
+/// The vertices of the surface. Copies of a vertex that exporters wrote for several charts are one.
+class VertexDomain : public Domain {
+ public:
+  explicit VertexDomain(const Scene& scene) : space_(scene.surface) {}
+
+  const VertexSpace& space() const override { return space_; }
+  bool has_multigrid() const override { return false; }
+  SolverFactory multigrid(const WhenToStop& when) const override;
+  SolverFactory reference(const WhenToStop& when) const override;
+
+ private:
+  VertexSpace space_;
+};
+
+}  // namespace mq::app

@@ -1,0 +1,109 @@
+#include "signal_options.h"
+
+#include <cmath>
+
+#include "mq/base/error.h"
+
+namespace mq::app {
+
+using Type = Option::Type;
+
+void add_output_option(OptionTable& table) {
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .required = true,
+             .metavar = "OUT",
+             .help = "a picture, a model, or a folder for all pictures",
+             .details = "With several textures %s in the name stands for the texture's own."});
+}
+
+void add_spread_options(OptionTable& table, const std::string& default_alpha,
+                        const std::string& group, const std::string& help) {
+  table.add({.name = "alpha",
+             .letter = 'a',
+             .type = Type::number,
+             .default_value = default_alpha,
+             .least = 0,
+             .most = 1e6,
+             .group = group,
+             .help = help,
+             .details = "(length / sqrt(area)) squared; 0 changes nothing."});
+  table.add(
+      {.name = "length",
+       .letter = 'l',
+       .type = Type::length,
+       .group = group,
+       .help = "the same as a distance: 0.02 in model units, 1% of sqrt(area), 8tx in texels"});
+  table.exclusive({"alpha", "length"});
+}
+
+Length spread(const OptionValues& options) {
+  if (options.has("length")) return parse_length(options.text("length"));
+  return {options.number("alpha"), Length::Unit::alpha};
+}
+
+double spread_weight(const OptionValues& options, const SurfaceScale& scale) {
+  return weight_from_length(spread(options), scale);
+}
+
+void add_space_option(OptionTable& table) {
+  table.add({.name = "space",
+             .type = Type::choice,
+             .default_value = "stored",
+             .choices = {"stored", "linear", "log"},
+             .group = "Signal",
+             .help = "in which values are processed",
+             .details = "stored: as the file holds them. linear: light, with the sRGB curve "
+                        "undone. log: the logarithm of light."});
+}
+
+void add_normals_option(OptionTable& table) {
+  table.add(
+      {.name = "normals",
+       .group = "Signal",
+       .help = "the texture is a normal map in object space; keep its normals of unit length"});
+}
+
+void add_vertices_option(OptionTable& table, const std::string& help) {
+  table.add({.name = "vertices",
+             .group = "Signal",
+             .help = help,
+             .details = "Without texture coordinates this is what is done anyway."});
+}
+
+bool at_vertices(const OptionValues& options, const Scene& scene) {
+  const bool asked = options.flag("vertices");
+  if (!asked && scene.atlas) return false;
+  const std::string file = scene.model.path.string();
+  require(scene.model.colors.channels > 0,
+          asked ? file + ": has no colours at its vertices (--vertices)"
+                : file +
+                      ": has neither texture coordinates nor colours at its vertices: there is "
+                      "nothing to " +
+                      options.table().verb());
+  require(options.text("space") == "stored",
+          file +
+              ": has no texture coordinates; --space is for textures, not for colours at "
+              "vertices: leave it out");
+  return true;
+}
+
+void add_depth_option(OptionTable& table) {
+  table.add({.name = "depth",
+             .type = Type::choice,
+             .default_value = "keep",
+             .choices = {"keep", "8", "16", "half", "float"},
+             .group = "Signal",
+             .help = "bits per value in the output"});
+}
+
+void set_depth(const OptionValues& options, Model& model) {
+  const std::string name = options.text("depth");
+  if (name == "keep") return;
+  const Depth depth = depth_from_name(name);
+  for (Texture& texture : model.textures) texture.format.depth = depth;
+  model.colors.depth = depth;
+}
+
+}  // namespace mq::app

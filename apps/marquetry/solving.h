@@ -1,0 +1,52 @@
+#pragma once
+/// How a verb solves its equations: with the solver that the options ask for or that fits the
+/// domain, and with another where that one does not get there.
+
+#include <functional>
+
+#include "domain.h"
+#include "mq/filter/screened_poisson.h"
+#include "run.h"
+#include "signal_target.h"
+
+namespace mq::app {
+
+/// Adds --solver, --tolerance and --cycles.
+void add_solver_options(OptionTable& table);
+
+WhenToStop when_to_stop(const OptionValues& options);
+
+/// Shares of a run's progress.
+struct SolvingShares {
+  double prepare = 0.25;
+  double solve = 0.15;
+};
+
+/// One solution with solvers of this factory, as steps of the run with these shares.
+using Attempt = std::function<SolveReport(const SolverFactory& factory, const SolvingShares&)>;
+
+/// Solves with what the options ask for. Where that is left to the program and multigrid does not
+/// get there, a factorisation does, if there is memory for it. Says what fell short, fills in
+/// `run.solve`, and returns the report of the attempt whose result stands: the last that came back.
+SolveReport solve_as_asked(Run& run, const Domain& domain, const Attempt& attempt);
+
+/// A signal of the target before and after a screened Poisson equation.
+struct Solution {
+  Signal before;
+  Filtered filtered;
+};
+
+/// What to solve for once the solver stands: `equation.solve(...)` or `solve_towards(...)`.
+using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, const Signal& before,
+                                            const Progress& progress)>;
+
+/// `solve_as_asked` of a screened Poisson equation. The signal is taken once the solver stands,
+/// whose making needs most memory.
+Solution solve_poisson(Run& run, const Target& target, double weight, const PoissonSolve& solve);
+
+/// Unknowns, channels, how much changed, and how many values are below 0 and above 1.
+Json change_json(const Signal& before, const Signal& after);
+
+Json solve_json(const SolveReport& report);
+
+}  // namespace mq::app
