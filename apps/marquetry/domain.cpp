@@ -28,6 +28,13 @@ TexelDomain::TexelDomain(Run& run, const Scene& scene, const TexelSpaceOptions& 
   run.warn(space_.defects());
 }
 
+std::vector<Vector3> TexelDomain::places() const {
+  std::vector<Vector3> places;
+  places.reserve(std::size_t(space_.size()));
+  for (const auto& [x, y, z] : space_.texels().positions) places.emplace_back(x, y, z);
+  return places;
+}
+
 SolverFactory TexelDomain::multigrid(const WhenToStop& when) const {
   return multigrid_solver(space_.texels(), stopping<MultigridOptions>(when));
 }

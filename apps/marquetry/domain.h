@@ -1,8 +1,8 @@
 #pragma once
 /// The functions on a scene that a signal is made of, and the solvers that know them.
 
-#include <memory>
 #include <optional>
+#include <vector>
 
 #include "mq/fem/texel_space.h"
 #include "mq/fem/vertex_space.h"
@@ -23,6 +23,9 @@ class Domain {
   virtual ~Domain() = default;
   virtual const SignalSpace& space() const = 0;
 
+  /// Where the unknowns lie on the surface.
+  virtual std::vector<Vector3> places() const = 0;
+
   /// Whether there are the solvers below. Where not, asking for one throws `Unsupported`.
   virtual bool has_multigrid() const = 0;
   virtual SolverFactory multigrid(const WhenToStop& when) const = 0;
@@ -37,6 +40,7 @@ class TexelDomain : public Domain {
               const Progress& progress = {});
 
   const TexelSpace& space() const override { return space_; }
+  std::vector<Vector3> places() const override;
   bool has_multigrid() const override { return true; }
   SolverFactory multigrid(const WhenToStop& when) const override;
   SolverFactory reference(const WhenToStop& when) const override;
@@ -45,17 +49,20 @@ class TexelDomain : public Domain {
   TexelSpace space_;
 };
 
-/// The vertices of the surface. Copies of a vertex that exporters wrote for several charts are one.
+/// The vertices of the surface, which must outlive the domain. Copies of a vertex that exporters
+/// wrote for several charts are one.
 class VertexDomain : public Domain {
  public:
-  explicit VertexDomain(const Scene& scene) : space_(scene.surface) {}
+  explicit VertexDomain(const Scene& scene) : scene_(scene), space_(scene.surface) {}
 
   const VertexSpace& space() const override { return space_; }
+  std::vector<Vector3> places() const override { return scene_.surface.mesh.positions; }
   bool has_multigrid() const override { return false; }
   SolverFactory multigrid(const WhenToStop& when) const override;
   SolverFactory reference(const WhenToStop& when) const override;
 
  private:
+  const Scene& scene_;
   VertexSpace space_;
 };
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <memory>
 
+#include "mask_options.h"
+#include "mq/filter/modulation.h"
 #include "outputs.h"
 #include "run.h"
 #include "scene.h"
@@ -27,9 +29,11 @@ Exit filter(Run& run) {
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<Target> target;
+  std::optional<std::vector<double>> mask;
   {
     const Step step(run, "assemble", 0.2);
-    target = make_target(run, scene, step);
+    target = make_target(run, scene, step.progress().step("space", 0.9));
+    mask = asked_mask(run, scene, *target, step.progress().step("mask", 0.1));
   }
   const SurfaceScale scale = target->space().scale();
   const double weight = spread_weight(options, scale), beta = options.number("beta");
@@ -38,10 +42,11 @@ Exit filter(Run& run) {
     solution = solve_poisson(
         run, *target, weight,
         [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
-          return equation.solve(before, beta, progress);
+          if (!mask) return equation.solve(before, beta, progress);
+          return equation.solve(before, modulation(*mask, beta), progress);
         });
   });
-  run.result = change_json(solution.before, solution.filtered.signal);
+  run.result.update(change_json(solution.before, solution.filtered.signal));
   run.result["alpha"] = weight / scale.area;
   run.result["length"] = std::sqrt(weight);
 
@@ -68,6 +73,7 @@ Verb filter_verb() {
              .most = 1000,
              .group = "Filter",
              .help = "factor on the gradients: 0 smooths, 1 changes nothing, more sharpens"});
+  add_mask_options(table, "Filter");
   add_spread_options(table, "0.001", "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area");
   add_solver_options(table);

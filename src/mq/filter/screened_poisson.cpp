@@ -5,6 +5,7 @@
 
 #include "mq/filter/screened_poisson.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -116,6 +117,8 @@ Filtered ScreenedPoisson::solve(const Signal& psi, std::span<const double> beta,
   require(beta.size() == std::size_t(space_.size()),
           fmt::format("a modulation of {} values was given for {} unknowns", beta.size(),
                       space_.size()));
+  if (!beta.empty() && std::ranges::all_of(beta, [&](double b) { return b == beta.front(); }))
+    return solve(psi, beta.front(), progress);
   std::vector<double> change(beta.begin(), beta.end());
   for (std::size_t i = 0; i < change.size(); ++i) {
     require(std::isfinite(change[i]), fmt::format("the modulation is {} at unknown {}; it must be "

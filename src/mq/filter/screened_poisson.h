@@ -67,7 +67,8 @@ class ScreenedPoisson {
   /// that is not finite.
   Filtered solve(const Signal& psi, double beta, const Progress& progress = {}) const;
 
-  /// φ for a β per unknown (constant on each triangle or cell: the mean over its unknowns).
+  /// φ for a β per unknown (constant on each triangle or cell: the mean over its unknowns). One that
+  /// is equal everywhere gives the same bits as that number.
   Filtered solve(const Signal& psi, std::span<const double> beta,
                  const Progress& progress = {}) const;
 

@@ -1,0 +1,197 @@
+#include "mask_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+
+#include "arguments.h"
+#include "mq/base/error.h"
+#include "mq/base/length.h"
+#include "mq/base/words.h"
+#include "mq/filter/modulation.h"
+#include "mq/image/colour.h"
+#include "outputs.h"
+
+namespace mq::app {
+namespace {
+
+/// What --spot says, before the model is known.
+struct AskedSpot {
+  int texture = -1;  ///< of the texel at (x, y); -1: (x, y, z) is a place in space
+  double x = 0, y = 0, z = 0;
+  Length radius;
+  double strength = 1;
+};
+
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text)
+    if (c == ',')
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  return parts;
+}
+
+/// "texel" or "texel2"; -1 for anything else.
+int texture_named(const std::string& word) {
+  if (word == "texel") return 0;
+  int texture = -1;
+  if (!word.starts_with("texel")) return -1;
+  const auto [stop, error] = std::from_chars(word.data() + 5, word.data() + word.size(), texture);
+  return error == std::errc() && stop == word.data() + word.size() ? texture : -1;
+}
+
+/// x,y,z,radius[,strength] or texel[K],x,y,radius[,strength].
+std::optional<AskedSpot> parse_spot(const std::string& text) {
+  const std::vector<std::string> parts = parts_of(text);
+  if (parts.size() != 4 && parts.size() != 5) return std::nullopt;
+  AskedSpot spot;
+  spot.texture = texture_named(parts[0]);
+  const bool in_space = spot.texture < 0;
+  const auto place = parse_numbers(
+      in_space ? parts[0] + "," + parts[1] + "," + parts[2] : parts[1] + "," + parts[2] + ",0", 3);
+  const auto strength = parse_numbers(parts.size() == 5 ? parts[4] : "1", 1);
+  if (!place || !strength || !(std::abs(strength->front()) <= 1)) return std::nullopt;
+  spot.x = (*place)[0], spot.y = (*place)[1], spot.z = (*place)[2];
+  spot.strength = strength->front();
+  try {
+    spot.radius = parse_length(parts[3]);
+  } catch (const InvalidInput&) {
+    return std::nullopt;
+  }
+  if (!(spot.radius.value > 0)) return std::nullopt;
+  return spot;
+}
+
+Vector3 place_of_texel(const Scene& scene, const Target& target, const AskedSpot& asked) {
+  const auto* domain = dynamic_cast<const TexelDomain*>(&target.domain());
+  require(domain, "--spot texel: colours at vertices have no texels; give a place in space");
+  const Texels& texels = domain->space().texels();
+  for (int i = 0; i < texels.size(); ++i) {
+    const Texels::Place& place = texels.places[i];
+    if (place.texture != asked.texture || place.x != asked.x || place.y != asked.y) continue;
+    const auto& [x, y, z] = texels.positions[i];
+    return {x, y, z};
+  }
+  throw InvalidInput(fmt::format(
+      "--spot texel{},{},{}: no chart of {} uses such a texel (x counts columns from the left, y "
+      "rows from the top, both from 0)",
+      asked.texture, asked.x, asked.y, scene.model.path.string()));
+}
+
+std::vector<Spot> asked_spots(const OptionValues& options, const Scene& scene,
+                              const Target& target) {
+  std::vector<Spot> spots;
+  for (const std::string& text : options.texts("spot")) {
+    const AskedSpot asked = *parse_spot(text);
+    const SurfaceScale scale = target.space().scale();
+    require(asked.radius.unit != Length::Unit::texels || scale.texel_spacing > 0,
+            "--spot " + text +
+                ": colours at vertices have no texels; give the radius in model "
+                "units, such as 0.1, or as 1%");
+    spots.push_back({.center = asked.texture < 0 ? Vector3(asked.x, asked.y, asked.z)
+                                                 : place_of_texel(scene, target, asked),
+                     .radius = std::sqrt(weight_from_length(asked.radius, scale)),
+                     .strength = asked.strength});
+  }
+  return spots;
+}
+
+std::vector<double> vertex_mask(const std::string& file, const Target& target,
+                                const Progress& progress) {
+  ReadModelOptions skipping;
+  skipping.pictures = ReadModelOptions::Pictures::skip;
+  const Model model = read_model(file, skipping);
+  const VertexSignal& colors = model.colors;
+  require(colors.channels > 0, file + ": --mask: has no colours at its vertices to be the mask");
+  const int colours = colour_channels(colors.channels);
+  std::vector<double> values;
+  for (int v = 0; v < model.mesh.vertex_count(); ++v) {
+    const auto first = colors.values.begin() + std::ptrdiff_t(v) * colors.channels;
+    values.push_back(std::accumulate(first, first + colours, 0.0) / colours);
+  }
+  std::vector<double> mask;
+  about(model,
+        [&] { mask = mask_of_vertices(model.mesh, values, target.domain().places(), progress); });
+  return mask;
+}
+
+std::vector<double> picture_mask(Run& run, const std::vector<std::string>& files,
+                                 const Scene& scene, const Target& target) {
+  const auto* domain = dynamic_cast<const TexelDomain*>(&target.domain());
+  require(domain, files.front() +
+                      ": --mask: colours at vertices have no texels; give a model with "
+                      "the mask as colours at its vertices");
+  require(
+      files.size() == scene.texture_sizes.size(),
+      fmt::format("--mask: {} has {}, and {} given: give one mask for each, in their order",
+                  scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
+                  files.size() == 1 ? "one is" : std::to_string(files.size()) + " are"));
+  std::vector<Image<float>> pictures;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    pictures.push_back(read_texture(files[i]).pixels);
+    const Image<float>& picture = pictures.back();
+    const TextureSize& size = scene.texture_sizes[i];
+    if (picture.width() != size.width || picture.height() != size.height)
+      run.terminal().remark(fmt::format("{}: is {} × {}, taken between its pixels for {} × {}",
+                                        files[i], picture.width(), picture.height(), size.width,
+                                        size.height));
+  }
+  return mask_of_pictures(domain->space().texels(), scene.texture_sizes, pictures);
+}
+
+}  // namespace
+
+void add_mask_options(OptionTable& table, const std::string& group) {
+  using Type = Option::Type;
+  table.add({.name = "mask",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .group = group,
+             .help = "how strongly it works where: a picture per texture, or a model",
+             .details =
+                 "Black changes nothing, white has the full effect. Pictures are painted in the "
+                 "texture's coordinates, of any size, one for each texture in their order; colours "
+                 "count by the mean of their channels. Of a model (OBJ, PLY, ...) the colours at "
+                 "its vertices count, at the closest point of it."});
+  table.add({.name = "spot",
+             .type = Type::text,
+             .count = Option::Count::many,
+             .accepts = [](const std::string& text) { return parse_spot(text).has_value(); },
+             .wanted = "x,y,z,radius or texel,x,y,radius, and perhaps ,strength from -1 to 1",
+             .metavar = "PLACE,RADIUS",
+             .group = group,
+             .help = "work within a round spot: x,y,z,radius[,strength]",
+             .details =
+                 "strength (1 - (d/radius)^2)^2 at distance d in space is added to the mask, or to "
+                 "nothing. A strength below 0, down to -1, takes away. The place may also be a "
+                 "texel: texel,column,row,radius, or texel2,... in the texture of number 2 (from "
+                 "0). The radius is a length as --length."});
+}
+
+std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, const Target& target,
+                                              const Progress& progress) {
+  const OptionValues& options = run.options();
+  const std::vector<std::string> files = options.texts("mask");
+  if (files.empty() && options.texts("spot").empty()) return std::nullopt;
+  std::vector<double> mask(std::size_t(target.space().size()), 0.0);
+  if (!files.empty() && names_model(files.front())) {
+    require(files.size() == 1,
+            "--mask: one model is enough; found " + std::to_string(files.size()));
+    mask = vertex_mask(files.front(), target, progress);
+  } else if (!files.empty()) {
+    mask = picture_mask(run, files, scene, target);
+  }
+  add_spots(asked_spots(options, scene, target), target.domain().places(), mask);
+  const double count = double(std::max<std::size_t>(1, mask.size()));
+  run.result["mask"] = {
+      {"mean", std::accumulate(mask.begin(), mask.end(), 0.0) / count},
+      {"share", double(std::ranges::count_if(mask, [](double m) { return m > 0; })) / count}};
+  return mask;
+}
+
+}  // namespace mq::app

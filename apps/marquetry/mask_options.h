@@ -1,0 +1,19 @@
+#pragma once
+/// Where a verb works how strongly: --mask and --spot.
+
+#include <optional>
+#include <vector>
+
+#include "signal_target.h"
+
+namespace mq::app {
+
+/// Adds --mask and --spot.
+void add_mask_options(OptionTable& table, const std::string& group);
+
+/// The mask that the options describe, one number from 0 to 1 per unknown of the target; nothing
+/// where they describe none. Throws `InvalidInput` or `IoError` naming the file and the remedy.
+std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, const Target& target,
+                                              const Progress& progress);
+
+}  // namespace mq::app

@@ -1,0 +1,95 @@
+// β = 1 + (β₀ − 1) m,  m the mask.
+//
+// Thesis 5.9.1 gives a β to each cell; ours is given at the unknowns, and a cell or triangle has
+// the mean over its unknowns (`SignalSpace::stiffness_times`), so that one mask serves every space.
+
+#include "mq/filter/modulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/image/colour.h"
+#include "mq/image/resample.h"
+#include "mq/mesh/closest_point.h"
+
+namespace mq {
+namespace {
+
+/// Refuses NaN by its place.
+double strength(double value, std::int64_t i, const char* what) {
+  require(!std::isnan(value), fmt::format("the mask at {} {} is not a number", what, i));
+  return std::clamp(value, 0.0, 1.0);
+}
+
+}  // namespace
+
+std::vector<double> modulation(std::span<const double> mask, double beta) {
+  std::vector<double> result(mask.size());
+  std::ranges::transform(mask, result.begin(), [&](double m) { return std::lerp(1.0, beta, m); });
+  return result;
+}
+
+std::vector<double> mask_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
+                                     std::span<const Image<float>> pictures) {
+  require(pictures.size() == textures.size(),
+          fmt::format("{} mask pictures for {} textures: give one each", pictures.size(),
+                      textures.size()));
+  for (std::size_t k = 0; k < pictures.size(); ++k)
+    require(!pictures[k].empty(), fmt::format("mask picture {} has no pixels", k));
+  std::vector<double> mask(std::size_t(texels.size()));
+  parallel_for(texels.size(), [&](std::int64_t i) {
+    const Texels::Place& at = texels.places[i];
+    const Image<float>& picture = pictures[at.texture];
+    const TextureSize& size = textures[at.texture];
+    float values[64];
+    const int channels = std::min(picture.channels(), 64), colours = colour_channels(channels);
+    const double column = (at.x + 0.5) * picture.width() / size.width - 0.5;
+    const double row = (at.y + 0.5) * picture.height() / size.height - 0.5;
+    sample(picture, column, row, size.wrap, {values, std::size_t(channels)});
+    double sum = 0;
+    for (int c = 0; c < colours; ++c) sum += values[c];
+    mask[i] = strength(sum / colours, i, "texel");
+  });
+  return mask;
+}
+
+std::vector<double> mask_of_vertices(const Mesh& mesh, std::span<const double> values,
+                                     std::span<const Vector3> places, const Progress& progress) {
+  require(std::ssize(values) == mesh.vertex_count(),
+          fmt::format("a mask of {} values was given for {} vertices", values.size(),
+                      mesh.vertex_count()));
+  const ClosestPointFinder closest(mesh);
+  const std::vector<ClosestPoint> points = closest(places, progress);
+  std::vector<double> mask(places.size());
+  parallel_for(std::ssize(places), [&](std::int64_t i) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k)
+      sum += points[i].barycentric[k] * values[mesh.triangles[points[i].triangle][k]];
+    mask[i] = strength(sum, i, "place");
+  });
+  return mask;
+}
+
+void add_spots(std::span<const Spot> spots, std::span<const Vector3> places,
+               std::vector<double>& mask) {
+  require(mask.size() == places.size(), "a mask needs one place for each of its values");
+  for (const Spot& spot : spots) {
+    require(
+        spot.center.allFinite() && std::isfinite(spot.radius) && spot.radius > 0 &&
+            std::isfinite(spot.strength),
+        fmt::format("a spot at ({}, {}, {}) has radius {} and strength {}: the radius must be "
+                    "positive, all numbers finite",
+                    spot.center.x(), spot.center.y(), spot.center.z(), spot.radius, spot.strength));
+    parallel_for(std::ssize(places), [&](std::int64_t i) {
+      const double inside =
+          1 - (places[i] - spot.center).squaredNorm() / (spot.radius * spot.radius);
+      if (inside > 0) mask[i] = std::clamp(mask[i] + spot.strength * inside * inside, 0.0, 1.0);
+    });
+  }
+}
+
+}  // namespace mq
