@@ -244,6 +244,13 @@ class TwoUnknowns final : public SignalSpace {
     return psi.rowwise() - psi.colwise().mean();
   }
   SurfaceScale scale() const override { return {}; }
+  int element_count() const override { return 0; }
+  std::vector<float> gradient_norms(const Signal&) const override { return {}; }
+  Signal conducted(const Signal& psi, std::span<const float>) const override { return 0 * psi; }
+  SparseMatrix conducting(double a, double b, std::span<const float>,
+                          const Progress& progress) const override {
+    return system(a, b, progress);
+  }
 
  private:
   double coupling_;

@@ -2,6 +2,7 @@
 /// What every application is written against: a basis of functions on a domain with a metric.
 
 #include <span>
+#include <vector>
 
 #include "mq/base/length.h"
 #include "mq/base/progress.h"
@@ -38,6 +39,21 @@ class SignalSpace {
 
   /// Area and texel spacing, for turning lengths into weights.
   virtual SurfaceScale scale() const = 0;
+
+  /// The elements e that the domain is cut into for what is not linear in a signal: triangles, or
+  /// cells of a texture and strips along its seams. S = Σ_e S_e with S_e·1 = 0.
+  virtual int element_count() const = 0;
+
+  /// Per element √(Σ ψᵀS_eψ / area_e), summed over channels: the root mean square of |∇ψ| on it; 0
+  /// where it has no area.
+  virtual std::vector<float> gradient_norms(const Signal& psi) const = 0;
+
+  /// Σ_e c_e·S_e·ψ for a conductivity per element: ∫ c ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel.
+  virtual Signal conducted(const Signal& psi, std::span<const float> conductivity) const = 0;
+
+  /// a·M + b·Σ_e c_e·S_e, c_e ≥ 0, with what `solvable` adds.
+  virtual SparseMatrix conducting(double a, double b, std::span<const float> conductivity,
+                                  const Progress& progress = {}) const = 0;
 
   SparseMatrix mass() const { return system(1, 0); }
   SparseMatrix stiffness() const { return system(0, 1); }

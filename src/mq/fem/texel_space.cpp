@@ -41,16 +41,18 @@ int TexelSpace::Data::row_size(int i) const {
   }
   thread_local std::vector<Term> terms;
   terms.clear();
-  for_each_coupling(i, [&](int j, double, double) { add_term(terms, j, 0); });
+  for_each_coupling(i, {}, [&](int j, double, double) { add_term(terms, j, 0); });
   return int(terms.size());
 }
 
-void TexelSpace::Data::fill_row(int i, double a, double b, int* columns, double* values) const {
+void TexelSpace::Data::fill_row(int i, double a, double b, std::span<const float> conductivity,
+                                int* columns, double* values) const {
   const Texels::Place& at = texels.places[i];
   if (!inner(at) || !blocks_of(i).empty()) {
     thread_local std::vector<Term> terms;
     terms.clear();
-    for_each_coupling(i, [&](int j, double m, double s) { add_term(terms, j, a * m + b * s); });
+    for_each_coupling(i, conductivity,
+                      [&](int j, double m, double s) { add_term(terms, j, a * m + b * s); });
     std::sort(terms.begin(), terms.end(),
               [](const Term& p, const Term& q) { return p.column < q.column; });
     for (std::size_t k = 0; k < terms.size(); ++k)
@@ -67,13 +69,14 @@ void TexelSpace::Data::fill_row(int i, double a, double b, int* columns, double*
       if (!active(id)) continue;
       const CellIntegrals& cell = integrals(id);
       const int corner = 3 - dx - 2 * dy, origin = dx + 3 * dy;
+      const double factor = conductivity.empty() ? b : b * conductivity[id];
       double diagonal = 0;
       for (int d = 0; d < 4; ++d) {
         const int place = origin + (d & 1) + 3 * (d >> 1);
         coupled[place] = true;
         sums[place] += a * cell.mass[mass_at[corner][d]];
         if (d == corner) continue;
-        const double s = b * cell.stiffness[stiffness_at[corner][d]];
+        const double s = factor * cell.stiffness[stiffness_at[corner][d]];
         sums[place] += s;
         diagonal -= s;
       }
@@ -144,44 +147,47 @@ SurfaceScale TexelSpace::scale() const {
   return {data_->atlas.surface_area, data_->atlas.texel_spacing()};
 }
 
-SparseMatrix TexelSpace::system(double a, double b, const Progress& progress) const {
-  const int n = size();
+SparseMatrix TexelSpace::Data::assemble(double a, double b, std::span<const float> conductivity,
+                                        const Progress& progress) const {
+  const int n = texels.size();
   SparseMatrix matrix(n, n);
-  matrix.resizeNonZeros(data_->row_offsets.back());
-  std::copy(data_->row_offsets.begin(), data_->row_offsets.end(), matrix.outerIndexPtr());
+  matrix.resizeNonZeros(row_offsets.back());
+  std::copy(row_offsets.begin(), row_offsets.end(), matrix.outerIndexPtr());
   parallel_blocks(n, 4096, [&](std::int64_t begin, std::int64_t end) {
     progress.check();
     for (std::int64_t i = begin; i < end; ++i) {
-      const int at = data_->row_offsets[i];
-      data_->fill_row(int(i), a, b, matrix.innerIndexPtr() + at, matrix.valuePtr() + at);
+      const int at = row_offsets[i];
+      fill_row(int(i), a, b, conductivity, matrix.innerIndexPtr() + at, matrix.valuePtr() + at);
     }
   });
   return matrix;
 }
 
-SparseMatrix TexelSpace::solvable(double a, double b, const Progress& progress) const {
+SparseMatrix TexelSpace::system(double a, double b, const Progress& progress) const {
+  return data_->assemble(a, b, {}, progress);
+}
+
+void TexelSpace::Data::hold_weak(double a, double b, SparseMatrix& A) const {
   constexpr double tau = 1e-4;
-  SparseMatrix A = system(a, b, progress);
-  const Data& d = *data_;
-  std::vector<double> area_of_weak(size(), 0);  // else 0
-  for (const Data::Weak& weak : d.weak) area_of_weak[weak.unknown] = weak.texel_area;
+  std::vector<double> area_of_weak(texels.size(), 0);  // else 0
+  for (const Weak& one : weak) area_of_weak[one.unknown] = one.texel_area;
   const auto entry_of = [&](int i, int j) {
     const int* const columns = A.innerIndexPtr();
     const int* const end = columns + A.outerIndexPtr()[i + 1];
     const int* const at = std::lower_bound(columns + A.outerIndexPtr()[i], end, j);
     return at != end && *at == j ? A.valuePtr() + (at - columns) : nullptr;
   };
-  for (const Data::Weak& weak : d.weak) {
-    const int i = weak.unknown;
-    const Texels::Place& place = d.texels.places[i];
+  for (const Weak& one : weak) {
+    const int i = one.unknown;
+    const Texels::Place& place = texels.places[i];
     for (int n = 0; n < 9; ++n) {
       const int j =
-          d.unknown[d.grid.texel(place.texture, place.x + n % 3 - 1, place.y + n / 3 - 1)];
+          unknown[grid.texel(place.texture, place.x + n % 3 - 1, place.y + n / 3 - 1)];
       if (j < 0 || j == i || (area_of_weak[j] > 0 && j < i)) continue;
       double* const coupling = entry_of(i, j);
       if (!coupling) continue;
-      const double area = area_of_weak[j] > 0 ? (weak.texel_area + area_of_weak[j]) / 2
-                                              : weak.texel_area;
+      const double area = area_of_weak[j] > 0 ? (one.texel_area + area_of_weak[j]) / 2
+                                              : one.texel_area;
       const double weight = tau * (a * area + b);
       *coupling -= weight;
       *entry_of(j, i) -= weight;
@@ -189,6 +195,19 @@ SparseMatrix TexelSpace::solvable(double a, double b, const Progress& progress) 
       *entry_of(j, j) += weight;
     }
   }
+}
+
+SparseMatrix TexelSpace::solvable(double a, double b, const Progress& progress) const {
+  SparseMatrix A = system(a, b, progress);
+  data_->hold_weak(a, b, A);
+  return A;
+}
+
+SparseMatrix TexelSpace::conducting(double a, double b, std::span<const float> conductivity,
+                                    const Progress& progress) const {
+  require(std::ssize(conductivity) == element_count(), "one conductivity per element is needed");
+  SparseMatrix A = data_->assemble(a, b, conductivity, progress);
+  data_->hold_weak(a, b, A);
   return A;
 }
 
@@ -196,7 +215,6 @@ Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> be
   require(psi.rows() == size(), "one row per texel is needed");
   require(beta.empty() || std::ssize(beta) == size(), "one modulation per texel is needed");
   const Data& d = *data_;
-  Signal result = Signal::Zero(psi.rows(), psi.cols());
   const auto mean_beta = [&](const std::array<int, 4>& corners) {
     if (beta.empty()) return 1.0;
     double sum = 0;
@@ -216,24 +234,9 @@ Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> be
     const int local = block.cell - d.grid.first_cell(k), width = d.grid.texture(k).width + 1;
     return mean_beta(d.grid.corners(k, local % width - 1, local / width - 1));
   };
-  parallel_for(size(), [&](std::int64_t i) {
-    d.for_each_cell(d.texels.places[i], [&](const Incidence& at) {
-      if (!d.active(at.cell)) return;
-      const CellIntegrals& cell = d.integrals(at.cell);
-      const double modulation = mean_beta(at.corners);
-      for (int k = 0; k < 4; ++k)
-        if (k != at.corner)
-          result.row(i) += modulation * cell.stiffness[stiffness_at[at.corner][k]] *
-                           (psi.row(d.unknown[at.corners[k]]) - psi.row(i));
-    });
-    for (const Data::Part& part : d.blocks_of(int(i))) {
-      const double modulation = block_beta(d.cells.seams.blocks[part.block]);
-      d.visit_block(part, [&](int j, double, double s) {
-        if (j != i) result.row(i) += modulation * s * (psi.row(j) - psi.row(i));
-      });
-    }
-  });
-  return result;
+  return d.stiffness_product(
+      psi, [&](int, const std::array<int, 4>& corners) { return mean_beta(corners); },
+      [&](int block) { return block_beta(d.cells.seams.blocks[block]); });
 }
 
 Signal TexelSpace::gather(std::span<const Image<float>> pictures) const {

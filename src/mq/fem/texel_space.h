@@ -73,6 +73,13 @@ class TexelSpace : public SignalSpace {
   SparseMatrix solvable(double a, double b, const Progress& progress = {}) const override;
   SurfaceScale scale() const override;
 
+  /// Elements are the cells of all textures, then the strips within a quarter of a texel of a seam.
+  int element_count() const override;
+  std::vector<float> gradient_norms(const Signal& psi) const override;
+  Signal conducted(const Signal& psi, std::span<const float> conductivity) const override;
+  SparseMatrix conducting(double a, double b, std::span<const float> conductivity,
+                          const Progress& progress = {}) const override;
+
   /// Where the unknowns lie.
   const Texels& texels() const;
 

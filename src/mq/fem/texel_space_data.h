@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "mq/base/parallel.h"
 #include "mq/fem/texel_cells.h"
 #include "mq/fem/texel_space.h"
 
@@ -90,9 +91,21 @@ struct TexelSpace::Data {
 
   // Rows.
   int row_size(int i) const;
-  void fill_row(int i, double a, double b, int* columns, double* values) const;
+  /// Row i of a·M + b·Σ c_e·S_e; no conductivity: c = 1.
+  void fill_row(int i, double a, double b, std::span<const float> conductivity, int* columns,
+                double* values) const;
   template <class Visit>
-  void for_each_coupling(int i, const Visit& visit) const;
+  void for_each_coupling(int i, std::span<const float> conductivity, const Visit& visit) const;
+  template <class OfCell, class OfBlock>
+  Signal stiffness_product(const Signal& psi, const OfCell& of_cell, const OfBlock& of_block) const;
+  SparseMatrix assemble(double a, double b, std::span<const float> conductivity,
+                        const Progress& progress) const;
+  void hold_weak(double a, double b, SparseMatrix& A) const;
+
+  // Elements: the cells of the grid, then the seam blocks.
+  int element_of_block(int block) const { return grid.cell_count() + block; }
+  template <class Visit>
+  void for_each_grid_cell(const Visit& visit) const;
   template <class Visit>
   void visit_block(const Part& part, const Visit& visit) const;
 };
@@ -141,17 +154,65 @@ void TexelSpace::Data::visit_block(const Part& part, const Visit& visit) const {
 /// visit(j, mass, stiffness) for every term of row i; a j may come several times. Stiffness terms
 /// of j = i from cells are left out: they are minus the sum of the others.
 template <class Visit>
-void TexelSpace::Data::for_each_coupling(int i, const Visit& visit) const {
+void TexelSpace::Data::for_each_coupling(int i, std::span<const float> conductivity,
+                                         const Visit& visit) const {
   for_each_cell(texels.places[i], [&](const Incidence& at) {
     if (!active(at.cell)) return;
     const CellIntegrals& cell = integrals(at.cell);
+    const double factor = conductivity.empty() ? 1 : conductivity[at.cell];
     for (int d = 0; d < 4; ++d) {
-      const double s = d == at.corner ? 0 : cell.stiffness[stiffness_at[at.corner][d]];
+      const double s = d == at.corner ? 0 : factor * cell.stiffness[stiffness_at[at.corner][d]];
       visit(unknown[at.corners[d]], cell.mass[mass_at[at.corner][d]], s);
       if (d != at.corner) visit(i, 0, -s);
     }
   });
-  for (const Part& part : blocks_of(i)) visit_block(part, visit);
+  for (const Part& part : blocks_of(i)) {
+    const double factor =
+        conductivity.empty() ? 1 : conductivity[element_of_block(part.block)];
+    visit_block(part, [&](int j, double m, double s) { visit(j, m, factor * s); });
+  }
+}
+
+/// Σ of_cell(cell, corners)·S_cell·ψ + Σ of_block(block)·S_block·ψ, gathered texel by texel.
+template <class OfCell, class OfBlock>
+Signal TexelSpace::Data::stiffness_product(const Signal& psi, const OfCell& of_cell,
+                                           const OfBlock& of_block) const {
+  Signal result = Signal::Zero(psi.rows(), psi.cols());
+  parallel_for(psi.rows(), [&](std::int64_t i) {
+    for_each_cell(texels.places[i], [&](const Incidence& at) {
+      if (!active(at.cell)) return;
+      const CellIntegrals& cell = integrals(at.cell);
+      const double factor = of_cell(at.cell, at.corners);
+      for (int k = 0; k < 4; ++k)
+        if (k != at.corner)
+          result.row(i) += factor * cell.stiffness[stiffness_at[at.corner][k]] *
+                           (psi.row(unknown[at.corners[k]]) - psi.row(i));
+    });
+    for (const Part& part : blocks_of(int(i))) {
+      const double factor = of_block(part.block);
+      visit_block(part, [&](int j, double, double s) {
+        if (j != i) result.row(i) += factor * s * (psi.row(j) - psi.row(i));
+      });
+    }
+  });
+  return result;
+}
+
+/// visit(cell, corners) for every cell that a chart meets, in parallel over rows of cells.
+template <class Visit>
+void TexelSpace::Data::for_each_grid_cell(const Visit& visit) const {
+  for (int k = 0; k < grid.texture_count(); ++k) {
+    const int width = grid.texture(k).width + 1;
+    parallel_for(
+        grid.cell_rows(k),
+        [&](std::int64_t row) {
+          const int first = grid.first_cell(k) + int(row) * width;
+          for (int column = 0; column < width; ++column)
+            if (active(first + column))
+              visit(first + column, grid.corners(k, column - 1, int(row) - 1));
+        },
+        16);
+  }
 }
 
 }  // namespace mq

@@ -226,7 +226,7 @@ void TexelSpace::Data::find_weak() {
   parallel_for(texels.size(), [&](std::int64_t i) {
     if (texels.interior[i]) return;
     double diagonal = 0;
-    for_each_coupling(int(i), [&](int j, double m, double) { diagonal += j == i ? m : 0; });
+    for_each_coupling(int(i), {}, [&](int j, double m, double) { diagonal += j == i ? m : 0; });
     const double area = texel_area(int(i));
     if (diagonal < hardly_seen * area) area_of_weak[i] = area;
   });

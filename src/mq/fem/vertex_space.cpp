@@ -4,6 +4,7 @@
 #include "mq/fem/vertex_space.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -76,7 +77,9 @@ void VertexSpace::find_pattern() {
   });
 }
 
-SparseMatrix VertexSpace::system(double a, double b, const Progress& progress) const {
+/// a·M + Σ_t factor(t)·S_t.
+template <class Factor>
+SparseMatrix VertexSpace::assemble(double a, const Factor& factor, const Progress& progress) const {
   SparseMatrix A(size(), size());
   A.resizeNonZeros(Eigen::Index(column_.size()));
   std::copy(row_begin_.begin(), row_begin_.end(), A.outerIndexPtr());
@@ -94,6 +97,7 @@ SparseMatrix VertexSpace::system(double a, double b, const Progress& progress) c
     for (int n = incident_begin_[i]; n < incident_begin_[i + 1]; ++n) {
       const int t = incident_[n] / 3, k = incident_[n] % 3, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
       const double mass = a * shapes_[t].area() / 12;
+      const double b = factor(t);
       const double s1 = b * shapes_[t].half_cotangent(k2), s2 = b * shapes_[t].half_cotangent(k1);
       diagonal += 2 * mass + (s1 + s2);
       entry(triangles_[t][k1]) += mass - s1;
@@ -105,10 +109,19 @@ SparseMatrix VertexSpace::system(double a, double b, const Progress& progress) c
   return A;
 }
 
-Signal VertexSpace::stiffness_times(const Signal& psi, std::span<const double> beta) const {
-  require(psi.rows() == size() && (beta.empty() || int(beta.size()) == size()),
-          fmt::format("a signal of {} rows and a modulation of {} values were given for {} vertices",
-                      psi.rows(), beta.size(), size()));
+SparseMatrix VertexSpace::system(double a, double b, const Progress& progress) const {
+  return assemble(a, [&](int) { return b; }, progress);
+}
+
+SparseMatrix VertexSpace::conducting(double a, double b, std::span<const float> conductivity,
+                                     const Progress& progress) const {
+  require(std::ssize(conductivity) == triangle_count(), "one conductivity per triangle is needed");
+  return assemble(a, [&](int t) { return b * conductivity[t]; }, progress);
+}
+
+/// Σ_t factor(t)·S_t·ψ.
+template <class Factor>
+Signal VertexSpace::stiffness_product(const Signal& psi, const Factor& factor) const {
   Signal result(psi.rows(), psi.cols());
   parallel_for(size(), [&](std::int64_t i) {
     auto sum = result.row(i);
@@ -116,13 +129,38 @@ Signal VertexSpace::stiffness_times(const Signal& psi, std::span<const double> b
     for (int n = incident_begin_[i]; n < incident_begin_[i + 1]; ++n) {
       const int t = incident_[n] / 3, k = incident_[n] % 3, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
       const Triangle& v = triangles_[t];
-      const double mean = beta.empty() ? 1 : (beta[v[0]] + beta[v[1]] + beta[v[2]]) / 3;
+      const double mean = factor(t);
       const double s1 = mean * shapes_[t].half_cotangent(k2);
       const double s2 = mean * shapes_[t].half_cotangent(k1);
       sum += s1 * (psi.row(i) - psi.row(v[k1])) + s2 * (psi.row(i) - psi.row(v[k2]));
     }
   });
   return result;
+}
+
+Signal VertexSpace::stiffness_times(const Signal& psi, std::span<const double> beta) const {
+  require(psi.rows() == size() && (beta.empty() || int(beta.size()) == size()),
+          fmt::format("a signal of {} rows and a modulation of {} values were given for {} vertices",
+                      psi.rows(), beta.size(), size()));
+  return stiffness_product(psi, [&](int t) {
+    const Triangle& v = triangles_[t];
+    return beta.empty() ? 1 : (beta[v[0]] + beta[v[1]] + beta[v[2]]) / 3;
+  });
+}
+
+Signal VertexSpace::conducted(const Signal& psi, std::span<const float> conductivity) const {
+  require(psi.rows() == size() && std::ssize(conductivity) == triangle_count(),
+          "one row per vertex and one conductivity per triangle are needed");
+  return stiffness_product(psi, [&](int t) { return double(conductivity[t]); });
+}
+
+std::vector<float> VertexSpace::gradient_norms(const Signal& psi) const {
+  const Signal field = gradient(psi);
+  std::vector<float> norms(triangles_.size());
+  parallel_for(triangle_count(), [&](std::int64_t t) {
+    norms[t] = float(std::hypot(field.row(2 * t).norm(), field.row(2 * t + 1).norm()));
+  });
+  return norms;
 }
 
 Signal VertexSpace::gradient(const Signal& phi) const {

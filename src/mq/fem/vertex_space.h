@@ -32,6 +32,13 @@ class VertexSpace final : public SignalSpace {
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
   SurfaceScale scale() const override { return {.area = area_, .texel_spacing = 0}; }
 
+  /// Elements are the triangles.
+  int element_count() const override { return triangle_count(); }
+  std::vector<float> gradient_norms(const Signal& psi) const override;
+  Signal conducted(const Signal& psi, std::span<const float> conductivity) const override;
+  SparseMatrix conducting(double a, double b, std::span<const float> conductivity,
+                          const Progress& progress = {}) const override;
+
   int triangle_count() const { return int(triangles_.size()); }
   const std::vector<Triangle>& triangles() const { return triangles_; }
   const std::vector<FlatTriangle>& shapes() const { return shapes_; }
@@ -50,6 +57,10 @@ class VertexSpace final : public SignalSpace {
  private:
   void find_incident_corners();
   void find_pattern();
+  template <class Factor>
+  SparseMatrix assemble(double a, const Factor& factor, const Progress& progress) const;
+  template <class Factor>
+  Signal stiffness_product(const Signal& psi, const Factor& factor) const;
 
   std::vector<Triangle> triangles_;
   std::vector<FlatTriangle> shapes_;

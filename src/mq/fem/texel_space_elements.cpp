@@ -1,0 +1,70 @@
+// What is not linear in a signal, element by element: ψᵀS_eψ = Σ_{i<j} −S_ij (ψ_i − ψ_j)² of a cell
+// by its six couplings, of a seam block by all pairs of its texels.
+
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/fem/texel_space_data.h"
+
+namespace mq {
+
+namespace {
+
+/// ∫ 1 over the pieces in a cell: Σ_pq M_pq from moments of x_0 + x_1 = 1 squared.
+double area_of(const CellIntegrals& cell) {
+  double area = 0;
+  for (int q = 0; q < 3; ++q)
+    for (int p = 0; p < 3; ++p) area += (p == 1 ? 2 : 1) * (q == 1 ? 2 : 1) * cell.mass[p + 3 * q];
+  return area;
+}
+
+float norm_of(double energy, double area) {
+  return area > 0 && energy > 0 ? float(std::sqrt(energy / area)) : 0.0F;
+}
+
+}  // namespace
+
+int TexelSpace::element_count() const {
+  return data_->grid.cell_count() + int(data_->cells.seams.blocks.size());
+}
+
+std::vector<float> TexelSpace::gradient_norms(const Signal& psi) const {
+  require(psi.rows() == size(), "one row per texel is needed");
+  const Data& d = *data_;
+  std::vector<float> norms(element_count(), 0.0F);
+  d.for_each_grid_cell([&](int id, const std::array<int, 4>& corners) {
+    const CellIntegrals& cell = d.integrals(id);
+    double energy = 0;
+    for (int i = 0; i < 4; ++i)
+      for (int j = i + 1; j < 4; ++j)
+        energy -= cell.stiffness[stiffness_at[i][j]] *
+                  (psi.row(d.unknown[corners[i]]) - psi.row(d.unknown[corners[j]])).squaredNorm();
+    norms[id] = norm_of(energy, area_of(cell));
+  });
+  const SeamBlocks& seams = d.cells.seams;
+  parallel_for(std::ssize(seams.blocks), [&](std::int64_t b) {
+    const SeamBlocks::Block& block = seams.blocks[b];
+    double energy = 0, area = 0;
+    for (int i = 0; i < block.count; ++i)
+      for (int j = i; j < block.count; ++j) {
+        const std::int64_t at = block.first_value + SeamBlocks::index(i, j, block.count);
+        area += (i == j ? 1 : 2) * seams.mass[at];
+        if (i == j) continue;
+        const int first = seams.texels[block.first + i], second = seams.texels[block.first + j];
+        energy -= seams.stiffness[at] * (psi.row(first) - psi.row(second)).squaredNorm();
+      }
+    norms[d.element_of_block(int(b))] = norm_of(energy, area);
+  });
+  return norms;
+}
+
+Signal TexelSpace::conducted(const Signal& psi, std::span<const float> conductivity) const {
+  require(psi.rows() == size() && std::ssize(conductivity) == element_count(),
+          "one row per texel and one conductivity per element are needed");
+  const Data& d = *data_;
+  return d.stiffness_product(
+      psi, [&](int cell, const std::array<int, 4>&) { return double(conductivity[cell]); },
+      [&](int block) { return double(conductivity[d.element_of_block(block)]); });
+}
+
+}  // namespace mq

@@ -1,0 +1,71 @@
+#pragma once
+/// Distances along a surface by the heat method.
+
+#include <memory>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/fem/space.h"
+#include "mq/linear/direct_solver.h"
+
+namespace mq {
+
+/// An unknown whose distance is given: 0 for a source, more where the source lies between unknowns.
+struct GeodesicSource {
+  int unknown = 0;
+  double distance = 0;  ///< model units, not negative
+};
+
+struct GeodesicOptions {
+  /// How long heat spreads, in squared mean spacings of the unknowns. Longer rounds off the lines
+  /// where paths from both sides meet; shorter makes distances follow the grid.
+  double time = 4;
+  double tolerance = 1e-3;  ///< sweeps end when rows of the equation miss by less, on average
+  int max_sweeps = 200;
+};
+
+/// Distances and how they were found.
+struct Geodesic {
+  Vector distance;    ///< per unknown, model units; infinite where no path leads to a source
+  int sweeps = 0;     ///< over all unknowns, for the spread of heat
+  double change = 0;  ///< by how much rows of the equation missed in the last of them, mean
+  int unreached = 0;  ///< unknowns at an infinite distance
+  SolveReport report; ///< of the Poisson equation
+};
+
+/// The distance φ to the nearest source, from two linear equations (thesis 5.9.3; Crane, Weischedel
+/// and Wardetzky, Geodesics in heat, 2013):
+///
+///     (M + t·S)·u = 0 except at sources,      u_i = exp(−distance_i/√t) at these,
+///     S·φ = b,   b_i = ∫ ⟨X, ∇φ_i⟩ dA,      X = ∇w/|∇w|,   w = −√t·log u,
+///
+/// with M lumped and t = `time`·h̄². X is minus the normalised gradient of u, taken of the logarithm
+/// because that is nearly linear; |∇w| is the root mean square over an element, and at least 0.05. φ is determined per
+/// component up to a constant, chosen such that the given distances are met on average; nothing is
+/// below 0.
+///
+/// u falls by a factor e every √t, two spacings; `sweep_heat` finds it with every ratio accurate,
+/// however far from a source. Then one Poisson equation is solved.
+///
+/// The error is of order h̄: on a square of 256² texels 0.2 % on average for a source in the middle, 3 %
+/// at most beyond three texels. Largest near the source, at boundaries (where the last three
+/// spacings are drawn out), and where shortest paths meet.
+class GeodesicDistance {
+ public:
+  /// Assembles and prepares both equations. `space` must outlive the object.
+  explicit GeodesicDistance(const SignalSpace& space, SolverFactory factory = direct_solver(),
+                            const GeodesicOptions& options = {}, const Progress& progress = {});
+  ~GeodesicDistance();
+
+  /// Throws `InvalidInput` when there are no sources, or one is not an unknown or not finite.
+  Geodesic from(const std::vector<GeodesicSource>& sources, const Progress& progress = {}) const;
+
+  /// √t, model units.
+  double diffusion_length() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace mq

@@ -1,0 +1,68 @@
+// What spaces say element by element: gradient norms, conductivities.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fem/cut_squares.h"
+#include "linear/matrices.h"
+#include "mq/fem/vertex_space.h"
+
+namespace mq {
+namespace {
+
+/// 1, and 1 on all elements that have area.
+void expect_conductivity_one_is_stiffness(const SignalSpace& space) {
+  const Signal psi = test::random_signal(space.size(), 2);
+  const std::vector<float> one(std::size_t(space.element_count()), 1.0F);
+  EXPECT_LE((space.conducted(psi, one) - space.stiffness_times(psi)).cwiseAbs().maxCoeff(), 1e-11);
+  const SparseMatrix difference = space.conducting(2, 3, one) - space.solvable(2, 3);
+  EXPECT_EQ(difference.norm(), 0);
+}
+
+void expect_conducted_is_its_matrix(const SignalSpace& space) {
+  const Signal psi = test::random_signal(space.size(), 2);
+  std::vector<float> some(std::size_t(space.element_count()));
+  const Random random(3);
+  for (std::size_t e = 0; e < some.size(); ++e) some[e] = float(random.uniform(e, 0.5, 2));
+  const SparseMatrix S = space.conducting(0, 1, some);
+  const Signal product = S * psi, conducted = space.conducted(psi, some);
+  // Apart from what `solvable` adds at hardly visible texels.
+  EXPECT_LE((product - conducted).cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_LE((S * Vector::Ones(space.size())).cwiseAbs().maxCoeff(), 1e-11);
+  EXPECT_LE(conducted.colwise().sum().cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(Elements, AddUpToTheStiffness) {
+  for (const fixtures::Cut& cut : fixtures::cut_squares()) {
+    SCOPED_TRACE(cut.name);
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    expect_conductivity_one_is_stiffness(space);
+    expect_conducted_is_its_matrix(space);
+  }
+  const VertexSpace vertices(make_surface(fixtures::torus(20, 12)));
+  expect_conductivity_one_is_stiffness(vertices);
+  expect_conducted_is_its_matrix(vertices);
+}
+
+/// A linear function has one gradient everywhere; elements without area have none.
+TEST(Elements, MeasureTheGradientOfALinearFunction) {
+  for (const fixtures::Cut& cut : fixtures::cut_squares()) {
+    SCOPED_TRACE(cut.name);
+    if (!cut.apart) continue;
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    Signal psi(space.size(), 2);
+    psi << fixtures::sample(cut, space, [](const Vector2& p) { return 3 * p.x(); }),
+        fixtures::sample(cut, space, [](const Vector2& p) { return 4 * p.y() + 1; });
+    int measured = 0;
+    for (const float norm : space.gradient_norms(psi)) {
+      if (norm == 0) continue;
+      ++measured;
+      EXPECT_NEAR(norm, 5, 0.01);
+    }
+    EXPECT_GT(measured, 0);
+  }
+}
+
+}  // namespace
+}  // namespace mq

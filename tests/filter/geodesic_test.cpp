@@ -1,0 +1,309 @@
+// Distances by the heat method against what they are on the square, the cylinder and the sphere, for
+// texels and for vertices; and the sweeps that spread the heat, against a factorisation where its
+// numbers last and against the closed form where they do not.
+
+#include "mq/filter/geodesic.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "fem/cut_squares.h"
+#include "mq/fem/vertex_space.h"
+#include "mq/filter/heat_sweeps.h"
+#include "mq/linear/direct.h"
+
+namespace mq {
+namespace {
+
+using fixtures::CutOptions;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+constexpr double pi = std::numbers::pi;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+CutOptions whole_square() {
+  CutOptions options;
+  options.parts = 1;
+  options.scale = 1;
+  options.jitter = 0;
+  return options;
+}
+
+CutOptions four_charts() { return fixtures::turned(fixtures::odd_angle); }
+
+struct Errors {
+  double mean = 0, max = 0;
+};
+
+/// Relative errors at random points of the surface that are more than three texels away.
+Errors errors(const fixtures::Textured& model, const TexelSpace& space, const Vector& distance,
+              const std::function<double(const Vector3&)>& exact) {
+  const Random random(5);
+  Errors result;
+  int count = 0;
+  for (std::uint64_t k = 0; k < 20000; ++k) {
+    const int t = int(random.bits(1'000'000 + k) % std::uint64_t(model.surface.triangle_count()));
+    const Vector3 l = fixtures::random_point(random, k);
+    const double d = exact(fixtures::on_surface(model.surface.mesh, t, l));
+    if (d < 3 * space.scale().texel_spacing) continue;
+    const double e = std::abs(fixtures::value_at(space, distance, t, l) - d) / d;
+    result.mean += e;
+    result.max = std::max(result.max, e);
+    ++count;
+  }
+  result.mean /= count;
+  return result;
+}
+
+int nearest(const Texels& texels, const Vector3& point) {
+  int best = 0;
+  double least = infinity;
+  for (int i = 0; i < texels.size(); ++i) {
+    const auto& p = texels.positions[i];
+    const double d = (Vector3(p[0], p[1], p[2]) - point).norm();
+    if (d < least) least = d, best = i;
+  }
+  return best;
+}
+
+Vector3 position(const Texels& texels, int i) {
+  const auto& p = texels.positions[i];
+  return {p[0], p[1], p[2]};
+}
+
+Errors errors_on_square(const CutOptions& options, int texels, const Vector3& near) {
+  const int side = int(std::lround(texels / options.scale));
+  const auto model = fixtures::textured(fixtures::cut_square(options), {{side, side}});
+  const TexelSpace space(model->surface, model->atlas);
+  const int source = nearest(space.texels(), near);
+  const Vector3 from = position(space.texels(), source);
+  const Geodesic found = GeodesicDistance(space).from({{source, 0}});
+  EXPECT_EQ(found.unreached, 0);
+  EXPECT_LE(found.change, 1e-3);
+  return errors(*model, space, found.distance,
+                [&](const Vector3& p) { return (p - from).norm(); });
+}
+
+TEST(GeodesicDistance, IsRightToHalfAPercentOnTheSquare) {
+  const Vector3 middle(0.5, 0.5, 0);
+  const Errors coarse = errors_on_square(whole_square(), 128, middle),
+               fine = errors_on_square(whole_square(), 256, middle);
+  EXPECT_LE(coarse.mean, 0.005);
+  EXPECT_LE(coarse.max, 0.05);
+  EXPECT_LE(fine.mean, 0.0025);
+  EXPECT_LE(fine.max, 0.05);
+}
+
+TEST(GeodesicDistance, HardlyNoticesSeams) {
+  const Vector3 aside(0.31, 0.42, 0);
+  const Errors whole = errors_on_square(whole_square(), 128, aside),
+               cut = errors_on_square(four_charts(), 128, aside),
+               slanted = errors_on_square(fixtures::slanted(), 128, aside);
+  EXPECT_LE(cut.mean, 1.1 * whole.mean);
+  EXPECT_LE(cut.max, 0.05);
+  EXPECT_LE(slanted.mean, 1.5 * whole.mean);
+  EXPECT_LE(slanted.max, 0.08);
+}
+
+/// A square rolled up: x around, y along; the circumference is 1.
+Mesh rolled(const CutOptions& options) {
+  Mesh mesh = fixtures::cut_square(options);
+  for (Vector3& p : mesh.positions) {
+    const double angle = p.x() == 1 ? 0 : 2 * pi * p.x();
+    p = {std::cos(angle) / (2 * pi), std::sin(angle) / (2 * pi), p.y()};
+  }
+  return mesh;
+}
+
+TEST(GeodesicDistance, TakesTheShorterWayAroundACylinder) {
+  for (const CutOptions& base : {whole_square(), four_charts()}) {
+    std::vector<double> mean;
+    for (const int texels : {64, 128, 256}) {
+      CutOptions options = base;
+      options.cells = 96;
+      options.jitter = 0;
+      const int side = int(std::lround(texels / options.scale));
+      const auto model = fixtures::textured(rolled(options), {{side, side}});
+      const TexelSpace space(model->surface, model->atlas);
+      const int source = nearest(space.texels(), {-1 / (2 * pi), 0.02, 0.4});
+      const auto unrolled = [](const Vector3& p) {
+        return Vector2(std::atan2(p.y(), p.x()) / (2 * pi), p.z());
+      };
+      const Vector2 from = unrolled(position(space.texels(), source));
+      const Geodesic found = GeodesicDistance(space).from({{source, 0}});
+      const Errors e = errors(*model, space, found.distance, [&](const Vector3& p) {
+        const Vector2 d = unrolled(p) - from;
+        return std::hypot(d.x() - std::round(d.x()), d.y());
+      });
+      mean.push_back(e.mean);
+      EXPECT_LE(e.max, 0.1) << texels;
+    }
+    EXPECT_LE(mean[2], 0.004);
+    EXPECT_GE(std::log2(mean[0] / mean[2]) / 2, 0.8) << mean[0] << ' ' << mean[1] << ' ' << mean[2];
+  }
+}
+
+TEST(GeodesicDistance, IsAnArcOnTheSphere) {
+  CutOptions options;
+  options.scale = 0.6;
+  options.angle = fixtures::odd_angle;
+  std::vector<double> mean;
+  for (const int side : {40, 80}) {
+    const auto model =
+        fixtures::textured(fixtures::cut_sphere(side / 2, options), {{3 * side, 2 * side}});
+    const TexelSpace space(model->surface, model->atlas);
+    const int source = nearest(space.texels(), Vector3(0.3, 0.5, 0.8).normalized());
+    const Vector3 from = position(space.texels(), source).normalized();
+    const Geodesic found = GeodesicDistance(space).from({{source, 0}});
+    mean.push_back(errors(*model, space, found.distance, [&](const Vector3& p) {
+                     return std::atan2(from.cross(p).norm(), from.dot(p));
+                   }).mean);
+  }
+  EXPECT_LE(mean[0], 0.01);
+  EXPECT_LE(mean[1], 0.006);
+}
+
+TEST(GeodesicDistance, IsAnArcOnASphereOfVertices) {
+  CutOptions options;
+  std::vector<double> mean;
+  for (const int n : {16, 48}) {
+    const Surface surface = make_surface(fixtures::cut_sphere(n, options));
+    const VertexSpace space(surface);
+    const Vector3 from = surface.mesh.positions[7];
+    const Geodesic found = GeodesicDistance(space).from({{7, 0}});
+    double sum = 0;
+    for (int v = 0; v < space.size(); ++v) {
+      const Vector3& p = surface.mesh.positions[v];
+      sum += std::abs(found.distance[v] - std::atan2(from.cross(p).norm(), from.dot(p)));
+    }
+    mean.push_back(sum / space.size() / (pi / 2));
+  }
+  EXPECT_LE(mean[0], 0.03);
+  EXPECT_GE(std::log(mean[0] / mean[1]) / std::log(3.0), 0.8) << mean[0] << ' ' << mean[1];
+}
+
+TEST(GeodesicDistance, IsThatToTheNearestOfManySources) {
+  const auto model = fixtures::textured(fixtures::cut_square(whole_square()), {{96, 96}});
+  const TexelSpace space(model->surface, model->atlas);
+  std::vector<GeodesicSource> edge;
+  for (int i = 0; i < space.size(); ++i)
+    if (space.texels().places[i].x < 8) edge.push_back({i, 0});
+  const Geodesic found = GeodesicDistance(space, direct_solver(), {.tolerance = 1e-5}).from(edge);
+  for (int i = 0; i < space.size(); ++i) {
+    const int column = space.texels().places[i].x;
+    EXPECT_NEAR(found.distance[i], std::max(0, column - 7) / 96.0, 1e-4);
+  }
+}
+
+TEST(GeodesicDistance, BeginsAtTheDistancesThatSourcesHave) {
+  const auto model = fixtures::textured(fixtures::cut_square(whole_square()), {{96, 96}});
+  const TexelSpace space(model->surface, model->atlas);
+  std::vector<GeodesicSource> edge;
+  for (int i = 0; i < space.size(); ++i)
+    if (space.texels().places[i].x == 0) edge.push_back({i, 0.25});
+  const Geodesic found = GeodesicDistance(space, direct_solver(), {.tolerance = 1e-5}).from(edge);
+  for (int i = 0; i < space.size(); ++i) {
+    const int column = space.texels().places[i].x;
+    EXPECT_NEAR(found.distance[i], 0.25 + column / 96.0, 1e-4);
+  }
+}
+
+TEST(GeodesicDistance, IsInfiniteWhereNoPathLeads) {
+  const Mesh torn = fixtures::torn(fixtures::cut_square(four_charts()));
+  const auto model = fixtures::textured(torn, {{64, 64}});
+  const TexelSpace space(model->surface, model->atlas);
+  const int source = 0, own = space.texels().chart[source];
+  const Geodesic found = GeodesicDistance(space).from({{source, 0}});
+  int elsewhere = 0;
+  for (int i = 0; i < space.size(); ++i) {
+    EXPECT_EQ(std::isinf(found.distance[i]), space.texels().chart[i] != own);
+    elsewhere += space.texels().chart[i] != own;
+  }
+  EXPECT_EQ(found.unreached, elsewhere);
+}
+
+TEST(GeodesicDistance, GrowsWithTheSurface) {
+  Mesh mesh = fixtures::torus(40, 30);
+  const Vector small = GeodesicDistance(VertexSpace(make_surface(mesh))).from({{3, 0}}).distance;
+  for (Vector3& p : mesh.positions) p *= 1024;
+  const Vector large = GeodesicDistance(VertexSpace(make_surface(mesh))).from({{3, 0}}).distance;
+  EXPECT_LE((large / 1024 - small).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(GeodesicDistance, HasTheSameBitsForAnyNumberOfThreads) {
+  const auto model = fixtures::textured(fixtures::cut_square(four_charts()), {{160, 160}});
+  std::vector<Vector> found;
+  for (const int threads : {1, 2, 7}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                      std::size_t(threads));
+    const TexelSpace space(model->surface, model->atlas);
+    found.push_back(GeodesicDistance(space).from({{100, 0}}).distance);
+  }
+  EXPECT_TRUE(found[0] == found[1] && found[0] == found[2]);
+}
+
+TEST(GeodesicDistance, RefusesSourcesThatAreNone) {
+  const VertexSpace space(make_surface(fixtures::torus(10, 8)));
+  const GeodesicDistance geodesic(space);
+  EXPECT_THAT([&] { geodesic.from({}); },
+              ThrowsMessage<InvalidInput>(HasSubstr("at least one source")));
+  EXPECT_THAT([&] { geodesic.from({{80, 0}}); },
+              ThrowsMessage<InvalidInput>(HasSubstr("source 80 is none of the 80 unknowns")));
+  EXPECT_THROW(geodesic.from({{0, std::nan("")}}), InvalidInput);
+  EXPECT_THROW(geodesic.from({{0, -1}}), InvalidInput);
+  EXPECT_THROW(GeodesicDistance(space, direct_solver(), {.time = 0}), InvalidInput);
+}
+
+// ----------------------------------------------------------------------------------- spread of heat
+
+/// How many of the unknowns differ by more than `far` from the factorisation's log u.
+double share_beyond(double far, const CutOptions& options, int side) {
+  const auto model = fixtures::textured(fixtures::cut_square(options), {{side, side}});
+  const TexelSpace space(model->surface, model->atlas);
+  const double t = 4 * space.scale().texel_spacing * space.scale().texel_spacing;
+  SparseMatrix A = space.solvable(0, t);
+  A.diagonal() += space.mass() * Vector::Ones(space.size());
+  Vector b = Vector::Zero(space.size());
+  b[40] = 1;
+  const Vector u = DirectSolver(A).solve(b);
+  const HeatSweeps heat = sweep_heat(A, {{40, 0}}, {.tolerance = 1e-7, .max_sweeps = 100});
+  EXPECT_LE(heat.change, 1e-7);
+  int beyond = 0;
+  for (int i = 0; i < space.size(); ++i)
+    beyond += !(std::abs(heat.log_u[i] - std::log(u[i] / u[40])) <= far);
+  return double(beyond) / space.size();
+}
+
+TEST(HeatSweeps, AgreeWithAFactorisationWhereItsNumbersLast) {
+  EXPECT_EQ(share_beyond(1e-4, whole_square(), 96), 0);
+  EXPECT_EQ(share_beyond(1e-4, four_charts(), 96), 0);
+}
+
+/// A texel at the tip of a chart has a negative value there, which no logarithm holds.
+TEST(HeatSweeps, AgreeOnStretchedChartsButAtTheirTips) {
+  EXPECT_LE(share_beyond(1e-3, fixtures::slanted(), 192), 0.01);
+}
+
+/// u_i = ρ^i with ρ + 1/ρ = 2 + 1/τ: far below the smallest double at the end.
+TEST(HeatSweeps, KeepWhatNoDoubleHolds) {
+  const int n = 5000;
+  const double tau = 4;
+  Entries entries;
+  for (int i = 0; i < n; ++i) {
+    entries.emplace_back(i, i, 1 + tau * (i + 1 < n ? 2 : 1));
+    if (i + 1 < n) entries.emplace_back(i, i + 1, -tau), entries.emplace_back(i + 1, i, -tau);
+  }
+  const HeatSweeps heat =
+      sweep_heat(sparse_matrix(n, n, entries), {{0, 0}}, {.tolerance = 1e-10, .max_sweeps = 200});
+  const double kappa = std::acosh(1 + 1 / (2 * tau));
+  EXPECT_LT(heat.log_u[4000], -1900);
+  for (int i = 0; i < 4900; ++i) EXPECT_NEAR(heat.log_u[i], -kappa * i, 1e-6 * (1 + i));
+}
+
+}  // namespace
+}  // namespace mq
