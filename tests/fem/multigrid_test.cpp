@@ -134,17 +134,32 @@ TEST(TexelHierarchy, ProlongsConstantsToConstantsAndRestrictsByTheTranspose) {
   }
 }
 
+/// Σ over rows of u·v, per column.
+Vector products(const Signal& u, const Signal& v) {
+  return (u.array() * v.array()).colwise().sum().transpose();
+}
+
 TEST(StencilMatrix, MultipliesAsTheMatrixItWasMadeFrom) {
   const Patchwork p = make_patchwork({.size = 90, .charts = 2});
   const SparseMatrix A = system_of(p, 5);
   const TexelHierarchy hierarchy(A, p.texels, {});
   for (const int lanes : {1, 4}) {
-    LaneVector x(A.rows(), lanes), b(A.rows(), lanes), y(A.rows(), lanes), r(A.rows(), lanes);
-    const Signal X = noise(A.rows(), lanes);
-    for (Eigen::Index i = 0; i < X.size(); ++i) x.data()[i] = float(X.data()[i]);
-    hierarchy.high().multiply(lanes, x.data(), y.data());
+    LaneVector x(A.rows(), lanes), b(A.rows(), lanes), y(A.rows(), lanes), r(A.rows(), lanes),
+        q(A.rows(), lanes);
+    const Signal X = noise(A.rows(), lanes), Q = noise(A.rows(), lanes, 7);
+    for (Eigen::Index i = 0; i < X.size(); ++i) {
+      x.data()[i] = float(X.data()[i]);
+      q.data()[i] = float(Q.data()[i]);
+    }
+    const StencilMatrix::Products sums =
+        hierarchy.high().multiply(lanes, x.data(), q.data(), y.data());
     hierarchy.high().residual(lanes, b.data(), x.data(), r.data());
     const Signal Y = scaled(A, hierarchy) * X;
+    for (int lane = 0; lane < lanes; ++lane) {
+      const double size = X.col(lane).squaredNorm();
+      EXPECT_NEAR(sums.with_product[lane], products(X, Y)[lane], 1e-6 * size);
+      EXPECT_NEAR(sums.with_r[lane], products(X, Q)[lane], 1e-6 * size);
+    }
     for (Eigen::Index i = 0; i < Y.size(); ++i) {
       EXPECT_NEAR(y.data()[i], Y.data()[i], 5e-6);
       EXPECT_NEAR(r.data()[i], -Y.data()[i], 5e-6);

@@ -3,10 +3,11 @@
 ///     z = C·r,   β = −⟨z, q⟩/⟨p, q⟩,   p = z + β·p,   q = A·p,   α = ⟨p, r⟩/⟨p, q⟩,
 ///     X += α·p,   r −= α·q
 ///
-/// β makes p conjugate to its predecessor whatever r is, so that nothing is lost where r is
-/// renewed. A channel that has reached the tolerance rests with α = 0. The four lanes of a single
-/// channel are partial sums of that channel; vectors are then walked four values at a time in
-/// either case.
+/// β makes p conjugate to its predecessor whatever r is, so that nothing is lost where r is renewed.
+/// A channel that has reached the tolerance rests with α = 0. X is in double from the first step on:
+/// where A is mostly stiffness, rounding of its slow waves would be a residual as large as the one that
+/// three digits are to be gained on. The four lanes of a single channel are partial
+/// sums of that channel; vectors are then walked in the same way in either case.
 
 #include "mq/linear/mixed_cg.h"
 
@@ -14,6 +15,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 
 #include <fmt/format.h>
 
@@ -31,20 +33,41 @@ constexpr std::int64_t block_values = 65536;
 constexpr int max_lost = 2;           // directions in a row that rounding may spoil
 constexpr double renew_below = 1e-3;  // digits a residual in single precision may lose, see above
 
-Double4 widen(const float* p) { return __builtin_convertvector(load<4>(p), Double4); }
-
 /// The four sums of all four-value steps; for one channel their total, four times.
 Double4 finish(Double4 sum, int lanes) {
   if (lanes == 4) return sum;
   return Double4{} + (sum[0] + sum[1] + sum[2] + sum[3]);
 }
 
+/// `lanes` factors repeated to fill a register.
+Floats<register_floats> repeated(Double4 factor) {
+  Floats<register_floats> result;
+  for (int i = 0; i < register_floats; ++i) result[i] = float(factor[i % 4]);
+  return result;
+}
+
+/// Σ body(i) over the registers that begin at 0, N, 2·N ... of vectors of `size` values, four lanes
+/// each: in single precision over a few of them, in double beyond. Vectors end in zeros, which a last
+/// register may reach into.
+template <class Body>
+Double4 sum_of_registers(std::int64_t size, const Body& body) {
+  constexpr std::int64_t N = register_floats, chunk = 64 * N;
+  return parallel_sum(size, Double4{}, [&](std::int64_t begin, std::int64_t end) {
+    Double4 total{};
+    for (std::int64_t first = begin; first < end; first += chunk) {
+      Floats<N> sum{};
+      for (std::int64_t i = first; i < std::min(first + chunk, end); i += N) sum += body(i);
+      for (int i = 0; i < N; ++i) total[i % 4] += double(sum[i]);
+    }
+    return total;
+  }, block_values);
+}
+
 Double4 dot(const LaneVector& a, const LaneVector& b) {
-  return finish(parallel_sum(a.size(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
-    Double4 sum{};
-    for (std::int64_t i = begin; i < end; i += 4) sum += widen(a.data() + i) * widen(b.data() + i);
-    return sum;
-  }, block_values), a.lanes());
+  constexpr int N = register_floats;
+  return finish(sum_of_registers(a.size(), [&](std::int64_t i) {
+    return load<N>(a.data() + i) * load<N>(b.data() + i);
+  }), a.lanes());
 }
 
 /// Takes the special rows of a scaling out of v while it lives: they are 0 in v, so that a sum over v
@@ -93,35 +116,35 @@ class SpecialRows {
   std::vector<float> kept_;
 };
 
-/// p = z + β·p
-void next_direction(const LaneVector& z, Double4 beta, LaneVector& p) {
-  const Floats<4> factor = __builtin_convertvector(beta, Floats<4>);
-  parallel_blocks(z.size(), block_values, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; i += 4)
-      store<4>(p.data() + i, load<4>(z.data() + i) + factor * load<4>(p.data() + i));
-  });
-}
-
 /// ‖D⁻¹·r‖² per channel: the residual of the system as it was given.
 Double4 squared_norm(const Scaling& scaling, LaneVector& r) {
   const SpecialRows special(scaling, r);
   return dot(r, r) + special.squared();
 }
 
+/// p = z + β·p
+void next_direction(const LaneVector& z, Double4 beta, LaneVector& p) {
+  constexpr int N = register_floats;
+  const Floats<N> factor = repeated(beta);
+  parallel_blocks(z.size(), block_values, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; i += N)
+      store<N>(p.data() + i, load<N>(z.data() + i) + factor * load<N>(p.data() + i));
+  });
+}
+
 /// r −= α·q; returns ‖D⁻¹·r‖² per channel.
 Double4 reduce_residual(const Scaling& scaling, LaneVector& q, Double4 alpha, LaneVector& r) {
+  constexpr int N = register_floats;
   const SpecialRows of_q(scaling, q);
   SpecialRows of_r(scaling, r);
   of_r.subtract(alpha, of_q);
-  const Floats<4> factor = __builtin_convertvector(alpha, Floats<4>);
-  return finish(parallel_sum(r.size(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
-    Double4 sum{};
-    for (std::int64_t i = begin; i < end; i += 4) {
-      store<4>(r.data() + i, load<4>(r.data() + i) - factor * load<4>(q.data() + i));
-      sum += widen(r.data() + i) * widen(r.data() + i);
-    }
-    return sum;
-  }, block_values), r.lanes()) + of_r.squared();
+  const Floats<N> factor = repeated(alpha);
+  const Double4 sum = sum_of_registers(r.size(), [&](std::int64_t i) {
+    const Floats<N> left = load<N>(r.data() + i) - factor * load<N>(q.data() + i);
+    store<N>(r.data() + i, left);
+    return left * left;
+  });
+  return finish(sum, r.lanes()) + of_r.squared();
 }
 
 /// Columns first … first + channels − 1 of X += α·p
@@ -194,6 +217,17 @@ class RightHandSide {
     return mean_.empty() ? scaled(k, c) : scaled(k, c) - constants_.at(mean_, k, c);
   }
 
+  template <int channels>
+  Double4 row(std::int64_t k) const {
+    Double4 row{};
+    const double* values = B_.data() + k * B_.cols() + first_;
+    for (int c = 0; c < channels; ++c) row[c] = values[c];
+    row *= scaling_.common * scaling_.row(k);
+    if (!mean_.empty())
+      for (int c = 0; c < channels; ++c) row[c] -= constants_.at(mean_, k, c);
+    return row;
+  }
+
   /// ‖D⁻¹·‖² of each column.
   Double4 squared_norm() const {
     return parallel_sum(B_.rows(), Double4{}, [&](std::int64_t begin, std::int64_t end) {
@@ -219,12 +253,79 @@ class RightHandSide {
   Constants::Means mean_;
 };
 
-/// A row of X, of which `channels` values are read.
+/// Rows of up to four columns of X, from the `first`th on, as four lanes in double; lanes beyond the
+/// columns hold whatever follows in memory.
 template <int channels>
-Double4 row_of(const double* at) {
-  Double4 row{};
-  for (int c = 0; c < channels; ++c) row[c] = at[c];
-  return row;
+class Rows {
+ public:
+  Rows(const Signal& X, int first)
+      : x_(X.data() + first), stride_(X.cols()), last_(X.size() - first - 4) {}
+
+  /// Whether four values from each of the first `count` rows are within X.
+  bool whole(std::int64_t count) const { return channels == 4 || (count - 1) * stride_ <= last_; }
+
+  Double4 four(std::int64_t k) const {
+    Double4 row;
+    std::memcpy(&row, x_ + k * stride_, sizeof row);
+    return row;
+  }
+  Double4 operator()(std::int64_t k) const {
+    if (whole(k + 1)) return four(k);
+    Double4 row{};
+    std::memcpy(&row, x_ + k * stride_, channels * sizeof(double));
+    return row;
+  }
+
+ private:
+  const double* x_;
+  std::int64_t stride_, last_;
+};
+
+template <int channels>
+void store_rounded(const Double4& sum, std::int64_t k, LaneVector& r) {
+  for (int c = 0; c < channels; ++c) r.data()[k * r.lanes() + c] = float(sum[c]);
+}
+
+/// The nine values of eight unknowns from the `begin`th of a run on, high + low in double; those beyond
+/// the run's end are read and mean nothing.
+struct StencilValues {
+  static constexpr int unknowns = 8;
+  double value[9][unknowns];
+
+  StencilValues(const StencilMatrix& high, const StencilMatrix& low, const StencilRun& run, int begin) {
+    const int k = run.first + begin, u = run.up + begin;
+    const auto fill = [&](int entry, const float* a, const float* b) {
+      for (int i = 0; i < unknowns; ++i) value[entry][i] = double(a[i]) + double(b[i]);
+    };
+    fill(0, high.south_easts(u - 1), low.south_easts(u - 1));
+    fill(1, high.souths(u), low.souths(u));
+    fill(2, high.south_wests(u + 1), low.south_wests(u + 1));
+    fill(3, high.easts(k - 1), low.easts(k - 1));
+    fill(4, high.centres(k), low.centres(k));
+    fill(5, high.easts(k), low.easts(k));
+    fill(6, high.south_wests(k), low.south_wests(k));
+    fill(7, high.souths(k), low.souths(k));
+    fill(8, high.south_easts(k), low.south_easts(k));
+  }
+};
+
+/// The residual in a run; x(k) is row k of X.
+template <int channels, class Row>
+void residual_of_run(const StencilMatrix& high, const StencilMatrix& low, const StencilRun& run,
+                     const RightHandSide& B, const Row& x, LaneVector& r) {
+  constexpr int step = StencilValues::unknowns;
+  for (int begin = 0; begin < run.count; begin += step) {
+    const int count = std::min(step, run.count - begin);
+    const StencilValues A(high, low, run, begin);
+    for (int i = 0; i < count; ++i) {
+      const int k = run.first + begin + i, u = run.up + begin + i, d = run.down + begin + i;
+      Double4 sum = B.row<channels>(k);
+      for (int j = 0; j < 3; ++j)
+        sum -= A.value[j][i] * x(u - 1 + j) + A.value[3 + j][i] * x(k - 1 + j) +
+               A.value[6 + j][i] * x(d - 1 + j);
+      store_rounded<channels>(sum, k, r);
+    }
+  }
 }
 
 /// B − (high + low)·X for columns first … of X, in double until it is rounded to r.
@@ -232,45 +333,35 @@ template <int channels>
 void true_residual(const StencilMatrix& high, const StencilMatrix& low, const RightHandSide& B,
                    const Signal& X, int first, LaneVector& r) {
   const StencilLayout& layout = high.layout();
-  const int lanes = r.lanes();
-  const std::int64_t stride = X.cols();
-  const auto x = [&](std::int64_t k) { return row_of<channels>(X.data() + k * stride + first); };
-  const auto begin_row = [&](std::int64_t k) {
-    Double4 sum{};
-    for (int c = 0; c < channels; ++c) sum[c] = B(k, c);
-    return sum;
-  };
-  const auto end_row = [&](const Double4& sum, std::int64_t k) {
-    for (int c = 0; c < channels; ++c) r.data()[k * lanes + c] = float(sum[c]);
-  };
+  const Rows<channels> rows(X, first);
   parallel_for(std::int64_t(layout.runs.size()), [&](std::int64_t i) {
     const StencilRun& run = layout.runs[i];
-    for (int j = 0; j < run.count; ++j) {
-      const int k = run.first + j, u = run.up + j, d = run.down + j;
-      const auto both = [&](const auto& value) { return double(value(high)) + double(value(low)); };
-      using Matrix = const StencilMatrix&;
-      Double4 sum = begin_row(k);
-      sum -= both([=](Matrix A) { return A.south_east(u - 1); }) * x(u - 1);
-      sum -= both([=](Matrix A) { return A.south(u); }) * x(u);
-      sum -= both([=](Matrix A) { return A.south_west(u + 1); }) * x(u + 1);
-      sum -= both([=](Matrix A) { return A.east(k - 1); }) * x(k - 1);
-      sum -= both([=](Matrix A) { return A.centre(k); }) * x(k);
-      sum -= both([=](Matrix A) { return A.east(k); }) * x(k + 1);
-      sum -= both([=](Matrix A) { return A.south_west(k); }) * x(d - 1);
-      sum -= both([=](Matrix A) { return A.south(k); }) * x(d);
-      sum -= both([=](Matrix A) { return A.south_east(k); }) * x(d + 1);
-      end_row(sum, k);
-    }
+    if (rows.whole(std::int64_t(run.down) + run.count + 1))
+      residual_of_run<channels>(high, low, run, B, [&](int k) { return rows.four(k); }, r);
+    else
+      residual_of_run<channels>(high, low, run, B, rows, r);
   }, 64);
   parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
     const StencilMatrix::Row a = high.irregular_row(int(p)), b = low.irregular_row(int(p));
     const int k = layout.irregular[p];
-    Double4 sum = begin_row(k);
-    sum -= (double(a.diagonal) + double(b.diagonal)) * x(k);
+    Double4 sum = B.row<channels>(k);
+    sum -= (double(a.diagonal) + double(b.diagonal)) * rows(k);
     for (int i = 0; i < a.count; ++i)
-      sum -= (double(a.values[i]) + double(b.values[i])) * x(a.columns[i]);
-    end_row(sum, k);
+      sum -= (double(a.values[i]) + double(b.values[i])) * rows(a.columns[i]);
+    store_rounded<channels>(sum, k, r);
   });
+}
+
+/// r = B, rounded.
+void take_right_hand_side(const RightHandSide& B, int channels, LaneVector& r) {
+  parallel_for(r.size() / r.lanes(), [&](std::int64_t k) {
+    for (int c = 0; c < channels; ++c) r.data()[k * r.lanes() + c] = float(B(k, c));
+  });
+}
+
+/// Whether columns first … first + channels − 1 of X are all 0.
+bool is_zero(const Signal& X, int first, int channels) {
+  return X.middleCols(first, channels).isZero(0);
 }
 
 /// The conjugate gradients of up to four channels.
@@ -285,7 +376,12 @@ class Group {
         B_(B, first, channels_, scaling, constants_),
         lanes_(lanes_for(channels_)), workspace_(multigrid, lanes_), options_(options) {
     for (LaneVector* v : {&r_, &z_, &p_, &q_}) *v = LaneVector(B.rows(), lanes_);
-    renew();
+    if (is_zero(X, first, channels_))
+      take_right_hand_side(B_, channels_, r_);
+    else
+      take_true_residual();
+    constants_.remove(r_);
+    squared_ = renewed_ = squared_norm(scaling_, r_);
     start_ = squared_;
     wanted_ = B_.squared_norm();
     for (int c = 0; c < 4; ++c) {
@@ -314,15 +410,19 @@ class Group {
   void iterate() {
     multigrid_.cycle(r_.data(), z_.data(), workspace_);
     constants_.remove(z_);
-    Double4 beta{};
+    Double4 beta{}, alpha{};
     if (!first_iteration_) beta = -dot(z_, q_);
     for (int c = 0; c < 4; ++c) beta[c] = form_[c] > 0 ? beta[c] / form_[c] : 0;
     next_direction(z_, beta, p_);
-    high_.multiply(lanes_, p_.data(), q_.data());
-    form_ = dot(p_, q_);
-    Double4 alpha = dot(p_, r_);
-    for (int c = 0; c < 4; ++c) alpha[c] = active(c) ? step(c, alpha[c]) : 0;
-    if (lanes_ == 1) alpha = Double4{} + alpha[0];
+    const StencilMatrix::Products of_p = high_.multiply(lanes_, p_.data(), r_.data(), q_.data());
+    for (int c = 0; c < lanes_; ++c) {
+      form_[c] = of_p.with_product[c];
+      alpha[c] = active(c) ? step(c, of_p.with_r[c]) : 0;
+    }
+    if (lanes_ == 1) {
+      alpha = Double4{} + alpha[0];
+      form_ = Double4{} + form_[0];
+    }
     add_to_solution(p_, alpha, first_, channels_, X_);
     squared_ = reduce_residual(scaling_, q_, alpha, r_);
     first_iteration_ = false;
@@ -344,15 +444,20 @@ class Group {
     return false;
   }
 
+  /// r = B − A·X in double.
   void renew() {
-    switch (channels_) {
-      case 1: true_residual<1>(high_, low_, B_, X_, first_, r_); break;
-      case 2: true_residual<2>(high_, low_, B_, X_, first_, r_); break;
-      case 3: true_residual<3>(high_, low_, B_, X_, first_, r_); break;
-      default: true_residual<4>(high_, low_, B_, X_, first_, r_); break;
-    }
+    take_true_residual();
     constants_.remove(r_);
     squared_ = renewed_ = squared_norm(scaling_, r_);
+  }
+
+  void take_true_residual() {
+    switch (channels_) {
+      case 1: return true_residual<1>(high_, low_, B_, X_, first_, r_);
+      case 2: return true_residual<2>(high_, low_, B_, X_, first_, r_);
+      case 3: return true_residual<3>(high_, low_, B_, X_, first_, r_);
+      default: return true_residual<4>(high_, low_, B_, X_, first_, r_);
+    }
   }
 
   const StencilMatrix& high_;
@@ -367,7 +472,8 @@ class Group {
   Multigrid::Workspace workspace_;
   const MixedCgOptions& options_;
   LaneVector r_, z_, p_, q_;
-  Double4 squared_{}, renewed_{}, start_{}, wanted_{}, form_{};
+  Double4 squared_{}, renewed_{}, start_{}, wanted_{};
+  Double4 form_{};  ///< ⟨p, A·p⟩
   std::array<int, 4> lost_ = {0, 0, 0, 0};
   bool first_iteration_ = true;
 };

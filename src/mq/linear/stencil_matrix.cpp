@@ -158,16 +158,47 @@ inline void residual_of_run(const Stencils& A, const StencilRun& run, const floa
     residual_at<lanes, 1>(A, b, x, r, run.first + i, run.up + i, run.down + i);
 }
 
+/// Sums of products in single precision, over no more than a run; `total` widens them.
+template <int lanes, int N>
+struct RunSums {
+  Floats<N> with_product{}, with_r{};
+
+  void add(Floats<N> x, Floats<N> product, Floats<N> r) {
+    with_product += x * product;
+    with_r += x * r;
+  }
+  void add_to(StencilMatrix::Products& total) const {
+    for (int i = 0; i < N; ++i) {
+      total.with_product[i % lanes] += value(with_product, i);
+      total.with_r[i % lanes] += value(with_r, i);
+    }
+  }
+
+ private:
+  static double value(Floats<N> v, int i) {
+    if constexpr (N == 1)
+      return v;
+    else
+      return v[i];
+  }
+};
+
+/// The vectors of a product: y = A·x, and r, by which x is multiplied.
+struct ProductVectors {
+  const float *x, *r;
+  float* y;
+};
+
 template <int lanes, int Texels>
-inline void product_at(const Stencils& A, const float* sums, const float* x, float* y, int k,
-                       int u, int d) {
+inline void product_at(const Stencils& A, const float* row_sums, const ProductVectors& v, int k,
+                       int u, int d, RunSums<lanes, Texels * lanes>& sums) {
   constexpr int N = Texels * lanes;
-  const auto at = [&](int i) { return load<N>(x + std::int64_t(i) * lanes); };
+  const auto at = [&](int i) { return load<N>(v.x + std::int64_t(i) * lanes); };
   const auto value = [](const float* stream, int i) {
     return spread<Texels, lanes>(load<Texels>(stream + i));
   };
   const Floats<N> own = at(k);
-  Floats<N> sum = value(sums, k) * own;
+  Floats<N> sum = value(row_sums, k) * own;
   sum += value(A.se, u - 1) * (at(u - 1) - own);
   sum += value(A.s, u) * (at(u) - own);
   sum += value(A.sw, u + 1) * (at(u + 1) - own);
@@ -176,18 +207,24 @@ inline void product_at(const Stencils& A, const float* sums, const float* x, flo
   sum += value(A.sw, k) * (at(d - 1) - own);
   sum += value(A.s, k) * (at(d) - own);
   sum += value(A.se, k) * (at(d + 1) - own);
-  store<N>(y + std::int64_t(k) * lanes, sum);
+  const std::int64_t here = std::int64_t(k) * lanes;
+  store<N>(v.y + here, sum);
+  sums.add(own, sum, load<N>(v.r + here));
 }
 
 template <int lanes>
-inline void product_of_run(const Stencils& A, const float* sums, const StencilRun& run,
-                           const float* x, float* y) {
+inline void product_of_run(const Stencils& A, const float* row_sums, const StencilRun& run,
+                           const ProductVectors& v, StencilMatrix::Products& total) {
   constexpr int wide = register_floats / lanes;
+  RunSums<lanes, register_floats> sums;
+  RunSums<lanes, lanes> rest;
   int i = 0;
   for (; i + wide <= run.count; i += wide)
-    product_at<lanes, wide>(A, sums, x, y, run.first + i, run.up + i, run.down + i);
+    product_at<lanes, wide>(A, row_sums, v, run.first + i, run.up + i, run.down + i, sums);
   for (; i < run.count; ++i)
-    product_at<lanes, 1>(A, sums, x, y, run.first + i, run.up + i, run.down + i);
+    product_at<lanes, 1>(A, row_sums, v, run.first + i, run.up + i, run.down + i, rest);
+  sums.add_to(total);
+  rest.add_to(total);
 }
 
 constexpr double strong_anisotropy = 6;  // lengths 2.4:1, from where a sweep halves little
@@ -197,7 +234,7 @@ constexpr int few_unknowns = 4;          // ... with so many strongly anisotropi
 /// The ratio of the eigenvalues of Σ_j −a_kj d_j d_jᵀ, d_j from unknown k to j in texels: where A is
 /// stiffness, that of the metric. Small where mass prevails, which relaxation likes.
 double anisotropy(const StencilMatrix& A, const StencilRun& run, int i) {
-  const int k = run.first + i, u = run.up + i, d = run.down + i;
+  const int k = run.first + i, u = run.up + i;
   const double ne = A.south_west(u + 1), nw = A.south_east(u - 1);
   const double sw = A.south_west(k), se = A.south_east(k), corners = ne + nw + sw + se;
   const double xx = -(double(A.east(k - 1)) + A.east(k) + corners);
@@ -339,22 +376,36 @@ void StencilMatrix::residual_of(const float* b, const float* x, float* r) const 
 }
 
 template <int lanes>
-void StencilMatrix::multiply_by(const float* x, float* y) const {
+StencilMatrix::Products StencilMatrix::multiply_by(const float* x, const float* r,
+                                                   float* y) const {
   const Stencils A{&values5_[0][margin], &values5_[1][margin], &values5_[2][margin],
                    &values5_[3][margin], &values5_[4][margin]};
-  const float* sums = row_sums_.data();
-  parallel_for(std::int64_t(layout_->runs.size()), [&](std::int64_t i) {
-    product_of_run<lanes>(A, sums, layout_->runs[i], x, y);
-  }, 64);
-  parallel_for(std::int64_t(layout_->irregular.size()), [&](std::int64_t p) {
-    const Row row = irregular_row(int(p));
-    const std::int64_t k = layout_->irregular[p];
-    const Floats<lanes> own = load<lanes>(x + k * lanes);
-    Floats<lanes> sum = sums[k] * own;
-    for (int i = 0; i < row.count; ++i)
-      sum += row.values[i] * (load<lanes>(x + std::int64_t(row.columns[i]) * lanes) - own);
-    store<lanes>(y + k * lanes, sum);
-  });
+  const float* row_sums = row_sums_.data();
+  const ProductVectors vectors{x, r, y};
+  const auto of_stencils = [&](std::int64_t begin, std::int64_t end) {
+    Products total;
+    for (std::int64_t i = begin; i < end; ++i)
+      product_of_run<lanes>(A, row_sums, layout_->runs[i], vectors, total);
+    return total;
+  };
+  const auto of_irregular = [&](std::int64_t begin, std::int64_t end) {
+    RunSums<lanes, lanes> sums;
+    for (std::int64_t p = begin; p < end; ++p) {
+      const Row row = irregular_row(int(p));
+      const std::int64_t k = layout_->irregular[p], here = k * lanes;
+      const Floats<lanes> own = load<lanes>(x + here);
+      Floats<lanes> sum = row_sums[k] * own;
+      for (int i = 0; i < row.count; ++i)
+        sum += row.values[i] * (load<lanes>(x + std::int64_t(row.columns[i]) * lanes) - own);
+      store<lanes>(y + here, sum);
+      sums.add(own, sum, load<lanes>(r + here));
+    }
+    Products total;
+    sums.add_to(total);
+    return total;
+  };
+  return parallel_sum(std::int64_t(layout_->runs.size()), Products{}, of_stencils, 64) +
+         parallel_sum(std::int64_t(layout_->irregular.size()), Products{}, of_irregular, 128);
 }
 
 StencilMatrix::StencilMatrix(const SparseMatrix& A, const StencilLayout& layout,
@@ -398,11 +449,9 @@ void StencilMatrix::residual(int lanes, const float* b, const float* x, float* r
     residual_of<4>(b, x, r);
 }
 
-void StencilMatrix::multiply(int lanes, const float* x, float* y) const {
-  if (lanes == 1)
-    multiply_by<1>(x, y);
-  else
-    multiply_by<4>(x, y);
+StencilMatrix::Products StencilMatrix::multiply(int lanes, const float* x, const float* r,
+                                                float* y) const {
+  return lanes == 1 ? multiply_by<1>(x, r, y) : multiply_by<4>(x, r, y);
 }
 
 void StencilMatrix::keep_row_sums(const SparseMatrix& A, const Scaling& scaling) {

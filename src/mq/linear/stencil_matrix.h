@@ -6,6 +6,7 @@
 /// is kept: 5 floats per unknown. Rows that are no stencils (seams, chart borders, coarse levels of
 /// irregular graphs) are kept as compressed rows beside them.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -68,9 +69,24 @@ class StencilMatrix {
   /// r = b − A·x in every row.
   void residual(int lanes, const float* b, const float* x, float* r) const;
 
+  /// What a step of conjugate gradients asks of A·x, per lane (of one lane in the first).
+  struct Products {
+    std::array<double, 4> with_product{};  ///< ⟨x, A·x⟩
+    std::array<double, 4> with_r{};        ///< ⟨x, r⟩
+
+    friend Products operator+(Products a, const Products& b) {
+      for (int i = 0; i < 4; ++i) {
+        a.with_product[i] += b.with_product[i];
+        a.with_r[i] += b.with_r[i];
+      }
+      return a;
+    }
+  };
+
   /// y = A·x in every row, computed as (A·x)_k = m_k x_k + Σ_j a_kj (x_j − x_k) with the row sums m
-  /// that `keep_row_sums` was given: where A is mostly stiffness, smooth x lose nothing.
-  void multiply(int lanes, const float* x, float* y) const;
+  /// that `keep_row_sums` was given: where A is mostly stiffness, smooth x lose nothing. In the same
+  /// walk through memory the products of x with y and r.
+  Products multiply(int lanes, const float* x, const float* r, float* y) const;
 
   /// Keeps the row sums of the scaled A with raised diagonal, taken before rounding.
   void keep_row_sums(const SparseMatrix& A, const Scaling& scaling);
@@ -90,11 +106,18 @@ class StencilMatrix {
 
   /// The five values of unknown k: A(k, k) and A(k, its right, lower left, lower and lower right
   /// neighbour). Meaningful in stencil rows and where stencil rows couple to others.
-  float centre(int k) const { return values5_[0][margin + k]; }
-  float east(int k) const { return values5_[1][margin + k]; }
-  float south_west(int k) const { return values5_[2][margin + k]; }
-  float south(int k) const { return values5_[3][margin + k]; }
-  float south_east(int k) const { return values5_[4][margin + k]; }
+  float centre(int k) const { return *centres(k); }
+  float east(int k) const { return *easts(k); }
+  float south_west(int k) const { return *south_wests(k); }
+  float south(int k) const { return *souths(k); }
+  float south_east(int k) const { return *south_easts(k); }
+
+  /// The same from unknown k on.
+  const float* centres(int k) const { return &values5_[0][margin + k]; }
+  const float* easts(int k) const { return &values5_[1][margin + k]; }
+  const float* south_wests(int k) const { return &values5_[2][margin + k]; }
+  const float* souths(int k) const { return &values5_[3][margin + k]; }
+  const float* south_easts(int k) const { return &values5_[4][margin + k]; }
 
   std::int64_t bytes() const;
 
@@ -110,7 +133,7 @@ class StencilMatrix {
 
   const StencilLayout* layout_ = nullptr;
   template <int lanes>
-  void multiply_by(const float* x, float* y) const;
+  Products multiply_by(const float* x, const float* r, float* y) const;
 
   std::vector<float> values5_[5];
   std::vector<float> row_sums_;
