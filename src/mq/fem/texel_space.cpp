@@ -212,6 +212,11 @@ SparseMatrix TexelSpace::conducting(double a, double b, std::span<const float> c
 }
 
 Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> beta) const {
+  return stiffness_rows({}, psi, beta);
+}
+
+Signal TexelSpace::stiffness_rows(std::span<const int> rows, const Signal& psi,
+                                  std::span<const double> beta) const {
   require(psi.rows() == size(), "one row per texel is needed");
   require(beta.empty() || std::ssize(beta) == size(), "one modulation per texel is needed");
   const Data& d = *data_;
@@ -235,7 +240,7 @@ Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> be
     return mean_beta(d.grid.corners(k, local % width - 1, local / width - 1));
   };
   return d.stiffness_product(
-      psi, [&](int, const std::array<int, 4>& corners) { return mean_beta(corners); },
+      rows, psi, [&](int, const std::array<int, 4>& corners) { return mean_beta(corners); },
       [&](int block) { return block_beta(d.cells.seams.blocks[block]); });
 }
 

@@ -64,6 +64,11 @@ class TexelSpace : public SignalSpace {
   SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
 
+  /// Some rows of `stiffness_times(psi, beta)`, in the order asked for; no rows: all of them. Costs
+  /// what those rows cost.
+  Signal stiffness_rows(std::span<const int> rows, const Signal& psi,
+                        std::span<const double> beta = {}) const;
+
   /// a·M + b·S + τ (a·texel area + b) Σ (φ_i − φ_j)² over pairs of texels next to each other of
   /// which one is weak: its kernel meets little of the surface, M_tt < 10⁻³ of a texel's area (on
   /// the surface, in the cells around it). Such

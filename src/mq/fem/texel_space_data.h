@@ -97,7 +97,8 @@ struct TexelSpace::Data {
   template <class Visit>
   void for_each_coupling(int i, std::span<const float> conductivity, const Visit& visit) const;
   template <class OfCell, class OfBlock>
-  Signal stiffness_product(const Signal& psi, const OfCell& of_cell, const OfBlock& of_block) const;
+  Signal stiffness_product(std::span<const int> rows, const Signal& psi, const OfCell& of_cell,
+                           const OfBlock& of_block) const;
   SparseMatrix assemble(double a, double b, std::span<const float> conductivity,
                         const Progress& progress) const;
   void hold_weak(double a, double b, SparseMatrix& A) const;
@@ -173,25 +174,28 @@ void TexelSpace::Data::for_each_coupling(int i, std::span<const float> conductiv
   }
 }
 
-/// Σ of_cell(cell, corners)·S_cell·ψ + Σ of_block(block)·S_block·ψ, gathered texel by texel.
+/// These rows (none: all) of Σ of_cell(cell, corners)·S_cell·ψ + Σ of_block(block)·S_block·ψ, gathered
+/// texel by texel.
 template <class OfCell, class OfBlock>
-Signal TexelSpace::Data::stiffness_product(const Signal& psi, const OfCell& of_cell,
-                                           const OfBlock& of_block) const {
-  Signal result = Signal::Zero(psi.rows(), psi.cols());
-  parallel_for(psi.rows(), [&](std::int64_t i) {
+Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Signal& psi,
+                                           const OfCell& of_cell, const OfBlock& of_block) const {
+  const std::int64_t count = rows.empty() ? psi.rows() : std::ssize(rows);
+  Signal result = Signal::Zero(count, psi.cols());
+  parallel_for(count, [&](std::int64_t r) {
+    const int i = rows.empty() ? int(r) : rows[std::size_t(r)];
     for_each_cell(texels.places[i], [&](const Incidence& at) {
       if (!active(at.cell)) return;
       const CellIntegrals& cell = integrals(at.cell);
       const double factor = of_cell(at.cell, at.corners);
       for (int k = 0; k < 4; ++k)
         if (k != at.corner)
-          result.row(i) += factor * cell.stiffness[stiffness_at[at.corner][k]] *
+          result.row(r) += factor * cell.stiffness[stiffness_at[at.corner][k]] *
                            (psi.row(unknown[at.corners[k]]) - psi.row(i));
     });
-    for (const Part& part : blocks_of(int(i))) {
+    for (const Part& part : blocks_of(i)) {
       const double factor = of_block(part.block);
       visit_block(part, [&](int j, double, double s) {
-        if (j != i) result.row(i) += factor * s * (psi.row(j) - psi.row(i));
+        if (j != i) result.row(r) += factor * s * (psi.row(j) - psi.row(i));
       });
     }
   });

@@ -63,7 +63,7 @@ Signal TexelSpace::conducted(const Signal& psi, std::span<const float> conductiv
           "one row per texel and one conductivity per element are needed");
   const Data& d = *data_;
   return d.stiffness_product(
-      psi, [&](int cell, const std::array<int, 4>&) { return double(conductivity[cell]); },
+      {}, psi, [&](int cell, const std::array<int, 4>&) { return double(conductivity[cell]); },
       [&](int block) { return double(conductivity[d.element_of_block(block)]); });
 }
 

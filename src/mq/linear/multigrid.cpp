@@ -20,18 +20,22 @@ CoarsestLevel::CoarsestLevel(SparseMatrix A, const std::vector<int>& component,
       }
     if (pin) pinned[c] = 1;
   }
-  if (rows_ > 0) solver_.emplace(A);
+  if (rows_ == 0) return;
+  if (rows_ <= most_dense_rows) dense_.compute(Eigen::MatrixXd(A));
+  // Where rounding leaves a dense factor no positive pivot, the sparse one says in which row.
+  if (rows_ > most_dense_rows || dense_.info() != Eigen::Success) sparse_.emplace(A);
 }
 
 void CoarsestLevel::solve(int lanes, const float* b, float* x) const {
+  if (rows_ == 0) return;
   Signal B(rows_, lanes);
   for (std::int64_t i = 0; i < B.size(); ++i) B.data()[i] = b[i];
-  const Signal X = solver_->solve(B);
+  const Signal X = sparse_ ? sparse_->solve(B) : Signal(dense_.solve(Eigen::MatrixXd(B)));
   for (std::int64_t i = 0; i < X.size(); ++i) x[i] = float(X.data()[i]);
 }
 
 std::int64_t CoarsestLevel::bytes() const {
-  return solver_ ? 12 * solver_->factor_nonzeros() : 0;
+  return sparse_ ? 12 * sparse_->factor_nonzeros() : 8 * std::int64_t(rows_) * rows_;
 }
 
 Multigrid::Workspace::Workspace(const Multigrid& multigrid, int lanes) : lanes_(lanes) {

@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include <Eigen/Cholesky>
+
 #include "mq/linear/direct.h"
 #include "mq/linear/lanes.h"
 #include "mq/linear/patches.h"
@@ -25,7 +27,8 @@ struct MultigridLevel {
   std::vector<WeightedIndex> rescaled;
 };
 
-/// The coarsest level, solved directly in double precision. Components on which the matrix vanishes
+/// The coarsest level, solved directly in double precision: densely where it is as small as it should
+/// be, as its rows hold too many entries for sparse factors to gain anything. Components on which the matrix vanishes
 /// on constants are pinned at one unknown, which solves a consistent system.
 class CoarsestLevel {
  public:
@@ -39,8 +42,11 @@ class CoarsestLevel {
   std::int64_t bytes() const;
 
  private:
+  static constexpr int most_dense_rows = 1000;
+
   int rows_ = 0;
-  std::optional<DirectSolver> solver_;
+  std::optional<DirectSolver> sparse_;
+  Eigen::LLT<Eigen::MatrixXd> dense_;
 };
 
 struct CycleOptions {

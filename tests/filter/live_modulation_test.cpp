@@ -1,0 +1,84 @@
+// A brush that changes the modulation: it ends where a solve from the start ends.
+
+#include "mq/filter/live_modulation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "fem/cut_squares.h"
+#include "linear/matrices.h"
+#include "mq/filter/screened_poisson.h"
+
+namespace mq {
+namespace {
+
+struct Painted {
+  fixtures::Cut cut = fixtures::cut("turned", fixtures::turned(fixtures::odd_angle), {160, 160});
+  TexelSpace space{cut.model->surface, cut.model->atlas};
+  double weight = std::pow(3 * space.scale().texel_spacing, 2);
+  Signal psi = test::random_signal(space.size(), 3);
+
+  /// Texels within `radius` of a place, and a modulation that is `strength` in the middle.
+  std::vector<int> under(double x, double y, double radius) const {
+    std::vector<int> texels;
+    for (int k = 0; k < space.size(); ++k) {
+      const auto& p = space.texels().positions[k];
+      if (std::hypot(p[0] - x, p[1] - y) < radius) texels.push_back(k);
+    }
+    return texels;
+  }
+};
+
+TEST(LiveModulation, EndsWhereASolveFromTheStartEnds) {
+  const Painted p;
+  LiveModulation live(p.space, p.weight, p.psi);
+  for (const double x : {0.3, 0.4, 0.5, 0.6}) {
+    const std::vector<int> texels = p.under(x, 0.5, 0.15);
+    ASSERT_FALSE(texels.empty());
+    live.modulate(texels, std::vector<double>(texels.size(), 3.0));
+    live.follow();
+  }
+  const Signal exact =
+      ScreenedPoisson(p.space, p.weight).solve(p.psi, live.beta()).signal;
+  const double change = (exact - p.psi).cwiseAbs().maxCoeff();
+  for (int i = 0; i < 4; ++i) live.follow();
+  EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 0.02 * change);  // e^-4, the reach
+  EXPECT_TRUE(live.settle(1e-9).converged);
+  EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 1e-6 * change);
+}
+
+TEST(LiveModulation, ReturnsWhenTheModulationIsTakenBack) {
+  const Painted p;
+  LiveModulation live(p.space, p.weight, p.psi, {.tolerance = 1e-6, .reach = 12});
+  const std::vector<int> texels = p.under(0.5, 0.5, 0.1);
+  live.modulate(texels, std::vector<double>(texels.size(), 0.0));
+  live.follow();
+  EXPECT_GT((live.signal() - p.psi).cwiseAbs().maxCoeff(), 0.05);
+  live.modulate(texels, std::vector<double>(texels.size(), 1.0));
+  live.follow();
+  EXPECT_LT((live.signal() - p.psi).cwiseAbs().maxCoeff(), 2e-5);
+}
+
+TEST(LiveModulation, LeavesTheSignalAloneBeforeTheFirstChange) {
+  const Painted p;
+  LiveModulation live(p.space, p.weight, p.psi);
+  live.modulate({}, {});
+  live.follow();
+  EXPECT_EQ((live.signal() - p.psi).cwiseAbs().maxCoeff(), 0);
+}
+
+TEST(LiveModulation, RefusesWhatItCannotUse) {
+  const Painted p;
+  EXPECT_THROW(LiveModulation(p.space, 0, p.psi), InvalidInput);
+  EXPECT_THROW(LiveModulation(p.space, std::numeric_limits<double>::infinity(), p.psi), InvalidInput);
+  EXPECT_THROW(LiveModulation(p.space, p.weight, p.psi.topRows(3)), InvalidInput);
+  LiveModulation live(p.space, p.weight, p.psi);
+  EXPECT_THROW(live.modulate(std::vector<int>{p.space.size()}, std::vector<double>{2}), InvalidInput);
+  EXPECT_THROW(live.modulate(std::vector<int>{0}, std::vector<double>{std::nan("")}), InvalidInput);
+}
+
+}  // namespace
+}  // namespace mq
