@@ -85,6 +85,21 @@ Image<float> false_colour(const Image<float>& values, const FalseColour& scale, 
   return colours;
 }
 
+Colour distance_colour(double distance, const DistanceColours& scale) {
+  if (!std::isfinite(distance)) return false_colour(std::nan(""), {});
+  const Colour colour = false_colour(distance, {.low = 0, .high = scale.most > 0 ? scale.most : 1});
+  if (scale.lines < 1 || !(scale.most > 0)) return colour;
+  const double spacing = scale.most / (scale.lines + 1);
+  const double half = std::min(scale.line_width, spacing / 2) / 2;
+  const double away = std::abs(std::remainder(distance, spacing));
+  if (distance < spacing / 2 || !(half > 0)) return colour;
+  // Full in the middle of the line, gone beyond twice its half width.
+  const float ink = float(std::clamp(2 - away / half, 0.0, 1.0));
+  Colour mixed;
+  for (std::size_t c = 0; c < 3; ++c) mixed[c] = colour[c] + ink * (line_colour[c] - colour[c]);
+  return mixed;
+}
+
 FalseColour scale_of(std::span<const float> values, FalseColour::Map map) {
   FalseColour scale;
   scale.map = map;

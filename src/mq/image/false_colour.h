@@ -35,6 +35,17 @@ Image<float> false_colour(const Image<float>& values, const FalseColour& scale, 
 FalseColour scale_of(std::span<const float> values,
                      FalseColour::Map map = FalseColour::Map::sequential);
 
+/// How distances are shown: in the colours of `FalseColour::Map::sequential`, with lines of equal
+/// distance that are as wide everywhere, since distance grows by 1 along each unit of length.
+struct DistanceColours {
+  double most = 1;        ///< the distance of the last colour
+  int lines = 24;         ///< between 0 and `most`, evenly spaced
+  double line_width = 0;  ///< in units of distance; drawn at most half as wide as their spacing
+};
+
+/// The colour of a distance; grey where it is not finite.
+Colour distance_colour(double distance, const DistanceColours& scale);
+
 struct LegendOptions {
   int height = 300;  ///< pixels
   int text_scale = 2;

@@ -1,0 +1,185 @@
+#include "sources.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "arguments.h"
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/mesh/closest_point.h"
+
+namespace mq::app {
+namespace {
+
+struct Place {
+  enum class Kind { point, texel, vertex } kind = Kind::point;
+  std::vector<double> numbers;
+  int texture = 0;
+};
+
+/// x,y,z or texel,column,row or texelK,column,row or vertex,N.
+std::optional<Place> parse_place(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  const std::string word = text.substr(0, comma);
+  const auto rest = [&](std::size_t count) {
+    return comma == std::string::npos ? std::nullopt : parse_numbers(text.substr(comma + 1), count);
+  };
+  Place place;
+  std::optional<std::vector<double>> numbers;
+  if (word == "vertex") {
+    place.kind = Place::Kind::vertex;
+    numbers = rest(1);
+  } else if (word.starts_with("texel")) {
+    place.kind = Place::Kind::texel;
+    const auto texture = word == "texel" ? std::vector{0.0} : parse_numbers(word.substr(5), 1);
+    if (!texture || !(texture->front() >= 0 && texture->front() < 1e6)) return std::nullopt;
+    place.texture = int(texture->front());
+    numbers = rest(2);
+  } else {
+    numbers = parse_numbers(text, 3);
+  }
+  if (!numbers) return std::nullopt;
+  place.numbers = *numbers;
+  return place;
+}
+
+const TexelDomain* texels_of(const Domain& domain) {
+  return dynamic_cast<const TexelDomain*>(&domain);
+}
+
+GeodesicSource at_texel(const Scene& scene, const Domain& domain, const std::string& text,
+                        const Place& place) {
+  require(texels_of(domain),
+          "--from " + text + ": at vertices there are no texels; give a place, x,y,z");
+  const Texels& texels = texels_of(domain)->space().texels();
+  for (int i = 0; i < texels.size(); ++i) {
+    const Texels::Place& at = texels.places[std::size_t(i)];
+    if (at.texture == place.texture && at.x == place.numbers[0] && at.y == place.numbers[1])
+      return {i, 0};
+  }
+  throw InvalidInput(fmt::format(
+      "--from {}: no chart of {} uses such a texel (columns count from the left, rows from the top, "
+      "both from 0)",
+      text, scene.model.path.string()));
+}
+
+/// The unknowns around a point of the surface, at their straight distances from it.
+std::vector<GeodesicSource> around_point(const Scene& scene, const Domain& domain,
+                                         const ClosestPoint& closest) {
+  const Mesh& mesh = scene.surface.mesh;
+  Vector3 point = Vector3::Zero();
+  for (int k = 0; k < 3; ++k) point += closest.barycentric[k] * mesh.position(closest.triangle, k);
+  std::vector<GeodesicSource> sources;
+  const auto add = [&](int unknown, const Vector3& at) {
+    sources.push_back({unknown, (at - point).norm()});
+  };
+  if (const TexelDomain* texels = texels_of(domain)) {
+    for (const TexelWeight& w : texels->space().basis_at(closest.triangle, closest.barycentric)) {
+      const auto& p = texels->space().texels().positions[std::size_t(w.texel)];
+      if (w.weight > 1e-3) add(w.texel, {p[0], p[1], p[2]});
+    }
+  } else {
+    for (int k = 0; k < 3; ++k)
+      add(mesh.triangles[closest.triangle][k], mesh.position(closest.triangle, k));
+  }
+  return sources;
+}
+
+std::vector<GeodesicSource> at_point(Run& run, const Scene& scene, const Domain& domain,
+                                     const std::string& text, const Vector3& point) {
+  const ClosestPoint closest = ClosestPointFinder(scene.surface.mesh)(point);
+  require(!texels_of(domain) || scene.atlas->chart[closest.triangle] >= 0,
+          fmt::format("--from {}: the surface there (triangle {}) has no texture coordinates or no "
+                      "area in the texture; give another place, or --vertices",
+                      text, closest.triangle));
+  const double away = std::sqrt(closest.squared_distance);
+  if (away > 0.01 * std::sqrt(scene.surface.area))
+    run.terminal().warning(fmt::format("--from {}: {:.3g} away from the surface; its closest point "
+                                       "is taken", text, away));
+  return around_point(scene, domain, closest);
+}
+
+GeodesicSource at_vertex(const Scene& scene, const Domain& domain, const std::string& text,
+                         double number) {
+  require(!texels_of(domain),
+          "--from " + text + ": textures have no vertices; give a place, x,y,z, or --vertices");
+  const int count = scene.model.mesh.vertex_count();
+  require(number >= 0 && number < count && number == std::floor(number),
+          fmt::format("--from {}: {} has vertices 0 to {}", text, scene.model.path.string(),
+                      count - 1));
+  const int vertex = scene.surface.vertex_from_source[std::size_t(number)];
+  require(vertex >= 0, fmt::format("--from {}: no triangle uses this vertex", text));
+  return {vertex, 0};
+}
+
+void add_mask(const std::vector<std::string>& files, const Scene& scene, const Domain& domain,
+              std::vector<GeodesicSource>& sources) {
+  require(texels_of(domain), files.front() + ": --from-mask is for textures; use --from");
+  require(files.size() == scene.texture_sizes.size(),
+          fmt::format("--from-mask: {} has {}, and {} given: give one mask for each, in their order",
+                      scene.model.path.string(),
+                      counted(std::ssize(scene.texture_sizes), "texture"),
+                      files.size() == 1 ? "one is" : std::to_string(files.size()) + " are"));
+  std::vector<Image<float>> masks;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    masks.push_back(read_texture(files[i]).pixels);
+    const TextureSize& size = scene.texture_sizes[i];
+    require(masks[i].width() == size.width && masks[i].height() == size.height,
+            fmt::format("{}: is {} x {}, and the texture {} x {}: scale it", files[i],
+                        masks[i].width(), masks[i].height(), size.width, size.height));
+  }
+  const std::size_t before = sources.size();
+  const Texels& texels = texels_of(domain)->space().texels();
+  for (int i = 0; i < texels.size(); ++i) {
+    const Texels::Place& at = texels.places[std::size_t(i)];
+    if (masks[std::size_t(at.texture)](at.x, at.y) > 0.5F) sources.push_back({i, 0});
+  }
+  require(sources.size() > before,
+          files.front() + ": --from-mask: no texel of a chart is brighter than half in it");
+}
+
+}  // namespace
+
+void add_source_options(OptionTable& table) {
+  table.add({.name = "from",
+             .type = Option::Type::text,
+             .count = Option::Count::many,
+             .accepts = [](const std::string& text) { return parse_place(text).has_value(); },
+             .wanted = "x,y,z or texel,column,row or vertex,number",
+             .metavar = "PLACE",
+             .group = "Distance",
+             .help = "a source: x,y,z in space, texel,column,row or vertex,number",
+             .details = "Given several times, distances are to the nearest. A place in space means "
+                        "the closest point of the surface. texel2,... is in the texture of number "
+                        "2 (from 0)."});
+  table.add({.name = "from-mask",
+             .type = Option::Type::path,
+             .count = Option::Count::many,
+             .group = "Distance",
+             .help = "sources are the texels that this picture shows brighter than half",
+             .details = "One picture for each texture, of its size, in their order."});
+}
+
+std::vector<GeodesicSource> asked_sources(Run& run, const Scene& scene, const Domain& domain) {
+  const OptionValues& options = run.options();
+  std::vector<GeodesicSource> sources;
+  for (const std::string& text : options.texts("from")) {
+    const Place place = *parse_place(text);
+    const std::vector<double>& n = place.numbers;
+    if (place.kind == Place::Kind::texel)
+      sources.push_back(at_texel(scene, domain, text, place));
+    else if (place.kind == Place::Kind::vertex)
+      sources.push_back(at_vertex(scene, domain, text, n[0]));
+    else
+      std::ranges::copy(at_point(run, scene, domain, text, {n[0], n[1], n[2]}),
+                        std::back_inserter(sources));
+  }
+  const std::vector<std::string> masks = options.texts("from-mask");
+  if (!masks.empty()) add_mask(masks, scene, domain, sources);
+  return sources;
+}
+
+}  // namespace mq::app

@@ -1,0 +1,154 @@
+// marquetry geodesic MESH [TEXTURE...] -o OUT --from PLACE: distances along the surface.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "field.h"
+#include "mq/base/error.h"
+#include "mq/filter/geodesic.h"
+#include "mq/image/false_colour.h"
+#include "outputs.h"
+#include "signal_options.h"
+#include "solving.h"
+#include "sources.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+/// Whether distances are written as numbers: asked for, or the format is one for numbers.
+bool writes_numbers(const OptionValues& options, const std::filesystem::path& path) {
+  const std::string show = options.text("show");
+  if (show != "automatic") return show == "numbers";
+  const std::string extension = path.extension().string();
+  return extension == ".exr" || extension == ".tif" || extension == ".tiff";
+}
+
+double largest_finite(const Vector& values) {
+  double largest = 0;
+  for (const double value : values)
+    if (std::isfinite(value)) largest = std::max(largest, value);
+  return largest;
+}
+
+Signal as_numbers(const Vector& distance, int channels) {
+  Signal values(distance.size(), channels);
+  for (Eigen::Index i = 0; i < distance.size(); ++i) {
+    const double d = std::isfinite(distance[i]) ? distance[i] : -1;
+    values.row(i).setConstant(d);
+  }
+  return values;
+}
+
+Signal as_colours(const Vector& distance, int isolines, double line_width) {
+  const DistanceColours scale{.most = largest_finite(distance), .lines = isolines,
+                              .line_width = line_width};
+  Signal values(distance.size(), 3);
+  for (Eigen::Index i = 0; i < distance.size(); ++i) {
+    const Colour colour = distance_colour(distance[i], scale);
+    values.row(i) << colour[0], colour[1], colour[2];
+  }
+  return values;
+}
+
+Geodesic solve(Run& run, const Domain& domain, const std::vector<GeodesicSource>& sources) {
+  Geodesic found;
+  solve_as_asked(run, domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    std::unique_ptr<GeodesicDistance> geodesic;
+    {
+      const Step step(run, "prepare", shares.prepare);
+      geodesic = std::make_unique<GeodesicDistance>(
+          domain.space(), factory, GeodesicOptions{.time = run.options().number("time")}, step);
+    }
+    const Step step(run, "solve", shares.solve + 0.15);
+    found = geodesic->from(sources, step);
+    run.result["diffusion_length"] = geodesic->diffusion_length();
+    return found.report;
+  });
+  return found;
+}
+
+Exit geodesic(Run& run) {
+  const OptionValues& options = run.options();
+  require(!options.texts("from").empty() || !options.texts("from-mask").empty(),
+          "--from: say where distances begin: --from x,y,z, --from texel,column,row or --from-mask "
+          "PICTURE");
+  Scene scene = read_usable_scene(run, MissingPictures::assume, 0.2);
+  const bool vertices = works_at_vertices(options, scene);
+  const Outputs outputs(options.text("output"), scene.model,
+                        vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  std::unique_ptr<Domain> domain;
+  {
+    const Step step(run, "assemble", 0.2);
+    domain = make_domain(run, scene, step);
+  }
+  Geodesic found;
+  about(scene.model, [&] {
+    const std::vector<GeodesicSource> sources = asked_sources(run, scene, *domain);
+    run.result["sources"] = sources.size();
+    found = solve(run, *domain, sources);
+  });
+  run.result["max"] = largest_finite(found.distance);
+  run.result["unreached"] = found.unreached;
+  run.result["sweeps"] = found.sweeps;
+  run.result["missed"] = found.change;
+  if (found.unreached > 0)
+    run.terminal().remark(fmt::format(
+        "{} of {} unknowns are on parts of the surface without a source: -1 as numbers, grey as "
+        "colours", found.unreached, found.distance.size()));
+  run.print(fmt::format("largest distance: {:g}", largest_finite(found.distance)));
+
+  const Step step(run, "write", 0.1);
+  const bool numbers = writes_numbers(options, outputs.paths().front());
+  const SurfaceScale scale = domain->space().scale();
+  const double spacing = std::sqrt(scale.area / domain->space().size());
+  put_field(scene, *domain,
+            numbers ? as_numbers(found.distance, vertices ? 3 : 1)
+                    : as_colours(found.distance, int(options.integer("isolines")), 1.5 * spacing),
+            numbers ? Depth::f32 : Depth::u8, scene.model);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb geodesic_verb() {
+  using Type = Option::Type;
+  OptionTable table("geodesic",
+                    "Measure distances along the surface, across the seams of the texture, from "
+                    "one place or many.");
+  add_scene_options(table);
+  add_output_option(table);
+  add_source_options(table);
+  table.add({.name = "time",
+             .type = Type::number,
+             .default_value = "4",
+             .least = 0.1,
+             .most = 1e6,
+             .group = "Distance",
+             .help = "how long heat spreads, in squared texels",
+             .details = "Longer is smoother and rounds off the lines where shortest paths meet."});
+  table.add({.name = "show",
+             .type = Type::choice,
+             .default_value = "automatic",
+             .choices = {"automatic", "numbers", "colours"},
+             .group = "Distance",
+             .help = "distances as numbers or as colours with lines of equal distance",
+             .details = "automatic: numbers in .exr and .tif, in model units; colours elsewhere."});
+  table.add({.name = "isolines",
+             .type = Type::integer,
+             .default_value = "24",
+             .least = 0,
+             .most = 10000,
+             .group = "Distance",
+             .help = "lines of equal distance, evenly spaced, in colours"});
+  add_solver_options(table);
+  add_vertices_option(table, "distances at vertices, though there are textures");
+  add_frames_option(table);
+  return {table, geodesic};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,100 @@
+// marquetry geodesic, run as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "cli/models.h"
+
+namespace mq::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Geodesic, WritesDistancesInModelUnits) {
+  const Folder folder;
+  write_strip(folder);
+  const Result result = marquetry(
+      folder, {"geodesic", "strip.obj", "--from", "0,0.5,0", "-o", "d.exr", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  // Texels reach up to one beyond the edge, 0.04.
+  EXPECT_NEAR(result.json()["result"]["max"], std::hypot(2, 0.5), 0.07);
+  EXPECT_EQ(result.json()["result"]["unreached"], 0);
+  const Texture d = read_texture(folder / "d.exr");
+  ASSERT_EQ(d.pixels.channels(), 1);
+  // The texel at the far end of the strip's middle, u = 0.95, v = 0.5.
+  EXPECT_NEAR(d.pixels(60, 24), 2, 0.05);
+}
+
+TEST(Geodesic, WritesColoursElsewhere) {
+  const Folder folder;
+  write_strip(folder);
+  ASSERT_EQ(marquetry(folder, {"geodesic", "strip.obj", "--from", "texel,20,20", "-o", "d.png"}).status, 0);
+  const Texture colours = read_texture(folder / "d.png");
+  EXPECT_EQ(colours.pixels.channels(), 3);
+  EXPECT_EQ(colours.format.depth, Depth::u8);
+}
+
+TEST(Geodesic, TakesSourcesFromAPicture) {
+  const Folder folder;
+  write_strip(folder);
+  Image<float> mask(64, 48, 1);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 6; ++x) mask(x, y) = 1;
+  write_image(folder / "mask.png", mask);
+  const Result result = marquetry(
+      folder, {"geodesic", "strip.obj", "--from-mask", "mask.png", "-o", "d.exr", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_NEAR(result.json()["result"]["max"], 2 - 0.05, 0.07);
+  const Result dark = marquetry(
+      folder, {"geodesic", "strip.obj", "--from-mask", "strip.png", "-o", "d.exr"});
+  EXPECT_EQ(dark.status, 0);
+  write_image(folder / "black.png", Image<float>(64, 48, 1));
+  const Result none = marquetry(
+      folder, {"geodesic", "strip.obj", "--from-mask", "black.png", "-o", "e.exr"});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.error, HasSubstr("no texel of a chart is brighter than half"));
+}
+
+TEST(Geodesic, MeasuresAtVerticesWhereThereAreNoTextures) {
+  const Folder folder;
+  write_bytes(folder / "fan.ply", coloured_ply);
+  const Result result = marquetry(folder, {"geodesic", "fan.ply", "--from", "vertex,0", "-o",
+                                           "d.ply", "--show", "numbers", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Model model = read_model(folder / "d.ply");
+  ASSERT_EQ(model.colors.channels, 3);
+  EXPECT_EQ(model.colors.values[0], 0);
+  for (int v = 1; v < 5; ++v) EXPECT_NEAR(model.colors.values[std::size_t(3 * v)], 1, 0.3);
+}
+
+TEST(Geodesic, RefusesSourcesThatAreNotThere) {
+  const Folder folder;
+  write_strip(folder);
+  const auto refused = [&](const std::vector<std::string>& from) {
+    std::vector<std::string> words = {"geodesic", "strip.obj", "-o", "d.png"};
+    words.insert(words.end(), from.begin(), from.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2) << result.output;
+    EXPECT_FALSE(std::filesystem::exists(folder / "d.png"));
+    return result.error;
+  };
+  EXPECT_THAT(refused({}), HasSubstr("say where distances begin"));
+  EXPECT_THAT(refused({"--from", "texel,0,0"}), HasSubstr("no chart of strip.obj uses such a texel"));
+  EXPECT_THAT(refused({"--from", "vertex,0"}), HasSubstr("textures have no vertices"));
+  EXPECT_THAT(refused({"--from", "1,2"}), HasSubstr("x,y,z or texel,column,row or vertex,number"));
+  EXPECT_THAT(refused({"--from", "nan,0,0"}), HasSubstr("--from"));
+  EXPECT_THAT(refused({"--vertices", "--from", "vertex,17"}), HasSubstr("--output"));
+}
+
+TEST(Geodesic, WarnsOfASourceFarFromTheSurface) {
+  const Folder folder;
+  write_strip(folder);
+  const Result result =
+      marquetry(folder, {"geodesic", "strip.obj", "--from", "0,0.5,3", "-o", "d.exr"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.error, HasSubstr("away from the surface"));
+}
+
+}  // namespace
+}  // namespace mq::test
