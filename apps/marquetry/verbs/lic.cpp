@@ -1,0 +1,124 @@
+// marquetry lic MESH [TEXTURE...] -o OUT --field FIELD: the lines of a vector field as a picture.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "field.h"
+#include "field_source.h"
+#include "mq/base/error.h"
+#include "mq/fem/field_metric.h"
+#include "mq/filter/line_integral.h"
+#include "outputs.h"
+#include "signal_options.h"
+#include "solving.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+/// The same unknowns, with the metric across the field.
+std::unique_ptr<SignalSpace> space_across(const Scene& scene, const Domain& domain,
+                                          const TangentField& field, double kappa,
+                                          const Progress& progress) {
+  if (dynamic_cast<const TexelDomain*>(&domain)) {
+    TexelSpaceOptions options;
+    options.metrics = texel_metrics_across(scene.surface, *scene.atlas, field, kappa);
+    return std::make_unique<TexelSpace>(scene.surface, *scene.atlas, options, progress);
+  }
+  return std::make_unique<VertexSpace>(scene.surface, shapes_across(scene.surface, field, kappa));
+}
+
+Exit lic(Run& run) {
+  const OptionValues& options = run.options();
+  Scene scene = read_usable_scene(run, MissingPictures::assume, 0.1);
+  const bool vertices = works_at_vertices(options, scene);
+  const Outputs outputs(options.text("output"), scene.model,
+                        vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  std::unique_ptr<Domain> domain;
+  std::unique_ptr<SignalSpace> across;
+  {
+    const Step step(run, "assemble", 0.3);
+    domain = make_domain(run, scene, step.progress().step("surface", 0.4));
+    about(scene.model, [&] {
+      const TangentField field =
+          asked_field(run, scene, *domain, step.progress().step("field", 0.2));
+      across = space_across(scene, *domain, field, options.number("kappa"),
+                            step.progress().step("metric", 0.4));
+    });
+  }
+  const SurfaceScale scale = domain->space().scale();
+  const double spacing = std::sqrt(scale.area / domain->space().size());
+  const LineIntegralOptions wanted{.weight = spread_weight(options, scale),
+                                   .sharpen_weight = options.number("sharpen") * scale.area};
+  LineIntegral lines;
+  about(scene.model, [&] {
+    const Signal noise =
+        solid_noise(domain->places(), options.number("grain") * spacing,
+                    std::uint64_t(options.integer("seed")));
+    solve_as_asked(run, *domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
+      const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
+      lines = line_integral(*across, domain->space(), noise, wanted, factory, step);
+      SolveReport report = lines.spread;
+      report.converged = report.converged && lines.sharpen.converged;
+      return report;
+    });
+  });
+  run.result["length"] = std::sqrt(wanted.weight);
+
+  const Step step(run, "write", 0.1);
+  const Signal grey = with_contrast(lines.signal, options.number("deviations"));
+  put_field(scene, *domain, grey.replicate(1, 3), Depth::u8, scene.model);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb lic_verb() {
+  using Type = Option::Type;
+  OptionTable table("lic", "Show the lines of a vector field on the surface: line integral "
+                           "convolution across the seams of the texture.");
+  add_scene_options(table);
+  add_output_option(table);
+  add_field_options(table);
+  add_spread_options(table, "0.01", "Lines",
+                     "how far values spread along the field: on the surface scaled to unit area");
+  table.add({.name = "kappa",
+             .type = Type::number,
+             .default_value = "100",
+             .least = 0,
+             .most = 10000,
+             .group = "Lines",
+             .help = "how many times less far they spread across it"});
+  table.add({.name = "grain",
+             .type = Type::number,
+             .default_value = "2",
+             .unit = "texels",
+             .least = 0.1,
+             .most = 10000,
+             .group = "Lines",
+             .help = "size of the noise that is spread, and so the width of lines"});
+  table.add({.name = "sharpen",
+             .type = Type::number,
+             .default_value = "1e-4",
+             .least = 0,
+             .most = 1e6,
+             .group = "Lines",
+             .help = "weight, as --alpha, of the sharpening by 100 that follows; 0: none"});
+  table.add({.name = "deviations",
+             .type = Type::number,
+             .default_value = "2",
+             .least = 0.01,
+             .most = 1000,
+             .group = "Lines",
+             .help = "standard deviations from grey to black and to white: less is more contrast"});
+  add_solver_options(table);
+  add_vertices_option(table, "lines at vertices, though there are textures");
+  add_frames_option(table);
+  return {table, lic};
+}
+
+}  // namespace mq::app

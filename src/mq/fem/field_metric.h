@@ -1,0 +1,31 @@
+#pragma once
+/// The metric in which a vector field's lines lie close and all else is far (thesis 5.9.4).
+
+#include <span>
+#include <vector>
+
+#include "mq/atlas/atlas.h"
+#include "mq/fem/flat_triangle.h"
+
+namespace mq {
+
+/// Per triangle the metric
+///
+///     g_Y(A, B) = ⟨A, B⟩ + κ² ⟨A, JY⟩ ⟨B, JY⟩,      √|g_Y| = √(1 + κ²|Y|²) times that of the surface,
+///
+/// which stretches distances across Y by √(1 + κ²|Y|²) and leaves those along it. Heat that spreads
+/// over ℓ along Y in some time spreads over ℓ/√(1 + κ²|Y|²) across. Y is a vector in space per
+/// triangle, of which the part tangent to it counts; |Y| has no unit, 1 for the full effect.
+/// On texels or triangles that do not lie along the field heat spreads about one of them across
+/// it besides, however large κ.
+/// Throws `InvalidInput` on vectors that are not finite and on a count that does not fit.
+///
+/// For a texel space (`TexelSpaceOptions::metrics`); triangles without a chart have none.
+std::vector<TexelMetric> texel_metrics_across(const Surface& surface, const Atlas& atlas,
+                                              std::span<const Vector3> field, double kappa);
+
+/// For a vertex space.
+std::vector<FlatTriangle> shapes_across(const Surface& surface, std::span<const Vector3> field,
+                                        double kappa);
+
+}  // namespace mq

@@ -1,0 +1,84 @@
+// (M_Y + w·S_Y)·φ = M_Y·ψ for noise ψ, then (M + w'·S)·φ' = M·φ + β·w'·S·φ.
+
+#include "mq/filter/line_integral.h"
+
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/base/random.h"
+
+namespace mq {
+
+namespace {
+
+/// The count of a node of the grid, for `Random`: nodes 2²¹ apart along one axis share it.
+std::uint64_t node(std::int64_t x, std::int64_t y, std::int64_t z) {
+  constexpr std::uint64_t mask = (1U << 21) - 1;
+  return (std::uint64_t(x) & mask) | (std::uint64_t(y) & mask) << 21 | (std::uint64_t(z) & mask) << 42;
+}
+
+double noise_at(const Random& random, const Vector3& p) {
+  const Vector3 low = p.array().floor(), f = p - low;
+  double value = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    double weight = 1;
+    std::int64_t at[3];
+    for (int k = 0; k < 3; ++k) {
+      const int up = corner >> k & 1;
+      weight *= up ? f[k] : 1 - f[k];
+      at[k] = std::int64_t(low[k]) + up;
+    }
+    value += weight * random.uniform(node(at[0], at[1], at[2]));
+  }
+  return value;
+}
+
+}  // namespace
+
+Signal solid_noise(std::span<const Vector3> places, double spacing, std::uint64_t seed) {
+  require(spacing > 0 && std::isfinite(spacing), "noise needs a spacing above 0");
+  const Random random(seed);
+  Signal values(std::ssize(places), 1);
+  parallel_for(values.rows(),
+               [&](std::int64_t i) { values(i, 0) = noise_at(random, places[i] / spacing); });
+  return values;
+}
+
+LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface,
+                           const Signal& noise, const LineIntegralOptions& options,
+                           const SolverFactory& factory, const Progress& progress) {
+  require(across.size() == surface.size() && noise.rows() == surface.size(),
+          "noise and both spaces need the same unknowns");
+  LineIntegral result;
+  {
+    const ScreenedPoisson equation(across, options.weight, factory, progress.step("prepare", 0.3));
+    Filtered spread = equation.solve(noise, 0, progress.step("spread", 0.2));
+    result.signal = std::move(spread.signal);
+    result.spread = std::move(spread.report);
+  }
+  if (!(options.sharpen_weight > 0)) return result;
+  const ScreenedPoisson equation(surface, options.sharpen_weight, factory,
+                                 progress.step("prepare", 0.3));
+  Filtered sharp =
+      equation.solve(result.signal, options.sharpen_beta, progress.step("sharpen", 0.2));
+  result.signal = std::move(sharp.signal);
+  result.sharpen = std::move(sharp.report);
+  return result;
+}
+
+Signal with_contrast(const Signal& signal, double deviations) {
+  require(deviations > 0, "the number of standard deviations must be above 0");
+  Signal result = signal;
+  for (Eigen::Index c = 0; c < result.cols(); ++c) {
+    auto values = result.col(c).array();
+    const double mean = values.mean();
+    const double deviation = std::sqrt((values - mean).square().mean());
+    // A constant differs from its mean by rounding.
+    if (deviation <= 1e-12 * std::abs(mean)) values.setConstant(0.5);
+    else values = ((values - mean) / (2 * deviations * deviation) + 0.5).max(0.0).min(1.0);
+  }
+  return result;
+}
+
+}  // namespace mq

@@ -1,0 +1,45 @@
+#pragma once
+/// A vector field made visible: noise that is spread along its lines (line integral convolution;
+/// Cabral and Leedom 1993, here by diffusion as in thesis 5.9.4).
+///
+/// 1. `solid_noise` at the unknowns, the same however the surface is cut into charts.
+/// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values spread
+///    over √w along the field and over √w/κ across it.
+/// 3. `sharpen` on the surface's own space, which brings the contrast between lines back.
+/// 4. `with_contrast`.
+
+#include <cstdint>
+#include <span>
+
+#include "mq/filter/screened_poisson.h"
+#include "mq/mesh/mesh.h"
+
+namespace mq {
+
+/// Noise in [0, 1] at places in space: uniform values on a grid of this spacing, interpolated
+/// linearly. One column. Throws `InvalidInput` when the spacing is not positive.
+Signal solid_noise(std::span<const Vector3> places, double spacing, std::uint64_t seed = 0);
+
+struct LineIntegralOptions {
+  double weight = 0;          ///< square of the length that values spread over along the field
+  double sharpen_weight = 0;  ///< thesis: 10⁻⁴ of the area; 0: not sharpened
+  double sharpen_beta = 100;
+};
+
+/// The lines of a field, values in no particular range, and how both equations were solved.
+struct LineIntegral {
+  Signal signal;
+  SolveReport spread, sharpen;
+};
+
+/// Steps 2 and 3. `across` and `surface` are spaces of the same unknowns, with the metric across the
+/// field and without. A constant comes back as it is.
+LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface,
+                           const Signal& noise, const LineIntegralOptions& options,
+                           const SolverFactory& factory, const Progress& progress = {});
+
+/// Shifted and scaled such that the mean is ½ and `deviations` standard deviations lie between there
+/// and 0 or 1, then cut to [0, 1]. A constant becomes ½. Unknowns weigh alike.
+Signal with_contrast(const Signal& signal, double deviations = 2);
+
+}  // namespace mq

@@ -1,0 +1,136 @@
+// The binary format says a vector by its components along two edges: the canonical parameterization
+// of the thesis (2.12), in which a vector does not change when the mesh is bent without stretching.
+
+#include "mq/io/vector_field.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <cstring>
+
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/io/atomic_file.h"
+#include "mq/io/ply_body.h"
+
+namespace mq {
+
+static_assert(std::endian::native == std::endian::little, "the format is little-endian");
+
+namespace {
+
+Eigen::Matrix<double, 3, 2> edges_of(const Mesh& mesh, int t) {
+  Eigen::Matrix<double, 3, 2> edges;
+  for (int k = 0; k < 2; ++k)
+    edges.col(k) = mesh.position(t, k + 1) - mesh.position(t, 0);
+  return edges;
+}
+
+VectorField read_edge_frames(const std::filesystem::path& path, const Mesh& mesh) {
+  const Bytes bytes = read_file(path);
+  std::int32_t count = 0;
+  if (bytes.size() >= sizeof count) std::memcpy(&count, bytes.data(), sizeof count);
+  const std::size_t wanted = sizeof count + 16 * std::size_t(mesh.triangle_count());
+  if (count != mesh.triangle_count() || bytes.size() != wanted)
+    throw IoError(fmt::format(
+        "{}: says {} and has {} bytes; a field for this mesh of {} has {}: a 32-bit count, then two "
+        "doubles for each",
+        path.string(), counted(count, "triangle"), bytes.size(),
+        counted(mesh.triangle_count(), "triangle"), wanted));
+  VectorField field;
+  for (int t = 0; t < count; ++t) {
+    Vector2 components;
+    std::memcpy(components.data(), bytes.data() + sizeof count + 16 * std::size_t(t), 16);
+    if (!components.allFinite())
+      throw IoError(fmt::format("{}: the vector of triangle {} is not finite", path.string(), t));
+    field.vectors.push_back(edges_of(mesh, t) * components);
+  }
+  return field;
+}
+
+/// The three properties of an element, or nothing.
+std::vector<int> components_in(const PlyElement& element) {
+  static constexpr const char* names[2][3] = {{"vx", "vy", "vz"},
+                                              {"field_x", "field_y", "field_z"}};
+  for (const auto& three : names) {
+    std::vector<int> found;
+    for (const char* name : three)
+      for (std::size_t p = 0; p < element.properties.size(); ++p)
+        if (element.properties[p].name == name && !element.properties[p].count_type)
+          found.push_back(int(p));
+    if (found.size() == 3) return found;
+  }
+  return {};
+}
+
+std::vector<Vector3> read_rows(const PlyElement& element, const std::vector<int>& components,
+                               PlyReader& reader) {
+  std::vector<Vector3> vectors;
+  std::vector<double> row(element.properties.size());
+  std::vector<PlyValue> list;
+  for (std::int64_t i = 0; i < element.count; ++i) {
+    reader.set_place(element, i);
+    for (std::size_t p = 0; p < row.size(); ++p) {
+      const PlyProperty& property = element.properties[p];
+      if (property.count_type) reader.list(property, list);
+      else row[p] = reader.value(property.type).value;
+    }
+    vectors.emplace_back(row[components[0]], row[components[1]], row[components[2]]);
+    if (!vectors.back().allFinite()) reader.fail("its vector is not finite");
+  }
+  return vectors;
+}
+
+VectorField read_properties(const std::filesystem::path& path, const Mesh& mesh) {
+  const Bytes bytes = read_file(path);
+  const std::string name = path.string();
+  const PlyHeader header = parse_ply_header(bytes, name);
+  PlyReader reader(bytes, header, name);
+  for (const PlyElement& element : header.elements) {
+    const bool faces = element.name == "face";
+    const std::vector<int> components = components_in(element);
+    if ((!faces && element.name != "vertex") || components.empty()) {
+      for (std::int64_t i = 0; i < element.count; ++i) {
+        reader.set_place(element, i);
+        reader.skip(element);
+      }
+      continue;
+    }
+    const int wanted = faces ? mesh.triangle_count() : mesh.vertex_count();
+    if (element.count != wanted)
+      throw IoError(fmt::format("{}: has vectors for {}, and the mesh has {}", name,
+                                counted(element.count, element.name),
+                                counted(wanted, faces ? "triangle" : "vertex")));
+    return {faces ? VectorField::At::triangles : VectorField::At::vertices,
+            read_rows(element, components, reader)};
+  }
+  throw IoError(name + ": has no vectors: give its vertices or its faces the properties vx, vy and "
+                       "vz (or field_x, field_y, field_z)");
+}
+
+}  // namespace
+
+VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh) {
+  if (path.extension() == ".vf") return read_edge_frames(path, mesh);
+  if (path.extension() == ".ply") return read_properties(path, mesh);
+  throw IoError(path.string() + ": a vector field comes as .vf or .ply");
+}
+
+void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
+                        const std::vector<Vector3>& field) {
+  require(std::ssize(field) == mesh.triangle_count(), "one vector per triangle is needed");
+  const std::int32_t count = mesh.triangle_count();
+  Bytes bytes(sizeof count + 16 * std::size_t(count));
+  std::memcpy(bytes.data(), &count, sizeof count);
+  for (int t = 0; t < count; ++t) {
+    const Eigen::Matrix<double, 3, 2> e = edges_of(mesh, t);
+    const Eigen::Matrix2d gram = e.transpose() * e;
+    Vector2 components = gram.ldlt().solve(e.transpose() * field[t]);
+    if (!components.allFinite()) components.setZero();  // a triangle without area
+    std::memcpy(bytes.data() + sizeof count + 16 * std::size_t(t), components.data(), 16);
+  }
+  write_file(path, bytes);
+}
+
+}  // namespace mq

@@ -1,0 +1,31 @@
+#pragma once
+/// Vector fields on a mesh, from files.
+
+#include <filesystem>
+#include <vector>
+
+#include "mq/mesh/mesh.h"
+
+namespace mq {
+
+/// Vectors in space, per triangle of the mesh or per vertex.
+struct VectorField {
+  enum class At { triangles, vertices } at = At::triangles;
+  std::vector<Vector3> vectors;
+};
+
+/// Reads, by extension,
+///
+/// - .vf: a 32-bit count of triangles, then two doubles each, little-endian: a, b of the vector
+///   a·(p₁ − p₀) + b·(p₂ − p₀) along the triangle's edges;
+/// - .ply: three properties vx, vy, vz (or field_x, field_y, field_z) of its vertices or its faces.
+///
+/// Throws `IoError` naming the file, what was found and the remedy: another count than that of the
+/// mesh, values that are not finite, no such properties, faces that are not triangles.
+VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh);
+
+/// Writes a field of triangles as .vf. Throws `IoError`.
+void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
+                        const std::vector<Vector3>& field);
+
+}  // namespace mq

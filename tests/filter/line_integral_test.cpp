@@ -1,0 +1,120 @@
+// Line integral convolution: values agree along the lines of the field and not across them, however
+// the surface is cut into charts.
+
+#include "mq/filter/line_integral.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fem/cut_squares.h"
+#include "mq/fem/field_metric.h"
+#include "mq/mesh/closest_point.h"
+
+namespace mq {
+namespace {
+
+/// The lines of a constant field on the unit square, as a function of the place.
+class Lines {
+ public:
+  Lines(const fixtures::CutOptions& options, int side, const Vector3& direction, double grain)
+      : model_(fixtures::textured(fixtures::cut_square(options), {{side, side}})),
+        space_(model_->surface, model_->atlas),
+        closest_(model_->surface.mesh) {
+    const std::vector<Vector3> field(model_->surface.mesh.triangles.size(), direction);
+    TexelSpaceOptions across;
+    across.metrics = texel_metrics_across(model_->surface, model_->atlas, field, 100);
+    const TexelSpace stretched(model_->surface, model_->atlas, across);
+    std::vector<Vector3> places;
+    for (const auto& p : space_.texels().positions) places.emplace_back(p[0], p[1], p[2]);
+    lines_ = line_integral(stretched, space_, solid_noise(places, grain, 7),
+                           {.weight = 0.04, .sharpen_weight = 1e-4}, direct_solver())
+                 .signal;
+  }
+
+  double operator()(const Vector2& p) const {
+    const ClosestPoint at = closest_({p.x(), p.y(), 0});
+    return fixtures::value_at(space_, lines_, at.triangle, at.barycentric);
+  }
+
+ private:
+  std::unique_ptr<fixtures::Textured> model_;
+  TexelSpace space_;
+  ClosestPointFinder closest_;
+  Signal lines_;
+};
+
+/// Of two functions at 2000 places of the middle of the square.
+double correlation(const std::function<double(const Vector2&)>& f,
+                   const std::function<double(const Vector2&)>& g) {
+  const Random random(2);
+  Eigen::ArrayXd a(2000), b(2000);
+  for (int k = 0; k < 2000; ++k) {
+    const Vector2 p(random.uniform(2 * k, 0.2, 0.8), random.uniform(2 * k + 1, 0.2, 0.8));
+    a[k] = f(p), b[k] = g(p);
+  }
+  a -= a.mean();
+  b -= b.mean();
+  return (a * b).sum() / std::sqrt(a.square().sum() * b.square().sum());
+}
+
+/// How far one can go in a direction until values agree only by half.
+double reach(const Lines& lines, const Vector2& direction) {
+  double far = 0.001;
+  const auto here = [&](const Vector2& p) { return lines(p); };
+  const auto there = [&](const Vector2& p) { return lines(p + far * direction); };
+  while (far < 0.2 && correlation(here, there) > 0.5) far *= 1.25;
+  return far;
+}
+
+TEST(LineIntegral, AgreesTenTimesFartherAlongTheFieldThanAcross) {
+  const double a = 0.6;
+  const Lines lines(fixtures::turned(fixtures::odd_angle), 200,
+                    Vector3(std::cos(a), std::sin(a), 0), 1.0 / 90);
+  const double along = reach(lines, {std::cos(a), std::sin(a)}),
+               across = reach(lines, {-std::sin(a), std::cos(a)});
+  EXPECT_GE(along, 10 * across) << along << ' ' << across;
+}
+
+TEST(LineIntegral, IsTheSameHoweverTheSurfaceIsCut) {
+  fixtures::CutOptions whole;
+  whole.parts = 1;
+  whole.scale = 0.9;
+  const Vector3 direction(0.8, 0.6, 0);
+  const Lines one(whole, 200, direction, 1.0 / 30),
+      four(fixtures::turned(fixtures::odd_angle), 300, direction, 1.0 / 30);
+  EXPECT_GE(correlation([&](const Vector2& p) { return one(p); },
+                        [&](const Vector2& p) { return four(p); }),
+            0.95);
+}
+
+TEST(LineIntegral, LeavesAConstantAlone) {
+  const auto model = fixtures::textured(fixtures::cut_square({}), {{64, 64}});
+  const TexelSpace space(model->surface, model->atlas);
+  const Signal constant = Signal::Constant(space.size(), 1, 0.3);
+  const LineIntegral lines = line_integral(
+      space, space, constant, {.weight = 0.1, .sharpen_weight = 1e-4}, direct_solver());
+  EXPECT_LE((lines.signal - constant).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_TRUE((with_contrast(lines.signal).array() == 0.5).all());
+}
+
+TEST(SolidNoise, IsAFunctionOfThePlaceAndTheSeed) {
+  const std::vector<Vector3> places = {{0.1, 0.2, 0.3}, {-5, 1e3, 2}, {0.1, 0.2, 0.3}};
+  const Signal a = solid_noise(places, 0.05, 1), b = solid_noise(places, 0.05, 2);
+  EXPECT_EQ(a(0, 0), a(2, 0));
+  EXPECT_NE(a(0, 0), a(1, 0));
+  EXPECT_NE(a(0, 0), b(0, 0));
+  EXPECT_TRUE((a.array() >= 0).all() && (a.array() <= 1).all());
+  EXPECT_THROW(solid_noise(places, 0), InvalidInput);
+}
+
+TEST(WithContrast, PutsTheMeanInTheMiddle) {
+  Signal values(4, 1);
+  values << 1, 3, 1, 3;
+  const Signal grey = with_contrast(values, 2);
+  EXPECT_DOUBLE_EQ(grey(0, 0), 0.25);
+  EXPECT_DOUBLE_EQ(grey(1, 0), 0.75);
+}
+
+}  // namespace
+}  // namespace mq
