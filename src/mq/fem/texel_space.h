@@ -121,6 +121,10 @@ class TexelSpace : public SignalSpace {
   /// and more); next to seams it defines the matrices. In a fixed order, on the calling thread.
   void for_each_piece(const std::function<void(const TexelSamples&)>& visit) const;
 
+  /// See `mixed_elements` (elements.h). The texels of a seam's other side are not its own.
+  void for_each_mixed_element(std::span<const int> labels,
+                              const std::function<void(const struct Element&)>& visit) const;
+
   /// Bytes held between calls.
   std::int64_t bytes() const;
 

@@ -22,6 +22,9 @@ namespace {
 /// of what rounding leaves of several million of them.
 constexpr double vanishing_screen = 1e-8;
 
+/// The least that a screen given per unknown counts as.
+constexpr double least_screen = 1e-8;
+
 void require_finite(const Signal& signal, int rows, const char* what) {
   require(signal.rows() == rows, fmt::format("{} has {} rows, and the space has {} unknowns", what,
                                              signal.rows(), rows));
@@ -54,20 +57,45 @@ ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight, Solver
   set_weight(weight, progress);
 }
 
+ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight,
+                                 std::vector<double> screen, SolverFactory factory,
+                                 const Progress& progress)
+    : space_(space), screen_(std::move(screen)), factory_(std::move(factory)) {
+  require(screen_.size() == std::size_t(space.size()),
+          fmt::format("a screen of {} values was given for {} unknowns", screen_.size(),
+                      space.size()));
+  for (double& s : screen_) {
+    require(s >= 0 && std::isfinite(s),
+            fmt::format("a screen holds {}; it must be 0 or more, and finite", s));
+    s = std::max(s, least_screen);
+  }
+  set_weight(weight, progress);
+}
+
+/// s_i m_i, or the lumped mass.
+Vector ScreenedPoisson::screened_mass() const {
+  Vector mass = space_.mass() * Vector::Ones(space_.size());
+  for (std::size_t i = 0; i < screen_.size(); ++i) mass[Eigen::Index(i)] *= screen_[i];
+  return mass;
+}
+
 void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
   require(weight >= 0, fmt::format("the weight of a screened Poisson equation is {}; it must be 0 "
                                    "or more, or infinite", weight));
   const Progress assembling = progress.step("assemble", 0.2);
-  const bool finite = std::isfinite(weight);
-  SparseMatrix A = space_.solvable(finite ? 1 : 0, finite ? weight : 1, assembling);
+  const bool finite = std::isfinite(weight), screened = !screen_.empty();
+  require(finite || !screened, "a screened Poisson equation with a screen needs a finite weight");
+  SparseMatrix A =
+      space_.solvable(finite && !screened ? 1 : 0, finite ? weight : 1, assembling);
+  if (screened) A.diagonal() += screened_mass();
   Components components;
   if (!finite) {
-    components = Components(A, space_.mass() * Vector::Ones(space_.size()));
+    components = Components(A, screened_mass());
     A.diagonal() += vanishing_screen * components.share;
   }
   const double shift = prepare(A, progress.step("prepare", 0.8));
   if (finite && shift > 0)
-    components = Components(A, space_.mass() * Vector::Ones(space_.size()));
+    components = Components(A, screened_mass());
   weight_ = weight;
   shift_ = shift;
   components_ = std::move(components);
@@ -136,6 +164,16 @@ Filtered ScreenedPoisson::solve_towards(const Signal& psi, const Signal& gradien
           fmt::format("the target gradient has {} channels, and the signal {}",
                       gradient_moments.cols(), psi.cols()));
   return correct(psi, gradient_moments - space_.stiffness_times(psi), progress);
+}
+
+Filtered ScreenedPoisson::solve_change(const Signal& psi, const Signal& gradient_change,
+                                       const Progress& progress) const {
+  require_finite(psi, space_.size(), "the signal");
+  require_finite(gradient_change, space_.size(), "the change of the gradient");
+  require(gradient_change.cols() == psi.cols(),
+          fmt::format("the change of the gradient has {} channels, and the signal {}",
+                      gradient_change.cols(), psi.cols()));
+  return correct(psi, gradient_change, progress);
 }
 
 Filtered smooth(const SignalSpace& space, const Signal& signal, const Length& length,

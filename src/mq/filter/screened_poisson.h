@@ -46,6 +46,10 @@ struct Filtered {
 /// surfaces with triangles of nearly no area, the diagonal is raised by 10⁻¹², then up to 10⁻⁹, of
 /// itself, and the report's `method` says so; means are then kept as for w = ∞.
 ///
+/// With a screen s_i ≥ 0 per unknown, values are kept where it is positive and filled in, as the
+/// gradients ask, where it is 0: M is replaced by the diagonal s_i·m_i, m the lumped mass (s_i below
+/// 10⁻⁸ counts as 10⁻⁸), and what is kept of a component is Σ s_i m_i φ_i. w must be finite.
+///
 /// Thesis 5.2, equations (5.1), (5.8), (5.11), and 5.9.1. There the surface is scaled to unit area,
 /// and the sign of ∇·X in (5.5) is wrong.
 class ScreenedPoisson {
@@ -55,6 +59,10 @@ class ScreenedPoisson {
   /// Assembles and prepares the solver. `space` must outlive the object. Throws `InvalidInput` on a
   /// weight that is negative or NaN, and what the factory throws.
   ScreenedPoisson(const SignalSpace& space, double weight,
+                  SolverFactory factory = direct_solver(), const Progress& progress = {});
+
+  /// The same with a screen, one value per unknown; negative, infinite and NaN ones are refused.
+  ScreenedPoisson(const SignalSpace& space, double weight, std::vector<double> screen,
                   SolverFactory factory = direct_solver(), const Progress& progress = {});
 
   /// Prepares for another weight, keeping what the solver can (the analysis of the pattern). When it
@@ -76,6 +84,11 @@ class ScreenedPoisson {
   Filtered solve_towards(const Signal& psi, const Signal& gradient_moments,
                          const Progress& progress = {}) const;
 
+  /// φ for a change of ψ's gradient, by its moments: `solve_towards` with these added to S·ψ. Where
+  /// they are 0 altogether ψ comes back bit for bit.
+  Filtered solve_change(const Signal& psi, const Signal& gradient_change,
+                        const Progress& progress = {}) const;
+
  private:
   /// The connected components of the system, where means must be kept by hand; else none.
   struct Components {
@@ -87,11 +100,13 @@ class ScreenedPoisson {
     void remove_means(Signal& values) const;
   };
 
+  Vector screened_mass() const;
   double prepare(SparseMatrix& A, const Progress& progress);
   Filtered correct(const Signal& psi, Signal gradient_change, const Progress& progress) const;
 
   const SignalSpace& space_;
   double weight_ = 0;
+  std::vector<double> screen_;  ///< empty: the mass itself
   SolverFactory factory_;
   std::unique_ptr<LinearSolver> solver_;
   double shift_ = 0;  ///< of the diagonal, relative

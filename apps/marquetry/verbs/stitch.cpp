@@ -1,0 +1,231 @@
+// marquetry stitch MESH [TEXTURE...] -o OUT: one texture of photographs that do not match.
+//
+// The gradients inside each region are kept, the steps between regions taken out. Regions are the
+// colours of a label picture, or the charts; or the verb is given the photographs as textures of
+// their own, and takes from each what it shows best.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "arguments.h"
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/draw/seam_difference.h"
+#include "mq/filter/modulation.h"
+#include "mq/filter/stitch.h"
+#include "outputs.h"
+#include "partials.h"
+#include "run.h"
+#include "scene.h"
+#include "signal_options.h"
+#include "signal_target.h"
+#include "solving.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+/// "0", "12,0,255" or "#0c00ff": values as the label picture stores them.
+std::optional<std::vector<double>> parse_label(const std::string& text) {
+  if (text.size() == 7 && text[0] == '#') {
+    std::vector<double> values;
+    for (int k = 0; k < 3; ++k) {
+      const std::string digits = text.substr(std::size_t(1 + 2 * k), 2);
+      if (!std::ranges::all_of(digits, [](unsigned char c) { return std::isxdigit(c); }))
+        return std::nullopt;
+      values.push_back(std::stoi(digits, nullptr, 16));
+    }
+    return values;
+  }
+  return parse_numbers(text, std::size_t(1 + std::ranges::count(text, ',')));
+}
+
+std::vector<int> read_labels(const OptionValues& options, const Scene& scene,
+                             const TexelSpace& space) {
+  const std::vector<std::string> files = options.texts("labels");
+  if (files.empty()) return space.texels().chart;
+  require(
+      files.size() == scene.texture_sizes.size(),
+      fmt::format("--labels: {} has {}, and {} given: give one picture for each, in their order",
+                  scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
+                  files.size()));
+  std::vector<Image<float>> pictures;
+  std::optional<std::vector<float>> unseen_colour;
+  for (const std::string& file : files) {
+    const Texture texture = read_texture(file);
+    require(texture.format.file_format != "jpeg",
+            file +
+                ": --labels: JPEG does not keep colours exactly, so that regions cannot be told "
+                "apart: save it as PNG");
+    if (options.has("unseen")) {
+      const double most = texture.format.depth == Depth::u8    ? 255
+                          : texture.format.depth == Depth::u16 ? 65535
+                                                               : 1;
+      const std::vector<double> values = *parse_label(options.text("unseen"));
+      unseen_colour.emplace();
+      const int colours = colour_channels(texture.pixels.channels());
+      require(values.size() == 1 || int(values.size()) == colours,
+              fmt::format("{}: --unseen: has {}, found {}", file,
+                          counted(colours, "colour channel"), options.text("unseen")));
+      for (int c = 0; c < colours; ++c)
+        unseen_colour->push_back(float(values[values.size() == 1 ? 0 : std::size_t(c)] / most));
+    }
+    pictures.push_back(texture.pixels);
+  }
+  return labels_of_pictures(space.texels(), scene.texture_sizes, pictures, unseen_colour);
+}
+
+/// What is stitched: the signal put together, its regions, and the change its gradient needs.
+struct Work {
+  Signal psi;
+  std::vector<int> labels;
+  std::vector<Partial> partials;  ///< none: the signal is the model's
+};
+
+Json seams_json(const Scene& scene) {
+  std::vector<const Image<float>*> pictures;
+  for (const Texture& texture : scene.model.textures) pictures.push_back(&texture.pixels);
+  const SeamDifference seams = seam_difference(scene.surface, *scene.atlas, pictures);
+  return {{"rms", seams.rms}, {"p99", seams.difference_p99}, {"largest", seams.worst.difference}};
+}
+
+Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int>& labels) {
+  const BorderJump jump = border_jump(S, psi, labels);
+  return {{"across", jump.across}, {"within", jump.within}};
+}
+
+/// Largest change of a channel's mean over what is seen.
+double drift(const SignalSpace& space, const Signal& before, const Signal& after,
+             const std::vector<int>& labels) {
+  Vector mass = space.mass() * Vector::Ones(space.size());
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (labels[i] == unseen) mass[Eigen::Index(i)] = 0;
+  if (!(mass.sum() > 0)) return 0;
+  return (mass.transpose() * (after - before) / mass.sum()).cwiseAbs().maxCoeff();
+}
+
+Filtered solve(Run& run, const TextureTarget& target, double weight, const SparseMatrix& S,
+               Work& work) {
+  const std::vector<Vector3> places = target.domain().places();
+  const StitchDomain domain{mixed_elements(target.domain().space()), S, places};
+  Filtered result;
+  solve_as_asked(
+      run, target.domain(), [&](const SolverFactory& factory, const SolvingShares& shares) {
+        std::unique_ptr<Stitcher> stitcher;
+        {
+          const Step step(run, "prepare", shares.prepare);
+          stitcher = std::make_unique<Stitcher>(target.space(), weight, work.labels, factory, step);
+        }
+        const Step step(run, "solve", shares.solve);
+        const Signal psi = stitcher->fill(work.psi, step.progress().step("fill", 0.3));
+        const Signal change = work.partials.empty()
+                                  ? stitch_regions(domain, psi, work.labels)
+                                  : stitch_partials(domain, work.partials, {psi, work.labels});
+        result = stitcher->solve(domain, psi, change, step.progress().step("stitch", 0.7));
+        return result.report;
+      });
+  return result;
+}
+
+void describe(Run& run, const Work& work) {
+  std::set<int> labels(work.labels.begin(), work.labels.end());
+  labels.erase(unseen);
+  require(!labels.empty(), run.options().text("mesh") +
+                               ": no texel is seen, so there is nothing to "
+                               "stitch; check --unseen and confidences");
+  run.result["regions"] = labels.size();
+  run.result["unseen"] = std::ranges::count(work.labels, unseen);
+  if (labels.size() == 1 && std::ranges::count(work.labels, unseen) == 0)
+    run.terminal().remark("there is one region only, so nothing to stitch");
+}
+
+Exit stitch(Run& run) {
+  const OptionValues& options = run.options();
+  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  require(scene.atlas.has_value(),
+          scene.model.path.string() + ": has no texture coordinates, so no textures to stitch");
+  const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  std::unique_ptr<TextureTarget> target;
+  Work work;
+  SparseMatrix S;
+  about(scene.model, [&] {
+    const Step step(run, "assemble", 0.2);
+    target = std::make_unique<TextureTarget>(run, scene, value_space(options),
+                                             step.progress().step("space", 0.8));
+    work.psi = target->values();
+    if (has_partials(options)) {
+      work.partials = read_partials(run, scene, *target);
+      Composite composite = best_of(work.partials);
+      target->put(work.psi, composite.values, scene.model);
+      work.psi = std::move(composite.values);
+      work.labels = std::move(composite.labels);
+    } else {
+      work.labels = read_labels(options, scene, target->domain().space());
+    }
+    describe(run, work);
+    S = target->space().stiffness();
+  });
+  const SurfaceScale scale = target->space().scale();
+  const double weight = spread_weight(options, scale);
+  const Json seams = seams_json(scene);
+  Filtered result;
+  about(scene.model, [&] { result = solve(run, *target, weight, S, work); });
+
+  run.result.update(change_json(work.psi, result.signal));
+  run.result["borders"] = {{"before", border_json(S, work.psi, work.labels)},
+                           {"after", border_json(S, result.signal, work.labels)}};
+  run.result["mean_drift"] = drift(target->space(), work.psi, result.signal, work.labels);
+  run.result["alpha"] = weight / scale.area;
+  run.result["length"] = std::sqrt(weight);
+
+  const Step step(run, "write", 0.1);
+  target->put(work.psi, result.signal, scene.model);
+  run.result["seams"] = {{"before", seams}, {"after", seams_json(scene)}};
+  set_depth(options, scene.model);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb stitch_verb() {
+  using Type = Option::Type;
+  OptionTable table("stitch",
+                    "Take the steps out of a texture where photographs meet, or make one texture "
+                    "of several photographs.");
+  add_scene_options(table);
+  add_output_option(table);
+  table.add({.name = "labels",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .group = "Regions",
+             .help = "a picture per texture: texels of one colour come from one photograph",
+             .details = "Taken at the nearest pixel, transparent ones are unseen. Without it every "
+                        "chart is a region."});
+  table.add({.name = "unseen",
+             .type = Type::text,
+             .accepts = [](const std::string& text) { return parse_label(text).has_value(); },
+             .wanted = "a value as stored, such as 0, or one per channel, or #rrggbb",
+             .metavar = "COLOUR",
+             .group = "Regions",
+             .help = "the label of texels that no photograph shows: they are filled in"});
+  add_partial_options(table);
+  add_spread_options(table, "1", "Stitch",
+                     "how far corrections spread: weight of gradients on the surface scaled to "
+                     "unit area");
+  add_solver_options(table);
+  add_space_option(table);
+  add_depth_option(table);
+  table.exclusive({"labels", "partial"});
+  add_frames_option(table);
+  return {table, stitch};
+}
+
+}  // namespace mq::app

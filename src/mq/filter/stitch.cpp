@@ -1,0 +1,380 @@
+// c = Σ_e Σ_ℓ w_ℓ S_e (v^{e,ℓ} − ψ),  e the elements where regions meet, ℓ the regions of its
+// corners.
+//
+// The thesis takes differences z_ij along edges to the weak divergence of Σ z_ij (φ_i ∇φ_j − φ_j
+// ∇φ_i)
+// (`TexelSpace::edge_divergence`), with z = 0 across borders. That needs integrals over every cell;
+// ours needs the stiffness of the cells at borders only, whose positive semidefiniteness bounds
+// what comes out. Sums of S_ij z_ij over the rows of S would be cheaper still, but are no field's
+// divergence: beside a texel that counts a thousandth of its neighbour they drive it a thousand
+// steps away.
+
+#include "mq/filter/stitch.h"
+
+#include <fmt/format.h>
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/image/colour.h"
+
+namespace mq {
+namespace {
+
+/// How a region goes on around one of its unknowns.
+struct Slope {
+  Eigen::Matrix<double, 3, Eigen::Dynamic> gradient;
+  Eigen::RowVectorXd most;  ///< per channel the largest step to a neighbour
+
+  /// g·d, and no more than a few steps: where neighbouring charts have texels of very unlike size a
+  /// slope of noise would reach far beyond all values.
+  Eigen::RowVectorXd along(const Vector3& d) const {
+    constexpr double steps = 3;
+    return (d.transpose() * gradient).cwiseMax(-steps * most).cwiseMin(steps * most);
+  }
+};
+
+void require_sizes(const StitchDomain& domain, const Signal& psi, std::span<const int> labels) {
+  require(domain.stiffness.rows() == psi.rows() && std::ssize(labels) == psi.rows() &&
+              std::ssize(domain.places) == psi.rows(),
+          fmt::format("stitching: a signal of {} rows, {} labels, {} places and a stiffness of {} "
+                      "rows do not fit",
+                      psi.rows(), labels.size(), domain.places.size(), domain.stiffness.rows()));
+}
+
+/// g minimising Σ_j |ψ_j − ψ_i − g·(x_j − x_i)|² + ε Σ_j |x_j − x_i|² |g|² over neighbours of the
+/// same label: what no neighbour shows, the direction of the normal among it, becomes 0.
+Slope slope(const StitchDomain& domain, const Signal& psi, std::span<const int> labels, int i) {
+  constexpr double epsilon = 1e-6;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Slope result{Eigen::Matrix<double, 3, Eigen::Dynamic>::Zero(3, psi.cols()),
+               Eigen::RowVectorXd::Zero(psi.cols())};
+  for (SparseMatrix::InnerIterator it(domain.stiffness, i); it; ++it) {
+    const int j = int(it.col());
+    if (j == i || labels[j] != labels[i]) continue;
+    const Vector3 d = domain.places[j] - domain.places[i];
+    const Eigen::RowVectorXd step = psi.row(j) - psi.row(i);
+    normal += d * d.transpose();
+    result.gradient += d * step;
+    result.most = result.most.cwiseMax(step.cwiseAbs());
+  }
+  const double size = normal.trace();
+  if (!(size > 0)) return {0 * result.gradient, result.most};
+  normal.diagonal().array() += epsilon * size;
+  result.gradient = normal.llt().solve(result.gradient);
+  return result;
+}
+
+/// The regions of an element's corners, and how many each has; none where something is unseen.
+std::map<int, int> regions_of(const Element& element, std::span<const int> labels) {
+  std::map<int, int> counts;
+  for (const int i : element.unknowns)
+    if (labels[i] == unseen) return {};
+  for (const int i : element.own) ++counts[labels[i]];
+  return counts;
+}
+
+/// Slopes of the corners of mixed elements, by unknown.
+std::map<int, Slope> border_slopes(const StitchDomain& domain, const Signal& psi,
+                                      std::span<const int> labels) {
+  std::vector<char> wanted(labels.size(), 0);
+  domain.elements(labels, [&](const Element& element) {
+    for (const int i : element.own) wanted[i] = labels[i] != unseen;
+  });
+  std::vector<int> rows;
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    if (wanted[i]) rows.push_back(int(i));
+  std::vector<Slope> slopes(rows.size());
+  parallel_for(
+      std::ssize(rows), [&](std::int64_t k) { slopes[k] = slope(domain, psi, labels, rows[k]); },
+      64);
+  std::map<int, Slope> result;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    result.emplace_hint(result.end(), rows[k], std::move(slopes[k]));
+  return result;
+}
+
+/// The change for regions that go on with the values `beyond(label, j, v)` where it returns true,
+/// and elsewhere along their slopes.
+template <class Beyond>
+Signal change(const StitchDomain& domain, const Signal& psi, std::span<const int> labels,
+              const Beyond& beyond) {
+  require_sizes(domain, psi, labels);
+  const std::map<int, Slope> slopes = border_slopes(domain, psi, labels);
+  Signal result = Signal::Zero(psi.rows(), psi.cols());
+  Signal d;
+  Eigen::RowVectorXd v(psi.cols());
+  domain.elements(labels, [&](const Element& element) {
+    const auto count = std::ssize(element.unknowns);
+    const std::map<int, int> regions = regions_of(element, labels);
+    if (regions.empty()) return;
+    double corners = 0;
+    for (const auto& [label, n] : regions) corners += n;
+    d.setZero(count, psi.cols());
+    for (const auto& [label, n] : regions)
+      for (std::ptrdiff_t k = 0; k < count; ++k) {
+        const int j = element.unknowns[k];
+        if (labels[j] == label) continue;
+        if (!beyond(label, j, v)) {
+          v.setZero();
+          for (const int i : element.own)
+            if (labels[i] == label)
+              v += psi.row(i) + slopes.at(i).along(domain.places[j] - domain.places[i]);
+          v /= n;
+        }
+        d.row(k) += n / corners * (v - psi.row(j));
+      }
+    for (std::ptrdiff_t k = 0; k < count; ++k)
+      for (std::ptrdiff_t m = 0; m < count; ++m)
+        result.row(element.unknowns[k]) += element.stiffness[k * count + m] * d.row(m);
+  });
+  return result;
+}
+
+}  // namespace
+
+std::vector<int> labels_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
+                                    std::span<const Image<float>> pictures,
+                                    const std::optional<std::vector<float>>& unseen_colour) {
+  require(pictures.size() == textures.size(),
+          fmt::format("{} label pictures for {} textures: give one each", pictures.size(),
+                      textures.size()));
+  std::map<std::vector<float>, int> label_of;
+  std::vector<int> labels;
+  labels.reserve(std::size_t(texels.size()));
+  std::vector<float> colour, last;
+  int last_label = unseen;
+  for (const Texels::Place& at : texels.places) {
+    const Image<float>& picture = pictures[at.texture];
+    require(!picture.empty(), "a label picture has no pixels");
+    const auto nearest = [](int i, int from, int to) {
+      return std::min(to - 1, int(std::int64_t(2 * i + 1) * to / (2 * std::int64_t(from))));
+    };
+    const auto pixel = picture.pixel(nearest(at.x, textures[at.texture].width, picture.width()),
+                                     nearest(at.y, textures[at.texture].height, picture.height()));
+    colour.assign(pixel.begin(), pixel.end());
+    if (labels.empty() || colour != last) {
+      const int colours = colour_channels(int(colour.size()));
+      const bool transparent = colours < int(colour.size()) && colour.back() == 0;
+      colour.resize(std::size_t(colours));
+      const bool is_unseen =
+          transparent || (unseen_colour && unseen_colour->size() == colour.size() &&
+                          std::ranges::equal(colour, *unseen_colour, [](float a, float b) {
+                            return std::abs(a - b) < 5e-6F;
+                          }));
+      last_label =
+          is_unseen ? unseen : label_of.try_emplace(colour, int(label_of.size())).first->second;
+      last.assign(pixel.begin(), pixel.end());
+    }
+    labels.push_back(last_label);
+  }
+  return labels;
+}
+
+Signal stitch_regions(const StitchDomain& domain, const Signal& psi, std::span<const int> labels) {
+  return change(domain, psi, labels, [](int, int, auto&) { return false; });
+}
+
+Composite best_of(std::span<const Partial> partials) {
+  require(!partials.empty(), "stitching needs one partial signal at least");
+  const Eigen::Index n = partials.front().values.rows();
+  for (const Partial& partial : partials) {
+    require(partial.values.rows() == n && partial.values.cols() == partials.front().values.cols() &&
+                std::ssize(partial.confidence) == n,
+            "partial signals must have equally many rows and channels, and a confidence per row");
+    for (Eigen::Index i = 0; i < n; ++i)
+      require(partial.confidence[i] >= 0 && std::isfinite(partial.confidence[i]) &&
+                  (partial.confidence[i] == 0 || partial.values.row(i).allFinite()),
+              fmt::format("a partial signal has confidence {} at unknown {}: it must not be "
+                          "negative, and the values there finite",
+                          partial.confidence[i], i));
+  }
+  Composite composite{Signal::Zero(n, partials.front().values.cols()),
+                      std::vector<int>(std::size_t(n), unseen)};
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(composite.values.cols());
+  double count = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    double best = 0;
+    for (std::size_t k = 0; k < partials.size(); ++k)
+      if (partials[k].confidence[i] > best)
+        best = partials[k].confidence[i], composite.labels[i] = int(k);
+    if (composite.labels[i] == unseen) continue;
+    composite.values.row(i) = partials[composite.labels[i]].values.row(i);
+    sum += composite.values.row(i), count += 1;
+  }
+  if (count > 0)
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (composite.labels[i] == unseen) composite.values.row(i) = sum / count;
+  return composite;
+}
+
+Signal stitch_partials(const StitchDomain& domain, std::span<const Partial> partials,
+                       const Composite& composite) {
+  return change(domain, composite.values, composite.labels,
+                [&](int label, int j, Eigen::RowVectorXd& v) {
+                  const bool shown = partials[label].confidence[j] > 0;
+                  if (shown) v = partials[label].values.row(j);
+                  return shown;
+                });
+}
+
+namespace {
+
+/// A fill may not depend on what is held next to it being held exactly, so a weight of one
+/// unknown's area is enough: what is seen yields by about its difference to the next texel, in the
+/// solve for the fill only.
+double fill_weight(const SignalSpace& space) { return space.scale().area / space.size(); }
+
+/// The elements where what is seen and what is not meet.
+class SeenBorder {
+ public:
+  SeenBorder(const MixedElements& elements, std::span<const int> labels) {
+    std::vector<int> sides(labels.begin(), labels.end());
+    for (int& side : sides) side = side == unseen;
+    elements(sides, [&](const Element& element) {
+      parts_.push_back({{element.unknowns.begin(), element.unknowns.end()},
+                        {element.stiffness.begin(), element.stiffness.end()}});
+    });
+  }
+
+  /// result −= Σ S_e φ
+  void subtract(const Signal& phi, Signal& result) const {
+    for (const auto& [unknowns, stiffness] : parts_)
+      for (std::size_t k = 0; k < unknowns.size(); ++k)
+        for (std::size_t m = 0; m < unknowns.size(); ++m)
+          if (m != k)
+            result.row(unknowns[k]) -=
+                stiffness[k * unknowns.size() + m] * (phi.row(unknowns[m]) - phi.row(unknowns[k]));
+  }
+
+ private:
+  struct Part {
+    std::vector<int> unknowns;
+    std::vector<double> stiffness;
+  };
+  std::vector<Part> parts_;
+};
+
+/// K·φ / w: the screened equation on the elements that are seen altogether.
+Signal seen_only(const SparseMatrix& S, const SeenBorder& border, const Vector& mass, double weight,
+                 std::span<const int> labels, const Signal& phi) {
+  Signal result = Signal::Zero(phi.rows(), phi.cols());
+  parallel_for(phi.rows(), [&](std::int64_t i) {
+    if (labels[i] == unseen) return;
+    result.row(i) = mass[i] / weight * phi.row(i);
+    for (SparseMatrix::InnerIterator it(S, i); it; ++it)
+      if (it.col() != i) result.row(i) += it.value() * (phi.row(it.col()) - phi.row(i));
+  });
+  border.subtract(phi, result);
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (labels[i] == unseen) result.row(Eigen::Index(i)).setZero();
+  return result;
+}
+
+/// Σ_i a_ic b_ic per channel, in fixed blocks.
+Eigen::RowVectorXd products(const Signal& a, const Signal& b) {
+  return parallel_sum(
+      a.rows(), Eigen::RowVectorXd(Eigen::RowVectorXd::Zero(a.cols())),
+      [&](std::int64_t begin, std::int64_t end) {
+        const auto count = end - begin;
+        return Eigen::RowVectorXd(
+            a.middleRows(begin, count).cwiseProduct(b.middleRows(begin, count)).colwise().sum());
+      });
+}
+
+}  // namespace
+
+Stitcher::Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
+                   const SolverFactory& factory, const Progress& progress)
+    : labels_(std::move(labels)) {
+  require(std::ssize(labels_) == space.size(), "stitching needs one label per unknown");
+  if (std::ranges::count(labels_, unseen) == 0) {
+    equation_ = std::make_unique<ScreenedPoisson>(space, weight, factory, progress);
+    return;
+  }
+  mass_ = space.mass() * Vector::Ones(space.size());
+  std::vector<double> seen(labels_.size());
+  std::ranges::transform(labels_, seen.begin(),
+                         [](int label) { return label == unseen ? 0.0 : 1.0; });
+  filler_ = std::make_unique<ScreenedPoisson>(space, fill_weight(space), seen, factory,
+                                              progress.step("fill", 0.5));
+  equation_ = std::make_unique<ScreenedPoisson>(space, weight, std::move(seen), factory,
+                                                progress.step("stitch", 0.5));
+}
+
+Signal Stitcher::fill(const Signal& psi, const Progress& progress) const {
+  if (!filler_) return psi;
+  const Signal smooth = filler_->solve(psi, 0, progress).signal;
+  Signal result = psi;
+  for (std::size_t i = 0; i < labels_.size(); ++i)
+    if (labels_[i] == unseen) result.row(Eigen::Index(i)) = smooth.row(Eigen::Index(i));
+  return result;
+}
+
+/// Conjugate gradients on K·δ = w·change, preconditioned by the prepared equation of the whole
+/// surface, whose δ is harmonic where nothing is seen; a surface with a hole and one without are
+/// so alike (A⁻¹K has eigenvalues around ½ to 1) that a few rounds do.
+Filtered Stitcher::solve(const StitchDomain& domain, const Signal& psi, const Signal& change,
+                         const Progress& progress) const {
+  if (!filler_) return equation_->solve_change(psi, change, progress);
+  constexpr int most_rounds = 8;
+  constexpr double enough = 1e-4;
+  const SeenBorder border(domain.elements, labels_);
+  const Signal zero = Signal::Zero(psi.rows(), psi.cols());
+  Filtered result = equation_->solve_change(zero, change, progress.step("round 1", 0.3));
+  Signal x = zero, r = change, p = result.signal;
+  Eigen::RowVectorXd rz = products(r, p);
+  const double aim = enough * enough * r.squaredNorm();
+  for (int round = 2; round <= most_rounds && r.squaredNorm() > aim; ++round) {
+    const Signal q = seen_only(domain.stiffness, border, mass_, equation_->weight(), labels_, p);
+    const Eigen::RowVectorXd pq = products(p, q);
+    const auto ratio = [](double a, double b) { return a > 0 && b > 0 ? a / b : 0; };
+    const Eigen::RowVectorXd step = rz.binaryExpr(pq, ratio);
+    x += p * step.asDiagonal();
+    r -= q * step.asDiagonal();
+    const Signal z =
+        equation_->solve_change(zero, r, progress.step("round " + std::to_string(round), 0.1))
+            .signal;
+    const Eigen::RowVectorXd next = products(r, z);
+    p = z + p * next.binaryExpr(rz, ratio).asDiagonal();
+    rz = next;
+  }
+  result.signal = psi + x;
+  return result;
+}
+
+BorderJump border_jump(const SparseMatrix& stiffness, const Signal& psi,
+                       std::span<const int> labels) {
+  struct Sums {
+    double across = 0, within = 0, across_weight = 0, within_weight = 0;
+    std::int64_t pairs = 0;
+    Sums operator+(const Sums& o) const {
+      return {across + o.across, within + o.within, across_weight + o.across_weight,
+              within_weight + o.within_weight, pairs + o.pairs};
+    }
+  };
+  const Sums all = parallel_sum(psi.rows(), Sums(), [&](std::int64_t begin, std::int64_t end) {
+    Sums part;
+    for (int i = int(begin); i < int(end); ++i)
+      for (SparseMatrix::InnerIterator it(stiffness, i); it; ++it) {
+        const int j = int(it.col());
+        if (j <= i || !(it.value() < 0) || labels[i] == unseen || labels[j] == unseen) continue;
+        const double square = (psi.row(j) - psi.row(i)).squaredNorm() / double(psi.cols());
+        const bool across = labels[i] != labels[j];
+        (across ? part.across : part.within) -= it.value() * square;
+        (across ? part.across_weight : part.within_weight) -= it.value();
+        part.pairs += across;
+      }
+    return part;
+  });
+  const auto root = [](double sum, double weight) {
+    return weight > 0 ? std::sqrt(sum / weight) : 0;
+  };
+  return {root(all.across, all.across_weight), root(all.within, all.within_weight), all.pairs};
+}
+
+}  // namespace mq

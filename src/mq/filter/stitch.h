@@ -1,0 +1,120 @@
+#pragma once
+/// Stitching: one signal of several that were taken apart (photographs of parts of a surface), each
+/// right up to an offset of its own.
+///
+/// The gradients of each part are kept, the steps between parts are not believed, and the rest is a
+/// screened Poisson equation (thesis 5.9.2). In a triangle, or in a cell between texels, that lies
+/// in one region the target is ∇ψ. Where several regions ℓ meet it is the mean, weighted by how
+/// many corners each has, of the gradients of functions with the values
+///
+///     v_j = ψ_j inside ℓ,   mean over its corners i of  ψ_i + g_i·(x_j − x_i)  elsewhere,
+///
+/// g_i a least-squares slope of ψ around i in its own region, by no more than three times the largest
+/// step to a neighbour: each region goes on smoothly past its
+/// border. So offsets added to a function that is linear there are removed exactly; at a seam this
+/// is to say that both sides have the same values. (The thesis puts differences 0 across borders,
+/// which is off by a step of the slope at every one of them.)
+///
+/// The functions below return the change Σ_e S_e (v^e − ψ) of S·ψ that this asks for, summed over
+/// the elements e where regions meet, which is what `ScreenedPoisson::solve_change` takes: exactly
+/// 0 where there is one region, of sum 0 per channel, and bounded in energy by the steps
+/// themselves, so that texels that hardly matter cannot be driven away.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mq/atlas/atlas.h"
+#include "mq/fem/elements.h"
+#include "mq/fem/texels.h"
+#include "mq/filter/screened_poisson.h"
+#include "mq/image/image.h"
+#include "mq/mesh/mesh.h"
+
+namespace mq {
+
+/// The label of an unknown that no photograph shows (see `Stitcher`).
+inline constexpr int unseen = -1;
+
+/// Labels that pictures show, one for each texture and painted in its coordinates: texels of equal
+/// colour at the nearest pixel have equal labels, counted from 0 in the order of the unknowns.
+/// Texels of the colour `unseen_colour` (all its values within 5e-6), and where a last of two or
+/// four channels is 0, are `unseen`. Throws `InvalidInput` where there is not one picture per
+/// texture.
+std::vector<int> labels_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
+                                    std::span<const Image<float>> pictures,
+                                    const std::optional<std::vector<float>>& unseen_colour = {});
+
+/// What stitching needs to know of a space: its elements, its stiffness, where its unknowns lie.
+struct StitchDomain {
+  MixedElements elements;
+  const SparseMatrix& stiffness;
+  std::span<const Vector3> places;
+};
+
+/// One signal put together from regions: unknowns of equal labels come from one photograph. Nothing
+/// is asked of elements where something is unseen. Throws `InvalidInput` where sizes differ.
+Signal stitch_regions(const StitchDomain& domain, const Signal& psi, std::span<const int> labels);
+
+/// One photograph, as a signal on the whole surface and how well it shows each unknown.
+struct Partial {
+  Signal values;
+  std::vector<double> confidence;  ///< 0: does not show it; otherwise positive
+};
+
+/// The signal of which each unknown has the value of the photograph that shows it best (of equals
+/// the first), and that photograph's number, or `unseen` and the mean of what is seen.
+struct Composite {
+  Signal values;
+  std::vector<int> labels;
+};
+Composite best_of(std::span<const Partial> partials);
+
+/// The same for a composite; where a region goes on past its border and its photograph still shows
+/// what is there, v_j is the photograph's own value.
+Signal stitch_partials(const StitchDomain& domain, std::span<const Partial> partials,
+                       const Composite& composite);
+
+/// Solves for stitched signals of one partition. What is unseen has no value that could be kept and
+/// no gradient: the equation is solved on the surface without it, and it is filled by the harmonic
+/// function of what is around it. A component of which nothing is seen becomes constant.
+///
+///     Stitcher stitcher(space, weight, labels);
+///     const Signal filled = stitcher.fill(psi);
+///     const Signal change = stitch_regions(domain, filled, labels);
+///     const Filtered result = stitcher.solve(domain, filled, change);
+class Stitcher {
+ public:
+  /// Throws what `ScreenedPoisson` throws. `space` must outlive the object. Where something is
+  /// unseen, two systems are prepared instead of one.
+  Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
+           const SolverFactory& factory = direct_solver(), const Progress& progress = {});
+
+  /// The signal with harmonic values where it is unseen, the rest as it was.
+  Signal fill(const Signal& psi, const Progress& progress = {}) const;
+
+  /// The filled ψ with its gradient changed; the mean of each component's seen part is kept (where
+  /// something is unseen, to 1e-4 of the change), and where nothing is to be changed ψ comes back
+  /// bit for bit. Where something is unseen, about six solves.
+  Filtered solve(const StitchDomain& domain, const Signal& psi, const Signal& change,
+                 const Progress& progress = {}) const;
+
+ private:
+  std::vector<int> labels_;
+  Vector mass_;  ///< lumped, where something is unseen
+  std::unique_ptr<ScreenedPoisson> equation_;
+  std::unique_ptr<ScreenedPoisson> filler_;  ///< null: all is seen
+};
+
+/// Root mean square of the differences across borders, over the channels together, each pair with
+/// its weight −S_ij where that is positive, and of those within regions.
+struct BorderJump {
+  double across = 0;
+  double within = 0;
+  std::int64_t pairs = 0;  ///< across borders
+};
+BorderJump border_jump(const SparseMatrix& stiffness, const Signal& psi,
+                       std::span<const int> labels);
+
+}  // namespace mq

@@ -1,0 +1,182 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "cli/models.h"
+#include "mq/image/colour.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+/// The point of the strip that a texel of either chart shows: charts span u 0.05 to 0.45 and 0.55
+/// to 0.95, v 0.1 to 0.9.
+std::array<double, 2> on_strip(int x, int y, int width, int height) {
+  const double u = (x + 0.5) / width, v = 1 - (y + 0.5) / height;
+  return {u < 0.5 ? (u - 0.05) / 0.4 : 1 + (u - 0.55) / 0.4, (v - 0.1) / 0.8};
+}
+
+/// A smooth picture on the strip, in the light of linear values, and the right half times `gain`.
+Image<float> picture(int width, int height, double gain) {
+  Image<float> image(width, height, 3);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const auto [s, t] = on_strip(x, y, width, height);
+      const double light = 0.25 + 0.08 * std::sin(5 * s + 2 * t) + 0.05 * std::cos(7 * t);
+      for (int c = 0; c < 3; ++c)
+        image(x, y, c) =
+            float(srgb_from_linear(light * (1 - 0.1 * c) * (x < width / 2 ? 1 : gain)));
+    }
+  return image;
+}
+
+/// strip.obj with that picture.
+void write_gains(const Folder& folder, double gain, int width = 160, int height = 120) {
+  write_strip(folder);
+  write_image(folder / "strip.png", picture(width, height, gain), Depth::u16);
+}
+
+Result stitch(const Folder& folder, const std::string& output, const Words& more) {
+  Words words = {"stitch", "strip.obj", "-o", output, "--json"};
+  words.insert(words.end(), more.begin(), more.end());
+  return marquetry(folder, words);
+}
+
+/// Root mean square of log(a / b), less its mean, inside the charts.
+double log_difference(const Image<float>& a, const Image<float>& b) {
+  double sum = 0, squares = 0;
+  int count = 0;
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x) {
+      const auto [s, t] = on_strip(x, y, a.width(), a.height());
+      const double from = x < a.width() / 2 ? 0 : 1;
+      const bool inside = t > 0.02 && t < 0.98 && s > from + 0.02 && s < from + 0.98;
+      if (!inside) continue;
+      for (int c = 0; c < 3; ++c, ++count) {
+        const double d = std::log(linear_from_srgb(a(x, y, c)) / linear_from_srgb(b(x, y, c)));
+        sum += d, squares += d * d;
+      }
+    }
+  return std::sqrt(squares / count - sum * sum / count / count);
+}
+
+TEST(Stitch, TakesGainsOutInLogSpace) {
+  const Folder folder;
+  write_gains(folder, 1.5);
+  const Image<float> truth = picture(160, 120, 1);
+  const Result result = stitch(folder, "out.png", {"--space", "log", "--alpha", "1e4"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> before = read_texture(folder / "strip.png").pixels;
+  const Image<float> after = read_texture(folder / "out.png").pixels;
+  EXPECT_GT(log_difference(before, truth), 0.1);
+  EXPECT_LT(log_difference(after, truth), 1.0 / 255);
+  const Json json = result.json()["result"];
+  EXPECT_EQ(json["regions"], 2);
+  EXPECT_EQ(json["unseen"], 0);
+  EXPECT_GT(json["seams"]["before"]["rms"].get<double>(), 0.1);
+  EXPECT_LT(json["seams"]["after"]["rms"].get<double>(), 0.003);
+  EXPECT_LT(json["borders"]["after"]["across"].get<double>(),
+            0.3 * json["borders"]["before"]["across"].get<double>());
+  EXPECT_LT(json["mean_drift"].get<double>(), 1e-6);
+}
+
+TEST(Stitch, ReturnsConstantsAndSingleRegionsUnchanged) {
+  const Folder folder;
+  write_gains(folder, 1.5);
+  write_image(folder / "one.png", Image<float>(8, 8, 3, 0.4F));
+  ASSERT_EQ(stitch(folder, "same.png", {"--labels", "one.png"}).status, 0);
+  EXPECT_TRUE(file_bytes(folder / "same.png") == file_bytes(folder / "strip.png"));
+  write_image(folder / "strip.png", Image<float>(64, 48, 4, 0.7F));
+  ASSERT_EQ(stitch(folder, "grey.png", {}).status, 0);
+  EXPECT_TRUE(file_bytes(folder / "grey.png") == file_bytes(folder / "strip.png"));
+}
+
+TEST(Stitch, FillsWhatTheLabelsSayIsUnseen) {
+  const Folder folder;
+  write_gains(folder, 1, 64, 48);
+  Image<float> labels(64, 48, 3, 1.0F), hole = read_texture(folder / "strip.png").pixels;
+  for (int y = 18; y < 30; ++y)
+    for (int x = 10; x < 22; ++x)
+      for (int c = 0; c < 3; ++c) labels(x, y, c) = 0, hole(x, y, c) = c == 1;
+  write_image(folder / "labels.png", labels);
+  write_image(folder / "strip.png", hole, Depth::u16);
+  const Result result =
+      stitch(folder, "out.png", {"--labels", "labels.png", "--unseen", "#000000"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["unseen"], 144);
+  const Image<float> after = read_texture(folder / "out.png").pixels, truth = picture(64, 48, 1);
+  for (int y = 14; y < 34; ++y)
+    for (int x = 6; x < 26; ++x)
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(after(x, y, c), truth(x, y, c), 0.06);
+}
+
+/// Two photographs of the whole picture, the second brighter, with alpha for what they show.
+TEST(Stitch, MakesOneTextureOfPartialOnes) {
+  const Folder folder;
+  write_gains(folder, 1, 64, 48);
+  const Image<float> truth = picture(64, 48, 1);
+  for (const int k : {0, 1}) {
+    Image<float> partial(64, 48, 4);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x) {
+        const double s = on_strip(x, y, 64, 48)[0];
+        for (int c = 0; c < 3; ++c) partial(x, y, c) = truth(x, y, c) + 0.1F * float(k);
+        partial(x, y, 3) = float(std::clamp(k == 0 ? 1.4 - s : s - 0.6, 0.0, 1.0));
+      }
+    write_image(folder / ("part" + std::to_string(k) + ".png"), partial, Depth::u16);
+  }
+  const Result result = stitch(
+      folder, "out.png", {"--partial", "part0.png", "--partial", "part1.png", "--alpha", "1e4"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["regions"], 2);
+  const Image<float> after = read_texture(folder / "out.png").pixels;
+  EXPECT_EQ(after.channels(), 3);
+  double low = 1, high = -1;
+  for (int y = 8; y < 40; ++y)
+    for (int x = 5; x < 60; ++x) {
+      if (x > 25 && x < 38) continue;
+      low = std::min(low, double(after(x, y, 0) - truth(x, y, 0)));
+      high = std::max(high, double(after(x, y, 0) - truth(x, y, 0)));
+    }
+  EXPECT_LT(high - low, 1.0 / 255);
+  EXPECT_NEAR((low + high) / 2, 0.05, 0.02);
+}
+
+TEST(Stitch, RefusesWhatDoesNotFit) {
+  const Folder folder;
+  write_gains(folder, 1.5, 64, 48);
+  const auto error = [&](const Words& more) {
+    const Result result = stitch(folder, "out.png", more);
+    EXPECT_EQ(result.status, 2);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out.png"));
+    return result.error;
+  };
+  write_image(folder / "small.png", Image<float>(8, 8, 4, 0.5F));
+  write_image(folder / "grey.png", Image<float>(64, 48, 1, 0.5F));
+  write_image(folder / "black.png", Image<float>(64, 48, 3, 0.0F));
+  write_image(folder / "labels.jpg", Image<float>(64, 48, 3, 0.0F));
+  EXPECT_THAT(error({"--partial", "small.png"}), HasSubstr("is 8 × 8, and the texture 64 × 48"));
+  EXPECT_THAT(error({"--partial", "strip.png"}), HasSubstr("no alpha channel"));
+  EXPECT_THAT(error({"--partial", "strip.png", "--confidence", "black.png"}),
+              HasSubstr("no texel is seen"));
+  EXPECT_THAT(error({"--partial", "grey.png", "--confidence", "black.png"}),
+              HasSubstr("has 1 channel"));
+  EXPECT_THAT(error({"--partial", "strip.png", "--confidence", "a.png", "--confidence", "b.png"}),
+              HasSubstr("found 2 pictures for 1 picture"));
+  EXPECT_THAT(error({"--labels", "black.png", "--unseen", "0"}), HasSubstr("no texel is seen"));
+  EXPECT_THAT(error({"--labels", "labels.jpg"}), HasSubstr("save it as PNG"));
+  EXPECT_THAT(error({"--labels", "grey.png", "--unseen", "1,2"}), HasSubstr("--unseen"));
+  EXPECT_THAT(error({"--unseen", "red"}), HasSubstr("--unseen: found 'red'"));
+  EXPECT_THAT(error({"--labels", "grey.png", "--partial", "strip.png"}), HasSubstr("contradict"));
+  write_bytes(folder / "fan.ply", coloured_ply);
+  const Result result = marquetry(folder, {"stitch", "fan.ply", "-o", "out.png"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("no texture coordinates"));
+}
+
+}  // namespace
+}  // namespace mq::test
