@@ -1,0 +1,179 @@
+// marquetry react MESH [TEXTURE...] -o OUT --preset spots: patterns that grow on the surface.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "arguments.h"
+#include "field.h"
+#include "mq/base/error.h"
+#include "mq/base/length.h"
+#include "mq/filter/reaction_diffusion.h"
+#include "outputs.h"
+#include "signal_options.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+std::vector<std::string> preset_names() {
+  std::vector<std::string> names;
+  for (const GrayScottPreset& preset : gray_scott_presets()) names.push_back(preset.name);
+  return names;
+}
+
+GrayScottPreset asked_preset(const OptionValues& options) {
+  const auto& presets = gray_scott_presets();
+  GrayScottPreset preset = *std::ranges::find(presets, options.text("preset"), &GrayScottPreset::name);
+  if (options.has("feed")) preset.rates.feed = options.number("feed");
+  if (options.has("kill")) preset.rates.kill = options.number("kill");
+  return preset;
+}
+
+std::optional<Colour> parse_colour(const std::string& text) {
+  const std::optional<Backdrop> backdrop = parse_backdrop(text);
+  if (!backdrop || backdrop->kind != Backdrop::Kind::colour) return std::nullopt;
+  return backdrop->colour;
+}
+
+Signal amounts(const Substances& state) {
+  Signal values(std::ssize(state) / 2, 1);
+  for (Eigen::Index i = 0; i < values.rows(); ++i) values(i, 0) = state[std::size_t(2 * i + 1)];
+  return values;
+}
+
+/// From the ground's colour to the ink's, between the values that all but a hundredth of the
+/// unknowns exceed and stay below.
+Signal coloured(const Substances& state, const Colour& ground, const Colour& ink) {
+  const Signal v = amounts(state);
+  std::vector<double> sorted(v.data(), v.data() + v.size());
+  std::ranges::sort(sorted);
+  const double low = sorted[sorted.size() / 100], high = sorted[sorted.size() - 1 - sorted.size() / 100];
+  Signal values(v.rows(), 3);
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    const double share = high > low ? std::clamp((v(i, 0) - low) / (high - low), 0.0, 1.0) : 0;
+    for (int c = 0; c < 3; ++c)
+      values(i, c) = ground[std::size_t(c)] + share * (ink[std::size_t(c)] - ground[std::size_t(c)]);
+  }
+  return values;
+}
+
+bool holds_numbers(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".exr" || extension == ".tif" || extension == ".tiff";
+}
+
+Exit react(Run& run) {
+  const OptionValues& options = run.options();
+  Scene scene = read_usable_scene(run, MissingPictures::assume, 0.05);
+  const bool vertices = works_at_vertices(options, scene);
+  const Outputs outputs(options.text("output"), scene.model,
+                        vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  std::unique_ptr<Domain> domain;
+  std::unique_ptr<ReactionDiffusion> process;
+  const GrayScottPreset preset = asked_preset(options);
+  double wave_length = 0;
+  {
+    const Step step(run, "assemble", 0.1);
+    domain = make_domain(run, scene, step.progress().step("space", 0.6));
+    about(scene.model, [&] {
+      wave_length = std::sqrt(
+          weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
+      require(wave_length > 0, "--scale must be more than 0");
+      process = std::make_unique<ReactionDiffusion>(domain->space(),
+                                                    diffusivities(preset, wave_length), 1,
+                                                    step.progress().step("weights", 0.4));
+    });
+  }
+  const double spacing = std::sqrt(domain->space().scale().area / domain->space().size());
+  if (wave_length < 6 * spacing)
+    run.terminal().warning(fmt::format(
+        "--scale: a wave is {:.1f} texels long; below 6 the grid shows in the pattern",
+        wave_length / spacing));
+  const int steps = int(std::ceil(options.number("time") / process->time_step()));
+  Substances state =
+      seeded_substances(domain->places(), wave_length, std::uint64_t(options.integer("seed")));
+  {
+    const Step step(run, "react", 0.8);
+    process->run(gray_scott(preset.rates), steps, state, step);
+  }
+  run.result["steps"] = steps;
+  run.result["time_step"] = process->time_step();
+  run.result["slowed"] = process->slowed();
+  run.result["wave_length"] = wave_length;
+
+  const Step step(run, "write", 0.05);
+  const bool numbers = holds_numbers(outputs.paths().front());
+  put_field(scene, *domain,
+            numbers ? amounts(state)
+                    : coloured(state, *parse_colour(options.text("ground")),
+                               *parse_colour(options.text("ink"))),
+            numbers ? Depth::f32 : Depth::u8, scene.model);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb react_verb() {
+  using Type = Option::Type;
+  OptionTable table("react", "Grow a pattern on the surface by reaction and diffusion: spots, "
+                             "stripes and others, without seams.");
+  add_scene_options(table);
+  add_output_option(table);
+  table.add({.name = "preset",
+             .letter = 'p',
+             .type = Type::choice,
+             .default_value = "spots",
+             .choices = preset_names(),
+             .group = "Pattern",
+             .help = "what grows"});
+  table.add({.name = "scale",
+             .letter = 's',
+             .type = Type::length,
+             .default_value = "2%",
+             .group = "Pattern",
+             .help = "wave length of the pattern: from spot to spot, from stripe to stripe",
+             .details = "At least 6 texels; a step of time gets shorter with its square, from 14 on."});
+  table.add({.name = "time",
+             .letter = 't',
+             .type = Type::number,
+             .default_value = "2500",
+             .least = 0,
+             .most = 1e7,
+             .group = "Pattern",
+             .help = "how long it grows, in units of the reaction"});
+  table.add({.name = "feed",
+             .type = Type::number,
+             .least = 0,
+             .most = 1,
+             .group = "Pattern",
+             .help = "rate F of the reaction, in place of the preset's"});
+  table.add({.name = "kill",
+             .type = Type::number,
+             .least = 0,
+             .most = 1,
+             .group = "Pattern",
+             .help = "rate k of the reaction, in place of the preset's"});
+  const auto colour = [&](const std::string& name, const std::string& value,
+                          const std::string& help) {
+    table.add({.name = name,
+               .type = Type::text,
+               .default_value = value,
+               .accepts = [](const std::string& text) { return parse_colour(text).has_value(); },
+               .wanted = "white, black or #rrggbb",
+               .metavar = "COLOUR",
+               .group = "Pattern",
+               .help = help});
+  };
+  colour("ground", "#e8c88a", "colour between spots or stripes");
+  colour("ink", "#2b1a12", "colour of spots or stripes");
+  add_vertices_option(table, "grow it at vertices, though there are textures");
+  add_frames_option(table);
+  return {table, react};
+}
+
+}  // namespace mq::app

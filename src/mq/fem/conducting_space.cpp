@@ -1,0 +1,52 @@
+// Everything is asked of the space behind, with conductivities multiplied.
+
+#include "mq/fem/conducting_space.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "mq/base/error.h"
+
+namespace mq {
+
+ConductingSpace::ConductingSpace(const SignalSpace& space, std::vector<float> conductivity)
+    : space_(space), conductivity_(std::move(conductivity)) {
+  require(std::ssize(conductivity_) == space.element_count(),
+          fmt::format("{} conductivities were given for {} elements", conductivity_.size(),
+                      space.element_count()));
+  for (const float c : conductivity_)
+    require(c >= 0 && std::isfinite(c),
+            fmt::format("a conductivity is {}; it must be finite and not negative", c));
+}
+
+SparseMatrix ConductingSpace::system(double a, double b, const Progress& progress) const {
+  return b == 0 ? space_.system(a, b, progress) : space_.conducting(a, b, conductivity_, progress);
+}
+
+Signal ConductingSpace::stiffness_times(const Signal& psi, std::span<const double> beta) const {
+  require(beta.empty(), "a modulation per unknown is not offered together with conductivities");
+  return space_.conducted(psi, conductivity_);
+}
+
+std::vector<float> ConductingSpace::gradient_norms(const Signal& psi) const {
+  return space_.gradient_norms(psi);
+}
+
+Signal ConductingSpace::conducted(const Signal& psi, std::span<const float> conductivity) const {
+  return space_.conducted(psi, times(conductivity));
+}
+
+SparseMatrix ConductingSpace::conducting(double a, double b, std::span<const float> conductivity,
+                                         const Progress& progress) const {
+  return space_.conducting(a, b, times(conductivity), progress);
+}
+
+std::vector<float> ConductingSpace::times(std::span<const float> conductivity) const {
+  require(conductivity.size() == conductivity_.size(), "one conductivity per element is needed");
+  std::vector<float> product = conductivity_;
+  for (std::size_t e = 0; e < product.size(); ++e) product[e] *= conductivity[e];
+  return product;
+}
+
+}  // namespace mq

@@ -1,0 +1,60 @@
+// marquetry react, run as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "cli/models.h"
+
+namespace mq::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(React, GrowsAPatternThatTheSeedDecides) {
+  const Folder folder;
+  write_strip(folder);
+  const auto grow = [&](const std::string& seed, const std::string& out) {
+    const Result result = marquetry(folder, {"react", "strip.obj", "--scale", "8tx", "--time", "400",
+                                             "--seed", seed, "-o", out, "--json"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    EXPECT_GT(result.json()["result"]["steps"], 100);
+    return read_texture(folder / out).pixels;
+  };
+  const Image<float> first = grow("1", "a.exr"), again = grow("1", "b.exr"), other = grow("2", "c.exr");
+  EXPECT_EQ(first.channels(), 1);
+  EXPECT_TRUE(first == again);
+  EXPECT_FALSE(first == other);
+  EXPECT_GT(*std::ranges::max_element(first.values()), 0.1F);
+}
+
+TEST(React, PaintsInTheColoursAskedFor) {
+  const Folder folder;
+  write_strip(folder);
+  const Result result = marquetry(folder, {"react", "strip.obj", "--scale", "8tx", "--time", "200",
+                                           "--ground", "#000000", "--ink", "#ff0000", "-o", "p.png"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> picture = read_texture(folder / "p.png").pixels;
+  float red = 0, green = 0;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x) {
+      red = std::max(red, picture(x, y, 0));
+      green = std::max(green, picture(x, y, 1));
+    }
+  EXPECT_EQ(red, 1);
+  EXPECT_EQ(green, 0);
+}
+
+TEST(React, RefusesScalesAndColoursWithoutMeaning) {
+  const Folder folder;
+  write_strip(folder);
+  EXPECT_EQ(marquetry(folder, {"react", "strip.obj", "--scale", "0", "-o", "p.png"}).status, 2);
+  EXPECT_EQ(marquetry(folder, {"react", "strip.obj", "--ink", "leopard", "-o", "p.png"}).status, 2);
+  const Result coarse =
+      marquetry(folder, {"react", "strip.obj", "--scale", "2tx", "--time", "5", "-o", "p.png"});
+  EXPECT_EQ(coarse.status, 0);
+  EXPECT_THAT(coarse.error, HasSubstr("the grid shows"));
+}
+
+}  // namespace
+}  // namespace mq::test
