@@ -78,11 +78,11 @@ Image<float> encoded(const Image<float>& picture, const Texture& texture,
 }
 
 TextureTarget::TextureTarget(Run& run, const Scene& scene, const ValueSpace& values,
-                             const Progress& progress)
+                             const TexelSpaceOptions& space, const Progress& progress)
     : model_(scene.model),
       values_(values),
       channels_(common_channels(scene.model)),
-      domain_(run, scene, {}, progress) {
+      domain_(run, scene, space, progress) {
   if (values.meaning == ValueSpace::Meaning::normals) refuse_tangent_space(scene);
 }
 

@@ -44,7 +44,10 @@ class TextureTarget : public Target {
  public:
   /// The scene must outlive the target. Throws `InvalidInput` where textures disagree in channels,
   /// or where normals are in tangent space and there are seams.
-  TextureTarget(Run& run, const Scene& scene, const ValueSpace& values, const Progress& progress);
+  TextureTarget(Run& run, const Scene& scene, const ValueSpace& values, const Progress& progress)
+      : TextureTarget(run, scene, values, {}, progress) {}
+  TextureTarget(Run& run, const Scene& scene, const ValueSpace& values,
+                const TexelSpaceOptions& space, const Progress& progress);
 
   const TexelDomain& domain() const override { return domain_; }
   Signal values() const override { return values_of(model_.textures); }

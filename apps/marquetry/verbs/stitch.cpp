@@ -14,13 +14,13 @@
 #include "arguments.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
-#include "mq/draw/seam_difference.h"
 #include "mq/filter/modulation.h"
 #include "mq/filter/stitch.h"
 #include "outputs.h"
 #include "partials.h"
 #include "run.h"
 #include "scene.h"
+#include "seam_report.h"
 #include "signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
@@ -85,13 +85,6 @@ struct Work {
   std::vector<int> labels;
   std::vector<Partial> partials;  ///< none: the signal is the model's
 };
-
-Json seams_json(const Scene& scene) {
-  std::vector<const Image<float>*> pictures;
-  for (const Texture& texture : scene.model.textures) pictures.push_back(&texture.pixels);
-  const SeamDifference seams = seam_difference(scene.surface, *scene.atlas, pictures);
-  return {{"rms", seams.rms}, {"p99", seams.difference_p99}, {"largest", seams.worst.difference}};
-}
 
 Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int>& labels) {
   const BorderJump jump = border_jump(S, psi, labels);

@@ -58,7 +58,7 @@ void TexelSpace::for_each_mixed_element(std::span<const int> labels,
         S[std::size_t(i) * block.count + j] = d.cells.seams.stiffness[std::size_t(
             block.first_value + SeamBlocks::index(std::min(i, j), std::max(i, j), block.count))];
     if (block.cell < 0) {
-      visit({unknowns, unknowns, S});
+      visit({{}, unknowns, S});
       continue;
     }
     if (block.cell < d.grid.first_cell(k)) k = 0;

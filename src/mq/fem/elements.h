@@ -12,7 +12,7 @@ namespace mq {
 
 /// A triangle, or the part of a cell between texels that lies inside charts or near a seam.
 struct Element {
-  std::span<const int> own;       ///< unknowns at its corners
+  std::span<const int> own;       ///< unknowns at its corners; none: a piece of a soft seam
   std::span<const int> unknowns;  ///< all it couples: its own and, at seams, those opposite
   std::span<const double>
       stiffness;  ///< ∫ ⟨∇φ_i, ∇φ_j⟩ over it, row by row; positive semidefinite,

@@ -69,7 +69,8 @@ Slope slope(const StitchDomain& domain, const Signal& psi, std::span<const int> 
   return result;
 }
 
-/// The regions of an element's corners, and how many each has; none where something is unseen.
+/// The regions of an element's corners, and how many each has; none where something is unseen or it
+/// has no corners.
 std::map<int, int> regions_of(const Element& element, std::span<const int> labels) {
   std::map<int, int> counts;
   for (const int i : element.unknowns)
@@ -80,7 +81,7 @@ std::map<int, int> regions_of(const Element& element, std::span<const int> label
 
 /// Slopes of the corners of mixed elements, by unknown.
 std::map<int, Slope> border_slopes(const StitchDomain& domain, const Signal& psi,
-                                      std::span<const int> labels) {
+                                   std::span<const int> labels) {
   std::vector<char> wanted(labels.size(), 0);
   domain.elements(labels, [&](const Element& element) {
     for (const int i : element.own) wanted[i] = labels[i] != unseen;

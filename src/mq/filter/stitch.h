@@ -9,11 +9,11 @@
 ///
 ///     v_j = ψ_j inside ℓ,   mean over its corners i of  ψ_i + g_i·(x_j − x_i)  elsewhere,
 ///
-/// g_i a least-squares slope of ψ around i in its own region, by no more than three times the largest
-/// step to a neighbour: each region goes on smoothly past its
-/// border. So offsets added to a function that is linear there are removed exactly; at a seam this
-/// is to say that both sides have the same values. (The thesis puts differences 0 across borders,
-/// which is off by a step of the slope at every one of them.)
+/// g_i a least-squares slope of ψ around i in its own region, by no more than three times the
+/// largest step to a neighbour: each region goes on smoothly past its border. So offsets added to a
+/// function that is linear there are removed exactly; at a seam this is to say that both sides have
+/// the same values. (The thesis puts differences 0 across borders, which is off by a step of the
+/// slope at every one of them.)
 ///
 /// The functions below return the change Σ_e S_e (v^e − ψ) of S·ψ that this asks for, summed over
 /// the elements e where regions meet, which is what `ScreenedPoisson::solve_change` takes: exactly

@@ -1,0 +1,84 @@
+// marquetry seams MESH [TEXTURE...] -o OUT: texels at seams chosen so that no seam shows.
+//
+// Hardware interpolates bilinearly in each chart for itself, so the two sides of a seam differ even
+// where a texture is right at every texel. The texels that seams read are changed so that the two
+// sides agree, as smoothly as can be.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "mq/base/error.h"
+#include "mq/filter/seam_values.h"
+#include "outputs.h"
+#include "run.h"
+#include "scene.h"
+#include "seam_report.h"
+#include "signal_options.h"
+#include "signal_target.h"
+#include "solving.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+Exit seams(Run& run) {
+  const OptionValues& options = run.options();
+  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  const std::string file = scene.model.path.string();
+  require(scene.atlas.has_value(), file + ": has no texture coordinates, so no seams");
+  const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+  if (scene.atlas->seam_count == 0) run.terminal().remark(file + ": has no seams");
+
+  std::unique_ptr<TextureTarget> target;
+  Signal before, after;
+  std::vector<char> free;
+  const Json difference = seams_json(scene);
+  about(scene.model, [&] {
+    {
+      const Step step(run, "assemble", 0.3);
+      target =
+          std::make_unique<TextureTarget>(run, scene, value_space(options),
+                                          soft_seams(*scene.atlas, options.number("weight")), step);
+      free = seam_texels(scene.surface, *scene.atlas, target->domain().space());
+    }
+    const Step step(run, "solve", 0.4);
+    before = target->values();
+    after = smooth_at_seams(target->domain().space(), before, free, Smooth::change, direct_solver(),
+                            step);
+  });
+  run.result = change_json(before, after);
+  run.result["seam_texels"] = std::ranges::count(free, 1);
+  const Step step(run, "write", 0.1);
+  target->put(before, after, scene.model);
+  run.result["seams"] = {{"before", difference}, {"after", seams_json(scene)}};
+  set_depth(options, scene.model);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb seams_verb() {
+  OptionTable table("seams",
+                    "Change the texels at seams as smoothly as can be so that both sides agree and "
+                    "no seam shows.");
+  add_scene_options(table);
+  add_output_option(table);
+  table.add({.name = "weight",
+             .type = Option::Type::number,
+             .default_value = "1000",
+             .least = 0,
+             .most = 1e9,
+             .group = "Seams",
+             .help = "of agreement against smoothness, per texel of a seam"});
+  add_space_option(table);
+  add_normals_option(table);
+  add_depth_option(table);
+  add_frames_option(table);
+  return {table, seams};
+}
+
+}  // namespace mq::app

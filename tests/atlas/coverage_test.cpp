@@ -1,0 +1,58 @@
+// Which triangles cover which texels.
+#include "mq/atlas/coverage.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "atlas/atlas_fixtures.h"
+
+namespace mq {
+namespace {
+
+int sum(const Image<int>& counts) {
+  return std::accumulate(counts.values().begin(), counts.values().end(), 0);
+}
+
+TEST(Coverage, CountsEveryCentreOnce) {
+  for (const int size : {16, 17, 64}) {
+    const auto model = fixtures::textured(fixtures::flat_square(7, 0.2), {{size, size}});
+    const Coverage coverage = texel_coverage(model->surface, model->atlas).front();
+    for (const int count : coverage.count.values()) EXPECT_EQ(count, 1);
+    for (const int triangle : coverage.triangle.values()) EXPECT_GE(triangle, 0);
+  }
+}
+
+/// Corners on centres, edges through centres: from 4 to 12 of 16, half of the border belongs.
+TEST(Coverage, CountsCentresOnEdgesOnce) {
+  const auto model = fixtures::textured(fixtures::uv_on_texel_line(16), {{16, 16}});
+  const Coverage coverage = texel_coverage(model->surface, model->atlas).front();
+  EXPECT_EQ(*std::ranges::max_element(coverage.count.values()), 1);
+  EXPECT_EQ(sum(coverage.count), 64);
+}
+
+TEST(Coverage, CountsOverlapsAndMirroredCharts) {
+  Mesh mesh = fixtures::split_two_chart_quad();
+  mesh.corner_uvs[1] = {0, 2, 1};  // over the first, turned over
+  const auto model = fixtures::textured(mesh, {{40, 40}}, {.flipped = AtlasOptions::Flipped::keep});
+  const Coverage coverage = texel_coverage(model->surface, model->atlas).front();
+  EXPECT_EQ(*std::ranges::max_element(coverage.count.values()), 2);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 40; ++x)
+      if (coverage.count(x, y) == 2) {
+        EXPECT_EQ(coverage.triangle(x, y), 0);
+      }
+}
+
+TEST(Coverage, WrapsWhereTheTextureRepeats) {
+  Mesh mesh = fixtures::one_triangle();
+  for (Vector2& uv : mesh.uvs) uv = 0.5 * uv + Vector2(0.75, 0.75);
+  const auto repeat = fixtures::textured(mesh, {{32, 32, Wrap::repeat}});
+  const auto clamp = fixtures::textured(mesh, {{32, 32, Wrap::clamp}});
+  EXPECT_NEAR(sum(texel_coverage(repeat->surface, repeat->atlas).front().count), 128, 10);
+  EXPECT_LT(sum(texel_coverage(clamp->surface, clamp->atlas).front().count), 100);
+  EXPECT_GT(sum(texel_coverage(clamp->surface, clamp->atlas).front().count), 20);
+}
+
+}  // namespace
+}  // namespace mq
