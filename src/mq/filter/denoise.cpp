@@ -16,6 +16,10 @@ namespace {
 /// A conductivity below this is none, but keeps the system in one piece.
 constexpr float least_conductivity = 1e-6F;
 
+/// Over how many spacings the first step smooths, whose edges the second goes by (Catté, Lions, Morel
+/// and Coll 1992): enough for noise from one unknown to the next, little enough for edges to stay.
+constexpr double first_spacings = 1.5;
+
 double mean_spacing(const SignalSpace& space) {
   const SurfaceScale scale = space.scale();
   return scale.texel_spacing > 0 ? scale.texel_spacing : std::sqrt(scale.area / space.size());
@@ -45,14 +49,18 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
   std::vector<float> of_guides(std::size_t(space.element_count()), 1.0F);
   for (const Guide& guide : guides) stop_at_edges(space, guide.values, guide.edge, of_guides);
   require(options.edge > 0, fmt::format("an edge is {}; it must be more than 0", options.edge));
-  const int steps = std::isinf(options.edge) ? 1 : options.steps;
+  const bool own_edges = !std::isinf(options.edge);
+  const int steps = own_edges ? options.steps + 1 : 1;
+  const double first = first_spacings * mean_spacing(space);
   Filtered result{psi, {}};
   for (int k = 0; k < steps; ++k) {
     const Progress step = progress.step(fmt::format("step {}", k + 1), 1.0 / steps);
     std::vector<float> conductivity = of_guides;
     if (k > 0) stop_at_edges(space, result.signal, options.edge, conductivity);
     const ConductingSpace conducting(space, std::move(conductivity));
-    const ScreenedPoisson equation(conducting, options.weight, factory, step.step("prepare", 0.6));
+    const bool looks_for_edges = own_edges && k == 0;
+    const double weight = looks_for_edges ? std::min(options.weight, first * first) : options.weight;
+    const ScreenedPoisson equation(conducting, weight, factory, step.step("prepare", 0.6));
     result = equation.solve(psi, 0, step.step("solve", 0.4));
   }
   return result;

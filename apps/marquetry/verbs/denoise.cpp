@@ -1,0 +1,135 @@
+// marquetry denoise MESH [TEXTURE...] -o OUT: smooth a texture on its surface, but not over edges.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/filter/denoise.h"
+#include "outputs.h"
+#include "signal_options.h"
+#include "signal_target.h"
+#include "solving.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+/// The pictures of --guide, a set for each guide.
+std::vector<Guide> asked_guides(const OptionValues& options, const Scene& scene,
+                                const Target& target) {
+  const std::vector<std::string> files = options.texts("guide");
+  if (files.empty()) return {};
+  const auto* domain = dynamic_cast<const TexelDomain*>(&target.domain());
+  require(domain, files.front() + ": --guide is for textures, not for colours at vertices");
+  const std::size_t count = scene.texture_sizes.size();
+  require(files.size() % count == 0,
+          fmt::format("--guide: {} has {}, and {} given: give one picture for each, in their order",
+                      scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
+                      counted(std::ssize(files), "guide")));
+  std::vector<Guide> guides;
+  for (std::size_t first = 0; first < files.size(); first += count) {
+    std::vector<Image<float>> pictures;
+    for (std::size_t i = 0; i < count; ++i) {
+      pictures.push_back(read_texture(files[first + i]).pixels);
+      const TextureSize& size = scene.texture_sizes[i];
+      require(pictures[i].width() == size.width && pictures[i].height() == size.height,
+              fmt::format("{}: is {} x {}, and the texture {} x {}: scale it", files[first + i],
+                          pictures[i].width(), pictures[i].height(), size.width, size.height));
+    }
+    guides.push_back({domain->space().gather(pictures), options.number("guide-edge")});
+  }
+  return guides;
+}
+
+Exit denoise_verb_run(Run& run) {
+  const OptionValues& options = run.options();
+  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  const Outputs outputs(
+      options.text("output"), scene.model,
+      at_vertices(options, scene) ? Outputs::Kind::model : Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  std::unique_ptr<Target> target;
+  {
+    const Step step(run, "assemble", 0.2);
+    target = make_target(run, scene, step);
+  }
+  const double edge = options.number("edge");
+  DenoiseOptions wanted{.weight = spread_weight(options, target->space().scale()),
+                        .steps = int(options.integer("steps"))};
+  if (edge > 0) wanted.edge = edge;
+  Signal before;
+  Filtered found;
+  about(scene.model, [&] {
+    const std::vector<Guide> guides = asked_guides(options, scene, *target);
+    before = target->values();
+    solve_as_asked(run, target->domain(),
+                   [&](const SolverFactory& factory, const SolvingShares& shares) {
+                     const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
+                     found = denoise(target->space(), before, guides, wanted, factory, step);
+                     return found.report;
+                   });
+  });
+  run.result.update(change_json(before, found.signal));
+  run.result["length"] = std::sqrt(wanted.weight);
+
+  const Step step(run, "write", 0.1);
+  target->put(before, found.signal, scene.model);
+  set_depth(options, scene.model);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb denoise_verb() {
+  using Type = Option::Type;
+  OptionTable table("denoise",
+                    "Take noise off a texture, a bake or a lightmap on the surface and keep its "
+                    "edges, across the seams of the texture.");
+  add_scene_options(table);
+  add_output_option(table);
+  add_spread_options(table, "3e-5", "Denoise",
+                     "how far values spread where no edge is: on the surface scaled to unit area");
+  table.add({.name = "edge",
+             .letter = 'e',
+             .type = Type::number,
+             .default_value = "0.1",
+             .least = 0,
+             .most = 1e30,
+             .group = "Denoise",
+             .help = "change of the values from texel to texel at which they spread half as well",
+             .details = "Of all channels together, in the values of --space. 0: its own edges do "
+                        "not count, only those of guides."});
+  table.add({.name = "guide",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .group = "Denoise",
+             .help = "a picture per texture whose edges are kept too: normals, albedo",
+             .details = "Of the texture's size. Several guides follow one another, each with a "
+                        "picture for every texture."});
+  table.add({.name = "guide-edge",
+             .type = Type::number,
+             .default_value = "0.05",
+             .least = 1e-30,
+             .most = 1e30,
+             .group = "Denoise",
+             .help = "the same as --edge of the guides"});
+  table.add({.name = "steps",
+             .type = Type::integer,
+             .default_value = "2",
+             .least = 1,
+             .most = 1000,
+             .group = "Denoise",
+             .help = "solutions, each with the edges of the one before, after a first slight one"});
+  add_solver_options(table);
+  add_space_option(table);
+  add_vertices_option(table, "colours at vertices, though there are textures");
+  add_depth_option(table);
+  add_frames_option(table);
+  return {table, denoise_verb_run};
+}
+
+}  // namespace mq::app

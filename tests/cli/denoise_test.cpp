@@ -1,0 +1,77 @@
+// marquetry denoise, run as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "cli/models.h"
+
+namespace mq::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Half dark, half twenty times brighter than white, with noise.
+Image<float> noisy_light() {
+  Image<float> light = busy_picture(64, 48, 3);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x)
+      for (float& value : light.pixel(x, y)) value = (y < 24 ? 1.0F : 20.0F) * (0.5F + 0.2F * value);
+  return light;
+}
+
+double roughness(const Image<float>& light, int from, int to) {
+  double sum = 0;
+  for (int y = from; y < to; ++y)
+    for (int x = 6; x < 26; ++x) sum += std::abs(light(x, y) - light(x + 1, y));
+  return sum;
+}
+
+TEST(Denoise, SmoothsAnHdrLightmapButNotOverItsEdge) {
+  const Folder folder;
+  write_strip(folder);
+  const Image<float> light = noisy_light();
+  write_image(folder / "light.exr", light, Depth::f32);
+  const Result result =
+      marquetry(folder, {"denoise", "strip.obj", "light.exr", "-o", "clean.exr", "--space", "log",
+                         "--length", "6tx", "--edge", "0.3", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> clean = read_texture(folder / "clean.exr").pixels;
+  EXPECT_LT(roughness(clean, 8, 20), 0.3 * roughness(light, 8, 20));
+  EXPECT_LT(roughness(clean, 28, 40), 0.3 * roughness(light, 28, 40));
+  for (int x = 6; x < 26; ++x) EXPECT_GT(clean(x, 26) / clean(x, 21), 12);
+}
+
+TEST(Denoise, KeepsTheEdgesOfAGuide) {
+  const Folder folder;
+  write_strip(folder);
+  const Image<float> light = noisy_light();
+  write_image(folder / "light.exr", light, Depth::f32);
+  Image<float> guide(64, 48, 1);
+  for (int y = 24; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) guide(x, y) = 1;
+  write_image(folder / "guide.png", guide);
+  const Result result =
+      marquetry(folder, {"denoise", "strip.obj", "light.exr", "-o", "clean.exr", "--edge", "0",
+                         "--guide", "guide.png", "--length", "6tx"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> clean = read_texture(folder / "clean.exr").pixels;
+  EXPECT_LT(roughness(clean, 28, 40), 0.3 * roughness(light, 28, 40));
+  for (int x = 6; x < 26; ++x) EXPECT_GT(clean(x, 26) / clean(x, 21), 8);
+}
+
+TEST(Denoise, RefusesGuidesThatDoNotFit) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "small.png", Image<float>(8, 8, 1));
+  const Result result = marquetry(
+      folder, {"denoise", "strip.obj", "--guide", "small.png", "-o", "clean.png"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("small.png: is 8 x 8, and the texture 64 x 48"));
+  write_bytes(folder / "fan.ply", coloured_ply);
+  EXPECT_EQ(marquetry(folder, {"denoise", "fan.ply", "--guide", "small.png", "-o", "f.ply"}).status, 2);
+  EXPECT_EQ(marquetry(folder, {"denoise", "fan.ply", "-o", "f.ply"}).status, 0);
+}
+
+}  // namespace
+}  // namespace mq::test
