@@ -30,6 +30,7 @@
 #include "mq/base/random.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/reference_cycle.h"
+#include "mq/fem/texel_hierarchy.h"
 #include "mq/fem/texel_space.h"
 #include "mq/io/model.h"
 #include "mq/linear/connected_components.h"
@@ -275,14 +276,14 @@ Curve reference_curve(const Case& c, const System& system, const Measure& measur
   return curve;
 }
 
-/// Ours says nothing before it ends: so it solves with 1, 2, ... cycles, each time anew.
+/// Ours says nothing before it ends: so it solves with 1, 2, ... cycles, each time from the start.
 Curve our_curve(const Case& c, const System& system, const Measure& measure, const Limits& limits) {
+  const TexelHierarchy h(system.A, c.space->texels(), {});
   Curve curve;
   while (limits.go_on(curve)) {
     Signal X = Signal::Zero(system.B.rows(), 3);
-    multigrid_solver(c.space->texels(), {.tolerance = 1e-14, .max_cycles = curve.cycles() + 1})(
-        system.A, {})
-        ->solve(system.B, X);
+    mixed_conjugate_gradients(h.high(), h.low(), h.scaling(), h.multigrid(), h.components(), system.B,
+                              X, {.tolerance = 1e-14, .max_cycles = curve.cycles() + 1});
     measure.add(X, curve);
   }
   return curve;
@@ -438,7 +439,24 @@ void print_times(const Case& c, const std::string& solver, const Times& t, Recor
       t.cycles, t.all));
 }
 
+/// What comes before any solver: cells and seams, and the matrix.
+void print_assembly(const Case& c, const Request& request, Record& record) {
+  std::unique_ptr<TexelSpace> space;
+  const double cells = seconds_of(
+      request.wall, [&] { space = std::make_unique<TexelSpace>(c.surface, c.atlas); });
+  SparseMatrix A;
+  const double matrix = seconds_of(request.wall, [&] {
+    A = space->solvable(1, request.alphas.front() * space->scale().area);
+  });
+  fmt::print("| {} | {} | {} | assembly | cells {:.2f}, matrix {:.2f} | | {:.2f} |\n", c.name,
+             c.space->size(), c.atlas.charts.size(), cells, matrix, cells + matrix);
+  record.line(fmt::format(
+      R"({{"model": "{}", "texels": {}, "charts": {}, "cells": {:.4g}, "matrix": {:.4g}}})", c.name,
+      c.space->size(), c.atlas.charts.size(), cells, matrix));
+}
+
 void measure_times(const Case& c, const Request& request, Record& record) {
+  print_assembly(c, request, record);
   const System system = make_system(*c.space, request.alphas.front());
   const Texels& texels = c.space->texels();
   if (request.wants("direct") && c.space->size() <= request.most_for_direct) {
