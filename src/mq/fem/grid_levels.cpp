@@ -35,6 +35,33 @@ bool is_stencil(const SparseMatrix& A, const Texels& texels, int k) {
   return true;
 }
 
+constexpr double least_clustered = 16;  // anisotropy, lengths 4 : 1
+constexpr int rows_per_clustered = 50;
+
+/// The rows that `make_robust_layout` clusters.
+std::vector<int> find_clustered(const SparseMatrix& A, const Texels& texels) {
+  const int n = texels.size();
+  std::vector<float> anisotropy(n, 0);
+  parallel_for(n, [&](std::int64_t k) {
+    if (!is_stencil(A, texels, int(k))) return;
+    Stencil row;
+    std::copy_n(A.valuePtr() + A.outerIndexPtr()[k], 9, row.begin());
+    anisotropy[k] = float(stencil_anisotropy(row));
+  });
+  std::vector<float> high;
+  for (const float a : anisotropy)
+    if (a > least_clustered) high.push_back(a);
+  float threshold = least_clustered;
+  if (const std::size_t most = std::size_t(n) / rows_per_clustered; high.size() > most) {
+    std::nth_element(high.begin(), high.end() - std::ptrdiff_t(most) - 1, high.end());
+    threshold = high[high.size() - most - 1];
+  }
+  std::vector<int> clustered;
+  for (int k = 0; k < n; ++k)
+    if (anisotropy[k] > threshold) clustered.push_back(k);
+  return clustered;
+}
+
 /// The runs of stencil rows among rows begin … end − 1.
 void find_runs(const SparseMatrix& A, const Texels& texels, int begin, int end,
                std::vector<StencilRun>& runs, std::vector<int>& irregular) {
@@ -235,6 +262,12 @@ StencilLayout make_layout(const SparseMatrix& A, const Texels& texels) {
     layout.irregular.insert(layout.irregular.end(), irregular[b].begin(), irregular[b].end());
   }
   sort_into_tiles(texels, layout);
+  return layout;
+}
+
+StencilLayout make_robust_layout(const SparseMatrix& A, const Texels& texels) {
+  StencilLayout layout = make_layout(A, texels);
+  layout.clustered = find_clustered(A, texels);
   return layout;
 }
 

@@ -16,6 +16,11 @@ namespace mq {
 /// and cuts them into tiles of 128 × 64 texels in four colours.
 StencilLayout make_layout(const SparseMatrix& A, const Texels& texels);
 
+/// The same, with the worst of them `clustered`, which relaxation one by one would leave to the conjugate
+/// gradients: rows whose anisotropy (see `stencil_anisotropy`) is above 16, lengths 4 : 1, but no more
+/// than one row in 50.
+StencilLayout make_robust_layout(const SparseMatrix& A, const Texels& texels);
+
 /// By how much a chart is coarsened along its columns and rows, 1 or 2 each.
 struct GridStep {
   int x = 2;

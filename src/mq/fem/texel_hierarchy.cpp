@@ -118,7 +118,7 @@ void TexelHierarchy::build(const SparseMatrix& A, const Texels& texels,
     level->patches = Patches(matrix, level->layout, kind);
     multigrid_.levels.push_back(std::move(level));
   };
-  add_level(make_layout(A, texels), A, Patches::Kind::neighbours);
+  add_level(make_robust_layout(A, texels), A, Patches::Kind::neighbours);
   find_scaling(A);
   take_finest_values(A);
   progress.at(0.3);
@@ -130,7 +130,7 @@ void TexelHierarchy::build(const SparseMatrix& A, const Texels& texels,
   SparseMatrix matrix = galerkin(A, *finest.transfer, progress);
   progress.at(0.6);
 
-  StencilLayout layout = make_layout(matrix, grid.coarse);
+  StencilLayout layout = make_robust_layout(matrix, grid.coarse);
   SurfacePoints points;
   points.spacing = spacings(matrix, grid.coarse, layout);
   points.positions = std::move(grid.coarse.positions);

@@ -342,7 +342,7 @@ void true_residual(const StencilMatrix& high, const StencilMatrix& low, const Ri
       residual_of_run<channels>(high, low, run, B, rows, r);
   }, 64);
   parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
-    const StencilMatrix::Row a = high.irregular_row(int(p)), b = low.irregular_row(int(p));
+    const StencilMatrix::Row a = high.listed_row(int(p)), b = low.listed_row(int(p));
     const int k = layout.irregular[p];
     Double4 sum = B.row<channels>(k);
     sum -= (double(a.diagonal) + double(b.diagonal)) * rows(k);

@@ -10,14 +10,16 @@ namespace mq {
 namespace {
 
 constexpr int max_patch = 64;       // members; a row with more neighbours keeps the first of them
+constexpr int max_cluster = 32;     // members of a patch of strong couplings
+constexpr double strong = 0.25;     // of the largest coupling of a row
 constexpr int patch_block = 32;     // patches handed to a thread at once
 constexpr int single_block = 256;   // rows handed to a thread at once
 constexpr double shift = 1e-6;      // of the diagonal, see the header
 
-/// Per row its position in `irregular`, −1 for stencil rows.
+/// Per row its position among the listed ones, −1 for the others.
 std::vector<int> positions_of(const StencilLayout& layout) {
   std::vector<int> position(layout.rows, -1);
-  for (std::size_t p = 0; p < layout.irregular.size(); ++p) position[layout.irregular[p]] = int(p);
+  for (int p = 0; p < layout.listed_count(); ++p) position[layout.listed(p)] = p;
   return position;
 }
 
@@ -47,7 +49,7 @@ void interleave(const SparseMatrix& A, const StencilLayout& layout, const std::v
     std::vector<char> taken;
     for (std::int64_t p = begin; p < end; ++p) {
       taken.assign(taken.size() + 1, 0);
-      for (SparseMatrix::InnerIterator entry(A, layout.irregular[p]); entry; ++entry) {
+      for (SparseMatrix::InnerIterator entry(A, layout.listed(int(p))); entry; ++entry) {
         const int q = position[entry.col()];
         if (q < begin || q >= p) continue;
         if (std::size_t(colour[q]) >= taken.size()) taken.resize(colour[q] + 1, 0);
@@ -60,18 +62,46 @@ void interleave(const SparseMatrix& A, const StencilLayout& layout, const std::v
   });
 }
 
+/// The listed row at position p and those to which strong couplings lead from it, the nearest ones
+/// first.
+std::vector<int> cluster_around(int p, const SparseMatrix& A, const StencilLayout& layout,
+                                const std::vector<int>& position) {
+  std::vector<int> members = {p};
+  for (std::size_t i = 0; i < members.size() && members.size() < max_cluster; ++i) {
+    const int k = layout.listed(members[i]);
+    double largest = 0;
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
+      if (entry.col() != k) largest = std::max(largest, std::abs(entry.value()));
+    for (SparseMatrix::InnerIterator entry(A, k); entry && members.size() < max_cluster; ++entry) {
+      const int q = position[entry.col()];
+      if (q >= 0 && std::abs(entry.value()) >= strong * largest &&
+          std::find(members.begin(), members.end(), q) == members.end())
+        members.push_back(q);
+    }
+  }
+  return members;
+}
+
 }  // namespace
 
 Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) : kind_(kind) {
   const std::vector<int> position = positions_of(layout);
-  const int count = int(layout.irregular.size());
+  const int count = layout.listed_count();
   std::vector<char> covered(count, 0);
+  const int irregular_count = int(layout.irregular.size());
   for (int p = 0; p < count; ++p) {
     if (covered[p]) continue;
     const std::size_t begin = members_.size();
+    if (p >= irregular_count) {
+      const std::vector<int> cluster = cluster_around(p, A, layout, position);
+      members_.insert(members_.end(), cluster.begin(), cluster.end());
+      for (std::size_t i = 0; i < (cluster.size() + 1) / 2; ++i) covered[cluster[i]] = 1;
+      starts_.push_back(int(members_.size()));
+      continue;
+    }
     members_.push_back(p);
     if (kind == Kind::neighbours)
-      for (SparseMatrix::InnerIterator entry(A, layout.irregular[p]); entry; ++entry) {
+      for (SparseMatrix::InnerIterator entry(A, layout.listed(int(p))); entry; ++entry) {
         const int q = position[entry.col()];
         if (q >= 0 && q != p && members_.size() - begin < max_patch) members_.push_back(q);
       }
@@ -80,7 +110,7 @@ Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) 
   }
   if (kind == Kind::single) interleave(A, layout, position, members_);
   std::vector<int> unknowns(members_.size());
-  for (std::size_t i = 0; i < members_.size(); ++i) unknowns[i] = layout.irregular[members_[i]];
+  for (std::size_t i = 0; i < members_.size(); ++i) unknowns[i] = layout.listed(members_[i]);
   order_ = order_blocks(A, starts_, unknowns, kind == Kind::single ? single_block : patch_block);
 
   inverses_.assign(1, 0);
@@ -94,9 +124,9 @@ Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) 
 void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout,
                          const Scaling& scaling) {
   if (kind_ == Kind::single) {
-    values_.resize(layout.irregular.size());
-    parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
-      const int k = layout.irregular[p];
+    values_.resize(layout.listed_count());
+    parallel_for(layout.listed_count(), [&](std::int64_t p) {
+      const int k = layout.listed(int(p));
       const double diagonal = A.coeff(k, k);
       values_[p] = diagonal > 0 ? float(1 / (scaling(k, k) * diagonal)) : 0;
     });
@@ -108,8 +138,8 @@ void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout,
     std::vector<double> block(std::size_t(n) * n);
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
-        const int k = layout.irregular[members_[begin + i]];
-        const int l = layout.irregular[members_[begin + j]];
+        const int k = layout.listed(members_[begin + i]);
+        const int l = layout.listed(members_[begin + j]);
         block[i * n + j] = scaling(k, l) * A.coeff(k, l);
       }
     for (int i = 0; i < n; ++i) {
@@ -124,17 +154,17 @@ void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout,
 template <int lanes>
 void Patches::relax_with(const StencilMatrix& A, const float* b, float* x, Order order) const {
   using Pack = Floats<lanes>;
-  const std::vector<int>& irregular = A.layout().irregular;
+  const StencilLayout& layout = A.layout();
   const auto residual_at = [&](int position) {
-    const StencilMatrix::Row row = A.irregular_row(position);
-    const std::int64_t k = irregular[position];
+    const StencilMatrix::Row row = A.listed_row(position);
+    const std::int64_t k = layout.listed(position);
     Pack sum = load<lanes>(b + k * lanes) - row.diagonal * load<lanes>(x + k * lanes);
     for (int i = 0; i < row.count; ++i)
       sum -= row.values[i] * load<lanes>(x + std::int64_t(row.columns[i]) * lanes);
     return sum;
   };
   const auto add = [&](int position, Pack change) {
-    float* at = x + std::int64_t(irregular[position]) * lanes;
+    float* at = x + std::int64_t(layout.listed(position)) * lanes;
     store<lanes>(at, load<lanes>(at) + change);
   };
 

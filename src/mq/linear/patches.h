@@ -8,8 +8,10 @@
 
 namespace mq {
 
-/// A cover of the irregular rows of a layout by patches. A patch is an irregular row together with
-/// the irregular rows it couples to; rows already in a patch get none of their own. One pass does
+/// A cover of the listed rows of a layout by patches. A patch is an irregular row together with the
+/// listed rows it couples to; or a clustered row with those it depends on strongly, and these do, up to
+/// 32: where a metric is stretched, a piece of a line of texels in whatever direction. Rows already in a
+/// patch (of the latter kind, not at its end) get none of their own. One pass does
 ///
 ///     x_P ← x_P + (A_PP)⁻¹ (b − A·x)_P        patch after patch,
 ///
@@ -43,7 +45,7 @@ class Patches {
 
   Kind kind_ = Kind::single;
   std::vector<int> starts_ = {0};      ///< patch p has members_[starts_[p]] …
-  std::vector<int> members_;           ///< positions in layout.irregular
+  std::vector<int> members_;           ///< positions among the listed rows
   std::vector<std::int64_t> inverses_; ///< where the inverse of patch p begins in values_
   std::vector<float> values_;          ///< inverses, row by row; of single rows, by position
   BlockOrder order_;

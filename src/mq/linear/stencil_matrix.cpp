@@ -231,17 +231,10 @@ constexpr double strong_anisotropy = 6;  // lengths 2.4:1, from where a sweep ha
 constexpr int anisotropic_sweeps = 2;    // further ones per sweep, on runs ...
 constexpr int few_unknowns = 4;          // ... with so many strongly anisotropic rows
 
-/// The ratio of the eigenvalues of Σ_j −a_kj d_j d_jᵀ, d_j from unknown k to j in texels: where A is
-/// stiffness, that of the metric. Small where mass prevails, which relaxation likes.
-double anisotropy(const StencilMatrix& A, const StencilRun& run, int i) {
+Stencil stencil_of(const StencilMatrix& A, const StencilRun& run, int i) {
   const int k = run.first + i, u = run.up + i;
-  const double ne = A.south_west(u + 1), nw = A.south_east(u - 1);
-  const double sw = A.south_west(k), se = A.south_east(k), corners = ne + nw + sw + se;
-  const double xx = -(double(A.east(k - 1)) + A.east(k) + corners);
-  const double yy = -(double(A.south(u)) + A.south(k) + corners);
-  const double xy = -(se + nw - ne - sw);
-  const double mean = (xx + yy) / 2, radius = std::hypot((xx - yy) / 2, xy);
-  return (mean + radius) / std::max(mean - radius, 0.02 * A.centre(k));
+  return {A.south_east(u - 1), A.south(u), A.south_west(u + 1), A.east(k - 1),  A.centre(k),
+          A.east(k),           A.south_west(k), A.south(k),      A.south_east(k)};
 }
 
 /// What the diagonal of row i is multiplied by.
@@ -264,6 +257,14 @@ void check_row(const SparseMatrix& A, int row) {
 
 }  // namespace
 
+double stencil_anisotropy(const Stencil& row) {
+  const auto [nw, n, ne, w, centre, e, sw, s, se] = row;
+  const double corners = nw + ne + sw + se;
+  const double xx = -(w + e + corners), yy = -(n + s + corners), xy = -(se + nw - ne - sw);
+  const double mean = (xx + yy) / 2, radius = std::hypot((xx - yy) / 2, xy);
+  return (mean + radius) / std::max(mean - radius, 0.02 * centre);
+}
+
 template <class Round>
 void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round) {
   layout_ = &layout;
@@ -275,18 +276,18 @@ void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, con
   std::vector<char> is_irregular(layout.rows, 0);
   for (const int k : layout.irregular) is_irregular[k] = 1;
 
-  // Irregular rows: their off-diagonal entries.
-  start_.assign(layout.irregular.size() + 1, 0);
-  for (std::size_t p = 0; p < layout.irregular.size(); ++p) {
-    const int k = layout.irregular[p];
+  // Irregular and clustered rows: their off-diagonal entries.
+  start_.assign(layout.listed_count() + 1, 0);
+  for (int p = 0; p < layout.listed_count(); ++p) {
+    const int k = layout.listed(p);
     int entries = 0;
     for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) entries += entry.col() != k;
     start_[p + 1] = start_[p] + entries;
   }
   columns_.resize(start_.back());
   values_.resize(start_.back());
-  parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
-    const int k = layout.irregular[p];
+  parallel_for(layout.listed_count(), [&](std::int64_t p) {
+    const int k = layout.listed(int(p));
     std::int64_t at = start_[p];
     for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
       if (entry.col() == k) {
@@ -346,7 +347,7 @@ void StencilMatrix::find_anisotropic_runs() {
   parallel_for(std::int64_t(layout_->runs.size()), [&](std::int64_t r) {
     const StencilRun& run = layout_->runs[r];
     int count = 0;
-    for (int i = 0; i < run.count; ++i) count += anisotropy(*this, run, i) > strong_anisotropy;
+    for (int i = 0; i < run.count; ++i) count += stencil_anisotropy(stencil_of(*this, run, i)) > strong_anisotropy;
     found[r] = count >= std::min(run.count, few_unknowns);
   }, 64);
   anisotropic_.clear();
@@ -366,7 +367,7 @@ void StencilMatrix::residual_of(const float* b, const float* x, float* r) const 
     residual_of_run<lanes>(A, layout_->runs[i], b, x, r);
   }, 64);
   parallel_for(std::int64_t(layout_->irregular.size()), [&](std::int64_t p) {
-    const Row row = irregular_row(int(p));
+    const Row row = listed_row(int(p));
     const std::int64_t k = layout_->irregular[p];
     Floats<lanes> sum = load<lanes>(b + k * lanes) - row.diagonal * load<lanes>(x + k * lanes);
     for (int i = 0; i < row.count; ++i)
@@ -391,7 +392,7 @@ StencilMatrix::Products StencilMatrix::multiply_by(const float* x, const float* 
   const auto of_irregular = [&](std::int64_t begin, std::int64_t end) {
     RunSums<lanes, lanes> sums;
     for (std::int64_t p = begin; p < end; ++p) {
-      const Row row = irregular_row(int(p));
+      const Row row = listed_row(int(p));
       const std::int64_t k = layout_->irregular[p], here = k * lanes;
       const Floats<lanes> own = load<lanes>(x + here);
       Floats<lanes> sum = row_sums[k] * own;

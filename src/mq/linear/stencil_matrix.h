@@ -34,7 +34,23 @@ struct StencilLayout {
   std::vector<int> colours;          ///< colour c has tiles colours[c] … colours[c + 1] − 1;
                                      ///< no two of them couple
   std::vector<int> irregular;        ///< the rows in no run, ascending
+  std::vector<int> clustered;        ///< rows of runs, ascending, that depend so strongly on few
+                                     ///< others that they are relaxed together with those as well
+
+  /// The rows that patches are made of: the irregular and then the clustered ones.
+  int listed_count() const { return int(irregular.size() + clustered.size()); }
+  int listed(int position) const {
+    const int count = int(irregular.size());
+    return position < count ? irregular[position] : clustered[position - count];
+  }
 };
+
+/// The nine values of a stencil row, row by row of the picture.
+using Stencil = std::array<double, 9>;
+
+/// The ratio of the eigenvalues of Σ_j −a_kj d_j d_jᵀ, d_j from unknown k to j in texels: where A is
+/// stiffness, that of the metric. Small where mass prevails, which relaxation likes.
+double stencil_anisotropy(const Stencil& row);
 
 /// The order of relaxation; backward undoes forward step by step, which makes a cycle symmetric.
 enum class Order { forward, backward };
@@ -91,17 +107,17 @@ class StencilMatrix {
   /// Keeps the row sums of the scaled A with raised diagonal, taken before rounding.
   void keep_row_sums(const SparseMatrix& A, const Scaling& scaling);
 
-  /// The values of irregular row `position` (an index of layout().irregular).
+  /// The values of row layout().listed(position); the irregular ones come first.
   struct Row {
     int count;
     const int* columns;
     const float* values;
     float diagonal;
   };
-  Row irregular_row(int position) const {
+  Row listed_row(int position) const {
     const std::int64_t begin = start_[position];
     return {int(start_[position + 1] - begin), columns_.data() + begin, values_.data() + begin,
-            centre(layout_->irregular[position])};
+            centre(layout_->listed(position))};
   }
 
   /// The five values of unknown k: A(k, k) and A(k, its right, lower left, lower and lower right
