@@ -24,10 +24,7 @@ namespace mq {
 
 namespace {
 
-/// The five streams of values, each to be indexed by unknown.
-struct Stencils {
-  const float *c, *e, *sw, *s, *se;
-};
+using Stencils = StencilMatrix::Streams;
 
 /// c_k's row without its own row's unknowns, for `Texels` unknowns: b − (above) − (below).
 template <int lanes, int Texels>
@@ -320,25 +317,25 @@ void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, con
 
 template <int lanes>
 void StencilMatrix::relax_tile(int tile, const float* b, float* x, int sweeps, Order order) const {
-  const Stencils A{&values5_[0][margin], &values5_[1][margin], &values5_[2][margin],
-                   &values5_[3][margin], &values5_[4][margin]};
   const int begin = layout_->tiles[tile], end = layout_->tiles[tile + 1];
-  const int first = anisotropic_begin_[tile], last = anisotropic_begin_[tile + 1];
-  if (order == Order::forward) {
-    for (int sweep = 0; sweep < sweeps; ++sweep)
+  for (int sweep = 0; sweep < sweeps; ++sweep)
+    if (order == Order::forward)
       for (int r = begin; r < end; ++r)
-        relax_run<lanes, Order::forward>(A, layout_->runs[r], b, x);
-    for (int sweep = 0; sweep < anisotropic_sweeps * sweeps; ++sweep)
-      for (int i = first; i < last; ++i)
-        relax_run<lanes, Order::forward>(A, layout_->runs[anisotropic_[i]], b, x);
-  } else {
-    for (int sweep = 0; sweep < anisotropic_sweeps * sweeps; ++sweep)
-      for (int i = last - 1; i >= first; --i)
-        relax_run<lanes, Order::backward>(A, layout_->runs[anisotropic_[i]], b, x);
-    for (int sweep = 0; sweep < sweeps; ++sweep)
+        relax_run<lanes, Order::forward>(stencils(), layout_->runs[r], b, x);
+    else
       for (int r = end - 1; r >= begin; --r)
-        relax_run<lanes, Order::backward>(A, layout_->runs[r], b, x);
-  }
+        relax_run<lanes, Order::backward>(stencils(), layout_->runs[r], b, x);
+}
+
+template <int lanes>
+void StencilMatrix::relax_anisotropic(int tile, const float* b, float* x, Order order) const {
+  const int begin = anisotropic_begin_[tile], end = anisotropic_begin_[tile + 1];
+  if (order == Order::forward)
+    for (int i = begin; i < end; ++i)
+      relax_run<lanes, Order::forward>(stencils(), layout_->runs[anisotropic_[i]], b, x);
+  else
+    for (int i = end - 1; i >= begin; --i)
+      relax_run<lanes, Order::backward>(stencils(), layout_->runs[anisotropic_[i]], b, x);
 }
 
 void StencilMatrix::find_anisotropic_runs() {
@@ -361,8 +358,7 @@ void StencilMatrix::find_anisotropic_runs() {
 
 template <int lanes>
 void StencilMatrix::residual_of(const float* b, const float* x, float* r) const {
-  const Stencils A{&values5_[0][margin], &values5_[1][margin], &values5_[2][margin],
-                   &values5_[3][margin], &values5_[4][margin]};
+  const Stencils A = stencils();
   parallel_for(std::int64_t(layout_->runs.size()), [&](std::int64_t i) {
     residual_of_run<lanes>(A, layout_->runs[i], b, x, r);
   }, 64);
@@ -379,8 +375,7 @@ void StencilMatrix::residual_of(const float* b, const float* x, float* r) const 
 template <int lanes>
 StencilMatrix::Products StencilMatrix::multiply_by(const float* x, const float* r,
                                                    float* y) const {
-  const Stencils A{&values5_[0][margin], &values5_[1][margin], &values5_[2][margin],
-                   &values5_[3][margin], &values5_[4][margin]};
+  const Stencils A = stencils();
   const float* row_sums = row_sums_.data();
   const ProductVectors vectors{x, r, y};
   const auto of_stencils = [&](std::int64_t begin, std::int64_t end) {
@@ -428,19 +423,33 @@ StencilMatrix StencilMatrix::remainder(const SparseMatrix& A, const StencilLayou
   return result;
 }
 
-void StencilMatrix::relax_stencils(int lanes, const float* b, float* x, int sweeps,
-                                   Order order) const {
+template <class Body>
+void StencilMatrix::for_each_tile(Order order, const Body& body) const {
   const int count = int(layout_->colours.size()) - 1;
   for (int i = 0; i < count; ++i) {
     const int colour = order == Order::forward ? i : count - 1 - i;
     const int begin = layout_->colours[colour], end = layout_->colours[colour + 1];
-    parallel_for(end - begin, [&](std::int64_t t) {
-      if (lanes == 1)
-        relax_tile<1>(begin + int(t), b, x, sweeps, order);
-      else
-        relax_tile<4>(begin + int(t), b, x, sweeps, order);
-    }, 1);
+    parallel_for(end - begin, [&](std::int64_t t) { body(begin + int(t)); }, 1);
   }
+}
+
+template <int lanes>
+void StencilMatrix::relax_with(const float* b, float* x, int sweeps, Order order) const {
+  const auto everywhere = [&] {
+    for_each_tile(order, [&](int tile) { relax_tile<lanes>(tile, b, x, sweeps, order); });
+  };
+  if (order == Order::forward) everywhere();
+  for (int sweep = 0; sweep < anisotropic_sweeps * sweeps && !anisotropic_.empty(); ++sweep)
+    for_each_tile(order, [&](int tile) { relax_anisotropic<lanes>(tile, b, x, order); });
+  if (order == Order::backward) everywhere();
+}
+
+void StencilMatrix::relax_stencils(int lanes, const float* b, float* x, int sweeps,
+                                   Order order) const {
+  if (lanes == 1)
+    relax_with<1>(b, x, sweeps, order);
+  else
+    relax_with<4>(b, x, sweeps, order);
 }
 
 void StencilMatrix::residual(int lanes, const float* b, const float* x, float* r) const {

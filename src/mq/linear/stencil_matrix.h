@@ -78,8 +78,8 @@ class StencilMatrix {
   int rows() const { return layout_ ? layout_->rows : 0; }
 
   /// Gauss–Seidel on the stencil rows: tile after tile `sweeps` times each, colour after colour,
-  /// rows from the top, in a row first its even then its odd unknowns; then the runs where A is
-  /// strongly anisotropic several times more; or all of that reversed.
+  /// rows from the top, in a row first its even then its odd unknowns; then several times more, all
+  /// tiles once each time, the runs where A is strongly anisotropic; or all of that reversed.
   void relax_stencils(int lanes, const float* b, float* x, int sweeps, Order order) const;
 
   /// r = b − A·x in every row.
@@ -135,15 +135,27 @@ class StencilMatrix {
   const float* souths(int k) const { return &values5_[3][margin + k]; }
   const float* south_easts(int k) const { return &values5_[4][margin + k]; }
 
+  /// The five streams of values, each to be indexed by unknown.
+  struct Streams {
+    const float *c, *e, *sw, *s, *se;
+  };
+
   std::int64_t bytes() const;
 
  private:
   static constexpr int margin = 32;
+  Streams stencils() const { return {centres(0), easts(0), south_wests(0), souths(0), south_easts(0)}; }
   template <class Round>
   void fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round);
   void find_anisotropic_runs();
+  template <class Body>
+  void for_each_tile(Order order, const Body& body) const;
   template <int lanes>
   void relax_tile(int tile, const float* b, float* x, int sweeps, Order order) const;
+  template <int lanes>
+  void relax_anisotropic(int tile, const float* b, float* x, Order order) const;
+  template <int lanes>
+  void relax_with(const float* b, float* x, int sweeps, Order order) const;
   template <int lanes>
   void residual_of(const float* b, const float* x, float* r) const;
 
