@@ -38,6 +38,26 @@ bool is_stencil(const SparseMatrix& A, const Texels& texels, int k) {
 constexpr double least_clustered = 16;  // anisotropy, lengths 4 : 1
 constexpr int rows_per_clustered = 50;
 
+constexpr double stiff = 10;  // times a neighbour's diagonal value
+constexpr int rings_around_stiff = 2;
+
+/// Whether row k is far stiffer than one that it couples to, as in a triangle of nearly no area, whose
+/// texels can only move as one.
+bool is_stiff(const SparseMatrix& A, int k) {
+  const double own = A.coeff(k, k);
+  for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
+    if (own > stiff * A.coeff(entry.col(), entry.col())) return true;
+  return false;
+}
+
+/// Marks what row k couples to, and what that couples to, `rings` times.
+void add_around(const SparseMatrix& A, int k, int rings, std::vector<char>& marked) {
+  for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
+    marked[entry.col()] = 1;
+    if (rings > 1) add_around(A, int(entry.col()), rings - 1, marked);
+  }
+}
+
 /// The rows that `make_robust_layout` clusters.
 std::vector<int> find_clustered(const SparseMatrix& A, const Texels& texels) {
   const int n = texels.size();
@@ -56,9 +76,14 @@ std::vector<int> find_clustered(const SparseMatrix& A, const Texels& texels) {
     std::nth_element(high.begin(), high.end() - std::ptrdiff_t(most) - 1, high.end());
     threshold = high[high.size() - most - 1];
   }
+  std::vector<char> is_clustered(n, 0);
+  for (int k = 0; k < n; ++k)
+    if (anisotropy[k] > threshold) is_clustered[k] = 1;
+  for (int k = 0; k < n; ++k)
+    if (anisotropy[k] > threshold && is_stiff(A, k)) add_around(A, k, rings_around_stiff, is_clustered);
   std::vector<int> clustered;
   for (int k = 0; k < n; ++k)
-    if (anisotropy[k] > threshold) clustered.push_back(k);
+    if (is_clustered[k] && is_stencil(A, texels, k)) clustered.push_back(k);
   return clustered;
 }
 

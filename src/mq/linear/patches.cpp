@@ -10,7 +10,7 @@ namespace mq {
 namespace {
 
 constexpr int max_patch = 64;       // members; a row with more neighbours keeps the first of them
-constexpr int max_cluster = 32;     // members of a patch of strong couplings
+constexpr int max_cluster = 64;     // members of a patch of strong couplings
 constexpr double strong = 0.25;     // of the largest coupling of a row
 constexpr int patch_block = 32;     // patches handed to a thread at once
 constexpr int single_block = 256;   // rows handed to a thread at once
