@@ -125,6 +125,29 @@ void flood_charts(const Surface& surface, Atlas& atlas) {
   }
 }
 
+/// Charts in the order of a walk over the surface, see `Chart::turn`: breadth first across seams, from the
+/// first chart of each component.
+void walk_charts(const Surface& surface, Atlas& atlas) {
+  std::vector<std::vector<int>> next_to(atlas.charts.size());
+  for (HalfEdge h = 0; h < int(atlas.edges.size()); ++h)
+    if (atlas.chart[h / 3] >= 0 && atlas.edges[h] == EdgeKind::seam)
+      next_to[atlas.chart[h / 3]].push_back(atlas.chart[surface.twins[h] / 3]);
+  std::vector<int> walk;
+  std::vector<char> met(atlas.charts.size(), 0);
+  for (int seed = 0; seed < int(atlas.charts.size()); ++seed) {
+    if (met[seed]) continue;
+    met[seed] = 1;
+    walk.push_back(seed);
+    for (std::size_t i = walk.size() - 1; i < walk.size(); ++i)
+      for (const int c : next_to[walk[i]])
+        if (!met[c]) {
+          met[c] = 1;
+          walk.push_back(c);
+        }
+  }
+  for (int i = 0; i < int(walk.size()); ++i) atlas.charts[walk[i]].turn = i;
+}
+
 /// Areas, mirrored charts, triangles against their chart. Rows run downward, so a chart seen from
 /// the front has negative orientation in texel coordinates.
 void orient_charts(const Surface& surface, const AtlasOptions& options, Atlas& atlas) {
@@ -303,6 +326,7 @@ Atlas make_atlas(const Surface& surface, const std::vector<TextureSize>& texture
   progress.at(0.3);
   classify_edges(surface, atlas);
   flood_charts(surface, atlas);
+  walk_charts(surface, atlas);
   progress.at(0.6);
   orient_charts(surface, options, atlas);
   bring_home(atlas);

@@ -45,6 +45,10 @@ struct Chart {
   int tile_y = 0;           ///< ... and v, to bring it to [0,1] where it fits
   double texel_area = 0;    ///< in texels²
   double surface_area = 0;  ///< model units²
+
+  /// When it is met on a walk over the surface from seam to seam. Where parts of a model share a piece
+  /// of texture, as mirrored halves do, the charts with the earliest turns are of the same part.
+  int turn = 0;
 };
 
 /// What an edge of a triangle is in the atlas.

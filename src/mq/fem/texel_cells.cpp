@@ -343,7 +343,7 @@ class BandIntegrator {
     info.coverage += area;
     info.surface += area * metrics_[t].density;
     if (info.triangle >= 0 && atlas_.chart[info.triangle] != atlas_.chart[t]) info.several = true;
-    if (float(largest) > info.largest) {
+    if (tells_more(atlas_, float(largest), t, info.largest, info.triangle)) {
       info.largest = float(largest);
       info.triangle = t;
     }
@@ -443,6 +443,16 @@ void join_bands(std::vector<Band>& bands, int triangles, const TexelGrid& grid, 
 }
 
 }  // namespace
+
+bool tells_more(const Atlas& atlas, float area, int triangle, float other_area, int other_triangle) {
+  constexpr float as_large = 0.999F;  // copies differ by rounding
+  if (triangle < 0 || other_triangle < 0) return triangle >= 0;
+  const int turn = atlas.charts[atlas.chart[triangle]].turn;
+  const int other_turn = atlas.charts[atlas.chart[other_triangle]].turn;
+  if (turn < other_turn) return area >= as_large * other_area;
+  if (turn > other_turn) return as_large * area > other_area;
+  return area > other_area;
+}
 
 TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
                            const std::vector<TexelMetric>& metrics, const TexelGrid& grid,

@@ -68,7 +68,7 @@ struct TexelCells {
     double coverage = 0;   ///< area of all pieces in the cell, texels²; above 1: charts overlap
     double surface = 0;    ///< ... and on the surface
     float largest = 0;     ///< area of the largest piece ...
-    int triangle = -1;     ///< ... and its triangle
+    int triangle = -1;     ///< ... and its triangle, of the chart of earliest turn where several are as large
     bool several = false;  ///< pieces of several charts
   };
   std::vector<CutInfo> info;         ///< per entry of `cut`
@@ -84,6 +84,10 @@ inline constexpr double smallest_piece = 1e-22;
 TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
                            const std::vector<TexelMetric>& metrics, const TexelGrid& grid,
                            const Seams* seams, const NearSeams* near, const Progress& progress);
+
+/// Whether a piece of a triangle says better where a texel lies than one of another (−1: of none): the
+/// larger, and where copies of a part share the texture, the one whose chart's turn is earlier.
+bool tells_more(const Atlas& atlas, float area, int triangle, float other_area, int other_triangle);
 
 /// Mass and stiffness summed over the points of `samples`, upper triangles by rows, appended.
 void add_seam_block(const BasisSamples& samples, const std::vector<TexelMetric>& metrics, int cell,

@@ -41,8 +41,8 @@ double common_scale(const SparseMatrix& A) {
 }
 
 /// Per node how close its neighbours are along the axis where they are closer. Nodes without a
-/// stencil take the mean of the neighbours that have one, else the mean of their chart, else of
-/// all.
+/// stencil take the mean of the neighbours that have one, else of their chart; in charts without any
+/// stencil they ask the neighbours in the grid that they have, else take the mean of all.
 std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
                             const StencilLayout& layout) {
   const auto distance = [&](int a, int b) {
@@ -70,6 +70,20 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
         sum[charts] += distance(k, k + 1);
         count[charts] += 1;
       }
+  // The lesser of the mean distances along x and y of neighbours in the chart's grid; 0: it has none.
+  const auto to_grid_neighbours = [&](int k) {
+    const Texels::Place& here = grid.places[k];
+    double along[2] = {0, 0}, found[2] = {0, 0};
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
+      const int j = int(entry.col());
+      const int dx = std::abs(grid.places[j].x - here.x), dy = std::abs(grid.places[j].y - here.y);
+      if (grid.chart[j] != grid.chart[k] || dx + dy != 1) continue;
+      along[dy] += distance(k, j);
+      found[dy] += 1;
+    }
+    if (found[0] == 0 || found[1] == 0) return (along[0] + along[1]) / std::max(1.0, found[0] + found[1]);
+    return std::min(along[0] / found[0], along[1] / found[1]);
+  };
   std::vector<float> around(layout.irregular.size());
   parallel_for(std::int64_t(layout.irregular.size()), [&](std::int64_t p) {
     const int k = layout.irregular[p];
@@ -79,8 +93,15 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
         near += result[j];
         nears += 1;
       }
-    const int c = count[grid.chart[k]] > 0 ? grid.chart[k] : charts;
-    around[p] = float(nears > 0 ? near / nears : count[c] > 0 ? sum[c] / count[c] : 0);
+    const int c = grid.chart[k];
+    if (nears > 0)
+      around[p] = float(near / nears);
+    else if (count[c] > 0)
+      around[p] = float(sum[c] / count[c]);
+    else if (const double own = to_grid_neighbours(k); own > 0)
+      around[p] = float(own);
+    else
+      around[p] = float(count[charts] > 0 ? sum[charts] / count[charts] : 0);
   });
   for (std::size_t p = 0; p < around.size(); ++p) result[layout.irregular[p]] = around[p];
   return result;

@@ -161,6 +161,7 @@ void TexelSpace::Data::place_texels() {
   texels.chart.assign(n, -1);
   texels.interior.assign(n, 0);
   shared.assign(n, 0);
+  const auto turn = [&](int chart) { return atlas.charts[chart].turn; };
   parallel_for(n, [&](std::int64_t i) {
     const Texels::Place& at = texels.places[i];
     int best = -1;
@@ -177,8 +178,10 @@ void TexelSpace::Data::place_texels() {
       const int chart = info.triangle < 0 ? -1 : atlas.chart[info.triangle];
       if (info.several || (texels.chart[i] >= 0 && chart >= 0 && chart != texels.chart[i]))
         shared[i] = 1;
-      if (chart >= 0 && (texels.chart[i] < 0 || chart < texels.chart[i])) texels.chart[i] = chart;
-      if (info.largest > area) area = info.largest, best = info.triangle;
+      if (chart >= 0 && (texels.chart[i] < 0 || turn(chart) < turn(texels.chart[i])))
+        texels.chart[i] = chart;
+      if (tells_more(atlas, info.largest, info.triangle, area, best))
+        area = info.largest, best = info.triangle;
     });
     if (best < 0) return;
     texels.interior[i] = whole && !shared[i];

@@ -18,7 +18,8 @@ struct Texels {
   std::vector<std::array<float, 3>>
       positions;           ///< on the surface; outside its chart, the affine
                            ///< extrapolation of a triangle near it; model units
-  std::vector<int> chart;  ///< the chart whose cells touch the texel (the lowest, where several do)
+  std::vector<int> chart;  ///< the chart whose cells touch the texel (where several do, of the
+                           ///< earliest turn)
   std::vector<char> interior;  ///< 1: its four cells lie wholly in that chart, away from any seam,
                                ///< so that its matrix row is a 3 × 3 stencil over grid neighbours
 
