@@ -494,5 +494,34 @@ TEST(TexelSpace, RefusesAnAtlasWithRefusedDefects) {
   }
 }
 
+/// A mesh and a copy of it one unit above with the same texture coordinates; of every other chart the
+/// copy comes first.
+Mesh with_copy_above(const Mesh& mesh) {
+  const auto model = fixtures::textured(mesh, {{64, 64}});
+  Mesh both = mesh;
+  both.triangles.clear();
+  both.corner_uvs.clear();
+  both.textures.clear();
+  for (const Vector3& p : mesh.positions) both.positions.push_back(p + Vector3(0, 0, 1));
+  for (int c = 0; c < int(model->atlas.charts.size()); ++c)
+    for (const bool above : {c % 2 == 1, c % 2 == 0})
+      for (int t = 0; t < mesh.triangle_count(); ++t) {
+        if (model->atlas.chart[t] != c) continue;
+        Triangle corners = mesh.triangles[t];
+        if (above)
+          for (int& v : corners) v += mesh.vertex_count();
+        both.triangles.push_back(corners);
+        both.corner_uvs.push_back(mesh.corner_uvs[t]);
+      }
+  return both;
+}
+
+TEST(TexelSpace, PlacesTexelsThatCopiesShareOnOneOfThem) {
+  const auto model = fixtures::textured(with_copy_above(fixtures::cut_square({.parts = 3})), {{90, 90}});
+  ASSERT_EQ(model->atlas.charts.size(), 18);
+  const TexelSpace space(model->surface, model->atlas);
+  for (const auto& position : space.texels().positions) EXPECT_NEAR(position[2], 0, 1e-6);
+}
+
 }  // namespace
 }  // namespace mq

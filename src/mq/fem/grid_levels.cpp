@@ -35,55 +35,73 @@ bool is_stencil(const SparseMatrix& A, const Texels& texels, int k) {
   return true;
 }
 
-constexpr double least_clustered = 16;  // anisotropy, lengths 4 : 1
-constexpr int rows_per_clustered = 50;
-
-constexpr double stiff = 10;  // times a neighbour's diagonal value
+constexpr double least_anisotropy = 16;  // lengths 4 : 1
+constexpr double least_stiffness = 10;   // times the diagonal value of a neighbour
 constexpr int rings_around_stiff = 2;
+constexpr int rows_per_hard = 50;
 
-/// Whether row k is far stiffer than one that it couples to, as in a triangle of nearly no area, whose
-/// texels can only move as one.
-bool is_stiff(const SparseMatrix& A, int k) {
-  const double own = A.coeff(k, k);
-  for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
-    if (own > stiff * A.coeff(entry.col(), entry.col())) return true;
-  return false;
+/// How hard a row is for relaxation, both from 1 on where it is.
+struct Hardness {
+  float anisotropy = 0;  ///< of a stencil
+  float stiffness = 0;   ///< beside the softest stencil it couples to, as in a triangle of nearly no
+                         ///< area, whose texels can only move as one
+
+  float worse() const { return std::max(anisotropy, stiffness); }
+};
+
+std::vector<Hardness> find_hardness(const SparseMatrix& A, const std::vector<char>& stencil) {
+  const int n = int(stencil.size());
+  std::vector<double> diagonal(n);
+  parallel_for(n, [&](std::int64_t k) { diagonal[k] = A.coeff(k, k); });
+  std::vector<Hardness> hardness(n);
+  parallel_for(n, [&](std::int64_t k) {
+    double softest = diagonal[k];
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
+      if (stencil[entry.col()]) softest = std::min(softest, diagonal[entry.col()]);
+    hardness[k].stiffness = float(diagonal[k] / (least_stiffness * softest));
+    if (!stencil[k]) return;
+    Stencil row;
+    std::copy_n(A.valuePtr() + A.outerIndexPtr()[k], 9, row.begin());
+    hardness[k].anisotropy = float(stencil_anisotropy(row) / least_anisotropy);
+  });
+  return hardness;
+}
+
+/// Above which hardness rows are clustered: 1, or more so that they are not too many.
+float limit_of(const std::vector<Hardness>& hardness) {
+  std::vector<float> hard;
+  for (const Hardness& h : hardness)
+    if (h.worse() > 1) hard.push_back(h.worse());
+  const std::size_t most = hardness.size() / rows_per_hard;
+  if (hard.size() <= most) return 1;
+  const auto limit = hard.end() - std::ptrdiff_t(most) - 1;
+  std::nth_element(hard.begin(), limit, hard.end());
+  return *limit;
 }
 
 /// Marks what row k couples to, and what that couples to, `rings` times.
-void add_around(const SparseMatrix& A, int k, int rings, std::vector<char>& marked) {
+void mark_around(const SparseMatrix& A, int k, int rings, std::vector<char>& marked) {
   for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) {
     marked[entry.col()] = 1;
-    if (rings > 1) add_around(A, int(entry.col()), rings - 1, marked);
+    if (rings > 1) mark_around(A, int(entry.col()), rings - 1, marked);
   }
 }
 
 /// The rows that `make_robust_layout` clusters.
 std::vector<int> find_clustered(const SparseMatrix& A, const Texels& texels) {
   const int n = texels.size();
-  std::vector<float> anisotropy(n, 0);
-  parallel_for(n, [&](std::int64_t k) {
-    if (!is_stencil(A, texels, int(k))) return;
-    Stencil row;
-    std::copy_n(A.valuePtr() + A.outerIndexPtr()[k], 9, row.begin());
-    anisotropy[k] = float(stencil_anisotropy(row));
-  });
-  std::vector<float> high;
-  for (const float a : anisotropy)
-    if (a > least_clustered) high.push_back(a);
-  float threshold = least_clustered;
-  if (const std::size_t most = std::size_t(n) / rows_per_clustered; high.size() > most) {
-    std::nth_element(high.begin(), high.end() - std::ptrdiff_t(most) - 1, high.end());
-    threshold = high[high.size() - most - 1];
+  std::vector<char> stencil(n);
+  parallel_for(n, [&](std::int64_t k) { stencil[k] = is_stencil(A, texels, int(k)); });
+  const std::vector<Hardness> hardness = find_hardness(A, stencil);
+  const float limit = limit_of(hardness);
+  std::vector<char> marked(n, 0);
+  for (int k = 0; k < n; ++k) {
+    if (hardness[k].worse() > limit) marked[k] = 1;
+    if (hardness[k].stiffness > limit) mark_around(A, k, rings_around_stiff, marked);
   }
-  std::vector<char> is_clustered(n, 0);
-  for (int k = 0; k < n; ++k)
-    if (anisotropy[k] > threshold) is_clustered[k] = 1;
-  for (int k = 0; k < n; ++k)
-    if (anisotropy[k] > threshold && is_stiff(A, k)) add_around(A, k, rings_around_stiff, is_clustered);
   std::vector<int> clustered;
   for (int k = 0; k < n; ++k)
-    if (is_clustered[k] && is_stencil(A, texels, k)) clustered.push_back(k);
+    if (marked[k] && stencil[k]) clustered.push_back(k);
   return clustered;
 }
 

@@ -17,8 +17,9 @@ namespace mq {
 StencilLayout make_layout(const SparseMatrix& A, const Texels& texels);
 
 /// The same, with the worst of them `clustered`, which relaxation one by one would leave to the conjugate
-/// gradients: rows whose anisotropy (see `stencil_anisotropy`) is above 16, lengths 4 : 1, but no more
-/// than one row in 50.
+/// gradients: rows whose anisotropy (see `stencil_anisotropy`) is above 16, lengths 4 : 1, or whose
+/// diagonal value is more than 10 times that of a stencil next to them, these with two rings around; all
+/// but the rings no more than one row in 50, the worst.
 StencilLayout make_robust_layout(const SparseMatrix& A, const Texels& texels);
 
 /// By how much a chart is coarsened along its columns and rows, 1 or 2 each.
