@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/draw/photograph.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/colour.h"
+#include "mq/io/cameras.h"
 
 namespace mq::app {
 namespace {
@@ -62,11 +66,120 @@ void add_partial_options(OptionTable& table) {
              .group = "Regions",
              .help = "for each of them how well it shows each texel: black not at all",
              .details = "Without it, by their alpha channels."});
+  table.add({.name = "views",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .group = "Regions",
+             .help = "photographs with their cameras: JSON, or a folder of COLMAP's text export",
+             .details =
+                 "The texture is made of them; where the model has no picture it gets one of "
+                 "1024 × 1024."});
+  table.add({.name = "steepest",
+             .type = Type::number,
+             .default_value = "75",
+             .unit = "degrees",
+             .least = 1,
+             .most = 90,
+             .group = "Regions",
+             .help = "from the normal, beyond which a view shows nothing"});
+  table.add({.name = "bias",
+             .type = Type::number,
+             .default_value = "0.1",
+             .unit = "%",
+             .least = 0,
+             .most = 100,
+             .group = "Regions",
+             .help =
+                 "of the model's diagonal: what is so close in front of a point does not hide it "
+                 "from a view"});
 }
 
-bool has_partials(const OptionValues& options) { return !options.texts("partial").empty(); }
+bool has_views(const OptionValues& options) { return !options.texts("views").empty(); }
 
-std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTarget& target) {
+bool has_partials(const OptionValues& options) {
+  return !options.texts("partial").empty() || has_views(options);
+}
+
+void add_missing_pictures(Scene& scene) {
+  std::vector<Texture>& textures = scene.model.textures;
+  textures.resize(std::max(textures.size(), scene.texture_sizes.size()));
+  for (std::size_t k = 0; k < scene.texture_sizes.size(); ++k) {
+    if (!textures[k].pixels.empty()) continue;
+    textures[k].pixels =
+        Image<float>(scene.texture_sizes[k].width, scene.texture_sizes[k].height, 3);
+    textures[k].format.file_format = "png";
+  }
+}
+
+namespace {
+
+/// A photograph in the values and channels of the target; grey is spread over three.
+Image<float> photograph_values(const Texture& texture, const OptionValues& options, int channels) {
+  const Image<float> values = decoded(texture, value_space(options));
+  const int colours = colour_channels(values.channels()), wanted = colour_channels(channels);
+  require(colours == wanted || colours == 1,
+          fmt::format("{}: has {}, and the texture {}: convert it", texture.path.string(),
+                      counted(colours, "colour channel"), wanted));
+  const bool alpha = colours < values.channels();
+  Image<float> result(values.width(), values.height(), wanted + (alpha ? 1 : 0));
+  for (int y = 0; y < values.height(); ++y)
+    for (int x = 0; x < values.width(); ++x) {
+      for (int c = 0; c < wanted; ++c) result(x, y, c) = values(x, y, colours == 1 ? 0 : c);
+      if (alpha) result(x, y, wanted) = values(x, y, colours);
+    }
+  return result;
+}
+
+/// With the alpha that the target may have: 1.
+Signal widened(const Signal& values, int channels) {
+  Signal result = Signal::Ones(values.rows(), channels);
+  result.leftCols(values.cols()) = values;
+  return result;
+}
+
+std::vector<Partial> project_views(Run& run, const Scene& scene, const TextureTarget& target,
+                                   const Progress& progress) {
+  const OptionValues& options = run.options();
+  std::vector<Photograph> photographs;
+  for (const std::string& file : options.texts("views"))
+    for (Photograph& photograph : read_cameras(file)) photographs.push_back(std::move(photograph));
+  for (const Photograph& photograph : photographs) run.will_read(photograph.picture);
+  const Projector projector(scene.surface, target.domain().places(), scene.atlas->texel_spacing(),
+                            progress.step("places", 0.3));
+  PhotographOptions projecting;
+  projecting.steepest = options.number("steepest");
+  projecting.bias = options.number("bias") / 100;
+  std::vector<Partial> partials;
+  Json views = Json::array();
+  for (const Photograph& photograph : photographs) {
+    const std::string name = photograph.picture.filename().string();
+    const Texture texture = read_texture(photograph.picture);
+    const Image<float> values = photograph_values(texture, options, target.channels());
+    PinholeCamera camera;
+    try {
+      camera = scaled(photograph.camera, values.width(), values.height());
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(photograph.picture.string() + ": " + error.what());
+    }
+    Partial partial = projector.project(camera, values, projecting,
+                                        progress.step(name, 0.7 / double(photographs.size())));
+    partial.values = widened(partial.values, target.channels());
+    const auto shown = std::ranges::count_if(partial.confidence, [](double c) { return c > 0; });
+    views.push_back({{"picture", photograph.picture.string()}, {"texels", shown}});
+    if (shown == 0)
+      run.terminal().warning(photograph.picture.string() +
+                             ": shows nothing of the model: check its camera");
+    partials.push_back(std::move(partial));
+  }
+  run.result["views"] = views;
+  return partials;
+}
+
+}  // namespace
+
+std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTarget& target,
+                                   const Progress& progress) {
+  if (has_views(run.options())) return project_views(run, scene, target, progress);
   const std::vector<std::string> files = run.options().texts("partial");
   const std::vector<std::string> confidences = run.options().texts("confidence");
   const std::size_t count = scene.texture_sizes.size();

@@ -1,5 +1,6 @@
 #pragma once
-/// Photographs given as textures of their own: --partial and --confidence.
+/// Photographs, given as textures of their own (--partial and --confidence) or with their cameras
+/// (--views).
 
 #include <vector>
 
@@ -8,13 +9,20 @@
 
 namespace mq::app {
 
-/// Adds --partial and --confidence.
+/// Adds --partial and --confidence, and --views with what belongs to it.
 void add_partial_options(OptionTable& table);
 
 /// Whether the options name any.
 bool has_partials(const OptionValues& options);
 
+/// Whether photographs come with cameras, so that the model needs no pictures of its own.
+bool has_views(const OptionValues& options);
+
+/// Black pictures where a model's textures have none.
+void add_missing_pictures(Scene& scene);
+
 /// The partial signals that the options name. Throws `InvalidInput` or `IoError` naming the file.
-std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTarget& target);
+std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTarget& target,
+                                   const Progress& progress);
 
 }  // namespace mq::app

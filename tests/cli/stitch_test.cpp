@@ -146,6 +146,48 @@ TEST(Stitch, MakesOneTextureOfPartialOnes) {
   EXPECT_NEAR((low + high) / 2, 0.05, 0.02);
 }
 
+/// A model without a picture, and pictures of it from all sides.
+TEST(Stitch, MakesATextureOfPhotographsWithCameras) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "sphere", "--size", "128", "-o", "ball.obj"}).status, 0);
+  Words words = {"stitch", "bare.obj", "-o", "out.png", "--json"};
+  for (const std::string view : {"0,0", "90,0", "180,0", "270,0", "1,85", "2,-85"}) {
+    const std::string name = "view" + view.substr(0, view.find(','));
+    ASSERT_EQ(marquetry(folder,
+                        {"render", "ball.obj", "--unlit", "--size", "500", "--background", "black",
+                         "--view", view, "-o", name + ".png", "--cameras", name + ".json"})
+                  .status,
+              0);
+    words.insert(words.end(), {"--views", name + ".json"});
+  }
+  std::string obj = file_bytes(folder / "ball.obj");
+  for (const std::string line : {"mtllib ball.mtl\n", "usemtl ball\n"})
+    if (const auto at = obj.find(line); at != std::string::npos) obj.erase(at, line.size());
+  write_bytes(folder / "bare.obj", obj);
+  const Result result = marquetry(folder, words);
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["regions"], 6);
+  EXPECT_EQ(result.json()["result"]["views"].size(), 6U);
+  EXPECT_EQ(result.json()["result"]["unseen"], 0);
+  EXPECT_EQ(read_texture(folder / "out.png").pixels.width(), 1024);
+
+  // With the model's own picture in its place: near to what was photographed.
+  words[1] = "ball.obj";
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  const Image<float> truth = read_texture(folder / "ball.png").pixels;
+  const Image<float> found = read_texture(folder / "out.png").pixels;
+  ASSERT_EQ(marquetry(folder, {"mask", "ball.obj", "-o", "used.png", "-w", "overlap"}).status, 0);
+  const Image<float> used = read_texture(folder / "used.png").pixels;
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < 128; ++y)
+    for (int x = 0; x < 128; ++x)
+      for (int c = 0; c < 3 && used(x, y) > 0; ++c, ++count)
+        sum += std::pow(found(x, y, c) - truth(x, y, c), 2);
+  EXPECT_GT(count, 10000);
+  EXPECT_LT(std::sqrt(sum / count), 0.06);
+}
+
 TEST(Stitch, RefusesWhatDoesNotFit) {
   const Folder folder;
   write_gains(folder, 1.5, 64, 48);

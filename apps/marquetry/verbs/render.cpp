@@ -7,6 +7,8 @@
 
 #include "mq/base/error.h"
 #include "mq/base/length.h"
+#include "mq/draw/pinhole.h"
+#include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
 #include "render_request.h"
 #include "verb.h"
@@ -146,11 +148,19 @@ Exit render(Run& run) {
   const OptionValues& options = run.options();
   const Scene scene = read_scene(run, MissingPictures::assume, 0.4);
   const std::string output = options.text("output");
-  run.will_write({output});
+  std::vector<std::filesystem::path> files = {output};
+  if (options.has("cameras")) {
+    require(!options.flag("layout") && !options.flag("overview") && !options.has("compare") &&
+                options.texts("view").size() == 1,
+            "--cameras: a page has no camera: draw one view of one model");
+    files.emplace_back(options.text("cameras"));
+  }
+  run.will_write(files);
   if (run.dry_run()) return Exit::done;
 
   RenderRequest request = make_render_request(options, scene);
   Image<float> picture;
+  PinholeCamera camera;
   about(scene.model, [&] {
     const Step step(run, "draw", 0.5);
     if (options.flag("layout")) {
@@ -161,6 +171,9 @@ Exit render(Run& run) {
     look_at_place(run, renderer, request);
     picture = options.flag("overview") ? draw_overview(renderer, request, step)
                                        : draw_pictures(renderer, request, step);
+    if (options.has("cameras"))
+      camera = pinhole_of(Camera(scene.surface.mesh, request.render.view, picture.width(),
+                                 picture.height()));
   });
   if (request.compares())
     run.result["seams"] = {{"before", seams_json(scene, scene.model.textures)},
@@ -170,6 +183,9 @@ Exit render(Run& run) {
   run.result["output"] = output;
   for (const std::string& note : write_image(output, picture)) run.terminal().remark(note);
   run.terminal().remark("wrote " + output);
+  if (!options.has("cameras")) return Exit::done;
+  write_cameras(options.text("cameras"), {{std::filesystem::path(output).filename(), camera}});
+  run.terminal().remark("wrote " + options.text("cameras"));
   return Exit::done;
 }
 
@@ -185,6 +201,10 @@ Verb render_verb() {
              .required = true,
              .help = "the picture: PNG, JPEG, TIFF, EXR, BMP or TGA"});
   add_render_options(table);
+  table.add({.name = "cameras",
+             .type = Option::Type::path,
+             .group = "Picture",
+             .help = "also write the picture's camera, for stitch --views"});
   add_frames_option(table);
   return {table, render};
 }

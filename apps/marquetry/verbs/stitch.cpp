@@ -138,9 +138,11 @@ void describe(Run& run, const Work& work) {
 
 Exit stitch(Run& run) {
   const OptionValues& options = run.options();
-  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  Scene scene = read_usable_scene(
+      run, has_views(options) ? MissingPictures::assume : MissingPictures::refuse, 0.2);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates, so no textures to stitch");
+  if (has_views(options)) add_missing_pictures(scene);
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
@@ -151,10 +153,11 @@ Exit stitch(Run& run) {
   about(scene.model, [&] {
     const Step step(run, "assemble", 0.2);
     target = std::make_unique<TextureTarget>(run, scene, value_space(options),
-                                             step.progress().step("space", 0.8));
+                                             step.progress().step("space", 0.5));
     work.psi = target->values();
     if (has_partials(options)) {
-      work.partials = read_partials(run, scene, *target);
+      work.partials =
+          read_partials(run, scene, *target, step.progress().step("partial textures", 0.5));
       Composite composite = best_of(work.partials);
       target->put(work.psi, composite.values, scene.model);
       work.psi = std::move(composite.values);
@@ -216,7 +219,7 @@ Verb stitch_verb() {
   add_solver_options(table);
   add_space_option(table);
   add_depth_option(table);
-  table.exclusive({"labels", "partial"});
+  table.exclusive({"labels", "partial", "views"});
   add_frames_option(table);
   return {table, stitch};
 }

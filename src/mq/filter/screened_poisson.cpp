@@ -72,9 +72,11 @@ ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight,
   set_weight(weight, progress);
 }
 
-/// s_i m_i, or the lumped mass.
+/// s_i m_i, or the lumped mass. A function that hardly meets the surface, next to a seam, may have an
+/// integral a little below 0.
 Vector ScreenedPoisson::screened_mass() const {
   Vector mass = space_.mass() * Vector::Ones(space_.size());
+  if (!screen_.empty()) mass = mass.cwiseMax(1e-12 * mass.mean());
   for (std::size_t i = 0; i < screen_.size(); ++i) mass[Eigen::Index(i)] *= screen_[i];
   return mass;
 }

@@ -321,7 +321,7 @@ Signal Stitcher::fill(const Signal& psi, const Progress& progress) const {
 /// so alike (A⁻¹K has eigenvalues around ½ to 1) that a few rounds do.
 Filtered Stitcher::solve(const StitchDomain& domain, const Signal& psi, const Signal& change,
                          const Progress& progress) const {
-  if (!filler_) return equation_->solve_change(psi, change, progress);
+  if (!filler_ || equation_->weight() == 0) return equation_->solve_change(psi, change, progress);
   constexpr int most_rounds = 8;
   constexpr double enough = 1e-4;
   const SeenBorder border(domain.elements, labels_);

@@ -1,0 +1,109 @@
+#include "mq/draw/photograph.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/draw/scene.h"
+#include "mq/image/colour.h"
+#include "mq/image/resample.h"
+#include "mq/mesh/closest_point.h"
+#include "mq/mesh/geometry.h"
+
+namespace mq {
+
+struct Projector::Shared {
+  Scene scene;
+  std::vector<Vector3> points, normals;
+  double spacing, diagonal;
+
+  Shared(const Surface& surface, std::span<const Vector3> places, double step,
+         const Progress& progress)
+      : scene(surface), spacing(step), diagonal(bounding_box(surface.mesh).diagonal()) {
+    const Mesh& mesh = surface.mesh;
+    const ClosestPointFinder closest(mesh);
+    const std::vector<ClosestPoint> found = closest(places, progress);
+    points.resize(places.size()), normals.resize(places.size());
+    parallel_for(std::ssize(places), [&](std::int64_t i) {
+      const ClosestPoint& at = found[i];
+      points[i].setZero();
+      for (int k = 0; k < 3; ++k) points[i] += at.barycentric[k] * mesh.position(at.triangle, k);
+      normals[i] = triangle_normal(mesh, at.triangle);
+    });
+  }
+
+  bool clear(const PinholeCamera& camera, const Vector3& eye, const Vector3& point, double reach,
+             double cosine, double bias) const;
+
+  /// Whether the first thing on the line from the camera is the point itself.
+  bool visible(const Vector3& eye, const Vector3& point, double bias) const {
+    const Vector3 line = point - eye;
+    const double distance = line.norm();
+    const Hit hit = scene.hit({eye, line / distance});
+    return hit.triangle < 0 || (hit.point - eye).norm() >= distance - bias;
+  }
+};
+
+/// Whether the pixels around a point show the surface around it, and no outline runs between them:
+/// four lines `reach` beside it end about as far away, as a surface so inclined does.
+bool Projector::Shared::clear(const PinholeCamera& camera, const Vector3& eye, const Vector3& point,
+                              double reach, double cosine, double bias) const {
+  for (int k = 0; k < 4; ++k) {
+    const Vector3 aside = (k % 2 ? 1 : -1) * reach * camera.rotation.row(k / 2).transpose();
+    const Vector3 line = point + aside - eye;
+    const double distance = line.norm();
+    const Hit hit = scene.hit({eye, line / distance});
+    const double most = bias + 4 * reach / cosine;
+    if (hit.triangle < 0 || std::abs((hit.point - eye).norm() - distance) > most) return false;
+  }
+  return true;
+}
+
+Projector::Projector(const Surface& surface, std::span<const Vector3> places, double spacing,
+                     const Progress& progress)
+    : shared_(std::make_unique<Shared>(surface, places, spacing, progress)) {}
+Projector::~Projector() = default;
+
+Partial Projector::project(const PinholeCamera& camera, const Image<float>& picture,
+                           const PhotographOptions& options, const Progress& progress) const {
+  require(picture.width() == camera.width && picture.height() == camera.height,
+          fmt::format("the camera is of pictures of {} × {}, and the picture {} × {}", camera.width,
+                      camera.height, picture.width(), picture.height()));
+  const Shared& s = *shared_;
+  const int channels = picture.channels(), colours = colour_channels(channels);
+  const Vector3 eye = camera.center();
+  const double least_cosine = std::cos(options.steepest * std::numbers::pi / 180);
+  const double edge = options.border * std::min(camera.width, camera.height);
+  Partial partial{Signal::Zero(std::ssize(s.points), colours),
+                  std::vector<double>(s.points.size(), 0.0)};
+  parallel_blocks(std::ssize(s.points), 4096, [&](std::int64_t begin, std::int64_t end) {
+    progress.check();
+    std::vector<float> values(static_cast<std::size_t>(channels));
+    for (std::int64_t i = begin; i < end; ++i) {
+      const Vector3 back = eye - s.points[i];
+      const double distance = back.norm(), cosine = s.normals[i].dot(back) / distance;
+      if (!(cosine > least_cosine)) continue;
+      const auto place = camera.project(s.points[i]);
+      const double bias = options.bias * s.diagonal;
+      if (!place || !s.visible(eye, s.points[i], bias)) continue;
+      const double depth = (camera.rotation * s.points[i] + camera.translation).z();
+      const double reach = options.outline * depth / camera.fx;
+      if (reach > 0 && !s.clear(camera, eye, s.points[i], reach, cosine, bias)) continue;
+      const double fine = s.spacing > 0 ? std::min(1.0, camera.fx * s.spacing / depth) : 1.0;
+      const double inset =
+          std::min({place->x(), place->y(), camera.width - place->x(), camera.height - place->y()});
+      sample(picture, place->x() - 0.5, place->y() - 0.5, Wrap::clamp, values);
+      const double alpha = colours < channels ? std::clamp(double(values.back()), 0.0, 1.0) : 1;
+      for (int c = 0; c < colours; ++c) partial.values(i, c) = values[std::size_t(c)];
+      partial.confidence[i] =
+          cosine * cosine * fine * alpha * (edge > 0 ? std::min(1.0, inset / edge) : 1.0);
+    }
+  });
+  return partial;
+}
+
+}  // namespace mq

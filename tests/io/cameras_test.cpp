@@ -1,0 +1,93 @@
+// Cameras as files.
+#include "mq/io/cameras.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fixtures.h"
+#include "io/folder.h"
+#include "mq/base/error.h"
+
+namespace mq {
+namespace {
+
+using testing::HasSubstr;
+using Cameras = FolderTest;
+
+const char* const cameras_txt =
+    "# Camera list\n1 OPENCV 640 480 500 510 320 240 0.1 -0.2 0.001 0.002\n"
+    "2 SIMPLE_RADIAL 100 80 90 50 40 -0.05\n";
+const char* const images_txt =
+    "# Image list\n1 0.7071067811865476 0 0.7071067811865476 0 1 2 3 1 first one.jpg\n"
+    "10 20 5 11 21 -1\n2 1 0 0 0 0 0 4 2 second.png\n\n";
+
+TEST_F(Cameras, OfColmapsTextExport) {
+  put("cameras.txt", cameras_txt);
+  put("images.txt", images_txt);
+  put("first one.jpg", "x");
+  put("images/second.png", "x");
+  for (const auto& path : {folder / "", folder / "images.txt", folder / "cameras.txt"}) {
+    const std::vector<Photograph> photographs = read_cameras(path);
+    ASSERT_EQ(photographs.size(), 2U);
+    const PinholeCamera& first = photographs[0].camera;
+    EXPECT_EQ(photographs[0].picture.filename(), "first one.jpg");
+    EXPECT_EQ(first.fy, 510);
+    EXPECT_EQ(first.cx, 320);
+    EXPECT_EQ(first.k2, -0.2);
+    EXPECT_EQ(first.p2, 0.002);
+    EXPECT_LT((first.rotation * Vector3(1, 0, 0) - Vector3(0, 0, -1)).norm(), 1e-12);
+    EXPECT_EQ(first.translation, Vector3(1, 2, 3));
+    EXPECT_EQ(photographs[1].camera.fx, 90);
+    EXPECT_EQ(photographs[1].camera.fy, 90);
+    EXPECT_EQ(photographs[1].camera.k1, -0.05);
+  }
+}
+
+TEST_F(Cameras, ComeBackAsTheyWereWritten) {
+  put("a.png", "x");
+  PinholeCamera camera{.width = 10, .height = 20, .fx = 3.25, .fy = 4, .cx = 5.1, .cy = 9};
+  camera.k1 = 0.1, camera.k3 = 1e-3, camera.p1 = -0.02;
+  camera.rotation << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  camera.translation = {1e-7, -2, 3};
+  write_cameras(folder / "c.json", {{"a.png", camera}});
+  const PinholeCamera back = read_cameras(folder / "c.json").at(0).camera;
+  EXPECT_EQ(back.fx, camera.fx);
+  EXPECT_EQ(back.k3, camera.k3);
+  EXPECT_EQ(back.rotation, camera.rotation);
+  EXPECT_EQ(back.translation, camera.translation);
+}
+
+TEST_F(Cameras, AreRefusedWithTheirPlace) {
+  put("a.png", "x");
+  const auto json = [&](const std::string& text) {
+    put("c.json", text);
+    return fixtures::error_of<Error>([&] { read_cameras(folder / "c.json"); });
+  };
+  const std::string head = R"({"cameras":[{"image":"a.png","width":9,"height":9,"fx":5,)";
+  EXPECT_THAT(json("{"), HasSubstr("c.json"));
+  EXPECT_THAT(json("{\"cameras\":[]}"), HasSubstr("holds no camera"));
+  EXPECT_THAT(json(head + "\"rotation\":[[1,0,0],[0,1,0],[0,0,1]]}]}"), HasSubstr("camera 0"));
+  EXPECT_THAT(json(head + "\"rotation\":[[2,0,0],[0,1,0],[0,0,1]],\"translation\":[0,0,0]}]}"),
+              HasSubstr("no rotation"));
+  EXPECT_THAT(
+      json(
+          R"({"cameras":[{"image":"b.png","width":9,"height":9,"fx":5,"quaternion":[1,0,0,0],"translation":[0,0,0]}]})"),
+      HasSubstr("its picture b.png is neither"));
+  const auto colmap = [&](const std::string& cameras, const std::string& images) {
+    put("cameras.txt", cameras);
+    put("images.txt", images);
+    return fixtures::error_of<Error>([&] { read_cameras(folder / "images.txt"); });
+  };
+  EXPECT_THAT(colmap("1 FISHEYE 9 9 1 1 1\n", ""), HasSubstr("the lens 'FISHEYE'"));
+  EXPECT_THAT(colmap("1 PINHOLE 9 9 1 x 1 1\n", ""), HasSubstr("cameras.txt, line 1: word 6"));
+  EXPECT_THAT(colmap("1 PINHOLE 9 9 1 1 1 1\n", "1 1 0 0\n\n"), HasSubstr("images.txt, line 1"));
+  EXPECT_THAT(colmap("1 PINHOLE 9 9 1 1 1 1\n", "1 1 0 0 0 0 0 1 7 a.png\n\n"),
+              HasSubstr("no camera 7"));
+  EXPECT_THAT(colmap("1 PINHOLE 9 9 1 1 1 1\n", "1 0 0 0 0 0 0 1 1 a.png\n\n"),
+              HasSubstr("no length"));
+  EXPECT_THAT(colmap("1 PINHOLE 0 9 1 1 1 1\n", "1 1 0 0 0 0 0 1 1 a.png\n\n"),
+              HasSubstr("above 0"));
+}
+
+}  // namespace
+}  // namespace mq
