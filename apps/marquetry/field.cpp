@@ -14,9 +14,8 @@ void put_pictures(const Scene& scene, const TexelSpace& space, const Signal& val
   model.textures.resize(pictures.size());
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     model.textures[i].pixels = std::move(pictures[i]);
-    model.textures[i].format = {.depth = depth,
-                                .file_format = model.textures[i].format.file_format,
-                                .tags = nullptr};
+    model.textures[i].format = {
+        .depth = depth, .file_format = model.textures[i].format.file_format, .tags = nullptr};
   }
 }
 

@@ -17,12 +17,12 @@ namespace {
 TangentField harmonic(Run& run, const Scene& scene, const Progress& progress) {
   std::vector<TangentField> fields = harmonic_fields(scene.surface, progress);
   run.result["harmonic_fields"] = fields.size();
-  require(!fields.empty(), "--field harmonic: a surface without handles has none, and neither has one "
-                           "with a single boundary");
+  require(!fields.empty(),
+          "--field harmonic: a surface without handles has none, and neither has one "
+          "with a single boundary");
   const std::int64_t number = run.options().integer("number");
-  require(number <= std::ssize(fields),
-          fmt::format("--number {}: there are {}", number,
-                      counted(std::ssize(fields), "harmonic field")));
+  require(number <= std::ssize(fields), fmt::format("--number {}: there are {}", number,
+                                                    counted(std::ssize(fields), "harmonic field")));
   return fields[std::size_t(number - 1)];
 }
 
@@ -49,10 +49,12 @@ Vector brightness(const Scene& scene, const Domain& domain) {
     return values;
   }
   const VertexSignal& colors = scene.model.colors;
-  require(colors.channels > 0, "--field gradient: there are neither textures nor colours at vertices");
+  require(colors.channels > 0,
+          "--field gradient: there are neither textures nor colours at vertices");
   for (int v = 0; v < mesh.vertex_count(); ++v)
     for (int c = 0; c < colour_channels(colors.channels); ++c)
-      values[v] += colors.values[std::size_t(scene.surface.source_from_vertex[v]) * colors.channels + c];
+      values[v] +=
+          colors.values[std::size_t(scene.surface.source_from_vertex[v]) * colors.channels + c];
   return values;
 }
 
@@ -62,8 +64,8 @@ TangentField from_file(const Scene& scene, const std::string& file) {
   if (field.at == VectorField::At::triangles) {
     for (int t = 0; t < surface.triangle_count(); ++t) {
       const Vector3 n = triangle_normal(surface.mesh, t);
-      field.vectors[t] = n.isZero() ? Vector3::Zero()
-                                    : Vector3(field.vectors[t] - n.dot(field.vectors[t]) * n);
+      field.vectors[t] =
+          n.isZero() ? Vector3::Zero() : Vector3(field.vectors[t] - n.dot(field.vectors[t]) * n);
     }
     return std::move(field.vectors);
   }
@@ -81,24 +83,25 @@ constexpr const char* known[] = {"max-curvature", "min-curvature", "harmonic", "
 
 void add_field_options(OptionTable& table) {
   using Type = Option::Type;
-  table.add({.name = "field",
-             .letter = 'f',
-             .type = Type::text,
-             .default_value = "max-curvature",
-             .accepts =
-                 [](const std::string& text) {
-                   return names_file(text) || std::ranges::count(known, text) > 0;
-                 },
-             .wanted = "max-curvature, min-curvature, harmonic, gradient, or a file .vf or .ply",
-             .metavar = "FIELD",
-             .group = "Field",
-             .help = "max-curvature, min-curvature, harmonic, gradient, or a file",
-             .details =
-                 "Curvatures: the principal directions, as strong as the two differ. harmonic: "
-                 "a field without curl and divergence, see --number. gradient: of the textures' "
-                 "brightness, or of that of the colours at vertices. A .vf file holds a 32-bit count "
-                 "of triangles and two doubles for each, along its first two edges from its first "
-                 "corner; a .ply file has vx, vy, vz at its vertices or faces."});
+  table.add(
+      {.name = "field",
+       .letter = 'f',
+       .type = Type::text,
+       .default_value = "max-curvature",
+       .accepts =
+           [](const std::string& text) {
+             return names_file(text) || std::ranges::count(known, text) > 0;
+           },
+       .wanted = "max-curvature, min-curvature, harmonic, gradient, or a file .vf or .ply",
+       .metavar = "FIELD",
+       .group = "Field",
+       .help = "max-curvature, min-curvature, harmonic, gradient, or a file",
+       .details =
+           "Curvatures: the principal directions, as strong as the two differ. harmonic: "
+           "a field without curl and divergence, see --number. gradient: of the textures' "
+           "brightness, or of that of the colours at vertices. A .vf file holds a 32-bit count "
+           "of triangles and two doubles for each, along its first two edges from its first "
+           "corner; a .ply file has vx, vy, vz at its vertices or faces."});
   table.add({.name = "number",
              .type = Type::integer,
              .default_value = "1",

@@ -60,10 +60,11 @@ GeodesicSource at_texel(const Scene& scene, const Domain& domain, const std::str
     if (at.texture == place.texture && at.x == place.numbers[0] && at.y == place.numbers[1])
       return {i, 0};
   }
-  throw InvalidInput(fmt::format(
-      "--from {}: no chart of {} uses such a texel (columns count from the left, rows from the top, "
-      "both from 0)",
-      text, scene.model.path.string()));
+  throw InvalidInput(
+      fmt::format("--from {}: no chart of {} uses such a texel (columns count from the left, rows "
+                  "from the top, "
+                  "both from 0)",
+                  text, scene.model.path.string()));
 }
 
 /// The unknowns around a point of the surface, at their straight distances from it.
@@ -97,8 +98,10 @@ std::vector<GeodesicSource> at_point(Run& run, const Scene& scene, const Domain&
                       text, closest.triangle));
   const double away = std::sqrt(closest.squared_distance);
   if (away > 0.01 * std::sqrt(scene.surface.area))
-    run.terminal().warning(fmt::format("--from {}: {:.3g} away from the surface; its closest point "
-                                       "is taken", text, away));
+    run.terminal().warning(
+        fmt::format("--from {}: {:.3g} away from the surface; its closest point "
+                    "is taken",
+                    text, away));
   return around_point(scene, domain, closest);
 }
 
@@ -118,11 +121,11 @@ GeodesicSource at_vertex(const Scene& scene, const Domain& domain, const std::st
 void add_mask(const std::vector<std::string>& files, const Scene& scene, const Domain& domain,
               std::vector<GeodesicSource>& sources) {
   require(texels_of(domain), files.front() + ": --from-mask is for textures; use --from");
-  require(files.size() == scene.texture_sizes.size(),
-          fmt::format("--from-mask: {} has {}, and {} given: give one mask for each, in their order",
-                      scene.model.path.string(),
-                      counted(std::ssize(scene.texture_sizes), "texture"),
-                      files.size() == 1 ? "one is" : std::to_string(files.size()) + " are"));
+  require(
+      files.size() == scene.texture_sizes.size(),
+      fmt::format("--from-mask: {} has {}, and {} given: give one mask for each, in their order",
+                  scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
+                  files.size() == 1 ? "one is" : std::to_string(files.size()) + " are"));
   std::vector<Image<float>> masks;
   for (std::size_t i = 0; i < files.size(); ++i) {
     masks.push_back(read_texture(files[i]).pixels);

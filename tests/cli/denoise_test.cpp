@@ -16,7 +16,8 @@ Image<float> noisy_light() {
   Image<float> light = busy_picture(64, 48, 3);
   for (int y = 0; y < 48; ++y)
     for (int x = 0; x < 64; ++x)
-      for (float& value : light.pixel(x, y)) value = (y < 24 ? 1.0F : 20.0F) * (0.5F + 0.2F * value);
+      for (float& value : light.pixel(x, y))
+        value = (y < 24 ? 1.0F : 20.0F) * (0.5F + 0.2F * value);
   return light;
 }
 
@@ -64,12 +65,13 @@ TEST(Denoise, RefusesGuidesThatDoNotFit) {
   const Folder folder;
   write_strip(folder);
   write_image(folder / "small.png", Image<float>(8, 8, 1));
-  const Result result = marquetry(
-      folder, {"denoise", "strip.obj", "--guide", "small.png", "-o", "clean.png"});
+  const Result result =
+      marquetry(folder, {"denoise", "strip.obj", "--guide", "small.png", "-o", "clean.png"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.error, HasSubstr("small.png: is 8 x 8, and the texture 64 x 48"));
   write_bytes(folder / "fan.ply", coloured_ply);
-  EXPECT_EQ(marquetry(folder, {"denoise", "fan.ply", "--guide", "small.png", "-o", "f.ply"}).status, 2);
+  EXPECT_EQ(marquetry(folder, {"denoise", "fan.ply", "--guide", "small.png", "-o", "f.ply"}).status,
+            2);
   EXPECT_EQ(marquetry(folder, {"denoise", "fan.ply", "-o", "f.ply"}).status, 0);
 }
 

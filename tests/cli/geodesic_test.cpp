@@ -14,8 +14,8 @@ using ::testing::HasSubstr;
 TEST(Geodesic, WritesDistancesInModelUnits) {
   const Folder folder;
   write_strip(folder);
-  const Result result = marquetry(
-      folder, {"geodesic", "strip.obj", "--from", "0,0.5,0", "-o", "d.exr", "--json"});
+  const Result result =
+      marquetry(folder, {"geodesic", "strip.obj", "--from", "0,0.5,0", "-o", "d.exr", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
   // Texels reach up to one beyond the edge, 0.04.
   EXPECT_NEAR(result.json()["result"]["max"], std::hypot(2, 0.5), 0.07);
@@ -29,7 +29,9 @@ TEST(Geodesic, WritesDistancesInModelUnits) {
 TEST(Geodesic, WritesColoursElsewhere) {
   const Folder folder;
   write_strip(folder);
-  ASSERT_EQ(marquetry(folder, {"geodesic", "strip.obj", "--from", "texel,20,20", "-o", "d.png"}).status, 0);
+  ASSERT_EQ(
+      marquetry(folder, {"geodesic", "strip.obj", "--from", "texel,20,20", "-o", "d.png"}).status,
+      0);
   const Texture colours = read_texture(folder / "d.png");
   EXPECT_EQ(colours.pixels.channels(), 3);
   EXPECT_EQ(colours.format.depth, Depth::u8);
@@ -46,12 +48,12 @@ TEST(Geodesic, TakesSourcesFromAPicture) {
       folder, {"geodesic", "strip.obj", "--from-mask", "mask.png", "-o", "d.exr", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_NEAR(result.json()["result"]["max"], 2 - 0.05, 0.07);
-  const Result dark = marquetry(
-      folder, {"geodesic", "strip.obj", "--from-mask", "strip.png", "-o", "d.exr"});
+  const Result dark =
+      marquetry(folder, {"geodesic", "strip.obj", "--from-mask", "strip.png", "-o", "d.exr"});
   EXPECT_EQ(dark.status, 0);
   write_image(folder / "black.png", Image<float>(64, 48, 1));
-  const Result none = marquetry(
-      folder, {"geodesic", "strip.obj", "--from-mask", "black.png", "-o", "e.exr"});
+  const Result none =
+      marquetry(folder, {"geodesic", "strip.obj", "--from-mask", "black.png", "-o", "e.exr"});
   EXPECT_EQ(none.status, 2);
   EXPECT_THAT(none.error, HasSubstr("no texel of a chart is brighter than half"));
 }
@@ -80,7 +82,8 @@ TEST(Geodesic, RefusesSourcesThatAreNotThere) {
     return result.error;
   };
   EXPECT_THAT(refused({}), HasSubstr("say where distances begin"));
-  EXPECT_THAT(refused({"--from", "texel,0,0"}), HasSubstr("no chart of strip.obj uses such a texel"));
+  EXPECT_THAT(refused({"--from", "texel,0,0"}),
+              HasSubstr("no chart of strip.obj uses such a texel"));
   EXPECT_THAT(refused({"--from", "vertex,0"}), HasSubstr("textures have no vertices"));
   EXPECT_THAT(refused({"--from", "1,2"}), HasSubstr("x,y,z or texel,column,row or vertex,number"));
   EXPECT_THAT(refused({"--from", "nan,0,0"}), HasSubstr("--from"));

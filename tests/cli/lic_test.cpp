@@ -15,8 +15,8 @@ using ::testing::HasSubstr;
 TEST(Lic, FindsEightHarmonicFieldsOnFourHandles) {
   const Folder folder;
   ASSERT_EQ(marquetry(folder, {"sample", "genus4", "--size", "128", "-o", "g/"}).status, 0);
-  const Result result = marquetry(
-      folder, {"lic", "g/genus4.obj", "--field", "harmonic", "--number", "8", "-o", "h.png", "--json"});
+  const Result result = marquetry(folder, {"lic", "g/genus4.obj", "--field", "harmonic", "--number",
+                                           "8", "-o", "h.png", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(result.json()["result"]["harmonic_fields"], 8);
   EXPECT_TRUE(result.json()["solve"]["converged"]);

@@ -15,13 +15,14 @@ TEST(React, GrowsAPatternThatTheSeedDecides) {
   const Folder folder;
   write_strip(folder);
   const auto grow = [&](const std::string& seed, const std::string& out) {
-    const Result result = marquetry(folder, {"react", "strip.obj", "--scale", "8tx", "--time", "400",
-                                             "--seed", seed, "-o", out, "--json"});
+    const Result result = marquetry(folder, {"react", "strip.obj", "--scale", "8tx", "--time",
+                                             "400", "--seed", seed, "-o", out, "--json"});
     EXPECT_EQ(result.status, 0) << result.error;
     EXPECT_GT(result.json()["result"]["steps"], 100);
     return read_texture(folder / out).pixels;
   };
-  const Image<float> first = grow("1", "a.exr"), again = grow("1", "b.exr"), other = grow("2", "c.exr");
+  const Image<float> first = grow("1", "a.exr"), again = grow("1", "b.exr"),
+                     other = grow("2", "c.exr");
   EXPECT_EQ(first.channels(), 1);
   EXPECT_TRUE(first == again);
   EXPECT_FALSE(first == other);
@@ -31,8 +32,9 @@ TEST(React, GrowsAPatternThatTheSeedDecides) {
 TEST(React, PaintsInTheColoursAskedFor) {
   const Folder folder;
   write_strip(folder);
-  const Result result = marquetry(folder, {"react", "strip.obj", "--scale", "8tx", "--time", "200",
-                                           "--ground", "#000000", "--ink", "#ff0000", "-o", "p.png"});
+  const Result result =
+      marquetry(folder, {"react", "strip.obj", "--scale", "8tx", "--time", "200", "--ground",
+                         "#000000", "--ink", "#ff0000", "-o", "p.png"});
   ASSERT_EQ(result.status, 0) << result.error;
   const Image<float> picture = read_texture(folder / "p.png").pixels;
   float red = 0, green = 0;

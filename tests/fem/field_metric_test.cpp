@@ -38,8 +38,10 @@ TEST(FieldMetric, MakesHeatSlowAcrossTheField) {
       // Where no texel line follows the field, texels spread heat across it themselves: by h².
       if (cut && kappa > 10) continue;
       fixtures::CutOptions options;
-      if (cut) options = fixtures::slanted();
-      else options.parts = 1, options.scale = 0.9;
+      if (cut)
+        options = fixtures::slanted();
+      else
+        options.parts = 1, options.scale = 0.9;
       const int side = cut ? 400 : 100;
       const auto model = fixtures::textured(fixtures::cut_square(options), {{side, side}});
       const std::vector<Vector3> field(model->surface.mesh.triangles.size(), Vector3(1, 0, 3));

@@ -71,8 +71,7 @@ TEST(HarmonicFields, AreOneLessThanTheBoundariesOfAPlane) {
 TEST(HarmonicFields, AreThoseOfEachComponent) {
   Mesh two = fixtures::torus(16, 10);
   const int vertices = two.vertex_count(), triangles = two.triangle_count();
-  for (int v = 0; v < vertices; ++v)
-    two.positions.push_back(two.positions[v] + Vector3(5, 0, 0));
+  for (int v = 0; v < vertices; ++v) two.positions.push_back(two.positions[v] + Vector3(5, 0, 0));
   for (int t = 0; t < triangles; ++t) {
     const Triangle& old = two.triangles[t];
     two.triangles.push_back({old[0] + vertices, old[1] + vertices, old[2] + vertices});

@@ -79,8 +79,7 @@ TEST(Denoise, KeepsTheEdgesOfAGuide) {
   const Stepped step(nine_charts(), 160);
   const double h = step.space.scale().texel_spacing;
   Guide guide{.values = step.clean.col(0), .edge = 0.05};
-  const Signal found =
-      denoise(step.space, step.noisy, {guide}, {.weight = 16 * h * h}).signal;
+  const Signal found = denoise(step.space, step.noisy, {guide}, {.weight = 16 * h * h}).signal;
   EXPECT_LE(step.error(found, 5 * h, 0.45), 0.25 * noise);
   EXPECT_LE(step.error(found, 1.5 * h, 5 * h), 0.6 * noise);
 }

@@ -1,6 +1,6 @@
-// Distances by the heat method against what they are on the square, the cylinder and the sphere, for
-// texels and for vertices; and the sweeps that spread the heat, against a factorisation where its
-// numbers last and against the closed form where they do not.
+// Distances by the heat method against what they are on the square, the cylinder and the sphere,
+// for texels and for vertices; and the sweeps that spread the heat, against a factorisation where
+// its numbers last and against the closed form where they do not.
 
 #include "mq/filter/geodesic.h"
 
@@ -13,6 +13,7 @@
 
 #include "fem/cut_squares.h"
 #include "mq/fem/vertex_space.h"
+#include "mq/filter/front.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/linear/direct.h"
 
@@ -76,17 +77,29 @@ Vector3 position(const Texels& texels, int i) {
   return {p[0], p[1], p[2]};
 }
 
+std::vector<Vector3> places_of(const TexelSpace& space) {
+  std::vector<Vector3> places;
+  for (const auto& p : space.texels().positions) places.emplace_back(p[0], p[1], p[2]);
+  return places;
+}
+
+Geodesic distances(const TexelSpace& space, int source) {
+  GeodesicDistance geodesic(space);
+  geodesic.set_places(places_of(space));
+  return geodesic.from({{source, 0}});
+}
+
 Errors errors_on_square(const CutOptions& options, int texels, const Vector3& near) {
   const int side = int(std::lround(texels / options.scale));
   const auto model = fixtures::textured(fixtures::cut_square(options), {{side, side}});
   const TexelSpace space(model->surface, model->atlas);
   const int source = nearest(space.texels(), near);
   const Vector3 from = position(space.texels(), source);
-  const Geodesic found = GeodesicDistance(space).from({{source, 0}});
+  const Geodesic found = distances(space, source);
   EXPECT_EQ(found.unreached, 0);
+  EXPECT_LE(found.sweeps, 30);
   EXPECT_LE(found.change, 1e-3);
-  return errors(*model, space, found.distance,
-                [&](const Vector3& p) { return (p - from).norm(); });
+  return errors(*model, space, found.distance, [&](const Vector3& p) { return (p - from).norm(); });
 }
 
 TEST(GeodesicDistance, IsRightToHalfAPercentOnTheSquare) {
@@ -135,7 +148,7 @@ TEST(GeodesicDistance, TakesTheShorterWayAroundACylinder) {
         return Vector2(std::atan2(p.y(), p.x()) / (2 * pi), p.z());
       };
       const Vector2 from = unrolled(position(space.texels(), source));
-      const Geodesic found = GeodesicDistance(space).from({{source, 0}});
+      const Geodesic found = distances(space, source);
       const Errors e = errors(*model, space, found.distance, [&](const Vector3& p) {
         const Vector2 d = unrolled(p) - from;
         return std::hypot(d.x() - std::round(d.x()), d.y());
@@ -159,7 +172,7 @@ TEST(GeodesicDistance, IsAnArcOnTheSphere) {
     const TexelSpace space(model->surface, model->atlas);
     const int source = nearest(space.texels(), Vector3(0.3, 0.5, 0.8).normalized());
     const Vector3 from = position(space.texels(), source).normalized();
-    const Geodesic found = GeodesicDistance(space).from({{source, 0}});
+    const Geodesic found = distances(space, source);
     mean.push_back(errors(*model, space, found.distance, [&](const Vector3& p) {
                      return std::atan2(from.cross(p).norm(), from.dot(p));
                    }).mean);
@@ -227,6 +240,16 @@ TEST(GeodesicDistance, IsInfiniteWhereNoPathLeads) {
   EXPECT_EQ(found.unreached, elsewhere);
 }
 
+TEST(GeodesicDistance, NeedsNoPlacesOnEvenCharts) {
+  const auto model = fixtures::textured(fixtures::cut_square(four_charts()), {{160, 160}});
+  const TexelSpace space(model->surface, model->atlas);
+  const Geodesic with = distances(space, 50), without = GeodesicDistance(space).from({{50, 0}});
+  EXPECT_LT(with.sweeps, without.sweeps);
+  EXPECT_LE((with.distance - without.distance).cwiseAbs().mean(), 0.002);
+  GeodesicDistance geodesic(space);
+  EXPECT_THROW(geodesic.set_places({}), InvalidInput);
+}
+
 TEST(GeodesicDistance, GrowsWithTheSurface) {
   Mesh mesh = fixtures::torus(40, 30);
   const Vector small = GeodesicDistance(VertexSpace(make_surface(mesh))).from({{3, 0}}).distance;
@@ -242,7 +265,7 @@ TEST(GeodesicDistance, HasTheSameBitsForAnyNumberOfThreads) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                       std::size_t(threads));
     const TexelSpace space(model->surface, model->atlas);
-    found.push_back(GeodesicDistance(space).from({{100, 0}}).distance);
+    found.push_back(distances(space, 100).distance);
   }
   EXPECT_TRUE(found[0] == found[1] && found[0] == found[2]);
 }
@@ -252,14 +275,49 @@ TEST(GeodesicDistance, RefusesSourcesThatAreNone) {
   const GeodesicDistance geodesic(space);
   EXPECT_THAT([&] { geodesic.from({}); },
               ThrowsMessage<InvalidInput>(HasSubstr("at least one source")));
-  EXPECT_THAT([&] { geodesic.from({{80, 0}}); },
-              ThrowsMessage<InvalidInput>(HasSubstr("source 80 is none of the 80 unknowns")));
+  EXPECT_THAT(
+      [&] {
+        geodesic.from({{80, 0}});
+      },
+      ThrowsMessage<InvalidInput>(HasSubstr("source 80 is none of the 80 unknowns")));
   EXPECT_THROW(geodesic.from({{0, std::nan("")}}), InvalidInput);
   EXPECT_THROW(geodesic.from({{0, -1}}), InvalidInput);
   EXPECT_THROW(GeodesicDistance(space, direct_solver(), {.time = 0}), InvalidInput);
 }
 
-// ----------------------------------------------------------------------------------- spread of heat
+// ---------------------------------------------------------------------------------------------
+// front
+
+TEST(FrontDistances, AreRightToAFewPerCent) {
+  for (const CutOptions& options : {whole_square(), four_charts(), fixtures::slanted()}) {
+    const auto model = fixtures::textured(fixtures::cut_square(options), {{160, 160}});
+    const TexelSpace space(model->surface, model->atlas);
+    const std::vector<Vector3> places = places_of(space);
+    const int source = nearest(space.texels(), {0.31, 0.42, 0});
+    const Vector w = front_distances(space.stiffness(), places, {{source, 0}});
+    double sum = 0;
+    for (int i = 0; i < space.size(); ++i) {
+      const double d = (places[i] - places[source]).norm();
+      EXPECT_GE(w[i], d * (1 - 1e-6));
+      if (i != source) sum += w[i] / d - 1;
+    }
+    EXPECT_LE(sum / space.size(), 0.04);
+  }
+}
+
+TEST(FrontDistances, AreExactForAPlaneFront) {
+  const auto model = fixtures::textured(fixtures::cut_square(whole_square()), {{64, 64}});
+  const TexelSpace space(model->surface, model->atlas);
+  std::vector<std::pair<int, double>> edge;
+  for (int i = 0; i < space.size(); ++i)
+    if (space.texels().places[i].x == 0) edge.emplace_back(i, 0.5);
+  const Vector w = front_distances(space.stiffness(), places_of(space), edge);
+  for (int i = 0; i < space.size(); ++i)
+    EXPECT_NEAR(w[i], 0.5 + space.texels().places[i].x / 64.0, 1e-6);
+}
+
+// ----------------------------------------------------------------------------------- spread of
+// heat
 
 /// How many of the unknowns differ by more than `far` from the factorisation's log u.
 double share_beyond(double far, const CutOptions& options, int side) {

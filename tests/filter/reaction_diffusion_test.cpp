@@ -48,7 +48,8 @@ TEST(ReactionDiffusion, LeavesAnEquilibriumAsItIs) {
 
 /// cos(πx) decays by exp(−D π² t).
 TEST(ReactionDiffusion, SpreadsAsFastAsItsDiffusivitySays) {
-  for (const fixtures::CutOptions& options : {whole_square(), fixtures::turned(fixtures::odd_angle)}) {
+  for (const fixtures::CutOptions& options :
+       {whole_square(), fixtures::turned(fixtures::odd_angle)}) {
     const TextureSize size{96, 96};
     const auto model = fixtures::textured(fixtures::cut_square(options), {size});
     const TexelSpace space(model->surface, model->atlas);

@@ -44,21 +44,24 @@ TEST_F(VectorFieldFile, ComesBackFromItsFile) {
 TEST_F(VectorFieldFile, IsFoundAmongTheProperties) {
   const Mesh mesh = fixtures::one_triangle();
   const std::string head =
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+      "z\n";
   const auto write = [&](const std::string& text) {
     write_file(folder / "f.ply", to_bytes(text));
     return read_vector_field(folder / "f.ply", mesh);
   };
-  const VectorField vertices = write(
-      head + "property float vx\nproperty float vy\nproperty float vz\nelement face 1\n"
-             "property list uchar int vertex_indices\nend_header\n"
-             "0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n3 0 1 2\n");
+  const VectorField vertices =
+      write(head +
+            "property float vx\nproperty float vy\nproperty float vz\nelement face 1\n"
+            "property list uchar int vertex_indices\nend_header\n"
+            "0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n3 0 1 2\n");
   EXPECT_EQ(vertices.at, VectorField::At::vertices);
   EXPECT_EQ(vertices.vectors[1], Vector3(4, 5, 6));
-  const VectorField faces = write(
-      head + "element face 1\nproperty list uchar int vertex_indices\nproperty float field_x\n"
-             "property float field_y\nproperty float field_z\nend_header\n"
-             "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 -1 0.5 2\n");
+  const VectorField faces =
+      write(head +
+            "element face 1\nproperty list uchar int vertex_indices\nproperty float field_x\n"
+            "property float field_y\nproperty float field_z\nend_header\n"
+            "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 -1 0.5 2\n");
   EXPECT_EQ(faces.at, VectorField::At::triangles);
   EXPECT_EQ(faces.vectors[0], Vector3(-1, 0.5, 2));
   EXPECT_THAT([&] { write(head + "end_header\n0 0 0\n1 0 0\n0 1 0\n"); },

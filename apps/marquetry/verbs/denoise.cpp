@@ -23,10 +23,11 @@ std::vector<Guide> asked_guides(const OptionValues& options, const Scene& scene,
   const auto* domain = dynamic_cast<const TexelDomain*>(&target.domain());
   require(domain, files.front() + ": --guide is for textures, not for colours at vertices");
   const std::size_t count = scene.texture_sizes.size();
-  require(files.size() % count == 0,
-          fmt::format("--guide: {} has {}, and {} given: give one picture for each, in their order",
-                      scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
-                      counted(std::ssize(files), "guide")));
+  require(
+      files.size() % count == 0,
+      fmt::format("--guide: {} has {}, and {} given: give one picture for each, in their order",
+                  scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
+                  counted(std::ssize(files), "guide")));
   std::vector<Guide> guides;
   for (std::size_t first = 0; first < files.size(); first += count) {
     std::vector<Image<float>> pictures;

@@ -55,9 +55,8 @@ Exit lic(Run& run) {
                                    .sharpen_weight = options.number("sharpen") * scale.area};
   LineIntegral lines;
   about(scene.model, [&] {
-    const Signal noise =
-        solid_noise(domain->places(), options.number("grain") * spacing,
-                    std::uint64_t(options.integer("seed")));
+    const Signal noise = solid_noise(domain->places(), options.number("grain") * spacing,
+                                     std::uint64_t(options.integer("seed")));
     solve_as_asked(run, *domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
       const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
       lines = line_integral(*across, domain->space(), noise, wanted, factory, step);
@@ -79,8 +78,9 @@ Exit lic(Run& run) {
 
 Verb lic_verb() {
   using Type = Option::Type;
-  OptionTable table("lic", "Show the lines of a vector field on the surface: line integral "
-                           "convolution across the seams of the texture.");
+  OptionTable table("lic",
+                    "Show the lines of a vector field on the surface: line integral "
+                    "convolution across the seams of the texture.");
   add_scene_options(table);
   add_output_option(table);
   add_field_options(table);

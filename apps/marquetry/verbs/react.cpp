@@ -24,7 +24,8 @@ std::vector<std::string> preset_names() {
 
 GrayScottPreset asked_preset(const OptionValues& options) {
   const auto& presets = gray_scott_presets();
-  GrayScottPreset preset = *std::ranges::find(presets, options.text("preset"), &GrayScottPreset::name);
+  GrayScottPreset preset =
+      *std::ranges::find(presets, options.text("preset"), &GrayScottPreset::name);
   if (options.has("feed")) preset.rates.feed = options.number("feed");
   if (options.has("kill")) preset.rates.kill = options.number("kill");
   return preset;
@@ -48,12 +49,14 @@ Signal coloured(const Substances& state, const Colour& ground, const Colour& ink
   const Signal v = amounts(state);
   std::vector<double> sorted(v.data(), v.data() + v.size());
   std::ranges::sort(sorted);
-  const double low = sorted[sorted.size() / 100], high = sorted[sorted.size() - 1 - sorted.size() / 100];
+  const double low = sorted[sorted.size() / 100],
+               high = sorted[sorted.size() - 1 - sorted.size() / 100];
   Signal values(v.rows(), 3);
   for (Eigen::Index i = 0; i < values.rows(); ++i) {
     const double share = high > low ? std::clamp((v(i, 0) - low) / (high - low), 0.0, 1.0) : 0;
     for (int c = 0; c < 3; ++c)
-      values(i, c) = ground[std::size_t(c)] + share * (ink[std::size_t(c)] - ground[std::size_t(c)]);
+      values(i, c) =
+          ground[std::size_t(c)] + share * (ink[std::size_t(c)] - ground[std::size_t(c)]);
   }
   return values;
 }
@@ -83,16 +86,16 @@ Exit react(Run& run) {
       wave_length = std::sqrt(
           weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
       require(wave_length > 0, "--scale must be more than 0");
-      process = std::make_unique<ReactionDiffusion>(domain->space(),
-                                                    diffusivities(preset, wave_length), 1,
-                                                    step.progress().step("weights", 0.4));
+      process =
+          std::make_unique<ReactionDiffusion>(domain->space(), diffusivities(preset, wave_length),
+                                              1, step.progress().step("weights", 0.4));
     });
   }
   const double spacing = std::sqrt(domain->space().scale().area / domain->space().size());
   if (wave_length < 6 * spacing)
-    run.terminal().warning(fmt::format(
-        "--scale: a wave is {:.1f} texels long; below 6 the grid shows in the pattern",
-        wave_length / spacing));
+    run.terminal().warning(
+        fmt::format("--scale: a wave is {:.1f} texels long; below 6 the grid shows in the pattern",
+                    wave_length / spacing));
   const int steps = int(std::ceil(options.number("time") / process->time_step()));
   Substances state =
       seeded_substances(domain->places(), wave_length, std::uint64_t(options.integer("seed")));
@@ -120,8 +123,9 @@ Exit react(Run& run) {
 
 Verb react_verb() {
   using Type = Option::Type;
-  OptionTable table("react", "Grow a pattern on the surface by reaction and diffusion: spots, "
-                             "stripes and others, without seams.");
+  OptionTable table("react",
+                    "Grow a pattern on the surface by reaction and diffusion: spots, "
+                    "stripes and others, without seams.");
   add_scene_options(table);
   add_output_option(table);
   table.add({.name = "preset",
@@ -131,13 +135,14 @@ Verb react_verb() {
              .choices = preset_names(),
              .group = "Pattern",
              .help = "what grows"});
-  table.add({.name = "scale",
-             .letter = 's',
-             .type = Type::length,
-             .default_value = "2%",
-             .group = "Pattern",
-             .help = "wave length of the pattern: from spot to spot, from stripe to stripe",
-             .details = "At least 6 texels; a step of time gets shorter with its square, from 14 on."});
+  table.add(
+      {.name = "scale",
+       .letter = 's',
+       .type = Type::length,
+       .default_value = "2%",
+       .group = "Pattern",
+       .help = "wave length of the pattern: from spot to spot, from stripe to stripe",
+       .details = "At least 6 texels; a step of time gets shorter with its square, from 14 on."});
   table.add({.name = "time",
              .letter = 't',
              .type = Type::number,

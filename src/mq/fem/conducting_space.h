@@ -10,7 +10,8 @@ namespace mq {
 /// to stop at edges. Where c is 0 all around an unknown it is a component of its own.
 class ConductingSpace final : public SignalSpace {
  public:
-  /// `space` must outlive it. Throws `InvalidInput` on a conductivity that is negative or not finite.
+  /// `space` must outlive it. Throws `InvalidInput` on a conductivity that is negative or not
+  /// finite.
   ConductingSpace(const SignalSpace& space, std::vector<float> conductivity);
 
   int size() const override { return space_.size(); }

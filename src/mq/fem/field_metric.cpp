@@ -1,5 +1,5 @@
-// In texel coordinates, with J = dπ/√√|g| of unit density: g_Y = √|g| (JᵀJ + κ² q qᵀ), q = Jᵀ(N × Y), and
-// the determinant of what is in brackets is 1 + κ² qᵀ(JᵀJ)⁻¹q.
+// In texel coordinates, with J = dπ/√√|g| of unit density: g_Y = √|g| (JᵀJ + κ² q qᵀ), q = Jᵀ(N ×
+// Y), and the determinant of what is in brackets is 1 + κ² qᵀ(JᵀJ)⁻¹q.
 
 #include "mq/fem/field_metric.h"
 

@@ -11,7 +11,8 @@ namespace mq {
 
 /// Per triangle the metric
 ///
-///     g_Y(A, B) = ⟨A, B⟩ + κ² ⟨A, JY⟩ ⟨B, JY⟩,      √|g_Y| = √(1 + κ²|Y|²) times that of the surface,
+///     g_Y(A, B) = ⟨A, B⟩ + κ² ⟨A, JY⟩ ⟨B, JY⟩,      √|g_Y| = √(1 + κ²|Y|²) times that of the
+///     surface,
 ///
 /// which stretches distances across Y by √(1 + κ²|Y|²) and leaves those along it. Heat that spreads
 /// over ℓ along Y in some time spreads over ℓ/√(1 + κ²|Y|²) across. Y is a vector in space per

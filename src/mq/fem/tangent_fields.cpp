@@ -1,10 +1,11 @@
-// A closed 1-form that is not exact: ω is ±1 on the edges that a loop of triangles crosses, + where the
-// edge leads from the right of the loop to its left. Each triangle of the loop is entered and left,
-// so d₁ω = 0. With S·φ = d₀ᵀ⋆₁ω, ω − d₀φ has no divergence either: the harmonic form of its class.
+// A closed 1-form that is not exact: ω is ±1 on the edges that a loop of triangles crosses, + where
+// the edge leads from the right of the loop to its left. Each triangle of the loop is entered and
+// left, so d₁ω = 0. With S·φ = d₀ᵀ⋆₁ω, ω − d₀φ has no divergence either: the harmonic form of its
+// class.
 //
-// Loops: in the graph of triangles (and one place outside, behind all boundaries of a component) take
-// a spanning tree that crosses no edge of a spanning tree of the vertices. Every edge left over closes
-// one loop, and these are as many as the surface has classes.
+// Loops: in the graph of triangles (and one place outside, behind all boundaries of a component)
+// take a spanning tree that crosses no edge of a spanning tree of the vertices. Every edge left
+// over closes one loop, and these are as many as the surface has classes.
 
 #include "mq/fem/tangent_fields.h"
 
@@ -17,8 +18,8 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/edges.h"
-#include "mq/fem/vector_basis.h"
 #include "mq/fem/exterior.h"
+#include "mq/fem/vector_basis.h"
 #include "mq/linear/connected_components.h"
 #include "mq/linear/direct.h"
 #include "mq/mesh/geometry.h"
@@ -148,8 +149,8 @@ std::vector<int> closing_edges(const Surface& surface, const Edges& edges, const
   return closing;
 }
 
-/// Takes off each column what is a gradient: ω − d₀φ with S·φ = d₀ᵀ⋆₁ω, one vertex of each component
-/// held.
+/// Takes off each column what is a gradient: ω − d₀φ with S·φ = d₀ᵀ⋆₁ω, one vertex of each
+/// component held.
 void take_off_gradients(const Edges& edges, const Vector& star_one, int vertex_count,
                         Eigen::MatrixXd& omega) {
   const SparseMatrix d = d0(edges, vertex_count);
@@ -217,7 +218,8 @@ TangentField field_from_vertices(const Surface& surface, const std::vector<Vecto
   TangentField field(surface.mesh.triangles.size());
   parallel_for(std::ssize(field), [&](std::int64_t t) {
     const Triangle& v = surface.mesh.triangles[t];
-    field[t] = tangent_part(surface, int(t), (vertices[v[0]] + vertices[v[1]] + vertices[v[2]]) / 3);
+    field[t] =
+        tangent_part(surface, int(t), (vertices[v[0]] + vertices[v[1]] + vertices[v[2]]) / 3);
   });
   return field;
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// Vector fields that a surface has by itself or gets from a signal: a vector in space per triangle,
-/// tangent to it, 0 where the triangle has no area.
+/// Vector fields that a surface has by itself or gets from a signal: a vector in space per
+/// triangle, tangent to it, 0 where the triangle has no area.
 
 #include <vector>
 

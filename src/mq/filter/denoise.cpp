@@ -16,8 +16,9 @@ namespace {
 /// A conductivity below this is none, but keeps the system in one piece.
 constexpr float least_conductivity = 1e-6F;
 
-/// Over how many spacings the first step smooths, whose edges the second goes by (Catté, Lions, Morel
-/// and Coll 1992): enough for noise from one unknown to the next, little enough for edges to stay.
+/// Over how many spacings the first step smooths, whose edges the second goes by (Catté, Lions,
+/// Morel and Coll 1992): enough for noise from one unknown to the next, little enough for edges to
+/// stay.
 constexpr double first_spacings = 1.5;
 
 double mean_spacing(const SignalSpace& space) {
@@ -59,7 +60,8 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
     if (k > 0) stop_at_edges(space, result.signal, options.edge, conductivity);
     const ConductingSpace conducting(space, std::move(conductivity));
     const bool looks_for_edges = own_edges && k == 0;
-    const double weight = looks_for_edges ? std::min(options.weight, first * first) : options.weight;
+    const double weight =
+        looks_for_edges ? std::min(options.weight, first * first) : options.weight;
     const ScreenedPoisson equation(conducting, weight, factory, step.step("prepare", 0.6));
     result = equation.solve(psi, 0, step.step("solve", 0.4));
   }

@@ -13,6 +13,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/filter/front.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/linear/connected_components.h"
@@ -22,10 +23,11 @@ namespace mq {
 struct GeodesicDistance::Parts {
   const SignalSpace& space;
   GeodesicOptions options;
-  double length = 0;               ///< √t
-  SparseMatrix heat;               ///< M + t·S
-  std::vector<int> component;      ///< per unknown
+  double length = 0;           ///< √t
+  SparseMatrix heat;           ///< M + t·S
+  std::vector<int> component;  ///< per unknown
   ScreenedPoisson poisson;
+  std::vector<Vector3> places = {};
 };
 
 namespace {
@@ -43,8 +45,8 @@ SparseMatrix heat_matrix(const SignalSpace& space, double t, const Progress& pro
   return A;
 }
 
-/// |∇w| is near 1. Where it is less than this there is no direction but rounding: inside sources, and
-/// in the half texel by which a texture ends beyond its last texels.
+/// |∇w| is near 1. Where it is less than this there is no direction but rounding: inside sources,
+/// and in the half texel by which a texture ends beyond its last texels.
 constexpr float least_gradient = 0.05F;
 
 /// ∫ ⟨∇w/|∇w|, ∇φ_i⟩ dA, |∇w| at least `least_gradient`.
@@ -101,16 +103,28 @@ GeodesicDistance::GeodesicDistance(const SignalSpace& space, SolverFactory facto
 
 GeodesicDistance::~GeodesicDistance() = default;
 
+void GeodesicDistance::set_places(std::vector<Vector3> places) {
+  require(std::ssize(places) == parts_->space.size(), "one place per unknown is needed");
+  parts_->places = std::move(places);
+}
+
 double GeodesicDistance::diffusion_length() const { return parts_->length; }
 
 Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& sources,
                                 const Progress& progress) const {
   require_sources(sources, parts_->space.size());
   std::vector<std::pair<int, double>> fixed;
-  for (const GeodesicSource& s : sources) fixed.emplace_back(s.unknown, -s.distance / parts_->length);
-  HeatSweeps heat = sweep_heat(parts_->heat, fixed,
-                               {parts_->options.tolerance, parts_->options.max_sweeps},
-                               progress.step("spread heat", 0.5));
+  for (const GeodesicSource& s : sources)
+    fixed.emplace_back(s.unknown, -s.distance / parts_->length);
+  Vector guess;
+  if (!parts_->places.empty()) {
+    std::vector<std::pair<int, double>> begin;
+    for (const GeodesicSource& s : sources) begin.emplace_back(s.unknown, s.distance);
+    guess = front_distances(parts_->heat, parts_->places, begin) / -parts_->length;
+  }
+  HeatSweeps heat =
+      sweep_heat(parts_->heat, fixed, {parts_->options.tolerance, parts_->options.max_sweeps},
+                 guess, progress.step("spread heat", 0.5));
   Signal w(heat.log_u.size(), 1);
   for (Eigen::Index i = 0; i < w.rows(); ++i)
     w(i, 0) = std::isfinite(heat.log_u[i]) ? -parts_->length * heat.log_u[i] : 0;

@@ -7,6 +7,7 @@
 #include "mq/base/progress.h"
 #include "mq/fem/space.h"
 #include "mq/linear/direct_solver.h"
+#include "mq/mesh/mesh.h"
 
 namespace mq {
 
@@ -26,11 +27,11 @@ struct GeodesicOptions {
 
 /// Distances and how they were found.
 struct Geodesic {
-  Vector distance;    ///< per unknown, model units; infinite where no path leads to a source
-  int sweeps = 0;     ///< over all unknowns, for the spread of heat
-  double change = 0;  ///< by how much rows of the equation missed in the last of them, mean
-  int unreached = 0;  ///< unknowns at an infinite distance
-  SolveReport report; ///< of the Poisson equation
+  Vector distance;     ///< per unknown, model units; infinite where no path leads to a source
+  int sweeps = 0;      ///< over all unknowns, for the spread of heat
+  double change = 0;   ///< by how much rows of the equation missed in the last of them, mean
+  int unreached = 0;   ///< unknowns at an infinite distance
+  SolveReport report;  ///< of the Poisson equation
 };
 
 /// The distance φ to the nearest source, from two linear equations (thesis 5.9.3; Crane, Weischedel
@@ -40,15 +41,16 @@ struct Geodesic {
 ///     S·φ = b,   b_i = ∫ ⟨X, ∇φ_i⟩ dA,      X = ∇w/|∇w|,   w = −√t·log u,
 ///
 /// with M lumped and t = `time`·h̄². X is minus the normalised gradient of u, taken of the logarithm
-/// because that is nearly linear; |∇w| is the root mean square over an element, and at least 0.05. φ is determined per
-/// component up to a constant, chosen such that the given distances are met on average; nothing is
-/// below 0.
+/// because that is nearly linear; |∇w| is the root mean square over an element, and at least 0.05.
+/// φ is determined per component up to a constant, chosen such that the given distances are met on
+/// average; nothing is below 0.
 ///
 /// u falls by a factor e every √t, two spacings; `sweep_heat` finds it with every ratio accurate,
-/// however far from a source. Then one Poisson equation is solved.
+/// however far from a source, beginning with `front_distances`. Then one Poisson equation is
+/// solved.
 ///
-/// The error is of order h̄: on a square of 256² texels 0.2 % on average for a source in the middle, 3 %
-/// at most beyond three texels. Largest near the source, at boundaries (where the last three
+/// The error is of order h̄: on a square of 256² texels 0.2 % on average for a source in the middle,
+/// 3 % at most beyond three texels. Largest near the source, at boundaries (where the last three
 /// spacings are drawn out), and where shortest paths meet.
 class GeodesicDistance {
  public:
@@ -56,6 +58,10 @@ class GeodesicDistance {
   explicit GeodesicDistance(const SignalSpace& space, SolverFactory factory = direct_solver(),
                             const GeodesicOptions& options = {}, const Progress& progress = {});
   ~GeodesicDistance();
+
+  /// Where the unknowns lie. Sweeps then begin with `front_distances` and are a few instead of
+  /// dozens; where charts are much stretched they do not get there without.
+  void set_places(std::vector<Vector3> places);
 
   /// Throws `InvalidInput` when there are no sources, or one is not an unknown or not finite.
   Geodesic from(const std::vector<GeodesicSource>& sources, const Progress& progress = {}) const;

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "mq/base/parallel.h"
+#include "mq/filter/falling_order.h"
 
 namespace mq {
 namespace {
@@ -32,27 +33,15 @@ constexpr double most_tolerances = 100;
 /// Beyond this ratio, e^8, of neighbours u is not believed.
 constexpr float most_log_ratio = 8;
 
-/// Unknowns step by step along couplings from the fixed ones.
-std::vector<int> by_steps(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed) {
-  std::vector<int> order;
-  std::vector<char> met(std::size_t(A.rows()), 0);
-  const auto meet = [&](int i) {
-    if (!met[std::size_t(i)]) met[std::size_t(i)] = 1, order.push_back(i);
-  };
-  for (const auto& [i, value] : fixed) meet(i);
-  for (std::size_t k = 0; k < order.size(); ++k)
-    for (SparseMatrix::InnerIterator it(A, order[k]); it; ++it)
-      if (it.value() != 0) meet(int(it.col()));
-  return order;
-}
-
 /// What a row says of log u where some neighbours in `log_u` are known, the others −∞. Couplings of
 /// the wrong sign are left out.
 double first_guess(const SparseMatrix& A, int i, const Vector& log_u) {
   double largest = -infinity, diagonal = 1;
   for (SparseMatrix::InnerIterator it(A, i); it; ++it) {
-    if (it.col() == i) diagonal = it.value();
-    else if (it.value() != 0) largest = std::max(largest, log_u[it.col()]);
+    if (it.col() == i)
+      diagonal = it.value();
+    else if (it.value() != 0)
+      largest = std::max(largest, log_u[it.col()]);
   }
   double nearer = 0, farther = 0;
   for (SparseMatrix::InnerIterator it(A, i); it; ++it) {
@@ -65,40 +54,6 @@ double first_guess(const SparseMatrix& A, int i, const Vector& log_u) {
   const double decay = (1 - std::sqrt(1 - all * all)) / all;
   return largest + std::clamp(std::log(nearer / std::max(0.05, 1 - decay * farther)), -3.0, 0.0);
 }
-
-/// Places of unknowns in the order of falling u; equal places go by number.
-class FallingOrder {
- public:
-  static constexpr int places = 1 << 16;
-
-  /// Of the unknowns `met`, ascending.
-  void sort(const std::vector<int>& met, const Vector& log_u) {
-    double high = -infinity, low = infinity;
-    for (const int i : met) {
-      high = std::max(high, log_u[i]);
-      low = std::min(low, log_u[i]);
-    }
-    const double scale = high > low ? (places - 1) / (high - low) : 0;
-    place_.resize(std::size_t(log_u.size()));
-    parallel_for(std::ssize(met), [&](std::int64_t k) {
-      place_[met[k]] = std::uint16_t((high - log_u[met[k]]) * scale);
-    });
-    std::vector<int> next(places + 1, 0);
-    for (const int i : met) ++next[place_[i] + 1];
-    for (int p = 0; p < places; ++p) next[p + 1] += next[p];
-    order_.resize(met.size());
-    for (const int i : met) order_[next[place_[i]]++] = i;
-  }
-
-  bool before(int i, int j) const {
-    return place_[i] != place_[j] ? place_[i] < place_[j] : i < j;
-  }
-  const std::vector<int>& order() const { return order_; }
-
- private:
-  std::vector<std::uint16_t> place_;
-  std::vector<int> order_;
-};
 
 class Sweep {
  public:
@@ -168,7 +123,8 @@ class Sweep {
 }  // namespace
 
 HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed,
-                      const HeatSweepOptions& options, const Progress& progress) {
+                      const HeatSweepOptions& options, const Vector& guess,
+                      const Progress& progress) {
   HeatSweeps result;
   Vector& log_u = result.log_u;
   log_u = Vector::Constant(A.rows(), -infinity);
@@ -179,7 +135,7 @@ HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, do
   }
   std::vector<int> met = by_steps(A, fixed);
   for (const int i : met)
-    if (!is_fixed[i]) log_u[i] = first_guess(A, i, log_u);
+    if (!is_fixed[i]) log_u[i] = guess.size() > 0 ? guess[i] : first_guess(A, i, log_u);
   progress.at(0.1);
 
   Sweep sweep(A, std::move(met), is_fixed, log_u);

@@ -10,19 +10,21 @@
 namespace mq {
 
 struct HeatSweepOptions {
-  double tolerance = 1e-4;  ///< stop when Σ_j a_ij u_j / u_i is this near to 1, on average; above 1e-8
+  double tolerance =
+      1e-4;  ///< stop when Σ_j a_ij u_j / u_i is this near to 1, on average; above 1e-8
   int max_sweeps = 200;
 };
 
 struct HeatSweeps {
-  Vector log_u;       ///< −∞ where no coupling leads to a fixed unknown
+  Vector log_u;  ///< −∞ where no coupling leads to a fixed unknown
   int sweeps = 0;
   double change = 0;  ///< mean of |log Σ_j a_ij u_j / u_i| in the last of them, rows that never fit
                       ///< counting for 100 tolerances: there is none where u is not positive
 };
 
-/// log u for A·u = 0 in every row but those of `fixed` (unknown and the value of log u there), where
-/// A is symmetric with positive row sums and mostly negative couplings: M + t·S with M lumped.
+/// log u for A·u = 0 in every row but those of `fixed` (unknown and the value of log u there),
+/// where A is symmetric with positive row sums and mostly negative couplings: M + t·S with M
+/// lumped.
 ///
 /// u falls by a factor e every √t. A solver that is accurate in a norm gets the first dozen of them
 /// right, and after 700 there is no number of double precision left. Here the logarithm is kept.
@@ -38,9 +40,13 @@ struct HeatSweeps {
 /// ratios of neighbours, which depend on little beyond √t. Where rows miss because couplings
 /// have the wrong sign (triangles stretched beyond √2 have such), the first sweeps are bounded.
 ///
-/// Costs about 100 ns per unknown and sweep on one thread, 20 sweeps for t of a few squared spacings,
-/// more for longer t. The same bits for any number of threads.
+/// `guess` is where to begin, finite where couplings lead from a fixed unknown; empty: from a crude
+/// one.
+///
+/// Costs about 100 ns per unknown and sweep on one thread, 20 sweeps for t of a few squared
+/// spacings, more for longer t. The same bits for any number of threads.
 HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, double>>& fixed,
-                      const HeatSweepOptions& options = {}, const Progress& progress = {});
+                      const HeatSweepOptions& options = {}, const Vector& guess = {},
+                      const Progress& progress = {});
 
 }  // namespace mq

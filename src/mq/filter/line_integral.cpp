@@ -15,7 +15,8 @@ namespace {
 /// The count of a node of the grid, for `Random`: nodes 2²¹ apart along one axis share it.
 std::uint64_t node(std::int64_t x, std::int64_t y, std::int64_t z) {
   constexpr std::uint64_t mask = (1U << 21) - 1;
-  return (std::uint64_t(x) & mask) | (std::uint64_t(y) & mask) << 21 | (std::uint64_t(z) & mask) << 42;
+  return (std::uint64_t(x) & mask) | (std::uint64_t(y) & mask) << 21 |
+         (std::uint64_t(z) & mask) << 42;
 }
 
 double noise_at(const Random& random, const Vector3& p) {
@@ -75,8 +76,10 @@ Signal with_contrast(const Signal& signal, double deviations) {
     const double mean = values.mean();
     const double deviation = std::sqrt((values - mean).square().mean());
     // A constant differs from its mean by rounding.
-    if (deviation <= 1e-12 * std::abs(mean)) values.setConstant(0.5);
-    else values = ((values - mean) / (2 * deviations * deviation) + 0.5).max(0.0).min(1.0);
+    if (deviation <= 1e-12 * std::abs(mean))
+      values.setConstant(0.5);
+    else
+      values = ((values - mean) / (2 * deviations * deviation) + 0.5).max(0.0).min(1.0);
   }
   return result;
 }

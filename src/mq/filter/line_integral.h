@@ -3,7 +3,8 @@
 /// Cabral and Leedom 1993, here by diffusion as in thesis 5.9.4).
 ///
 /// 1. `solid_noise` at the unknowns, the same however the surface is cut into charts.
-/// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values spread
+/// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values
+/// spread
 ///    over √w along the field and over √w/κ across it.
 /// 3. `sharpen` on the surface's own space, which brings the contrast between lines back.
 /// 4. `with_contrast`.
@@ -32,14 +33,14 @@ struct LineIntegral {
   SolveReport spread, sharpen;
 };
 
-/// Steps 2 and 3. `across` and `surface` are spaces of the same unknowns, with the metric across the
-/// field and without. A constant comes back as it is.
+/// Steps 2 and 3. `across` and `surface` are spaces of the same unknowns, with the metric across
+/// the field and without. A constant comes back as it is.
 LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface,
                            const Signal& noise, const LineIntegralOptions& options,
                            const SolverFactory& factory, const Progress& progress = {});
 
-/// Shifted and scaled such that the mean is ½ and `deviations` standard deviations lie between there
-/// and 0 or 1, then cut to [0, 1]. A constant becomes ½. Unknowns weigh alike.
+/// Shifted and scaled such that the mean is ½ and `deviations` standard deviations lie between
+/// there and 0 or 1, then cut to [0, 1]. A constant becomes ½. Unknowns weigh alike.
 Signal with_contrast(const Signal& signal, double deviations = 2);
 
 }  // namespace mq

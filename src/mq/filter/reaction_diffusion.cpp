@@ -1,4 +1,5 @@
-// w_i ← w_i + τ R(w)_i + D Σ_j (−τ S_ij / m_i)(w_j − w_i): differences, so that a constant stays exactly.
+// w_i ← w_i + τ R(w)_i + D Σ_j (−τ S_ij / m_i)(w_j − w_i): differences, so that a constant stays
+// exactly.
 
 #include "mq/filter/reaction_diffusion.h"
 
@@ -30,7 +31,8 @@ constexpr double may_be_slow = 0.1;
 
 /// τ for which no larger share asks for less.
 double step_for_most(std::vector<double> fastest, double longest) {
-  const auto place = fastest.begin() + std::ptrdiff_t((1 - may_be_slow) * double(fastest.size() - 1));
+  const auto place =
+      fastest.begin() + std::ptrdiff_t((1 - may_be_slow) * double(fastest.size() - 1));
   std::nth_element(fastest.begin(), place, fastest.end());
   return *place > 0 ? std::min(longest, stable / *place) : longest;
 }
@@ -49,11 +51,10 @@ Reaction gray_scott(const GrayScott& rates) {
 }
 
 const std::vector<GrayScottPreset>& gray_scott_presets() {
-  static const std::vector<GrayScottPreset> presets = {
-      {"spots", {0.030, 0.062}, 11.2},
-      {"stripes", {0.029, 0.057}, 11.7},
-      {"holes", {0.039, 0.058}, 11.8},
-      {"coral", {0.0545, 0.062}, 11.2}};
+  static const std::vector<GrayScottPreset> presets = {{"spots", {0.030, 0.062}, 11.2},
+                                                       {"stripes", {0.029, 0.057}, 11.7},
+                                                       {"holes", {0.039, 0.058}, 11.8},
+                                                       {"coral", {0.0545, 0.062}, 11.2}};
   return presets;
 }
 
@@ -125,9 +126,9 @@ void ReactionDiffusion::advance(const Reaction& reaction, const Substances& from
 
 void ReactionDiffusion::run(const Reaction& reaction, int steps, Substances& state,
                             const Progress& progress) const {
-  require(std::ssize(state) == 2 * size(),
-          fmt::format("{} amounts were given for two substances on {} unknowns", state.size(),
-                      size()));
+  require(
+      std::ssize(state) == 2 * size(),
+      fmt::format("{} amounts were given for two substances on {} unknowns", state.size(), size()));
   Substances next(state.size());
   for (int k = 0; k < steps; ++k) {
     advance(reaction, state, next);

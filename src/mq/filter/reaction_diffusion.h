@@ -1,6 +1,6 @@
 #pragma once
-/// Patterns that grow by themselves: two substances that spread and react (Turing, The chemical basis
-/// of morphogenesis, 1952).
+/// Patterns that grow by themselves: two substances that spread and react (Turing, The chemical
+/// basis of morphogenesis, 1952).
 
 #include <array>
 #include <functional>
@@ -33,8 +33,9 @@ Reaction gray_scott(const GrayScott& rates);
 struct GrayScottPreset {
   std::string name;
   GrayScott rates;
-  /// 2π √(∫ v² / ∫ |∇v|²) of the pattern, v taken from its mean, where D_u = 0.16 lengths² per unit of
-  /// time, in these lengths. Measured on 128² of them at two texels each after 10000 units of time.
+  /// 2π √(∫ v² / ∫ |∇v|²) of the pattern, v taken from its mean, where D_u = 0.16 lengths² per unit
+  /// of time, in these lengths. Measured on 128² of them at two texels each after 10000 units of
+  /// time.
   double wave_length;
 };
 const std::vector<GrayScottPreset>& gray_scott_presets();
@@ -46,10 +47,10 @@ std::array<double, 2> diffusivities(const GrayScottPreset& preset, double wave_l
 ///
 ///     w_i ← w_i + τ (R(w)_i − D/m_i Σ_j S_ij (w_j − w_i)),
 ///
-/// M lumped. A step is stable up to τ D Σ_j |S_ij| / m_i = ¾; where texels are smaller than that allows
-/// (at seams, in stretched charts) their m_i is taken as large as it asks for: they change more slowly.
-/// A constant with R = 0 stays, bit for bit. Single precision; the same bits for any number of
-/// threads.
+/// M lumped. A step is stable up to τ D Σ_j |S_ij| / m_i = ¾; where texels are smaller than that
+/// allows (at seams, in stretched charts) their m_i is taken as large as it asks for: they change
+/// more slowly. A constant with R = 0 stays, bit for bit. Single precision; the same bits for any
+/// number of threads.
 class ReactionDiffusion {
  public:
   /// Steps of length τ ≤ `longest_step`, as long as all but a tenth of the unknowns allow. Throws
@@ -76,7 +77,8 @@ class ReactionDiffusion {
   double slowed_ = 0;
 };
 
-/// u = 1, v = 0, and spots of u = ½, v = ¼ about `spacing` apart, at places that depend on the seed.
+/// u = 1, v = 0, and spots of u = ½, v = ¼ about `spacing` apart, at places that depend on the
+/// seed.
 Substances seeded_substances(std::span<const Vector3> places, double spacing, std::uint64_t seed);
 
 }  // namespace mq

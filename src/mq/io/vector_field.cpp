@@ -22,8 +22,7 @@ namespace {
 
 Eigen::Matrix<double, 3, 2> edges_of(const Mesh& mesh, int t) {
   Eigen::Matrix<double, 3, 2> edges;
-  for (int k = 0; k < 2; ++k)
-    edges.col(k) = mesh.position(t, k + 1) - mesh.position(t, 0);
+  for (int k = 0; k < 2; ++k) edges.col(k) = mesh.position(t, k + 1) - mesh.position(t, 0);
   return edges;
 }
 
@@ -33,11 +32,12 @@ VectorField read_edge_frames(const std::filesystem::path& path, const Mesh& mesh
   if (bytes.size() >= sizeof count) std::memcpy(&count, bytes.data(), sizeof count);
   const std::size_t wanted = sizeof count + 16 * std::size_t(mesh.triangle_count());
   if (count != mesh.triangle_count() || bytes.size() != wanted)
-    throw IoError(fmt::format(
-        "{}: says {} and has {} bytes; a field for this mesh of {} has {}: a 32-bit count, then two "
-        "doubles for each",
-        path.string(), counted(count, "triangle"), bytes.size(),
-        counted(mesh.triangle_count(), "triangle"), wanted));
+    throw IoError(
+        fmt::format("{}: says {} and has {} bytes; a field for this mesh of {} has {}: a 32-bit "
+                    "count, then two "
+                    "doubles for each",
+                    path.string(), counted(count, "triangle"), bytes.size(),
+                    counted(mesh.triangle_count(), "triangle"), wanted));
   VectorField field;
   for (int t = 0; t < count; ++t) {
     Vector2 components;
@@ -73,8 +73,10 @@ std::vector<Vector3> read_rows(const PlyElement& element, const std::vector<int>
     reader.set_place(element, i);
     for (std::size_t p = 0; p < row.size(); ++p) {
       const PlyProperty& property = element.properties[p];
-      if (property.count_type) reader.list(property, list);
-      else row[p] = reader.value(property.type).value;
+      if (property.count_type)
+        reader.list(property, list);
+      else
+        row[p] = reader.value(property.type).value;
     }
     vectors.emplace_back(row[components[0]], row[components[1]], row[components[2]]);
     if (!vectors.back().allFinite()) reader.fail("its vector is not finite");
@@ -105,8 +107,9 @@ VectorField read_properties(const std::filesystem::path& path, const Mesh& mesh)
     return {faces ? VectorField::At::triangles : VectorField::At::vertices,
             read_rows(element, components, reader)};
   }
-  throw IoError(name + ": has no vectors: give its vertices or its faces the properties vx, vy and "
-                       "vz (or field_x, field_y, field_z)");
+  throw IoError(name +
+                ": has no vectors: give its vertices or its faces the properties vx, vy and "
+                "vz (or field_x, field_y, field_z)");
 }
 
 }  // namespace
