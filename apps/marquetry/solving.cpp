@@ -81,7 +81,7 @@ SolveReport solve_and_fall_back(Run& run, const Domain& domain, const Attempt& a
 
 }  // namespace
 
-void add_solver_options(OptionTable& table) {
+void add_solver_options(OptionTable& table, const std::string& tolerance) {
   using Type = Option::Type;
   table.add(
       {.name = "solver",
@@ -99,7 +99,7 @@ void add_solver_options(OptionTable& table) {
            "precision, to compare with."});
   table.add({.name = "tolerance",
              .type = Type::number,
-             .default_value = "1e-6",
+             .default_value = tolerance,
              .least = 1e-16,
              .most = 0.1,
              .group = "Solver",

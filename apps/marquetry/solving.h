@@ -11,8 +11,8 @@
 
 namespace mq::app {
 
-/// Adds --solver, --tolerance and --cycles.
-void add_solver_options(OptionTable& table);
+/// Adds --solver, --tolerance (with this default) and --cycles.
+void add_solver_options(OptionTable& table, const std::string& tolerance = "1e-6");
 
 WhenToStop when_to_stop(const OptionValues& options);
 
