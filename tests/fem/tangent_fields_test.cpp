@@ -42,7 +42,9 @@ void expect_harmonic(const Mesh& mesh, int count) {
       if (e < 0) continue;
       const Vector3 along = mesh.position(next(h) / 3, next(h) % 3) - mesh.position(h / 3, h % 3);
       const double integral = edges.sign[h] * fields[i][h / 3].dot(along);
-      if (!std::isnan(omega[e])) EXPECT_NEAR(omega[e], integral, 1e-9);
+      if (!std::isnan(omega[e])) {
+        EXPECT_NEAR(omega[e], integral, 1e-9);
+      }
       omega[e] = integral;
     }
     EXPECT_LE((curl * omega).cwiseAbs().maxCoeff(), 1e-9);

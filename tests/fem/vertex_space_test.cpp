@@ -144,7 +144,9 @@ TEST(Stiffness, VanishesOnLinearFunctionsInsideAPlane) {
   for (int axis = 0; axis < 2; ++axis) {
     const Vector image = space.stiffness() * coordinate(surface, axis);
     for (int v = 0; v < space.size(); ++v)
-      if (inner(surface.mesh.positions[v])) EXPECT_NEAR(image[v], 0, 1e-12);
+      if (inner(surface.mesh.positions[v])) {
+        EXPECT_NEAR(image[v], 0, 1e-12);
+      }
   }
 }
 
@@ -216,7 +218,9 @@ TEST(Divergence, OfThePositionIsTwoInsideAPlane) {
   const Vector mass = space.mass() * Vector::Ones(space.size());
   const Vector moments = space.gradient_moments(field_in_frames(surface, field));
   for (int v = 0; v < space.size(); ++v)
-    if (inner(surface.mesh.positions[v])) EXPECT_NEAR(-moments[v] / mass[v], 2, 1e-12);
+    if (inner(surface.mesh.positions[v])) {
+      EXPECT_NEAR(-moments[v] / mass[v], 2, 1e-12);
+    }
 }
 
 TEST(VertexSpace, LeavesTrianglesWithoutAreaOut) {

@@ -52,7 +52,9 @@ struct Hardness {
 std::vector<Hardness> find_hardness(const SparseMatrix& A, const std::vector<char>& stencil) {
   const int n = int(stencil.size());
   std::vector<double> diagonal(n);
-  parallel_for(n, [&](std::int64_t k) { diagonal[k] = A.coeff(k, k); });
+  parallel_for(n, [&](std::int64_t k) {
+    diagonal[k] = stencil[k] ? A.valuePtr()[A.outerIndexPtr()[k] + 4] : A.coeff(k, k);
+  });
   std::vector<Hardness> hardness(n);
   parallel_for(n, [&](std::int64_t k) {
     double softest = diagonal[k];
@@ -88,10 +90,10 @@ void mark_around(const SparseMatrix& A, int k, int rings, std::vector<char>& mar
 }
 
 /// The rows that `make_robust_layout` clusters.
-std::vector<int> find_clustered(const SparseMatrix& A, const Texels& texels) {
-  const int n = texels.size();
-  std::vector<char> stencil(n);
-  parallel_for(n, [&](std::int64_t k) { stencil[k] = is_stencil(A, texels, int(k)); });
+std::vector<int> find_clustered(const SparseMatrix& A, const StencilLayout& layout) {
+  const int n = layout.rows;
+  std::vector<char> stencil(n, 1);
+  for (const int k : layout.irregular) stencil[k] = 0;
   const std::vector<Hardness> hardness = find_hardness(A, stencil);
   const float limit = limit_of(hardness);
   std::vector<char> marked(n, 0);
@@ -310,7 +312,7 @@ StencilLayout make_layout(const SparseMatrix& A, const Texels& texels) {
 
 StencilLayout make_robust_layout(const SparseMatrix& A, const Texels& texels) {
   StencilLayout layout = make_layout(A, texels);
-  layout.clustered = find_clustered(A, texels);
+  layout.clustered = find_clustered(A, layout);
   return layout;
 }
 

@@ -22,7 +22,8 @@ struct MultigridOptions {
 ///
 /// Levels: the texels; per chart a grid of half the resolution; then points on the surface that know
 /// nothing of charts. Interior texels are relaxed as 3 × 3 stencils, those at seams by solving
-/// small patches exactly; the coarsest level is solved directly. A may be semidefinite with the
+/// small patches exactly, and so once more those of triangles stretched beyond 4 : 1 or of nearly no
+/// area, up to a fiftieth of all; the coarsest level is solved directly. A may be semidefinite with the
 /// constants of a component in its null space (`SolveReport` residuals then leave out what B holds
 /// of constants, and X keeps its mean on that component).
 ///

@@ -212,15 +212,15 @@ void TexelSpace::Data::find_parts() {
 
 /// Of the surface, per texel² of the pieces in the cells around an unknown.
 double TexelSpace::Data::texel_area(int i) const {
-  double surface = 0, coverage = 0;
+  double area = 0, coverage = 0;
   for_each_cell(texels.places[i], [&](const Incidence& at) {
     const int kind = cells.kind[at.cell];
     if (kind < 0) return;
     const TexelCells::CutInfo info = cut_info(kind);
-    surface += info.surface;
+    area += info.surface;
     coverage += info.coverage;
   });
-  return coverage > 0 ? surface / coverage : atlas.surface_area / atlas.texel_area;
+  return coverage > 0 ? area / coverage : atlas.surface_area / atlas.texel_area;
 }
 
 void TexelSpace::Data::find_weak() {
