@@ -11,6 +11,7 @@
 
 #include "fem/cut_squares.h"
 #include "linear/matrices.h"
+#include "mq/fem/multigrid_solver.h"
 #include "mq/filter/screened_poisson.h"
 
 namespace mq {
@@ -248,6 +249,23 @@ TEST(TexelFilter, FindsLinearFunctionsFromTheirGradient) {
   }
   EXPECT_EQ(without, 2);
   EXPECT_EQ(with, 8);
+}
+
+TEST(TexelFilter, KeepsTheMeanHoweverLargeTheWeight) {
+  const fixtures::Cut cut = fixtures::cut("turned", fixtures::turned(fixtures::odd_angle), {160, 160});
+  const TexelSpace space(cut.model->surface, cut.model->atlas);
+  const Signal psi = test::random_signal(space.size(), 3);
+  const Eigen::RowVectorXd mean = (space.mass() * psi).colwise().sum() / space.scale().area;
+  for (const double weight : {1.0, 1e3, 1e6}) {
+    const Signal phi = ScreenedPoisson(space, weight, multigrid_solver(space.texels())).solve(psi, 0).signal;
+    const Eigen::RowVectorXd after = (space.mass() * phi).colwise().sum() / space.scale().area;
+    EXPECT_LT((after - mean).cwiseAbs().maxCoeff(), 0.1 / 65535) << weight;
+
+    const auto precise = multigrid_solver(space.texels(), {.tolerance = 1e-8});
+    const Signal by_cycles = ScreenedPoisson(space, weight, precise).solve(psi, 0).signal;
+    const Signal exact = ScreenedPoisson(space, weight).solve(psi, 0).signal;
+    EXPECT_LT((by_cycles - exact).cwiseAbs().maxCoeff(), 0.5 / 65535) << weight;
+  }
 }
 
 }  // namespace

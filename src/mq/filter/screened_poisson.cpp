@@ -22,6 +22,10 @@ namespace {
 /// of what rounding leaves of several million of them.
 constexpr double vanishing_screen = 1e-8;
 
+/// In areas: from here on an error of the solver in the constants of a component, which the residual
+/// shows little of, could be one that 16 bits show.
+constexpr double large_weight = 0.01;
+
 /// The least that a screen given per unknown counts as.
 constexpr double least_screen = 1e-8;
 
@@ -94,10 +98,11 @@ void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
   if (!finite) {
     components = Components(A, screened_mass());
     A.diagonal() += vanishing_screen * components.share;
+  } else if (screened || weight > large_weight * space_.scale().area) {
+    components = Components(A, A * Vector::Ones(space_.size()));  // A·1 = M·1
   }
   const double shift = prepare(A, progress.step("prepare", 0.8));
-  if (finite && shift > 0)
-    components = Components(A, screened_mass());
+  if (shift > 0 && components.count == 0) components = Components(A, screened_mass());
   weight_ = weight;
   shift_ = shift;
   components_ = std::move(components);

@@ -35,7 +35,8 @@ struct Filtered {
 ///
 /// What is solved is the correction, φ = ψ + (M + w·S)⁻¹ w·S_{β−1}·ψ. So β = 1 gives ψ back bit for
 /// bit, ψ is the first guess of an iterative solver, and, as the right-hand side sums to 0, the mean
-/// ∫φ dA of each connected component is that of ψ to the accuracy of the solve.
+/// ∫φ dA of each connected component is that of ψ to the accuracy of the solve, and to rounding where
+/// w is more than a hundredth of the area, as then a small residual would allow a large error in it.
 ///
 /// w = ∞ is allowed: only gradients count, S·φ = S_β·ψ, each component keeping its mean. It is
 /// solved as S·δ + D·δ = S_{β−1}·ψ with D = 10⁻⁸/(area of the component) · (lumped mass), a weight
