@@ -100,7 +100,7 @@ void add_solver_options(OptionTable& table, const std::string& tolerance) {
   table.add({.name = "tolerance",
              .type = Type::number,
              .default_value = tolerance,
-             .least = 1e-14,
+             .least = 1e-16,
              .most = 0.1,
              .group = "Solver",
              .help = "relative residual at which iterations stop"});
