@@ -33,7 +33,7 @@ struct LiveOptions {
 /// Thesis 5.9.1, which runs cycles over the whole atlas.
 class LiveModulation {
  public:
-  /// Assembles, and prepares to settle. ψ is size() × channels; `space` must outlive the object.
+  /// Assembles the system. ψ is size() × channels; `space` must outlive the object.
   /// Throws `InvalidInput` for a weight that is not positive and finite, or a signal that does not fit
   /// or is not finite.
   LiveModulation(const TexelSpace& space, double weight, Signal psi, const LiveOptions& options = {},

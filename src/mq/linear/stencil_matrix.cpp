@@ -6,8 +6,9 @@
 /// so that five values per unknown hold a symmetric matrix. In a row the even unknowns are replaced
 /// and then the odd ones, neither of which depend on one another, a vector register at a time; what
 /// does not depend on the row itself, `rest`, is computed once for both. A tile small enough for
-/// the cache is relaxed several times before the next is touched, and its runs where triangles are
-/// stretched (in any direction, so that lines of texels would be no remedy) some times more.
+/// the cache is relaxed several times before the next is touched. Runs where triangles are stretched
+/// (in any direction, so that lines of texels would be no remedy) are then relaxed some times more, all
+/// tiles once each time: tile after tile, waves along the edges between tiles would stay.
 
 #include "mq/linear/stencil_matrix.h"
 
