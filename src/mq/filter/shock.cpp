@@ -1,0 +1,99 @@
+/// Thesis chapter 3: X = ∇P, P = ½ |∇φ|², and φ is looked up where −X leads from each vertex. What
+/// we do differently: paths are exact (`SurfaceFlow`), and time may be stated free of units.
+
+#include "mq/filter/shock.h"
+
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+
+namespace mq {
+namespace {
+
+Vector lumped_mass(const SignalSpace& space) { return space.mass() * Vector::Ones(space.size()); }
+
+/// The mean over the triangles around each vertex, by area.
+Vector at_vertices(const VertexSpace& space, const std::vector<double>& per_triangle) {
+  Vector sum = Vector::Zero(space.size()), area = Vector::Zero(space.size());
+  for (int t = 0; t < space.triangle_count(); ++t) {
+    const double share = space.shapes()[t].area();
+    for (const int v : space.triangles()[t]) {
+      sum[v] += share * per_triangle[t];
+      area[v] += share;
+    }
+  }
+  for (Eigen::Index v = 0; v < sum.size(); ++v)
+    if (area[v] > 0) sum[v] /= area[v];
+  return sum;
+}
+
+}  // namespace
+
+Vector shock_potential(const VertexSpace& space, const Signal& phi, const ShockWeights& weights,
+                       const SolverFactory& factory, std::vector<SolveReport>* reports,
+                       const Progress& progress) {
+  require(phi.rows() == space.size(),
+          fmt::format("a signal of {} rows was given for {} vertices", phi.rows(), space.size()));
+  require(phi.allFinite(), "the signal has values that are not finite");
+  std::optional<ScreenedPoisson> equation;
+  const auto smoothed = [&](const Signal& values, double weight, const Progress& step) -> Signal {
+    if (weight == 0) return values;
+    if (!equation)
+      equation.emplace(space, weight, factory, step.step("prepare", 0.7));
+    else if (equation->weight() != weight)
+      equation->set_weight(weight, step.step("prepare", 0.7));
+    Filtered filtered = equation->solve(values, 0.0, step);
+    if (reports) reports->push_back(filtered.report);
+    return filtered.signal;
+  };
+  const Signal gradient =
+      space.gradient(smoothed(phi, weights.signal, progress.step("smooth signal", 0.6)));
+  std::vector<double> energy(space.triangle_count());
+  parallel_for(space.triangle_count(), [&](std::int64_t t) {
+    energy[t] = 0.5 * (gradient.row(2 * t).squaredNorm() + gradient.row(2 * t + 1).squaredNorm());
+  });
+  return smoothed(at_vertices(space, energy), weights.potential,
+                  progress.step("smooth potential", 0.4));
+}
+
+double potential_rate(const SignalSpace& space, const Vector& potential) {
+  const Vector laplacian = space.stiffness_times(potential), mass = lumped_mass(space);
+  double sum = 0, area = 0;
+  for (Eigen::Index i = 0; i < mass.size(); ++i)
+    if (mass[i] > 0) {
+      sum += laplacian[i] * laplacian[i] / mass[i];
+      area += mass[i];
+    }
+  return std::sqrt(sum / area);
+}
+
+double time_from(const ShockTime& time, const SignalSpace& space, const Vector& potential) {
+  require(time.value >= 0, fmt::format("a time of {} is before the start", time.value));
+  if (time.unit == ShockTime::Unit::unit_area) {
+    const double area = space.scale().area;
+    return time.value * area * area;
+  }
+  const double rate = potential_rate(space, potential);
+  return rate > 0 ? time.value / rate : 0;
+}
+
+Shocked transport_shock(const TraceMesh& mesh, const VertexSpace& space, const Signal& signal,
+                        const ShockWeights& weights, const ShockTime& time,
+                        const SolverFactory& factory, const Progress& progress) {
+  Shocked shocked;
+  shocked.potential = shock_potential(space, signal, weights, factory, &shocked.solves,
+                                      progress.step("potential", 0.7));
+  shocked.rate = potential_rate(space, shocked.potential);
+  shocked.time = time_from(time, space, shocked.potential);
+  const SurfaceFlow flow = SurfaceFlow::downhill(mesh, shocked.potential);
+  Advected advected = flow.advect(signal, shocked.time, progress.step("follow paths", 0.3));
+  shocked.signal = std::move(advected.signal);
+  shocked.counts = advected.counts;
+  return shocked;
+}
+
+}  // namespace mq

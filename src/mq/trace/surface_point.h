@@ -1,0 +1,32 @@
+#pragma once
+/// A point of a surface, as paths begin and end.
+
+#include <cstdint>
+
+#include "mq/mesh/mesh.h"
+
+namespace mq {
+
+/// A triangle and the weights of its corners: not negative, of sum 1. A weight of exactly 0 is on
+/// the edge opposite that corner, two of them are at a vertex. Ends of paths are starts of others,
+/// so that flows compose.
+struct SurfacePoint {
+  int triangle = -1;
+  Vector3 barycentric = Vector3::Zero();
+};
+
+/// What paths did. All of it is a sum over paths, whatever the number of threads.
+struct PathCounts {
+  std::int64_t paths = 0;
+  std::int64_t triangles = 0;  ///< crossed, from edge to edge or less
+  std::int64_t edges = 0;      ///< slid along
+  std::int64_t resting = 0;    ///< paths that came to rest before their time was over
+  std::int64_t cut_short = 0;  ///< paths that were stopped after `most_crossings`
+
+  PathCounts operator+(const PathCounts& other) const {
+    return {paths + other.paths, triangles + other.triangles, edges + other.edges,
+            resting + other.resting, cut_short + other.cut_short};
+  }
+};
+
+}  // namespace mq

@@ -1,0 +1,230 @@
+#pragma once
+/// The automaton that follows integral curves of a field constant on each triangle. It is written
+/// once for every domain of triangles: a `Field` says how fast barycentric coordinates change and
+/// what lies across edges (`SurfaceFlow` for meshes, `GridFlow` for images).
+///
+/// A path is on a face, on an edge it slides along, or at a vertex. On a face its coordinates
+/// change at constant rates; the first that reaches 0 is set to 0 exactly, and crossing that edge
+/// only permutes them, so that a path is on the edge as seen from both sides, and nothing drifts.
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "mq/base/progress.h"
+#include "mq/trace/surface_point.h"
+
+namespace mq::walk {
+
+/// No path comes near it but one that circles for ever, which gradients have none of.
+inline constexpr std::int64_t most_crossings = std::int64_t(1) << 24;
+
+inline int after(int k) { return k == 2 ? 0 : k + 1; }
+inline int before(int k) { return k == 0 ? 2 : k - 1; }
+
+/// Where a path at a vertex goes on: into a triangle from its corner, or along the edge from that
+/// corner to the next one or to the one before.
+enum class Way { face = 0, edge_to_next = 1, edge_to_previous = 2 };
+inline constexpr int rest = -1;
+inline int exit_code(int triangle, int corner, Way way) {
+  return 16 * triangle + 4 * corner + int(way);
+}
+
+struct Path {
+  enum class On : char { face, edge, vertex } on = On::vertex;
+  int id = 0;
+  int triangle = 0;
+  int corner = 0;  ///< the vertex it is at, or the one opposite its edge
+  std::array<double, 3> b{};
+  double left = 0;  ///< time
+  std::int64_t crossings = 0;
+};
+
+inline void put_at_vertex(Path& path, int triangle, int corner) {
+  path.on = Path::On::vertex;
+  path.triangle = triangle;
+  path.corner = corner;
+  path.b = {};
+  path.b[corner] = 1;
+}
+
+/// The path on the edge opposite corner k, where nothing says yet which way: where both sides press
+/// it against the edge it slides, where both pull it off it takes the faster side, the lower number
+/// if they are equal.
+template <class Field>
+void put_on_edge(const Field& field, Path& path, int k) {
+  path.corner = k;
+  const double here = field.rates(path.triangle)[k];
+  const int across = field.across(path.triangle, k);
+  path.on = Path::On::edge;
+  const bool in_here = here > 0;
+  bool in_there = false;
+  if (across >= 0) {
+    const int there = across >> 2;
+    in_there = field.rates(there)[across & 3] > 0;
+    if (in_here && in_there) {
+      const double speed = field.speed(path.triangle), other = field.speed(there);
+      in_there = other > speed || (other == speed && there < path.triangle);
+    }
+  }
+  if (!in_here && !in_there) return;
+  path.on = Path::On::face;
+  if (!in_there) return;
+  const double first = path.b[after(k)], second = path.b[before(k)];
+  path.triangle = across >> 2;
+  path.corner = across & 3;
+  path.b[path.corner] = 0;
+  path.b[after(path.corner)] = second;
+  path.b[before(path.corner)] = first;
+}
+
+/// A path that begins at a point; weights that are 0 say that it is on an edge or at a vertex.
+template <class Field>
+void put_at(const Field& field, Path& path, int triangle, const Vector3& b) {
+  path.triangle = triangle;
+  path.b = {b[0], b[1], b[2]};
+  for (int k = 0; k < 3; ++k)
+    if (b[after(k)] == 0 && b[before(k)] == 0) return put_at_vertex(path, triangle, k);
+  path.on = Path::On::face;
+  for (int k = 0; k < 3; ++k)
+    if (b[k] == 0) return put_on_edge(field, path, k);
+}
+
+/// Goes on to the next edge or vertex. False when the path is at its end.
+template <class Field>
+bool advance(const Field& field, Path& path, PathCounts& counts) {
+  if (path.on == Path::On::face) {
+    ++counts.triangles;
+    const std::array<double, 3> rate = field.rates(path.triangle);
+    double time = std::numeric_limits<double>::infinity();
+    int k = -1;
+    for (int i = 0; i < 3; ++i) {
+      const double reached = rate[i] < 0 ? path.b[i] / -rate[i] : time;
+      if (rate[i] < 0 && (k < 0 || reached < time)) {
+        time = reached;
+        k = i;
+      }
+    }
+    if (k < 0) {  // nothing changes here
+      ++counts.resting;
+      return false;
+    }
+    const int i = after(k), j = before(k);
+    if (path.left <= time) {
+      double sum = 0;
+      for (int n = 0; n < 3; ++n) {
+        path.b[n] += rate[n] * path.left;
+        if (path.b[n] < 0) path.b[n] = 0;
+        sum += path.b[n];
+      }
+      for (double& b : path.b) b /= sum;
+      return false;
+    }
+    path.left -= time;
+    double first = path.b[i] + rate[i] * time, second = path.b[j] + rate[j] * time;
+    if (!(first > 0)) first = 0;
+    if (!(second > 0)) second = 0;
+    if (first == 0 || second == 0) {
+      put_at_vertex(path, path.triangle, first == 0 ? j : i);
+      return true;
+    }
+    const double sum = first + second;
+    first /= sum;
+    second = 1 - first;
+    path.b[k] = 0;
+    path.b[i] = first;
+    path.b[j] = second;
+    path.corner = k;
+    const int across = field.leave(path.triangle, k);
+    if (across < 0) {
+      path.on = Path::On::edge;
+      return true;
+    }
+    path.triangle = across >> 2;
+    const int l = across & 3;
+    path.b[l] = 0;
+    path.b[after(l)] = second;
+    path.b[before(l)] = first;
+    field.prefetch(path.triangle);
+    return true;
+  }
+  if (path.on == Path::On::edge) {
+    ++counts.edges;
+    const int k = path.corner, i = after(k), j = before(k);
+    const double rate = field.slide_rate(path.triangle, k);
+    if (rate == 0) {
+      ++counts.resting;
+      return false;
+    }
+    const double time = rate > 0 ? path.b[i] / rate : path.b[j] / -rate;
+    if (path.left <= time) {
+      double second = path.b[j] + rate * path.left;
+      second = second < 0 ? 0 : second > 1 ? 1 : second;
+      path.b[j] = second;
+      path.b[i] = 1 - second;
+      return false;
+    }
+    path.left -= time;
+    put_at_vertex(path, path.triangle, rate > 0 ? j : i);
+    return true;
+  }
+  const int way = path.left > 0 ? field.exit(path.triangle, path.corner) : rest;
+  if (way == rest) {
+    if (path.left > 0) ++counts.resting;
+    return false;
+  }
+  put_at_vertex(path, way >> 4, (way >> 2) & 3);
+  const Way kind = Way(way & 3);
+  if (kind == Way::face) {
+    path.on = Path::On::face;
+  } else {
+    path.on = Path::On::edge;
+    path.corner = kind == Way::edge_to_next ? before(path.corner) : after(path.corner);
+  }
+  field.prefetch(path.triangle);
+  return true;
+}
+
+/// Follows paths begin to end − 1, several at a time so that one waits for memory while others go
+/// on; a path that ends makes room for the next. start(path) places the path of `path.id`,
+/// finish(path) takes its end. Each path is by itself: what it does depends on no other.
+template <class Field, class Start, class Finish>
+PathCounts follow(const Field& field, std::int64_t begin, std::int64_t end, double time,
+                  const Start& start, const Finish& finish, const Progress& progress) {
+  constexpr int most_lanes = 16;
+  std::array<Path, most_lanes> lanes;
+  PathCounts counts;
+  counts.paths = end - begin;
+  std::int64_t next = begin;
+  const auto fill = [&](Path& path) {
+    path.id = int(next++);
+    path.left = time;
+    path.crossings = 0;
+    start(path);
+  };
+  int active = 0;
+  while (active < most_lanes && next < end) fill(lanes[active++]);
+  for (std::int64_t round = 1; active > 0; ++round) {
+    if (round % 65536 == 0) progress.check();
+    for (int n = 0; n < active;) {
+      Path& path = lanes[n];
+      bool goes_on = advance(field, path, counts);
+      if (goes_on && ++path.crossings > most_crossings) {
+        ++counts.cut_short;
+        goes_on = false;
+      }
+      if (goes_on) {
+        ++n;
+        continue;
+      }
+      finish(path);
+      if (next < end)
+        fill(path);
+      else
+        path = lanes[--active];
+    }
+  }
+  return counts;
+}
+
+}  // namespace mq::walk
