@@ -90,5 +90,51 @@ TEST(FieldMetric, RefusesFieldsThatDoNotFit) {
   EXPECT_THROW(shapes_across(model->surface, field, 100), InvalidInput);
 }
 
+TEST(CreaseMetric, StretchesASphereEvenlyAndACylinderAroundItself) {
+  // N = x on the unit sphere: each triangle is √(1 + ℓ²) times as large. On a cylinder of radius ½
+  // N = 2x: lengths around are √(1 + 4ℓ²) times as large, those along it stay.
+  const double length = 0.7;
+  const Surface sphere = make_surface(fixtures::sphere(3));
+  const auto plain = flat_triangles(sphere);
+  const auto wide = shapes_across_creases(sphere, sphere.mesh.positions, length);
+  const double by = std::sqrt(1 + length * length);
+  for (std::size_t t = 0; t < plain.size(); ++t) {
+    EXPECT_NEAR(wide[t].base, by * plain[t].base, 1e-14);
+    EXPECT_NEAR(wide[t].foot, by * plain[t].foot, 1e-14);
+    EXPECT_NEAR(wide[t].height, by * plain[t].height, 1e-14);
+  }
+  Mesh tube = fixtures::flat_square(16);
+  std::vector<Vector3> normals;
+  for (Vector3& p : tube.positions) {
+    normals.emplace_back(std::cos(p.x()), std::sin(p.x()), 0);
+    p = Vector3(0.5 * normals.back().x(), 0.5 * normals.back().y(), p.y());
+  }
+  const Surface cylinder = make_surface(tube);
+  const auto shapes = shapes_across_creases(cylinder, normals, length);
+  // Triangle 0 has its first edge around the cylinder, its last along it.
+  const FlatTriangle before = flat_triangles(cylinder)[0];
+  EXPECT_NEAR(shapes[0].base, std::sqrt(1 + 4 * length * length) * before.base, 1e-14);
+  EXPECT_NEAR(shapes[0].height, before.height, 1e-14);
+}
+
+TEST(CreaseMetric, IsTheSurfacesOwnWhereNormalsAreEqualOrUnknown) {
+  Mesh mesh = fixtures::flat_square(3);
+  mesh.triangles.push_back({0, 0, 5});
+  mesh.uvs.clear(), mesh.corner_uvs.clear();
+  const Surface surface = make_surface(mesh);
+  const auto plain = flat_triangles(surface);
+  for (const auto& normals : {std::vector<Vector3>(16, Vector3(0, 0, 1)),
+                              std::vector<Vector3>(16, Vector3(0, 0, 0))}) {
+    const auto same = shapes_across_creases(surface, normals, 5);
+    for (std::size_t t = 0; t < plain.size(); ++t) {
+      EXPECT_EQ(same[t].base, plain[t].base);
+      EXPECT_EQ(same[t].foot, plain[t].foot);
+      EXPECT_EQ(same[t].height, plain[t].height);
+    }
+  }
+  EXPECT_THROW(shapes_across_creases(surface, std::vector<Vector3>(15), 1), InvalidInput);
+  EXPECT_THROW(shapes_across_creases(surface, std::vector<Vector3>(16), -1), InvalidInput);
+}
+
 }  // namespace
 }  // namespace mq

@@ -39,6 +39,8 @@ Eigen::Matrix<double, 3, 2> derivative(const Surface& surface, const Atlas& atla
   return e * E.inverse();
 }
 
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
 /// N × Y: the field turned by +90°, its normal part lost.
 Vector3 turned_field(const Surface& surface, int t, const Vector3& y) {
   return triangle_normal(surface.mesh, t).cross(y);
@@ -86,6 +88,35 @@ std::vector<FlatTriangle> shapes_across(const Surface& surface, std::span<const 
     if (u == 0 && v == 0) return;
     shapes[t] = flat_triangle(first.squaredNorm() + u * u, first.dot(second) + u * v,
                               second.squaredNorm() + v * v);
+  });
+  return shapes;
+}
+
+std::vector<FlatTriangle> shapes_across_creases(const Surface& surface,
+                                                std::span<const Vector3> normals, double length) {
+  require(std::ssize(normals) == surface.mesh.vertex_count(),
+          fmt::format("{} normals were given for {} vertices", normals.size(),
+                      surface.mesh.vertex_count()));
+  require(length >= 0 && std::isfinite(length),
+          fmt::format("the length of a metric is {}; it must be finite and not negative", length));
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    require(normals[v].allFinite(), fmt::format("the normal at vertex {} is not finite", v));
+  std::vector<FlatTriangle> shapes = flat_triangles(surface);
+  if (length == 0) return shapes;
+  parallel_for(std::ssize(shapes), [&](std::int64_t i) {
+    const int t = int(i);
+    if (shapes[t].empty()) return;
+    const Triangle& v = surface.mesh.triangles[t];
+    if (normals[v[0]].isZero(0) || normals[v[1]].isZero(0) || normals[v[2]].isZero(0)) return;
+    Vector6 first, second;  // Gram–Schmidt keeps the height of a thin triangle
+    first << surface.mesh.position(t, 1) - surface.mesh.position(t, 0),
+        length * (normals[v[1]] - normals[v[0]]);
+    second << surface.mesh.position(t, 2) - surface.mesh.position(t, 0),
+        length * (normals[v[2]] - normals[v[0]]);
+    if (first.tail<3>().isZero(0) && second.tail<3>().isZero(0)) return;
+    const double base = first.norm(), foot = first.dot(second) / base;
+    const FlatTriangle shape{base, foot, (second - foot / base * first).norm()};
+    if (shape.height >= shapes[t].area() / base) shapes[t] = shape;
   });
   return shapes;
 }

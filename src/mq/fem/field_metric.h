@@ -29,4 +29,18 @@ std::vector<TexelMetric> texel_metrics_across(const Surface& surface, const Atla
 std::vector<FlatTriangle> shapes_across(const Surface& surface, std::span<const Vector3> field,
                                         double kappa);
 
+/// Per triangle the metric of the surface with its normal beside it, p ↦ (p, length·N) in six
+/// dimensions,
+///
+///     g(A, B) = ⟨A, B⟩ + length² ⟨dN(A), dN(B)⟩,
+///
+/// which stretches distances by √(1 + length²κ²) along a direction of principal curvature κ: what
+/// spreads goes along creases, and across them hardly. N are unit normals at the vertices, linear
+/// in each triangle (0: none is known there, and counts as no change). `length` in model units, 0:
+/// the metric of the surface. As in Kazhdan's Shape Gradient Domain, whose ε is length².
+/// Throws `InvalidInput` on normals that are not finite and on a count or a length that does not
+/// fit.
+std::vector<FlatTriangle> shapes_across_creases(const Surface& surface,
+                                                std::span<const Vector3> normals, double length);
+
 }  // namespace mq

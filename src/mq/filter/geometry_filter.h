@@ -1,0 +1,45 @@
+#pragma once
+/// Shapes smoothed and sharpened: the screened Poisson equation of positions and of normals.
+
+#include <vector>
+
+#include "mq/filter/normal_fit.h"
+#include "mq/filter/screened_poisson.h"
+
+namespace mq {
+
+struct GeometryFilterOptions {
+  double weight = 0;  ///< w of `ScreenedPoisson`: a length squared, model units
+  double beta = 0;    ///< on gradients: 0 smooths, 1 changes nothing, more sharpens
+  /// Length of the metric in which creases are far to cross (see `shapes_across_creases`), model
+  /// units; 0: the metric of the surface, in which all directions are equal.
+  double crease_length = 0;
+  /// Smoothing of the normals by which creases are found, on the surface of unit area: noise would
+  /// be creases everywhere.
+  double crease_alpha = 1e-4;
+};
+
+/// Unit normals at the vertices, and how the solve went.
+struct FilteredNormals {
+  std::vector<Vector3> normals;  ///< 0 where no triangle has area
+  SolveReport report;
+};
+
+/// The normals of `vertex_normals` as three signals that are smoothed or sharpened, and scaled to
+/// length 1 again (kept where that is not possible). beta = 1 changes nothing. Chuang, Rusinkiewicz
+/// and Kazhdan, Gradient-domain processing of meshes, 2016.
+FilteredNormals filter_normals(const Surface& surface, const GeometryFilterOptions& options,
+                               const SolverFactory& factory = direct_solver(),
+                               const Progress& progress = {});
+
+/// Positions as three signals, with the gain (1 + β·w·λ) / (1 + w·λ) per wave of the shape: β = 0 is
+/// one implicit step of mean curvature flow (Desbrun, Meyer, Schröder and Barr, Implicit fairing of
+/// irregular meshes using diffusion and curvature flow, 1999), which shrinks what is small; β > 1
+/// exaggerates. Chuang, Luo, Brown, Rusinkiewicz and Kazhdan, Estimating the Laplace-Beltrami
+/// operator by restricting 3D functions, 2009; thesis 5.2. The centre of mass of each component
+/// stays (that of the metric used). Vertices of several fans stay one, see `NormalFit`.
+Reshaped filter_positions(const Surface& surface, const GeometryFilterOptions& options,
+                          const SolverFactory& factory = direct_solver(),
+                          const Progress& progress = {});
+
+}  // namespace mq
