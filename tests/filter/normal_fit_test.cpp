@@ -143,6 +143,26 @@ TEST(NormalFit, ComesNearerToTheNormalsWithMoreSteps) {
   EXPECT_LT(often, 0.7 * once);
 }
 
+TEST(NormalFit, NeverMakesTheAreaLarger) {
+  // ½ ∫ |∇p|² is at least the area, equal for p₀, and a projection of gradients makes it no larger.
+  for (const Surface& surface : {bumpy(), make_surface(fixtures::sphere(3))}) {
+    const NormalFit fit(surface, 1e4);
+    std::vector<Vector3> wild = triangle_normals(surface.mesh);
+    for (std::size_t t = 0; t < wild.size(); ++t)
+      wild[t] = Vector3(std::sin(double(t)), std::sin(2.0 * double(t)), std::cos(3.0 * double(t)));
+    for (const std::vector<Vector3>& normals : {wild, other_normals(surface.mesh)}) {
+      Mesh mesh = surface.mesh;
+      double before = surface.area * (1 + 1e-4);
+      for (const int steps : {1, 2, 5}) {
+        mesh.positions = fit.fit(normals, steps).positions;
+        const double area = make_surface(mesh).area;
+        EXPECT_LE(area, before);
+        before = area * (1 + 1e-4);
+      }
+    }
+  }
+}
+
 TEST(NormalFit, MovesWithTheShape) {
   const Surface surface = bumpy();
   const std::vector<Vector3> normals = other_normals(surface.mesh);

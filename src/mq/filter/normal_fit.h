@@ -35,8 +35,9 @@ std::vector<Vector3> triangle_means(const Mesh& mesh, std::span<const Vector3> v
 /// The sign of n does not matter, only its plane. Where n is the triangle's own normal the right-hand
 /// side is 0 and the shape stays, to rounding. A triangle whose n is 0, or without area, asks for no
 /// change. Rigid motions of the input (n turned with it) are those of the result; so is a change of
-/// unit, as alpha is for unit area. Each component keeps its centre of mass. Vertices that
-/// `make_surface` took apart because their triangles form several fans stay one.
+/// unit, as alpha is for unit area. Each component keeps its centre of mass. The area never grows
+/// (but for 1/alpha): a triangle that is to turn by an angle θ is seen foreshortened by cos θ.
+/// Vertices that `make_surface` took apart because their triangles form several fans stay one.
 ///
 /// Set-up is a factorisation (see `DirectSolver`), each fit a solve of three channels.
 class NormalFit {
