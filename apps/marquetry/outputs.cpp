@@ -69,8 +69,8 @@ bool names_model(const fs::path& path) {
 Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
     : is_model_(names_model(name)) {
   require(kind == Kind::pictures || is_model_,
-          fmt::format("--output: found '{}', wanted a model (.ply, .obj, ...), since colours at "
-                      "vertices are part of it",
+          fmt::format("--output: found '{}', wanted a model (.ply, .obj, ...), since what "
+                      "changes is part of it",
                       name));
   if (is_model_) {
     plan_model(name, model, kind);

@@ -147,7 +147,7 @@ Scene read_scene(Run& run, MissingPictures missing, double share) {
   about(scene.model, [&] {
     scene.surface = make_surface(scene.model.mesh, *parse_weld(options.text("weld")),
                                  step.progress().step("weld", 0.5));
-    if (!scene.model.mesh.has_uvs()) return;
+    if (!scene.model.mesh.has_uvs() || missing == MissingPictures::unneeded) return;
     const std::string flipped = options.text("flipped");
     scene.texture_sizes = texture_sizes(run, scene.model, missing);
     scene.atlas = make_atlas(scene.surface, scene.texture_sizes,

@@ -25,8 +25,9 @@ void add_scene_options(OptionTable& table);
 
 /// What is done about textures that have texture coordinates but no picture.
 enum class MissingPictures {
-  refuse,  ///< an error
-  assume   ///< as if they had `assumed_texture_side`² texels, with a remark
+  refuse,   ///< an error
+  assume,   ///< as if they had `assumed_texture_side`² texels, with a remark
+  unneeded  ///< nothing: the verb works on the shape alone, and there is no atlas
 };
 inline constexpr int assumed_texture_side = 1024;
 

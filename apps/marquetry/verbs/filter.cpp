@@ -2,11 +2,17 @@
 //
 // The verb finds the signal (textures, or colours at vertices), takes it into the space of values
 // asked for, lets ScreenedPoisson work, and puts the result back. A texel that the filter leaves
-// alone, or that no chart touches, keeps its bits.
+// alone, or that no chart touches, keeps its bits. With --geometry the signal is the shape itself:
+// positions, or normals that vertices are then fitted to.
 #include <cmath>
 #include <memory>
+#include <tuple>
+#include <utility>
 
+#include "geometry.h"
 #include "mask_options.h"
+#include "mq/base/error.h"
+#include "mq/filter/geometry_filter.h"
 #include "mq/filter/modulation.h"
 #include "outputs.h"
 #include "run.h"
@@ -19,8 +25,69 @@
 namespace mq::app {
 namespace {
 
+GeometryFilterOptions asked_filter(const OptionValues& options, const SurfaceScale& scale) {
+  const auto length = [&](const std::string& name) {
+    return std::sqrt(weight_from_length(parse_length(options.text(name)), scale));
+  };
+  GeometryFilterOptions wanted{.weight = spread_weight(options, scale),
+                               .beta = options.number("beta")};
+  if (options.has("by-curvature")) wanted.crease_length = length("by-curvature");
+  const double spread = length("smooth-normals");
+  wanted.crease_alpha = spread * spread / scale.area;
+  return wanted;
+}
+
+/// New positions of the vertices, and the reports of all that was solved.
+std::pair<std::vector<Vector3>, SolveReport> filtered_shape(const Surface& surface,
+                                                            const OptionValues& options,
+                                                            const GeometryFilterOptions& wanted,
+                                                            const SolverFactory& factory,
+                                                            const Progress& progress) {
+  if (!options.flag("normals")) {
+    Reshaped shape = filter_positions(surface, wanted, factory, progress);
+    return {std::move(shape.positions), shape.report};
+  }
+  const FilteredNormals found =
+      filter_normals(surface, wanted, factory, progress.step("normals", 0.5));
+  const NormalFit fit(surface, options.number("fit-weight"), factory, progress.step("prepare", 0.4));
+  Reshaped shape = fit.fit(triangle_means(surface.mesh, found.normals),
+                           int(options.integer("fit-steps")), progress.step("fit", 0.1));
+  return {std::move(shape.positions), worst_of({found.report, shape.report})};
+}
+
+Exit filter_geometry(Run& run) {
+  const OptionValues& options = run.options();
+  Scene scene = read_shape(run, 0.2);
+  const Outputs outputs = shape_outputs(options, scene);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  std::vector<Vector3> positions;
+  about(scene.model, [&] {
+    const ShapeDomain domain(scene);
+    const SurfaceScale scale = domain.space().scale();
+    const GeometryFilterOptions wanted = asked_filter(options, scale);
+    solve_as_asked(run, domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
+      const Step step(run, "filter", shares.prepare + shares.solve + 0.3);
+      SolveReport report;
+      std::tie(positions, report) =
+          filtered_shape(scene.surface, options, wanted, factory, step);
+      return report;
+    });
+    run.result["alpha"] = wanted.weight / scale.area;
+    run.result["length"] = std::sqrt(wanted.weight);
+  });
+  const Step step(run, "write", 0.1);
+  put_positions(run, scene, positions);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
 Exit filter(Run& run) {
   const OptionValues& options = run.options();
+  if (options.flag("geometry")) return filter_geometry(run);
+  require(!options.has("by-curvature"),
+          "--by-curvature is for the shape of a model: give --geometry too");
   Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
   const Outputs outputs(
       options.text("output"), scene.model,
@@ -62,7 +129,7 @@ Exit filter(Run& run) {
 Verb filter_verb() {
   OptionTable table("filter",
                     "Smooth or sharpen a texture, or colours at vertices, on the surface, across "
-                    "the seams of the texture.");
+                    "the seams of the texture; or the shape of the surface itself.");
   add_scene_options(table);
   add_output_option(table);
   table.add({.name = "beta",
@@ -76,12 +143,32 @@ Verb filter_verb() {
   add_mask_options(table, "Filter");
   add_spread_options(table, "0.001", "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area");
+  table.add({.name = "geometry",
+             .letter = 'g',
+             .group = "Shape",
+             .help = "filter the shape: the positions of the vertices, or with --normals its normals",
+             .details = "With --normals normals are filtered and vertices fitted to them, which "
+                        "keeps more of the size of things."});
+  table.add({.name = "by-curvature",
+             .type = Option::Type::length,
+             .group = "Shape",
+             .help = "keep creases: distances across them count for more",
+             .details = "A direction in which the surface curves with radius r is stretched by "
+                        "sqrt(1 + (LENGTH/r)^2)."});
+  table.add({.name = "smooth-normals",
+             .type = Option::Type::length,
+             .default_value = "1%",
+             .group = "Shape",
+             .help = "how far normals are spread before creases are looked for in them"});
+  add_fit_options(table, "Shape");
   add_solver_options(table);
   add_space_option(table);
   add_normals_option(table);
   add_vertices_option(table, "filter the colours at vertices, though there are textures");
   add_depth_option(table);
   table.exclusive({"normals", "vertices"});
+  for (const char* name : {"mask", "spot", "space", "vertices", "depth"})
+    table.exclusive({"geometry", name});
   add_frames_option(table);
   return {table, filter};
 }

@@ -1,0 +1,41 @@
+#pragma once
+/// What verbs that change the shape of a model have in common.
+
+#include <vector>
+
+#include "domain.h"
+#include "outputs.h"
+#include "run.h"
+#include "scene.h"
+
+namespace mq::app {
+
+/// The scene of a verb that leaves textures alone: no atlas, no pictures asked for.
+Scene read_shape(Run& run, double share);
+
+/// Where the changed model goes.
+Outputs shape_outputs(const OptionValues& options, const Scene& scene);
+
+/// The vertices with the multigrid solver for them. The scene must outlive the domain.
+class ShapeDomain final : public VertexDomain {
+ public:
+  explicit ShapeDomain(const Scene& scene) : VertexDomain(scene), surface_(scene.surface) {}
+
+  bool has_multigrid() const override { return true; }
+  SolverFactory multigrid(const WhenToStop& when) const override;
+
+ private:
+  const Surface& surface_;
+};
+
+/// Adds --fit-weight and --fit-steps under the heading.
+void add_fit_options(OptionTable& table, const std::string& group);
+
+/// Of several solutions the one that fell short, or the last.
+SolveReport worst_of(const std::vector<SolveReport>& reports);
+
+/// Puts new positions of the surface's vertices into the model, whose stored normals are then left
+/// out; says and reports how far vertices moved and what area and volume became.
+void put_positions(Run& run, Scene& scene, const std::vector<Vector3>& positions);
+
+}  // namespace mq::app

@@ -1,0 +1,222 @@
+// Shapes that are filtered: what is written, what is said of them, what is refused.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "cli/models.h"
+#include "fixtures.h"
+#include "mq/mesh/geometry.h"
+#include "mq/mesh/volume.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using Words = std::vector<std::string>;
+using Json = nlohmann::json;
+
+void write_mesh(const Folder& folder, const std::string& name, const Mesh& mesh) {
+  Model model;
+  model.mesh = mesh;
+  write_model(folder / name, model);
+}
+
+Mesh bumpy_sphere() {
+  Mesh mesh = fixtures::sphere(4);
+  for (Vector3& p : mesh.positions) p *= 1 + 0.05 * std::sin(20 * p.x()) * std::sin(20 * p.y());
+  return mesh;
+}
+
+Result filter(const Folder& folder, const Words& more) {
+  Words words = {"filter", "--geometry"};
+  words.insert(words.end(), more.begin(), more.end());
+  return marquetry(folder, words);
+}
+
+TEST(FilterGeometry, SmoothsAndSharpensAShapeAndSaysHowItChanged) {
+  const Folder folder;
+  write_mesh(folder, "ball.ply", bumpy_sphere());
+  const Mesh before = read_model(folder / "ball.ply").mesh;
+  const double area = [&] {
+    double sum = 0;
+    for (const double a : triangle_areas(before)) sum += a;
+    return sum;
+  }();
+  for (const bool normals : {false, true})
+    for (const char* beta : {"0", "3"}) {
+      Words words = {"ball.ply", "-o", "out.ply", "--beta", beta, "--length", "3%", "--json"};
+      if (normals) words.push_back("--normals");
+      const Result result = filter(folder, words);
+      ASSERT_EQ(result.status, 0) << result.error;
+      const Json found = result.json()["result"];
+      const Mesh after = read_model(folder / "out.ply").mesh;
+      EXPECT_TRUE(after.triangles == before.triangles);
+      EXPECT_NEAR(found["area"]["before"].get<double>(), area, 1e-6);
+      EXPECT_NEAR(found["volume"]["after"].get<double>(), enclosed_volume(after), 1e-4);
+      EXPECT_GT(found["largest_moved"].get<double>(), 0.005);
+      if (!normals || *beta == '0') {
+        EXPECT_EQ(found["area"]["change"].get<double>() > 0, *beta == '3');
+      }
+      EXPECT_TRUE(result.json()["solve"]["converged"].get<bool>());
+    }
+  const Result said = filter(folder, {"ball.ply", "-o", "out.ply", "--beta", "0"});
+  EXPECT_THAT(said.output, HasSubstr("area 12.")) << said.output;
+  EXPECT_THAT(said.output, HasSubstr("volume 4."));
+}
+
+TEST(FilterGeometry, ChangesNothingAtBetaOneAndAlphaZero) {
+  const Folder folder;
+  write_strip(folder);
+  for (const Words& words : {Words{"--beta", "1"}, Words{"--beta", "0", "--alpha", "0"}}) {
+    Words all = {"strip.obj", "-o", "out.obj"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Result result = filter(folder, all);
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_EQ(file_bytes(folder / "out.obj"), file_bytes(folder / "strip.obj"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "strip.png"));
+  }
+}
+
+TEST(FilterGeometry, KeepsTextureCoordinatesAndWordsOfAFile) {
+  const Folder folder;
+  write_bytes(folder / "tent.obj",
+              "# a tent\no tent\n"
+              "v 0 0 0\nv 1 0 0.5\nv 2 0 0\nv 0 1 0\nv 1 1 0.5\nv 2 1 0\n"
+              "vt 0.05 0.1\nvt 0.45 0.1\nvt 0.45 0.9\nvt 0.05 0.9\n"
+              "g left\nf 1/1 2/2 5/3 4/4\ng right\nf 2 3 6 5\n");
+  const Result result =
+      filter(folder, {"tent.obj", "-o", "flat.obj", "--beta", "0", "--length", "0.5", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_TRUE(result.json()["result"]["volume"].is_null());
+  const std::string text = file_bytes(folder / "flat.obj");
+  EXPECT_THAT(text, HasSubstr("# a tent\n"));
+  EXPECT_THAT(text, HasSubstr("g left\nf 1/1 2/2 5/3 4/4\ng right\nf 2 3 6 5\n"));
+  EXPECT_THAT(text, Not(HasSubstr("v 1 0 0.5\n")));
+}
+
+TEST(FilterGeometry, MovesCopiesOfAVertexTogether) {
+  const Folder folder;
+  Mesh soup = fixtures::triangle_soup(bumpy_sphere());
+  write_mesh(folder, "soup.ply", soup);
+  write_mesh(folder, "ball.ply", bumpy_sphere());
+  for (const char* name : {"soup", "ball"})
+    ASSERT_EQ(filter(folder, {std::string(name) + ".ply", "-o", std::string(name) + "_out.ply",
+                              "--beta", "0", "--length", "5%"}).status,
+              0);
+  const Mesh one = read_model(folder / "soup_out.ply").mesh;
+  const Mesh two = read_model(folder / "ball_out.ply").mesh;
+  for (int t = 0; t < one.triangle_count(); ++t)
+    for (int k = 0; k < 3; ++k)
+      EXPECT_LT((one.position(t, k) - two.position(t, k)).norm(), 1e-5);
+}
+
+TEST(FilterGeometry, LeavesOutNormalsThatAreNoLongerTrue) {
+  const Folder folder;
+  write_bytes(folder / "pyramid.obj",
+              "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 -1\n"
+              "f 1//1 3//1 2//1\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  const Result result =
+      filter(folder, {"pyramid.obj", "-o", "out.obj", "--beta", "0", "--length", "10%"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("pyramid.obj: says normals"));
+  EXPECT_THAT(file_bytes(folder / "out.obj"), Not(HasSubstr("vn")));
+  write_bytes(folder / "pyramid.ply",
+              "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+              "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+              "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+              "0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n");
+  ASSERT_EQ(filter(folder, {"pyramid.ply", "-o", "out.ply", "--beta", "3"}).status, 0);
+  EXPECT_THAT(file_bytes(folder / "out.ply"), Not(HasSubstr("nx")));
+  // Nothing moved: they are true.
+  ASSERT_EQ(filter(folder, {"pyramid.obj", "-o", "same.obj", "--beta", "1"}).status, 0);
+  EXPECT_EQ(file_bytes(folder / "same.obj"), file_bytes(folder / "pyramid.obj"));
+}
+
+TEST(FilterGeometry, KeepsCreasesWhereAsked) {
+  const Folder folder;
+  Mesh cube = fixtures::flat_square(20);
+  for (Vector3& p : cube.positions) p.z() = -std::abs(p.x() - 0.5);
+  write_mesh(folder, "roof.ply", cube);
+  const auto moved = [&](const Words& more) {
+    Words words = {"roof.ply", "-o", "out.ply", "--beta", "0", "--length", "5%", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = filter(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    const Mesh after = read_model(folder / "out.ply").mesh;
+    return std::abs(after.positions[10 * 21 + 10].z());
+  };
+  EXPECT_LT(moved({"--by-curvature", "20%"}), 0.6 * moved({}));
+}
+
+TEST(FilterGeometry, SolvesByMultigridAsByFactorisation) {
+  const Folder folder;
+  write_mesh(folder, "ball.ply", bumpy_sphere());
+  const auto shape = [&](const Words& more) {
+    Words words = {"ball.ply", "-o", "out.ply", "--beta", "0", "--normals", "--length", "5%",
+                   "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = filter(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return std::pair(result.json()["solve"]["method"].get<std::string>(),
+                     read_model(folder / "out.ply").mesh.positions);
+  };
+  const auto direct = shape({"--solver", "direct"});
+  const auto iterated = shape({"--solver", "multigrid", "--tolerance", "1e-9"});
+  EXPECT_THAT(direct.first, HasSubstr("direct"));
+  EXPECT_EQ(iterated.first, "multigrid");
+  for (std::size_t v = 0; v < direct.second.size(); ++v)
+    EXPECT_LT((direct.second[v] - iterated.second[v]).norm(), 1e-5);
+}
+
+TEST(FilterGeometry, GivesTheSameBitsForAnyNumberOfThreads) {
+  const Folder folder;
+  write_mesh(folder, "ball.ply", bumpy_sphere());
+  const auto bytes = [&](const char* threads) {
+    EXPECT_EQ(filter(folder, {"ball.ply", "-o", "out.ply", "--beta", "2", "--normals",
+                              "--by-curvature", "5%", "--threads", threads}).status,
+              0);
+    return file_bytes(folder / "out.ply");
+  };
+  const std::string one = bytes("1");
+  EXPECT_TRUE(one == bytes("2"));
+  EXPECT_TRUE(one == bytes("7"));
+}
+
+TEST(FilterGeometry, IsRepeatedFromItsReport) {
+  const Folder folder;
+  write_mesh(folder, "ball.ply", bumpy_sphere());
+  ASSERT_EQ(filter(folder, {"ball.ply", "-o", "a.ply", "--beta", "0", "--normals", "--report",
+                            "r.json"}).status,
+            0);
+  const Result again = marquetry(folder, {"filter", "--config", "r.json", "-o", "b.ply"});
+  ASSERT_EQ(again.status, 0) << again.error;
+  EXPECT_EQ(file_bytes(folder / "a.ply"), file_bytes(folder / "b.ply"));
+}
+
+TEST(FilterGeometry, SaysWhatItCannotDo) {
+  const Folder folder;
+  write_strip(folder);
+  const auto error = [&](const Words& more) {
+    Words words = {"filter", "strip.obj", "--beta", "0"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2);
+    return result.error;
+  };
+  EXPECT_THAT(error({"-o", "o.png", "--geometry"}), HasSubstr("wanted a model"));
+  EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--length", "8tx"}),
+              HasSubstr("strip.obj: a length in texels needs a texture"));
+  EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--mask", "m.png"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--vertices"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--by-curvature", "x"}), HasSubstr("curvature"));
+  EXPECT_THAT(error({"-o", "o.obj", "--by-curvature", "2"}), HasSubstr("give --geometry too"));
+  write_bytes(folder / "line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+  const Result flat = marquetry(folder, {"filter", "line.obj", "-o", "o.obj", "--geometry", "--beta", "0"});
+  EXPECT_EQ(flat.status, 2);
+  EXPECT_THAT(flat.error, HasSubstr("line.obj: the surface has no area"));
+}
+
+}  // namespace
+}  // namespace mq::test
