@@ -129,7 +129,7 @@ TEST(Shock, DoesNotDependOnTheSizeOfValuesOrSurface) {
   const auto own = [&](const Case& on, double factor, double time) {
     const double w = 1e-4 * on.space.scale().area;
     return Signal(
-        transport_shock(on.mesh, on.space, factor * phi, {w, w}, {ShockTime::Unit::unit_area, time})
+        transport_shock(on.mesh, on.space, factor * phi, {w, w}, {ShockTime::Unit::absolute, time})
             .signal /
         factor);
   };

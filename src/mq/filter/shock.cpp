@@ -73,7 +73,7 @@ double potential_rate(const SignalSpace& space, const Vector& potential) {
 
 double time_from(const ShockTime& time, const SignalSpace& space, const Vector& potential) {
   require(time.value >= 0, fmt::format("a time of {} is before the start", time.value));
-  if (time.unit == ShockTime::Unit::unit_area) {
+  if (time.unit == ShockTime::Unit::absolute) {
     const double area = space.scale().area;
     return time.value * area * area;
   }

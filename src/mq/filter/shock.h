@@ -38,7 +38,7 @@ struct ShockTime {
   enum class Unit {
     relative,  ///< τ: t = τ/Λ, whatever the size of the surface and of the values; 1 is mild, at 10
                ///< little still moves
-    unit_area  ///< the thesis' own: on the surface scaled to area 1
+    absolute  ///< the thesis' own: on a surface scaled to area 1, on an image with pixels of side 1
   } unit = Unit::relative;
   double value = 1;  ///< not negative
 };

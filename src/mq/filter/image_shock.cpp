@@ -1,0 +1,286 @@
+/// Thesis 3.3.1 (ComputeFlow, IntegrateFlow, Iterative Sampling, Flow Composition) and 3.3.2
+/// (Advect).
+
+#include "mq/filter/image_shock.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+
+namespace mq {
+namespace {
+
+/// Weights of a Gaussian at 0, 1, ... pixels, of sum 1 with both sides.
+std::vector<double> gaussian(double weight) {
+  const double variance = 2 * weight;
+  const int radius = int(std::ceil(4 * std::sqrt(variance)));
+  std::vector<double> kernel(std::size_t(radius) + 1);
+  double sum = 0;
+  for (int i = 0; i <= radius; ++i) {
+    kernel[std::size_t(i)] = std::exp(-0.5 * i * i / variance);
+    sum += (i ? 2 : 1) * kernel[std::size_t(i)];
+  }
+  for (double& k : kernel) k /= sum;
+  return kernel;
+}
+
+/// The pixel that one beyond the border mirrors.
+int mirrored(int i, int size) {
+  const int period = 2 * size;
+  i = ((i % period) + period) % period;
+  return i < size ? i : period - 1 - i;
+}
+
+/// Several channels in double, row by row, as an image has them.
+struct Field {
+  int width, height, channels;
+  std::vector<double> values;
+  double& operator()(int x, int y, int c) {
+    return values[(std::size_t(y) * width + x) * channels + c];
+  }
+  double operator()(int x, int y, int c) const {
+    return values[(std::size_t(y) * width + x) * channels + c];
+  }
+  double clamped(int x, int y, int c) const {
+    return (*this)(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1), c);
+  }
+};
+
+Field field_of(const Image<float>& image) {
+  return {image.width(),
+          image.height(),
+          image.channels(),
+          {image.values().begin(), image.values().end()}};
+}
+
+Field smoothed(const Field& field, double weight) {
+  if (weight == 0) return field;
+  const std::vector<double> kernel = gaussian(weight);
+  const int radius = int(kernel.size()) - 1;
+  Field rows = field, result = field;
+  const auto pass = [&](const Field& from, Field& to, int dx, int dy) {
+    parallel_for(
+        field.height,
+        [&](std::int64_t row) {
+          const int y = int(row);
+          for (int x = 0; x < field.width; ++x)
+            for (int c = 0; c < field.channels; ++c) {
+              double sum = kernel[0] * from(x, y, c);
+              for (int i = 1; i <= radius; ++i)
+                sum += kernel[std::size_t(i)] * (from(mirrored(x - i * dx, field.width),
+                                                      mirrored(y - i * dy, field.height), c) +
+                                                 from(mirrored(x + i * dx, field.width),
+                                                      mirrored(y + i * dy, field.height), c));
+              to(x, y, c) = sum;
+            }
+        },
+        4);
+  };
+  pass(field, rows, 1, 0);
+  pass(rows, result, 0, 1);
+  return result;
+}
+
+/// ½ Σ_c of the mean of |∇φ_c|² over a cell: along x the differences a above and b below, whose
+/// square has the mean (a² + ab + b²)/3, and the same along y.
+double cell_energy(const Field& phi, int x, int y) {
+  double sum = 0;
+  for (int c = 0; c < phi.channels; ++c) {
+    const double p = phi(x, y, c), q = phi(x + 1, y, c), r = phi(x, y + 1, c),
+                 s = phi(x + 1, y + 1, c);
+    const double above = q - p, below = s - r, left = r - p, right = s - q;
+    sum +=
+        above * above + above * below + below * below + left * left + left * right + right * right;
+  }
+  return sum / 6;
+}
+
+/// The mean over the cells around each pixel.
+Field potential_of(const Field& signal, const ShockWeights& weights) {
+  const Field phi = smoothed(signal, weights.signal);
+  const int cells_x = phi.width - 1, cells_y = phi.height - 1;
+  std::vector<double> energy(std::size_t(cells_x) * cells_y);
+  parallel_for(
+      cells_y,
+      [&](std::int64_t y) {
+        for (int x = 0; x < cells_x; ++x)
+          energy[std::size_t(y) * cells_x + x] = cell_energy(phi, x, int(y));
+      },
+      8);
+  Field P{phi.width, phi.height, 1, std::vector<double>(std::size_t(phi.width) * phi.height)};
+  parallel_for(
+      phi.height,
+      [&](std::int64_t row) {
+        for (int x = 0; x < phi.width; ++x) {
+          double sum = 0;
+          int count = 0;
+          for (int j = std::max(0, int(row) - 1); j <= std::min(int(row), cells_y - 1); ++j)
+            for (int i = std::max(0, x - 1); i <= std::min(x, cells_x - 1); ++i, ++count)
+              sum += energy[std::size_t(j) * cells_x + i];
+          P(x, int(row), 0) = sum / count;
+        }
+      },
+      8);
+  return smoothed(P, weights.potential);
+}
+
+/// −X of the field to follow.
+GridFlow flow_of(const Field& signal, const ImageShockOptions& options) {
+  if (options.concavity == Concavity::along_gradient)
+    return GridFlow::downhill(signal.width, signal.height,
+                              potential_of(signal, options.weights).values);
+  const Field phi = smoothed(signal, options.weights.signal);
+  const int cells_x = phi.width - 1, cells_y = phi.height - 1;
+  Field X{cells_x, cells_y, 2, std::vector<double>(2 * std::size_t(cells_x) * cells_y)};
+  const auto laplacian = [&](int x, int y, int c) {
+    return phi.clamped(x - 1, y, c) + phi.clamped(x + 1, y, c) + phi.clamped(x, y - 1, c) +
+           phi.clamped(x, y + 1, c) - 4 * phi(x, y, c);
+  };
+  parallel_for(
+      cells_y,
+      [&](std::int64_t row) {
+        const int y = int(row);
+        for (int x = 0; x < cells_x; ++x)
+          for (int c = 0; c < phi.channels; ++c) {
+            const double L = (laplacian(x, y, c) + laplacian(x + 1, y, c) + laplacian(x, y + 1, c) +
+                              laplacian(x + 1, y + 1, c)) /
+                             4;
+            const double p = phi(x, y, c), q = phi(x + 1, y, c), r = phi(x, y + 1, c),
+                         s = phi(x + 1, y + 1, c);
+            X(x, y, 0) -= L * (q - p + s - r) / 2;
+            X(x, y, 1) -= L * (r - p + s - q) / 2;
+          }
+      },
+      8);
+  X = smoothed(X, options.weights.potential);
+  std::vector<std::array<double, 2>> field(std::size_t(cells_x) * cells_y);
+  for (std::size_t i = 0; i < field.size(); ++i) field[i] = {X.values[2 * i], X.values[2 * i + 1]};
+  return GridFlow::along(phi.width, phi.height, std::move(field));
+}
+
+/// Values of `from` at the ends of paths, bilinear, never outside those of the four pixels around.
+Field looked_up(const Field& from, const GridFlow& flow, const std::vector<SurfacePoint>& ends) {
+  Field to = from;
+  parallel_for(
+      from.height,
+      [&](std::int64_t row) {
+        const int y = int(row);
+        for (int x = 0; x < from.width; ++x) {
+          const auto [column, line] = flow.place(ends[std::size_t(y) * from.width + x]);
+          const int i = std::clamp(int(std::floor(column)), 0, from.width - 2);
+          const int j = std::clamp(int(std::floor(line)), 0, from.height - 2);
+          const double u = column - i, v = line - j;
+          for (int c = 0; c < from.channels; ++c) {
+            const double p = from(i, j, c), q = from(i + 1, j, c), r = from(i, j + 1, c),
+                         s = from(i + 1, j + 1, c);
+            const double above = u == 0 ? p : u == 1 ? q : p + u * (q - p);
+            const double below = u == 0 ? r : u == 1 ? s : r + u * (s - r);
+            const double value = v == 0 ? above : v == 1 ? below : above + v * (below - above);
+            const auto [low, high] = std::minmax({p, q, r, s});
+            to(x, y, c) = std::clamp(value, low, high);
+          }
+        }
+      },
+      8);
+  return to;
+}
+
+/// The image with a side of one pixel repeated.
+Image<float> at_least_two(const Image<float>& image) {
+  Image<float> wider(std::max(2, image.width()), std::max(2, image.height()), image.channels());
+  for (int y = 0; y < wider.height(); ++y)
+    for (int x = 0; x < wider.width(); ++x)
+      std::ranges::copy(
+          image.pixel(std::min(x, image.width() - 1), std::min(y, image.height() - 1)),
+          wider.pixel(x, y).begin());
+  return wider;
+}
+
+ShockedImage follow(const Image<float>& image, const ImageShockOptions& options,
+                    const Progress& progress) {
+  const Field first = field_of(image);
+  ShockedImage shocked{image, 0, 0, {}};
+  const bool along = options.concavity == Concavity::along_gradient;
+  const Field potential = potential_of(first, options.weights);
+  shocked.rate = potential_rate(image.width(), image.height(), potential.values);
+  shocked.time = options.time.unit == ShockTime::Unit::absolute ? options.time.value
+                 : shocked.rate > 0                             ? options.time.value / shocked.rate
+                                                                : 0;
+  const int steps = options.method == ImageShockOptions::Method::transport ? 1 : options.steps;
+  Field signal = first;
+  Traced traced;
+  for (int k = 0; k < steps; ++k) {
+    const Progress step = progress.step(fmt::format("step {} of {}", k + 1, steps), 1.0 / steps);
+    const GridFlow flow = k == 0 && along
+                              ? GridFlow::downhill(image.width(), image.height(), potential.values)
+                              : flow_of(signal, options);
+    const bool composes = options.method == ImageShockOptions::Method::composed && k > 0;
+    traced = composes ? flow.trace(traced.ends, shocked.time / steps, step)
+                      : flow.trace_pixels(shocked.time / steps, step);
+    shocked.counts = shocked.counts + traced.counts;
+    const bool iterated = options.method == ImageShockOptions::Method::iterated;
+    signal = looked_up(iterated ? signal : first, flow, traced.ends);
+  }
+  std::ranges::copy(signal.values, shocked.image.values().begin());
+  return shocked;
+}
+
+}  // namespace
+
+Image<float> smoothed(const Image<float>& image, double weight) {
+  require(weight >= 0, fmt::format("a weight of {} is negative", weight));
+  const Field field = smoothed(field_of(image), weight);
+  Image<float> result = image;
+  std::ranges::copy(field.values, result.values().begin());
+  return result;
+}
+
+std::vector<double> shock_potential(const Image<float>& image, const ShockWeights& weights) {
+  return potential_of(field_of(image), weights).values;
+}
+
+double potential_rate(int width, int height, std::span<const double> potential) {
+  const auto at = [&](int x, int y) {
+    return potential[std::size_t(std::clamp(y, 0, height - 1)) * width +
+                     std::clamp(x, 0, width - 1)];
+  };
+  const double sum = parallel_sum(
+      height, 0.0,
+      [&](std::int64_t begin, std::int64_t end) {
+        double part = 0;
+        for (int y = int(begin); y < int(end); ++y)
+          for (int x = 0; x < width; ++x) {
+            const double L =
+                at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1) - 4 * at(x, y);
+            part += L * L;
+          }
+        return part;
+      },
+      16);
+  return std::sqrt(sum / (double(width) * height));
+}
+
+ShockedImage shock(const Image<float>& image, const ImageShockOptions& options,
+                   const Progress& progress) {
+  require(!image.empty(), "the image has no pixels");
+  require(options.steps >= 1 && options.time.value >= 0 && options.weights.signal >= 0 &&
+              options.weights.potential >= 0,
+          fmt::format("an image cannot be sharpened for a time of {} in {} steps",
+                      options.time.value, options.steps));
+  require(std::ranges::all_of(image.values(), [](float v) { return std::isfinite(v); }),
+          "the image has values that are not finite");
+  if (image.width() >= 2 && image.height() >= 2) return follow(image, options, progress);
+  ShockedImage shocked = follow(at_least_two(image), options, progress);
+  Image<float> narrow(image.width(), image.height(), image.channels());
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x)
+      std::ranges::copy(shocked.image.pixel(x, y), narrow.pixel(x, y).begin());
+  shocked.image = std::move(narrow);
+  return shocked;
+}
+
+}  // namespace mq

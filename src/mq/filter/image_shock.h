@@ -1,0 +1,60 @@
+#pragma once
+/// Shock filters on images, by following paths and looking values up at their ends.
+
+#include "mq/filter/osher_rudin.h"
+#include "mq/filter/shock.h"
+#include "mq/image/image.h"
+#include "mq/trace/grid_flow.h"
+
+namespace mq {
+
+struct ImageShockOptions {
+  /// Thesis 3.3.1 and 3.3.2. With one step all three are the same.
+  enum class Method {
+    transport,  ///< one field, of the signal at the start
+    composed,   ///< a new field in every step; values always from the first image, at the composed
+                ///< place
+    iterated    ///< a new field in every step; values from the image before, which blurs them each
+                ///< time
+  } method = Method::transport;
+  Concavity concavity = Concavity::along_gradient;
+  ShockWeights weights;  ///< pixels²: a Gaussian of variance 2w, which damps as 1/(1 + w·k²) does
+  ShockTime time;
+  int steps = 1;  ///< of equal length; `transport` takes one
+};
+
+/// A sharpened image and how it came about.
+struct ShockedImage {
+  Image<float> image;
+  double rate = 0;  ///< Λ of the first potential, see `potential_rate`; 1/(value²/pixel⁴)
+  double time = 0;  ///< pixels, values as they are
+  PathCounts counts;
+};
+
+/// ∂φ/∂t = −⟨X, ∇φ⟩, thesis 3.3, all channels with one field X, constant per cell or triangle:
+///
+///     along_gradient: X = ∇P, P = ½ Σ_c |∇φ_c|², equation (3.6);   laplacian: X = Σ_c Δφ_c ∇φ_c.
+///
+/// The image is bilinear between pixel centres: |∇φ|² is its mean over each cell, P the mean of the
+/// cells around a pixel, and values are looked up bilinearly. P is linear on the triangles of
+/// `GridFlow`, along which −X is followed without steps; Δφ is the sum of differences to four
+/// neighbours.
+///
+/// No value leaves the range of its channel, for any time. A pixel whose path rests keeps its
+/// values bit for bit. Alpha is a channel like any other. Images with a side of one pixel are as if
+/// repeated. Throws `InvalidInput` on values that are not finite, steps below 1, and what
+/// `GridFlow` throws.
+ShockedImage shock(const Image<float>& image, const ImageShockOptions& options,
+                   const Progress& progress = {});
+
+/// The potential above at the pixels, row by row.
+std::vector<double> shock_potential(const Image<float>& image, const ShockWeights& weights);
+
+/// Λ of values at pixels: the root mean square of the sum of differences to four neighbours, the
+/// border repeated.
+double potential_rate(int width, int height, std::span<const double> potential);
+
+/// A Gaussian of variance 2w pixels², cut off at four standard deviations; the border is a mirror.
+Image<float> smoothed(const Image<float>& image, double weight);
+
+}  // namespace mq

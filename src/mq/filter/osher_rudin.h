@@ -1,0 +1,56 @@
+#pragma once
+/// Shock filters in their first form, on a fixed grid, to compare with.
+
+#include <span>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/image/image.h"
+
+namespace mq {
+
+/// What is taken for the curvature L of the signal: where it is positive, values move to the
+/// minimum.
+enum class Concavity {
+  laplacian,      ///< Δφ: the mean over all directions (Osher and Rudin)
+  along_gradient  ///< ⟨Hess φ·∇φ, ∇φ⟩/|∇φ|²: across edges only (thesis (3.5))
+};
+
+/// A signal evolved in explicit steps.
+struct Evolved {
+  std::vector<double> values;
+  int steps = 0;
+};
+
+/// ∂φ/∂t = −|∇φ|·L(φ) (Osher and Rudin 1990; with the first power of |∇φ|, as the scheme of thesis
+/// 3.2.3 has it, not the second of its equation (3.1)), by upwind differences:
+///
+///     φ ← φ − ε·|m(d₋φ, d₊φ)|·d₋d₊φ,      ε ≤ 1 / (2 max |d₋d₊φ|),
+///
+/// m the value nearer to 0 of two of equal sign, else 0. Samples have distance 1; beyond the ends
+/// the signal goes on constant. ε is the largest allowed, and what is left of `time` in the last
+/// step. Keeps extrema, monotonicity and total variation. Stops early where nothing changes any
+/// more.
+Evolved osher_rudin(std::span<const double> signal, double time, int most_steps = 1'000'000);
+
+struct OsherRudinOptions {
+  double time = 1;
+  Concavity concavity = Concavity::laplacian;
+  int most_steps = 100'000;
+};
+
+/// An image evolved in explicit steps.
+struct EvolvedImage {
+  Image<float> image;
+  int steps = 0;  ///< of the channel that took most
+};
+
+/// The same in two dimensions, each channel by itself: |∇φ| = (m(d₋ˣ, d₊ˣ)² + m(d₋ʸ, d₊ʸ)²)^½ and
+/// ε ≤ 1 / (4 max |L|), pixels of side 1. In a step an extremum keeps its value and every new value
+/// is between those of the pixel and its four neighbours, so that the largest and the smallest
+/// value of the image stay. The thesis says that all extrema do; but a pixel beside one, with a
+/// steep slope at right angles, can overtake it. Total variation and monotonicity are not kept.
+EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& options,
+                         const Progress& progress = {});
+
+}  // namespace mq

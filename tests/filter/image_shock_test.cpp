@@ -1,0 +1,311 @@
+#include "mq/filter/image_shock.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "fixtures.h"
+
+namespace mq {
+namespace {
+
+using Method = ImageShockOptions::Method;
+
+constexpr double for_ever = 1e6;
+
+std::vector<double> wavy_signal(int count) {
+  std::vector<double> signal;
+  const Random random(9);
+  for (int i = 0; i < count; ++i)
+    signal.push_back(std::sin(0.13 * i) + 0.3 * std::sin(0.41 * i) +
+                     0.02 * random.uniform(std::uint64_t(i)));
+  return signal;
+}
+
+double total_variation(const std::vector<double>& v) {
+  double sum = 0;
+  for (std::size_t i = 1; i < v.size(); ++i) sum += std::abs(v[i] - v[i - 1]);
+  return sum;
+}
+
+/// Smooth shapes in several channels.
+Image<float> shapes(int width, int height, int channels = 1) {
+  Image<float> image(width, height, channels);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < channels; ++c)
+        image(x, y, c) = float(
+            0.5 + 0.3 * std::tanh(std::hypot(x - 0.45 * width, y - 0.5 * height) / 4 - 4 - c) +
+            0.15 * std::sin(0.11 * x + 0.07 * y + c));
+  return image;
+}
+
+Image<float> noisy(Image<float> image, double amplitude) {
+  const Random random(3);
+  std::uint64_t i = 0;
+  for (float& v : image.values()) v += float(random.uniform(i++, -amplitude, amplitude));
+  return image;
+}
+
+/// A step from 0 to 1 across a straight line at some angle, blurred.
+Image<float> blurred_edge(int size, double angle) {
+  Image<float> image(size, size, 1);
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x) {
+      const double d = (x - 0.5 * size) * std::cos(angle) + (y - 0.5 * size) * std::sin(angle);
+      image(x, y) = float(0.5 + 0.5 * std::tanh(d / 5));
+    }
+  return image;
+}
+
+int between(const Image<float>& image, float low, float high) {
+  int count = 0;
+  for (int y = 12; y < image.height() - 12; ++y)
+    for (int x = 12; x < image.width() - 12; ++x) count += image(x, y) > low && image(x, y) < high;
+  return count;
+}
+
+TEST(OsherRudin, KeepsExtremaMonotonicityAndTotalVariationOfALine) {
+  const std::vector<double> signal = wavy_signal(400);
+  for (const double time : {0.5, 5.0, 500.0}) {
+    const Evolved evolved = osher_rudin(signal, time);
+    const std::vector<double>& after = evolved.values;
+    EXPECT_GT(evolved.steps, 0);
+    // Total variation is the sum of jumps between extrema: it is kept to rounding.
+    EXPECT_NEAR(total_variation(after), total_variation(signal), 1e-9 * total_variation(signal));
+    for (std::size_t i = 1; i + 1 < signal.size(); ++i) {
+      const double back = signal[i] - signal[i - 1], ahead = signal[i + 1] - signal[i];
+      if (back * ahead <= 0) {
+        EXPECT_EQ(after[i], signal[i]);
+      }
+      EXPECT_GE((after[i] - after[i - 1]) * back, -1e-15);
+    }
+  }
+  const Evolved sharp = osher_rudin(signal, 500);
+  double steepest = 0, before = 0;
+  for (std::size_t i = 1; i < signal.size(); ++i) {
+    steepest = std::max(steepest, std::abs(sharp.values[i] - sharp.values[i - 1]));
+    before = std::max(before, std::abs(signal[i] - signal[i - 1]));
+  }
+  EXPECT_GT(steepest, 2 * before);
+}
+
+TEST(OsherRudin, HoldsExtremaOfAnImageAndMakesNoNewValues) {
+  for (const Concavity concavity : {Concavity::laplacian, Concavity::along_gradient}) {
+    Image<float> image = noisy(shapes(64, 48, 1), 0.02);
+    const auto range = std::ranges::minmax(image.values());
+    for (int step = 0; step < 50; ++step) {
+      const Image<float> after =
+          osher_rudin(image, {.time = 1e9, .concavity = concavity, .most_steps = 1}).image;
+      int extrema = 0;
+      for (int y = 1; y + 1 < 48; ++y)
+        for (int x = 1; x + 1 < 64; ++x) {
+          const float v = image(x, y);
+          const auto [low, high] =
+              std::minmax({image(x - 1, y), image(x + 1, y), image(x, y - 1), image(x, y + 1)});
+          if (v <= low || v >= high) {
+            ++extrema;
+            EXPECT_EQ(after(x, y), v);
+          }
+          EXPECT_GE(after(x, y), std::min(low, v));
+          EXPECT_LE(after(x, y), std::max(high, v));
+        }
+      EXPECT_GT(extrema, 10);
+      image = after;
+    }
+    // So the largest and the smallest value stay where they are for ever.
+    EXPECT_EQ(std::ranges::minmax(image.values()).min, range.min);
+    EXPECT_EQ(std::ranges::minmax(image.values()).max, range.max);
+  }
+}
+
+TEST(OsherRudin, IsOneDimensionalOnRows) {
+  const std::vector<double> line = wavy_signal(64);
+  Image<float> image(64, 5, 1);
+  std::vector<double> as_float;
+  for (int x = 0; x < 64; ++x) {
+    as_float.push_back(float(line[std::size_t(x)]));
+    for (int y = 0; y < 5; ++y) image(x, y) = float(line[std::size_t(x)]);
+  }
+  // The steps differ (CFL of 1/4 and 1/2): the same evolution to first order in the step.
+  const Image<float> after = osher_rudin(image, {.time = 0.2}).image;
+  const std::vector<double> expected = osher_rudin(as_float, 0.2).values;
+  for (int x = 0; x < 64; ++x) EXPECT_NEAR(after(x, 2), expected[std::size_t(x)], 2e-3);
+}
+
+TEST(ImageShock, NeverLeavesTheRangeOfAnyChannel) {
+  const Image<float> image = noisy(shapes(70, 41, 4), 0.1);
+  for (const Method method : {Method::transport, Method::composed, Method::iterated})
+    for (const Concavity concavity : {Concavity::along_gradient, Concavity::laplacian})
+      for (const double tau : {0.5, 10.0, for_ever}) {
+        const ShockedImage shocked = shock(image, {.method = method,
+                                                   .concavity = concavity,
+                                                   .weights = {0.5, 0.5},
+                                                   .time = {ShockTime::Unit::relative, tau},
+                                                   .steps = 4});
+        for (int c = 0; c < 4; ++c) {
+          float low = 2, high = -2, low_after = 2, high_after = -2;
+          for (int y = 0; y < 41; ++y)
+            for (int x = 0; x < 70; ++x) {
+              low = std::min(low, image(x, y, c));
+              high = std::max(high, image(x, y, c));
+              low_after = std::min(low_after, shocked.image(x, y, c));
+              high_after = std::max(high_after, shocked.image(x, y, c));
+            }
+          EXPECT_GE(low_after, low);
+          EXPECT_LE(high_after, high);
+        }
+      }
+}
+
+TEST(ImageShock, SharpensEdgesAlikeInAllDirections) {
+  int widths[7], before[7];
+  for (int i = 0; i < 7; ++i) {
+    const Image<float> edge = blurred_edge(96, i * std::numbers::pi / 12);
+    before[i] = between(edge, 0.1F, 0.9F);
+    widths[i] = between(
+        shock(edge, {.weights = {1, 1}, .time = {ShockTime::Unit::relative, 3}}).image, 0.1F, 0.9F);
+  }
+  // Pixels per length of edge: the square is crossed by edges of length up to 72·√2.
+  for (int i = 0; i < 7; ++i) EXPECT_LT(widths[i], 0.3 * before[i]) << i;
+}
+
+TEST(ImageShock, IsTheSameForAllMethodsInOneStep) {
+  const Image<float> image = noisy(shapes(40, 40, 3), 0.05);
+  ImageShockOptions options{.weights = {1, 1}, .time = {ShockTime::Unit::relative, 2}};
+  const Image<float> expected = shock(image, options).image;
+  EXPECT_NE(expected, image);
+  for (const Method method : {Method::composed, Method::iterated}) {
+    options.method = method;
+    EXPECT_EQ(shock(image, options).image, expected);
+  }
+}
+
+TEST(ImageShock, ComposesTheFlowOfAFixedFieldExactly) {
+  // Values that a linear signal has are places: composed steps end where one long step ends.
+  const Image<float> image = shapes(50, 40);
+  const std::vector<double> P = shock_potential(image, {2, 2});
+  const GridFlow flow = GridFlow::downhill(50, 40, P);
+  const double time = 2 / potential_rate(50, 40, P);
+  const Traced whole = flow.trace_pixels(time);
+  std::vector<SurfacePoint> ends = flow.trace_pixels(time / 8).ends;
+  for (int k = 1; k < 8; ++k) ends = flow.trace(ends, time / 8).ends;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const auto a = flow.place(whole.ends[i]), b = flow.place(ends[i]);
+    EXPECT_NEAR(a[0], b[0], 1e-9);
+    EXPECT_NEAR(a[1], b[1], 1e-9);
+  }
+}
+
+TEST(ImageShock, BlursLessWhenFlowsAreComposedThanWhenImagesAreSampledAgain) {
+  // Figure 3.3: thin lines that sampling again and again would lose.
+  Image<float> image(96, 96, 1, 0.2F);
+  for (int y = 0; y < 96; ++y)
+    for (int x = 0; x < 96; ++x)
+      for (const int line : {20, 41, 62, 80})
+        image(x, y) += 0.6F * float(std::exp(-0.5 * std::pow((x + 0.3 * y - line - 10) / 1.2, 2)));
+  ImageShockOptions options{
+      .weights = {0.3, 0.3}, .time = {ShockTime::Unit::relative, 6}, .steps = 40};
+  const auto contrast = [&](Method method) {
+    options.method = method;
+    const ShockedImage shocked = shock(image, options);
+    double sum = 0;
+    for (const float v : shocked.image.values()) sum += std::abs(v - 0.2);
+    return sum;
+  };
+  double before = 0;
+  for (const float v : image.values()) before += std::abs(v - 0.2);
+  const double composed = contrast(Method::composed), iterated = contrast(Method::iterated),
+               transported = contrast(Method::transport);
+  EXPECT_GT(composed, 1.05 * iterated);
+  EXPECT_NEAR(transported, composed, 0.25 * before);
+}
+
+TEST(ImageShock, KeepsAMonotoneRampMonotoneAndAConstantAsItIs) {
+  Image<float> ramp(80, 6, 1);
+  for (int y = 0; y < 6; ++y)
+    for (int x = 0; x < 80; ++x) ramp(x, y) = float(0.5 + 0.5 * std::tanh((x - 37.3) / 9));
+  for (const double tau : {0.3, 1.0, 10.0, for_ever}) {
+    const Image<float> after =
+        shock(ramp, {.weights = {}, .time = {ShockTime::Unit::relative, tau}}).image;
+    for (int y = 0; y < 6; ++y)
+      for (int x = 1; x < 80; ++x) EXPECT_GE(after(x, y), after(x - 1, y) - 1e-7F);
+  }
+  const Image<float> constant(17, 9, 3, 0.3F);
+  EXPECT_EQ(
+      shock(constant, {.weights = {1, 1}, .time = {ShockTime::Unit::absolute, for_ever}}).image,
+      constant);
+  for (const auto& [w, h] : {std::pair(1, 1), std::pair(1, 9), std::pair(9, 1)}) {
+    const Image<float> narrow = fixtures::noise(w, h, 2);
+    const Image<float> after =
+        shock(narrow, {.weights = {}, .time = {ShockTime::Unit::relative, 1}}).image;
+    EXPECT_EQ(after.width(), w);
+    EXPECT_EQ(after.height(), h);
+  }
+}
+
+TEST(ImageShock, DoesNotDependOnTheSizeOfValues) {
+  const Image<float> image = shapes(48, 40, 3);
+  ImageShockOptions options{.weights = {1, 1}, .time = {ShockTime::Unit::relative, 2}};
+  const Image<float> expected = shock(image, options).image;
+  Image<float> scaled = image;
+  for (float& v : scaled.values()) v *= 256;
+  const Image<float> after = shock(scaled, options).image;
+  for (std::size_t i = 0; i < expected.values().size(); ++i)
+    ASSERT_EQ(after.values()[i], 256 * expected.values()[i]);
+}
+
+TEST(GridFlow, FallsToPixelsThatAreMinima) {
+  const int width = 61, height = 37;
+  std::vector<double> P;
+  const Random random(8);
+  for (int i = 0; i < width * height; ++i)
+    P.push_back(std::sin(0.2 * (i % width)) * std::cos(0.3 * (i / width)) +
+                0.2 * random.uniform(std::uint64_t(i)));
+  const GridFlow flow = GridFlow::downhill(width, height, P);
+  const Traced traced = flow.trace_pixels(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(traced.counts.cut_short, 0);
+  EXPECT_EQ(traced.counts.resting, width * height);
+  for (const SurfacePoint& end : traced.ends) {
+    const auto [column, row] = flow.place(end);
+    ASSERT_EQ(column, std::floor(column));
+    ASSERT_EQ(row, std::floor(row));
+    const int x = int(column), y = int(row);
+    const auto at = [&](int i, int j) {
+      return P[std::size_t(std::clamp(j, 0, height - 1) * width + std::clamp(i, 0, width - 1))];
+    };
+    for (const auto& [dx, dy] :
+         {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)})
+      EXPECT_GE(at(x + dx, y + dy), at(x, y));
+  }
+}
+
+TEST(GridFlow, FollowsAConstantFieldStraightToTheBorder) {
+  const std::vector<std::array<double, 2>> field(19 * 9, {1.0, 0.31});
+  const GridFlow flow = GridFlow::along(20, 10, field);
+  const Traced traced = flow.trace_pixels(2.5);
+  for (int y = 0; y < 10; ++y)
+    for (int x = 0; x < 20; ++x) {
+      const auto [column, row] = flow.place(traced.ends[std::size_t(y * 20 + x)]);
+      EXPECT_NEAR(column, std::min(19.0, x + 2.5), 1e-12);
+      if (x + 2.5 < 19) {
+        EXPECT_NEAR(row, std::min(9.0, y + 2.5 * 0.31), 1e-12);
+      }
+    }
+}
+
+TEST(GridFlow, RefusesWhatIsNoImage) {
+  EXPECT_THROW(GridFlow::downhill(1, 5, std::vector<double>(5)), InvalidInput);
+  EXPECT_THROW(GridFlow::downhill(3, 3, std::vector<double>(8)), InvalidInput);
+  EXPECT_THROW(GridFlow::downhill(2, 2, {0, NAN, 0, 0}), InvalidInput);
+  EXPECT_THROW(shock(Image<float>(), {}), InvalidInput);
+  EXPECT_THROW(shock(Image<float>(4, 4, 1, INFINITY), {}), InvalidInput);
+  EXPECT_THROW(shock(Image<float>(4, 4, 1), {.weights = {}, .time = {}, .steps = 0}), InvalidInput);
+  EXPECT_THROW(osher_rudin(Image<float>(4, 4, 1), OsherRudinOptions{.time = -1}), InvalidInput);
+}
+
+}  // namespace
+}  // namespace mq
