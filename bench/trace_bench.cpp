@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "fixtures.h"
+#include "mq/trace/grid_flow.h"
 #include "mq/trace/surface_flow.h"
 
 namespace mq {
@@ -110,6 +111,30 @@ void prepare(benchmark::State& state) {
 BENCHMARK(prepare)
     ->ArgNames({"random", "potential"})
     ->ArgsProduct({{0, 1}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
+/// From every pixel of an image, along waves as above.
+void follow_image(benchmark::State& state) {
+  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, 1);
+  const int side = int(state.range(0));
+  std::vector<double> P;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      const double u = 20.0 * x / side, v = 20.0 * y / side;
+      P.push_back(std::sin(u + 0.2 * v) * std::cos(v) + 0.3 * std::sin(2.3 * v + 0.1 * u));
+    }
+  const GridFlow flow = GridFlow::downhill(side, side, std::move(P));
+  const double time = 1e-4 * double(state.range(1)) * side * side;
+  PathCounts counts;
+  for (auto _ : state) counts = flow.trace_pixels(time).counts;
+  const double crossed = double(counts.triangles + counts.edges);
+  state.counters["crossed"] = crossed / double(counts.paths);
+  state.counters["M/s"] =
+      benchmark::Counter(crossed * 1e-6 * double(state.iterations()), benchmark::Counter::kIsRate);
+}
+BENCHMARK(follow_image)
+    ->ArgNames({"side", "time"})
+    ->ArgsProduct({{256, 1024}, {3, 1'000'000'000}})
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -94,14 +94,14 @@ void register_inputs(Run& run, const Model& model) {
 
 }  // namespace
 
-void add_scene_options(OptionTable& table) {
+void add_scene_options(OptionTable& table, const std::string& mesh_help) {
   using Type = Option::Type;
   constexpr auto positional = Option::Place::positional;
   table.add({.name = "mesh",
              .place = positional,
              .type = Type::path,
              .required = true,
-             .help = "the model: OBJ, PLY, glTF or GLB"});
+             .help = mesh_help});
   table.add({.name = "texture",
              .place = positional,
              .type = Type::path,

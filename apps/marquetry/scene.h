@@ -20,8 +20,10 @@ struct Scene {
   std::vector<TextureSize> texture_sizes;
 };
 
-/// Options "mesh" and "texture" (positional), --weld and --flipped.
-void add_scene_options(OptionTable& table);
+/// Options "mesh" (of which `mesh_help` says what it is) and "texture" (positional), --weld and
+/// --flipped.
+void add_scene_options(OptionTable& table,
+                       const std::string& mesh_help = "the model: OBJ, PLY, glTF or GLB");
 
 /// What is done about textures that have texture coordinates but no picture.
 enum class MissingPictures {

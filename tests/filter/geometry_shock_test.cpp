@@ -35,7 +35,8 @@ Surface blurred_cube(int n) {
   return make_surface(mesh);
 }
 
-/// How sharply the surface turns: the mean angle over its edges, weighted by length · angle, radians.
+/// How sharply the surface turns: the mean angle over its edges, weighted by length · angle,
+/// radians.
 double sharpness(const Surface& surface, const std::vector<Vector3>& positions) {
   Mesh mesh = surface.mesh;
   mesh.positions = positions;
@@ -91,7 +92,7 @@ TEST(GeometryShock, KeepsAPlane) {
   const Surface flat = make_surface(fixtures::flat_square(12, 0.2));
   for (const double time : {0.0, 1.0, 1e6}) {
     const SharpenedShape same =
-        sharpen_shape(flat, {.time = {ShockTime::Unit::unit_area, time}, .fit_steps = 2});
+        sharpen_shape(flat, {.time = {ShockTime::Unit::absolute, time}, .fit_steps = 2});
     EXPECT_LT(largest_distance(same.positions, flat.mesh.positions), 1e-10) << time;
   }
 }
@@ -102,8 +103,8 @@ TEST(GeometryShock, MovesWithTheShapeAndItsUnit) {
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     for (int k = 0; k < 3; ++k)
       mesh.positions[v][k] += random.uniform(3 * v + std::uint64_t(k), -0.01, 0.01);
-  for (const ShockTime time : {ShockTime{ShockTime::Unit::relative, 2},
-                               ShockTime{ShockTime::Unit::unit_area, 1e-3}}) {
+  for (const ShockTime time :
+       {ShockTime{ShockTime::Unit::relative, 2}, ShockTime{ShockTime::Unit::absolute, 1e-3}}) {
     const GeometryShockOptions options{.time = time};
     const SharpenedShape plain = sharpen_shape(make_surface(mesh), options);
     EXPECT_GT(largest_distance(plain.positions, mesh.positions), 1e-3);
@@ -112,7 +113,8 @@ TEST(GeometryShock, MovesWithTheShapeAndItsUnit) {
       Mesh moved = mesh;
       for (Vector3& p : moved.positions) p = scale * (turn * p + Vector3(1, 2, 3));
       std::vector<Vector3> wanted;
-      for (const Vector3& p : plain.positions) wanted.push_back(scale * (turn * p + Vector3(1, 2, 3)));
+      for (const Vector3& p : plain.positions)
+        wanted.push_back(scale * (turn * p + Vector3(1, 2, 3)));
       EXPECT_LT(largest_distance(sharpen_shape(make_surface(moved), options).positions, wanted),
                 1e-8 * scale);
     }
@@ -134,7 +136,7 @@ TEST(GeometryShock, IsFiniteForAnyTimeOnUglyMeshes) {
     const Surface surface = make_surface(mesh);
     const double size = bounding_box(surface.mesh).diagonal();
     for (const double time : {1.0, 1e6, std::numeric_limits<double>::infinity()})
-      for (const auto unit : {ShockTime::Unit::relative, ShockTime::Unit::unit_area}) {
+      for (const auto unit : {ShockTime::Unit::relative, ShockTime::Unit::absolute}) {
         const SharpenedShape result =
             sharpen_shape(surface, {.normal_alpha = 0, .time = {unit, time}, .fit_steps = 2});
         for (int v = 0; v < surface.mesh.vertex_count(); ++v) {
@@ -150,7 +152,7 @@ TEST(GeometryShock, IsFiniteForAnyTimeOnUglyMeshes) {
 TEST(GeometryShock, ComesToARestOfPlanes) {
   // After all paths have ended each vertex has the normal of some minimum of the potential.
   const Surface cube = blurred_cube(16);
-  const GeometryShockOptions options{.normal_alpha = 0, .time = {ShockTime::Unit::unit_area, 1e6}};
+  const GeometryShockOptions options{.normal_alpha = 0, .time = {ShockTime::Unit::absolute, 1e6}};
   const SharpenedShape sharp = sharpen_shape(cube, options);
   const auto normals = vertex_normals(cube.mesh);
   for (const Vector3& n : sharp.normals) {
@@ -175,7 +177,8 @@ TEST(GeometryShock, IsTheSameForAnyNumberOfThreads) {
 
 TEST(GeometryShock, RefusesWhatMeansNothing) {
   const Surface surface = make_surface(fixtures::flat_square(2));
-  EXPECT_THAT(error_of([&] { sharpen_shape(surface, {.normal_alpha = -1}); }), HasSubstr("normals"));
+  EXPECT_THAT(error_of([&] { sharpen_shape(surface, {.normal_alpha = -1}); }),
+              HasSubstr("normals"));
   EXPECT_THAT(error_of([&] { sharpen_shape(surface, {.potential_alpha = NAN}); }),
               HasSubstr("potential"));
   EXPECT_THAT(error_of([&] {

@@ -61,27 +61,33 @@ Field smoothed(const Field& field, double weight) {
   if (weight == 0) return field;
   const std::vector<double> kernel = gaussian(weight);
   const int radius = int(kernel.size()) - 1;
-  Field rows = field, result = field;
-  const auto pass = [&](const Field& from, Field& to, int dx, int dy) {
-    parallel_for(
-        field.height,
-        [&](std::int64_t row) {
-          const int y = int(row);
-          for (int x = 0; x < field.width; ++x)
-            for (int c = 0; c < field.channels; ++c) {
-              double sum = kernel[0] * from(x, y, c);
-              for (int i = 1; i <= radius; ++i)
-                sum += kernel[std::size_t(i)] * (from(mirrored(x - i * dx, field.width),
-                                                      mirrored(y - i * dy, field.height), c) +
-                                                 from(mirrored(x + i * dx, field.width),
-                                                      mirrored(y + i * dy, field.height), c));
-              to(x, y, c) = sum;
-            }
-        },
-        4);
+  const std::size_t stride = std::size_t(field.channels), row = stride * field.width;
+  const auto add = [](const double* from, double factor, std::span<double> to) {
+    for (std::size_t n = 0; n < to.size(); ++n) to[n] += factor * from[n];
   };
-  pass(field, rows, 1, 0);
-  pass(rows, result, 0, 1);
+  const auto tap = [&](int i) { return kernel[std::size_t(std::abs(i))]; };
+  Field rows = field, result = field;
+  parallel_blocks(field.height, 8, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<double> wide(row + 2 * radius * stride);
+    for (std::int64_t y = begin; y < end; ++y) {
+      for (int x = -radius; x < field.width + radius; ++x)
+        for (int c = 0; c < field.channels; ++c)
+          wide[std::size_t(x + radius) * stride + c] = field(mirrored(x, field.width), int(y), c);
+      const std::span<double> to(&rows.values[row * std::size_t(y)], row);
+      std::ranges::fill(to, 0.0);
+      for (int i = -radius; i <= radius; ++i)
+        add(wide.data() + std::size_t(i + radius) * stride, tap(i), to);
+    }
+  });
+  parallel_for(
+      field.height,
+      [&](std::int64_t y) {
+        const std::span<double> to(&result.values[row * std::size_t(y)], row);
+        std::ranges::fill(to, 0.0);
+        for (int i = -radius; i <= radius; ++i)
+          add(&rows.values[row * std::size_t(mirrored(int(y) + i, field.height))], tap(i), to);
+      },
+      8);
   return result;
 }
 
@@ -262,6 +268,18 @@ double potential_rate(int width, int height, std::span<const double> potential) 
       },
       16);
   return std::sqrt(sum / (double(width) * height));
+}
+
+double osher_rudin_time(const Image<float>& image, const ShockTime& time) {
+  if (time.unit == ShockTime::Unit::absolute) return time.value;
+  const Field potential = potential_of(field_of(at_least_two(image)), {});
+  const double rate = potential_rate(potential.width, potential.height, potential.values);
+  double squares = 0, fourths = 0;
+  for (const double P : potential.values) {
+    squares += 2 * P;
+    fourths += 4 * P * P;
+  }
+  return rate > 0 ? time.value * std::sqrt(fourths / squares) / rate : 0;
 }
 
 ShockedImage shock(const Image<float>& image, const ImageShockOptions& options,

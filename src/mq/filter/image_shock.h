@@ -54,6 +54,11 @@ std::vector<double> shock_potential(const Image<float>& image, const ShockWeight
 /// border repeated.
 double potential_rate(int width, int height, std::span<const double> potential);
 
+/// The time for `osher_rudin`, whose speed is |∇φ|·L where that of paths is |∇φ|²·L: value if it is
+/// absolute, and otherwise value·g/Λ with g² = ∫|∇φ|⁴/∫|∇φ|², the slope of edges, and Λ of the
+/// potential, nothing smoothed.
+double osher_rudin_time(const Image<float>& image, const ShockTime& time);
+
 /// A Gaussian of variance 2w pixels², cut off at four standard deviations; the border is a mirror.
 Image<float> smoothed(const Image<float>& image, double weight);
 

@@ -24,7 +24,7 @@ using walk::before;
 /// Paths of one piece of work.
 constexpr std::int64_t block = 1024;
 
-constexpr std::int64_t most_pixels = std::int64_t(1) << 25;
+constexpr std::int64_t most_pixels = std::int64_t(1) << 27;
 
 }  // namespace
 
@@ -32,6 +32,7 @@ GridFlow::GridFlow(int width, int height) : width_(width), height_(height) {
   require(width >= 2 && height >= 2 && std::int64_t(width) * height <= most_pixels,
           fmt::format("paths are followed on images of 2 x 2 to {} pixels, and this has {} x {}",
                       most_pixels, width, height));
+  while ((1 << row_shift_) < width) ++row_shift_;
 }
 
 GridFlow GridFlow::downhill(int width, int height, std::vector<double> potential) {
@@ -55,8 +56,7 @@ GridFlow GridFlow::along(int width, int height, std::vector<std::array<double, 2
 }
 
 GridFlow::Shape GridFlow::shape(int t) const {
-  const int s = t & 1, cell = t >> 1;
-  const int j = cell / (width_ - 1), i = cell - j * (width_ - 1);
+  const int s = t & 1, i = column_of(t), j = row_of(t);
   const int odd = (i + j) & 1, right = s ^ odd ^ 1;
   const int horizontal = right ? -1 : 1, vertical = s ? -1 : 1;
   if (odd) return {i + right, j + s, horizontal, 0, 0, vertical};
@@ -71,7 +71,7 @@ std::array<double, 3> GridFlow::rates(int t) const {
     first = P - potential_[pixel(at.column + at.column1, at.row + at.row1)];
     second = P - potential_[pixel(at.column + at.column2, at.row + at.row2)];
   } else {
-    const auto& X = field_[t >> 1];
+    const auto& X = field_[cell(t)];
     first = X[0] * at.column1 + X[1] * at.row1;
     second = X[0] * at.column2 + X[1] * at.row2;
   }
@@ -81,8 +81,7 @@ std::array<double, 3> GridFlow::rates(int t) const {
 int GridFlow::across(int t, int k) const {
   if (k == 0) return 4 * (t ^ 1);
   const Shape at = shape(t);
-  const int s = t & 1, cell = t >> 1;
-  const int j = cell / (width_ - 1), i = cell - j * (width_ - 1);
+  const int s = t & 1, i = column_of(t), j = row_of(t);
   // Away from corner k, across the side between corner 0 and the other one.
   const int column = i - (k == 1 ? at.column1 : at.column2), row = j - (k == 1 ? at.row1 : at.row2);
   if (column < 0 || row < 0 || column >= width_ - 1 || row >= height_ - 1) return -1;
@@ -116,11 +115,11 @@ double GridFlow::speed(int t) const {
 }
 
 /// The fastest way on from the pixel at corner `corner` of triangle t.
-int GridFlow::exit(int t, int corner) const {
+std::int64_t GridFlow::exit(int t, int corner) const {
   const Shape place = shape(t);
   const int column = place.column + (corner == 1 ? place.column1 : corner == 2 ? place.column2 : 0);
   const int row = place.row + (corner == 1 ? place.row1 : corner == 2 ? place.row2 : 0);
-  int best = walk::rest;
+  std::int64_t best = walk::rest;
   double fastest = 0;
   const auto offer = [&](double speed, int triangle, int k, walk::Way way) {
     if (!(speed > fastest)) return;
@@ -154,11 +153,10 @@ int GridFlow::exit(int t, int corner) const {
 }
 
 void GridFlow::prefetch(int t) const {
-  const int row = (t >> 1) / (width_ - 1), column = (t >> 1) - row * (width_ - 1);
   if (field_.empty())
-    __builtin_prefetch(&potential_[pixel(column, row)]);
+    __builtin_prefetch(&potential_[pixel(column_of(t), row_of(t))]);
   else
-    __builtin_prefetch(&field_[t >> 1]);
+    __builtin_prefetch(&field_[cell(t)]);
 }
 
 std::array<double, 2> GridFlow::place(const SurfacePoint& point) const {
@@ -186,9 +184,9 @@ PathCounts GridFlow::run(std::int64_t count, double time, const Start& start, co
 
 Traced GridFlow::trace(std::span<const SurfacePoint> starts, double time,
                        const Progress& progress) const {
-  const int triangles = 2 * (width_ - 1) * (height_ - 1);
   for (const SurfacePoint& p : starts)
-    require(p.triangle >= 0 && p.triangle < triangles && p.barycentric.minCoeff() >= 0 &&
+    require(p.triangle >= 0 && row_of(p.triangle) < height_ - 1 &&
+                column_of(p.triangle) < width_ - 1 && p.barycentric.minCoeff() >= 0 &&
                 std::abs(p.barycentric.sum() - 1) < 1e-9,
             "a path of an image begins outside it");
   Traced traced;

@@ -15,13 +15,13 @@ namespace mq {
 /// alternates like a chess board: neighbouring triangles are mirror images, and no direction is
 /// preferred. Nothing of this is stored; a flow holds the potential or the field and no more.
 ///
-/// Triangle 2·(j·(width − 1) + i) + s of cell (i, j) has its right angle in the cell's upper (s =
-/// 0) or lower (s = 1) row; that is its corner 0. What happens at edges, vertices and the border is
-/// said at `SurfaceFlow`.
+/// Triangle 2·(j·w + i) + s of cell (i, j), w the next power of two from the width, has its right
+/// angle in the cell's upper (s = 0) or lower (s = 1) row; that is its corner 0. What happens at
+/// edges, vertices and the border is said at `SurfaceFlow`.
 class GridFlow {
  public:
   /// X = −∇P, P linear on triangles: width · height values, row by row. Throws `InvalidInput` when
-  /// the image has fewer than 2 pixels a side or more than 2²⁵ in all, or P has the wrong size or
+  /// the image has fewer than 2 pixels a side or more than 2²⁷ in all, or P has the wrong size or
   /// is not finite.
   static GridFlow downhill(int width, int height, std::vector<double> potential);
 
@@ -45,7 +45,7 @@ class GridFlow {
   int across(int t, int k) const;
   int leave(int t, int k) const;
   double slide_rate(int t, int k) const;
-  int exit(int t, int k) const;
+  std::int64_t exit(int t, int k) const;
   double speed(int t) const;
   void prefetch(int t) const;
 
@@ -60,7 +60,12 @@ class GridFlow {
 
   GridFlow(int width, int height);
   Shape shape(int t) const;
-  int triangle(int column, int row, int s) const { return 2 * (row * (width_ - 1) + column) + s; }
+  int triangle(int column, int row, int s) const {
+    return (row << (row_shift_ + 1)) + 2 * column + s;
+  }
+  int column_of(int t) const { return (t >> 1) & ((1 << row_shift_) - 1); }
+  int row_of(int t) const { return t >> (row_shift_ + 1); }
+  std::size_t cell(int t) const { return std::size_t(row_of(t)) * (width_ - 1) + column_of(t); }
   int pixel(int column, int row) const { return row * width_ + column; }
   double slide_rate_from(int t, int k) const;
   template <class Start, class Finish>
@@ -68,7 +73,8 @@ class GridFlow {
                  const Progress& progress) const;
 
   int width_, height_;
-  std::vector<double> potential_;             ///< per pixel; empty where a field is given
+  int row_shift_ = 1;              ///< triangles of a row are numbered from 2·row·2^row_shift on
+  std::vector<double> potential_;  ///< per pixel; empty where a field is given
   std::vector<std::array<double, 2>> field_;  ///< per cell
 };
 

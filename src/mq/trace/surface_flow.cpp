@@ -90,7 +90,7 @@ double SurfaceFlow::speed(int t) const { return velocity(mesh_->shape(t), rates(
 
 /// The fastest way on from a vertex.
 int SurfaceFlow::find_exit(int v) const {
-  int best = walk::rest;
+  std::int64_t best = walk::rest;
   double fastest = 0;
   const auto offer = [&](double speed, int t, int k, walk::Way way) {
     if (!(speed > fastest)) return;
@@ -112,7 +112,7 @@ int SurfaceFlow::find_exit(int v) const {
       offer(-slide_rates_[t][i] * mesh_->shape(t).edge(j).norm(), t, k,
             walk::Way::edge_to_previous);
   }
-  return best;
+  return int(best);
 }
 
 /// Which edges are slid along, how fast, and where paths leave vertices.

@@ -25,9 +25,9 @@ inline int before(int k) { return k == 0 ? 2 : k - 1; }
 /// Where a path at a vertex goes on: into a triangle from its corner, or along the edge from that
 /// corner to the next one or to the one before.
 enum class Way { face = 0, edge_to_next = 1, edge_to_previous = 2 };
-inline constexpr int rest = -1;
-inline int exit_code(int triangle, int corner, Way way) {
-  return 16 * triangle + 4 * corner + int(way);
+inline constexpr std::int64_t rest = -1;
+inline std::int64_t exit_code(int triangle, int corner, Way way) {
+  return 16 * std::int64_t(triangle) + 4 * corner + int(way);
 }
 
 struct Path {
@@ -93,6 +93,7 @@ void put_at(const Field& field, Path& path, int triangle, const Vector3& b) {
 /// Goes on to the next edge or vertex. False when the path is at its end.
 template <class Field>
 bool advance(const Field& field, Path& path, PathCounts& counts) {
+  if (path.left == 0) return false;
   if (path.on == Path::On::face) {
     ++counts.triangles;
     const std::array<double, 3> rate = field.rates(path.triangle);
@@ -168,13 +169,13 @@ bool advance(const Field& field, Path& path, PathCounts& counts) {
     put_at_vertex(path, path.triangle, rate > 0 ? j : i);
     return true;
   }
-  const int way = path.left > 0 ? field.exit(path.triangle, path.corner) : rest;
+  const std::int64_t way = field.exit(path.triangle, path.corner);
   if (way == rest) {
-    if (path.left > 0) ++counts.resting;
+    ++counts.resting;
     return false;
   }
-  put_at_vertex(path, way >> 4, (way >> 2) & 3);
-  const Way kind = Way(way & 3);
+  put_at_vertex(path, int(way >> 4), int(way >> 2) & 3);
+  const Way kind = Way(int(way) & 3);
   if (kind == Way::face) {
     path.on = Path::On::face;
   } else {

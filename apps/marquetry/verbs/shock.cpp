@@ -1,0 +1,326 @@
+// marquetry shock IMAGE|MESH -o OUT: sharpen edges without a value that was not there before.
+//
+// Three kinds of input, one table of options: a picture, colours at the vertices of a model, and
+// its textures. Each is a function here; the mathematics is in filter/shock.h and its neighbours.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
+#include "mq/filter/image_shock.h"
+#include "mq/filter/texture_shock.h"
+#include "mq/linear/conjugate_gradients.h"
+#include "outputs.h"
+#include "signal_options.h"
+#include "signal_target.h"
+#include "solving.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+/// Above so many vertices iterations take less time and memory than a factorisation.
+constexpr int most_for_direct = 200'000;
+
+bool names_picture(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".tif",
+                                             ".tiff", ".exr", ".bmp",  ".tga"};
+  return std::ranges::count(pictures, extension) > 0;
+}
+
+ShockTime asked_time(const OptionValues& options) {
+  if (options.has("absolute-time"))
+    return {ShockTime::Unit::absolute, options.number("absolute-time")};
+  return {ShockTime::Unit::relative, options.number("time")};
+}
+
+ShockWeights asked_weights(const OptionValues& options, const SurfaceScale& scale) {
+  const auto weight = [&](const std::string& name) {
+    return weight_from_length(parse_length(options.text(name)), scale);
+  };
+  return {.signal = weight("smooth"), .potential = weight("smooth-potential")};
+}
+
+SolverFactory vertex_solver(const OptionValues& options, int unknowns) {
+  const std::string name = options.text("solver");
+  if (name == "direct" || (name == "automatic" && unknowns <= most_for_direct))
+    return direct_solver();
+  return conjugate_gradient_solver(
+      {.tolerance = options.number("tolerance"), .max_cycles = 10'000});
+}
+
+/// What the report says of paths.
+void report_paths(Run& run, double rate, double time, const PathCounts& counts, double seconds) {
+  run.result["time"] = time;
+  run.result["rate"] = rate;
+  run.result["paths"] = {{"count", counts.paths},
+                         {"triangles_crossed", counts.triangles},
+                         {"edges_slid_along", counts.edges},
+                         {"at_rest", counts.resting},
+                         {"cut_short", counts.cut_short}};
+  run.result["relative_time"] = time * rate;
+  if (seconds > 0) run.result["seconds_for_potential_and_paths"] = seconds;
+}
+
+void report_solves(Run& run, const std::vector<SolveReport>& solves) {
+  if (solves.empty()) return;
+  run.solve = solve_json(solves.back());
+  for (const SolveReport& solve : solves)
+    if (!solve.converged)
+      run.terminal().warning(
+          "smoothing did not reach its tolerance: the field to follow is less smooth than asked "
+          "for; --solver direct has no such limit");
+}
+
+void refuse_for_models(const OptionValues& options) {
+  for (const char* name : {"method", "steps", "concavity"})
+    require(
+        !options.given(name),
+        fmt::format("--{} is for pictures; on a model paths follow one field, along the gradient",
+                    name));
+}
+
+Exit shock_picture(Run& run) {
+  const OptionValues& options = run.options();
+  const std::filesystem::path path = options.text("mesh");
+  require(options.texts("texture").empty(),
+          fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
+                      options.texts("texture").empty() ? "" : options.texts("texture").front()));
+  for (const char* name : {"vertices", "weld", "flipped", "longest-edge", "solver", "tolerance"})
+    require(!options.given(name),
+            fmt::format("{}: is a picture, and --{} is for models", path.string(), name));
+  Model model;
+  model.path = path;
+  {
+    const Step step(run, "read", 0.1);
+    model.textures.push_back(read_texture(path, step));
+  }
+  Texture& texture = model.textures.front();
+  run.will_read(path);
+  for (const std::string& note : texture.notes) run.terminal().remark(note);
+  run.input = {{"files", Json::array({path.string()})},
+               {"width", texture.pixels.width()},
+               {"height", texture.pixels.height()},
+               {"channels", texture.pixels.channels()},
+               {"depth", depth_name(texture.format.depth)}};
+  require(!names_model(options.text("output")),
+          fmt::format("--output: found '{}', wanted a picture: what is read is one",
+                      options.text("output")));
+  const Outputs outputs(options.text("output"), model, Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  const ValueSpace values = value_space(options);
+  const Image<float> before = decoded(texture, values);
+  Image<float> after;
+  {
+    const Step step(run, "sharpen", 0.8);
+    about(model, [&] {
+      const ShockTime time = asked_time(options);
+      const ShockWeights weights =
+          asked_weights(options, {.area = double(before.pixel_count()), .texel_spacing = 1});
+      const bool laplacian = options.text("concavity") == "laplacian";
+      const Concavity concavity = laplacian ? Concavity::laplacian : Concavity::along_gradient;
+      const std::string method = options.text("method");
+      if (method == "osher-rudin") {
+        require(weights.signal == 0 || !options.given("smooth"),
+                "--smooth is for methods that follow paths; smooth the picture before");
+        const double end = osher_rudin_time(before, time);
+        const EvolvedImage evolved =
+            osher_rudin(before, {.time = end, .concavity = concavity}, step);
+        after = evolved.image;
+        run.result["steps"] = evolved.steps;
+        run.result["time"] = end;
+        return;
+      }
+      using Method = ImageShockOptions::Method;
+      const ShockedImage shocked = shock(before,
+                                         {.method = method == "composed"   ? Method::composed
+                                                    : method == "iterated" ? Method::iterated
+                                                                           : Method::transport,
+                                          .concavity = concavity,
+                                          .weights = weights,
+                                          .time = time,
+                                          .steps = int(options.integer("steps"))},
+                                         step);
+      after = shocked.image;
+      report_paths(run, shocked.rate, shocked.time, shocked.counts, 0);
+    });
+  }
+  std::int64_t changed = 0;
+  const Image<float> stored = encoded(after, texture, values);
+  for (int y = 0; y < before.height(); ++y)
+    for (int x = 0; x < before.width(); ++x) {
+      if (std::ranges::equal(before.pixel(x, y), after.pixel(x, y))) continue;
+      ++changed;
+      std::ranges::copy(stored.pixel(x, y), texture.pixels.pixel(x, y).begin());
+    }
+  run.result["pixels_changed"] = changed;
+  const Step step(run, "write", 0.1);
+  set_depth(options, model);
+  write_outputs(run, outputs, std::move(model), step);
+  return Exit::done;
+}
+
+Exit shock_model(Run& run) {
+  const OptionValues& options = run.options();
+  refuse_for_models(options);
+  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.15);
+  const bool vertices = at_vertices(options, scene);
+  const Outputs outputs(options.text("output"), scene.model,
+                        vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  std::unique_ptr<Target> target;
+  {
+    const Step step(run, "assemble", vertices ? 0.05 : 0.25);
+    target = make_target(run, scene, step);
+  }
+  const Signal before = target->values();
+  Signal after;
+  const Stopwatch watch;
+  about(scene.model, [&] {
+    const Step step(run, "sharpen", vertices ? 0.7 : 0.5);
+    const ShockWeights weights = asked_weights(options, target->space().scale());
+    if (vertices) {
+      const VertexSpace& space = dynamic_cast<const VertexDomain&>(target->domain()).space();
+      const TraceMesh mesh(scene.surface, step.progress().step("order triangles", 0.1));
+      Shocked shocked = transport_shock(mesh, space, before, weights, asked_time(options),
+                                        vertex_solver(options, space.size()),
+                                        step.progress().step("filter", 0.9));
+      after = std::move(shocked.signal);
+      report_paths(run, shocked.rate, shocked.time, shocked.counts, watch.seconds());
+      report_solves(run, shocked.solves);
+    } else {
+      const TexelSpace& space = dynamic_cast<const TexelDomain&>(target->domain()).space();
+      ShockedTexture shocked = texture_shock(scene.surface, *scene.atlas, space, before,
+                                             {.weights = weights,
+                                              .time = asked_time(options),
+                                              .longest_edge = options.number("longest-edge")},
+                                             vertex_solver(options, space.size()), step);
+      after = std::move(shocked.signal);
+      run.result["vertices"] = shocked.vertices;
+      report_paths(run, shocked.rate, shocked.time, shocked.counts, watch.seconds());
+      report_solves(run, shocked.solves);
+    }
+  });
+  run.result.update(change_json(before, after));
+
+  const Step step(run, "write", 0.1);
+  target->put(before, after, scene.model);
+  set_depth(options, scene.model);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+Exit run_shock(Run& run) {
+  return names_picture(run.options().text("mesh")) ? shock_picture(run) : shock_model(run);
+}
+
+void add_shock_options(OptionTable& table) {
+  using Type = Option::Type;
+  table.add({.name = "time",
+             .letter = 't',
+             .type = Type::number,
+             .default_value = "2",
+             .least = 0,
+             .most = 1e9,
+             .group = "Shock",
+             .help = "how far it goes: 1 is mild, from 10 on nearly all has come to rest",
+             .details =
+                 "Free of units: 1 is the time in which paths part by a factor e, in the mean "
+                 "over the surface."});
+  table.add({.name = "absolute-time",
+             .type = Type::number,
+             .least = 0,
+             .most = 1e30,
+             .group = "Shock",
+             .help = "the same as the thesis states it",
+             .details = "On the surface scaled to area 1, or with pixels of side 1, and values as "
+                        "they are processed."});
+  table.exclusive({"time", "absolute-time"});
+  table.add({.name = "smooth",
+             .letter = 's',
+             .type = Type::length,
+             .default_value = "0.3%",
+             .group = "Shock",
+             .help = "how far values are spread before it is asked where edges are",
+             .details = "0.02 in model units (of a picture: pixels), 1% of sqrt(area), 8tx in "
+                        "texels. What is looked up are the values as they were."});
+  table.add({.name = "smooth-potential",
+             .type = Type::length,
+             .default_value = "0.3%",
+             .group = "Shock",
+             .help = "how far the strength of edges is spread; more leaves fewer, larger regions"});
+  table.add({.name = "longest-edge",
+             .type = Type::number,
+             .default_value = "1.4",
+             .unit = "texels",
+             .least = 0.25,
+             .most = 64,
+             .group = "Shock",
+             .help = "triangles are cut until no edge is longer, for textures"});
+  table.add({.name = "method",
+             .type = Type::choice,
+             .default_value = "transport",
+             .choices = {"transport", "composed", "iterated", "osher-rudin"},
+             .metavar = "HOW",
+             .group = "Pictures",
+             .help = "transport, composed, iterated or osher-rudin",
+             .details =
+                 "transport: along one field. composed: a new field in every step, values "
+                 "from the first picture. iterated: values from the step before, which blurs "
+                 "them. osher-rudin: by differences, each channel alone, in as many steps as "
+                 "stability asks for; nothing is spread before."});
+  table.add({.name = "steps",
+             .type = Type::integer,
+             .default_value = "1",
+             .least = 1,
+             .most = 100'000,
+             .group = "Pictures",
+             .help = "into how many the time is divided: composed and iterated"});
+  table.add({.name = "concavity",
+             .type = Type::choice,
+             .default_value = "along-gradient",
+             .choices = {"along-gradient", "laplacian"},
+             .group = "Pictures",
+             .help = "which second derivative says on what side of an edge a place is"});
+  table.add({.name = "solver",
+             .type = Type::choice,
+             .default_value = "automatic",
+             .choices = {"automatic", "direct", "iterative"},
+             .metavar = "HOW",
+             .group = "Solver",
+             .help = "for --smooth on models: automatic, direct or iterative",
+             .details = "automatic: direct up to 200,000 unknowns."});
+  table.add({.name = "tolerance",
+             .type = Type::number,
+             .default_value = "1e-6",
+             .least = 1e-16,
+             .most = 0.1,
+             .group = "Solver",
+             .help = "relative residual at which iterations stop"});
+}
+
+}  // namespace
+
+Verb shock_verb() {
+  OptionTable table("shock",
+                    "Sharpen a picture, colours at vertices or a texture by shock filters: steep "
+                    "edges, flat regions, and never a value that was not there.");
+  add_scene_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
+  add_output_option(table);
+  add_shock_options(table);
+  add_space_option(table);
+  add_vertices_option(table, "colours at vertices, though there are textures");
+  add_depth_option(table);
+  add_frames_option(table);
+  return {table, run_shock};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,41 @@
+#pragma once
+/// Shock filters on textures: sharpened on the surface, across seams.
+
+#include "mq/atlas/atlas.h"
+#include "mq/fem/texel_space.h"
+#include "mq/filter/shock.h"
+
+namespace mq {
+
+struct TextureShockOptions {
+  ShockWeights weights;
+  ShockTime time;
+  double longest_edge = 1.4;  ///< of the mesh on which paths run, texels
+};
+
+/// A sharpened texture and how it came about.
+struct ShockedTexture {
+  Signal signal;
+  int vertices = 0;  ///< of the mesh on which paths ran
+  double rate = 0;   ///< Λ
+  double time = 0;
+  PathCounts counts;
+  std::vector<SolveReport> solves;
+};
+
+/// `transport_shock` for a signal of texels. Triangles are cut until no edge is longer than
+/// `longest_edge` in their chart (`refine`); the potential is that of the signal's values at the
+/// vertices so made. Paths begin at the centres of texels, and values are those of the texture
+/// itself where they end: what the filter leaves in place loses nothing to a mesh. Texels whose
+/// centre lies outside their chart begin at the nearest point of the surface, which is across a
+/// seam where there is one, so that lookups on both sides agree; texels whose path rests at once
+/// keep their values bit for bit. No value leaves the range of its channel.
+///
+/// Triangles without chart take no part: paths end there as at a boundary. The solver is for the
+/// mesh made, about 1.4 vertices per texel; systems are well conditioned while weights are small.
+/// `signal` is space.size() × channels. About 700 bytes per texel at the peak.
+ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
+                             const Signal& signal, const TextureShockOptions& options,
+                             const SolverFactory& factory, const Progress& progress = {});
+
+}  // namespace mq

@@ -1,0 +1,152 @@
+// marquetry shock, run as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/models.h"
+
+namespace mq::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A blurred step from dark to bright, as wide as the picture.
+Image<float> blurred_step(int width, int height, int channels = 3) {
+  Image<float> image(width, height, channels);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (float& value : image.pixel(x, y))
+        value = float(0.5 + 0.4 * std::tanh((y - 0.47 * height) / 5));
+  return image;
+}
+
+int grey_rows(const Image<float>& image, int column) {
+  int count = 0;
+  for (int y = 0; y < image.height(); ++y)
+    count += image(column, y) > 0.2F && image(column, y) < 0.8F;
+  return count;
+}
+
+float steepest(const Image<float>& image, int column) {
+  float most = 0;
+  for (int y = 1; y < image.height(); ++y)
+    most = std::max(most, std::abs(image(column, y) - image(column, y - 1)));
+  return most;
+}
+
+TEST(Shock, SharpensPicturesOfAnyDepth) {
+  const Folder folder;
+  for (const auto& [name, depth] :
+       {std::pair("a.png", Depth::u8), std::pair("b.png", Depth::u16),
+        std::pair("c.exr", Depth::f32), std::pair("d.tif", Depth::f32)}) {
+    write_image(folder / name, blurred_step(40, 60, 4), depth);
+    const std::string out = std::string("sharp_") + name;
+    const Result result = marquetry(folder, {"shock", name, "-o", out, "-t", "3", "--json"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    const Texture before = read_texture(folder / name), after = read_texture(folder / out);
+    EXPECT_EQ(after.format.depth, depth);
+    EXPECT_EQ(after.pixels.channels(), 4);
+    EXPECT_LT(grey_rows(after.pixels, 20), 0.6 * grey_rows(before.pixels, 20));
+    const auto range = std::ranges::minmax(before.pixels.values());
+    const auto now = std::ranges::minmax(after.pixels.values());
+    EXPECT_GE(now.min, range.min);
+    EXPECT_LE(now.max, range.max);
+    EXPECT_EQ(result.json()["result"]["paths"]["count"], 2400);
+    EXPECT_EQ(result.json()["result"]["paths"]["cut_short"], 0);
+  }
+}
+
+TEST(Shock, KnowsTheOtherMethods) {
+  const Folder folder;
+  write_image(folder / "a.png", blurred_step(40, 60));
+  const float before = steepest(read_texture(folder / "a.png").pixels, 20);
+  for (const std::string method : {"composed", "iterated", "osher-rudin"})
+    for (const std::string concavity : {"along-gradient", "laplacian"}) {
+      const Result result =
+          marquetry(folder, {"shock", "a.png", "-o", "o.png", "--method", method, "--concavity",
+                             concavity, "-t", "3", "--steps", "5"});
+      ASSERT_EQ(result.status, 0) << result.error;
+      EXPECT_GT(steepest(read_texture(folder / "o.png").pixels, 20), 3 * before) << method;
+    }
+}
+
+TEST(Shock, SharpensTexturesAcrossTheirSeam) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "step.png", blurred_step(64, 48));
+  const Result result =
+      marquetry(folder, {"shock", "strip.obj", "step.png", "-o", "sharp.png", "-t", "3", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> before = read_texture(folder / "step.png").pixels;
+  const Image<float> after = read_texture(folder / "sharp.png").pixels;
+  for (const int column : {10, 27, 37, 55})
+    EXPECT_LT(grey_rows(after, column), 0.6 * grey_rows(before, column));
+  // The texels on the two sides of the seam show the same.
+  for (int y = 8; y < 40; ++y) EXPECT_NEAR(after(28, y), after(35, y), 0.03);
+  // Texels outside charts stay.
+  for (int x = 0; x < 64; ++x) EXPECT_EQ(after(x, 0), before(x, 0));
+  EXPECT_GT(result.json()["result"]["vertices"], 1000);
+}
+
+TEST(Shock, SharpensColoursAtVertices) {
+  const Folder folder;
+  std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 1681\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "element face 3200\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int j = 0; j <= 40; ++j)
+    for (int i = 0; i <= 40; ++i) {
+      const std::string grey = std::to_string(int(128 + 100 * std::tanh((i - 19.3) / 5)));
+      ply += std::to_string(i) + " " + std::to_string(j) + " 0 " + grey + " " + grey + " 7\n";
+    }
+  for (int j = 0; j < 40; ++j)
+    for (int i = 0; i < 40; ++i) {
+      const int v = 41 * j + i;
+      for (const auto& [a, b, c] : {std::array{v, v + 1, v + 42}, std::array{v, v + 42, v + 41}})
+        ply += "3 " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(c) + "\n";
+    }
+  write_bytes(folder / "sheet.ply", ply);
+  const Result result = marquetry(folder, {"shock", "sheet.ply", "-o", "sharp.ply", "-t", "3"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Model before = read_model(folder / "sheet.ply"), after = read_model(folder / "sharp.ply");
+  const auto greys = [](const Model& model) {
+    int count = 0;
+    for (std::size_t v = 0; v < 1681; ++v)
+      count += model.colors.values[3 * v] > 0.25F && model.colors.values[3 * v] < 0.75F;
+    return count;
+  };
+  EXPECT_LT(greys(after), 0.6 * greys(before));
+  for (std::size_t v = 0; v < 1681; ++v)
+    EXPECT_EQ(after.colors.values[3 * v + 2], before.colors.values[3 * v + 2]);
+  EXPECT_EQ(marquetry(folder, {"shock", "sheet.ply", "-o", "sharp.png"}).status, 2);
+}
+
+TEST(Shock, RefusesWhatDoesNotFit) {
+  const Folder folder;
+  write_strip(folder);
+  const auto error = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "shock");
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2) << result.error;
+    return result.error;
+  };
+  EXPECT_THAT(error({"strip.png", "strip.png", "-o", "o.png"}),
+              HasSubstr("strip.png: is a picture"));
+  EXPECT_THAT(error({"strip.png", "-o", "o.obj"}), HasSubstr("wanted a picture"));
+  EXPECT_THAT(error({"strip.png", "-o", "strip.png"}), HasSubstr("strip.png"));
+  EXPECT_THAT(error({"strip.png", "--vertices", "-o", "o.png"}),
+              HasSubstr("--vertices is for models"));
+  EXPECT_THAT(error({"strip.obj", "--method", "composed", "-o", "o.png"}),
+              HasSubstr("--method is for pictures"));
+  EXPECT_THAT(error({"missing.png", "-o", "o.png"}), HasSubstr("missing.png"));
+  EXPECT_THAT(error({"strip.obj", "--time", "-1", "-o", "o.png"}), HasSubstr("--time"));
+  EXPECT_THAT(error({"strip.obj", "--time", "1", "--absolute-time", "1", "-o", "o.png"}),
+              HasSubstr("--absolute-time"));
+  write_bytes(folder / "broken.png", "no picture");
+  EXPECT_THAT(error({"broken.png", "-o", "o.png"}), HasSubstr("broken.png"));
+}
+
+}  // namespace
+}  // namespace mq::test

@@ -1,0 +1,115 @@
+#include "mq/filter/texture_shock.h"
+
+#include <gtest/gtest.h>
+
+#include "atlas/atlas_fixtures.h"
+#include "mq/linear/conjugate_gradients.h"
+
+namespace mq {
+namespace {
+
+using namespace fixtures;
+
+/// A disc with a blurred rim on the unit square.
+double disc(const Vector3& p) {
+  return 0.5 - 0.4 * std::tanh(12 * (std::hypot(p.x() - 0.47, p.y() - 0.52) - 0.28));
+}
+
+struct Sheet {
+  explicit Sheet(const CutOptions& options, int side)
+      : model(textured(cut_square(options), {{side, side}})),
+        space(model->surface, model->atlas),
+        signal(space.size(), 2) {
+    for (int i = 0; i < space.size(); ++i) {
+      const auto& p = space.texels().positions[i];
+      signal(i, 0) = disc({p[0], p[1], p[2]});
+      signal(i, 1) = 1 - 0.5 * signal(i, 0);
+    }
+  }
+  ShockedTexture shock(double tau) const {
+    return texture_shock(model->surface, model->atlas, space, signal,
+                         {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::relative, tau}},
+                         conjugate_gradient_solver());
+  }
+  /// A channel of a signal at a point of the surface.
+  double at(const Signal& values, int t, const Vector3& b) const {
+    double sum = 0;
+    for (const auto& [texel, weight] : space.basis_at(t, b)) sum += weight * values(texel, 0);
+    return sum;
+  }
+  std::unique_ptr<Textured> model;
+  TexelSpace space;
+  Signal signal;
+};
+
+TEST(TextureShock, IsTheSameHoweverTheSurfaceIsCutIntoCharts) {
+  const Sheet whole({.cells = 12, .parts = 1, .scale = 0.9}, 200);
+  const Sheet cut({.cells = 12, .parts = 3, .scale = 0.62, .angle = odd_angle}, 290);
+  const ShockedTexture one = whole.shock(3), many = cut.shock(3);
+  EXPECT_NEAR(one.rate, many.rate, 0.05 * one.rate);
+  double difference = 0, change = 0, seams = 0;
+  int count = 0, at_seams = 0;
+  for (int t = 0; t < whole.model->surface.triangle_count(); ++t) {
+    for (const Vector3& b :
+         {Vector3(1, 1, 1), Vector3(4, 1, 1), Vector3(1, 4, 1), Vector3(1, 1, 4)}) {
+      const Vector3 at = b / b.sum();
+      const double first = whole.at(one.signal, t, at), second = cut.at(many.signal, t, at);
+      difference += std::abs(first - second);
+      change += std::abs(first - whole.at(whole.signal, t, at));
+      ++count;
+    }
+    // On edges of the triangle, among them all seams: both sides must be near the uncut one.
+    for (int k = 0; k < 3; ++k) {
+      if (cut.model->atlas.edges[3 * t + k] != EdgeKind::seam) continue;
+      Vector3 at = Vector3::Zero();
+      at[k] = at[(k + 1) % 3] = 0.5;
+      seams += std::abs(whole.at(one.signal, t, at) - cut.at(many.signal, t, at));
+      ++at_seams;
+    }
+  }
+  EXPECT_GT(change / count, 0.02);
+  EXPECT_LT(difference / count, 0.15 * change / count);
+  ASSERT_GT(at_seams, 50);
+  EXPECT_LT(seams / at_seams, 0.15 * change / count);
+}
+
+TEST(TextureShock, NeverLeavesTheRangeAndKeepsConstants) {
+  const Sheet sheet({.cells = 6, .parts = 2, .scale = 0.7, .angle = odd_angle}, 64);
+  for (const double tau : {0.5, 10.0, 1e6}) {
+    const ShockedTexture shocked = sheet.shock(tau);
+    EXPECT_EQ(shocked.counts.cut_short, 0);
+    EXPECT_EQ(shocked.counts.paths, sheet.space.size());
+    for (int c = 0; c < 2; ++c) {
+      EXPECT_LE(shocked.signal.col(c).maxCoeff(), sheet.signal.col(c).maxCoeff());
+      EXPECT_GE(shocked.signal.col(c).minCoeff(), sheet.signal.col(c).minCoeff());
+    }
+  }
+  EXPECT_EQ(sheet.shock(0).signal, sheet.signal);
+  const Signal constant = Signal::Constant(sheet.space.size(), 3, 0.3);
+  EXPECT_EQ(texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, constant,
+                          {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::absolute, 1e6}},
+                          conjugate_gradient_solver())
+                .signal,
+            constant);
+}
+
+TEST(TextureShock, AgreesWithVerticesWhereTheMeshIsAsFine) {
+  // A mesh whose vertices are texels: what is looked up differs by interpolation only.
+  const Sheet sheet({.cells = 64, .parts = 1, .jitter = 0, .scale = 0.9}, 71);
+  const Surface& surface = sheet.model->surface;
+  const VertexSpace vertices(surface);
+  Signal phi(vertices.size(), 1);
+  for (int v = 0; v < phi.rows(); ++v) phi(v, 0) = disc(surface.mesh.positions[v]);
+  const TraceMesh mesh(surface);
+  const Shocked expected =
+      transport_shock(mesh, vertices, phi, {1e-4, 1e-4}, {ShockTime::Unit::relative, 2});
+  const ShockedTexture found = sheet.shock(2);
+  double difference = 0;
+  for (int t = 0; t < surface.triangle_count(); ++t)
+    difference += std::abs(sheet.at(found.signal, t, Vector3(1, 0, 0)) -
+                           expected.signal(surface.mesh.triangles[t][0], 0));
+  EXPECT_LT(difference / surface.triangle_count(), 0.01);
+}
+
+}  // namespace
+}  // namespace mq
