@@ -123,6 +123,30 @@ TEST(Shock, SharpensColoursAtVertices) {
   EXPECT_EQ(marquetry(folder, {"shock", "sheet.ply", "-o", "sharp.png"}).status, 2);
 }
 
+TEST(Shock, GivesTheSameBitsForAnyNumberOfThreads) {
+  const Folder folder;
+  write_strip(folder);
+  for (const std::string input : {"strip.png", "strip.obj"}) {
+    for (const std::string threads : {"1", "2", "7"})
+      ASSERT_EQ(
+          marquetry(folder, {"shock", input, "-o", "o" + threads + ".png", "--threads", threads})
+              .status,
+          0);
+    EXPECT_EQ(file_bytes(folder / "o2.png"), file_bytes(folder / "o1.png"));
+    EXPECT_EQ(file_bytes(folder / "o7.png"), file_bytes(folder / "o1.png"));
+    EXPECT_NE(file_bytes(folder / "o1.png"), file_bytes(folder / "strip.png"));
+  }
+}
+
+TEST(Shock, StopsWhenAskedTo) {
+  const Folder folder;
+  write_strip(folder, 1500, 1100);
+  const Result result = marquetry(folder, {"shock", "strip.obj", "-o", "o.png", "--time", "1e9"},
+                                  {.interrupt_at = {"sharpen"}});
+  EXPECT_EQ(result.status, 130) << result.error;
+  EXPECT_EQ(folder.names(), (std::vector<std::string>{"strip.mtl", "strip.obj", "strip.png"}));
+}
+
 TEST(Shock, RefusesWhatDoesNotFit) {
   const Folder folder;
   write_strip(folder);

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "atlas/atlas_fixtures.h"
-#include "mq/linear/conjugate_gradients.h"
 
 namespace mq {
 namespace {
@@ -28,8 +27,7 @@ struct Sheet {
   }
   ShockedTexture shock(double tau) const {
     return texture_shock(model->surface, model->atlas, space, signal,
-                         {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::relative, tau}},
-                         conjugate_gradient_solver());
+                         {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::relative, tau}});
   }
   /// A channel of a signal at a point of the surface.
   double at(const Signal& values, int t, const Vector3& b) const {
@@ -87,8 +85,7 @@ TEST(TextureShock, NeverLeavesTheRangeAndKeepsConstants) {
   EXPECT_EQ(sheet.shock(0).signal, sheet.signal);
   const Signal constant = Signal::Constant(sheet.space.size(), 3, 0.3);
   EXPECT_EQ(texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, constant,
-                          {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::absolute, 1e6}},
-                          conjugate_gradient_solver())
+                          {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::absolute, 1e6}})
                 .signal,
             constant);
 }

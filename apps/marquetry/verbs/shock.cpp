@@ -7,10 +7,8 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
-#include "mq/base/stopwatch.h"
 #include "mq/filter/image_shock.h"
 #include "mq/filter/texture_shock.h"
-#include "mq/linear/conjugate_gradients.h"
 #include "outputs.h"
 #include "signal_options.h"
 #include "signal_target.h"
@@ -21,7 +19,7 @@ namespace mq::app {
 namespace {
 
 /// Above so many vertices iterations take less time and memory than a factorisation.
-constexpr int most_for_direct = 200'000;
+constexpr int most_for_direct = 30'000;
 
 bool names_picture(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -45,12 +43,17 @@ ShockWeights asked_weights(const OptionValues& options, const SurfaceScale& scal
   return {.signal = weight("smooth"), .potential = weight("smooth-potential")};
 }
 
-SolverFactory vertex_solver(const OptionValues& options, int unknowns) {
+/// What --solver and --tolerance say, for systems of vertices.
+VertexSolver vertex_solver(const OptionValues& options) {
   const std::string name = options.text("solver");
-  if (name == "direct" || (name == "automatic" && unknowns <= most_for_direct))
-    return direct_solver();
-  return conjugate_gradient_solver(
-      {.tolerance = options.number("tolerance"), .max_cycles = 10'000});
+  const double tolerance = options.number("tolerance");
+  return [name, tolerance](std::span<const Vector3> places) {
+    if (name == "direct" || (name == "automatic" && std::ssize(places) <= most_for_direct))
+      return direct_solver();
+    MultigridOptions when;
+    when.tolerance = tolerance;
+    return vertex_multigrid_solver(places, when);
+  };
 }
 
 /// What the report says of paths.
@@ -63,7 +66,7 @@ void report_paths(Run& run, double rate, double time, const PathCounts& counts, 
                          {"at_rest", counts.resting},
                          {"cut_short", counts.cut_short}};
   run.result["relative_time"] = time * rate;
-  if (seconds > 0) run.result["seconds_for_potential_and_paths"] = seconds;
+  run.result["path_seconds"] = seconds;
 }
 
 void report_solves(Run& run, const std::vector<SolveReport>& solves) {
@@ -148,7 +151,7 @@ Exit shock_picture(Run& run) {
                                           .steps = int(options.integer("steps"))},
                                          step);
       after = shocked.image;
-      report_paths(run, shocked.rate, shocked.time, shocked.counts, 0);
+      report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
     });
   }
   std::int64_t changed = 0;
@@ -183,7 +186,6 @@ Exit shock_model(Run& run) {
   }
   const Signal before = target->values();
   Signal after;
-  const Stopwatch watch;
   about(scene.model, [&] {
     const Step step(run, "sharpen", vertices ? 0.7 : 0.5);
     const ShockWeights weights = asked_weights(options, target->space().scale());
@@ -191,21 +193,22 @@ Exit shock_model(Run& run) {
       const VertexSpace& space = dynamic_cast<const VertexDomain&>(target->domain()).space();
       const TraceMesh mesh(scene.surface, step.progress().step("order triangles", 0.1));
       Shocked shocked = transport_shock(mesh, space, before, weights, asked_time(options),
-                                        vertex_solver(options, space.size()),
+                                        vertex_solver(options)(scene.surface.mesh.positions),
                                         step.progress().step("filter", 0.9));
       after = std::move(shocked.signal);
-      report_paths(run, shocked.rate, shocked.time, shocked.counts, watch.seconds());
+      report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
       report_solves(run, shocked.solves);
     } else {
       const TexelSpace& space = dynamic_cast<const TexelDomain&>(target->domain()).space();
       ShockedTexture shocked = texture_shock(scene.surface, *scene.atlas, space, before,
                                              {.weights = weights,
                                               .time = asked_time(options),
-                                              .longest_edge = options.number("longest-edge")},
-                                             vertex_solver(options, space.size()), step);
+                                              .longest_edge = options.number("longest-edge"),
+                                              .solver = vertex_solver(options)},
+                                             step);
       after = std::move(shocked.signal);
       run.result["vertices"] = shocked.vertices;
-      report_paths(run, shocked.rate, shocked.time, shocked.counts, watch.seconds());
+      report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
       report_solves(run, shocked.solves);
     }
   });
@@ -290,14 +293,15 @@ void add_shock_options(OptionTable& table) {
              .choices = {"along-gradient", "laplacian"},
              .group = "Pictures",
              .help = "which second derivative says on what side of an edge a place is"});
-  table.add({.name = "solver",
-             .type = Type::choice,
-             .default_value = "automatic",
-             .choices = {"automatic", "direct", "iterative"},
-             .metavar = "HOW",
-             .group = "Solver",
-             .help = "for --smooth on models: automatic, direct or iterative",
-             .details = "automatic: direct up to 200,000 unknowns."});
+  table.add(
+      {.name = "solver",
+       .type = Type::choice,
+       .default_value = "automatic",
+       .choices = {"automatic", "direct", "multigrid"},
+       .metavar = "HOW",
+       .group = "Solver",
+       .help = "for smoothing on models: automatic, direct or multigrid",
+       .details = "automatic: direct up to 30,000 vertices, for textures of the triangles cut."});
   table.add({.name = "tolerance",
              .type = Type::number,
              .default_value = "1e-6",

@@ -10,6 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
 
 namespace mq {
 namespace {
@@ -209,7 +210,8 @@ Image<float> at_least_two(const Image<float>& image) {
 ShockedImage follow(const Image<float>& image, const ImageShockOptions& options,
                     const Progress& progress) {
   const Field first = field_of(image);
-  ShockedImage shocked{image, 0, 0, {}};
+  ShockedImage shocked;
+  shocked.image = image;
   const bool along = options.concavity == Concavity::along_gradient;
   const Field potential = potential_of(first, options.weights);
   shocked.rate = potential_rate(image.width(), image.height(), potential.values);
@@ -224,10 +226,12 @@ ShockedImage follow(const Image<float>& image, const ImageShockOptions& options,
     const GridFlow flow = k == 0 && along
                               ? GridFlow::downhill(image.width(), image.height(), potential.values)
                               : flow_of(signal, options);
+    const Stopwatch watch;
     const bool composes = options.method == ImageShockOptions::Method::composed && k > 0;
     traced = composes ? flow.trace(traced.ends, shocked.time / steps, step)
                       : flow.trace_pixels(shocked.time / steps, step);
     shocked.counts = shocked.counts + traced.counts;
+    shocked.path_seconds += watch.seconds();
     const bool iterated = options.method == ImageShockOptions::Method::iterated;
     signal = looked_up(iterated ? signal : first, flow, traced.ends);
   }

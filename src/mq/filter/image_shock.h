@@ -29,6 +29,7 @@ struct ShockedImage {
   double rate = 0;  ///< Λ of the first potential, see `potential_rate`; 1/(value²/pixel⁴)
   double time = 0;  ///< pixels, values as they are
   PathCounts counts;
+  double path_seconds = 0;  ///< of all steps
 };
 
 /// ∂φ/∂t = −⟨X, ∇φ⟩, thesis 3.3, all channels with one field X, constant per cell or triangle:

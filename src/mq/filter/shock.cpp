@@ -10,6 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
 
 namespace mq {
 namespace {
@@ -89,10 +90,12 @@ Shocked transport_shock(const TraceMesh& mesh, const VertexSpace& space, const S
                                       progress.step("potential", 0.7));
   shocked.rate = potential_rate(space, shocked.potential);
   shocked.time = time_from(time, space, shocked.potential);
+  const Stopwatch watch;
   const SurfaceFlow flow = SurfaceFlow::downhill(mesh, shocked.potential);
   Advected advected = flow.advect(signal, shocked.time, progress.step("follow paths", 0.3));
   shocked.signal = std::move(advected.signal);
   shocked.counts = advected.counts;
+  shocked.path_seconds = watch.seconds();
   return shocked;
 }
 

@@ -53,6 +53,7 @@ struct Shocked {
   double rate = 0;  ///< Λ
   double time = 0;  ///< for which paths ran
   PathCounts counts;
+  double path_seconds = 0;  ///< from the potential to the values looked up
   std::vector<SolveReport> solves;
 };
 

@@ -11,6 +11,7 @@
 #include "mq/atlas/texel_grid.h"
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/refine.h"
 
@@ -139,7 +140,7 @@ class TextureShock {
 
 ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                              const Signal& signal, const TextureShockOptions& options,
-                             const SolverFactory& factory, const Progress& progress) {
+                             const Progress& progress) {
   require(signal.rows() == space.size(),
           fmt::format("a signal of {} rows was given for {} texels", signal.rows(), space.size()));
   require(signal.allFinite(), "the texture has values that are not finite");
@@ -151,15 +152,18 @@ ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const T
   const TraceMesh mesh(shock.fine().surface, progress.step("order triangles", 0.1));
   {
     const VertexSpace vertices(shock.fine().surface);
-    const Vector P = shock_potential(vertices, shock.at_vertices(), options.weights, factory,
+    const Vector P = shock_potential(vertices, shock.at_vertices(), options.weights,
+                                     options.solver(shock.fine().surface.mesh.positions),
                                      &shocked.solves, progress.step("potential", 0.35));
     shocked.rate = potential_rate(vertices, P);
     shocked.time = time_from(options.time, vertices, P);
     flow = SurfaceFlow::downhill(mesh, P);
   }
   const std::vector<SurfacePoint> starts = shock.starts(progress.step("place texels", 0.15));
+  const Stopwatch watch;
   const Traced traced = flow->trace(starts, shocked.time, progress.step("follow paths", 0.2));
   shocked.counts = traced.counts;
+  shocked.path_seconds = watch.seconds();
   shocked.signal = signal;
   parallel_for(signal.rows(), [&](std::int64_t i) {
     const SurfacePoint &from = starts[i], &to = traced.ends[i];

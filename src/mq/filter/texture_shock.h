@@ -1,16 +1,26 @@
 #pragma once
 /// Shock filters on textures: sharpened on the surface, across seams.
 
+#include <functional>
+#include <span>
+
 #include "mq/atlas/atlas.h"
 #include "mq/fem/texel_space.h"
+#include "mq/fem/vertex_multigrid.h"
 #include "mq/filter/shock.h"
 
 namespace mq {
+
+/// Makes a solver for systems of vertices at these places.
+using VertexSolver = std::function<SolverFactory(std::span<const Vector3> positions)>;
 
 struct TextureShockOptions {
   ShockWeights weights;
   ShockTime time;
   double longest_edge = 1.4;  ///< of the mesh on which paths run, texels
+  VertexSolver solver = [](std::span<const Vector3> places) {
+    return vertex_multigrid_solver(places);
+  };
 };
 
 /// A sharpened texture and how it came about.
@@ -20,6 +30,7 @@ struct ShockedTexture {
   double rate = 0;   ///< Λ
   double time = 0;
   PathCounts counts;
+  double path_seconds = 0;
   std::vector<SolveReport> solves;
 };
 
@@ -36,6 +47,6 @@ struct ShockedTexture {
 /// `signal` is space.size() × channels. About 700 bytes per texel at the peak.
 ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                              const Signal& signal, const TextureShockOptions& options,
-                             const SolverFactory& factory, const Progress& progress = {});
+                             const Progress& progress = {});
 
 }  // namespace mq
