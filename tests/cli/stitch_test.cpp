@@ -146,6 +146,32 @@ TEST(Stitch, MakesOneTextureOfPartialOnes) {
   EXPECT_NEAR((low + high) / 2, 0.05, 0.02);
 }
 
+/// OpenEXR stores colours multiplied by alpha: what a photograph shows half counts in full.
+TEST(Stitch, TakesPartialTexturesOfExrAsThoseOfPng) {
+  const Folder folder;
+  write_gains(folder, 1, 64, 48);
+  const Image<float> truth = picture(64, 48, 1);
+  for (const int k : {0, 1}) {
+    Image<float> partial(64, 48, 4);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x) {
+        for (int c = 0; c < 3; ++c) partial(x, y, c) = truth(x, y, c) + 0.1F * float(k);
+        partial(x, y, 3) = std::clamp(0.5F + (k == 0 ? 1 : -1) * float(x - 32) / 64, 0.0F, 1.0F);
+      }
+    for (const std::string name : {"a.png", "b.exr"})
+      write_image(folder / (std::to_string(k) + name), partial,
+                  name == "a.png" ? Depth::u16 : Depth::half);
+  }
+  std::vector<Image<float>> found;
+  for (const std::string name : {"a.png", "b.exr"}) {
+    const std::string output = "out_" + name.substr(0, 1) + ".png";
+    ASSERT_EQ(stitch(folder, output, {"--partial", "0" + name, "--partial", "1" + name}).status, 0);
+    found.push_back(read_texture(folder / output).pixels);
+  }
+  for (std::size_t i = 0; i < found[0].values().size(); ++i)
+    ASSERT_NEAR(found[0].values()[i], found[1].values()[i], 2e-3) << i;
+}
+
 /// A model without a picture, and pictures of it from all sides.
 TEST(Stitch, MakesATextureOfPhotographsWithCameras) {
   const Folder folder;

@@ -2,6 +2,7 @@
 /// Small picture files put together byte by byte: kinds that no writer of this project makes.
 
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,61 @@ inline std::string zlib_stored(const std::string& data) {
   const auto inverse = std::uint16_t(~n);
   return std::string("\x78\x01\x01") + char(n & 255) + char(n >> 8) + char(inverse & 255) +
          char(inverse >> 8) + data + big_endian(b << 16 | a);
+}
+
+/// The least significant byte first, as in OpenEXR and one kind of TIFF.
+template <class Number>
+std::string little_endian(Number value) {
+  std::string bytes(sizeof value, '\0');
+  std::memcpy(bytes.data(), &value, sizeof value);
+  return bytes;
+}
+
+/// An OpenEXR file of one row: four channels of 32 bits, R, G, B and A of each pixel in turn.
+inline std::string exr_row(const std::vector<float>& rgba) {
+  const int width = int(rgba.size() / 4);
+  const auto attribute = [](const std::string& name, const std::string& type,
+                            const std::string& value) {
+    return name + '\0' + type + '\0' + little_endian(int(value.size())) + value;
+  };
+  std::string channels;
+  for (const char name : std::string("ABGR"))
+    channels += std::string(1, name) + '\0' + little_endian(2) + little_endian(0) +
+                little_endian(1) + little_endian(1);
+  const std::string window =
+      little_endian(0) + little_endian(0) + little_endian(width - 1) + little_endian(0);
+  std::string file = little_endian(20000630) + little_endian(2) +
+                     attribute("channels", "chlist", channels + '\0') +
+                     attribute("compression", "compression", std::string(1, '\0')) +
+                     attribute("dataWindow", "box2i", window) +
+                     attribute("displayWindow", "box2i", window) +
+                     attribute("lineOrder", "lineOrder", std::string(1, '\0')) +
+                     attribute("pixelAspectRatio", "float", little_endian(1.0F)) +
+                     attribute("screenWindowCenter", "v2f", std::string(8, '\0')) +
+                     attribute("screenWindowWidth", "float", little_endian(1.0F)) + '\0';
+  file += little_endian(std::uint64_t(file.size() + 8));
+  file += little_endian(0) + little_endian(int(rgba.size() * 4));
+  for (const int channel : {3, 2, 1, 0})
+    for (int x = 0; x < width; ++x) file += little_endian(rgba[std::size_t(4 * x + channel)]);
+  return file;
+}
+
+/// A TIFF file of one row of red, green, blue and alpha with 8 bits. `extra` is the kind of alpha:
+/// 1 associated, 2 not.
+inline std::string tiff_row(const std::vector<int>& rgba, int extra) {
+  const auto entry = [](int tag, int type, int count, int value) {
+    return little_endian(std::uint16_t(tag)) + little_endian(std::uint16_t(type)) +
+           little_endian(count) + little_endian(value);
+  };
+  const std::string bits = little_endian(std::uint64_t(0x0008000800080008));
+  const int pixels = 8 + int(bits.size());
+  std::string file = "II*" + std::string(1, '\0') + little_endian(pixels + int(rgba.size())) + bits;
+  for (const int value : rgba) file += char(value);
+  file += little_endian(std::uint16_t(11)) + entry(256, 3, 1, int(rgba.size() / 4)) +
+          entry(257, 3, 1, 1) + entry(258, 3, 4, 8) + entry(259, 3, 1, 1) + entry(262, 3, 1, 2) +
+          entry(273, 4, 1, pixels) + entry(277, 3, 1, 4) + entry(278, 3, 1, 1) +
+          entry(279, 4, 1, int(rgba.size())) + entry(284, 3, 1, 1) + entry(338, 3, 1, extra);
+  return file + little_endian(0);
 }
 
 struct PngHead {

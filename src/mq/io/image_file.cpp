@@ -72,6 +72,38 @@ const FileFormat* format_of_extension(const std::filesystem::path& path) {
   return nullptr;
 }
 
+// ---- Alpha ------------------------------------------------------------------------------------
+
+/// Alpha is the last of two or four channels where the file says so.
+bool has_alpha(const ImageSpec& spec) {
+  return (spec.nchannels == 2 || spec.nchannels == 4) && spec.alpha_channel == spec.nchannels - 1;
+}
+
+/// Whether colours lie in the file multiplied by alpha: always in OpenEXR, in TIFF and TGA where
+/// they do not say otherwise. PNG and BMP know no such thing.
+bool is_associated(const ImageSpec& spec, const std::string& file_format) {
+  const bool can = file_format == "openexr" || file_format == "tiff" || file_format == "targa";
+  return can && has_alpha(spec) && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
+}
+
+/// A pixel of less alpha shows nothing, and its colours are kept as they lie in the file. Far below
+/// what 16-bit floating point can hold.
+constexpr float least_alpha = 1e-9F;
+
+void divide_by_alpha(std::span<float> values, int channels) {
+  for (std::size_t i = 0; i < values.size(); i += channels)
+    if (const float alpha = values[i + channels - 1]; alpha > least_alpha)
+      for (int c = 0; c < channels - 1; ++c) values[i + c] /= alpha;
+}
+
+std::vector<float> multiplied_by_alpha(std::span<const float> values, int channels) {
+  std::vector<float> result(values.begin(), values.end());
+  for (std::size_t i = 0; i < result.size(); i += channels)
+    if (const float alpha = result[i + channels - 1]; alpha > least_alpha)
+      for (int c = 0; c < channels - 1; ++c) result[i + c] *= alpha;
+  return result;
+}
+
 // ---- Reading ----------------------------------------------------------------------------------
 
 std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
@@ -265,6 +297,7 @@ Image<float> read_pixels(OpenPicture& p, const Progress& progress) {
   const std::size_t row = std::size_t(s.width) * s.nchannels;
   const int rows = strip_rows(s);
   const bool bytes = s.format == TypeDesc::UINT8, words = s.format == TypeDesc::UINT16;
+  const bool associated = is_associated(s, p.file_format);
   std::vector<std::uint16_t> stored(bytes || words ? row * std::min(rows, s.height) : 0);
   for (int y = 0; y < s.height; y += rows) {
     const int end = std::min(y + rows, s.height);
@@ -280,7 +313,8 @@ Image<float> read_pixels(OpenPicture& p, const Progress& progress) {
       convert(std::span(reinterpret_cast<const std::uint8_t*>(stored.data()), count), to);
     else if (words)
       convert(std::span(std::as_const(stored)).first(count), to);
-    else
+    if (associated) divide_by_alpha(to, s.nchannels);
+    if (!bytes && !words)
       check_finite(p.name, pixels, first, first + count, "repair the picture");
     progress.at(double(end) / s.height);
   }
@@ -341,7 +375,15 @@ void name_channels(ImageSpec& spec) {
   if (spec.nchannels > 4)
     for (int c = 0; c < spec.nchannels; ++c) spec.channelnames[c] = fmt::format("channel{:04}", c);
   spec.alpha_channel = spec.nchannels == 4 ? 3 : spec.nchannels == 2 ? 1 : -1;
-  if (spec.alpha_channel >= 0) spec["oiio:UnassociatedAlpha"] = 1;
+}
+
+/// Alpha as the format has it; where there is a choice as in the file that was read, or unassociated.
+void state_alpha(const ImageSpec* read, const FileFormat& format, ImageSpec& spec) {
+  const bool as_read = read != nullptr && format.name == "tiff" && is_associated(*read, "tiff");
+  if (format.name == "openexr" || as_read)
+    spec.erase_attribute("oiio:UnassociatedAlpha");
+  else if (spec.alpha_channel >= 0)
+    spec["oiio:UnassociatedAlpha"] = 1;
 }
 
 void take_over(const ImageSpec& read, bool same_format, Depth depth, ImageSpec& spec) {
@@ -369,7 +411,9 @@ ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth
   ImageSpec spec(pixels.width(), pixels.height(), pixels.channels(), type_of(depth));
   const auto* read = static_cast<const ImageSpec*>(texture.format.tags.get());
   if (read == nullptr || read->nchannels != spec.nchannels) name_channels(spec);
-  if (read != nullptr) take_over(*read, texture.format.file_format == format.name, depth, spec);
+  const bool same_format = texture.format.file_format == format.name;
+  if (read != nullptr) take_over(*read, same_format, depth, spec);
+  state_alpha(same_format ? read : nullptr, format, spec);
   // An empty date keeps the library from writing today's: equal pictures are equal files.
   if (spec.find_attribute("DateTime") == nullptr) spec["DateTime"] = "";
   if (format.name == "jpeg") {
@@ -511,9 +555,11 @@ EncodedPicture encode(const Texture& texture, const std::string& name, const Fil
   Strip strip;
   const std::size_t row = std::size_t(spec.width) * spec.nchannels;
   const int rows = strip_rows(spec);
+  const bool associated = is_associated(spec, std::string(format.name));
   for (int y = 0; y < spec.height; y += rows) {
     const int end = std::min(y + rows, spec.height);
-    fill(strip, pixels.values().subspan(row * y, row * (end - y)), depth);
+    const std::span<const float> values = pixels.values().subspan(row * y, row * (end - y));
+    fill(strip, associated ? multiplied_by_alpha(values, spec.nchannels) : values, depth);
     check(output->write_scanlines(spec.y + y, spec.y + end, 0, strip.type, strip.bytes.data()));
     progress.at(double(end) / spec.height);
   }

@@ -2,9 +2,12 @@
 /// Picture files: PNG, JPEG, TIFF, OpenEXR, BMP and TGA (`read_texture` and `write_texture` of
 /// model.h, and the same in memory for pictures embedded in a model).
 ///
-/// Values are those stored: no colour conversion, no turning by an orientation tag, alpha never
-/// multiplied in. Integers are divided by their largest value; floating point is taken as it is and
-/// must be finite. What is kept for writing: depth, channel names and order, ICC profile, gamma,
+/// Values are those stored: no colour conversion, no turning by an orientation tag. Integers are
+/// divided by their largest value; floating point is taken as it is and must be finite. Alpha is
+/// never multiplied in: where a file holds colours multiplied by it (associated alpha: OpenEXR,
+/// TIFF and TGA that say so) they are divided by it and multiplied again on writing, which gives
+/// back integers and 16-bit floating point exactly and 32-bit floating point to its last bit; where
+/// alpha is 0 colours are kept as they lie in the file. What is kept for writing: depth, channel names and order, ICC profile, gamma,
 /// resolution and the other tags the format knows. What is not:
 ///
 /// - PNG and TIFF palettes become RGB or RGBA with 8 bits, fewer than 8 bits become 8;
