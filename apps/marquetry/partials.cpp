@@ -48,6 +48,25 @@ bool has_alpha(const Texture& texture) {
   return colour_channels(texture.pixels.channels()) < texture.pixels.channels();
 }
 
+/// The colours of a picture as `wanted` stores them, display values or light.
+void restore(Texture& picture, Transfer wanted) {
+  const Transfer found = transfer(picture);
+  if (found == wanted) return;
+  picture.pixels = encode(decode(picture.pixels, ColourSpace::linear, found), ColourSpace::linear,
+                          wanted);
+}
+
+/// How all textures of the model store colours.
+Transfer common_transfer(const Model& model) {
+  for (std::size_t i = 1; i < model.textures.size(); ++i)
+    require(transfer(model.textures[i]) == transfer(model.textures[0]),
+            fmt::format("--space stored: {} and {} do not store colours alike (light in floating "
+                        "point, display values otherwise), so a photograph cannot fit both: choose "
+                        "--space linear or log",
+                        texture_file(model, 0), texture_file(model, i)));
+  return transfer(model.textures.at(0));
+}
+
 }  // namespace
 
 void add_partial_options(OptionTable& table) {
@@ -114,8 +133,8 @@ void add_missing_pictures(Scene& scene) {
 namespace {
 
 /// A photograph in the values and channels of the target; grey is spread over three.
-Image<float> photograph_values(const Texture& texture, const OptionValues& options, int channels) {
-  const Image<float> values = decoded(texture, value_space(options));
+Image<float> photograph_values(const Texture& texture, const ValueSpace& space, int channels) {
+  const Image<float> values = decoded(texture, space);
   const int colours = colour_channels(values.channels()), wanted = colour_channels(channels);
   require(colours == wanted || colours == 1,
           fmt::format("{}: has {}, and the texture {}: convert it", texture.path.string(),
@@ -150,11 +169,15 @@ std::vector<Partial> project_views(Run& run, const Scene& scene, const TextureTa
   projecting.steepest = options.number("steepest");
   projecting.bias = options.number("bias") / 100;
   std::vector<Partial> partials;
+  const ValueSpace space = value_space(options);
+  const bool stored = space.space == ColourSpace::stored;
+  const Transfer wanted = stored ? common_transfer(scene.model) : Transfer::linear;
   Json views = Json::array();
   for (const Photograph& photograph : photographs) {
     const std::string name = photograph.picture.filename().string();
-    const Texture texture = read_texture(photograph.picture);
-    const Image<float> values = photograph_values(texture, options, target.channels());
+    Texture texture = read_texture(photograph.picture);
+    if (stored) restore(texture, wanted);
+    const Image<float> values = photograph_values(texture, space, target.channels());
     PinholeCamera camera;
     try {
       camera = scaled(photograph.camera, values.width(), values.height());
@@ -191,6 +214,7 @@ std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTa
           fmt::format(
               "--confidence: found {} for {} of --partial: give one for each, in their order",
               counted(std::ssize(confidences), "picture"), counted(std::ssize(files), "picture")));
+  const bool stored = value_space(run.options()).space == ColourSpace::stored;
   std::vector<Partial> partials;
   for (std::size_t first = 0; first < files.size(); first += count) {
     std::vector<Texture> textures = read_pictures(files, first, scene);
@@ -204,6 +228,7 @@ std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTa
       const bool surplus = textures[i].pixels.channels() == target.channels() + 1;
       if (has_alpha(textures[i]) && (confidences.empty() || surplus))
         alpha = split_alpha(textures[i]);
+      if (stored) restore(textures[i], transfer(scene.model.textures[i]));
       shown.push_back(confidences.empty() ? alpha : read_texture(confidences[first + i]).pixels);
     }
     const Texels& texels = target.domain().space().texels();

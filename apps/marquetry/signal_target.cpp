@@ -16,11 +16,6 @@ bool same_row(const Signal& a, const Signal& b, Eigen::Index row) {
   return (a.row(row).array() == b.row(row).array()).all();
 }
 
-Transfer transfer(const Texture& texture) {
-  const bool is_float = texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
-  return is_float ? Transfer::linear : Transfer::srgb;
-}
-
 /// Whether pictures with `channels` lack just the alpha of those with `most`.
 bool lacks_alpha(int channels, int most) {
   return channels + 1 == most && colour_channels(most) != most;
@@ -62,6 +57,11 @@ ValueSpace value_space(const OptionValues& options) {
                  : name == "log"  ? ColourSpace::log
                                   : ColourSpace::stored;
   return values;
+}
+
+Transfer transfer(const Texture& texture) {
+  const bool is_float = texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
+  return is_float ? Transfer::linear : Transfer::srgb;
 }
 
 Image<float> decoded(const Texture& texture, const ValueSpace& values) {

@@ -23,6 +23,9 @@ struct ValueSpace {
 /// What --space and --normals say, where the verb has them.
 ValueSpace value_space(const OptionValues& options);
 
+/// Whether a texture stores display values or light.
+Transfer transfer(const Texture& texture);
+
 /// A texture's values in that space, and back.
 Image<float> decoded(const Texture& texture, const ValueSpace& values);
 Image<float> encoded(const Image<float>& picture, const Texture& texture, const ValueSpace& values);

@@ -158,9 +158,11 @@ TEST(Stitch, TakesPartialTexturesOfExrAsThoseOfPng) {
         for (int c = 0; c < 3; ++c) partial(x, y, c) = truth(x, y, c) + 0.1F * float(k);
         partial(x, y, 3) = std::clamp(0.5F + (k == 0 ? 1 : -1) * float(x - 32) / 64, 0.0F, 1.0F);
       }
-    for (const std::string name : {"a.png", "b.exr"})
-      write_image(folder / (std::to_string(k) + name), partial,
-                  name == "a.png" ? Depth::u16 : Depth::half);
+    write_image(folder / (std::to_string(k) + "a.png"), partial, Depth::u16);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (int c = 0; c < 3; ++c) partial(x, y, c) = float(linear_from_srgb(partial(x, y, c)));
+    write_image(folder / (std::to_string(k) + "b.exr"), partial, Depth::half);
   }
   std::vector<Image<float>> found;
   for (const std::string name : {"a.png", "b.exr"}) {
@@ -212,6 +214,36 @@ TEST(Stitch, MakesATextureOfPhotographsWithCameras) {
         sum += std::pow(found(x, y, c) - truth(x, y, c), 2);
   EXPECT_GT(count, 10000);
   EXPECT_LT(std::sqrt(sum / count), 0.06);
+
+  // With a picture of light in its place: the same, as light.
+  Image<float> light = truth;
+  for (float& value : light.values()) value = float(linear_from_srgb(value));
+  write_image(folder / "light.exr", light, Depth::f32);
+  words.insert(words.begin() + 2, "light.exr");
+  for (const std::string space : {"stored", "log"}) {
+    Words more = words;
+    more.insert(more.end(), {"--space", space});
+    ASSERT_EQ(marquetry(folder, more).status, 0);
+    const Image<float> seen = read_texture(folder / "out.png").pixels;
+    sum = 0;
+    for (int y = 0; y < 128; ++y)
+      for (int x = 0; x < 128; ++x)
+        for (int c = 0; c < 3 && used(x, y) > 0; ++c)
+          sum += std::pow(srgb_from_linear(seen(x, y, c)) - found(x, y, c), 2);
+    EXPECT_LT(std::sqrt(sum / count), 0.02) << space;
+  }
+}
+
+TEST(Stitch, ReadsPartialTexturesAsTheModelStoresColours) {
+  const Folder folder;
+  write_strip(folder);
+  Image<float> light(64, 48, 3, 0.5F), shown(64, 48, 4, 0.5F);
+  write_image(folder / "light.exr", light, Depth::f32);
+  write_image(folder / "shown.png", shown, Depth::u16);
+  const Result result = marquetry(folder, {"stitch", "strip.obj", "light.exr", "--partial",
+                                           "shown.png", "-o", "out.exr"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_NEAR(read_texture(folder / "out.exr").pixels(16, 24, 1), linear_from_srgb(0.5), 1e-4);
 }
 
 TEST(Stitch, RefusesWhatDoesNotFit) {
