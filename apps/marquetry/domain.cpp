@@ -21,6 +21,12 @@ Unsupported for_textures(const std::string& name) {
 
 }  // namespace
 
+SurfaceScale Domain::scale() const {
+  SurfaceScale scale = space().scale();
+  if (!(scale.texel_spacing > 0)) scale.texel_spacing = std::sqrt(scale.area / space().size());
+  return scale;
+}
+
 TexelDomain::TexelDomain(Run& run, const Scene& scene, const TexelSpaceOptions& options,
                          const Progress& progress)
     : space_(scene.surface, *scene.atlas, options, progress) {

@@ -23,6 +23,9 @@ class Domain {
   virtual ~Domain() = default;
   virtual const SignalSpace& space() const = 0;
 
+  /// Of the surface; what counts as a texel where there are none is the mean spacing of vertices.
+  SurfaceScale scale() const;
+
   /// Where the unknowns lie on the surface.
   virtual std::vector<Vector3> places() const = 0;
 

@@ -58,6 +58,20 @@ Vector brightness(const Scene& scene, const Domain& domain) {
   return values;
 }
 
+/// ∇ψ, 0 in triangles where ψ varies by no more than what it is rounded to.
+TangentField gradient(const Scene& scene, const Vector& psi) {
+  constexpr double rounding = 1e-6;
+  const Surface& surface = scene.surface;
+  TangentField field = gradient_field(surface, psi);
+  const double least = rounding * psi.cwiseAbs().maxCoeff();
+  for (int t = 0; t < surface.triangle_count(); ++t) {
+    const Triangle& v = surface.mesh.triangles[t];
+    const auto [low, high] = std::minmax({psi[v[0]], psi[v[1]], psi[v[2]]});
+    if (!(high - low > least)) field[t].setZero();
+  }
+  return field;
+}
+
 TangentField from_file(const Scene& scene, const std::string& file) {
   VectorField field = read_vector_field(file, scene.model.mesh);
   const Surface& surface = scene.surface;
@@ -126,7 +140,7 @@ TangentField asked_field(Run& run, const Scene& scene, const Domain& domain,
       name == "max-curvature"   ? curvature_field(surface, Principal::max, 2, progress)
       : name == "min-curvature" ? curvature_field(surface, Principal::min, 2, progress)
       : name == "harmonic"      ? harmonic(run, scene, progress)
-      : name == "gradient"      ? gradient_field(surface, brightness(scene, domain))
+      : name == "gradient"      ? gradient(scene, brightness(scene, domain))
                                 : from_file(scene, name);
   if (run.options().flag("turned"))
     for (int t = 0; t < surface.triangle_count(); ++t)

@@ -46,6 +46,60 @@ TEST(Lic, FollowsAFieldFromAFile) {
   EXPECT_LT(4 * along, across);  // values spread over less than four texels here
 }
 
+/// The same strip with charts of another size, and the second one turned by a quarter.
+const char* const strip_cut_anew =
+    "mtllib strip.mtl\nusemtl strip\n"
+    "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n"
+    "vt 0.1 0.5\nvt 0.4 0.5\nvt 0.4 0.9\nvt 0.1 0.9\n"
+    "vt 0.9 0.5\nvt 0.9 0.9\nvt 0.6 0.9\nvt 0.6 0.5\n"
+    "f 1/1 2/2 5/3 4/4\nf 2/5 3/6 6/7 5/8\n";
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  double ma = 0, mb = 0, ab = 0, aa = 0, bb = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) ma += a[i] / a.size(), mb += b[i] / a.size();
+  for (std::size_t i = 0; i < a.size(); ++i)
+    ab += (a[i] - ma) * (b[i] - mb), aa += std::pow(a[i] - ma, 2), bb += std::pow(b[i] - mb, 2);
+  return ab / std::sqrt(aa * bb);
+}
+
+TEST(Lic, ShowsTheSameLinesOnAnyAtlasWhereGrainIsALengthOnTheSurface) {
+  const Folder folder;
+  write_strip(folder, 320, 240);
+  write_bytes(folder / "anew.obj", strip_cut_anew);
+  const Model strip = read_model(folder / "strip.obj");
+  write_vector_field(folder / "f.vf", strip.mesh,
+                     std::vector<Vector3>(std::size_t(strip.mesh.triangle_count()), {3, 1, 0}));
+  const auto lines = [&](const std::string& model, const std::string& grain) {
+    const Result result =
+        marquetry(folder, {"lic", model, "--field", "f.vf", "--length", "0.2", "--grain", grain,
+                           "--kappa", "10", "-o", "l.png", "--json"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    if (grain != "2tx") {
+      EXPECT_NEAR(result.json()["result"]["grain"].get<double>(), 0.06, 1e-6);
+    }
+    return read_texture(folder / "l.png").pixels;
+  };
+  const auto at = [](const Image<float>& image, double u, double v) {
+    return image(int(u * image.width()), int((1 - v) * image.height()));
+  };
+  for (const std::string grain : {"0.06", "4.2426407%", "2tx"}) {  // 4.24 % of √2 is 0.06
+    const Image<float> one = lines("strip.obj", grain), two = lines("anew.obj", grain);
+    std::vector<double> a, b;
+    for (double x = 0.1; x < 1.9; x += 0.0137)
+      for (double y = 0.1; y < 0.9; y += 0.0137) {
+        const double s = x < 1 ? x : x - 1;
+        a.push_back(at(one, (x < 1 ? 0.05 : 0.55) + 0.4 * s, 0.1 + 0.8 * y));
+        b.push_back(x < 1 ? at(two, 0.1 + 0.3 * s, 0.5 + 0.4 * y)
+                          : at(two, 0.9 - 0.3 * y, 0.5 + 0.4 * s));
+      }
+    const double found = correlation(a, b);
+    if (grain == "2tx")
+      EXPECT_LT(found, 0.5);
+    else
+      EXPECT_GT(found, 0.9) << grain;
+  }
+}
+
 TEST(Lic, SaysWhatIsMissing) {
   const Folder folder;
   write_strip(folder);
@@ -58,6 +112,10 @@ TEST(Lic, SaysWhatIsMissing) {
     return result.error;
   };
   EXPECT_THAT(refused({}), HasSubstr("it is 0 everywhere"));  // a plane is not curved
+  write_image(folder / "strip.png", Image<float>(64, 48, 3, 0.7F));
+  EXPECT_THAT(refused({"--field", "gradient"}), HasSubstr("it is 0 everywhere"));
+  EXPECT_THAT(refused({"--grain", "0"}), HasSubstr("wanted 0.1 to 10000"));
+  EXPECT_THAT(refused({"--grain", "1e300"}), HasSubstr("wanted 0.1 to 10000"));
   EXPECT_THAT(refused({"--field", "harmonic"}), HasSubstr("without handles has none"));
   EXPECT_THAT(refused({"--field", "none.vf"}), HasSubstr("none.vf"));
   EXPECT_THAT(refused({"--field", "wind"}), HasSubstr("max-curvature, min-curvature, harmonic"));

@@ -130,5 +130,14 @@ TEST(TangentField, IsScaledToLengthOne) {
   for (const Vector3& v : normalised(surface, field)) EXPECT_NEAR(v.norm(), 1, 1e-12);
 }
 
+TEST(TangentField, IsScaledToLengthOneWhereItVanishesNearlyEverywhere) {
+  const Surface surface = make_surface(fixtures::torus(20, 12));
+  TangentField field(std::size_t(surface.triangle_count()), Vector3::Zero());
+  for (int t = 0; t < 4; ++t)
+    field[t] = 20 * triangle_normal(surface.mesh, t).unitOrthogonal();
+  const TangentField scaled = scaled_to_one(surface, field);
+  for (int t = 0; t < 8; ++t) EXPECT_NEAR(scaled[t].norm(), t < 4 ? 1 : 0, 1e-12);
+}
+
 }  // namespace
 }  // namespace mq

@@ -6,6 +6,7 @@
 #include "field.h"
 #include "field_source.h"
 #include "mq/base/error.h"
+#include "mq/base/length.h"
 #include "mq/fem/field_metric.h"
 #include "mq/filter/line_integral.h"
 #include "outputs.h"
@@ -28,6 +29,18 @@ std::unique_ptr<SignalSpace> space_across(const Scene& scene, const Domain& doma
   return std::make_unique<VertexSpace>(scene.surface, shapes_across(scene.surface, field, kappa));
 }
 
+/// Spacing of the noise. Throws `InvalidInput` where it is far from what texels can show.
+double asked_grain(const OptionValues& options, const SurfaceScale& scale) {
+  const std::string text = options.text("grain");
+  const double grain = std::sqrt(weight_from_length(parse_length(text), scale));
+  const double texels = grain / scale.texel_spacing;
+  require(texels >= 0.1 && texels <= 1e4,
+          fmt::format("--grain: found {}, which is {:.3g} texels, wanted 0.1 to 10000 of them; 2tx "
+                      "suits most",
+                      text, texels));
+  return grain;
+}
+
 Exit lic(Run& run) {
   const OptionValues& options = run.options();
   Scene scene = read_usable_scene(run, MissingPictures::assume, 0.1);
@@ -39,10 +52,12 @@ Exit lic(Run& run) {
 
   std::unique_ptr<Domain> domain;
   std::unique_ptr<SignalSpace> across;
+  double grain = 0;
   {
     const Step step(run, "assemble", 0.3);
     domain = make_domain(run, scene, step.progress().step("surface", 0.4));
     about(scene.model, [&] {
+      grain = asked_grain(options, domain->scale());
       const TangentField field =
           asked_field(run, scene, *domain, step.progress().step("field", 0.2));
       across = space_across(scene, *domain, field, options.number("kappa"),
@@ -50,13 +65,12 @@ Exit lic(Run& run) {
     });
   }
   const SurfaceScale scale = domain->space().scale();
-  const double spacing = std::sqrt(scale.area / domain->space().size());
   const LineIntegralOptions wanted{.weight = spread_weight(options, scale),
                                    .sharpen_weight = options.number("sharpen") * scale.area};
   LineIntegral lines;
   about(scene.model, [&] {
-    const Signal noise = solid_noise(domain->places(), options.number("grain") * spacing,
-                                     std::uint64_t(options.integer("seed")));
+    const Signal noise =
+        solid_noise(domain->places(), grain, std::uint64_t(options.integer("seed")));
     solve_as_asked(run, *domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
       const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
       lines = line_integral(*across, domain->space(), noise, wanted, factory, step);
@@ -66,6 +80,7 @@ Exit lic(Run& run) {
     });
   });
   run.result["length"] = std::sqrt(wanted.weight);
+  run.result["grain"] = grain;
 
   const Step step(run, "write", 0.1);
   const Signal grey = with_contrast(lines.signal, options.number("deviations"));
@@ -94,13 +109,11 @@ Verb lic_verb() {
              .group = "Lines",
              .help = "how many times less far they spread across it"});
   table.add({.name = "grain",
-             .type = Type::number,
-             .default_value = "2",
-             .unit = "texels",
-             .least = 0.1,
-             .most = 10000,
+             .type = Type::length,
+             .default_value = "2tx",
              .group = "Lines",
-             .help = "size of the noise that is spread, and so the width of lines"});
+             .help = "size of the noise that is spread, and so the width of lines",
+             .details = "In model units or % it is the same for any texture of the surface."});
   table.add({.name = "sharpen",
              .type = Type::number,
              .default_value = "1e-4",

@@ -251,17 +251,20 @@ std::vector<TangentField> harmonic_fields(const Surface& surface, const Progress
 
 TangentField scaled_to_one(const Surface& surface, TangentField field, double quantile) {
   std::vector<std::pair<double, double>> lengths;  // with areas
-  double area = 0;
+  double area = 0, none = 0;
   for (std::size_t t = 0; t < field.size(); ++t) {
     lengths.emplace_back(field[t].norm(), triangle_area(surface.mesh, int(t)));
     area += lengths.back().second;
+    if (!(lengths.back().first > 0)) none += lengths.back().second;
   }
   std::sort(lengths.begin(), lengths.end());
+  const double wanted =
+      none < quantile * area ? quantile * area : none + quantile * (area - none);
   double below = 0, one = 0;
   for (const auto& [length, share] : lengths) {
     one = length;
     below += share;
-    if (below >= quantile * area) break;
+    if (below >= wanted && one > 0) break;
   }
   if (!(one > 0)) return field;
   for (Vector3& v : field) v /= std::max(one, v.norm());
