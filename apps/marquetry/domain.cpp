@@ -3,6 +3,7 @@
 #include "mq/base/error.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/reference_solver.h"
+#include "mq/fem/vertex_multigrid.h"
 
 namespace mq::app {
 namespace {
@@ -13,10 +14,6 @@ SolverOptions stopping(const WhenToStop& when) {
   options.tolerance = when.tolerance;
   options.max_cycles = when.cycles.value_or(options.max_cycles);
   return options;
-}
-
-Unsupported for_textures(const std::string& name) {
-  return Unsupported("--solver " + name + " is for textures; use direct for colours at vertices");
 }
 
 }  // namespace
@@ -49,7 +46,12 @@ SolverFactory TexelDomain::reference(const WhenToStop& when) const {
   return reference_solver(space_.texels(), stopping<ReferenceOptions>(when));
 }
 
-SolverFactory VertexDomain::multigrid(const WhenToStop&) const { throw for_textures("multigrid"); }
-SolverFactory VertexDomain::reference(const WhenToStop&) const { throw for_textures("reference"); }
+SolverFactory VertexDomain::multigrid(const WhenToStop& when) const {
+  return vertex_multigrid_solver(scene_.surface.mesh.positions, stopping<MultigridOptions>(when));
+}
+
+SolverFactory VertexDomain::reference(const WhenToStop&) const {
+  throw Unsupported("--solver reference is for textures; use direct or multigrid at vertices");
+}
 
 }  // namespace mq::app

@@ -60,7 +60,7 @@ class VertexDomain : public Domain {
 
   const VertexSpace& space() const override { return space_; }
   std::vector<Vector3> places() const override { return scene_.surface.mesh.positions; }
-  bool has_multigrid() const override { return false; }
+  bool has_multigrid() const override { return true; }
   SolverFactory multigrid(const WhenToStop& when) const override;
   SolverFactory reference(const WhenToStop& when) const override;
 

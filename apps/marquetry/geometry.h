@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "domain.h"
+#include "mq/linear/solver.h"
 #include "outputs.h"
 #include "run.h"
 #include "scene.h"
@@ -16,17 +16,9 @@ Scene read_shape(Run& run, double share);
 /// Where the changed model goes.
 Outputs shape_outputs(const OptionValues& options, const Scene& scene);
 
-/// The vertices with the multigrid solver for them. The scene must outlive the domain.
-class ShapeDomain final : public VertexDomain {
- public:
-  explicit ShapeDomain(const Scene& scene) : VertexDomain(scene), surface_(scene.surface) {}
-
-  bool has_multigrid() const override { return true; }
-  SolverFactory multigrid(const WhenToStop& when) const override;
-
- private:
-  const Surface& surface_;
-};
+/// The solver for signals at these vertices (which must outlive it), where --solver is automatic,
+/// direct or something that iterates: the first is a factorisation up to 30,000 of them.
+SolverFactory solver_at(const OptionValues& options, const std::vector<Vector3>& vertices);
 
 /// Adds --fit-weight and --fit-steps under the heading.
 void add_fit_options(OptionTable& table, const std::string& group);

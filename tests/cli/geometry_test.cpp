@@ -8,6 +8,7 @@
 #include "fixtures.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/volume.h"
+#include "mq/sample/shapes.h"
 
 namespace mq::test {
 namespace {
@@ -216,6 +217,66 @@ TEST(FilterGeometry, SaysWhatItCannotDo) {
   const Result flat = marquetry(folder, {"filter", "line.obj", "-o", "o.obj", "--geometry", "--beta", "0"});
   EXPECT_EQ(flat.status, 2);
   EXPECT_THAT(flat.error, HasSubstr("line.obj: the surface has no area"));
+}
+
+/// A cube with rounded edges, as a model of the folder.
+void write_rounded_cube(const Folder& folder) {
+  write_mesh(folder, "cube.ply", cube_cross(24).mesh);
+  ASSERT_EQ(filter(folder, {"cube.ply", "-o", "round.ply", "--beta", "0", "--length", "3%"}).status,
+            0);
+}
+
+/// By how much normals miss the axis they are nearest to, radians, in the mean.
+double off_axes(const Mesh& mesh) {
+  double sum = 0;
+  for (const Vector3& n : triangle_normals(mesh))
+    sum += std::acos(std::min(1.0, n.cwiseAbs().maxCoeff()));
+  return sum / mesh.triangle_count();
+}
+
+TEST(ShockGeometry, GivesARoundedCubeItsEdgesBack) {
+  const Folder folder;
+  write_rounded_cube(folder);
+  const double before = off_axes(read_model(folder / "round.ply").mesh);
+  for (const char* time : {"10", "1e6"}) {
+    const Result result =
+        marquetry(folder, {"shock", "round.ply", "--geometry", "-o", "sharp.ply", "--time", time,
+                           "--smooth-normals", "0", "--fit-steps", "3", "--json"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_LT(off_axes(read_model(folder / "sharp.ply").mesh), 0.8 * before);
+    const Json found = result.json()["result"];
+    EXPECT_LT(found["area"]["change"].get<double>(), 0);
+    EXPECT_TRUE(found["volume"]["change"].is_number());
+    EXPECT_GT(found["paths"]["at_rest"].get<double>(), 0);
+  }
+}
+
+TEST(ShockGeometry, IsRepeatedFromItsReportWithAnyNumberOfThreads) {
+  const Folder folder;
+  write_rounded_cube(folder);
+  ASSERT_EQ(marquetry(folder, {"shock", "round.ply", "-g", "-o", "a.ply", "--report", "r.json",
+                               "--threads", "1"}).status,
+            0);
+  const Result again =
+      marquetry(folder, {"shock", "--config", "r.json", "-o", "b.ply", "--threads", "7"});
+  ASSERT_EQ(again.status, 0) << again.error;
+  EXPECT_EQ(file_bytes(folder / "a.ply"), file_bytes(folder / "b.ply"));
+}
+
+TEST(ShockGeometry, SaysWhatItCannotDo) {
+  const Folder folder;
+  write_strip(folder);
+  const auto error = [&](const Words& more) {
+    Words words = {"shock", "strip.obj", "--geometry"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2);
+    return result.error;
+  };
+  EXPECT_THAT(error({"-o", "o.png"}), HasSubstr("wanted a model"));
+  EXPECT_THAT(error({"-o", "o.obj", "--method", "osher-rudin"}), HasSubstr("--method is for pictures"));
+  EXPECT_THAT(error({"-o", "o.obj", "--smooth", "2tx"}), HasSubstr("texels needs a texture"));
+  EXPECT_THAT(error({"-o", "o.obj", "--vertices"}), HasSubstr("contradict"));
 }
 
 }  // namespace

@@ -23,10 +23,11 @@ Surface noisy_cube(double share) {
   Mesh mesh = cube_cross(24).mesh;
   const Random random(8);
   const Surface clean = make_surface(mesh);
+  const double most = share * mean_edge_length(clean);
   for (int v = 0; v < mesh.vertex_count(); ++v)
     for (int k = 0; k < 3; ++k)
       mesh.positions[v][k] +=
-          share * mean_edge_length(clean) *
+          most *
           random.uniform(3 * std::uint64_t(clean.vertex_from_source[v]) + std::uint64_t(k), -1, 1);
   return make_surface(mesh);
 }

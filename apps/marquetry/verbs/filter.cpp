@@ -64,7 +64,7 @@ Exit filter_geometry(Run& run) {
 
   std::vector<Vector3> positions;
   about(scene.model, [&] {
-    const ShapeDomain domain(scene);
+    const VertexDomain domain(scene);
     const SurfaceScale scale = domain.space().scale();
     const GeometryFilterOptions wanted = asked_filter(options, scale);
     solve_as_asked(run, domain, [&](const SolverFactory& factory, const SolvingShares& shares) {

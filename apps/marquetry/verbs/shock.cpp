@@ -10,6 +10,7 @@
 #include "mq/filter/image_shock.h"
 #include "mq/filter/texture_shock.h"
 #include "outputs.h"
+#include "shock_geometry.h"
 #include "signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
@@ -79,10 +80,20 @@ void report_solves(Run& run, const std::vector<SolveReport>& solves) {
           "for; --solver direct has no such limit");
 }
 
+/// Whether something else than the default is asked for: a report that is repeated says defaults too.
+bool asks_for(const OptionValues& options, const std::string& name) {
+  if (!options.given(name)) return false;
+  const Option& option = options.table().find(name);
+  if (option.type == Option::Type::flag) return options.flag(name);
+  if (option.type == Option::Type::number)
+    return options.number(name) != OptionValues(options.table()).number(name);
+  return options.text(name) != option.default_value;
+}
+
 void refuse_for_models(const OptionValues& options) {
   for (const char* name : {"method", "steps", "concavity"})
     require(
-        !options.given(name),
+        !asks_for(options, name),
         fmt::format("--{} is for pictures; on a model paths follow one field, along the gradient",
                     name));
 }
@@ -94,7 +105,7 @@ Exit shock_picture(Run& run) {
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
                       options.texts("texture").empty() ? "" : options.texts("texture").front()));
   for (const char* name : {"vertices", "weld", "flipped", "longest-edge", "solver", "tolerance"})
-    require(!options.given(name),
+    require(!asks_for(options, name),
             fmt::format("{}: is a picture, and --{} is for models", path.string(), name));
   Model model;
   model.path = path;
@@ -222,6 +233,12 @@ Exit shock_model(Run& run) {
 }
 
 Exit run_shock(Run& run) {
+  const OptionValues& options = run.options();
+  if (options.flag("geometry")) {
+    refuse_for_models(options);
+    return shock_geometry(run, asked_time(options), options.text("smooth"),
+                          options.text("smooth-potential"));
+  }
   return names_picture(run.options().text("mesh")) ? shock_picture(run) : shock_model(run);
 }
 
@@ -320,9 +337,11 @@ Verb shock_verb() {
   add_scene_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
   add_output_option(table);
   add_shock_options(table);
+  add_shock_geometry_options(table);
   add_space_option(table);
   add_vertices_option(table, "colours at vertices, though there are textures");
   add_depth_option(table);
+  for (const char* name : {"space", "vertices", "depth"}) table.exclusive({"geometry", name});
   add_frames_option(table);
   return {table, run_shock};
 }

@@ -18,7 +18,7 @@ namespace mq {
 namespace {
 
 constexpr double reach = 3;            // in σ: what is farther counts less than 0.012
-constexpr double still_below = 1e-4;   // a normal that turns by less has arrived
+constexpr double still_below = 1e-3;  // a normal that turns by less has arrived
 
 /// What both need of a mesh.
 struct Facets {
@@ -56,32 +56,42 @@ struct Facets {
   }
 };
 
-/// Visits triangles within a distance of one, those joined to it through triangles within, itself
-/// first; in an order that depends on the mesh alone.
-class Neighbourhood {
+/// The triangles within a distance of each one, joined to it through triangles within; itself first,
+/// in an order that depends on the mesh alone.
+class Neighbourhoods {
  public:
-  Neighbourhood(const Mesh& mesh, const Facets& facets) : mesh_(mesh), facets_(facets) {}
-
-  const std::vector<int>& within(int t, double distance) {
-    found_.assign(1, t);
-    seen_.assign(1, t);
-    for (std::size_t k = 0; k < found_.size(); ++k)
-      for (const int v : mesh_.triangles[found_[k]])
-        for (int i = facets_.begin[v]; i < facets_.begin[v + 1]; ++i) {
-          const int other = facets_.around[i];
-          const auto place = std::lower_bound(seen_.begin(), seen_.end(), other);
-          if (place != seen_.end() && *place == other) continue;
-          seen_.insert(place, other);
-          if ((facets_.centroid[other] - facets_.centroid[t]).squaredNorm() <= distance * distance)
-            found_.push_back(other);
-        }
-    return found_;
+  Neighbourhoods(const Mesh& mesh, const Facets& facets, double distance)
+      : lists_(std::size_t(mesh.triangle_count())) {
+    parallel_blocks(mesh.triangle_count(), 1024, [&](std::int64_t begin, std::int64_t end) {
+      std::vector<int> found, seen;
+      for (int t = int(begin); t < end; ++t) {
+        if (!(facets.area[t] > 0)) continue;
+        find(mesh, facets, distance, t, found, seen);
+        lists_[std::size_t(t)] = found;
+      }
+    });
   }
 
+  const std::vector<int>& operator[](int t) const { return lists_[std::size_t(t)]; }
+
  private:
-  const Mesh& mesh_;
-  const Facets& facets_;
-  std::vector<int> found_, seen_;
+  static void find(const Mesh& mesh, const Facets& facets, double distance, int t,
+                   std::vector<int>& found, std::vector<int>& seen) {
+    found.assign(1, t);
+    seen.assign(1, t);
+    for (std::size_t k = 0; k < found.size(); ++k)
+      for (const int v : mesh.triangles[found[k]])
+        for (int i = facets.begin[v]; i < facets.begin[v + 1]; ++i) {
+          const int other = facets.around[i];
+          const auto place = std::lower_bound(seen.begin(), seen.end(), other);
+          if (place != seen.end() && *place == other) continue;
+          seen.insert(place, other);
+          if ((facets.centroid[other] - facets.centroid[t]).squaredNorm() <= distance * distance)
+            found.push_back(other);
+        }
+  }
+
+  std::vector<std::vector<int>> lists_;
 };
 
 void require_positive(double value, const char* what) {
@@ -123,14 +133,15 @@ std::vector<Vector3> bilateral_normals(const Surface& surface,
   const Facets facets(surface);
   const double place = options.place * facets.spacing;
   std::vector<Vector3> normals = facets.normal, next_normals = normals;
-  for (int k = 0; k < options.iterations && place > 0; ++k) {
+  if (!(place > 0) || options.iterations == 0) return normals;
+  const Neighbourhoods neighbourhoods(surface.mesh, facets, reach * place);
+  for (int k = 0; k < options.iterations; ++k) {
     progress.at(double(k) / options.iterations);
     parallel_blocks(surface.triangle_count(), 1024, [&](std::int64_t begin, std::int64_t end) {
-      Neighbourhood neighbourhood(surface.mesh, facets);
       for (int t = int(begin); t < end; ++t) {
         if (!(facets.area[t] > 0)) continue;
-        const Vector3 mean = mean_around(t, normals[t], neighbourhood.within(t, reach * place),
-                                         facets, normals, place, options.difference)
+        const Vector3 mean = mean_around(t, normals[t], neighbourhoods[t], facets, normals, place,
+                                         options.difference)
                                  .normal;
         next_normals[t] = mean.isZero(0) ? normals[t] : mean;
       }
@@ -151,14 +162,14 @@ std::vector<Vector3> mean_shift_normals(const Surface& surface,
   const Facets facets(surface);
   const double place = options.place * facets.spacing;
   std::vector<Vector3> normals = facets.normal;
-  if (!(place > 0)) return normals;
+  if (!(place > 0) || options.most_steps == 0) return normals;
+  const Neighbourhoods neighbourhoods(surface.mesh, facets, reach * place);
   parallel_blocks(surface.triangle_count(), 256, [&](std::int64_t begin, std::int64_t end) {
-    Neighbourhood neighbourhood(surface.mesh, facets);
     for (int t = int(begin); t < end; ++t) {
       if (!(facets.area[t] > 0)) continue;
-      int at = t;
+      int at = t, before = t;
       for (int k = 0; k < options.most_steps; ++k) {
-        const std::vector<int>& around = neighbourhood.within(at, reach * place);
+        const std::vector<int>& around = neighbourhoods[at];
         const Mean mean = mean_around(at, normals[t], around, facets, facets.normal, place,
                                       options.difference);
         if (mean.normal.isZero(0)) break;
@@ -167,7 +178,9 @@ std::vector<Vector3> mean_shift_normals(const Surface& surface,
         const int next_place = *std::ranges::min_element(around, {}, [&](int j) {
           return (facets.centroid[j] - mean.place).squaredNorm();
         });
-        if (next_place == at && turn < still_below) break;
+        // The mean may lie between two centroids, which then take turns.
+        if ((next_place == at || next_place == before) && turn < still_below) break;
+        before = at;
         at = next_place;
       }
     }

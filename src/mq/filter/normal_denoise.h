@@ -30,7 +30,7 @@ std::vector<Vector3> bilateral_normals(const Surface& surface,
 struct MeanShiftNormalOptions {
   double place = 2;          ///< bandwidth, as above
   double difference = 0.35;  ///< bandwidth, as above
-  int most_steps = 100;      ///< of one triangle on its way to a mode
+  int most_steps = 50;      ///< of one triangle on its way to a mode
 };
 
 /// Mean shift of normals (Comaniciu and Meer, Mean shift: a robust approach toward feature space
@@ -39,8 +39,8 @@ struct MeanShiftNormalOptions {
 /// filtering, 2014): every triangle climbs, in place and normal together, to a mode of the density
 /// of all pairs (c_j, n_j) of the input, and takes the normal found there. A step moves the normal
 /// to the mean above, of the input's n_j, around the triangle where the path is, and the place to
-/// the triangle whose centroid is closest to the mean of the c_j. It ends where the place stays and
-/// the normal turns by less than 10⁻⁴, or after `most_steps`.
+/// the triangle whose centroid is closest to the mean of the c_j. It ends where the place stays, or goes
+/// back, and the normal turns by less than 10⁻³, or after `most_steps`.
 std::vector<Vector3> mean_shift_normals(const Surface& surface,
                                         const MeanShiftNormalOptions& options = {},
                                         const Progress& progress = {});

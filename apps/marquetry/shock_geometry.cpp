@@ -1,0 +1,78 @@
+#include "shock_geometry.h"
+
+#include <fmt/format.h>
+
+#include "geometry.h"
+#include "mq/filter/geometry_shock.h"
+#include "solving.h"
+
+namespace mq::app {
+namespace {
+
+void report_shape(Run& run, const SharpenedShape& shape) {
+  run.result["time"] = shape.time;
+  run.result["relative_time"] = shape.time * shape.rate;
+  run.result["paths"] = {{"triangles_crossed", shape.counts.triangles},
+                         {"edges_slid_along", shape.counts.edges},
+                         {"at_rest", shape.counts.resting}};
+  const SharpenedShape::Seconds& took = shape.seconds;
+  run.result["steps"] = {{"smooth_normals", took.smooth},
+                         {"potential", took.potential},
+                         {"paths", took.paths},
+                         {"fit", took.prepare_fit + took.fit},
+                         {"of_these_solver", took.solver}};
+}
+
+}  // namespace
+
+void add_shock_geometry_options(OptionTable& table) {
+  table.add({.name = "geometry",
+             .letter = 'g',
+             .group = "Shape",
+             .help = "sharpen the shape: its normals, to which vertices are then fitted"});
+  table.add({.name = "smooth-normals",
+             .type = Option::Type::length,
+             .default_value = "1%",
+             .group = "Shape",
+             .help = "how far normals are spread before everything else, against noise"});
+  add_fit_options(table, "Shape");
+}
+
+Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
+                    const std::string& potential) {
+  const OptionValues& options = run.options();
+  Scene scene = read_shape(run, 0.15);
+  const Outputs outputs = shape_outputs(options, scene);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+
+  SharpenedShape shape;
+  about(scene.model, [&] {
+    const auto alpha = [&](const std::string& length) {
+      return alpha_from_length(parse_length(length), {.area = scene.surface.area});
+    };
+    const Step step(run, "sharpen", 0.75);
+    shape = sharpen_shape(scene.surface,
+                          {.normal_alpha = alpha(options.text("smooth-normals")),
+                           .signal_alpha = alpha(signal),
+                           .potential_alpha = alpha(potential),
+                           .time = time,
+                           .fit_alpha = options.number("fit-weight"),
+                           .fit_steps = int(options.integer("fit-steps"))},
+                          solver_at(options, scene.surface.mesh.positions), step);
+  });
+  const SolveReport worst = worst_of(shape.solves);
+  run.solve = solve_json(worst);
+  if (!worst.converged)
+    run.terminal().warning(fmt::format(
+        "{} stopped at a relative residual of {:.1e}: the result is less accurate than asked for; "
+        "--solver direct has no such limit",
+        worst.method, worst.residuals.empty() ? 1 : worst.residuals.back()));
+  report_shape(run, shape);
+  const Step step(run, "write", 0.1);
+  put_positions(run, scene, shape.positions);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+}  // namespace mq::app

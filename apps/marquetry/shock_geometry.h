@@ -1,0 +1,18 @@
+#pragma once
+/// marquetry shock MESH --geometry: the shape sharpened by the shock filter of its normals.
+
+#include "mq/filter/shock.h"
+#include "run.h"
+#include "verb.h"
+
+namespace mq::app {
+
+/// Adds --geometry and what belongs to it.
+void add_shock_geometry_options(OptionTable& table);
+
+/// The run of the verb where --geometry is given; `time` and the lengths `signal` and `potential`
+/// are those of the verb's other inputs.
+Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
+                    const std::string& potential);
+
+}  // namespace mq::app
