@@ -116,7 +116,7 @@ int main(int count, char** words) {
       return fmt::format("{:.0f} %", 100 * double(c.resting) / double(c.paths));
     });
     line("difference from the finest", [&](std::size_t i) {
-      return fmt::format("{:.4f}",
+      return fmt::format("{:.0e}",
                          difference(row.shocked[i].signal, rows.back().shocked[i].signal));
     });
   }

@@ -321,11 +321,11 @@ void add_shock_options(OptionTable& table) {
        .details = "automatic: direct up to 30,000 vertices, for textures of the triangles cut."});
   table.add({.name = "tolerance",
              .type = Type::number,
-             .default_value = "1e-6",
+             .default_value = "1e-4",
              .least = 1e-16,
              .most = 0.1,
              .group = "Solver",
-             .help = "relative residual at which iterations stop"});
+             .help = "relative residual at which iterations stop: it is of the field to follow, not of values"});
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "mq/atlas/texel_grid.h"
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/mesh/closest_point.h"
@@ -26,6 +27,9 @@ Vector2 in_texture(const Atlas& atlas, int t, const Vector2& weights) {
          weights[1] * (Vector2(c[2].column(), c[2].row()) - p);
 }
 
+/// At the peak, besides the space itself, with the longest edges that are the default.
+constexpr double bytes_per_texel = 1500;
+
 /// How far outside a triangle, in its weights, a centre counts as inside: rounding.
 constexpr double rim = 1e-9;
 
@@ -33,7 +37,7 @@ class TextureShock {
  public:
   TextureShock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                const Signal& signal, double longest_edge, const Progress& progress)
-      : atlas_(atlas), space_(space), signal_(signal) {
+      : source_(surface), atlas_(atlas), space_(space), signal_(signal) {
     std::vector<char> keep(atlas.chart.size());
     std::ranges::transform(atlas.chart, keep.begin(), [](int chart) { return chart >= 0; });
     fine_ = refine(
@@ -90,14 +94,69 @@ class TextureShock {
         places.emplace_back(p[0], p[1], p[2]);
       }
     if (outside.empty()) return starts;
-    const ClosestPointFinder finder(fine_.surface.mesh);
+    Mesh kept;
+    kept.positions = source_.mesh.positions;
+    std::vector<int> triangles;
+    for (int t = 0; t < source_.triangle_count(); ++t)
+      if (atlas_.chart[t] >= 0) {
+        kept.triangles.push_back(source_.mesh.triangles[t]);
+        triangles.push_back(t);
+      }
+    const ClosestPointFinder finder(kept);
     const std::vector<ClosestPoint> found = finder(places, progress);
-    for (std::size_t n = 0; n < outside.size(); ++n)
-      starts[outside[n]] = {found[n].triangle, found[n].barycentric};
+    std::vector<int> first(source_.mesh.triangles.size(), -1);
+    for (int t = int(fine_.source.size()) - 1; t >= 0; --t) first[fine_.source[t]] = t;
+    parallel_for(std::ssize(outside), [&](std::int64_t n) {
+      starts[outside[n]] = part_at(first[triangles[found[n].triangle]], found[n].barycentric);
+    });
     return starts;
   }
 
  private:
+  /// Weights of part t's corners for a point with these weights in its source.
+  Vector3 in_part(int t, const Vector3& point) const {
+    const auto& c = fine_.corners[t];
+    const Vector2 p(c[0], c[1]), u = Vector2(c[2], c[3]) - p, v = Vector2(c[4], c[5]) - p;
+    const Vector2 d = Vector2(point[1], point[2]) - p;
+    const double area = u.x() * v.y() - u.y() * v.x();
+    const double first = (d.x() * v.y() - d.y() * v.x()) / area;
+    const double second = (u.x() * d.y() - u.y() * d.x()) / area;
+    return {1 - first - second, first, second};
+  }
+
+  /// The point of a source triangle with these weights, on the part it lies in: by walking there
+  /// from its first part, over the edge beyond which the point lies furthest; by looking at all
+  /// parts where that leads round in circles.
+  SurfacePoint part_at(int first, const Vector3& point) const {
+    const int source = fine_.source[first];
+    const auto inside = [&](int t, const Vector3& b) {
+      const Vector3 clamped = b.cwiseMax(0);
+      return SurfacePoint{t, clamped / clamped.sum()};
+    };
+    int t = first;
+    for (int step = 0; step < 10'000; ++step) {
+      const Vector3 b = in_part(t, point);
+      int next = -1;
+      double least = -rim;
+      for (int k = 0; k < 3; ++k) {
+        const HalfEdge twin = fine_.surface.twins[3 * t + (k + 1) % 3];
+        if (b[k] >= least || twin < 0 || fine_.source[twin / 3] != source) continue;
+        least = b[k];
+        next = twin / 3;
+      }
+      if (next < 0) return inside(t, b);
+      t = next;
+    }
+    int best = first;
+    double most = -INFINITY;
+    for (t = first; t < int(fine_.source.size()) && fine_.source[t] == source; ++t)
+      if (const double least = in_part(t, point).minCoeff(); least > most) {
+        most = least;
+        best = t;
+      }
+    return inside(best, in_part(best, point));
+  }
+
   /// Texels whose centres lie in fine triangles, by going over these.
   void find_inside(std::vector<SurfacePoint>& starts) const {
     const TexelGrid grid(atlas_.textures);
@@ -130,6 +189,7 @@ class TextureShock {
     }
   }
 
+  const Surface& source_;
   const Atlas& atlas_;
   const TexelSpace& space_;
   const Signal& signal_;
@@ -144,6 +204,11 @@ ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const T
   require(signal.rows() == space.size(),
           fmt::format("a signal of {} rows was given for {} texels", signal.rows(), space.size()));
   require(signal.allFinite(), "the texture has values that are not finite");
+  require_memory(
+      std::int64_t(bytes_per_texel * double(space.size()) *
+                   std::pow(TextureShockOptions().longest_edge / options.longest_edge, 2)),
+      fmt::format("following paths from {} texels", space.size()),
+      "use a smaller texture, or allow longer edges (--longest-edge)");
   const TextureShock shock(surface, atlas, space, signal, options.longest_edge,
                            progress.step("cut triangles", 0.15));
   ShockedTexture shocked;

@@ -44,7 +44,7 @@ struct ShockedTexture {
 ///
 /// Triangles without chart take no part: paths end there as at a boundary. The solver is for the
 /// mesh made, about 1.4 vertices per texel; systems are well conditioned while weights are small.
-/// `signal` is space.size() × channels. About 700 bytes per texel at the peak.
+/// `signal` is space.size() × channels. About 1.8 kilobytes per texel at the peak.
 ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                              const Signal& signal, const TextureShockOptions& options,
                              const Progress& progress = {});
