@@ -3,6 +3,7 @@
 
 #include "mq/fem/vertex_multigrid.h"
 #include "mq/filter/geometry_filter.h"
+#include "mq/filter/geometry_shock.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/implicit.h"
 #include "mq/sample/owl.h"
@@ -22,35 +23,62 @@ const Surface& owl() {
 }
 
 void vertex_normals_of_owl(benchmark::State& state) {
+  owl();
   for (auto _ : state) benchmark::DoNotOptimize(vertex_normals(owl().mesh));
 }
-BENCHMARK(vertex_normals_of_owl)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(vertex_normals_of_owl)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 SolverFactory solver(bool multigrid) {
   return multigrid ? vertex_multigrid_solver(owl().mesh.positions, {.tolerance = 1e-8})
                    : direct_solver();
 }
 
-void prepare_fit(benchmark::State& state) {
+/// All of `shock --geometry` but files, and its steps in seconds.
+void sharpen(benchmark::State& state) {
+  const bool multigrid = state.range(0) != 0;
+  const GeometryShockOptions options{.time = {ShockTime::Unit::relative, double(state.range(1))}};
   owl();
-  for (auto _ : state)
-    benchmark::DoNotOptimize(NormalFit(owl(), NormalFit::default_alpha, solver(state.range(0) != 0)));
-}
-BENCHMARK(prepare_fit)->Arg(0)->Arg(1)->ArgName("multigrid")->Unit(benchmark::kMillisecond)->UseRealTime();
-
-void fit(benchmark::State& state) {
-  const NormalFit equation(owl(), NormalFit::default_alpha, solver(state.range(0) != 0));
-  const auto normals = triangle_means(owl().mesh, vertex_normals(owl().mesh));
   for (auto _ : state) {
-    const Reshaped result = equation.fit(normals);
-    state.counters["cycles"] = result.report.cycles;
-    state.counters["residual"] = result.report.residuals.back();
-    double largest = 0;
-    for (const Vector3& p : result.positions) largest = std::max(largest, p.x());
-    state.counters["x"] = largest;
+    const SharpenedShape shape = sharpen_shape(owl(), options, solver(multigrid));
+    state.counters["smooth"] = shape.seconds.smooth;
+    state.counters["potential"] = shape.seconds.potential;
+    state.counters["paths"] = shape.seconds.paths;
+    state.counters["prepare_fit"] = shape.seconds.prepare_fit;
+    state.counters["fit"] = shape.seconds.fit;
+    state.counters["solver"] = shape.seconds.solver;
+    state.counters["crossed"] = double(shape.counts.triangles);
+    int cycles = 0;
+    for (const SolveReport& report : shape.solves) cycles += report.cycles;
+    state.counters["cycles"] = cycles;
   }
+  state.counters["vertices"] = owl().mesh.vertex_count();
 }
-BENCHMARK(fit)->Arg(0)->Arg(1)->ArgName("multigrid")->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(sharpen)
+    ->ArgNames({"multigrid", "tau"})
+    ->Args({1, 1})
+    ->Args({1, 1'000'000})
+    ->Args({0, 1})
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
+/// Positions alone, by the same equation.
+void smooth(benchmark::State& state) {
+  owl();
+  const GeometryFilterOptions options{.weight = 1e-4 * owl().area, .beta = 0};
+  for (auto _ : state)
+    benchmark::DoNotOptimize(filter_positions(owl(), options, solver(state.range(0) != 0)));
+}
+BENCHMARK(smooth)
+    ->ArgName("multigrid")
+    ->Arg(1)
+    ->Arg(0)
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(1)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 }  // namespace
 

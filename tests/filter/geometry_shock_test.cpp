@@ -8,10 +8,12 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "fixtures.h"
 #include "mq/filter/geometry_filter.h"
+#include "mq/io/model.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/shapes.h"
 
@@ -173,6 +175,27 @@ TEST(GeometryShock, IsTheSameForAnyNumberOfThreads) {
   const auto one = with(1);
   EXPECT_TRUE(one == with(2));
   EXPECT_TRUE(one == with(7));
+}
+
+TEST(GeometryShock, SharpensScans) {
+  const std::filesystem::path folder = std::filesystem::path(MQ_DATA_DIR) / "C_untextured";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
+  // Coarse; with slivers; open, with many holes.
+  for (const char* name : {"goathead.obj", "wingnut.obj", "plane_holes.obj"}) {
+    const Surface scan = make_surface(read_model(folder / name).mesh);
+    for (const double tau : {1.0, 1e6}) {
+      const SharpenedShape sharp =
+          sharpen_shape(scan, {.time = {ShockTime::Unit::relative, tau}});
+      Mesh after = scan.mesh;
+      after.positions = sharp.positions;
+      EXPECT_LT(largest_distance(after.positions, scan.mesh.positions), 0.1 * std::sqrt(scan.area))
+          << name;
+      const double area = make_surface(after).area;
+      EXPECT_LT(area, scan.area) << name;
+      EXPECT_GT(area, 0.7 * scan.area) << name;
+      EXPECT_EQ(sharp.counts.cut_short, 0);
+    }
+  }
 }
 
 TEST(GeometryShock, RefusesWhatMeansNothing) {
