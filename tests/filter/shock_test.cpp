@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 
 #include "fixtures.h"
 
@@ -58,6 +59,28 @@ TEST(Shock, SharpensAStepOnASphereAsSymmetricallyAsItsMesh) {
   ASSERT_GT(near_equator, 100);
   EXPECT_GT(inside, 1.5 * outside);
   EXPECT_GT(far, 5000);
+}
+
+TEST(Shock, IsAsRoundAsTheSphere) {
+  // A signal of the latitude stays one: its spread along a circle is far below its change.
+  const Case sphere_case(sphere(7));
+  const Signal phi = sphere_case.signal(step_over_z);
+  const Shocked shocked = sphere_case.shock(phi, 1);
+  std::map<int, std::pair<double, double>> bands;
+  double change = 0;
+  for (int v = 0; v < sphere_case.space.size(); ++v) {
+    const double z = sphere_case.surface.mesh.positions[v].z(), value = shocked.signal(v, 0);
+    change = std::max(change, std::abs(value - phi(v, 0)));
+    if (std::abs(z) < 0.08) continue;
+    const auto [band, fresh] = bands.try_emplace(int(std::floor(100 * z)), value, value);
+    band->second.first = std::min(band->second.first, value);
+    band->second.second = std::max(band->second.second, value);
+  }
+  EXPECT_GT(change, 0.2);
+  for (const auto& [z, range] : bands) {
+    const double within = std::abs(blurred_step(0.01 * z + 0.01) - blurred_step(0.01 * z));
+    EXPECT_LT(range.second - range.first, 2 * within + 0.01) << z;
+  }
 }
 
 TEST(Shock, KeepsAMonotoneRampMonotone) {
