@@ -32,9 +32,10 @@ SolverFactory solver(const OptionValues& options, const Domain& domain) {
 }
 
 std::string reached(const SolveReport& report) {
-  return fmt::format("{} stopped at a relative residual of {:.1e} after {}", report.method,
-                     report.residuals.empty() ? 1 : report.residuals.back(),
-                     counted(report.cycles, "cycle"));
+  return fmt::format("{} stopped after {} at a relative residual of {:.1e} and an error of about {:.1e} "
+                     "of the largest change",
+                     report.method, counted(report.cycles, "cycle"),
+                     report.residuals.empty() ? 1 : report.residuals.back(), report.error);
 }
 
 /// Whether there is memory for a factorisation; otherwise says so of the result that is kept.
@@ -56,10 +57,26 @@ std::string less_accurate(const std::string& what_happened, const Error& error) 
 
 SolveReport solve_and_fall_back(Run& run, const Domain& domain, const Attempt& attempt,
                                 Json& tried) {
-  const SolveReport first = attempt(solver(run.options(), domain), {});
-  if (first.converged || run.options().has("cycles")) return first;
+  const bool free_to_choose =
+      run.options().text("solver") == "automatic" && begins_with_multigrid(domain);
+  SolveReport first;
+  try {
+    first = attempt(solver(run.options(), domain), {});
+  } catch (const SolverError& error) {
+    if (!free_to_choose || !can_factorise(run, domain, error.what())) throw;
+    run.terminal().remark(std::string(error.what()) + ": factorising instead");
+    tried.push_back({{"method", "multigrid"}, {"error", error.what()}});
+    return attempt(direct_solver(), {.prepare = 0.08, .solve = 0.02});
+  }
+  if (first.converged) return first;
   const std::string what_happened = reached(first);
-  if (run.options().text("solver") != "automatic" || !begins_with_multigrid(domain)) {
+  if (run.options().has("cycles")) {
+    if (!first.residuals.empty() && first.residuals.back() >= 1)
+      run.terminal().warning(what_happened + ": no better than where it began; leave --cycles out, "
+                                             "or try --solver direct");
+    return first;
+  }
+  if (!free_to_choose) {
     run.terminal().warning(what_happened +
                            ": the result is less accurate than asked for; --solver direct has no "
                            "such limit");
@@ -158,6 +175,7 @@ Json solve_json(const SolveReport& report) {
   return {{"method", report.method},
           {"cycles", report.cycles},
           {"residuals", report.residuals},
+          {"error", report.error},
           {"converged", report.converged}};
 }
 

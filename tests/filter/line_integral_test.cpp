@@ -9,6 +9,7 @@
 
 #include "fem/cut_squares.h"
 #include "mq/fem/field_metric.h"
+#include "mq/fem/multigrid_solver.h"
 #include "mq/mesh/closest_point.h"
 
 namespace mq {
@@ -86,6 +87,36 @@ TEST(LineIntegral, IsTheSameHoweverTheSurfaceIsCut) {
   EXPECT_GE(correlation([&](const Vector2& p) { return one(p); },
                         [&](const Vector2& p) { return four(p); }),
             0.95);
+}
+
+// The hardest matrix there is for multigrid: a hundred times as far along the lines as across, at any
+// angle to the texels.
+TEST(LineIntegral, IsSolvedByMultigrid) {
+  const auto model =
+      fixtures::textured(fixtures::cut_square(fixtures::turned(fixtures::odd_angle)), {{200, 200}});
+  const TexelSpace space(model->surface, model->atlas);
+  std::vector<Vector3> places;
+  for (const auto& p : space.texels().positions) places.emplace_back(p[0], p[1], p[2]);
+  const Signal noise = solid_noise(places, 1.0 / 90, 7);
+  for (const double angle : {0.0, 0.4, 0.6, 0.8}) {
+    TexelSpaceOptions across;
+    across.metrics = texel_metrics_across(
+        model->surface, model->atlas,
+        std::vector<Vector3>(model->surface.mesh.triangles.size(),
+                             Vector3(std::cos(angle), std::sin(angle), 0)),
+        100);
+    const TexelSpace stretched(model->surface, model->atlas, across);
+    const auto spread = [&](const SolverFactory& factory) {
+      return line_integral(stretched, space, noise, {.weight = 0.04}, factory);
+    };
+    const Signal exact = spread(direct_solver()).signal;
+    const LineIntegral lines = spread(multigrid_solver(space.texels(), {.tolerance = 0.02}));
+    EXPECT_TRUE(lines.spread.converged);
+    EXPECT_LE(lines.spread.cycles, 14) << angle;
+    const double deviation = (exact.array() - exact.mean()).matrix().norm();
+    EXPECT_GT(deviation, 0);
+    EXPECT_LE((lines.signal - exact).norm(), 0.03 * deviation) << angle;
+  }
 }
 
 TEST(LineIntegral, LeavesAConstantAlone) {

@@ -128,7 +128,7 @@ Verb lic_verb() {
              .most = 1000,
              .group = "Lines",
              .help = "standard deviations from grey to black and to white: less is more contrast"});
-  add_solver_options(table, "0.001");
+  add_solver_options(table, "0.02");
   add_vertices_option(table, "lines at vertices, though there are textures");
   add_frames_option(table);
   return {table, lic};

@@ -7,7 +7,8 @@
 namespace mq {
 
 struct MultigridOptions {
-  double tolerance = 1e-6;  ///< stop when ‖B − A·X‖ ≤ tolerance · ‖B‖ in every channel
+  double tolerance = 1e-6;  ///< stop when ‖B − A·X‖ ≤ tolerance · ‖B‖ in every channel, and
+                            ///< `ErrorEstimate` finds the error small enough
   int max_cycles = 60;      ///< ... or after so many cycles
   int sweeps = 2;           ///< relaxations before and after each coarse solution
   /// A chart whose texels are more than this times as far apart along one axis as along the other is

@@ -13,6 +13,7 @@
 #include "mq/base/stopwatch.h"
 #include "mq/fem/reference_cycle.h"
 #include "mq/linear/connected_components.h"
+#include "mq/linear/error_estimate.h"
 #include "mq/linear/lanes.h"
 #include "mq/linear/residual.h"
 
@@ -58,6 +59,20 @@ Eigen::RowVectorXd squared_norms(const std::vector<Real>& v, int channels, int l
                             sum[c] += double(v[k * lanes + c]) * double(v[k * lanes + c]);
                         return sum;
                       });
+}
+
+/// What a cycle changed, per channel.
+template <class Real>
+void add_steps(const std::vector<Real>& before, const std::vector<Real>& after, int lanes,
+               std::vector<ErrorEstimate>& error) {
+  for (std::size_t c = 0; c < error.size(); ++c) {
+    double change = 0, largest = 0;
+    for (std::size_t i = c; i < after.size(); i += std::size_t(lanes)) {
+      change = std::max(change, std::abs(double(after[i]) - double(before[i])));
+      largest = std::max(largest, std::abs(double(after[i])));
+    }
+    error[c].add_step(change, largest);
+  }
 }
 
 template <class Real>
@@ -115,13 +130,20 @@ class ReferenceSolver final : public LinearSolver {
     };
     const Eigen::RowVectorXd before = squared_residual();
     Eigen::RowVectorXd now = before;
-    const auto converged = [&] { return (now.array() <= wanted.array()).all(); };
+    std::vector<ErrorEstimate> error(channels);
+    const auto converged = [&] {
+      return (now.array() <= wanted.array()).all() &&
+             std::ranges::all_of(error, [&](const auto& e) { return e.within(options_.tolerance); });
+    };
     if (!converged() && report.residuals.empty()) report.residuals.push_back(1);
     typename ReferenceCycle<Real>::Workspace workspace(cycle_, lanes, channels);
+    std::vector<Real> previous;
     int cycle = 0;
     for (; cycle < options_.max_cycles && !converged(); ++cycle) {
       progress.check();
+      previous = x;
       cycle_.cycle(b.data(), x.data(), workspace);
+      add_steps(previous, x, lanes, error);
       now = squared_residual();
       if (!now.allFinite()) throw SolverError("the reference cycle met a value that is not finite");
       if (int(report.residuals.size()) <= cycle + 1) report.residuals.push_back(0);
@@ -132,6 +154,7 @@ class ReferenceSolver final : public LinearSolver {
     }
     report.cycles = std::max(report.cycles, cycle);
     report.converged = report.converged && converged();
+    for (const ErrorEstimate& e : error) report.error = std::max(report.error, e.relative());
     from_lanes(x, first, channels, lanes, X);
   }
 

@@ -14,7 +14,8 @@ struct ReferenceOptions {
   int sweeps = 3;         ///< over interior texels, before and after each coarse solution
   int block_height = 16;  ///< of the blocks that are relaxed at once, texels; they are 128 wide
   Precision precision = Precision::float64;
-  double tolerance = 1e-6;  ///< stop when ‖B − A·X‖ ≤ tolerance · ‖B‖ in every channel
+  double tolerance = 1e-6;  ///< stop when ‖B − A·X‖ ≤ tolerance · ‖B‖ in every channel, and
+                            ///< `ErrorEstimate` finds the error small enough
   int max_cycles = 200;     ///< ... or after so many cycles
 };
 

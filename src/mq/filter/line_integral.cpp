@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/random.h"
@@ -51,10 +53,20 @@ LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface
                            const SolverFactory& factory, const Progress& progress) {
   require(across.size() == surface.size() && noise.rows() == surface.size(),
           "noise and both spaces need the same unknowns");
+  require(options.weight >= 0 && std::isfinite(options.weight),
+          fmt::format("the weight of a line integral convolution is {}; it must be 0 or more, and finite",
+                      options.weight));
   LineIntegral result;
-  {
+  if (options.weight == 0) {
+    result.signal = noise;
+  } else {
     const ScreenedPoisson equation(across, options.weight, factory, progress.step("prepare", 0.3));
-    Filtered spread = equation.solve(noise, 0, progress.step("spread", 0.2));
+    // The change from the mean, not from the noise, to which the lines have little likeness:
+    // (M_Y + w·S_Y)·(φ − mean) = M_Y·(ψ − mean).
+    const Signal mean = noise.colwise().mean().replicate(noise.rows(), 1);
+    Signal moments = across.mass() * (noise - mean);
+    moments /= options.weight;
+    Filtered spread = equation.solve_change(mean, moments, progress.step("spread", 0.2));
     result.signal = std::move(spread.signal);
     result.spread = std::move(spread.report);
   }

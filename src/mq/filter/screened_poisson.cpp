@@ -89,6 +89,8 @@ void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
   require(weight >= 0, fmt::format("the weight of a screened Poisson equation is {}; it must be 0 "
                                    "or more, or infinite", weight));
   const Progress assembling = progress.step("assemble", 0.2);
+  // Beyond, the matrix would hold nothing of M but rounding.
+  if (screen_.empty() && weight * vanishing_screen >= space_.scale().area) weight = infinite_weight;
   const bool finite = std::isfinite(weight), screened = !screen_.empty();
   require(finite || !screened, "a screened Poisson equation with a screen needs a finite weight");
   SparseMatrix A =
@@ -99,7 +101,9 @@ void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
     components = Components(A, screened_mass());
     A.diagonal() += vanishing_screen * components.share;
   } else if (screened || weight > large_weight * space_.scale().area) {
-    components = Components(A, A * Vector::Ones(space_.size()));  // A·1 = M·1
+    // A·1 = M·1, of which a large weight leaves nothing.
+    const bool lost = weight > 10 * space_.scale().area;
+    components = Components(A, lost ? screened_mass() : Vector(A * Vector::Ones(space_.size())));
   }
   const double shift = prepare(A, progress.step("prepare", 0.8));
   if (shift > 0 && components.count == 0) components = Components(A, screened_mass());

@@ -42,6 +42,7 @@ struct Filtered {
 /// solved as S·δ + D·δ = S_{β−1}·ψ with D = 10⁻⁸/(area of the component) · (lumped mass), a weight
 /// of 10⁸ areas of the component, and the mean of δ taken out. That changes an eigenfunction by
 /// 10⁻⁸/(λ · area): 4·10⁻¹⁰ of the slowest one on a sphere, 10⁻⁷ on a tube 100 times as long as wide.
+/// A weight of 10⁸ areas or more is solved in the same way.
 ///
 /// Where a factorisation finds the matrix not positive definite, which rounding brings about on
 /// surfaces with triangles of nearly no area, the diagonal is raised by 10⁻¹², then up to 10⁻⁹, of

@@ -20,6 +20,7 @@
 #include <fmt/format.h>
 
 #include "mq/base/parallel.h"
+#include "mq/linear/error_estimate.h"
 #include "mq/linear/vector_lanes.h"
 
 namespace mq {
@@ -31,6 +32,8 @@ typedef double Double4 __attribute__((vector_size(32)));
 
 constexpr std::int64_t block_values = 65536;
 constexpr int max_lost = 2;           // directions in a row that rounding may spoil
+constexpr int max_idle = 3;           // renewals in a row that find the residual where it was
+constexpr double diverged = 100;      // times the first residual; a little more than 1 may pass
 constexpr double renew_below = 1e-3;  // digits a residual in single precision may lose, see above
 
 /// The four sums of all four-value steps; for one channel their total, four times.
@@ -156,6 +159,40 @@ void add_to_solution(const LaneVector& p, Double4 alpha, int first, int channels
       for (int c = 0; c < channels; ++c)
         X.data()[k * stride + first + c] += alpha[c] * double(p.data()[k * lanes + c]);
   });
+}
+
+/// The largest values by size, per channel.
+struct Largest {
+  Double4 change{}, value{};
+
+  friend Largest operator+(const Largest& a, const Largest& b) {
+    return {a.change > b.change ? a.change : b.change, a.value > b.value ? a.value : b.value};
+  }
+};
+
+Double4 size_of(Double4 v) { return v < 0 ? -v : v; }
+
+/// Of α·p and of columns first … of X, which special rows of the scaling (units of their own) have no
+/// part in.
+Largest largest(const Scaling& scaling, LaneVector& p, Double4 alpha, int first, int channels,
+                const Signal& X) {
+  const SpecialRows of_p(scaling, p);
+  const int lanes = p.lanes();
+  Largest found = parallel_sum(X.rows(), Largest{}, [&](std::int64_t begin, std::int64_t end) {
+    Largest here;
+    for (std::int64_t k = begin; k < end; ++k) {
+      if (scaling.row(k) != 1) continue;
+      Double4 change{}, value{};
+      for (int c = 0; c < channels; ++c) {
+        change[c] = p.data()[k * lanes + c];
+        value[c] = X.data()[k * X.cols() + first + c];
+      }
+      here = here + Largest{size_of(change), size_of(value)};
+    }
+    return here;
+  }, block_values / 4);
+  found.change *= size_of(alpha);
+  return found;
 }
 
 /// The functions that are constant on each component, D⁻¹·1 in the scaled system.
@@ -392,12 +429,24 @@ class Group {
     }
   }
 
-  bool converged(int c) const { return c >= channels_ || !(squared_[c] > wanted_[c]); }
+  bool converged(int c) const {
+    return c >= channels_ ||
+           (!(squared_[c] > wanted_[c]) && error_[c].within(options_.tolerance));
+  }
   bool converged() const {
     return converged(0) && converged(1) && converged(2) && converged(3);
   }
-  bool active(int c) const { return !converged(c) && lost_[c] < max_lost; }
+  bool active(int c) const {
+    return !converged(c) && lost_[c] < max_lost && idle_[c] < max_idle;
+  }
   bool active() const { return active(0) || active(1) || active(2) || active(3); }
+
+  /// Of the worst channel.
+  double error() const {
+    double worst = 0;
+    for (int c = 0; c < channels_; ++c) worst = std::max(worst, error_[c].relative());
+    return worst;
+  }
 
   /// ‖r‖² / ‖r₀‖² of the worst channel.
   double ratio() const {
@@ -424,6 +473,9 @@ class Group {
       form_ = Double4{} + form_[0];
     }
     add_to_solution(p_, alpha, first_, channels_, X_);
+    const Largest found = largest(scaling_, p_, alpha, first_, channels_, X_);
+    for (int c = 0; c < channels_; ++c)
+      if (alpha[c] != 0) error_[c].add_step(found.change[c], found.value[c]);
     squared_ = reduce_residual(scaling_, q_, alpha, r_);
     first_iteration_ = false;
     if (needs_renewal()) renew();
@@ -448,7 +500,11 @@ class Group {
   void renew() {
     take_true_residual();
     constants_.remove(r_);
-    squared_ = renewed_ = squared_norm(scaling_, r_);
+    squared_ = squared_norm(scaling_, r_);
+    // Where rounding of X is what is left, the residual in single precision falls and the true one
+    // does not.
+    for (int c = 0; c < 4; ++c) idle_[c] = squared_[c] > renewed_[c] / 4 ? idle_[c] + 1 : 0;
+    renewed_ = squared_;
   }
 
   void take_true_residual() {
@@ -475,6 +531,8 @@ class Group {
   Double4 squared_{}, renewed_{}, start_{}, wanted_{};
   Double4 form_{};  ///< ⟨p, A·p⟩
   std::array<int, 4> lost_ = {0, 0, 0, 0};
+  std::array<ErrorEstimate, 4> error_;
+  std::array<int, 4> idle_ = {0, 0, 0, 0};
   bool first_iteration_ = true;
 };
 
@@ -502,15 +560,20 @@ SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMa
       ++cycle;
       const double ratio = std::sqrt(group.ratio());
       if (!std::isfinite(ratio)) throw SolverError("the multigrid cycle met a value that is not finite");
+      if (ratio > diverged)
+        throw SolverError(fmt::format(
+            "multigrid diverges: after {} cycles the residual is {:.1e} times what it was", cycle, ratio));
       // Groups of channels run one after another; the worst of them counts.
       if (int(report.residuals.size()) <= cycle) report.residuals.push_back(0);
       report.residuals[cycle] = std::max(report.residuals[cycle], ratio);
-      progress.at((first + std::min(1.0, std::log(std::max(ratio, 1e-300)) /
-                                             std::log(options.tolerance))) / double(B.cols()),
+      const double done =
+          std::min(1.0, std::log(std::max(ratio, 1e-300)) / std::log(options.tolerance));
+      progress.at((first + done * std::min(4.0, double(B.cols()) - first)) / double(B.cols()),
                   fmt::format("residual {:.0e}", ratio));
     }
     report.cycles = std::max(report.cycles, cycle);
     report.converged = report.converged && group.converged();
+    report.error = std::max(report.error, group.error());
   }
   for (const WeightedIndex& row : scaling.special) X.row(row.index) /= double(row.weight);
   report.solve_seconds = std::chrono::duration<double>(Clock::now() - start).count();

@@ -18,7 +18,8 @@ struct Components {
 };
 
 struct MixedCgOptions {
-  double tolerance = 1e-6;  ///< stop when ‖B − A·X‖ ≤ tolerance · ‖B‖ in every channel
+  double tolerance = 1e-6;  ///< stop when ‖B − A·X‖ ≤ tolerance · ‖B‖ in every channel, and
+                            ///< `ErrorEstimate` finds the error small enough
   int max_cycles = 60;
 };
 

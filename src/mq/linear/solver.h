@@ -23,6 +23,8 @@ struct SolveReport {
   std::string method;             ///< "direct (cholmod)", "multigrid", ...
   int cycles = 0;                 ///< iterations; 1 for a direct solve
   std::vector<double> residuals;  ///< ‖B − A·X‖ / ‖B − A·X₀‖, worst channel, from 1 at the guess X₀
+  double error = 0;  ///< of an iterative solver: the largest that is left in X, estimated, relative to
+                     ///< the largest value of X (see `ErrorEstimate`)
   bool converged = true;
   double setup_seconds = 0;
   double solve_seconds = 0;
