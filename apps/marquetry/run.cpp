@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <cmath>
+
 #include "frames.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -184,13 +186,18 @@ void add_frames_option(OptionTable& table) {
              .details = "%04d in a file name stands for the number."});
 }
 
+Json number_json(double value) {
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
 namespace {
 
 Json typed(const Option& option, const OptionValues& options, const std::string& text) {
   switch (option.type) {
     case Option::Type::flag: return text == "true";
     case Option::Type::integer: return options.integer(option.name);
-    case Option::Type::number: return options.number(option.name);
+    case Option::Type::number: return number_json(options.number(option.name));
     default: return text;
   }
 }

@@ -96,6 +96,9 @@ void add_running_options(OptionTable& table);
 /// Adds --frames, for a verb that can be run over a sequence of numbered files.
 void add_frames_option(OptionTable& table);
 
+/// The number, or "inf", for which JSON has no other word.
+Json number_json(double value);
+
 /// The values of all options of `Scope::result` that have one, as JSON of their type.
 Json options_json(const OptionValues& options);
 

@@ -19,16 +19,19 @@ void add_output_option(OptionTable& table) {
 }
 
 void add_spread_options(OptionTable& table, const std::string& default_alpha,
-                        const std::string& group, const std::string& help) {
+                        const std::string& group, const std::string& help, bool infinite) {
   table.add({.name = "alpha",
              .letter = 'a',
              .type = Type::number,
              .default_value = default_alpha,
              .least = 0,
              .most = 1e6,
+             .infinite = infinite,
              .group = group,
              .help = help,
-             .details = "(length / sqrt(area)) squared; 0 changes nothing."});
+             .details = std::string("(length / sqrt(area)) squared; 0 changes nothing") +
+                        (infinite ? ", inf counts gradients only, and each component keeps its mean."
+                                  : ".")});
   table.add(
       {.name = "length",
        .letter = 'l',

@@ -15,9 +15,9 @@ namespace mq::app {
 void add_output_option(OptionTable& table);
 
 /// Adds --alpha (with this default) and --length, which exclude each other; `group` is their
-/// heading, `help` what alpha does.
+/// heading, `help` what alpha does. Where `infinite`, alpha may be inf.
 void add_spread_options(OptionTable& table, const std::string& default_alpha,
-                        const std::string& group, const std::string& help);
+                        const std::string& group, const std::string& help, bool infinite = false);
 
 /// What --length says, or --alpha.
 Length spread(const OptionValues& options);

@@ -78,8 +78,8 @@ SolveReport solve_and_fall_back(Run& run, const Domain& domain, const Attempt& a
   }
   if (!free_to_choose) {
     run.terminal().warning(what_happened +
-                           ": the result is less accurate than asked for; --solver direct has no "
-                           "such limit");
+                           ": the result is less accurate than asked for; --solver direct "
+                           "factorises instead");
     return first;
   }
   if (!can_factorise(run, domain, what_happened)) return first;
@@ -120,13 +120,18 @@ void add_solver_options(OptionTable& table, const std::string& tolerance) {
              .least = 1e-16,
              .most = 0.1,
              .group = "Solver",
-             .help = "relative residual at which iterations stop"});
+             .help = "relative residual at which iterations stop",
+             .details = "And their error as their last steps tell it: four times this, relative to the "
+                        "largest change. By default a quarter of a step of 16 bits where values change "
+                        "from 0 to 1."});
   table.add({.name = "cycles",
              .type = Type::integer,
              .least = 1,
              .most = 10000,
              .group = "Solver",
-             .help = "stop iterations after so many cycles, converged or not"});
+             .help = "stop iterations after so many cycles, converged or not",
+             .details = "Else multigrid gives up after 60 and reference after 200, with a warning; with "
+                        "this, automatic does not factorise where the tolerance was not reached."});
 }
 
 WhenToStop when_to_stop(const OptionValues& options) {

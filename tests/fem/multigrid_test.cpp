@@ -237,6 +237,17 @@ TEST_P(Rate, IsATenthPerCycleForAnyWeight) {
 INSTANTIATE_TEST_SUITE_P(Multigrid, Rate,
                          testing::Combine(testing::Values(1.0, 2.0), testing::Values(1, 2, 5, 22)));
 
+// Texels of one chart are so many times closer, across the seam, as those of the next.
+TEST(Multigrid, IsLittleSlowedWhereTexelsOfDifferentSizesMeet) {
+  for (const auto& [denser, wanted] : {std::pair(4.0, 0.1), std::pair(16.0, 0.25)}) {
+    const Patchwork p =
+        make_patchwork({.size = 80, .charts = 2, .denser = denser});
+    // Coarsened each at its own pace they left 0.12 and 0.45 per cycle at a ratio of 1e4.
+    for (const double ratio : {20.0, 1e4})
+      EXPECT_LE(mean_rate(solve(p, system_of(p, ratio)).report, 6), wanted) << ratio;
+  }
+}
+
 TEST(Multigrid, ConvergesAsTheWeightInTexelsSquaredSays) {
   const Patchwork coarse = make_patchwork({.size = 120}), fine = make_patchwork({.size = 240});
   const SolveReport a = solve(coarse, system_of(coarse, 30), {.tolerance = 1e-9}).report;

@@ -28,7 +28,7 @@ struct PatchworkOptions {
   int size = 64;         ///< texels along a side of the square, where it is not stretched
   int charts = 1;        ///< along a side
   double stretch = 1;    ///< texels are so many times as far apart along x as along y
-  bool mixed = false;    ///< every other chart is stretched the other way
+  double denser = 1;     ///< every other chart has so many times as many texels along y
   unsigned seed = 1;
 };
 
@@ -89,7 +89,7 @@ class Builder {
     std::uniform_real_distribution<double> uniform(0, 1);
     const int k = options_.charts;
     const double f = std::sqrt(options_.stretch);
-    const double pitch = std::ceil(options_.size * f / k) + 5;
+    const double pitch = std::ceil(options_.size * f * options_.denser / k) + 5;
     // Cuts keep off texel centres by a tenth of a texel, as welding keeps them in the real basis.
     const auto start = [&](double base, double length) {
       const auto clear = [](double x) { return x - std::floor(x) > 0.1 && x - std::floor(x) < 0.9; };
@@ -103,9 +103,8 @@ class Builder {
         Chart c;
         c.u = double(i) / k;
         c.v = double(j) / k;
-        const bool turned = options_.mixed && (i + j) % 2;
-        c.sx = options_.size * (turned ? f : 1 / f);
-        c.sy = options_.size * (turned ? 1 / f : f);
+        c.sx = options_.size / f;
+        c.sy = options_.size * f * ((i + j) % 2 ? options_.denser : 1);
         c.x = start(2 + pitch * i, c.sx / k);
         c.y = start(2 + pitch * j, c.sy / k);
         c.x1 = c.x + c.sx / k;

@@ -114,8 +114,8 @@ Exit filter(Run& run) {
         });
   });
   run.result.update(change_json(solution.before, solution.filtered.signal));
-  run.result["alpha"] = weight / scale.area;
-  run.result["length"] = std::sqrt(weight);
+  run.result["alpha"] = number_json(weight / scale.area);
+  run.result["length"] = number_json(std::sqrt(weight));
 
   const Step step(run, "write", 0.1);
   target->put(solution.before, solution.filtered.signal, scene.model);
@@ -142,7 +142,8 @@ Verb filter_verb() {
              .help = "factor on the gradients: 0 smooths, 1 changes nothing, more sharpens"});
   add_mask_options(table, "Filter");
   add_spread_options(table, "0.001", "Filter",
-                     "how far it reaches: weight of gradients on the surface scaled to unit area");
+                     "how far it reaches: weight of gradients on the surface scaled to unit area",
+                     true);
   table.add({.name = "geometry",
              .letter = 'g',
              .group = "Shape",

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -35,10 +36,14 @@ std::string joined(const std::vector<std::string>& words) {
   return all;
 }
 
+constexpr const char* infinity_text = "inf";
+
 /// "from 0 to 100", "at least 1", or nothing.
 std::string range_text(const Option& option) {
   const bool below = std::isfinite(option.least), above = std::isfinite(option.most);
-  if (below && above) return fmt::format("from {:.15g} to {:.15g}", option.least, option.most);
+  if (below && above)
+    return fmt::format("from {:.15g} to {:.15g}{}", option.least, option.most,
+                       option.infinite ? " or inf" : "");
   if (below) return fmt::format("at least {:.15g}", option.least);
   if (above) return fmt::format("at most {:.15g}", option.most);
   return "";
@@ -83,7 +88,7 @@ bool acceptable(const Option& option, const std::string& text) {
     }
     case Option::Type::number: {
       const auto value = parse<double>(text);
-      return value && in_range(option, *value);
+      return value ? in_range(option, *value) : option.infinite && text == infinity_text;
     }
     case Option::Type::length: return is_length(text);
     case Option::Type::choice: return std::ranges::count(option.choices, text) > 0;
@@ -205,7 +210,9 @@ std::int64_t OptionValues::integer(const std::string& name) const {
 }
 
 double OptionValues::number(const std::string& name) const {
-  return parse<double>(single(name)).value();
+  const std::string text = single(name);
+  return text == infinity_text ? std::numeric_limits<double>::infinity()
+                               : parse<double>(text).value();
 }
 
 void OptionValues::check() const {

@@ -54,6 +54,7 @@ struct Option {
   std::string unit = {};        ///< of a number, for help and sliders
   double least = -std::numeric_limits<double>::infinity();  ///< of a number, inclusive
   double most = std::numeric_limits<double>::infinity();    ///< of a number, inclusive
+  bool infinite = false;        ///< a number may also be inf
   std::vector<std::string> choices = {};
   std::function<bool(const std::string&)> accepts = {};  ///< of a text; else any but ""
   std::string wanted = {};      ///< what `accepts` asks for, in words

@@ -6,6 +6,7 @@
 #include "mq/fem/surface_graph.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <queue>
@@ -30,6 +31,29 @@ struct Cells {
   std::vector<int> owner;
 };
 
+/// The spacings, nowhere larger than `grading` times the way from a point added to that point's. Where
+/// two charts meet whose texels differ in size, waves that only the finer one can tell apart reach into
+/// the other: its points must stay close there until those of the finer one have grown as far apart.
+std::vector<float> graded(const SparseMatrix& A, const SurfacePoints& points) {
+  constexpr float grading = 0.5f;
+  constexpr int passes = 6;  // points on the way from one spacing to another
+  std::vector<float> spacing = points.spacing, next = spacing;
+  for (int pass = 0; pass < passes; ++pass) {
+    std::atomic<bool> changed = false;
+    parallel_for(A.rows(), [&](std::int64_t i) {
+      for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry) {
+        const int j = int(entry.col());
+        if (spacing[j] < next[i])
+          next[i] = std::min(next[i], spacing[j] + grading * (point(points, int(i)) - point(points, j)).norm());
+      }
+      if (next[i] < 0.9f * spacing[i]) changed = true;
+    });
+    spacing = next;
+    if (!changed) break;
+  }
+  return spacing;
+}
+
 Cells sample(const SparseMatrix& A, const SurfacePoints& points, double radius) {
   const int n = int(A.rows());
   Cells cells;
@@ -41,7 +65,6 @@ Cells sample(const SparseMatrix& A, const SurfacePoints& points, double radius) 
     if (cells.owner[centre] >= 0) continue;
     const int cell = int(cells.centres.size());
     cells.centres.push_back(centre);
-    const float reach = float(radius) * points.spacing[centre];
     cells.owner[centre] = cell;
     distance[centre] = 0;
     queue.emplace(0.0f, centre);
@@ -52,6 +75,7 @@ Cells sample(const SparseMatrix& A, const SurfacePoints& points, double radius) 
       for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry) {
         const int j = int(entry.col());
         const float to_j = way + (point(points, i) - point(points, j)).norm();
+        const float reach = float(radius) * std::min(points.spacing[centre], points.spacing[j]);
         if (to_j > reach || to_j >= distance[j]) continue;
         distance[j] = to_j;
         cells.owner[j] = cell;
@@ -150,7 +174,8 @@ Combination interpolate(const Point& p, int own, const SurfacePoints& points, co
 
 }  // namespace
 
-GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& points, double radius) {
+GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& given, double radius) {
+  const SurfacePoints points{given.positions, graded(A, given)};
   const Cells cells = sample(A, points, radius);
   const Adjacency adjacency = adjacency_of(A, cells);
   const int n = int(A.rows()), count = int(cells.centres.size());
