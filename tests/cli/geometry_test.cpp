@@ -70,13 +70,19 @@ TEST(FilterGeometry, SmoothsAndSharpensAShapeAndSaysHowItChanged) {
 TEST(FilterGeometry, ChangesNothingAtBetaOneAndAlphaZero) {
   const Folder folder;
   write_strip(folder);
-  for (const Words& words : {Words{"--beta", "1"}, Words{"--beta", "0", "--alpha", "0"}}) {
+  write_mesh(folder, "ball.ply", bumpy_sphere());
+  for (const Words& words :
+       {Words{"--beta", "1"}, Words{"--beta", "0", "--alpha", "0"}, Words{"--beta", "1", "--normals"},
+        Words{"--beta", "0", "--alpha", "0", "--normals"}}) {
     Words all = {"strip.obj", "-o", "out.obj"};
     all.insert(all.end(), words.begin(), words.end());
     const Result result = filter(folder, all);
     ASSERT_EQ(result.status, 0) << result.error;
     EXPECT_EQ(file_bytes(folder / "out.obj"), file_bytes(folder / "strip.obj"));
     EXPECT_TRUE(std::filesystem::exists(folder / "strip.png"));
+    all[0] = "ball.ply", all[2] = "out.ply";
+    ASSERT_EQ(filter(folder, all).status, 0);
+    EXPECT_EQ(file_bytes(folder / "out.ply"), file_bytes(folder / "ball.ply"));
   }
 }
 
