@@ -5,9 +5,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
-#include "mq/fem/vertex_multigrid.h"
 #include "mq/io/normals.h"
-#include "mq/linear/direct_solver.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/volume.h"
 
@@ -62,14 +60,6 @@ Scene read_shape(Run& run, double share) {
 
 Outputs shape_outputs(const OptionValues& options, const Scene& scene) {
   return Outputs(options.text("output"), scene.model, Outputs::Kind::model);
-}
-
-SolverFactory solver_at(const OptionValues& options, const std::vector<Vector3>& vertices) {
-  constexpr std::size_t most_for_direct = 30'000;  // as `solve_as_asked`
-  const std::string name = options.text("solver");
-  if (name == "direct" || (name == "automatic" && vertices.size() <= most_for_direct))
-    return direct_solver();
-  return vertex_multigrid_solver(vertices, {.tolerance = options.number("tolerance")});
 }
 
 void add_fit_options(OptionTable& table, const std::string& group) {

@@ -16,10 +16,6 @@ Scene read_shape(Run& run, double share);
 /// Where the changed model goes.
 Outputs shape_outputs(const OptionValues& options, const Scene& scene);
 
-/// The solver for signals at these vertices (which must outlive it), where --solver is automatic,
-/// direct or something that iterates: the first is a factorisation up to 30,000 of them.
-SolverFactory solver_at(const OptionValues& options, const std::vector<Vector3>& vertices);
-
 /// Adds --fit-weight and --fit-steps under the heading.
 void add_fit_options(OptionTable& table, const std::string& group);
 

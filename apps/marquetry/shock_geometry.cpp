@@ -39,7 +39,7 @@ void add_shock_geometry_options(OptionTable& table) {
 }
 
 Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
-                    const std::string& potential) {
+                    const std::string& potential, const VertexSolver& solver) {
   const OptionValues& options = run.options();
   Scene scene = read_shape(run, 0.15);
   const Outputs outputs = shape_outputs(options, scene);
@@ -59,7 +59,7 @@ Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
                            .time = time,
                            .fit_alpha = options.number("fit-weight"),
                            .fit_steps = int(options.integer("fit-steps"))},
-                          solver_at(options, scene.surface.mesh.positions), step);
+                          solver(scene.surface.mesh.positions), step);
   });
   const SolveReport worst = worst_of(shape.solves);
   run.solve = solve_json(worst);

@@ -2,6 +2,7 @@
 /// marquetry shock MESH --geometry: the shape sharpened by the shock filter of its normals.
 
 #include "mq/filter/shock.h"
+#include "mq/filter/texture_shock.h"
 #include "run.h"
 #include "verb.h"
 
@@ -11,8 +12,8 @@ namespace mq::app {
 void add_shock_geometry_options(OptionTable& table);
 
 /// The run of the verb where --geometry is given; `time` and the lengths `signal` and `potential`
-/// are those of the verb's other inputs.
+/// and `solver` are those of the verb's other inputs.
 Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
-                    const std::string& potential);
+                    const std::string& potential, const VertexSolver& solver);
 
 }  // namespace mq::app

@@ -1,7 +1,8 @@
 // marquetry shock IMAGE|MESH -o OUT: sharpen edges without a value that was not there before.
 //
-// Three kinds of input, one table of options: a picture, colours at the vertices of a model, and
-// its textures. Each is a function here; the mathematics is in filter/shock.h and its neighbours.
+// Four kinds of input, one table of options: a picture, colours at the vertices of a model, its
+// textures, and its shape (shock_geometry.h). Each is a function; the mathematics is in
+// filter/shock.h and its neighbours.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -237,7 +238,7 @@ Exit run_shock(Run& run) {
   if (options.flag("geometry")) {
     refuse_for_models(options);
     return shock_geometry(run, asked_time(options), options.text("smooth"),
-                          options.text("smooth-potential"));
+                          options.text("smooth-potential"), vertex_solver(options));
   }
   return names_picture(run.options().text("mesh")) ? shock_picture(run) : shock_model(run);
 }
@@ -332,8 +333,8 @@ void add_shock_options(OptionTable& table) {
 
 Verb shock_verb() {
   OptionTable table("shock",
-                    "Sharpen a picture, colours at vertices or a texture by shock filters: steep "
-                    "edges, flat regions, and never a value that was not there.");
+                    "Sharpen a picture, colours at vertices, a texture or a shape by shock filters: "
+                    "steep edges, flat regions, and never a value that was not there.");
   add_scene_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
   add_output_option(table);
   add_shock_options(table);
