@@ -98,7 +98,9 @@ TEST(VertexMultigrid, CopesWithUglyMeshes) {
     const Signal B = A * noise(A.rows(), 3);
     Signal X = Signal::Zero(A.rows(), 3);
     const SolveReport report = vertex_multigrid_solver(p.places())(A, {})->solve(B, X);
-    EXPECT_TRUE(report.converged);
+    EXPECT_TRUE(report.converged)
+        << mesh.vertex_count() << " vertices: " << report.residuals.back() << " after "
+        << report.cycles;
     EXPECT_TRUE(X.allFinite());
   }
 }

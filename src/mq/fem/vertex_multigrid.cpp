@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "mq/base/error.h"
@@ -33,7 +35,7 @@ StencilLayout layout_without_stencils(int rows) {
   return layout;
 }
 
-/// Where vertices lie, relative to the first, and how far their neighbours are in the mean.
+/// Where vertices lie, relative to the first, and how far their closest neighbours are.
 SurfacePoints points_of(const SparseMatrix& A, std::span<const Vector3> positions) {
   SurfacePoints points;
   points.positions.resize(positions.size());
@@ -41,13 +43,11 @@ SurfacePoints points_of(const SparseMatrix& A, std::span<const Vector3> position
   parallel_for(std::ssize(positions), [&](std::int64_t i) {
     for (int k = 0; k < 3; ++k)
       points.positions[i][std::size_t(k)] = float(positions[i][k] - positions[0][k]);
-    double sum = 0, count = 0;
+    double least = std::numeric_limits<double>::infinity();
     for (SparseMatrix::InnerIterator entry(A, int(i)); entry; ++entry)
-      if (entry.col() != i) {
-        sum += (positions[i] - positions[entry.col()]).norm();
-        count += 1;
-      }
-    points.spacing[i] = count > 0 ? float(sum / count) : 0;
+      if (entry.col() != i)
+        least = std::min(least, (positions[i] - positions[entry.col()]).norm());
+    points.spacing[i] = std::isfinite(least) ? float(least) : 0;
   });
   return points;
 }
