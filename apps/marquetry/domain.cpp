@@ -1,5 +1,9 @@
 #include "domain.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "mq/atlas/coverage.h"
 #include "mq/base/error.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/reference_solver.h"
@@ -16,6 +20,10 @@ SolverOptions stopping(const WhenToStop& when) {
   return options;
 }
 
+double larger(double largest, double value) {
+  return std::isfinite(value) ? std::max(largest, value) : largest;
+}
+
 }  // namespace
 
 SurfaceScale Domain::scale() const {
@@ -26,7 +34,7 @@ SurfaceScale Domain::scale() const {
 
 TexelDomain::TexelDomain(Run& run, const Scene& scene, const TexelSpaceOptions& options,
                          const Progress& progress)
-    : space_(scene.surface, *scene.atlas, options, progress) {
+    : scene_(scene), space_(scene.surface, *scene.atlas, options, progress) {
   run.found(space_.defects());
   run.warn(space_.defects());
 }
@@ -36,6 +44,41 @@ std::vector<Vector3> TexelDomain::places() const {
   places.reserve(std::size_t(space_.size()));
   for (const auto& [x, y, z] : space_.texels().positions) places.emplace_back(x, y, z);
   return places;
+}
+
+std::vector<int> TexelDomain::boundary() const {
+  return boundary_unknowns(scene_.surface, *scene_.atlas, space_);
+}
+
+/// At the centres of texels that triangles cover, at the corners of triangles, along boundaries.
+double TexelDomain::largest_shown(const Vector& values) const {
+  double largest = 0;
+  const std::vector<Coverage> coverage = texel_coverage(scene_.surface, *scene_.atlas);
+  const Texels& texels = space_.texels();
+  for (int i = 0; i < texels.size(); ++i) {
+    const Texels::Place& at = texels.places[std::size_t(i)];
+    if (coverage[std::size_t(at.texture)].triangle(at.x, at.y) >= 0)
+      largest = larger(largest, values[i]);
+  }
+  const auto look_at = [&](int triangle, const Vector3& barycentric) {
+    double sum = 0;
+    for (const TexelWeight& w : space_.basis_at(triangle, barycentric))
+      sum += w.weight * values[w.texel];
+    largest = larger(largest, sum);
+  };
+  for (int t = 0; t < scene_.surface.triangle_count(); ++t)
+    for (int k = 0; k < 3 && scene_.atlas->chart[t] >= 0 && !scene_.surface.degenerate[t]; ++k)
+      look_at(t, Vector3::Unit(k));
+  for (const BoundaryPoint& p :
+       boundary_points(scene_.surface, *scene_.atlas, space_.scale().texel_spacing / 2))
+    look_at(p.triangle, p.barycentric);
+  return largest;
+}
+
+double VertexDomain::largest_shown(const Vector& values) const {
+  double largest = 0;
+  for (const double value : values) largest = larger(largest, value);
+  return largest;
 }
 
 SolverFactory TexelDomain::multigrid(const WhenToStop& when) const {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "mq/fem/boundary_unknowns.h"
 #include "mq/fem/texel_space.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/linear/solver.h"
@@ -29,6 +30,13 @@ class Domain {
   /// Where the unknowns lie on the surface.
   virtual std::vector<Vector3> places() const = 0;
 
+  /// The unknowns at the boundaries of the surface.
+  virtual std::vector<int> boundary() const = 0;
+
+  /// The largest of values, one per unknown, that the surface shows; those that are not finite do
+  /// not count.
+  virtual double largest_shown(const Vector& values) const = 0;
+
   /// Whether there are the solvers below. Where not, asking for one throws `Unsupported`.
   virtual bool has_multigrid() const = 0;
   virtual SolverFactory multigrid(const WhenToStop& when) const = 0;
@@ -44,11 +52,14 @@ class TexelDomain : public Domain {
 
   const TexelSpace& space() const override { return space_; }
   std::vector<Vector3> places() const override;
+  std::vector<int> boundary() const override;
+  double largest_shown(const Vector& values) const override;
   bool has_multigrid() const override { return true; }
   SolverFactory multigrid(const WhenToStop& when) const override;
   SolverFactory reference(const WhenToStop& when) const override;
 
  private:
+  const Scene& scene_;
   TexelSpace space_;
 };
 
@@ -60,6 +71,8 @@ class VertexDomain : public Domain {
 
   const VertexSpace& space() const override { return space_; }
   std::vector<Vector3> places() const override { return scene_.surface.mesh.positions; }
+  std::vector<int> boundary() const override { return boundary_unknowns(scene_.surface); }
+  double largest_shown(const Vector& values) const override;
   bool has_multigrid() const override { return true; }
   SolverFactory multigrid(const WhenToStop& when) const override;
   SolverFactory reference(const WhenToStop& when) const override;

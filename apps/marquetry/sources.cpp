@@ -57,8 +57,10 @@ GeodesicSource at_texel(const Scene& scene, const Domain& domain, const std::str
   const Texels& texels = texels_of(domain)->space().texels();
   for (int i = 0; i < texels.size(); ++i) {
     const Texels::Place& at = texels.places[std::size_t(i)];
-    if (at.texture == place.texture && at.x == place.numbers[0] && at.y == place.numbers[1])
-      return {i, 0};
+    if (at.texture == place.texture && at.x == place.numbers[0] && at.y == place.numbers[1]) {
+      const auto& [x, y, z] = texels.positions[std::size_t(i)];
+      return {i, 0, Vector3(x, y, z)};
+    }
   }
   throw InvalidInput(
       fmt::format("--from {}: no chart of {} uses such a texel (columns count from the left, rows "
@@ -75,7 +77,7 @@ std::vector<GeodesicSource> around_point(const Scene& scene, const Domain& domai
   for (int k = 0; k < 3; ++k) point += closest.barycentric[k] * mesh.position(closest.triangle, k);
   std::vector<GeodesicSource> sources;
   const auto add = [&](int unknown, const Vector3& at) {
-    sources.push_back({unknown, (at - point).norm()});
+    sources.push_back({unknown, (at - point).norm(), point});
   };
   if (const TexelDomain* texels = texels_of(domain)) {
     for (const TexelWeight& w : texels->space().basis_at(closest.triangle, closest.barycentric)) {
@@ -105,17 +107,25 @@ std::vector<GeodesicSource> at_point(Run& run, const Scene& scene, const Domain&
   return around_point(scene, domain, closest);
 }
 
-GeodesicSource at_vertex(const Scene& scene, const Domain& domain, const std::string& text,
-                         double number) {
-  require(!texels_of(domain),
-          "--from " + text + ": textures have no vertices; give a place, x,y,z, or --vertices");
+/// In textures a vertex is a place: that of any of its corners.
+std::vector<GeodesicSource> at_vertex(const Scene& scene, const Domain& domain,
+                                      const std::string& text, double number) {
   const int count = scene.model.mesh.vertex_count();
   require(number >= 0 && number < count && number == std::floor(number),
           fmt::format("--from {}: {} has vertices 0 to {}", text, scene.model.path.string(),
                       count - 1));
   const int vertex = scene.surface.vertex_from_source[std::size_t(number)];
   require(vertex >= 0, fmt::format("--from {}: no triangle uses this vertex", text));
-  return {vertex, 0};
+  const Mesh& mesh = scene.surface.mesh;
+  if (!texels_of(domain)) return {{vertex, 0, mesh.positions[std::size_t(vertex)]}};
+  for (int t = 0; t < mesh.triangle_count(); ++t)
+    for (int k = 0; k < 3; ++k)
+      if (mesh.triangles[t][k] == vertex && scene.atlas->chart[t] >= 0 &&
+          !scene.surface.degenerate[t])
+        return around_point(scene, domain, {.triangle = t, .barycentric = Vector3::Unit(k)});
+  throw InvalidInput(fmt::format(
+      "--from {}: no triangle there has texture coordinates; give another place, or --vertices",
+      text));
 }
 
 void add_mask(const std::vector<std::string>& files, const Scene& scene, const Domain& domain,
@@ -175,7 +185,7 @@ std::vector<GeodesicSource> asked_sources(Run& run, const Scene& scene, const Do
     if (place.kind == Place::Kind::texel)
       sources.push_back(at_texel(scene, domain, text, place));
     else if (place.kind == Place::Kind::vertex)
-      sources.push_back(at_vertex(scene, domain, text, n[0]));
+      std::ranges::copy(at_vertex(scene, domain, text, n[0]), std::back_inserter(sources));
     else
       std::ranges::copy(at_point(run, scene, domain, text, {n[0], n[1], n[2]}),
                         std::back_inserter(sources));

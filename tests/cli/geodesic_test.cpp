@@ -17,13 +17,24 @@ TEST(Geodesic, WritesDistancesInModelUnits) {
   const Result result =
       marquetry(folder, {"geodesic", "strip.obj", "--from", "0,0.5,0", "-o", "d.exr", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
-  // Texels reach up to one beyond the edge, 0.04.
-  EXPECT_NEAR(result.json()["result"]["max"], std::hypot(2, 0.5), 0.07);
+  // At a corner of the surface, though texels reach up to one beyond the edge, 0.04.
+  EXPECT_NEAR(result.json()["result"]["max"], std::hypot(2, 0.5), 0.02);
   EXPECT_EQ(result.json()["result"]["unreached"], 0);
   const Texture d = read_texture(folder / "d.exr");
   ASSERT_EQ(d.pixels.channels(), 1);
   // The texel at the far end of the strip's middle, u = 0.95, v = 0.5.
   EXPECT_NEAR(d.pixels(60, 24), 2, 0.05);
+}
+
+TEST(Geodesic, TakesAVertexForItsPlace) {
+  const Folder folder;
+  write_strip(folder);
+  for (const std::string from : {"vertex,4", "1,1,0"})  // on the seam
+    ASSERT_EQ(marquetry(folder, {"geodesic", "strip.obj", "--from", from, "-o",
+                                 from.substr(0, 1) + ".exr"})
+                  .status,
+              0);
+  EXPECT_EQ(read_texture(folder / "v.exr").pixels, read_texture(folder / "1.exr").pixels);
 }
 
 TEST(Geodesic, WritesColoursElsewhere) {
@@ -84,7 +95,7 @@ TEST(Geodesic, RefusesSourcesThatAreNotThere) {
   EXPECT_THAT(refused({}), HasSubstr("say where distances begin"));
   EXPECT_THAT(refused({"--from", "texel,0,0"}),
               HasSubstr("no chart of strip.obj uses such a texel"));
-  EXPECT_THAT(refused({"--from", "vertex,0"}), HasSubstr("textures have no vertices"));
+  EXPECT_THAT(refused({"--from", "vertex,6"}), HasSubstr("has vertices 0 to 5"));
   EXPECT_THAT(refused({"--from", "1,2"}), HasSubstr("x,y,z or texel,column,row or vertex,number"));
   EXPECT_THAT(refused({"--from", "nan,0,0"}), HasSubstr("--from"));
   EXPECT_THAT(refused({"--vertices", "--from", "vertex,17"}), HasSubstr("--output"));

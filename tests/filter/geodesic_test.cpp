@@ -12,10 +12,12 @@
 #include <numbers>
 
 #include "fem/cut_squares.h"
+#include "mq/fem/boundary_unknowns.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/filter/front.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/linear/direct.h"
+#include "mq/mesh/closest_point.h"
 
 namespace mq {
 namespace {
@@ -112,6 +114,51 @@ TEST(GeodesicDistance, IsRightToHalfAPercentOnTheSquare) {
   EXPECT_LE(fine.max, 0.05);
 }
 
+/// The texels around a point that no texel lies at, as sources.
+std::vector<GeodesicSource> around(const fixtures::Textured& model, const TexelSpace& space,
+                                   const Vector3& place) {
+  const ClosestPoint closest = ClosestPointFinder(model.surface.mesh)(place);
+  std::vector<GeodesicSource> sources;
+  for (const TexelWeight& w : space.basis_at(closest.triangle, closest.barycentric))
+    if (w.weight > 1e-3)
+      sources.push_back({w.texel, (position(space.texels(), w.texel) - place).norm(), place});
+  return sources;
+}
+
+Geodesic distances_from_point(const fixtures::Textured& model, const TexelSpace& space,
+                              const Vector3& place) {
+  GeodesicDistance geodesic(space);
+  geodesic.set_places(places_of(space));
+  geodesic.set_boundary(boundary_unknowns(model.surface, model.atlas, space));
+  return geodesic.from(around(model, space, place));
+}
+
+/// Wherever between texels the source lies and however the square is cut. The last is 13 texels from
+/// an edge, along which heat runs from there.
+TEST(GeodesicDistance, DoesNotDependOnWhereBetweenTexelsTheSourceLies) {
+  for (const CutOptions& options : {whole_square(), four_charts(), fixtures::slanted()})
+    for (const Vector3& from : {Vector3(0.503, 0.5021, 0), Vector3(0.50390625, 0.50390625, 0),
+                                Vector3(0.31, 0.42, 0), Vector3(0.5, 0.1, 0)}) {
+      const int side = int(std::lround(128 / options.scale));
+      const auto model = fixtures::textured(fixtures::cut_square(options), {{side, side}});
+      const TexelSpace space(model->surface, model->atlas);
+      const Vector distance = distances_from_point(*model, space, from).distance;
+      const auto exact = [&](const Vector3& p) { return (p - from).norm(); };
+      const Errors found = errors(*model, space, distance, exact);
+      const bool is_near_edge = from.y() < 0.2;
+      EXPECT_LE(found.mean, is_near_edge ? 0.006 : 0.004) << from.transpose();
+      EXPECT_LE(found.max, is_near_edge ? 0.1 : 0.05) << from.transpose();
+      // At the corners, which heat that does not leave rounds off by two or three texels.
+      for (int t = 0; t < model->surface.triangle_count(); ++t)
+        for (int k = 0; k < 3; ++k) {
+          const Vector3& p = model->surface.mesh.position(t, k);
+          if (p.x() != std::round(p.x()) || p.y() != std::round(p.y())) continue;
+          EXPECT_NEAR(fixtures::value_at(space, distance, t, Vector3::Unit(k)), exact(p), 1.0 / 128)
+              << from.transpose();
+        }
+    }
+}
+
 TEST(GeodesicDistance, HardlyNoticesSeams) {
   const Vector3 aside(0.31, 0.42, 0);
   const Errors whole = errors_on_square(whole_square(), 128, aside),
@@ -159,6 +206,26 @@ TEST(GeodesicDistance, TakesTheShorterWayAroundACylinder) {
     EXPECT_LE(mean[2], 0.004);
     EXPECT_GE(std::log2(mean[0] / mean[2]) / 2, 0.8) << mean[0] << ' ' << mean[1] << ' ' << mean[2];
   }
+}
+
+/// Near its rim, along which heat would run.
+TEST(GeodesicDistance, IsRightAlongTheRimOfACylinder) {
+  CutOptions options = four_charts();
+  options.cells = 96;
+  options.jitter = 0;
+  const int side = int(std::lround(128 / options.scale));
+  const auto model = fixtures::textured(rolled(options), {{side, side}});
+  const TexelSpace space(model->surface, model->atlas);
+  const Vector3 from = model->surface.mesh.positions[std::size_t(96 / 2 + 97 * 2)];
+  const auto unrolled = [](const Vector3& p) {
+    return Vector2(std::atan2(p.y(), p.x()) / (2 * pi), p.z());
+  };
+  const Errors found = errors(
+      *model, space, distances_from_point(*model, space, from).distance, [&](const Vector3& p) {
+        const Vector2 d = unrolled(p) - unrolled(from);
+        return std::hypot(d.x() - std::round(d.x()), d.y());
+      });
+  EXPECT_LE(found.mean, 0.008);
 }
 
 TEST(GeodesicDistance, IsAnArcOnTheSphere) {

@@ -24,13 +24,6 @@ bool writes_numbers(const OptionValues& options, const std::filesystem::path& pa
   return extension == ".exr" || extension == ".tif" || extension == ".tiff";
 }
 
-double largest_finite(const Vector& values) {
-  double largest = 0;
-  for (const double value : values)
-    if (std::isfinite(value)) largest = std::max(largest, value);
-  return largest;
-}
-
 Signal as_numbers(const Vector& distance, int channels) {
   Signal values(distance.size(), channels);
   for (Eigen::Index i = 0; i < distance.size(); ++i) {
@@ -40,9 +33,7 @@ Signal as_numbers(const Vector& distance, int channels) {
   return values;
 }
 
-Signal as_colours(const Vector& distance, int isolines, double line_width) {
-  const DistanceColours scale{
-      .most = largest_finite(distance), .lines = isolines, .line_width = line_width};
+Signal as_colours(const Vector& distance, const DistanceColours& scale) {
   Signal values(distance.size(), 3);
   for (Eigen::Index i = 0; i < distance.size(); ++i) {
     const Colour colour = distance_colour(distance[i], scale);
@@ -61,6 +52,7 @@ Geodesic solve(Run& run, const Domain& domain, const std::vector<GeodesicSource>
           domain.space(), factory, GeodesicOptions{.time = run.options().number("time")}, step);
     }
     geodesic->set_places(domain.places());
+    geodesic->set_boundary(domain.boundary());
     const Step step(run, "solve", shares.solve + 0.15);
     found = geodesic->from(sources, step);
     run.result["diffusion_length"] = geodesic->diffusion_length();
@@ -92,7 +84,8 @@ Exit geodesic(Run& run) {
     run.result["sources"] = sources.size();
     found = solve(run, *domain, sources);
   });
-  run.result["max"] = largest_finite(found.distance);
+  const double most = domain->largest_shown(found.distance);
+  run.result["max"] = most;
   run.result["unreached"] = found.unreached;
   run.result["sweeps"] = found.sweeps;
   run.result["missed"] = found.change;
@@ -106,15 +99,16 @@ Exit geodesic(Run& run) {
         "{} of {} unknowns are on parts of the surface without a source: -1 as numbers, grey as "
         "colours",
         found.unreached, found.distance.size()));
-  run.print(fmt::format("largest distance: {:g}", largest_finite(found.distance)));
+  run.print(fmt::format("largest distance: {:g}", most));
 
   const Step step(run, "write", 0.1);
   const bool numbers = writes_numbers(options, outputs.paths().front());
-  const SurfaceScale scale = domain->space().scale();
-  const double spacing = std::sqrt(scale.area / domain->space().size());
+  const DistanceColours scale{.most = most,
+                              .lines = int(options.integer("isolines")),
+                              .line_width = 1.5 * domain->scale().texel_spacing};
   put_field(scene, *domain,
             numbers ? as_numbers(found.distance, vertices ? 3 : 1)
-                    : as_colours(found.distance, int(options.integer("isolines")), 1.5 * spacing),
+                    : as_colours(found.distance, scale),
             numbers ? Depth::f32 : Depth::u8, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;

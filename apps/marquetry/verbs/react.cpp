@@ -91,7 +91,7 @@ Exit react(Run& run) {
                                               1, step.progress().step("weights", 0.4));
     });
   }
-  const double spacing = std::sqrt(domain->space().scale().area / domain->space().size());
+  const double spacing = domain->scale().texel_spacing;
   if (wave_length < 6 * spacing)
     run.terminal().warning(
         fmt::format("--scale: a wave is {:.1f} texels long; below 6 the grid shows in the pattern",

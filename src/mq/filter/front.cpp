@@ -94,6 +94,7 @@ Vector front_distances(const SparseMatrix& A, std::span<const Vector3> places,
     step = std::max(step, w[i]);
   }
   step /= std::sqrt(double(met.size()));  // from one neighbour to the next, or so
+  std::erase_if(met, [&](int i) { return is_fixed[i]; });
   std::sort(met.begin(), met.end());
   FallingOrder order;
   Vector falling(A.rows());
@@ -102,7 +103,6 @@ Vector front_distances(const SparseMatrix& A, std::span<const Vector3> places,
     order.sort(met, falling);
     double change = 0;
     for (const int i : order.order()) {
-      if (is_fixed[i]) continue;
       const double now = std::min(w[i], arrival(A, places, w, i));
       change += w[i] - now;
       w[i] = now;
