@@ -81,7 +81,8 @@ void report_solves(Run& run, const std::vector<SolveReport>& solves) {
           "for; --solver direct has no such limit");
 }
 
-/// Whether something else than the default is asked for: a report that is repeated says defaults too.
+/// Whether something else than the default is asked for: a report that is repeated says defaults
+/// too.
 bool asks_for(const OptionValues& options, const std::string& name) {
   if (!options.given(name)) return false;
   const Option& option = options.table().find(name);
@@ -149,6 +150,12 @@ Exit shock_picture(Run& run) {
             osher_rudin(before, {.time = end, .concavity = concavity}, step);
         after = evolved.image;
         run.result["steps"] = evolved.steps;
+        if (evolved.left > 0)
+          run.terminal().warning(
+              fmt::format("stopped after {} steps with {:.0f} % of the time to go: a method that "
+                          "follows paths has "
+                          "no steps to run out of",
+                          evolved.steps, 100 * evolved.left / end));
         run.result["time"] = end;
         return;
       }
@@ -326,7 +333,8 @@ void add_shock_options(OptionTable& table) {
              .least = 1e-16,
              .most = 0.1,
              .group = "Solver",
-             .help = "relative residual at which iterations stop: it is of the field to follow, not of values"});
+             .help = "relative residual at which iterations stop: it is of the field to follow, "
+                     "not of values"});
 }
 
 }  // namespace

@@ -59,7 +59,9 @@ class Plane {
     return *std::ranges::max_element(largest);
   }
 
-  void step(double epsilon) {
+  /// False where nothing changed but by rounding.
+  bool step(double epsilon) {
+    std::vector<char> moved(std::size_t(height_), 0);
     parallel_for(
         height_,
         [&](std::int64_t row) {
@@ -68,12 +70,15 @@ class Plane {
             const double here = at(x, y);
             const double across = minmod(here - at(x - 1, y), at(x + 1, y) - here);
             const double down = minmod(here - at(x, y - 1), at(x, y + 1) - here);
-            next_[index(x, y)] =
-                here - epsilon * std::sqrt(across * across + down * down) * curvature_[index(x, y)];
+            const double by =
+                epsilon * std::sqrt(across * across + down * down) * curvature_[index(x, y)];
+            next_[index(x, y)] = here - by;
+            if (std::abs(by) > at_rest * std::abs(here)) moved[row] = 1;
           }
         },
         8);
     values_.swap(next_);
+    return std::ranges::count(moved, 1) > 0;
   }
 
  private:
@@ -134,22 +139,28 @@ Evolved osher_rudin(std::span<const double> signal, double time, int most_steps)
 EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& options,
                          const Progress& progress) {
   require_time(options.time, options.most_steps);
-  EvolvedImage evolved{image, 0};
+  EvolvedImage evolved;
+  evolved.image = image;
   for (int c = 0; c < image.channels(); ++c) {
     Plane plane(image, c);
     double left = options.time;
     int steps = 0;
+    const auto rests = [&] {
+      left = 0;
+      return true;
+    };
     while (left > 0 && steps < options.most_steps) {
       const double largest = plane.find_curvature(options.concavity);
-      if (largest == 0) break;
+      if (largest == 0 && rests()) break;
       const double epsilon = std::min(left, 1 / (4 * largest));
-      plane.step(epsilon);
       left -= epsilon;
+      if (!plane.step(epsilon) && rests()) break;
       ++steps;
       const double share = std::max(1 - left / options.time, double(steps) / options.most_steps);
       progress.at((c + share) / image.channels());
     }
     evolved.steps = std::max(evolved.steps, steps);
+    evolved.left = std::max(evolved.left, left);
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x) evolved.image(x, y, c) = float(plane.value(x, y));
   }

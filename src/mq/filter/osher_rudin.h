@@ -42,7 +42,8 @@ struct OsherRudinOptions {
 /// An image evolved in explicit steps.
 struct EvolvedImage {
   Image<float> image;
-  int steps = 0;  ///< of the channel that took most
+  int steps = 0;    ///< of the channel that took most
+  double left = 0;  ///< of the time, where `most_steps` were too few
 };
 
 /// The same in two dimensions, each channel by itself: |∇φ| = (m(d₋ˣ, d₊ˣ)² + m(d₋ʸ, d₊ʸ)²)^½ and
