@@ -88,7 +88,10 @@ TEST(Stitch, ReturnsConstantsAndSingleRegionsUnchanged) {
   const Folder folder;
   write_gains(folder, 1.5);
   write_image(folder / "one.png", Image<float>(8, 8, 3, 0.4F));
-  ASSERT_EQ(stitch(folder, "same.png", {"--labels", "one.png"}).status, 0);
+  const Result same = stitch(folder, "same.png", {"--labels", "one.png"});
+  ASSERT_EQ(same.status, 0) << same.error;
+  EXPECT_THAT(same.error, HasSubstr("one.png: 8 × 8 pixels, where the texture has 160 × 120"));
+  EXPECT_THAT(same.error, HasSubstr("one region only"));
   EXPECT_TRUE(file_bytes(folder / "same.png") == file_bytes(folder / "strip.png"));
   write_image(folder / "strip.png", Image<float>(64, 48, 4, 0.7F));
   ASSERT_EQ(stitch(folder, "grey.png", {}).status, 0);

@@ -44,8 +44,8 @@ std::optional<std::vector<double>> parse_label(const std::string& text) {
   return parse_numbers(text, std::size_t(1 + std::ranges::count(text, ',')));
 }
 
-std::vector<int> read_labels(const OptionValues& options, const Scene& scene,
-                             const TexelSpace& space) {
+std::vector<int> read_labels(Run& run, const Scene& scene, const TexelSpace& space) {
+  const OptionValues& options = run.options();
   const std::vector<std::string> files = options.texts("labels");
   if (files.empty()) return space.texels().chart;
   require(
@@ -74,6 +74,11 @@ std::vector<int> read_labels(const OptionValues& options, const Scene& scene,
       for (int c = 0; c < colours; ++c)
         unseen_colour->push_back(float(values[values.size() == 1 ? 0 : std::size_t(c)] / most));
     }
+    const TextureSize size = scene.texture_sizes[pictures.size()];
+    if (texture.pixels.width() != size.width || texture.pixels.height() != size.height)
+      run.terminal().remark(fmt::format(
+          "{}: {} × {} pixels, where the texture has {} × {}: each texel takes the nearest one's label",
+          file, texture.pixels.width(), texture.pixels.height(), size.width, size.height));
     pictures.push_back(texture.pixels);
   }
   return labels_of_pictures(space.texels(), scene.texture_sizes, pictures, unseen_colour);
@@ -124,7 +129,8 @@ Filtered solve(Run& run, const TextureTarget& target, double weight, const Spars
   return result;
 }
 
-void describe(Run& run, const Work& work) {
+/// Whether there is anything to stitch.
+bool describe(Run& run, const Work& work) {
   std::set<int> labels(work.labels.begin(), work.labels.end());
   labels.erase(unseen);
   require(!labels.empty(), run.options().text("mesh") +
@@ -132,8 +138,9 @@ void describe(Run& run, const Work& work) {
                                "stitch; check --unseen and confidences");
   run.result["regions"] = labels.size();
   run.result["unseen"] = std::ranges::count(work.labels, unseen);
-  if (labels.size() == 1 && std::ranges::count(work.labels, unseen) == 0)
-    run.terminal().remark("there is one region only, so nothing to stitch");
+  if (labels.size() > 1 || std::ranges::count(work.labels, unseen) > 0) return true;
+  run.terminal().remark("there is one region only, so nothing to stitch");
+  return false;
 }
 
 Exit stitch(Run& run) {
@@ -149,6 +156,7 @@ Exit stitch(Run& run) {
 
   std::unique_ptr<TextureTarget> target;
   Work work;
+  bool anything = true;
   SparseMatrix S;
   about(scene.model, [&] {
     const Step step(run, "assemble", 0.2);
@@ -163,16 +171,22 @@ Exit stitch(Run& run) {
       work.psi = std::move(composite.values);
       work.labels = std::move(composite.labels);
     } else {
-      work.labels = read_labels(options, scene, target->domain().space());
+      work.labels = read_labels(run, scene, target->domain().space());
     }
-    describe(run, work);
+    anything = describe(run, work);
     S = target->space().stiffness();
   });
   const SurfaceScale scale = target->space().scale();
   const double weight = spread_weight(options, scale);
   const Json seams = seams_json(scene);
   Filtered result;
-  about(scene.model, [&] { result = solve(run, *target, weight, S, work); });
+  if (anything) {
+    about(scene.model, [&] { result = solve(run, *target, weight, S, work); });
+  } else {
+    result = {work.psi, {.method = "none (nothing to change)", .residuals = {}}};
+    run.solve = solve_json(result.report);
+    run.solve["tried"] = Json::array();
+  }
 
   run.result.update(change_json(work.psi, result.signal));
   run.result["borders"] = {{"before", border_json(S, work.psi, work.labels)},
