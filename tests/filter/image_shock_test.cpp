@@ -137,6 +137,25 @@ TEST(OsherRudin, IsOneDimensionalOnRows) {
   for (int x = 0; x < 64; ++x) EXPECT_NEAR(after(x, 2), expected[std::size_t(x)], 2e-3);
 }
 
+TEST(SmoothedImage, IsASemigroupAndEndsInTheMean) {
+  Image<float> image(24, 17, 1);
+  const Random random(3);
+  double mean = 0;
+  for (std::size_t i = 0; i < image.values().size(); ++i)
+    mean += image.values()[i] = float(random.uniform(i));
+  mean /= double(image.values().size());
+  // Deviations of 2 and 3, then 20 and 24 pixels, which reach over several mirror images.
+  for (const auto& [a, b] : {std::pair(2.0, 4.5), std::pair(200.0, 300.0)}) {
+    const Image<float> twice = smoothed(smoothed(image, a), b), once = smoothed(image, a + b);
+    for (std::size_t i = 0; i < once.values().size(); ++i)
+      EXPECT_NEAR(twice.values()[i], once.values()[i], 1e-4);
+  }
+  for (const double weight : {1e5, 1e18, 1e300}) {
+    const Image<float> flat = smoothed(image, weight);
+    for (const float value : flat.values()) EXPECT_NEAR(value, mean, 1e-6) << weight;
+  }
+}
+
 TEST(ImageShock, NeverLeavesTheRangeOfAnyChannel) {
   const Image<float> image = noisy(shapes(70, 41, 4), 0.1);
   for (const Method method : {Method::transport, Method::composed, Method::iterated})
