@@ -100,8 +100,18 @@ void refuse_for_models(const OptionValues& options) {
                     name));
 }
 
+void refuse_without_geometry(const OptionValues& options) {
+  for (const char* name : {"smooth-normals", "fit-weight", "fit-steps"})
+    require(!asks_for(options, name),
+            fmt::format("--{} is for shapes: it needs --geometry", name));
+}
+
 Exit shock_picture(Run& run) {
   const OptionValues& options = run.options();
+  refuse_without_geometry(options);
+  const std::string way = options.text("method");
+  require(way == "composed" || way == "iterated" || !asks_for(options, "steps"),
+          fmt::format("--steps is for --method composed and iterated; {} has none to choose", way));
   const std::filesystem::path path = options.text("mesh");
   require(options.texts("texture").empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
@@ -191,8 +201,12 @@ Exit shock_picture(Run& run) {
 Exit shock_model(Run& run) {
   const OptionValues& options = run.options();
   refuse_for_models(options);
+  refuse_without_geometry(options);
   Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.15);
   const bool vertices = at_vertices(options, scene);
+  require(!vertices || !asks_for(options, "longest-edge"),
+          "--longest-edge is for textures, whose triangles are cut; colours at vertices are taken as "
+          "they are");
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
