@@ -10,6 +10,7 @@
 #include "fixtures.h"
 #include "linear/matrices.h"
 #include "mq/base/error.h"
+#include "mq/fem/vertex_frames.h"
 #include "mq/linear/eigen.h"
 
 namespace mq {

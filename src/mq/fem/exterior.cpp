@@ -6,8 +6,6 @@
 #include "mq/fem/exterior.h"
 
 #include <array>
-#include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -34,100 +32,6 @@ std::array<double, 3> corner_areas(const FlatTriangle& shape, VertexArea kind) {
     areas[(k + 1) % 3] += kite;
   }
   return areas;
-}
-
-double corner_angle(const FlatTriangle& shape, int k) {
-  return std::atan2(0.5, shape.half_cotangent(k));
-}
-
-/// Directions of edges around vertices.
-struct Directions {
-  std::vector<double> at_source;  ///< per half-edge the angle of the edge at its source
-  std::vector<double> at_target;  ///< and at its target, looking back
-};
-
-/// Walks around vertices.
-class Fans {
- public:
-  Fans(const Surface& surface, const std::vector<FlatTriangle>& shapes)
-      : surface_(surface), shapes_(shapes),
-        visited_(shapes.size() * 3, 0), total_(surface.mesh.vertex_count(), 0.0),
-        closed_(surface.mesh.vertex_count(), 0) {}
-
-  Directions directions() {
-    Directions d{std::vector<double>(visited_.size(), 0.0), std::vector<double>(visited_.size(), 0.0)};
-    for (HalfEdge h = 0; h < HalfEdge(visited_.size()); ++h)
-      if (!visited_[h] && !shapes_[h / 3].empty()) walk(first_of_fan(h), d);
-    for (HalfEdge h = 0; h < HalfEdge(visited_.size()); ++h) scale(h, d);
-    return d;
-  }
-
- private:
-  int source(HalfEdge h) const { return surface_.mesh.triangles[h / 3][h % 3]; }
-
-  HalfEdge twin(HalfEdge h) const {
-    const HalfEdge t = surface_.twins[h];
-    return t >= 0 && !shapes_[t / 3].empty() ? t : -1;
-  }
-
-  /// Clockwise until the boundary, or once around.
-  HalfEdge first_of_fan(HalfEdge start) const {
-    HalfEdge h = start;
-    while (twin(h) >= 0) {
-      h = next(twin(h));
-      if (h == start) break;
-    }
-    return h;
-  }
-
-  /// Counter-clockwise from the fan's first half-edge, adding up angles.
-  void walk(HalfEdge first, Directions& d) {
-    const int vertex = source(first);
-    double& angle = total_[vertex];
-    HalfEdge h = first;
-    while (true) {
-      visited_[h] = 1;
-      d.at_source[h] = angle;
-      if (twin(h) >= 0) d.at_target[twin(h)] = angle;
-      angle += corner_angle(shapes_[h / 3], h % 3);
-      const HalfEdge across = twin(previous(h));
-      if (across < 0) {
-        d.at_target[previous(h)] = angle;
-        return;
-      }
-      h = across;
-      if (h == first) break;
-    }
-    closed_[vertex] = 1;
-  }
-
-  /// Around inner vertices angles are made to sum to 2π.
-  void scale(HalfEdge h, Directions& d) const {
-    const int from = source(h), to = source(next(h));
-    if (closed_[from]) d.at_source[h] *= 2 * std::numbers::pi / total_[from];
-    if (closed_[to]) d.at_target[h] *= 2 * std::numbers::pi / total_[to];
-  }
-
-  const Surface& surface_;
-  const std::vector<FlatTriangle>& shapes_;
-  std::vector<char> visited_;
-  std::vector<double> total_;
-  std::vector<char> closed_;
-};
-
-/// Adds w·|z_i − r·z_j|², r the rotation by `angle`.
-void add_coupling(Entries& entries, int i, int j, double w, double angle) {
-  const double c = w * std::cos(angle), s = w * std::sin(angle);
-  for (int k = 0; k < 2; ++k) {
-    entries.emplace_back(2 * i + k, 2 * i + k, w);
-    entries.emplace_back(2 * j + k, 2 * j + k, w);
-    entries.emplace_back(2 * i + k, 2 * j + k, -c);
-    entries.emplace_back(2 * j + k, 2 * i + k, -c);
-  }
-  entries.emplace_back(2 * i, 2 * j + 1, s);
-  entries.emplace_back(2 * j + 1, 2 * i, s);
-  entries.emplace_back(2 * i + 1, 2 * j, -s);
-  entries.emplace_back(2 * j, 2 * i + 1, -s);
 }
 
 }  // namespace
@@ -187,23 +91,6 @@ SparseMatrix hodge_laplacian(const Edges& edges, const HodgeStars& stars,
   const SparseMatrix weighted_divergence = inverse.asDiagonal() * divergence;
   return SparseMatrix(curl.transpose() * weighted_curl) +
          SparseMatrix(divergence.transpose() * weighted_divergence);
-}
-
-SparseMatrix connection_laplacian(const Surface& surface, const std::vector<FlatTriangle>& shapes) {
-  require(int(shapes.size()) == surface.triangle_count(),
-          fmt::format("{} shapes were given for {} triangles", shapes.size(),
-                      surface.triangle_count()));
-  const Directions directions = Fans(surface, shapes).directions();
-  Entries entries;
-  for (int t = 0; t < surface.triangle_count(); ++t)
-    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) {
-      const HalfEdge h = 3 * t + k;
-      const Triangle& v = surface.mesh.triangles[t];
-      const double turn = directions.at_source[h] - directions.at_target[h] - std::numbers::pi;
-      add_coupling(entries, v[k], v[(k + 1) % 3], shapes[t].half_cotangent((k + 2) % 3), turn);
-    }
-  const int size = 2 * surface.mesh.vertex_count();
-  return sparse_matrix(size, size, entries);
 }
 
 SparseMatrix vertex_area_mass(const Vector& star_zero) {

@@ -53,19 +53,8 @@ SparseMatrix hodge_laplacian(const Edges& edges, const HodgeStars& stars,
 /// A vector as a diagonal matrix.
 SparseMatrix diagonal_matrix(const Vector& diagonal);
 
-/// The connection Laplacian of tangent vectors at vertices, 2·vertices × 2·vertices,
-///
-///     ⟨z, L·z⟩ = Σ_ij ½(cot α + cot β) |z_i − r_ij·z_j|²  ≈  ∫ |∇X|² dA,
-///
-/// z_i = (z_2i, z_2i+1) being components along and across the vertex' first edge, and r_ij the
-/// rotation that carries vectors along edge ij. Angles around a vertex are scaled to sum to 2π (at
-/// a boundary they are taken as they are). Symmetric; semidefinite where the mesh is Delaunay.
-/// Null space: parallel fields, none where there is curvature. The mass that goes with it is
-/// `vertex_area_mass`. Knöppel, Crane, Pinkall, Schröder, Globally optimal direction fields, 2013;
-/// Sharp, Soliman, Crane, The vector heat method, 2019.
-SparseMatrix connection_laplacian(const Surface& surface, const std::vector<FlatTriangle>& shapes);
-
-/// ⋆₀ for each of the two components, 2·vertices × 2·vertices. Vertices that no area reaches have 1.
+/// ⋆₀ for each of the two components of a vector at a vertex, 2·vertices × 2·vertices: the mass for
+/// `connection_laplacian` (vertex_frames.h). Vertices that no area reaches have 1.
 SparseMatrix vertex_area_mass(const Vector& star_zero);
 
 }  // namespace mq
