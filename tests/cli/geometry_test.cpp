@@ -119,6 +119,33 @@ TEST(FilterGeometry, MovesCopiesOfAVertexTogether) {
       EXPECT_LT((one.position(t, k) - two.position(t, k)).norm(), 1e-5);
 }
 
+TEST(FilterGeometry, WorksWhereSpotsAndMasksSay) {
+  const Folder folder;
+  Model model;
+  model.mesh = bumpy_sphere();
+  model.colors = {.channels = 3, .values = {}, .depth = Depth::u8};
+  for (const Vector3& p : model.mesh.positions)
+    model.colors.values.insert(model.colors.values.end(), 3, p.z() > 0 ? 1.0F : 0.0F);
+  write_model(folder / "ball.ply", model);
+  const Mesh before = read_model(folder / "ball.ply").mesh;
+  for (const Words& where : {Words{"--spot", "0,0,1,0.8"}, Words{"--mask", "ball.ply"}}) {
+    Words words = {"ball.ply", "-o", "out.ply", "--beta", "0", "--length", "2%", "--json"};
+    words.insert(words.end(), where.begin(), where.end());
+    const Result result = filter(folder, words);
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_GT(result.json()["result"]["mask"]["mean"].get<double>(), 0.05);
+    const Mesh after = read_model(folder / "out.ply").mesh;
+    double top = 0, bottom = 0;
+    for (std::size_t v = 0; v < before.positions.size(); ++v) {
+      const double moved = (after.positions[v] - before.positions[v]).norm();
+      if (before.positions[v].z() > 0.8) top = std::max(top, moved);
+      if (before.positions[v].z() < -0.5) bottom = std::max(bottom, moved);
+    }
+    EXPECT_GT(top, 5e-3);
+    EXPECT_LT(bottom, 1e-4);
+  }
+}
+
 TEST(FilterGeometry, LeavesOutNormalsThatAreNoLongerTrue) {
   const Folder folder;
   write_bytes(folder / "pyramid.obj",
@@ -215,7 +242,10 @@ TEST(FilterGeometry, SaysWhatItCannotDo) {
   EXPECT_THAT(error({"-o", "o.png", "--geometry"}), HasSubstr("wanted a model"));
   EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--length", "8tx"}),
               HasSubstr("strip.obj: a length in texels needs a texture"));
-  EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--mask", "m.png"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--mask", "strip.png"}),
+              HasSubstr("strip.png: --mask: colours at vertices have no texels"));
+  EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--normals", "--spot", "0,0,0,1"}),
+              HasSubstr("leave --normals out"));
   EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--vertices"}), HasSubstr("contradict"));
   EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--by-curvature", "x"}), HasSubstr("curvature"));
   EXPECT_THAT(error({"-o", "o.obj", "--by-curvature", "2"}), HasSubstr("give --geometry too"));
@@ -254,6 +284,17 @@ TEST(ShockGeometry, GivesARoundedCubeItsEdgesBack) {
     EXPECT_LT(found["area"]["change"].get<double>(), 0);
     EXPECT_TRUE(found["volume"]["change"].is_number());
     EXPECT_GT(found["paths"]["at_rest"].get<double>(), 0);
+  }
+}
+
+TEST(ShockGeometry, LeavesTheFileAloneAtTimeZero) {
+  const Folder folder;
+  write_strip(folder);
+  for (const char* time : {"--time", "--absolute-time"}) {
+    const Result result = marquetry(
+        folder, {"shock", "strip.obj", "-g", "-o", "same.obj", time, "0", "--fit-steps", "2"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_EQ(file_bytes(folder / "same.obj"), file_bytes(folder / "strip.obj"));
   }
 }
 

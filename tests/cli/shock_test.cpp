@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "cli/models.h"
+#include "mq/base/memory.h"
 
 namespace mq::test {
 namespace {
@@ -71,6 +72,25 @@ TEST(Shock, KnowsTheOtherMethods) {
       ASSERT_EQ(result.status, 0) << result.error;
       EXPECT_GT(steepest(read_texture(folder / "o.png").pixels, 20), 3 * before) << method;
     }
+}
+
+TEST(Shock, SaysBeforehandHowManyStepsTheExplicitSchemeTakes) {
+  const Folder folder;
+  write_image(folder / "a.png", blurred_step(40, 60));
+  const Result result = marquetry(
+      folder, {"shock", "a.png", "-o", "o.png", "--method", "osher-rudin", "-t", "3", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("osher-rudin takes"));
+  const auto found = result.json()["result"];
+  EXPECT_LE(found["steps"].get<double>(), found["expected_steps"]["most"].get<double>());
+  EXPECT_GT(found["expected_steps"]["now"].get<double>(), 0);
+  // More than it ever does: it is said, and asked to stop it stops.
+  const Result stopped =
+      marquetry(folder, {"shock", "a.png", "-o", "p.png", "--method", "osher-rudin", "-t", "1e6"},
+                {.interrupt_at = {"osher-rudin would take"}});
+  EXPECT_EQ(stopped.status, 130);
+  EXPECT_THAT(stopped.error, HasSubstr("osher-rudin would take"));
+  EXPECT_THAT(stopped.error, HasSubstr("ends after 100000"));
 }
 
 TEST(Shock, SharpensTexturesAcrossTheirSeam) {
@@ -146,6 +166,18 @@ TEST(Shock, StopsWhenAskedTo) {
                                   {.interrupt_at = {"sharpen"}});
   EXPECT_EQ(result.status, 130) << result.error;
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"strip.mtl", "strip.obj", "strip.png"}));
+}
+
+TEST(Shock, SaysBeforehandWhereMemoryIsTooSmall) {
+  const Folder folder;
+  write_strip(folder, 1500, 1100);
+  const double texels = 0.6 * 1500 * 1100, needed = texels * 760 * 1.3 * std::pow(1.4 / 0.25, 2);
+  if (double(available_memory()) > needed) GTEST_SKIP() << "this machine has enough";
+  const Result result =
+      marquetry(folder, {"shock", "strip.obj", "-o", "o.png", "--longest-edge", "0.25"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("following paths from"));
+  EXPECT_THAT(result.error, HasSubstr("allow longer edges (--longest-edge)"));
 }
 
 TEST(Shock, RefusesWhatDoesNotFit) {

@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "fixtures.h"
+#include "filter/shapes.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/shapes.h"
 
@@ -16,13 +16,8 @@ namespace mq {
 namespace {
 
 using fixtures::error_of;
+using fixtures::largest_distance;
 using testing::HasSubstr;
-
-double largest_distance(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
-  double largest = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) largest = std::max(largest, (a[v] - b[v]).norm());
-  return largest;
-}
 
 /// By how much positions of a filtered unit sphere of 4·4^levels triangles miss gain times theirs,
 /// root mean square.
@@ -33,6 +28,33 @@ double error_of_gain(int levels, const GeometryFilterOptions& options, double ga
   for (std::size_t v = 0; v < result.positions.size(); ++v)
     sum += (result.positions[v] - gain * sphere.mesh.positions[v]).squaredNorm();
   return std::sqrt(sum / double(result.positions.size()));
+}
+
+TEST(FilterPositions, WorksWhereTheMaskSays) {
+  const Surface torus = make_surface(fixtures::bumpy_torus(60));
+  GeometryFilterOptions options{.weight = 1e-3, .beta = 0};
+  const auto everywhere = filter_positions(torus, options).positions;
+  const std::size_t count = everywhere.size();
+  options.mask.assign(count, 1);
+  EXPECT_EQ(filter_positions(torus, options).positions, everywhere);
+  options.mask.assign(count, 0);
+  EXPECT_EQ(filter_positions(torus, options).positions, torus.mesh.positions);
+  // On one side of the torus: as everywhere there, next to nothing on the other.
+  for (std::size_t v = 0; v < count; ++v) options.mask[v] = torus.mesh.positions[v].x() > 0;
+  const auto half = filter_positions(torus, options).positions;
+  for (std::size_t v = 0; v < count; ++v) {
+    // Within 25 lengths the difference has faded.
+    const Vector3& p = torus.mesh.positions[v];
+    if (p.x() > 0.8) {
+      EXPECT_LT((half[v] - everywhere[v]).norm(), 1e-4) << v;
+    }
+    if (p.x() < -0.8) {
+      EXPECT_LT((half[v] - p).norm(), 1e-4) << v;
+    }
+  }
+  EXPECT_GT(largest_distance(half, torus.mesh.positions), 3e-3);
+  options.mask.pop_back();
+  EXPECT_THAT(error_of([&] { filter_positions(torus, options); }), HasSubstr("a mask of"));
 }
 
 TEST(FilterPositions, ChangesNothingAtBetaOne) {

@@ -123,6 +123,45 @@ TEST(OsherRudin, HoldsExtremaOfAnImageAndMakesNoNewValues) {
   }
 }
 
+TEST(OsherRudin, KeepsExtremaOfNoiseForEver) {
+  const Image<float> image = fixtures::noise(40, 31, 2);
+  for (const Concavity concavity : {Concavity::laplacian, Concavity::along_gradient})
+    for (const double time : {1.0, 100.0}) {
+      const EvolvedImage evolved = osher_rudin(image, {.time = time, .concavity = concavity});
+      EXPECT_NE(evolved.image, image);
+      int extrema = 0;
+      for (int y = 1; y < 30; ++y)
+        for (int x = 1; x < 39; ++x)
+          for (int c = 0; c < 2; ++c) {
+            const float v = image(x, y, c);
+            const auto [low, high] = std::minmax({image(x - 1, y, c), image(x + 1, y, c),
+                                                  image(x, y - 1, c), image(x, y + 1, c)});
+            if (v > low && v < high) continue;
+            ++extrema;
+            EXPECT_EQ(evolved.image(x, y, c), v);
+            // And no neighbour has passed it.
+            const auto [least, most] =
+                std::minmax({evolved.image(x - 1, y, c), evolved.image(x + 1, y, c),
+                             evolved.image(x, y - 1, c), evolved.image(x, y + 1, c)});
+            EXPECT_TRUE(v <= least || v >= most);
+          }
+      EXPECT_GT(extrema, 500);
+    }
+}
+
+TEST(OsherRudin, SaysBeforehandHowManyStepsItTakes) {
+  const Image<float> image = noisy(shapes(64, 48, 2), 0.02);
+  for (const Concavity concavity : {Concavity::laplacian, Concavity::along_gradient})
+    for (const double time : {0.5, 20.0}) {
+      const StepEstimate expected = osher_rudin_steps(image, time, concavity);
+      const int steps = osher_rudin(image, {.time = time, .concavity = concavity}).steps;
+      EXPECT_GT(steps, 0.5 * expected.now) << time;
+      EXPECT_LE(steps, expected.most);
+      EXPECT_LT(expected.most, 60 * expected.now);
+    }
+  EXPECT_EQ(osher_rudin_steps(Image<float>(4, 4, 1, 0.5F), 10, Concavity::laplacian).most, 0);
+}
+
 TEST(OsherRudin, IsOneDimensionalOnRows) {
   const std::vector<double> line = wavy_signal(64);
   Image<float> image(64, 5, 1);

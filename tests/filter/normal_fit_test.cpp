@@ -9,30 +9,17 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "fixtures.h"
+#include "filter/shapes.h"
 #include "mq/mesh/geometry.h"
 
 namespace mq {
 namespace {
 
 using fixtures::error_of;
+using fixtures::largest_distance;
 using testing::HasSubstr;
 
-double largest_distance(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
-  double largest = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) largest = std::max(largest, (a[v] - b[v]).norm());
-  return largest;
-}
-
-/// A bumpy torus: nothing symmetric about it.
-Surface bumpy(int n = 30) {
-  Mesh mesh = fixtures::torus(n, n / 2);
-  const Random random(5);
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    for (int k = 0; k < 3; ++k)
-      mesh.positions[v][k] += random.uniform(3 * v + std::uint64_t(k), -0.3, 0.3) / n;
-  return make_surface(mesh);
-}
+Surface bumpy(int n = 30) { return make_surface(fixtures::bumpy_torus(n)); }
 
 /// Some normal field that is not the surface's.
 std::vector<Vector3> other_normals(const Mesh& mesh) {

@@ -60,6 +60,9 @@ std::pair<std::vector<Vector3>, SolveReport> filtered_shape(const Surface& surfa
 
 Exit filter_geometry(Run& run) {
   const OptionValues& options = run.options();
+  require(!options.flag("normals") || (options.texts("mask").empty() && options.texts("spot").empty()),
+          "--mask and --spot are for positions: vertices fitted to normals that changed in one place "
+          "move everywhere; leave --normals out");
   Scene scene = read_shape(run, 0.2);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
@@ -67,9 +70,11 @@ Exit filter_geometry(Run& run) {
 
   std::vector<Vector3> positions;
   about(scene.model, [&] {
-    const VertexDomain domain(scene);
+    const VertexTarget target(scene);
+    const VertexDomain& domain = target.domain();
     const SurfaceScale scale = domain.space().scale();
-    const GeometryFilterOptions wanted = asked_filter(options, scale);
+    GeometryFilterOptions wanted = asked_filter(options, scale);
+    if (const auto mask = asked_mask(run, scene, target, {})) wanted.mask = *mask;
     solve_as_asked(run, domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
       const Step step(run, "filter", shares.prepare + shares.solve + 0.3);
       SolveReport report;
@@ -77,8 +82,8 @@ Exit filter_geometry(Run& run) {
           filtered_shape(scene.surface, options, wanted, factory, step);
       return report;
     });
-    run.result["alpha"] = wanted.weight / scale.area;
-    run.result["length"] = std::sqrt(wanted.weight);
+    run.result["alpha"] = number_json(wanted.weight / scale.area);
+    run.result["length"] = number_json(std::sqrt(wanted.weight));
   });
   const Step step(run, "write", 0.1);
   put_positions(run, scene, positions);
@@ -171,7 +176,7 @@ Verb filter_verb() {
   add_vertices_option(table, "filter the colours at vertices, though there are textures");
   add_depth_option(table);
   table.exclusive({"normals", "vertices"});
-  for (const char* name : {"mask", "spot", "space", "vertices", "depth"})
+  for (const char* name : {"space", "vertices", "depth"})
     table.exclusive({"geometry", name});
   add_frames_option(table);
   return {table, filter};

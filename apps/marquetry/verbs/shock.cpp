@@ -1,4 +1,4 @@
-// marquetry shock IMAGE|MESH -o OUT: sharpen edges without a value that was not there before.
+// marquetry shock IMAGE|MESH -o OUT: sharpen edges without leaving the range of values.
 //
 // Four kinds of input, one table of options: a picture, colours at the vertices of a model, its
 // textures, and its shape (shock_geometry.h). Each is a function; the mathematics is in
@@ -106,6 +106,25 @@ void refuse_without_geometry(const OptionValues& options) {
             fmt::format("--{} is for shapes: it needs --geometry", name));
 }
 
+/// The explicit scheme takes as many steps as stability asks for, which may be more than anybody
+/// waits for.
+void announce_steps(Run& run, const Image<float>& image, const OsherRudinOptions& evolution) {
+  const StepEstimate steps = osher_rudin_steps(image, evolution.time, evolution.concavity);
+  run.result["expected_steps"] = {{"now", number_json(steps.now)}, {"most", number_json(steps.most)}};
+  const auto text = [](double count) {
+    return count < 1e7 ? fmt::format("{:.0f}", count) : fmt::format("{:.1e}", count);
+  };
+  const std::string range = fmt::format("{} to {} steps of the whole picture per channel",
+                                        text(steps.now), text(steps.most));
+  if (steps.now <= evolution.most_steps)
+    run.terminal().remark(fmt::format("osher-rudin takes {}, more as edges become steep", range));
+  else
+    run.terminal().warning(fmt::format(
+        "osher-rudin would take {} for this time, and ends after {} unless it comes to rest "
+        "before: give less --time, or take a method that follows paths, which has no steps",
+        range, evolution.most_steps));
+}
+
 Exit shock_picture(Run& run) {
   const OptionValues& options = run.options();
   refuse_without_geometry(options);
@@ -155,9 +174,10 @@ Exit shock_picture(Run& run) {
       if (method == "osher-rudin") {
         require(weights.signal == 0 || !options.given("smooth"),
                 "--smooth is for methods that follow paths; smooth the picture before");
-        const double end = osher_rudin_time(before, time);
-        const EvolvedImage evolved =
-            osher_rudin(before, {.time = end, .concavity = concavity}, step);
+        const OsherRudinOptions evolution{.time = osher_rudin_time(before, time),
+                                          .concavity = concavity};
+        announce_steps(run, before, evolution);
+        const EvolvedImage evolved = osher_rudin(before, evolution, step);
         after = evolved.image;
         run.result["steps"] = evolved.steps;
         if (evolved.left > 0)
@@ -165,8 +185,8 @@ Exit shock_picture(Run& run) {
               fmt::format("stopped after {} steps with {:.0f} % of the time to go: a method that "
                           "follows paths has "
                           "no steps to run out of",
-                          evolved.steps, 100 * evolved.left / end));
-        run.result["time"] = end;
+                          evolved.steps, 100 * evolved.left / evolution.time));
+        run.result["time"] = evolution.time;
         return;
       }
       using Method = ImageShockOptions::Method;
@@ -356,7 +376,7 @@ void add_shock_options(OptionTable& table) {
 Verb shock_verb() {
   OptionTable table("shock",
                     "Sharpen a picture, colours at vertices, a texture or a shape by shock filters: "
-                    "steep edges, flat regions, and never a value that was not there.");
+                    "steep edges, flat regions, and no value out of the range there was.");
   add_scene_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
   add_output_option(table);
   add_shock_options(table);

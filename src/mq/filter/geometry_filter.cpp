@@ -10,6 +10,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/field_metric.h"
+#include "mq/filter/modulation.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/norm.h"
 
@@ -46,6 +47,12 @@ void require_sound(const GeometryFilterOptions& options) {
                       options.crease_alpha));
 }
 
+void require_mask(const Surface& surface, const GeometryFilterOptions& options) {
+  require(options.mask.empty() || std::ssize(options.mask) == surface.mesh.vertex_count(),
+          fmt::format("a mask of {} values was given for {} vertices", options.mask.size(),
+                      surface.mesh.vertex_count()));
+}
+
 /// The shapes of triangles in the metric asked for.
 std::vector<FlatTriangle> shapes(const Surface& surface, const std::vector<Vector3>& normals,
                                  const GeometryFilterOptions& options,
@@ -73,14 +80,18 @@ FilteredNormals filter_normals(const Surface& surface, const GeometryFilterOptio
 Reshaped filter_positions(const Surface& surface, const GeometryFilterOptions& options,
                           const SolverFactory& factory, const Progress& progress) {
   require_sound(options);
+  require_mask(surface, options);
   const double share = options.crease_length > 0 ? 0.5 : 0;
   const VertexSpace space(with_fans_joined(surface),
                           shapes(surface, vertex_normals(surface.mesh), options, factory,
                                  progress.step("creases", share)));
   const ScreenedPoisson equation(space, options.weight, factory,
                                  progress.step("prepare", 0.7 * (1 - share)));
-  Filtered found = equation.solve(as_signal(surface.mesh.positions), options.beta,
-                                  progress.step("solve", 0.3 * (1 - share)));
+  const Signal positions = as_signal(surface.mesh.positions);
+  const Progress solve = progress.step("solve", 0.3 * (1 - share));
+  Filtered found = options.mask.empty()
+                       ? equation.solve(positions, options.beta, solve)
+                       : equation.solve(positions, modulation(options.mask, options.beta), solve);
   const std::vector<int> joined = joined_fans(surface);
   Reshaped result{std::vector<Vector3>(joined.size()), std::move(found.report)};
   for (std::size_t v = 0; v < joined.size(); ++v)

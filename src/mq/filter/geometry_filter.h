@@ -17,6 +17,9 @@ struct GeometryFilterOptions {
   /// Smoothing of the normals by which creases are found, on the surface of unit area: noise would
   /// be creases everywhere.
   double crease_alpha = 1e-4;
+  /// Of positions: per vertex how strongly gradients change, from 0 (not at all) to 1, see
+  /// `modulation`; empty: 1 everywhere.
+  std::vector<double> mask = {};
 };
 
 /// Unit normals at the vertices, and how the solve went.

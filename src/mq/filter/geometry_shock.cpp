@@ -86,6 +86,12 @@ SharpenedShape sharpen_shape(const Surface& surface, const GeometryShockOptions&
   require_weight(options.signal_alpha, "the signal");
   require_weight(options.potential_alpha, "the potential");
   SharpenedShape shape;
+  if (options.time.value == 0) {
+    shape.positions = surface.mesh.positions;
+    shape.normals = vertex_normals(surface.mesh);
+    shape.solves.push_back({.method = "none (nothing to change)", .residuals = {}});
+    return shape;
+  }
   Stopwatch watch;
   const auto lap = [&] {
     const double seconds = watch.seconds();

@@ -35,7 +35,8 @@ struct SharpenedShape {
 /// P = ½|∇N|² = ½(κ₁² + κ₂²)), its values scaled to length 1, and the vertices fitted to it
 /// (`NormalFit`): flat regions between sharper creases (thesis 3.4.2). N is that of
 /// `vertex_normals`, smoothed by `normal_alpha` for noise. For times without end N is piecewise
-/// constant, so that the shape comes to be of planes.
+/// constant, so that the shape comes to be of planes. A time of 0 leaves the shape as it is, to the
+/// bit. Any other smooths, however short it is, by `normal_alpha` and because a fit is no identity.
 ///
 /// Turning and moving the shape turns and moves the result; with relative times, so does a change of
 /// unit. A plane stays. Boundaries, vertices that are not manifold and triangles without area are

@@ -56,29 +56,33 @@ struct Facets {
   }
 };
 
+/// Calls f(t) for all triangles with area, many at once.
+template <class Function>
+void for_facets(const Facets& facets, std::int64_t block, const Progress& progress,
+                const Function& f) {
+  parallel_blocks(std::ssize(facets.area), block, [&](std::int64_t begin, std::int64_t end) {
+    for (int t = int(begin); t < end; ++t)
+      if (facets.area[t] > 0) f(t);
+    progress.check();
+  });
+}
+
 /// The triangles within a distance of each one, joined to it through triangles within; itself first,
 /// in an order that depends on the mesh alone.
 class Neighbourhoods {
  public:
   Neighbourhoods(const Mesh& mesh, const Facets& facets, double distance)
       : lists_(std::size_t(mesh.triangle_count())) {
-    parallel_blocks(mesh.triangle_count(), 1024, [&](std::int64_t begin, std::int64_t end) {
-      std::vector<int> found, seen;
-      for (int t = int(begin); t < end; ++t) {
-        if (!(facets.area[t] > 0)) continue;
-        find(mesh, facets, distance, t, found, seen);
-        lists_[std::size_t(t)] = found;
-      }
-    });
+    for_facets(facets, 1024, {}, [&](int t) { find(mesh, facets, distance, t, lists_[t]); });
   }
 
   const std::vector<int>& operator[](int t) const { return lists_[std::size_t(t)]; }
 
  private:
   static void find(const Mesh& mesh, const Facets& facets, double distance, int t,
-                   std::vector<int>& found, std::vector<int>& seen) {
+                   std::vector<int>& found) {
     found.assign(1, t);
-    seen.assign(1, t);
+    std::vector<int> seen = found;
     for (std::size_t k = 0; k < found.size(); ++k)
       for (const int v : mesh.triangles[found[k]])
         for (int i = facets.begin[v]; i < facets.begin[v + 1]; ++i) {
@@ -137,15 +141,11 @@ std::vector<Vector3> bilateral_normals(const Surface& surface,
   const Neighbourhoods neighbourhoods(surface.mesh, facets, reach * place);
   for (int k = 0; k < options.iterations; ++k) {
     progress.at(double(k) / options.iterations);
-    parallel_blocks(surface.triangle_count(), 1024, [&](std::int64_t begin, std::int64_t end) {
-      for (int t = int(begin); t < end; ++t) {
-        if (!(facets.area[t] > 0)) continue;
-        const Vector3 mean = mean_around(t, normals[t], neighbourhoods[t], facets, normals, place,
-                                         options.difference)
-                                 .normal;
-        next_normals[t] = mean.isZero(0) ? normals[t] : mean;
-      }
-      progress.check();
+    for_facets(facets, 1024, progress, [&](int t) {
+      const Vector3 mean = mean_around(t, normals[t], neighbourhoods[t], facets, normals, place,
+                                       options.difference)
+                               .normal;
+      next_normals[t] = mean.isZero(0) ? normals[t] : mean;
     });
     normals.swap(next_normals);
   }
@@ -164,27 +164,23 @@ std::vector<Vector3> mean_shift_normals(const Surface& surface,
   std::vector<Vector3> normals = facets.normal;
   if (!(place > 0) || options.most_steps == 0) return normals;
   const Neighbourhoods neighbourhoods(surface.mesh, facets, reach * place);
-  parallel_blocks(surface.triangle_count(), 256, [&](std::int64_t begin, std::int64_t end) {
-    for (int t = int(begin); t < end; ++t) {
-      if (!(facets.area[t] > 0)) continue;
-      int at = t, before = t;
-      for (int k = 0; k < options.most_steps; ++k) {
-        const std::vector<int>& around = neighbourhoods[at];
-        const Mean mean = mean_around(at, normals[t], around, facets, facets.normal, place,
-                                      options.difference);
-        if (mean.normal.isZero(0)) break;
-        const double turn = (mean.normal - normals[t]).norm();
-        normals[t] = mean.normal;
-        const int next_place = *std::ranges::min_element(around, {}, [&](int j) {
-          return (facets.centroid[j] - mean.place).squaredNorm();
-        });
-        // The mean may lie between two centroids, which then take turns.
-        if ((next_place == at || next_place == before) && turn < still_below) break;
-        before = at;
-        at = next_place;
-      }
+  for_facets(facets, 256, progress, [&](int t) {
+    int at = t, before = t;
+    for (int k = 0; k < options.most_steps; ++k) {
+      const std::vector<int>& around = neighbourhoods[at];
+      const Mean mean = mean_around(at, normals[t], around, facets, facets.normal, place,
+                                    options.difference);
+      if (mean.normal.isZero(0)) break;
+      const double turn = (mean.normal - normals[t]).norm();
+      normals[t] = mean.normal;
+      const int next_place = *std::ranges::min_element(around, {}, [&](int j) {
+        return (facets.centroid[j] - mean.place).squaredNorm();
+      });
+      // The mean may lie between two centroids, which then take turns.
+      if ((next_place == at || next_place == before) && turn < still_below) break;
+      before = at;
+      at = next_place;
     }
-    progress.check();
   });
   progress.at(1);
   return normals;

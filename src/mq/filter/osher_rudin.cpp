@@ -1,5 +1,5 @@
 /// Thesis 3.2.3. Computed in double; ε is found anew for every step, as |L| changes with the
-/// signal.
+/// signal. What we do differently: extrema of images bound the pixels beside them.
 
 #include "mq/filter/osher_rudin.h"
 
@@ -27,6 +27,80 @@ void require_time(double time, int most_steps) {
           fmt::format("a signal cannot be evolved for a time of {} in {} steps", time, most_steps));
 }
 
+/// Of values in rows: how far each pixel may go without passing an extremum beside it.
+struct Bounds {
+  std::vector<double> low, high;
+};
+
+/// The pixels of one value around `first`, joined through their sides; whether values around them
+/// are lower and whether there are higher ones.
+struct Terrace {
+  std::vector<int> pixels;
+  bool falls = false, rises = false;
+};
+
+class Terraces {
+ public:
+  Terraces(int width, int height, const std::vector<double>& values)
+      : width_(width), height_(height), values_(values), seen_(values.size(), 0) {}
+
+  bool seen(int pixel) const { return seen_[std::size_t(pixel)]; }
+
+  /// Calls visit(pixel) for the up to four neighbours.
+  template <class Visit>
+  void around(int pixel, const Visit& visit) const {
+    const int x = pixel % width_, y = pixel / width_;
+    if (x > 0) visit(pixel - 1);
+    if (x + 1 < width_) visit(pixel + 1);
+    if (y > 0) visit(pixel - width_);
+    if (y + 1 < height_) visit(pixel + width_);
+  }
+
+  void find(int first, Terrace& terrace) {
+    terrace.pixels.assign(1, first);
+    terrace.falls = terrace.rises = false;
+    seen_[std::size_t(first)] = 1;
+    const double level = values_[std::size_t(first)];
+    for (std::size_t n = 0; n < terrace.pixels.size(); ++n)
+      around(terrace.pixels[n], [&](int other) {
+        const double value = values_[std::size_t(other)];
+        if (value < level) terrace.falls = true;
+        if (value > level) terrace.rises = true;
+        if (value != level || seen_[std::size_t(other)]) return;
+        seen_[std::size_t(other)] = 1;
+        terrace.pixels.push_back(other);
+      });
+  }
+
+ private:
+  int width_, height_;
+  const std::vector<double>& values_;
+  std::vector<char> seen_;
+};
+
+Bounds bounds_by_extrema(int width, int height, const std::vector<double>& values) {
+  Bounds bounds{std::vector<double>(values.size(), -INFINITY),
+                std::vector<double>(values.size(), INFINITY)};
+  Terraces terraces(width, height, values);
+  Terrace terrace;
+  for (int first = 0; first < int(values.size()); ++first) {
+    if (terraces.seen(first)) continue;
+    terraces.find(first, terrace);
+    if (terrace.falls == terrace.rises) continue;
+    const double level = values[std::size_t(first)];
+    for (const int pixel : terrace.pixels)
+      terraces.around(pixel, [&](int other) {
+        double& low = bounds.low[std::size_t(other)];
+        double& high = bounds.high[std::size_t(other)];
+        if (terrace.falls)
+          high = std::min(high, level);
+        else
+          low = std::max(low, level);
+      });
+  }
+  return bounds;
+}
+
 /// One channel of an image, whose border goes on constant.
 class Plane {
  public:
@@ -39,6 +113,9 @@ class Plane {
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x) values_[index(x, y)] = image(x, y, channel);
   }
+
+  /// To be called before the first step.
+  void hold_extrema() { bounds_ = bounds_by_extrema(width_, height_, values_); }
 
   double value(int x, int y) const { return values_[index(x, y)]; }
 
@@ -72,8 +149,9 @@ class Plane {
             const double down = minmod(here - at(x, y - 1), at(x, y + 1) - here);
             const double by =
                 epsilon * std::sqrt(across * across + down * down) * curvature_[index(x, y)];
-            next_[index(x, y)] = here - by;
-            if (std::abs(by) > at_rest * std::abs(here)) moved[row] = 1;
+            const std::size_t i = index(x, y);
+            next_[i] = std::clamp(here - by, bounds_.low[i], bounds_.high[i]);
+            if (std::abs(next_[i] - here) > at_rest * std::abs(here)) moved[row] = 1;
           }
         },
         8);
@@ -102,6 +180,7 @@ class Plane {
 
   int width_, height_;
   std::vector<double> values_, next_, curvature_;
+  Bounds bounds_;
 };
 
 }  // namespace
@@ -143,6 +222,7 @@ EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& opt
   evolved.image = image;
   for (int c = 0; c < image.channels(); ++c) {
     Plane plane(image, c);
+    plane.hold_extrema();
     double left = options.time;
     int steps = 0;
     const auto rests = [&] {
@@ -157,7 +237,9 @@ EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& opt
       if (!plane.step(epsilon) && rests()) break;
       ++steps;
       const double share = std::max(1 - left / options.time, double(steps) / options.most_steps);
-      progress.at((c + share) / image.channels());
+      progress.at((c + share) / image.channels(),
+                  fmt::format("step {} of about {:.0f}", steps,
+                              std::min(steps + left * 4 * largest, double(options.most_steps))));
     }
     evolved.steps = std::max(evolved.steps, steps);
     evolved.left = std::max(evolved.left, left);
@@ -165,6 +247,23 @@ EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& opt
       for (int x = 0; x < image.width(); ++x) evolved.image(x, y, c) = float(plane.value(x, y));
   }
   return evolved;
+}
+
+StepEstimate osher_rudin_steps(const Image<float>& image, double time, Concavity concavity) {
+  StepEstimate steps;
+  const double of_range = concavity == Concavity::laplacian ? 4 : 2.5;
+  for (int c = 0; c < image.channels(); ++c) {
+    double low = INFINITY, high = -INFINITY;
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) {
+        low = std::min(low, double(image(x, y, c)));
+        high = std::max(high, double(image(x, y, c)));
+      }
+    const double largest = Plane(image, c).find_curvature(concavity);
+    steps.now = std::max(steps.now, std::ceil(time * 4 * largest));
+    steps.most = std::max(steps.most, std::ceil(time * 4 * of_range * (high - low)));
+  }
+  return steps;
 }
 
 }  // namespace mq

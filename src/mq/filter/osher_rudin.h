@@ -48,10 +48,21 @@ struct EvolvedImage {
 
 /// The same in two dimensions, each channel by itself: |∇φ| = (m(d₋ˣ, d₊ˣ)² + m(d₋ʸ, d₊ʸ)²)^½ and
 /// ε ≤ 1 / (4 max |L|), pixels of side 1. In a step an extremum keeps its value and every new value
-/// is between those of the pixel and its four neighbours, so that the largest and the smallest
-/// value of the image stay. The thesis says that all extrema do; but a pixel beside one, with a
-/// steep slope at right angles, can overtake it. Total variation and monotonicity are not kept.
+/// is between those of the pixel and its four neighbours. That alone lets a pixel beside an
+/// extremum, with a steep slope at right angles, overtake it, after which it is none and drifts; so
+/// no pixel passes the value of an extremum beside it. Extrema are those of the input: pixels of one
+/// value, joined through their sides, with all others around them lower, or all higher. They keep
+/// their values exactly and for ever, as the thesis says they do. Total variation and monotonicity
+/// are not kept.
 EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& options,
                          const Progress& progress = {});
+
+/// How many steps that takes.
+struct StepEstimate {
+  double now = 0;   ///< where |L| stays what it is in the image
+  double most = 0;  ///< as |L| never is more than 4 times the range of a channel, or 2.5 times
+                    ///< along the gradient
+};
+StepEstimate osher_rudin_steps(const Image<float>& image, double time, Concavity concavity);
 
 }  // namespace mq

@@ -1,6 +1,6 @@
 #pragma once
-/// Shock filters on a mesh: sharper edges, flat regions between them, and never a value that was
-/// not there before.
+/// Shock filters on a mesh: sharper edges, flat regions between them, and no value out of the range
+/// there was.
 
 #include <vector>
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include <fmt/format.h>
 
@@ -27,8 +26,19 @@ Vector2 in_texture(const Atlas& atlas, int t, const Vector2& weights) {
          weights[1] * (Vector2(c[2].column(), c[2].row()) - p);
 }
 
-/// At the peak, besides the space itself, with the longest edges that are the default.
-constexpr double bytes_per_texel = 1500;
+/// At the peak, while the potential is smoothed by multigrid, for a vertex of the triangles cut:
+/// beside what is there before, and beside that and the triangles themselves. Measured:
+/// docs/performance.md, "Paths".
+constexpr double bytes_per_vertex = 760, bytes_per_vertex_once_cut = 640;
+
+/// Vertices per texel where charts are large and edges at most as long as by default; up to 2 where
+/// they are scraps.
+constexpr double vertices_per_texel = 1.3;
+
+void require_memory_for(double bytes, int texels) {
+  require_memory(std::int64_t(bytes), fmt::format("following paths from {} texels", texels),
+                 "use a smaller texture, or allow longer edges (--longest-edge)");
+}
 
 /// How far outside a triangle, in its weights, a centre counts as inside: rounding.
 constexpr double rim = 1e-9;
@@ -204,29 +214,29 @@ ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const T
   require(signal.rows() == space.size(),
           fmt::format("a signal of {} rows was given for {} texels", signal.rows(), space.size()));
   require(signal.allFinite(), "the texture has values that are not finite");
-  require_memory(
-      std::int64_t(bytes_per_texel * double(space.size()) *
-                   std::pow(TextureShockOptions().longest_edge / options.longest_edge, 2)),
-      fmt::format("following paths from {} texels", space.size()),
-      "use a smaller texture, or allow longer edges (--longest-edge)");
+  require_memory_for(bytes_per_vertex * vertices_per_texel * space.size() *
+                         std::pow(TextureShockOptions().longest_edge / options.longest_edge, 2),
+                     space.size());
   const TextureShock shock(surface, atlas, space, signal, options.longest_edge,
                            progress.step("cut triangles", 0.15));
   ShockedTexture shocked;
   shocked.vertices = shock.fine().surface.mesh.vertex_count();
-  std::optional<SurfaceFlow> flow;
-  const TraceMesh mesh(shock.fine().surface, progress.step("order triangles", 0.1));
+  require_memory_for(bytes_per_vertex_once_cut * shocked.vertices, space.size());
+  Vector P;
   {
     const VertexSpace vertices(shock.fine().surface);
-    const Vector P = shock_potential(vertices, shock.at_vertices(), options.weights,
-                                     options.solver(shock.fine().surface.mesh.positions),
-                                     &shocked.solves, progress.step("potential", 0.35));
+    P = shock_potential(vertices, shock.at_vertices(), options.weights,
+                        options.solver(shock.fine().surface.mesh.positions), &shocked.solves,
+                        progress.step("potential", 0.35));
     shocked.rate = potential_rate(vertices, P);
     shocked.time = time_from(options.time, vertices, P);
-    flow = SurfaceFlow::downhill(mesh, P);
   }
+  // Ordered only now: the solver needs more memory than all else.
+  const TraceMesh mesh(shock.fine().surface, progress.step("order triangles", 0.1));
+  const SurfaceFlow flow = SurfaceFlow::downhill(mesh, P);
   const std::vector<SurfacePoint> starts = shock.starts(progress.step("place texels", 0.15));
   const Stopwatch watch;
-  const Traced traced = flow->trace(starts, shocked.time, progress.step("follow paths", 0.2));
+  const Traced traced = flow.trace(starts, shocked.time, progress.step("follow paths", 0.2));
   shocked.counts = traced.counts;
   shocked.path_seconds = watch.seconds();
   shocked.signal = signal;

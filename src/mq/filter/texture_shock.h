@@ -43,8 +43,9 @@ struct ShockedTexture {
 /// keep their values bit for bit. No value leaves the range of its channel.
 ///
 /// Triangles without chart take no part: paths end there as at a boundary. The solver is for the
-/// mesh made, about 1.4 vertices per texel; systems are well conditioned while weights are small.
-/// `signal` is space.size() × channels. About 1.8 kilobytes per texel at the peak.
+/// mesh made, 1.3 vertices per texel, 2 where charts are scraps; systems are well conditioned while
+/// weights are small. `signal` is space.size() × channels. 760 bytes per vertex at the peak; throws
+/// `OutOfMemory` before it starts, and once more when the triangles are cut, where there is less.
 ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                              const Signal& signal, const TextureShockOptions& options,
                              const Progress& progress = {});
