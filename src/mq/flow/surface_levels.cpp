@@ -1,0 +1,173 @@
+#include "mq/flow/surface_levels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "mq/base/parallel.h"
+#include "mq/mesh/geometry.h"
+#include "mq/mesh/norm.h"
+
+namespace mq {
+
+namespace {
+
+constexpr double worth_it = 0.7;  // a mesh with this share of the vertices is another level
+
+/// The minimal rotation that takes unit a to unit b, of a vector orthogonal to a.
+Vector3 carried(const Vector3& v, const Vector3& a, const Vector3& b) {
+  const double c = 1 + a.dot(b);
+  return c > 1e-9 ? Vector3(v - (b.dot(v) / c) * (a + b)) : v;
+}
+
+BlockTransfer transfer_between(const FlowMesh& fine, const FlowMesh& coarse,
+                               const CoarsenedSurface& coarsened) {
+  const int rows = fine.vertex_count();
+  BlockTransfer P;
+  P.columns = coarse.vertex_count();
+  P.starts.assign(rows + 1, 0);
+  const auto count = [&](int i) {
+    const ClosestPoint& place = coarsened.places[i];
+    return place.triangle < 0 ? 0 : int((place.barycentric.array() > 0).count());
+  };
+  for (int i = 0; i < rows; ++i) P.starts[i + 1] = P.starts[i] + count(i);
+  P.entries.resize(P.starts[rows]);
+  parallel_for(rows, [&](std::int64_t i) {
+    const ClosestPoint& place = coarsened.places[i];
+    int at = P.starts[i];
+    const Vector3 &n = fine.normal(int(i)), &axis = fine.axis(int(i));
+    for (int k = 0; k < 3 && place.triangle >= 0; ++k) {
+      const double weight = place.barycentric[k];
+      if (!(weight > 0)) continue;
+      const int j = coarse.surface().mesh.triangles[place.triangle][k];
+      const Vector3 first = carried(coarse.axis(j), coarse.normal(j), n);
+      const double x = first.dot(axis), y = first.dot(n.cross(axis)), length = std::hypot(x, y);
+      const double c = length > 0 ? weight / length : 0;
+      P.entries[at++] = {j, float(c * x), float(c * y)};
+    }
+  });
+  P.finish();
+  return P;
+}
+
+double weight_of(const BlockTransfer::Entry& entry) {
+  return std::hypot(double(entry.cosine), double(entry.sine));
+}
+
+}  // namespace
+
+FlowMesh::FlowMesh(const Surface& surface, const Progress& progress)
+    : surface_(surface), space_(surface), trace_(surface),
+      frames_(vertex_frames(surface, space_.shapes())) {
+  const Mesh& mesh = surface.mesh;
+  const std::vector<FlatTriangle>& shapes = space_.shapes();
+  const int vertices = vertex_count(), triangles = surface.triangle_count();
+  progress.at(0.5);
+  corner_begin_.assign(vertices + 1, 0);
+  for (int t = 0; t < triangles; ++t)
+    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) ++corner_begin_[mesh.triangles[t][k] + 1];
+  for (int v = 0; v < vertices; ++v) corner_begin_[v + 1] += corner_begin_[v];
+  corners_.resize(corner_begin_[vertices]);
+  std::vector<int> at(corner_begin_.begin(), corner_begin_.end() - 1);
+  for (int t = 0; t < triangles; ++t)
+    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) corners_[at[mesh.triangles[t][k]]++] = 3 * t + k;
+
+  turns_.resize(3 * std::size_t(triangles));
+  edge_weights_.assign(3 * std::size_t(triangles), 0.0);
+  parallel_for(3 * std::int64_t(triangles), [&](std::int64_t h) {
+    if (shapes[h / 3].empty()) return;
+    turns_[h] = {std::cos(frames_.into_triangle[h]), std::sin(frames_.into_triangle[h])};
+    const double here = shapes[h / 3].half_cotangent((h % 3 + 2) % 3);
+    const HalfEdge twin = surface.twins[h];
+    const bool inner = twin >= 0 && !shapes[twin / 3].empty();
+    edge_weights_[h] =
+        inner ? std::max(0.0, (here + shapes[twin / 3].half_cotangent((twin % 3 + 2) % 3)) / 2)
+              : std::max(0.0, here);
+  });
+
+  mass_ = Vector::Zero(vertices);
+  normals_.assign(vertices, Vector3::Zero());
+  axes_.assign(vertices, Vector3::Zero());
+  const std::vector<Vector3> normals = vertex_normals(mesh);
+  parallel_for(vertices, [&](std::int64_t v) {
+    for (const int* c = corners_begin(int(v)); c != corners_end(int(v)); ++c) {
+      mass_[v] += shapes[*c / 3].area() / 3;
+      if (frames_.at_source[*c] != 0) continue;
+      const Vector3 edge = mesh.position(*c / 3, (*c % 3 + 1) % 3) - mesh.positions[v];
+      normals_[v] = normals[v];
+      axes_[v] = safe_unit(Vector3(edge - normals[v].dot(edge) * normals[v]));
+    }
+  });
+  const int used = int(std::count_if(normals_.begin(), normals_.end(),
+                                     [](const Vector3& n) { return !n.isZero(0); }));
+  spacing_ = std::sqrt(2 / std::sqrt(3.0) * area() / std::max(1, used));
+  progress.at(1);
+}
+
+Vector FlowMesh::triangle_field(const Vector& z) const {
+  const Mesh& mesh = surface_.mesh;
+  Vector X = Vector::Zero(2 * std::int64_t(mesh.triangle_count()));
+  parallel_for(mesh.triangle_count(), [&](std::int64_t t) {
+    if (space_.shapes()[t].empty()) return;
+    double x = 0, y = 0;
+    for (int k = 0; k < 3; ++k) {
+      const auto [c, s] = turns_[3 * t + k];
+      const double p = z[2 * mesh.triangles[t][k]], q = z[2 * mesh.triangles[t][k] + 1];
+      x += c * p - s * q;
+      y += s * p + c * q;
+    }
+    X[2 * t] = x / 3;
+    X[2 * t + 1] = y / 3;
+  });
+  return X;
+}
+
+FlowMeshes::FlowMeshes(const Surface& surface, int coarsest, const Progress& progress) {
+  meshes_.push_back(std::make_unique<FlowMesh>(surface, progress.step("finest mesh", 0.4)));
+  while (meshes_.back()->vertex_count() > coarsest) {
+    const FlowMesh& fine = *meshes_.back();
+    auto coarser = std::make_unique<CoarsenedSurface>(
+        coarsen(fine.surface(), 2 * fine.spacing(), progress.step("coarser meshes", 0.3)));
+    if (coarser->surface.mesh.vertex_count() > worth_it * fine.vertex_count()) break;
+    auto coarse = std::make_unique<FlowMesh>(coarser->surface);
+    transfers_.push_back(
+        std::make_shared<const BlockTransfer>(transfer_between(fine, *coarse, *coarser)));
+    coarser_.push_back(std::move(coarser));
+    meshes_.push_back(std::move(coarse));
+  }
+  progress.at(1);
+}
+
+Signal FlowMeshes::restricted(int m, const Signal& signal) const {
+  const BlockTransfer& P = *transfers_[m];
+  const Vector& mass = meshes_[m]->lumped_mass();
+  Signal coarse = Signal::Zero(P.columns, signal.cols());
+  parallel_for(P.columns, [&](std::int64_t j) {
+    double sum = 0;
+    for (int c = P.child_starts[j]; c < P.child_starts[j + 1]; ++c) {
+      const int i = P.children[c].column;
+      const double weight = mass[i] * weight_of(P.children[c]);
+      coarse.row(j) += weight * signal.row(i);
+      sum += weight;
+    }
+    if (sum > 0) coarse.row(j) /= sum;
+  });
+  return coarse;
+}
+
+Signal FlowMeshes::prolongated(int m, const Signal& signal) const {
+  const BlockTransfer& P = *transfers_[m];
+  Signal fine = Signal::Zero(P.rows(), signal.cols());
+  parallel_for(P.rows(), [&](std::int64_t i) {
+    for (int e = P.starts[i]; e < P.starts[i + 1]; ++e)
+      fine.row(i) += weight_of(P.entries[e]) * signal.row(P.entries[e].column);
+  });
+  return fine;
+}
+
+std::vector<std::shared_ptr<const BlockTransfer>> FlowMeshes::transfers_from(int m) const {
+  return {transfers_.begin() + m, transfers_.end()};
+}
+
+}  // namespace mq

@@ -1,0 +1,379 @@
+/// From large to small lengths ℓ: signals smoothed by ½ℓ², warped along the field found so far, and
+/// a correction of smoothness ℓ to it. Where ℓ is three spacings of a coarser mesh or more, all of
+/// that happens there (the open problem of the thesis' 4.4.4): signals are averaged onto it, fields
+/// are interpolated from it, turned from tangent plane to tangent plane.
+
+#include "mq/flow/surface_optical_flow.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
+#include "mq/fem/vertex_multigrid.h"
+#include "mq/flow/surface_systems.h"
+#include "mq/flow/surface_warp.h"
+#include "mq/linear/conjugate_gradients.h"
+
+namespace mq {
+
+namespace {
+
+constexpr double spacings_per_length = 3;  // of the mesh a scale is solved on, at least
+constexpr int coarsest_vertices = 200;
+constexpr double gain_worth_a_step = 0.02;
+constexpr double largest_scale = 4;  // of α*
+
+/// Smooth: (M + w·S)⁻¹·M·φ.
+Signal smoothed(const FlowMesh& mesh, const Signal& signal, double weight, double tolerance) {
+  if (!(weight > 0)) return signal;
+  const SparseMatrix A = mesh.space().system(1, weight);
+  const Signal change = -weight * mesh.space().stiffness_times(signal);
+  Signal correction = Signal::Zero(signal.rows(), signal.cols());
+  const double spacing = mesh.spacing();
+  if (weight > 100 * spacing * spacing)
+    vertex_multigrid_solver(mesh.surface().mesh.positions, {.tolerance = tolerance})(A, {})
+        ->solve(change, correction);
+  else
+    conjugate_gradients(A, change, correction, jacobi_preconditioner(A), {.tolerance = tolerance});
+  return signal + correction;
+}
+
+void require_signals(const Surface& surface, const Signal& source, const Signal& target) {
+  require(source.rows() == surface.mesh.vertex_count() && target.rows() == source.rows() &&
+              source.cols() == target.cols() && source.cols() > 0,
+          fmt::format("two signals with a row for each of {} vertices and as many channels were "
+                      "wanted; {} × {} and {} × {} values were given",
+                      surface.mesh.vertex_count(), source.rows(), source.cols(), target.rows(),
+                      target.cols()));
+  for (const Signal* signal : {&source, &target})
+    for (Eigen::Index v = 0; v < signal->rows(); ++v)
+      require(signal->row(v).allFinite(),
+              fmt::format("the {} holds a value that is not finite at vertex {}",
+                          signal == &source ? "source" : "target", v));
+}
+
+double positive_length(const Length& length, const SurfaceScale& scale, const char* what) {
+  require(std::isfinite(length.value) && length.value >= 0,
+          fmt::format("{} of {} was given; a length that is not negative was wanted", what, length.value));
+  return std::sqrt(weight_from_length(length, scale));
+}
+
+/// Means and variances of the channels.
+struct Moments {
+  Eigen::RowVectorXd mean, variance;
+
+  Moments(const Vector& mass, const Signal& signal) {
+    const double total = mass.sum();
+    mean = mass.transpose() * signal / total;
+    variance = mass.transpose() * (signal.rowwise() - mean).array().square().matrix() / total;
+  }
+};
+
+/// One signal without light, and at a variance of 1 over its channels; or as the thesis has it.
+Signal prepared(const FlowMeshes& meshes, const Signal& signal, double detail, bool thesis) {
+  const FlowMesh& finest = meshes[0];
+  Signal result = signal;
+  if (detail > 0) {
+    int m = 0;
+    while (!thesis && m + 1 < meshes.count() &&
+           meshes[m + 1].spacing() <= detail / spacings_per_length)
+      ++m;
+    Signal low = signal;
+    for (int k = 0; k < m; ++k) low = meshes.restricted(k, low);
+    low = smoothed(meshes[m], low, detail * detail, 1e-6);
+    for (int k = m; k > 0; --k) low = meshes.prolongated(k - 1, low);
+    result -= low;
+  }
+  const Moments moments(finest.lumped_mass(), result);
+  if (thesis) {
+    const Moments before(finest.lumped_mass(), signal);
+    for (Eigen::Index c = 0; c < result.cols(); ++c)
+      if (moments.variance[c] > 0)
+        result.col(c) *= std::sqrt(before.variance[c] / moments.variance[c]);
+    return result;
+  }
+  const double variance = moments.variance.mean();
+  if (variance > 0) result /= std::sqrt(variance);
+  return result;
+}
+
+/// Lengths of the levels, the last of which may be without smoothing.
+struct Scale {
+  double length, smoothing;
+};
+
+std::vector<Scale> scales_of(const MeshFlowOptions& options, const FlowMesh& finest) {
+  const SurfaceScale scale = finest.space().scale();
+  const double largest = positive_length(options.largest, scale, "a largest length");
+  require(largest > 0, "the largest length must be positive");
+  double smallest = positive_length(options.smallest, scale, "a smallest length");
+  if (smallest == 0) smallest = 2 * finest.spacing();
+  std::vector<Scale> scales;
+  double length = largest;
+  const int most = options.levels > 0 ? options.levels : 64;
+  while (int(scales.size()) < most) {
+    const bool last = options.levels == 0 && length <= smallest * (1 + 1e-9);
+    const double l = last ? std::min(largest, smallest) : length;
+    scales.push_back({l, l * l / 2});
+    if (last) {
+      scales.push_back({l, 0});
+      break;
+    }
+    length /= 2;
+  }
+  return scales;
+}
+
+/// The work on one pair.
+class Aligner {
+ public:
+  Aligner(const Surface& surface, const MeshFlowOptions& options, const Progress& progress)
+      : options_(options),
+        meshes_(surface, options.solver == FlowSolver::hierarchical ? coarsest_vertices
+                                                                     : std::numeric_limits<int>::max(),
+                progress) {
+    if (options.solver == FlowSolver::direct)
+      direct_.emplace(surface, meshes_[0].space(), options.basis, options.thesis);
+  }
+
+  void take_signals(const Signal& source, const Signal& target, double detail) {
+    raw_.push_back({prepared(meshes_, source, detail, options_.thesis.has_value()),
+                    prepared(meshes_, target, detail, options_.thesis.has_value())});
+    for (int m = 0; m + 1 < meshes_.count(); ++m)
+      raw_.push_back({meshes_.restricted(m, raw_[m].source), meshes_.restricted(m, raw_[m].target)});
+  }
+
+  MeshFlow run(const std::vector<Scale>& scales, const Progress& progress) {
+    MeshFlow flow;
+    mesh_ = options_.solver == FlowSolver::direct ? 0 : mesh_for(scales.front().length);
+    z_ = Vector::Zero(2 * std::int64_t(meshes_[mesh_].vertex_count()));
+    field_ = Vector::Zero(2 * std::int64_t(meshes_[mesh_].surface().triangle_count()));
+    flow.field = Vector::Zero(2 * std::int64_t(meshes_[0].surface().triangle_count()));
+    flow.blend_error = error_of(0, raw_[0], {});
+    double best = flow.blend_error;
+    double work = 0;
+    for (const Scale& s : scales) work += meshes_[mesh_for(s.length)].vertex_count();
+    for (const Scale& s : scales) {
+      const double share = meshes_[mesh_for(s.length)].vertex_count() / work;
+      MeshFlowLevel level = run_level(s, progress.step(fmt::format("length {:.3g}", s.length), share));
+      const Stopwatch watch;
+      Vector fine = z_;
+      for (int m = mesh_; m > 0; --m) fine = meshes_.transfer(m - 1)->prolongated(fine);
+      const Vector field = mesh_ == 0 ? field_ : meshes_[0].triangle_field(fine);
+      const double error = error_of(
+          0, raw_[0], mesh_ == 0 ? ends_ : warp_ends(meshes_[0].trace(), field, options_.alignment));
+      if (error < best || options_.thesis) {
+        best = error;
+        flow.field = field;
+      }
+      level.error = best;
+      level.warp_seconds += watch.seconds();
+      flow.levels.push_back(level);
+    }
+    return flow;
+  }
+
+  const FlowMesh& finest() const { return meshes_[0]; }
+
+ private:
+  struct Pair {
+    Signal source, target;
+  };
+
+  /// The coarsest mesh on which a length shows.
+  int mesh_for(double length) const {
+    int m = 0;
+    while (options_.solver == FlowSolver::hierarchical && m + 1 < meshes_.count() &&
+           meshes_[m + 1].spacing() * spacings_per_length <= length)
+      ++m;
+    return m;
+  }
+
+  Pair warped(const Pair& pair, const WarpEnds& ends) const {
+    const Mesh& mesh = meshes_[mesh_].surface().mesh;
+    return {sampled(mesh, pair.source, ends.source), sampled(mesh, pair.target, ends.target)};
+  }
+
+  double error_of(int m, const Pair& pair, const WarpEnds& ends) const {
+    const Mesh& mesh = meshes_[m].surface().mesh;
+    return mean_square_difference(meshes_[m].lumped_mass(), sampled(mesh, pair.source, ends.source),
+                                  sampled(mesh, pair.target, ends.target));
+  }
+
+  /// A correction Y as a field, and in the vertex basis.
+  struct Correction {
+    Vector field, z;
+  };
+
+  Correction corrected(const DataTerms& data, double weight, const std::vector<double>& shares,
+                       BlockMultigrid& multigrid, MeshFlowLevel& level, const Progress& progress) {
+    if (direct_) {
+      const double before = direct_->build_seconds(), solved = direct_->solve_seconds();
+      Correction Y{direct_->solve(data, weight, progress), {}};
+      level.build_seconds += direct_->build_seconds() - before;
+      level.solve_seconds += direct_->solve_seconds() - solved;
+      level.unknowns = direct_->unknowns();
+      ++level.cycles;
+      return Y;
+    }
+    const FlowMesh& mesh = meshes_[mesh_];
+    const Stopwatch building;
+    VertexSystem system = vertex_system(mesh, data, weight, shares);
+    level.build_seconds += building.seconds();
+    const Stopwatch solving;
+    multigrid.set_matrix(std::move(system.matrix), progress.step("levels", 0.3));
+    Correction Y{{}, Vector::Zero(system.right_hand_side.size())};
+    level.cycles += multigrid.solve(system.right_hand_side, Y.z, progress.step("solve", 0.7)).cycles;
+    level.solve_seconds += solving.seconds();
+    level.unknowns = int(Y.z.size());
+    Y.field = mesh.triangle_field(Y.z);
+    return Y;
+  }
+
+  /// EstimateFlow, reweighted where that is asked for.
+  Correction estimate(const Pair& now, double length, BlockMultigrid& multigrid,
+                      MeshFlowLevel& level, double& scale, const Progress& progress) {
+    const FlowMesh& mesh = meshes_[mesh_];
+    const Signal difference = now.target - now.source;
+    const Signal mean = options_.alignment == FlowAlignment::forward
+                            ? now.target
+                            : Signal(0.5 * (now.source + now.target));
+    DataTerms data = data_terms(mesh.space(), difference, mean);
+    const double weight = length * length * data.trace / mesh.area();
+    Correction Y;
+    scale = 0;
+    if (!(data.trace > 0)) return Y;
+    const bool robust = !options_.thesis && (options_.robust_data > 0 || options_.robust_smoothness > 0);
+    std::vector<double> shares;
+    if (robust && options_.robust_data > 0) {
+      const Vector nothing = Vector::Zero(2 * std::int64_t(data.triangles.size()));
+      data = data_terms(mesh.space(), difference, mean, options_.robust_data, &nothing);
+    }
+    for (int k = 0; k < (robust ? std::max(1, options_.reweightings) : 1); ++k) {
+      if (k > 0 && options_.robust_data > 0)
+        data = data_terms(mesh.space(), difference, mean, options_.robust_data, &Y.field);
+      if (k > 0 && options_.robust_smoothness > 0 && !direct_)
+        shares = smoothness_shares(mesh, Y.z, options_.robust_smoothness);
+      Y = corrected(data, weight, shares, multigrid, level, progress);
+    }
+    const auto [linear, quadratic] = data.products(Y.field);
+    if (quadratic > 0) scale = -linear / quadratic;
+    return Y;
+  }
+
+  /// X + s·Y.
+  void advance(const Correction& Y, double s) {
+    field_ += s * Y.field;
+    if (!direct_) z_ += s * Y.z;
+  }
+
+  MeshFlowLevel run_level(const Scale& s, const Progress& progress) {
+    MeshFlowLevel level;
+    level.length = s.length;
+    const int m = mesh_for(s.length);
+    Stopwatch warping;
+    if (m != mesh_) {
+      for (; mesh_ > m; --mesh_) z_ = meshes_.transfer(mesh_ - 1)->prolongated(z_);
+      field_ = meshes_[m].triangle_field(z_);
+    }
+    const FlowMesh& mesh = meshes_[m];
+    level.vertices = mesh.vertex_count();
+    const double tolerance = options_.thesis ? 1e-6 : 1e-3;
+    const Eigen::Index channels = raw_[m].source.cols();
+    Signal both(raw_[m].source.rows(), 2 * channels);
+    both << raw_[m].source, raw_[m].target;
+    both = smoothed(mesh, both, s.smoothing, tolerance);
+    const Pair signals{both.leftCols(channels), both.rightCols(channels)};
+    BlockMultigrid multigrid(meshes_.transfers_from(m), {.tolerance = options_.tolerance});
+    ends_ = warp_ends(mesh.trace(), field_, options_.alignment);
+    Pair now = warped(signals, ends_);
+    double error = mean_square_difference(mesh.lumped_mass(), now.source, now.target);
+    level.warp_seconds += warping.seconds();
+
+    const int steps = options_.thesis ? 1 : options_.steps;
+    for (int step = 0; step < steps && error > 0; ++step) {
+      double scale = 0;
+      const Progress one = progress.step("step", 1.0 / steps);
+      const Correction Y = estimate(now, s.length, multigrid, level, scale, one.step("solve", 0.8));
+      if (!(scale > 0)) break;
+      level.scale = scale;
+      if (!options_.thesis) scale = std::min(scale, largest_scale);
+      const Stopwatch trying;
+      const double before = error;
+      for (const double part : {1.0, 0.5, 0.25}) {
+        advance(Y, part * scale);
+        WarpEnds ends = warp_ends(mesh.trace(), field_, options_.alignment);
+        Pair next = warped(signals, ends);
+        const double found = mean_square_difference(mesh.lumped_mass(), next.source, next.target);
+        if (found < error || options_.thesis) {
+          error = found;
+          now = std::move(next);
+          ends_ = std::move(ends);
+          ++level.steps;
+          break;
+        }
+        advance(Y, -part * scale);
+      }
+      level.warp_seconds += trying.seconds();
+      if (!(error < (1 - gain_worth_a_step) * before)) break;
+    }
+    progress.at(1);
+    return level;
+  }
+
+  const MeshFlowOptions& options_;
+  FlowMeshes meshes_;
+  std::optional<DirectFlowSolver> direct_;
+  std::vector<Pair> raw_;  ///< prepared signals, per mesh
+  int mesh_ = 0;           ///< the one at hand
+  Vector z_, field_;       ///< X there: in the vertex basis (hierarchical only), per triangle
+  WarpEnds ends_;          ///< of paths along it
+};
+
+}  // namespace
+
+MeshFlowOptions thesis_flow(FlowBasis basis) {
+  MeshFlowOptions options;
+  options.basis = basis;
+  options.solver = FlowSolver::direct;
+  options.detail = {1e-4, Length::Unit::alpha};
+  options.largest = {2 * 3e-3, Length::Unit::alpha};  // ½ℓ² = 3·10⁻³
+  options.levels = 7;
+  options.thesis = ThesisFlow{};
+  if (basis == FlowBasis::gradient) options.thesis->epsilon = 5e-7;
+  if (basis == FlowBasis::whitney) options.thesis->epsilon = 3e-6;
+  return options;
+}
+
+std::vector<double> MeshFlow::errors() const {
+  std::vector<double> all(1, blend_error);
+  for (const MeshFlowLevel& level : levels) all.push_back(level.error);
+  return all;
+}
+
+MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& target,
+                   const MeshFlowOptions& options, const Progress& progress) {
+  const Stopwatch watch;
+  require_signals(surface, source, target);
+  require(options.levels >= 0 && options.levels <= 64 && options.steps > 0,
+          fmt::format("{} levels of {} steps were wanted; 0 to 64 levels of at least one step are "
+                      "possible", options.levels, options.steps));
+  if (options.solver == FlowSolver::hierarchical && options.basis != FlowBasis::vertex)
+    throw Unsupported("the hierarchical solver is for the vertex basis; take the direct solver for "
+                      "another");
+  Aligner aligner(surface, options, progress.step("meshes", 0.3));
+  const SurfaceScale scale = aligner.finest().space().scale();
+  aligner.take_signals(source, target, positive_length(options.detail, scale, "a length of details"));
+  const std::vector<Scale> scales = scales_of(options, aligner.finest());
+  const double prepared_in = watch.seconds();
+  MeshFlow flow = aligner.run(scales, progress.step("levels", 0.7));
+  flow.prepare_seconds = prepared_in;
+  flow.seconds = watch.seconds();
+  return flow;
+}
+
+}  // namespace mq

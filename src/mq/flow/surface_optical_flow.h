@@ -1,0 +1,128 @@
+#pragma once
+/// Optical flow between two signals at the vertices of one mesh.
+
+#include <optional>
+#include <vector>
+
+#include "mq/base/length.h"
+#include "mq/base/progress.h"
+#include "mq/linear/matrix.h"
+#include "mq/mesh/surface.h"
+#include "mq/trace/trace_mesh.h"
+
+namespace mq {
+
+/// Where a field has its coefficients, and what measures its smoothness (thesis 4.5).
+enum class FlowBasis {
+  vertex,    ///< one complex number per vertex; connection Laplacian
+  triangle,  ///< a vector per triangle; VectorDifferences
+  gradient,  ///< ∇φ_i and J∇φ_i; CurlAndDiv; no harmonic fields; closed surfaces only
+  whitney    ///< one number per edge; Hodge Laplacian
+};
+
+/// What a signal is aligned to.
+enum class FlowAlignment {
+  halfway,  ///< φ₀(p − X/2) ≈ φ₁(p + X/2): neither is preferred; swapped signals give −X
+  forward   ///< φ₀(p) ≈ φ₁(p + X)
+};
+
+enum class FlowSolver {
+  hierarchical,  ///< multigrid over coarser and coarser meshes, each scale on the coarsest mesh that
+                 ///< shows it; vertex basis only
+  direct         ///< a factorisation per step, every scale on the mesh itself
+};
+
+/// The published weights and normalisations (thesis 4.4 to 4.6 and what its program does): each
+/// channel's details are brought back to its own variance, the data matrix is divided by its
+/// Frobenius norm, smoothness counts half, the surface has area 1; the smoothing weight is a quarter
+/// of the last level's; one full step per level, whatever the error does.
+struct ThesisFlow {
+  double epsilon = 1e4;  ///< weight of smoothness; of the vertex basis: that of the triangle basis
+                         ///< with its data matrix
+};
+
+struct MeshFlowOptions {
+  FlowBasis basis = FlowBasis::vertex;
+  FlowSolver solver = FlowSolver::hierarchical;
+  FlowAlignment alignment = FlowAlignment::halfway;
+  /// Changes slower than this are taken as light and left out: φ − Smooth(φ, length²). 0: kept.
+  Length detail{1, Length::Unit::percent};
+  /// ℓ₀: how far the smoothest level looks. Level l has ℓ₀/2ˡ: weight ℓ²·Ḡ of smoothness, signals
+  /// smoothed by Smooth(φ, ½ℓ²).
+  Length largest{5, Length::Unit::percent};
+  /// The last ℓ; 0: two mean edges. Two levels have it, signals are not smoothed for the second.
+  Length smallest{0, Length::Unit::model};
+  int levels = 0;  ///< 0: as many as lie between; else exactly so many from `largest` on
+  int steps = 4;   ///< of each level, at most; a level ends when one gains less than 2 %
+  /// ϵ of ψ(s²) = 2ϵ²(√(1 + s²/ϵ²) − 1), in place of s², for differences (in standard deviations of
+  /// the signals) and for |∇Y| (a number); 0: squares. Solved by reweighting.
+  double robust_data = 0;
+  double robust_smoothness = 0;
+  int reweightings = 3;
+  double tolerance = 1e-3;  ///< of the multigrid solver: relative residual
+  std::optional<ThesisFlow> thesis;
+};
+
+/// The thesis' seven levels with the weight it states for the basis (4.6.2).
+MeshFlowOptions thesis_flow(FlowBasis basis);
+
+/// One level, from large to small.
+struct MeshFlowLevel {
+  double length = 0;    ///< ℓ, model units
+  int vertices = 0;     ///< of the mesh it was solved on
+  int unknowns = 0;
+  int steps = 0;        ///< taken
+  int cycles = 0;       ///< of the solver in all
+  double scale = 0;     ///< α* of the last step, (4.8)
+  double error = 0;     ///< of the best field so far, see `MeshFlow`
+  double build_seconds = 0, solve_seconds = 0, warp_seconds = 0;
+};
+
+/// The field and how it came about.
+///
+/// Errors are ∫ Σ_c |φ₀(p − X/2) − φ₁(p + X/2)|² dA / (area · channels) of the prepared signals,
+/// unsmoothed, on the mesh itself (thesis (4.27) at t = ½): those without light, brought to variance
+/// 1. Within a level a step is taken as far as the error of that level falls (1, ½ or ¼ of α*), and
+/// of all fields at the ends of levels the best is returned, so the list never rises.
+struct MeshFlow {
+  Vector field;             ///< X: 2 per triangle in its frame (`FlatTriangle`), model units
+  double blend_error = 0;   ///< with X = 0
+  std::vector<MeshFlowLevel> levels;
+  double prepare_seconds = 0;  ///< meshes, operators and signals
+  double seconds = 0;
+
+  std::vector<double> errors() const;  ///< the blend's, then after each level
+};
+
+/// Finds X with φ₀(p − X/2) ≈ φ₁(p + X/2), where p ± X/2 is the end of the path from p along ±X for
+/// half a unit of time. Per level
+///
+///     E(Y) = Σ_c ∫ ψ((δ_c + ⟨Y, ∇μ_c⟩)²) dA + ℓ²·Ḡ·∫ ψ(|∇Y|²) dA,   Ḡ = Σ_c ∫ |∇μ_c|² dA / area,
+///
+/// with δ the difference and μ the mean of the signals as warped so far, is minimised a few times,
+/// and X ← X + α*Y with the α* ≥ 1 that minimises the first term (thesis 4.2.2). ℓ is a length: the
+/// same number means the same at any resolution, in any unit and any range of values.
+///
+/// `source` and `target` have a row per vertex, any number of channels. Throws `InvalidInput` on
+/// sizes that differ, values that are not finite (naming the first), lengths that are not positive,
+/// `Unsupported` where a basis and a solver do not go together or the gradient basis meets a
+/// boundary.
+MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& target,
+                   const MeshFlowOptions& options = {}, const Progress& progress = {});
+
+/// The signal at time t between 0 (the source) and 1 (the target), thesis (4.26):
+///
+///     (1 − t)·φ₀(Φ_{−X}(p, t)) + t·φ₁(Φ_X(p, 1 − t)).
+///
+/// For any signals on the mesh, prepared or not. At t = 0 and 1 they come back bit for bit.
+Signal interpolate(const TraceMesh& mesh, const Vector& field, const Signal& source,
+                   const Signal& target, double t, const Progress& progress = {});
+
+/// φ₀ and φ₁ as they meet at time t: φ₀(Φ_{−X}(p, t)) and φ₁(Φ_X(p, 1 − t)).
+struct Meeting {
+  Signal source, target;
+};
+Meeting meet(const TraceMesh& mesh, const Vector& field, const Signal& source, const Signal& target,
+             double t, const Progress& progress = {});
+
+}  // namespace mq

@@ -1,0 +1,70 @@
+#pragma once
+/// The quadratic energies that a step of flow minimises, and what solves them.
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "mq/flow/surface_levels.h"
+#include "mq/flow/surface_optical_flow.h"
+#include "mq/linear/direct.h"
+
+namespace mq {
+
+/// ∫ Σ_c (δ_c + ⟨Y, ∇μ_c⟩)² dA per triangle as ⟨Y, G·Y⟩ + 2⟨g, Y⟩ + what does not depend on Y. As Y
+/// is constant and δ linear in a triangle, the value of δ at the barycentre is exact.
+struct DataTerms {
+  struct Triangle {
+    double xx = 0, xy = 0, yy = 0, x = 0, y = 0;  ///< G and g, in the triangle's frame
+  };
+  std::vector<Triangle> triangles;
+  double trace = 0;  ///< Σ tr G = Σ_c ∫ |∇μ_c|² dA
+
+  /// ⟨g, Y⟩ and ⟨Y, G·Y⟩ of a field constant per triangle.
+  std::array<double, 2> products(const Vector& Y) const;
+};
+
+/// `gradient_of` is μ; with `field` differences count less the larger they are there:
+/// 1/√(1 + (δ_c + ⟨Y, ∇μ_c⟩)²/ϵ²).
+DataTerms data_terms(const VertexSpace& space, const Signal& difference, const Signal& gradient_of,
+                     double robust = 0, const Vector* field = nullptr);
+
+/// D + weight·S in the vertex basis as blocks, and b = −Pᵀg. `shares` scales the smoothness of each
+/// triangle; empty: 1.
+struct VertexSystem {
+  BlockMatrix<double> matrix;
+  Vector right_hand_side;
+};
+VertexSystem vertex_system(const FlowMesh& mesh, const DataTerms& data, double weight,
+                           const std::vector<double>& shares = {});
+
+/// Per triangle 1/√(1 + |∇Y|²/ϵ²).
+std::vector<double> smoothness_shares(const FlowMesh& mesh, const Vector& z, double robust);
+
+/// ⟨z, S·z⟩ of the vertex basis.
+double smoothness_energy(const FlowMesh& mesh, const Vector& z);
+
+/// Any basis, by a factorisation: the minimiser as a vector per triangle.
+class DirectFlowSolver {
+ public:
+  /// Throws `Unsupported` for the gradient basis on a surface with a boundary.
+  DirectFlowSolver(const Surface& surface, const VertexSpace& space, FlowBasis basis,
+                   const std::optional<ThesisFlow>& thesis);
+
+  /// PᵀGP + weight·S, or as the thesis weighs it. The weight is for a field in model units.
+  Vector solve(const DataTerms& data, double weight, const Progress& progress = {});
+
+  int unknowns() const { return int(prolongation_.cols()); }
+  double build_seconds() const { return build_seconds_; }
+  double solve_seconds() const { return solve_seconds_; }
+
+ private:
+  const VertexSpace& space_;
+  FlowBasis basis_;
+  std::optional<ThesisFlow> thesis_;
+  SparseMatrix prolongation_, transposed_, smoothness_, pins_;
+  std::optional<DirectSolver> factor_;
+  double build_seconds_ = 0, solve_seconds_ = 0;
+};
+
+}  // namespace mq

@@ -1,0 +1,400 @@
+#include "mq/flow/surface_optical_flow.h"
+
+#include <cmath>
+#include <functional>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "fixtures.h"
+#include "mq/base/error.h"
+#include "mq/fem/flat_triangle.h"
+#include "mq/flow/surface_levels.h"
+#include "mq/flow/surface_systems.h"
+#include "mq/sample/noise.h"
+#include "mq/trace/surface_flow.h"
+
+namespace mq {
+namespace {
+
+constexpr FlowBasis bases[] = {FlowBasis::vertex, FlowBasis::triangle, FlowBasis::gradient,
+                               FlowBasis::whitney};
+
+/// Two signals of three channels on one surface, the second the first moved along.
+struct Pair {
+  Surface surface;
+  Signal source, target;
+  double spacing = 0;
+};
+
+using Motion = std::function<Vector3(const Vector3&)>;
+
+Signal colours(const Surface& surface, double scale, const Motion& back) {
+  const Noise noise(7);
+  Signal values(surface.mesh.vertex_count(), 3);
+  for (int v = 0; v < values.rows(); ++v) {
+    const Vector3 p = scale * back(surface.mesh.positions[v]);
+    for (int c = 0; c < 3; ++c) values(v, c) = noise(p + Vector3(31.4, 7.3, 3.7) * c);
+  }
+  return values;
+}
+
+Pair moved(const Mesh& mesh, double scale, const Motion& back) {
+  Pair pair{make_surface(mesh), {}, {}, 0};
+  pair.source = colours(pair.surface, scale, [](const Vector3& p) { return p; });
+  pair.target = colours(pair.surface, scale, back);
+  pair.spacing = std::sqrt(2 / std::sqrt(3.0) * pair.surface.area / mesh.vertex_count());
+  return pair;
+}
+
+Motion rotation(double angle, const Vector3& axis) {
+  return [turn = Eigen::AngleAxisd(-angle, axis.normalized())](const Vector3& p) {
+    return Vector3(turn * p);
+  };
+}
+
+/// How far the ends of paths along X are from where their vertices truly go: the mean, in spacings.
+double end_point_error(const Pair& pair, const Vector& field, const Motion& truth) {
+  const TraceMesh mesh(pair.surface);
+  const auto ends = SurfaceFlow::along(mesh, field).trace_vertices(1).ends;
+  double sum = 0;
+  for (std::size_t v = 0; v < ends.size(); ++v) {
+    Vector3 end = Vector3::Zero();
+    for (int k = 0; k < 3; ++k)
+      end += ends[v].barycentric[k] * pair.surface.mesh.position(ends[v].triangle, k);
+    sum += (end - truth(pair.surface.mesh.positions[v])).norm();
+  }
+  return sum / double(ends.size()) / pair.spacing;
+}
+
+Pair turned_torus(double spacings, int n = 90) {
+  const double spacing = std::sqrt(2 / std::sqrt(3.0) * 0.4 * 39.5 / (n * (n / 2)));
+  return moved(fixtures::torus(n, n / 2), 2, rotation(spacings * spacing, Vector3::UnitZ()));
+}
+
+Pair turned_sphere(double angle) {
+  return moved(fixtures::sphere(5), 2, rotation(angle, Vector3(0.2, 0.3, 1)));
+}
+
+MeshFlowOptions from(double percent) {
+  MeshFlowOptions options;
+  options.largest = {percent, Length::Unit::percent};
+  options.detail = {0, Length::Unit::percent};
+  return options;
+}
+
+Vector3 around_z(const Vector3& p) { return Vector3::UnitZ().cross(p); }
+
+TEST(MeshFlow, FindsRotationsOfTheTorus) {
+  for (const double shift : {1.0, 3.0, 8.0}) {
+    const Pair pair = turned_torus(shift);
+    const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, from(20));
+    const double angle = shift * std::sqrt(2 / std::sqrt(3.0) * 0.4 * 39.5 / (90 * 45));
+    EXPECT_LE(end_point_error(pair, flow.field, rotation(-angle, Vector3::UnitZ())),
+              0.1) << shift;
+    EXPECT_LE(flow.errors().back(), 0.02 * flow.blend_error) << shift;
+  }
+}
+
+TEST(MeshFlow, FindsRotationsOfTheSphere) {
+  const double angle = 0.25;
+  const Pair pair = turned_sphere(angle);
+  const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, from(20));
+  const Vector3 axis = Vector3(0.2, 0.3, 1).normalized();
+  EXPECT_LE(end_point_error(pair, flow.field, rotation(-angle, axis)), 0.1);
+  EXPECT_LE(flow.errors().back(), 0.05 * flow.blend_error);
+}
+
+/// All bases but that of gradients, which has no harmonic fields, on the torus; all on the sphere.
+TEST(MeshFlow, FindsThemInEveryBasisByFactorisation) {
+  for (const FlowBasis basis : bases) {
+    const bool sphere = basis == FlowBasis::gradient;
+    const double angle = 0.15;
+    const Pair pair = sphere ? moved(fixtures::sphere(5), 2, rotation(angle, Vector3::UnitZ()))
+                             : moved(fixtures::torus(64, 30), 2, rotation(angle, Vector3::UnitZ()));
+    MeshFlowOptions options = from(12);
+    options.basis = basis;
+    options.solver = FlowSolver::direct;
+    const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
+    EXPECT_LE(end_point_error(pair, flow.field, rotation(-angle, Vector3::UnitZ())),
+              0.15) << int(basis);
+    EXPECT_LE(flow.errors().back(), 0.05 * flow.blend_error) << int(basis);
+  }
+}
+
+TEST(MeshFlow, FindsAShiftOfThePlaneInside) {
+  const Vector3 shift(0.08, 0.03, 0);
+  Mesh mesh = fixtures::flat_square(60, 0.2);
+  mesh.uvs.clear(), mesh.corner_uvs.clear();
+  const Pair pair = moved(mesh, 6, [&](const Vector3& p) { return Vector3(p - shift); });
+  const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, from(12));
+  const std::vector<Vector3> X = field_in_space(pair.surface, flow.field);
+  double sum = 0;
+  int inside = 0;
+  for (int t = 0; t < pair.surface.triangle_count(); ++t) {
+    const Vector3 p = pair.surface.mesh.position(t, 0) - Vector3(0.5, 0.5, 0);
+    if (p.cwiseAbs().maxCoeff() > 0.35) continue;
+    sum += (X[t] - shift).norm();
+    ++inside;
+  }
+  EXPECT_LE(sum / inside, 0.1 * pair.spacing);
+}
+
+TEST(MeshFlow, NeverRaisesTheError) {
+  const Pair pair = turned_torus(12);  // far more than the levels below can see
+  for (const double percent : {3.0, 6.0, 20.0}) {
+    const std::vector<double> errors =
+        mesh_flow(pair.surface, pair.source, pair.target, from(percent)).errors();
+    for (std::size_t l = 1; l < errors.size(); ++l) EXPECT_LE(errors[l], errors[l - 1]);
+  }
+}
+
+/// (4.8): smoothness shortens a field, never lengthens it.
+TEST(MeshFlow, ScalesCorrectionsUp) {
+  const Pair pair = turned_torus(3);
+  for (const FlowBasis basis : bases)
+    for (const MeshFlowLevel& level :
+         mesh_flow(pair.surface, pair.source, pair.target, thesis_flow(basis)).levels)
+      EXPECT_GE(level.scale, 1 - 1e-9) << int(basis);
+}
+
+TEST(MeshFlow, OfTheThesisLowersTheErrorToo) {
+  const Pair pair = turned_torus(3);
+  for (const FlowBasis basis : {FlowBasis::vertex, FlowBasis::triangle, FlowBasis::whitney}) {
+    const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, thesis_flow(basis));
+    EXPECT_EQ(flow.levels.size(), 7u);
+    EXPECT_LE(flow.levels.back().error, 0.3 * flow.blend_error) << int(basis);
+  }
+}
+
+TEST(MeshFlow, TurnsAroundWhenSignalsAreSwapped) {
+  const Pair pair = turned_torus(3, 60);
+  for (const FlowSolver solver : {FlowSolver::hierarchical, FlowSolver::direct}) {
+    MeshFlowOptions options = from(15);
+    options.solver = solver;
+    const Vector there = mesh_flow(pair.surface, pair.source, pair.target, options).field;
+    const Vector back = mesh_flow(pair.surface, pair.target, pair.source, options).field;
+    EXPECT_LE((there + back).cwiseAbs().maxCoeff(), 1e-10 * there.cwiseAbs().maxCoeff());
+  }
+}
+
+TEST(MeshFlow, DoesNotSeeTheUnitOfTheModelNorOfTheValues) {
+  const Pair pair = turned_torus(3, 60);
+  const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, from(15));
+  Mesh larger = pair.surface.mesh;
+  for (Vector3& p : larger.positions) p *= 1024;
+  const MeshFlow far = mesh_flow(make_surface(larger), pair.source, pair.target, from(15));
+  EXPECT_LE((far.field / 1024 - flow.field).cwiseAbs().maxCoeff(), 1e-9 * flow.field.cwiseAbs().maxCoeff());
+  const MeshFlow bright = mesh_flow(pair.surface, 256 * pair.source, 256 * pair.target, from(15));
+  EXPECT_LE((bright.field - flow.field).cwiseAbs().maxCoeff(), 1e-9 * flow.field.cwiseAbs().maxCoeff());
+}
+
+TEST(MeshFlow, MeansTheSameAtAnyResolution) {
+  const auto shift = [&](int n) {
+    const Pair pair = moved(fixtures::torus(n, n / 2), 1.5, rotation(0.2, Vector3::UnitZ()));
+    MeshFlowOptions options = from(15);
+    options.levels = 2;
+    options.solver = FlowSolver::direct;
+    options.steps = 1;
+    const Vector field = mesh_flow(pair.surface, pair.source, pair.target, options).field;
+    const auto X = field_in_space(pair.surface, field);
+    // How far it turns around the axis, on average.
+    double sum = 0, all = 0;
+    for (int t = 0; t < pair.surface.triangle_count(); ++t) {
+      const Vector3 along = around_z(pair.surface.mesh.position(t, 0));
+      sum += X[t].dot(along) / along.squaredNorm();
+      all += 1;
+    }
+    return sum / all;
+  };
+  EXPECT_NEAR(shift(64), shift(128), 0.02 * shift(128));
+}
+
+TEST(MeshFlow, OfEqualSignalsIsZero) {
+  const Pair pair = turned_torus(3, 40);
+  const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.source);
+  EXPECT_EQ(flow.field.cwiseAbs().maxCoeff(), 0);
+  EXPECT_EQ(flow.blend_error, 0);
+  const Signal constant = Signal::Constant(pair.source.rows(), 1, 0.5);
+  const MeshFlow nothing = mesh_flow(pair.surface, constant, constant);
+  EXPECT_EQ(nothing.field.cwiseAbs().maxCoeff(), 0);
+}
+
+/// Light that changes slowly over the surface is left out.
+TEST(MeshFlow, LeavesLightOut) {
+  Pair pair = turned_torus(3);
+  for (int v = 0; v < pair.target.rows(); ++v)
+    pair.target.row(v).array() += 0.6 * pair.surface.mesh.positions[v].x();
+  MeshFlowOptions options = from(15);
+  const double angle = 3 * std::sqrt(2 / std::sqrt(3.0) * 0.4 * 39.5 / (90 * 45));
+  const auto error = [&] {
+    return end_point_error(pair, mesh_flow(pair.surface, pair.source, pair.target, options).field,
+                           rotation(-angle, Vector3::UnitZ()));
+  };
+  const double lit = error();
+  options.detail = {8, Length::Unit::percent};
+  EXPECT_LE(error(), 0.5 * lit);
+}
+
+/// A tenth of the surface shows something else altogether: squares follow it farther than ψ does.
+TEST(MeshFlow, IsRobustWhenAsked) {
+  Pair pair = turned_torus(3);
+  const Noise noise(99);
+  for (int v = 0; v < pair.target.rows(); ++v)
+    if (pair.surface.mesh.positions[v].x() > 0.95) pair.target.row(v).setConstant(noise(5 * pair.surface.mesh.positions[v]));
+  const double angle = 3 * std::sqrt(2 / std::sqrt(3.0) * 0.4 * 39.5 / (90 * 45));
+  const auto error = [&](double robust_data) {
+    MeshFlowOptions options = from(15);
+    options.robust_data = robust_data;
+    return end_point_error(pair, mesh_flow(pair.surface, pair.source, pair.target, options).field,
+                           rotation(-angle, Vector3::UnitZ()));
+  };
+  EXPECT_LT(error(0.2), 0.8 * error(0));
+}
+
+TEST(MeshFlow, ForwardFindsTheSameMotion) {
+  const Pair pair = turned_torus(3);
+  MeshFlowOptions options = from(15);
+  options.alignment = FlowAlignment::forward;
+  const double angle = 3 * std::sqrt(2 / std::sqrt(3.0) * 0.4 * 39.5 / (90 * 45));
+  const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
+  EXPECT_LE(end_point_error(pair, flow.field, rotation(-angle, Vector3::UnitZ())), 0.15);
+}
+
+TEST(MeshFlow, GivesTheSameBitsForAnyNumberOfThreads) {
+  const Pair pair = turned_torus(3, 60);
+  const auto run = [&](int threads) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    return mesh_flow(pair.surface, pair.source, pair.target, from(15)).field;
+  };
+  const Vector one = run(1);
+  EXPECT_EQ(run(2), one);
+  EXPECT_EQ(run(7), one);
+}
+
+TEST(MeshFlow, CopesWithUglySurfaces) {
+  Mesh mesh = fixtures::beside(fixtures::torus(30, 16), fixtures::nonmanifold_edge());
+  mesh.positions.insert(mesh.positions.end(), {{2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {9, 9, 9}});
+  mesh.triangles.push_back({mesh.vertex_count() - 4, mesh.vertex_count() - 3, mesh.vertex_count() - 2});
+  const Surface surface = make_surface(mesh);
+  Signal a(surface.mesh.vertex_count(), 1), b = a;
+  for (int v = 0; v < a.rows(); ++v) {
+    a(v, 0) = std::sin(5 * surface.mesh.positions[v].x());
+    b(v, 0) = std::sin(5 * surface.mesh.positions[v].x() + 0.3);
+  }
+  const MeshFlow flow = mesh_flow(surface, a, b, from(10));
+  EXPECT_TRUE(flow.field.allFinite());
+  EXPECT_LT(flow.errors().back(), 0.3 * flow.blend_error);
+}
+
+TEST(MeshFlow, RefusesWhatItCannotAlign) {
+  const Pair pair = turned_torus(1, 20);
+  EXPECT_THROW(mesh_flow(pair.surface, pair.source, pair.target.leftCols(1)), InvalidInput);
+  Signal broken = pair.target;
+  broken(17, 1) = std::nan("");
+  EXPECT_NE(fixtures::error_of([&] { mesh_flow(pair.surface, pair.source, broken); }).find("vertex 17"),
+            std::string::npos);
+  MeshFlowOptions options;
+  options.basis = FlowBasis::whitney;
+  EXPECT_THROW(mesh_flow(pair.surface, pair.source, pair.target, options), Unsupported);
+  options = {};
+  options.largest = {-1, Length::Unit::model};
+  EXPECT_THROW(mesh_flow(pair.surface, pair.source, pair.target, options), InvalidInput);
+  const Surface open = make_surface(fixtures::moebius_strip(12));
+  options = thesis_flow(FlowBasis::gradient);
+  const Signal values = Signal::Random(open.mesh.vertex_count(), 1);
+  EXPECT_THROW(mesh_flow(open, values, values, options), Unsupported);
+}
+
+/// A step of the hierarchical solver is that of the factorisation.
+TEST(FlowSolvers, AgreeInTheVertexBasis) {
+  const Pair pair = turned_torus(3);
+  const FlowMeshes meshes(pair.surface, 200);
+  ASSERT_GT(meshes.count(), 1);
+  const FlowMesh& mesh = meshes[0];
+  const DataTerms data = data_terms(mesh.space(), pair.target - pair.source, pair.source);
+  const double weight = 25 * pair.spacing * pair.spacing * data.trace / mesh.area();
+  VertexSystem system = vertex_system(mesh, data, weight);
+  BlockMultigrid multigrid(meshes.transfers_from(0), {.tolerance = 1e-10});
+  multigrid.set_matrix(std::move(system.matrix));
+  Vector z = Vector::Zero(system.right_hand_side.size());
+  const SolveReport report = multigrid.solve(system.right_hand_side, z);
+  EXPECT_LE(report.cycles, 14);
+  DirectFlowSolver direct(pair.surface, mesh.space(), FlowBasis::vertex, {});
+  const Vector expected = direct.solve(data, weight);
+  EXPECT_LE((mesh.triangle_field(z) - expected).cwiseAbs().maxCoeff(), 1e-6 * expected.cwiseAbs().maxCoeff());
+}
+
+/// What X changes is all that matters: D·Y + w·S·Y + Pᵀg = 0 at the minimum.
+TEST(FlowSolvers, MinimiseTheEnergyInEveryBasis) {
+  const Pair pair = turned_sphere(0.1);
+  const VertexSpace space(pair.surface);
+  const DataTerms data = data_terms(space, pair.target - pair.source, pair.source);
+  for (const FlowBasis basis : bases) {
+    DirectFlowSolver solver(pair.surface, space, basis, {});
+    const Vector small = solver.solve(data, 1e-9 * data.trace), large = solver.solve(data, 1e3 * data.trace);
+    // Energy below that of 0: ⟨Y, G·Y⟩ + 2⟨g, Y⟩ + w⟨Y, S·Y⟩ = ⟨g, Y⟩ < 0 at the minimum.
+    EXPECT_LT(data.products(small)[0], 0);
+    EXPECT_LT(data.products(large)[0], 0);
+    EXPECT_LT(data.products(small)[0], data.products(large)[0]) << int(basis);
+  }
+}
+
+TEST(FlowMeshes, CarryRotationsOfTheSphereFromCoarseToFine) {
+  const Surface surface = make_surface(fixtures::sphere(5));
+  const FlowMeshes meshes(surface, 200);
+  ASSERT_GE(meshes.count(), 3);
+  const Vector3 axis = Vector3(0.2, 0.3, 1).normalized();
+  const auto field_on = [&](const FlowMesh& mesh) {
+    Vector z(2 * mesh.vertex_count());
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+      const Vector3 X = axis.cross(mesh.surface().mesh.positions[v]);
+      z.segment<2>(2 * v) = Vector2(X.dot(mesh.axis(v)), X.dot(mesh.normal(v).cross(mesh.axis(v))));
+    }
+    return z;
+  };
+  std::vector<double> errors;
+  for (int m = 0; m < 2; ++m) {
+    const Vector fine = field_on(meshes[m]);
+    const Vector found = meshes.transfer(m)->prolongated(field_on(meshes[m + 1]));
+    errors.push_back((found - fine).norm() / fine.norm());
+  }
+  EXPECT_LE(errors[0], 0.02);
+  EXPECT_LE(errors[0], 0.5 * errors[1]);
+}
+
+TEST(FlowMeshes, KeepConstantsAndMeans) {
+  const Surface surface = make_surface(fixtures::torus(60, 30));
+  const FlowMeshes meshes(surface, 200);
+  const Signal constant = Signal::Constant(surface.mesh.vertex_count(), 2, 0.7);
+  const Signal coarse = meshes.restricted(0, constant);
+  EXPECT_LE((coarse.array() - 0.7).abs().maxCoeff(), 1e-12);
+  EXPECT_LE((meshes.prolongated(0, coarse).array() - 0.7).abs().maxCoeff(), 1e-6);
+}
+
+TEST(Interpolation, BeginsAndEndsWithTheSignalsThemselves) {
+  const Pair pair = turned_torus(3, 40);
+  const TraceMesh mesh(pair.surface);
+  const Vector field = mesh_flow(pair.surface, pair.source, pair.target, from(15)).field;
+  EXPECT_EQ(interpolate(mesh, field, pair.source, pair.target, 0), pair.source);
+  EXPECT_EQ(interpolate(mesh, field, pair.source, pair.target, 1), pair.target);
+  EXPECT_THROW(interpolate(mesh, field, pair.source, pair.target, 1.5), InvalidInput);
+}
+
+/// Halfway is the source turned by half the angle, and not a blend of two.
+TEST(Interpolation, ShowsTheMotionHalfway) {
+  const double angle = 0.3;
+  const Pair pair = moved(fixtures::torus(120, 60), 2, rotation(angle, Vector3::UnitZ()));
+  const TraceMesh mesh(pair.surface);
+  const Vector field = mesh_flow(pair.surface, pair.source, pair.target, from(20)).field;
+  for (const double t : {0.25, 0.5, 0.75}) {
+    const Signal truth = colours(pair.surface, 2, rotation(t * angle, Vector3::UnitZ()));
+    const Signal found = interpolate(mesh, field, pair.source, pair.target, t);
+    const Signal blend = (1 - t) * pair.source + t * pair.target;
+    EXPECT_LE((found - truth).norm(), 0.1 * (blend - truth).norm()) << t;
+  }
+}
+
+}  // namespace
+}  // namespace mq
