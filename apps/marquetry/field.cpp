@@ -38,6 +38,11 @@ bool works_at_vertices(const OptionValues& options, const Scene& scene) {
   return options.flag("vertices") || !scene.atlas;
 }
 
+bool holds_numbers(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".exr" || extension == ".tif" || extension == ".tiff";
+}
+
 std::unique_ptr<Domain> make_domain(Run& run, const Scene& scene, const Progress& progress) {
   std::unique_ptr<Domain> domain;
   about(scene.model, [&] {

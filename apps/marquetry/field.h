@@ -1,6 +1,7 @@
 #pragma once
 /// A field that a verb computed, in place of the model's pictures or colours.
 
+#include <filesystem>
 #include <memory>
 
 #include "domain.h"
@@ -14,6 +15,9 @@ std::unique_ptr<Domain> make_domain(Run& run, const Scene& scene, const Progress
 
 /// Whether that will be vertices.
 bool works_at_vertices(const OptionValues& options, const Scene& scene);
+
+/// Whether a file of this name is one for numbers, not colours: .exr and .tif.
+bool holds_numbers(const std::filesystem::path& path);
 
 /// Gives the model pictures of these values (one column per channel), black where no chart is, or
 /// colours at its vertices.

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <numeric>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -26,23 +27,36 @@ TangentField harmonic(Run& run, const Scene& scene, const Progress& progress) {
   return fields[std::size_t(number - 1)];
 }
 
+/// Mean of the colour channels: pictures of one model may have grey, colours and alpha as they like.
+Image<float> brightness(const Image<float>& picture) {
+  Image<float> grey(picture.width(), picture.height(), 1);
+  const int colours = colour_channels(picture.channels());
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x) {
+      const auto pixel = picture.pixel(x, y).first(std::size_t(colours));
+      grey(x, y) = std::accumulate(pixel.begin(), pixel.end(), 0.0F) / float(colours);
+    }
+  return grey;
+}
+
 /// Mean of the colour channels of the textures, or of the colours, at the vertices of the surface.
 Vector brightness(const Scene& scene, const Domain& domain) {
   const Mesh& mesh = scene.surface.mesh;
   Vector values = Vector::Zero(mesh.vertex_count());
   if (const auto* texels = dynamic_cast<const TexelDomain*>(&domain)) {
     std::vector<Image<float>> pictures;
-    for (const Texture& texture : scene.model.textures) pictures.push_back(texture.pixels);
-    require(!pictures.empty() && !pictures.front().empty(),
-            "--field gradient: the model has no pictures to take the gradient of");
+    for (const Texture& texture : scene.model.textures)
+      pictures.push_back(brightness(texture.pixels));
+    require(std::ssize(pictures) == std::ssize(scene.texture_sizes) &&
+                std::ranges::none_of(pictures, &Image<float>::empty),
+            "--field gradient: the model lacks a picture to take the gradient of");
     const Signal signal = texels->space().gather(pictures);
-    const int colours = colour_channels(int(signal.cols()));
     for (int t = 0; t < mesh.triangle_count(); ++t) {
       if (scene.atlas->chart[t] < 0) continue;
       for (int k = 0; k < 3; ++k) {
         double sum = 0;
         for (const TexelWeight& w : texels->space().basis_at(t, Vector3::Unit(k)))
-          sum += w.weight * signal.row(w.texel).head(colours).mean();
+          sum += w.weight * signal(w.texel, 0);
         values[mesh.triangles[t][k]] = sum;
       }
     }
@@ -130,6 +144,11 @@ void add_field_options(OptionTable& table) {
              .choices = {"scaled", "unit"},
              .group = "Field",
              .help = "scaled: lines fade where the field is weak; unit: equally clear everywhere"});
+}
+
+void check_field(const OptionValues& options, const Scene& scene) {
+  const std::string name = options.text("field");
+  if (names_file(name)) read_vector_field(name, scene.model.mesh);
 }
 
 TangentField asked_field(Run& run, const Scene& scene, const Domain& domain,

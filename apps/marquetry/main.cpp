@@ -148,6 +148,7 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
       tbb::global_control::max_allowed_parallelism,
       threads > 0 ? std::size_t(threads) : std::max(1U, std::thread::hardware_concurrency()));
   if (options.flag("quiet")) terminal.set_voice(Terminal::Voice::quiet);
+  if (options.given("report")) const AtomicFile probe(options.text("report"));
   const Outcome outcome = run_all(verb, options, terminal);
   if (!options.flag("dry-run")) write_report(options, outcome.report);
   return outcome.exit;

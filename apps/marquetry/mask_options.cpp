@@ -8,9 +8,9 @@
 #include <numeric>
 
 #include "arguments.h"
+#include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
-#include "mq/base/words.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/colour.h"
 #include "outputs.h"
@@ -101,13 +101,20 @@ std::vector<Spot> asked_spots(const OptionValues& options, const Scene& scene,
   return spots;
 }
 
-std::vector<double> vertex_mask(const std::string& file, const Target& target,
-                                const Progress& progress) {
+/// The model whose colours at vertices are the mask.
+Model colours_of_mask(const std::string& file) {
   ReadModelOptions skipping;
   skipping.pictures = ReadModelOptions::Pictures::skip;
-  const Model model = read_model(file, skipping);
+  Model model = read_model(file, skipping);
+  require(model.colors.channels > 0,
+          file + ": --mask: has no colours at its vertices to be the mask");
+  return model;
+}
+
+std::vector<double> vertex_mask(const std::string& file, const Target& target,
+                                const Progress& progress) {
+  const Model model = colours_of_mask(file);
   const VertexSignal& colors = model.colors;
-  require(colors.channels > 0, file + ": --mask: has no colours at its vertices to be the mask");
   const int colours = colour_channels(colors.channels);
   std::vector<double> values;
   for (int v = 0; v < model.mesh.vertex_count(); ++v) {
@@ -126,11 +133,6 @@ std::vector<double> picture_mask(Run& run, const std::vector<std::string>& files
   require(domain, files.front() +
                       ": --mask: colours at vertices have no texels; give a model with "
                       "the mask as colours at its vertices");
-  require(
-      files.size() == scene.texture_sizes.size(),
-      fmt::format("--mask: {} has {}, and {} given: give one mask for each, in their order",
-                  scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
-                  files.size() == 1 ? "one is" : std::to_string(files.size()) + " are"));
   std::vector<Image<float>> pictures;
   for (std::size_t i = 0; i < files.size(); ++i) {
     pictures.push_back(read_texture(files[i]).pixels);
@@ -173,6 +175,15 @@ void add_mask_options(OptionTable& table, const std::string& group) {
                  "0). The radius is a length as --length."});
 }
 
+void check_mask(Run& run, const Scene& scene) {
+  const std::vector<std::string> files = run.options().texts("mask");
+  if (files.empty() || !names_model(files.front()))
+    return check_pictures(run.options(), scene, {"mask"});
+  require(files.size() == 1,
+          "--mask: one model is enough; found " + std::to_string(files.size()));
+  if (run.dry_run()) colours_of_mask(files.front());
+}
+
 std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, const Target& target,
                                               const Progress& progress) {
   const OptionValues& options = run.options();
@@ -180,8 +191,6 @@ std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, cons
   if (files.empty() && options.texts("spot").empty()) return std::nullopt;
   std::vector<double> mask(std::size_t(target.space().size()), 0.0);
   if (!files.empty() && names_model(files.front())) {
-    require(files.size() == 1,
-            "--mask: one model is enough; found " + std::to_string(files.size()));
     mask = vertex_mask(files.front(), target, progress);
   } else if (!files.empty()) {
     mask = picture_mask(run, files, scene, target);

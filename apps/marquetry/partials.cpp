@@ -4,12 +4,14 @@
 
 #include <algorithm>
 
+#include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/draw/photograph.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/colour.h"
 #include "mq/io/cameras.h"
+#include "mq/io/image_file.h"
 
 namespace mq::app {
 namespace {
@@ -21,11 +23,7 @@ std::vector<Texture> read_pictures(const std::vector<std::string>& files, std::s
   for (std::size_t i = 0; i < scene.texture_sizes.size(); ++i) {
     textures.push_back(read_texture(files[first + i]));
     const Image<float>& picture = textures.back().pixels;
-    const TextureSize& size = scene.texture_sizes[i];
-    require(
-        picture.width() == size.width && picture.height() == size.height,
-        fmt::format("{}: --partial: is {} × {}, and the texture {} × {}: bring it to that size",
-                    files[first + i], picture.width(), picture.height(), size.width, size.height));
+    require_size(files[first + i], picture.width(), picture.height(), scene, i);
   }
   return textures;
 }
@@ -119,6 +117,22 @@ bool has_partials(const OptionValues& options) {
   return !options.texts("partial").empty() || has_views(options);
 }
 
+void check_partials(const OptionValues& options, const Scene& scene) {
+  using Count = InputPictures::Count;
+  check_pictures(options, scene,
+                 {"partial", Count::many_sets, InputPictures::Size::of_the_texture});
+  const std::size_t partials = options.texts("partial").size(),
+                    confidences = options.texts("confidence").size();
+  require(confidences == 0 || confidences == partials,
+          fmt::format(
+              "--confidence: found {} for {} of --partial: give one for each, in their order",
+              counted(std::int64_t(confidences), "picture"),
+              counted(std::int64_t(partials), "picture")));
+  check_pictures(options, scene, {"confidence", Count::many_sets});
+  for (const std::string& file : options.texts("views"))
+    for (const Photograph& photograph : read_cameras(file)) picture_info(photograph.picture);
+}
+
 void add_missing_pictures(Scene& scene) {
   std::vector<Texture>& textures = scene.model.textures;
   textures.resize(std::max(textures.size(), scene.texture_sizes.size()));
@@ -206,14 +220,6 @@ std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTa
   const std::vector<std::string> files = run.options().texts("partial");
   const std::vector<std::string> confidences = run.options().texts("confidence");
   const std::size_t count = scene.texture_sizes.size();
-  require(files.size() % count == 0,
-          fmt::format("--partial: {} has {}, and {} given: give each photograph a picture for each",
-                      scene.model.path.string(), counted(std::int64_t(count), "texture"),
-                      files.size()));
-  require(confidences.empty() || confidences.size() == files.size(),
-          fmt::format(
-              "--confidence: found {} for {} of --partial: give one for each, in their order",
-              counted(std::ssize(confidences), "picture"), counted(std::ssize(files), "picture")));
   const bool stored = value_space(run.options()).space == ColourSpace::stored;
   std::vector<Partial> partials;
   for (std::size_t first = 0; first < files.size(); first += count) {

@@ -18,6 +18,9 @@ bool has_partials(const OptionValues& options);
 /// Whether photographs come with cameras, so that the model needs no pictures of its own.
 bool has_views(const OptionValues& options);
 
+/// Refuses what cannot be read of these files, before any work. Throws `InvalidInput` or `IoError`.
+void check_partials(const OptionValues& options, const Scene& scene);
+
 /// Black pictures where a model's textures have none.
 void add_missing_pictures(Scene& scene);
 

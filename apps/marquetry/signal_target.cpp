@@ -60,8 +60,7 @@ ValueSpace value_space(const OptionValues& options) {
 }
 
 Transfer transfer(const Texture& texture) {
-  const bool is_float = texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
-  return is_float ? Transfer::linear : Transfer::srgb;
+  return holds_light(texture.format) ? Transfer::linear : Transfer::srgb;
 }
 
 Image<float> decoded(const Texture& texture, const ValueSpace& values) {

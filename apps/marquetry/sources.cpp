@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "arguments.h"
+#include "input_pictures.h"
 #include "mq/base/error.h"
-#include "mq/base/words.h"
 #include "mq/mesh/closest_point.h"
 
 namespace mq::app {
@@ -131,18 +131,10 @@ std::vector<GeodesicSource> at_vertex(const Scene& scene, const Domain& domain,
 void add_mask(const std::vector<std::string>& files, const Scene& scene, const Domain& domain,
               std::vector<GeodesicSource>& sources) {
   require(texels_of(domain), files.front() + ": --from-mask is for textures; use --from");
-  require(
-      files.size() == scene.texture_sizes.size(),
-      fmt::format("--from-mask: {} has {}, and {} given: give one mask for each, in their order",
-                  scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
-                  files.size() == 1 ? "one is" : std::to_string(files.size()) + " are"));
   std::vector<Image<float>> masks;
   for (std::size_t i = 0; i < files.size(); ++i) {
     masks.push_back(read_texture(files[i]).pixels);
-    const TextureSize& size = scene.texture_sizes[i];
-    require(masks[i].width() == size.width && masks[i].height() == size.height,
-            fmt::format("{}: is {} x {}, and the texture {} x {}: scale it", files[i],
-                        masks[i].width(), masks[i].height(), size.width, size.height));
+    require_size(files[i], masks[i].width(), masks[i].height(), scene, i);
   }
   const std::size_t before = sources.size();
   const Texels& texels = texels_of(domain)->space().texels();

@@ -100,6 +100,29 @@ TEST(Lic, ShowsTheSameLinesOnAnyAtlasWhereGrainIsALengthOnTheSurface) {
   }
 }
 
+/// Two squares, a picture each: grey with alpha, and colours.
+TEST(Lic, TakesGradientsOfPicturesWithUnlikeChannels) {
+  const Folder folder;
+  write_bytes(folder / "two.obj",
+              "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n"
+              "vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\n"
+              "usemtl a\nf 1/1 2/2 5/3 4/4\nusemtl b\nf 2/1 3/2 6/3 5/4\n");
+  write_bytes(folder / "two.mtl", "newmtl a\nmap_Kd a.png\nnewmtl b\nmap_Kd b.png\n");
+  Image<float> grey(32, 32, 2, 1.0F), colours(32, 32, 3);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) {
+      grey(x, y) = float(x) / 64;
+      for (int c = 0; c < 3; ++c) colours(x, y, c) = 0.4F + float(x) / 64;
+    }
+  write_image(folder / "a.png", grey);
+  write_image(folder / "b.png", colours);
+  const Result result =
+      marquetry(folder, {"lic", "two.obj", "--field", "gradient", "-o", "lines/"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  for (const char* name : {"lines/a.png", "lines/b.png"})
+    EXPECT_EQ(read_texture(folder / name).pixels.channels(), 3);
+}
+
 TEST(Lic, SaysWhatIsMissing) {
   const Folder folder;
   write_strip(folder);

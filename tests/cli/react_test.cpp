@@ -52,6 +52,12 @@ TEST(React, RefusesScalesAndColoursWithoutMeaning) {
   write_strip(folder);
   EXPECT_EQ(marquetry(folder, {"react", "strip.obj", "--scale", "0", "-o", "p.png"}).status, 2);
   EXPECT_EQ(marquetry(folder, {"react", "strip.obj", "--ink", "leopard", "-o", "p.png"}).status, 2);
+  const Result endless = marquetry(
+      folder, {"react", "strip.obj", "--scale", "1e6", "--time", "1e7", "-o", "p.png"});
+  EXPECT_EQ(endless.status, 2);
+  EXPECT_THAT(endless.error, HasSubstr("wanted at most 1e+08 steps"));
+  for (const std::string time : {"-1", "nan", "1e12", "inf"})
+    EXPECT_EQ(marquetry(folder, {"react", "strip.obj", "--time", time, "-o", "p.png"}).status, 2);
   const Result coarse =
       marquetry(folder, {"react", "strip.obj", "--scale", "2tx", "--time", "5", "-o", "p.png"});
   EXPECT_EQ(coarse.status, 0);

@@ -120,7 +120,7 @@ TEST(Render, RefusesWhatItCannotDraw) {
   EXPECT_THAT(error("bare.obj", {"--layout"}), HasSubstr("no texture coordinates"));
   EXPECT_THAT(error("bare.obj", {"--at", "seam"}), HasSubstr("no textures"));
   EXPECT_THAT(error("strip.obj", {"--paint", "vertices"}), HasSubstr("no colours at its vertices"));
-  EXPECT_THAT(error("strip.obj", {"--compare", "small.png"}), HasSubstr("8 x 8 pixels"));
+  EXPECT_THAT(error("strip.obj", {"--compare", "small.png"}), HasSubstr("is 8 x 8, and the texture"));
   EXPECT_THAT(error("strip.obj", {"--paint", "numbers", "--channel", "5"}), HasSubstr("channel 5"));
   EXPECT_THAT(error("strip.obj", {"--view", "side"}), HasSubstr("AZIMUTH"));
   EXPECT_THAT(error("strip.obj", {"--size", "0"}), HasSubstr("1920x1080"));

@@ -68,7 +68,7 @@ TEST(Stitch, TakesGainsOutInLogSpace) {
   const Folder folder;
   write_gains(folder, 1.5);
   const Image<float> truth = picture(160, 120, 1);
-  const Result result = stitch(folder, "out.png", {"--space", "log", "--alpha", "1e4"});
+  const Result result = stitch(folder, "out.png", {"--space", "log"});
   ASSERT_EQ(result.status, 0) << result.error;
   const Image<float> before = read_texture(folder / "strip.png").pixels;
   const Image<float> after = read_texture(folder / "out.png").pixels;
@@ -262,7 +262,7 @@ TEST(Stitch, RefusesWhatDoesNotFit) {
   write_image(folder / "grey.png", Image<float>(64, 48, 1, 0.5F));
   write_image(folder / "black.png", Image<float>(64, 48, 3, 0.0F));
   write_image(folder / "labels.jpg", Image<float>(64, 48, 3, 0.0F));
-  EXPECT_THAT(error({"--partial", "small.png"}), HasSubstr("is 8 × 8, and the texture 64 × 48"));
+  EXPECT_THAT(error({"--partial", "small.png"}), HasSubstr("is 8 x 8, and the texture 64 x 48"));
   EXPECT_THAT(error({"--partial", "strip.png"}), HasSubstr("no alpha channel"));
   EXPECT_THAT(error({"--partial", "strip.png", "--confidence", "black.png"}),
               HasSubstr("no texel is seen"));

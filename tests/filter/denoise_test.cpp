@@ -9,6 +9,7 @@
 #include "fem/cut_squares.h"
 #include "linear/matrices.h"
 #include "mq/fem/conducting_space.h"
+#include "mq/fem/multigrid_solver.h"
 #include "mq/fem/vertex_space.h"
 
 namespace mq {
@@ -103,6 +104,27 @@ TEST(Denoise, LeavesConstantsAndMeansAlone) {
   const Eigen::RowVectorXd before = ones.transpose() * (M * step.noisy),
                            after = ones.transpose() * (M * found);
   EXPECT_LE((after - before).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// The steps after the first go on with a solver that was made for other edges.
+TEST(Denoise, GivesTheSameWithAnySolver) {
+  const Stepped step(nine_charts(), 96);
+  const DenoiseOptions wanted{.weight = 1e-3, .edge = 0.2, .steps = 3};
+  const Signal direct = denoise(step.space, step.noisy, {}, wanted).signal;
+  const Filtered found = denoise(step.space, step.noisy, {}, wanted,
+                                 multigrid_solver(step.space.texels(), {.tolerance = 1e-8}));
+  EXPECT_TRUE(found.report.converged);
+  EXPECT_LE((found.signal - direct).cwiseAbs().maxCoeff(), 1e-5);
+}
+
+TEST(ConductingSpace, TakesAnotherConductivity) {
+  const VertexSpace space(make_surface(fixtures::torus(8, 6)));
+  const std::vector<float> one(std::size_t(space.element_count()), 0.5F),
+      other(one.size(), 0.25F);
+  ConductingSpace changed(space, one);
+  changed.set_conductivity(other);
+  EXPECT_EQ((changed.system(1, 2) - ConductingSpace(space, other).system(1, 2)).norm(), 0);
+  EXPECT_GT((changed.system(1, 2) - ConductingSpace(space, one).system(1, 2)).norm(), 0);
 }
 
 TEST(Denoise, RefusesWhatDoesNotFit) {

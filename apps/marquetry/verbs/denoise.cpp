@@ -1,10 +1,8 @@
 // marquetry denoise MESH [TEXTURE...] -o OUT: smooth a texture on its surface, but not over edges.
-#include <fmt/format.h>
-
 #include <cmath>
 
+#include "input_pictures.h"
 #include "mq/base/error.h"
-#include "mq/base/words.h"
 #include "mq/filter/denoise.h"
 #include "outputs.h"
 #include "signal_options.h"
@@ -23,20 +21,12 @@ std::vector<Guide> asked_guides(const OptionValues& options, const Scene& scene,
   const auto* domain = dynamic_cast<const TexelDomain*>(&target.domain());
   require(domain, files.front() + ": --guide is for textures, not for colours at vertices");
   const std::size_t count = scene.texture_sizes.size();
-  require(
-      files.size() % count == 0,
-      fmt::format("--guide: {} has {}, and {} given: give one picture for each, in their order",
-                  scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
-                  counted(std::ssize(files), "guide")));
   std::vector<Guide> guides;
   for (std::size_t first = 0; first < files.size(); first += count) {
     std::vector<Image<float>> pictures;
     for (std::size_t i = 0; i < count; ++i) {
       pictures.push_back(read_texture(files[first + i]).pixels);
-      const TextureSize& size = scene.texture_sizes[i];
-      require(pictures[i].width() == size.width && pictures[i].height() == size.height,
-              fmt::format("{}: is {} x {}, and the texture {} x {}: scale it", files[first + i],
-                          pictures[i].width(), pictures[i].height(), size.width, size.height));
+      require_size(files[first + i], pictures[i].width(), pictures[i].height(), scene, i);
     }
     guides.push_back({domain->space().gather(pictures), options.number("guide-edge")});
   }
@@ -50,6 +40,8 @@ Exit denoise_verb_run(Run& run) {
       options.text("output"), scene.model,
       at_vertices(options, scene) ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
+  check_pictures(options, scene,
+                 {"guide", InputPictures::Count::many_sets, InputPictures::Size::of_the_texture});
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<Target> target;
@@ -120,7 +112,7 @@ Verb denoise_verb() {
              .help = "the same as --edge of the guides"});
   table.add({.name = "steps",
              .type = Type::integer,
-             .default_value = "2",
+             .default_value = "1",
              .least = 1,
              .most = 1000,
              .group = "Denoise",

@@ -101,6 +101,7 @@ Exit filter(Run& run) {
       options.text("output"), scene.model,
       at_vertices(options, scene) ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
+  check_mask(run, scene);
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<Target> target;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "field.h"
+#include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/filter/geodesic.h"
 #include "mq/image/false_colour.h"
@@ -20,8 +21,7 @@ namespace {
 bool writes_numbers(const OptionValues& options, const std::filesystem::path& path) {
   const std::string show = options.text("show");
   if (show != "automatic") return show == "numbers";
-  const std::string extension = path.extension().string();
-  return extension == ".exr" || extension == ".tif" || extension == ".tiff";
+  return holds_numbers(path);
 }
 
 Signal as_numbers(const Vector& distance, int channels) {
@@ -71,6 +71,8 @@ Exit geodesic(Run& run) {
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
+  check_pictures(options, scene,
+                 {"from-mask", InputPictures::Count::one_set, InputPictures::Size::of_the_texture});
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<Domain> domain;

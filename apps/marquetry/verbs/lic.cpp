@@ -48,6 +48,7 @@ Exit lic(Run& run) {
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
+  check_field(options, scene);
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<Domain> domain;

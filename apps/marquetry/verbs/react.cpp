@@ -8,6 +8,8 @@
 #include "field.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
+#include "mq/base/stopwatch.h"
+#include "mq/base/words.h"
 #include "mq/filter/reaction_diffusion.h"
 #include "outputs.h"
 #include "signal_options.h"
@@ -61,9 +63,42 @@ Signal coloured(const Substances& state, const Colour& ground, const Colour& ink
   return values;
 }
 
-bool holds_numbers(const std::filesystem::path& path) {
-  const std::string extension = path.extension().string();
-  return extension == ".exr" || extension == ".tif" || extension == ".tiff";
+/// More steps than anyone waits for: at a microsecond each, which is a few dozen texels, a minute
+/// and a half.
+constexpr double most_steps = 1e8;
+
+int asked_steps(const OptionValues& options, double time_step) {
+  const double time = options.number("time"), steps = std::ceil(time / time_step);
+  require(
+      steps <= most_steps,
+      fmt::format("--time {:g}: takes {:.3g} steps of {:.3g}, which is what a wave of --scale {} "
+                  "allows on this surface; wanted at most {:g} steps: choose a shorter time, or "
+                  "a smaller scale",
+                  time, steps, time_step, options.text("scale"), most_steps));
+  return int(steps);
+}
+
+/// "40 seconds", "12 minutes", "5 hours", "3 days".
+std::string spoken(double seconds) {
+  const std::pair<double, const char*> units[] = {{86400, "day"}, {3600, "hour"}, {60, "minute"}};
+  for (const auto& [length, name] : units)
+    if (seconds >= 2 * length) return counted(std::llround(seconds / length), name);
+  return counted(std::llround(seconds), "second");
+}
+
+/// Grows for so many steps. The first few are timed, and where all of them take long, says so.
+void grow(Run& run, const ReactionDiffusion& process, const Reaction& reaction, int steps,
+          Substances& state, const Progress& progress) {
+  constexpr double long_wait = 20;  // seconds
+  const int first = std::min(steps, 4);
+  const Stopwatch watch;
+  process.run(reaction, first, state);
+  const double each = watch.seconds() / std::max(1, first), wait = each * (steps - first);
+  if (wait > long_wait)
+    run.terminal().remark(fmt::format("{} on {} take about {}; --time and --scale say how many",
+                                      counted(steps, "step"), counted(process.size(), "unknown"),
+                                      spoken(wait)));
+  process.run(reaction, steps - first, state, progress);
 }
 
 Exit react(Run& run) {
@@ -96,12 +131,12 @@ Exit react(Run& run) {
     run.terminal().warning(
         fmt::format("--scale: a wave is {:.1f} texels long; below 6 the grid shows in the pattern",
                     wave_length / spacing));
-  const int steps = int(std::ceil(options.number("time") / process->time_step()));
+  const int steps = asked_steps(options, process->time_step());
   Substances state =
       seeded_substances(domain->places(), wave_length, std::uint64_t(options.integer("seed")));
   {
     const Step step(run, "react", 0.8);
-    process->run(gray_scott(preset.rates), steps, state, step);
+    grow(run, *process, gray_scott(preset.rates), steps, state, step);
   }
   run.result["steps"] = steps;
   run.result["time_step"] = process->time_step();

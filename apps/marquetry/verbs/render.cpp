@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/draw/pinhole.h"
@@ -156,6 +157,8 @@ Exit render(Run& run) {
     files.emplace_back(options.text("cameras"));
   }
   run.will_write(files);
+  check_pictures(options, scene,
+                 {"compare", InputPictures::Count::one_set, InputPictures::Size::of_the_texture});
   if (run.dry_run()) return Exit::done;
 
   RenderRequest request = make_render_request(options, scene);

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "arguments.h"
+#include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/filter/modulation.h"
@@ -48,11 +49,6 @@ std::vector<int> read_labels(Run& run, const Scene& scene, const TexelSpace& spa
   const OptionValues& options = run.options();
   const std::vector<std::string> files = options.texts("labels");
   if (files.empty()) return space.texels().chart;
-  require(
-      files.size() == scene.texture_sizes.size(),
-      fmt::format("--labels: {} has {}, and {} given: give one picture for each, in their order",
-                  scene.model.path.string(), counted(std::ssize(scene.texture_sizes), "texture"),
-                  files.size()));
   std::vector<Image<float>> pictures;
   std::optional<std::vector<float>> unseen_colour;
   for (const std::string& file : files) {
@@ -152,6 +148,8 @@ Exit stitch(Run& run) {
   if (has_views(options)) add_missing_pictures(scene);
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
+  check_pictures(options, scene, {"labels"});
+  check_partials(options, scene);
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<TextureTarget> target;
@@ -227,7 +225,7 @@ Verb stitch_verb() {
              .group = "Regions",
              .help = "the label of texels that no photograph shows: they are filled in"});
   add_partial_options(table);
-  add_spread_options(table, "1", "Stitch",
+  add_spread_options(table, "100", "Stitch",
                      "how far corrections spread: weight of gradients on the surface scaled to "
                      "unit area");
   add_solver_options(table);

@@ -11,10 +11,15 @@
 namespace mq {
 
 ConductingSpace::ConductingSpace(const SignalSpace& space, std::vector<float> conductivity)
-    : space_(space), conductivity_(std::move(conductivity)) {
-  require(std::ssize(conductivity_) == space.element_count(),
+    : space_(space) {
+  set_conductivity(std::move(conductivity));
+}
+
+void ConductingSpace::set_conductivity(std::vector<float> conductivity) {
+  conductivity_ = std::move(conductivity);
+  require(std::ssize(conductivity_) == space_.element_count(),
           fmt::format("{} conductivities were given for {} elements", conductivity_.size(),
-                      space.element_count()));
+                      space_.element_count()));
   for (const float c : conductivity_)
     require(c >= 0 && std::isfinite(c),
             fmt::format("a conductivity is {}; it must be finite and not negative", c));

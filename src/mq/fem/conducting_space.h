@@ -14,6 +14,10 @@ class ConductingSpace final : public SignalSpace {
   /// finite.
   ConductingSpace(const SignalSpace& space, std::vector<float> conductivity);
 
+  /// Takes another conductivity, refused as above. What was prepared with the one before has to be
+  /// prepared again (`ScreenedPoisson::set_weight`).
+  void set_conductivity(std::vector<float> conductivity);
+
   int size() const override { return space_.size(); }
   SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;

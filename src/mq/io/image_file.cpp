@@ -7,6 +7,7 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -405,6 +406,14 @@ void take_over(const ImageSpec& read, bool same_format, Depth depth, ImageSpec& 
   }
 }
 
+/// Whether what was read from a file is light, by its tags.
+bool is_light(const PixelFormat& format) {
+  const auto* read = static_cast<const ImageSpec*>(format.tags.get());
+  if (read == nullptr) return false;
+  return depth_of(read->format) >= Depth::half ||
+         OIIO::Strutil::iequals(read->get_string_attribute("oiio:ColorSpace"), "linear");
+}
+
 /// The head of the new file: the one that was read where it fits the pixels, otherwise a plain one.
 ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth) {
   const Image<float>& pixels = texture.pixels;
@@ -414,6 +423,7 @@ ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth
   const bool same_format = texture.format.file_format == format.name;
   if (read != nullptr) take_over(*read, same_format, depth, spec);
   state_alpha(same_format ? read : nullptr, format, spec);
+  if (is_light(texture.format) && format.name == "png") spec["oiio:ColorSpace"] = "Linear";
   // An empty date keeps the library from writing today's: equal pictures are equal files.
   if (spec.find_attribute("DateTime") == nullptr) spec["DateTime"] = "";
   if (format.name == "jpeg") {
@@ -491,6 +501,12 @@ std::vector<std::string> notes_on(const std::string& name, const Texture& textur
   if (loses || (wanted == Depth::half && depth == Depth::f32))
     notes.push_back(fmt::format("{}: {} cannot hold {}; written with {}", name, format.name,
                                 words_for(wanted), words_for(depth)));
+  if (format.name != "openexr" && is_light(texture.format) && depth <= Depth::u16)
+    notes.push_back(fmt::format(
+        "{}: holds light, {}; write .exr to keep its range", name,
+        format.name == "png"
+            ? "and says so by its gamma of 1, which not all programs heed"
+            : "which its format cannot say, so that it will be shown too dark"));
   if (clamped > 0)
     notes.push_back(fmt::format("{}: {} beyond what {} can hold, clamped", name,
                                 counted(clamped, "value"), words_for(depth)));
@@ -577,6 +593,10 @@ EncodedPicture encode(const Texture& texture, const std::string& name, const Fil
 }
 
 }  // namespace
+
+bool holds_light(const PixelFormat& format) {
+  return format.depth == Depth::half || format.depth == Depth::f32 || is_light(format);
+}
 
 PictureInfo picture_info(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_bytes(path);

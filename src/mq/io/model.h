@@ -92,6 +92,10 @@ Texture read_texture(const std::filesystem::path& path, const Progress& progress
 std::vector<std::string> write_texture(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress = {});
 
+/// Whether a picture's values are light: floating point, and integers whose file says so (a PNG with
+/// a gamma of 1). Others are display values.
+bool holds_light(const PixelFormat& format);
+
 /// The same for pixels made here.
 std::vector<std::string> write_image(const std::filesystem::path& path, const Image<float>& pixels,
                                      Depth depth = Depth::u8);

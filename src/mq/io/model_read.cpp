@@ -1,5 +1,6 @@
 // A mesh file names other files as some other machine knew them. Each is looked for where its name
-// leads from the mesh file's folder, then in that folder by the last part of its name.
+// leads from the mesh file's folder, then in that folder by the last part of its name, then with other
+// capitals.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,11 +21,12 @@ using Pictures = ReadModelOptions::Pictures;
 
 // ---- Which format ----
 
-std::string lower_extension(const fs::path& path) {
-  std::string text = path.extension().string();
+std::string lower(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
   return text;
 }
+
+std::string lower_extension(const fs::path& path) { return lower(path.extension().string()); }
 
 /// What a file of no mesh format we read begins with, and what it is.
 constexpr std::pair<std::string_view, const char*> other_formats[] = {
@@ -65,13 +67,32 @@ bool is_file(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
-/// The name, from `folder`, under which a file is found.
+/// The one file of a folder whose name differs in capitals only; nothing where there are several.
+std::optional<std::string> find_in_other_case(const fs::path& folder, const std::string& name) {
+  std::optional<std::string> found;
+  std::error_code ignored;
+  for (fs::directory_iterator at(folder.empty() ? "." : folder, ignored), end;
+       !ignored && at != end; at.increment(ignored)) {
+    const std::string there = at->path().filename().string();
+    if (lower(there) != lower(name) || !is_file(at->path())) continue;
+    if (found) return {};
+    found = there;
+  }
+  return found;
+}
+
+/// The name, from `folder`, under which a file is found: as it is named, by the last part of that,
+/// or so but for capitals, which some systems do not tell apart.
 std::optional<std::string> find_file(const fs::path& folder, const std::string& name) {
   if (name.empty() || name.find('\0') != name.npos) return {};
   if (is_file(folder / name)) return name;
   const std::string last = fs::path(name).filename().string();
-  if (!last.empty() && is_file(folder / last)) return last;
-  return {};
+  if (last.empty()) return {};
+  if (is_file(folder / last)) return last;
+  const fs::path parent = fs::path(name).parent_path();
+  if (const auto found = find_in_other_case(folder / parent, last))
+    return (parent / *found).string();
+  return parent.empty() ? std::nullopt : find_in_other_case(folder, last);
 }
 
 class ModelReader {
