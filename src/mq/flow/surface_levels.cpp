@@ -64,20 +64,16 @@ FlowMesh::FlowMesh(const Surface& surface, const Progress& progress)
   const std::vector<FlatTriangle>& shapes = space_.shapes();
   const int vertices = vertex_count(), triangles = surface.triangle_count();
   progress.at(0.5);
-  corner_begin_.assign(vertices + 1, 0);
-  for (int t = 0; t < triangles; ++t)
-    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) ++corner_begin_[mesh.triangles[t][k] + 1];
-  for (int v = 0; v < vertices; ++v) corner_begin_[v + 1] += corner_begin_[v];
-  corners_.resize(corner_begin_[vertices]);
-  std::vector<int> at(corner_begin_.begin(), corner_begin_.end() - 1);
-  for (int t = 0; t < triangles; ++t)
-    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) corners_[at[mesh.triangles[t][k]]++] = 3 * t + k;
+  find_corners();
+  find_rows();
 
+  edge_turns_.resize(3 * std::size_t(triangles));
   turns_.resize(3 * std::size_t(triangles));
   edge_weights_.assign(3 * std::size_t(triangles), 0.0);
   parallel_for(3 * std::int64_t(triangles), [&](std::int64_t h) {
     if (shapes[h / 3].empty()) return;
     turns_[h] = {std::cos(frames_.into_triangle[h]), std::sin(frames_.into_triangle[h])};
+    edge_turns_[h] = {std::cos(frames_.along(HalfEdge(h))), std::sin(frames_.along(HalfEdge(h)))};
     const double here = shapes[h / 3].half_cotangent((h % 3 + 2) % 3);
     const HalfEdge twin = surface.twins[h];
     const bool inner = twin >= 0 && !shapes[twin / 3].empty();
@@ -103,6 +99,49 @@ FlowMesh::FlowMesh(const Surface& surface, const Progress& progress)
                                      [](const Vector3& n) { return !n.isZero(0); }));
   spacing_ = std::sqrt(2 / std::sqrt(3.0) * area() / std::max(1, used));
   progress.at(1);
+}
+
+void FlowMesh::find_corners() {
+  const Mesh& mesh = surface_.mesh;
+  const std::vector<FlatTriangle>& shapes = space_.shapes();
+  const int vertices = vertex_count(), triangles = surface_.triangle_count();
+  corner_begin_.assign(vertices + 1, 0);
+  for (int t = 0; t < triangles; ++t)
+    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) ++corner_begin_[mesh.triangles[t][k] + 1];
+  for (int v = 0; v < vertices; ++v) corner_begin_[v + 1] += corner_begin_[v];
+  corners_.resize(corner_begin_[vertices]);
+  std::vector<int> at(corner_begin_.begin(), corner_begin_.end() - 1);
+  for (int t = 0; t < triangles; ++t)
+    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) corners_[at[mesh.triangles[t][k]]++] = 3 * t + k;
+}
+
+void FlowMesh::find_rows() {
+  const int vertices = vertex_count();
+  const auto neighbours = [&](int v, std::vector<int>& list) {
+    list.assign(1, v);
+    for (const int* c = corners_begin(v); c != corners_end(v); ++c)
+      for (const int k : {1, 2})
+        list.push_back(surface_.mesh.triangles[*c / 3][(*c % 3 + k) % 3]);
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  };
+  row_starts_.assign(vertices + 1, 0);
+  parallel_blocks(vertices, 1024, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<int> list;
+    for (std::int64_t v = begin; v < end; ++v) {
+      neighbours(int(v), list);
+      row_starts_[v + 1] = int(list.size());
+    }
+  });
+  for (int v = 0; v < vertices; ++v) row_starts_[v + 1] += row_starts_[v];
+  columns_.resize(row_starts_[vertices]);
+  parallel_blocks(vertices, 1024, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<int> list;
+    for (std::int64_t v = begin; v < end; ++v) {
+      neighbours(int(v), list);
+      std::copy(list.begin(), list.end(), columns_.begin() + row_starts_[v]);
+    }
+  });
 }
 
 Vector FlowMesh::triangle_field(const Vector& z) const {

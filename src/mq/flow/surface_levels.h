@@ -33,8 +33,14 @@ class FlowMesh {
   /// cos and sin of `VertexFrames::into_triangle`, per corner.
   const std::vector<std::array<double, 2>>& turns() const { return turns_; }
 
-  /// Per half-edge, its triangle's half of the weight max(0, ½(cot α + cot β)).
+  /// Per half-edge, its triangle's half of the weight max(0, ½(cot α + cot β)), and cos and sin of
+  /// `VertexFrames::along`.
   const std::vector<double>& edge_weights() const { return edge_weights_; }
+  const std::vector<std::array<double, 2>>& edge_turns() const { return edge_turns_; }
+
+  /// Rows of matrices on the vertices: a vertex and the other corners of its triangles, ascending.
+  const std::vector<int>& row_starts() const { return row_starts_; }
+  const std::vector<int>& columns() const { return columns_; }
 
   /// A vector per triangle, in its frame: the mean of its corners'.
   Vector triangle_field(const Vector& z) const;
@@ -44,6 +50,9 @@ class FlowMesh {
   const Vector3& axis(int v) const { return axes_[v]; }
 
  private:
+  void find_corners();
+  void find_rows();
+
   const Surface& surface_;
   VertexSpace space_;
   TraceMesh trace_;
@@ -53,6 +62,8 @@ class FlowMesh {
   std::vector<int> corner_begin_, corners_;
   std::vector<std::array<double, 2>> turns_;
   std::vector<double> edge_weights_;
+  std::vector<std::array<double, 2>> edge_turns_;
+  std::vector<int> row_starts_, columns_;
   std::vector<Vector3> normals_, axes_;
 };
 

@@ -24,7 +24,7 @@ namespace {
 
 constexpr double spacings_per_length = 3;  // of the mesh a scale is solved on, at least
 constexpr int coarsest_vertices = 200;
-constexpr double gain_worth_a_step = 0.02;
+constexpr double gain_worth_a_step = 0.05;
 constexpr double largest_scale = 4;  // of α*
 
 /// Smooth: (M + w·S)⁻¹·M·φ.
@@ -73,35 +73,35 @@ struct Moments {
   }
 };
 
-/// One signal without light, and at a variance of 1 over its channels; or as the thesis has it.
-Signal prepared(const FlowMeshes& meshes, const Signal& signal, double detail, bool thesis) {
-  const FlowMesh& finest = meshes[0];
-  Signal result = signal;
-  if (detail > 0) {
-    int m = 0;
-    while (!thesis && m + 1 < meshes.count() &&
-           meshes[m + 1].spacing() <= detail / spacings_per_length)
-      ++m;
-    Signal low = signal;
-    for (int k = 0; k < m; ++k) low = meshes.restricted(k, low);
-    low = smoothed(meshes[m], low, detail * detail, 1e-6);
-    for (int k = m; k > 0; --k) low = meshes.prolongated(k - 1, low);
-    result -= low;
-  }
-  const Moments moments(finest.lumped_mass(), result);
-  if (thesis) {
-    const Moments before(finest.lumped_mass(), signal);
-    for (Eigen::Index c = 0; c < result.cols(); ++c)
-      if (moments.variance[c] > 0)
-        result.col(c) *= std::sqrt(before.variance[c] / moments.variance[c]);
-    return result;
-  }
-  const double variance = moments.variance.mean();
-  if (variance > 0) result /= std::sqrt(variance);
-  return result;
+/// A signal less what varies slowly.
+Signal without_light(const FlowMeshes& meshes, const Signal& signal, double detail, bool thesis) {
+  if (!(detail > 0)) return signal;
+  int m = 0;
+  while (!thesis && m + 1 < meshes.count() &&
+         meshes[m + 1].spacing() * spacings_per_length <= detail)
+    ++m;
+  Signal low = signal;
+  for (int k = 0; k < m; ++k) low = meshes.restricted(k, low);
+  low = smoothed(meshes[m], low, detail * detail, thesis ? 1e-6 : 1e-4);
+  for (int k = m; k > 0; --k) low = meshes.prolongated(k - 1, low);
+  return signal - low;
 }
 
-/// Lengths of the levels, the last of which may be without smoothing.
+/// To a variance of 1 over all channels; of the thesis, each channel to its variance in `original`.
+void bring_to_scale(const FlowMesh& mesh, Signal& details, const Signal& original, bool thesis) {
+  const Moments moments(mesh.lumped_mass(), details);
+  if (thesis) {
+    const Moments before(mesh.lumped_mass(), original);
+    for (Eigen::Index c = 0; c < details.cols(); ++c)
+      if (moments.variance[c] > 0)
+        details.col(c) *= std::sqrt(before.variance[c] / moments.variance[c]);
+    return;
+  }
+  const double variance = moments.variance.mean();
+  if (variance > 0) details /= std::sqrt(variance);
+}
+
+/// A level: ℓ, and the weight by which signals are smoothed.
 struct Scale {
   double length, smoothing;
 };
@@ -113,18 +113,14 @@ std::vector<Scale> scales_of(const MeshFlowOptions& options, const FlowMesh& fin
   double smallest = positive_length(options.smallest, scale, "a smallest length");
   if (smallest == 0) smallest = 2 * finest.spacing();
   std::vector<Scale> scales;
-  double length = largest;
-  const int most = options.levels > 0 ? options.levels : 64;
-  while (int(scales.size()) < most) {
-    const bool last = options.levels == 0 && length <= smallest * (1 + 1e-9);
-    const double l = last ? std::min(largest, smallest) : length;
-    scales.push_back({l, l * l / 2});
-    if (last) {
-      scales.push_back({l, 0});
-      break;
-    }
-    length /= 2;
+  if (options.levels > 0) {
+    for (int l = 0; l < options.levels; ++l)
+      scales.push_back({std::ldexp(largest, -l), std::ldexp(largest * largest / 2, -2 * l)});
+    return scales;
   }
+  for (double length = largest; length > 1.5 * smallest; length /= 2)
+    scales.push_back({length, length * length / 2});
+  scales.push_back({std::min(largest, smallest), 0});
   return scales;
 }
 
@@ -141,8 +137,13 @@ class Aligner {
   }
 
   void take_signals(const Signal& source, const Signal& target, double detail) {
-    raw_.push_back({prepared(meshes_, source, detail, options_.thesis.has_value()),
-                    prepared(meshes_, target, detail, options_.thesis.has_value())});
+    const bool thesis = options_.thesis.has_value();
+    Signal both(source.rows(), 2 * source.cols());
+    both << source, target;
+    both = without_light(meshes_, both, detail, thesis);
+    raw_.push_back({both.leftCols(source.cols()), both.rightCols(source.cols())});
+    bring_to_scale(meshes_[0], raw_[0].source, source, thesis);
+    bring_to_scale(meshes_[0], raw_[0].target, target, thesis);
     for (int m = 0; m + 1 < meshes_.count(); ++m)
       raw_.push_back({meshes_.restricted(m, raw_[m].source), meshes_.restricted(m, raw_[m].target)});
   }
@@ -282,7 +283,7 @@ class Aligner {
     }
     const FlowMesh& mesh = meshes_[m];
     level.vertices = mesh.vertex_count();
-    const double tolerance = options_.thesis ? 1e-6 : 1e-3;
+    const double tolerance = options_.thesis ? 1e-6 : m > 0 ? 1e-3 : 3e-3;
     const Eigen::Index channels = raw_[m].source.cols();
     Signal both(raw_[m].source.rows(), 2 * channels);
     both << raw_[m].source, raw_[m].target;
@@ -294,7 +295,7 @@ class Aligner {
     double error = mean_square_difference(mesh.lumped_mass(), now.source, now.target);
     level.warp_seconds += warping.seconds();
 
-    const int steps = options_.thesis ? 1 : options_.steps;
+    const int steps = options_.thesis ? 1 : (m > 0 ? 2 : 1) * options_.steps;
     for (int step = 0; step < steps && error > 0; ++step) {
       double scale = 0;
       const Progress one = progress.step("step", 1.0 / steps);

@@ -22,9 +22,9 @@ constexpr double pin = 1e-8;  // of the mass, where a basis has constants that m
 using Block = BlockMatrix<double>::Block;
 
 /// The rotation that takes vectors at the target of h to its source, as a block.
-Block along(const VertexFrames& frames, HalfEdge h, double factor) {
-  const double angle = frames.along(h), c = factor * std::cos(angle), s = factor * std::sin(angle);
-  return {c, -s, s, c};
+Block along(const FlowMesh& mesh, HalfEdge h, double factor) {
+  const auto [c, s] = mesh.edge_turns()[h];
+  return {factor * c, -factor * s, factor * s, factor * c};
 }
 
 void add(Block& to, const Block& B, double factor) {
@@ -38,8 +38,8 @@ Block between(const std::array<double, 2>& i, const DataTerms::Triangle& G,
               const std::array<double, 2>& j) {
   const auto [c, s] = i;
   const auto [d, t] = j;
-  const double a = c * G.xx + s * G.xy, b = c * G.xy + s * G.yy;    // first row of R_iᵀG
-  const double e = c * G.xy - s * G.xx, f = c * G.yy - s * G.xy;    // second row
+  const double a = c * G.xx + s * G.xy, b = c * G.xy + s * G.yy;  // first row of R_iᵀG
+  const double e = c * G.xy - s * G.xx, f = c * G.yy - s * G.xy;  // second row
   return {(a * d + b * t) / 9, (b * d - a * t) / 9, (e * d + f * t) / 9, (f * d - e * t) / 9};
 }
 
@@ -49,7 +49,8 @@ SparseMatrix data_matrix(const DataTerms& data) {
   for (std::size_t t = 0; t < data.triangles.size(); ++t) {
     const DataTerms::Triangle& G = data.triangles[t];
     const int i = 2 * int(t);
-    entries.insert(entries.end(), {{i, i, G.xx}, {i, i + 1, G.xy}, {i + 1, i, G.xy}, {i + 1, i + 1, G.yy}});
+    entries.insert(entries.end(),
+                   {{i, i, G.xx}, {i, i + 1, G.xy}, {i + 1, i, G.xy}, {i + 1, i + 1, G.yy}});
   }
   const int size = 2 * int(data.triangles.size());
   return sparse_matrix(size, size, entries);
@@ -72,8 +73,8 @@ double triangle_frobenius(const DataTerms& data, const VertexSpace& space) {
 }  // namespace
 
 std::array<double, 2> DataTerms::products(const Vector& Y) const {
-  const Eigen::Array2d sum =
-      parallel_sum(std::ssize(triangles), Eigen::Array2d(0, 0), [&](std::int64_t begin, std::int64_t end) {
+  const Eigen::Array2d sum = parallel_sum(
+      std::ssize(triangles), Eigen::Array2d(0, 0), [&](std::int64_t begin, std::int64_t end) {
         Eigen::Array2d part(0, 0);
         for (std::int64_t t = begin; t < end; ++t) {
           const Triangle& G = triangles[t];
@@ -128,58 +129,38 @@ VertexSystem vertex_system(const FlowMesh& mesh, const DataTerms& data, double w
   BlockMatrix<double>& A = system.matrix;
   system.right_hand_side = Vector::Zero(2 * std::int64_t(vertices));
 
-  // The pattern: a vertex, and the other corners of its triangles.
-  const auto neighbours = [&](int v, std::vector<int>& list) {
-    list.assign(1, v);
-    for (const int* c = mesh.corners_begin(v); c != mesh.corners_end(v); ++c)
-      for (const int k : {1, 2}) list.push_back(m.triangles[*c / 3][(*c % 3 + k) % 3]);
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  };
-  std::vector<int> counts(vertices);
-  parallel_blocks(vertices, 1024, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<int> list;
-    for (std::int64_t v = begin; v < end; ++v) {
-      neighbours(int(v), list);
-      counts[v] = int(list.size());
-    }
-  });
-  A.starts.resize(vertices + 1);
-  for (int v = 0; v < vertices; ++v) A.starts[v + 1] = A.starts[v] + counts[v];
-  A.columns.resize(A.starts[vertices]);
+  A.starts = mesh.row_starts();
+  A.columns = mesh.columns();
   A.blocks.assign(A.starts[vertices], Block{});
   const double floor = trace_of_mass * (data.trace + weight * vertices) / std::max(1, vertices);
 
-  parallel_blocks(vertices, 1024, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<int> list;
-    for (std::int64_t i = begin; i < end; ++i) {
-      neighbours(int(i), list);
-      std::copy(list.begin(), list.end(), A.columns.begin() + A.starts[i]);
-      const auto block = [&](int column) -> Block& {
-        return A.blocks[A.starts[i] +
-                        (std::lower_bound(list.begin(), list.end(), column) - list.begin())];
-      };
-      Block& own = block(int(i));
-      own[0] = own[3] = floor;
-      for (const int* corner = mesh.corners_begin(int(i)); corner != mesh.corners_end(int(i)); ++corner) {
-        const int t = *corner / 3, k = *corner % 3;
-        const DataTerms::Triangle& G = data.triangles[t];
-        const std::array<double, 2>& here = mesh.turns()[*corner];
-        system.right_hand_side[2 * i] -= (here[0] * G.x + here[1] * G.y) / 3;
-        system.right_hand_side[2 * i + 1] -= (here[0] * G.y - here[1] * G.x) / 3;
-        add(own, between(here, G, here), 1);
-        const double w = weight * (shares.empty() ? 1 : shares[t]);
-        for (const int step : {1, 2}) {
-          const int other = 3 * t + (k + step) % 3;
-          Block& to = block(m.triangles[t][other % 3]);
-          add(to, between(here, G, mesh.turns()[other]), 1);
-          const HalfEdge h = step == 1 ? *corner : other;  // towards the other, or from it
-          const double coupling = w * mesh.edge_weights()[h];
-          own[0] += coupling;
-          own[3] += coupling;
-          const Block r = along(mesh.frames(), h, coupling);
-          add(to, step == 1 ? r : transposed(r), -1);
-        }
+  parallel_for(vertices, [&](std::int64_t i) {
+    const auto block = [&](int column) -> Block& {
+      int e = A.starts[i];
+      while (A.columns[e] != column) ++e;
+      return A.blocks[e];
+    };
+    Block& own = block(int(i));
+    own[0] = own[3] = floor;
+    for (const int* corner = mesh.corners_begin(int(i)); corner != mesh.corners_end(int(i));
+         ++corner) {
+      const int t = *corner / 3, k = *corner % 3;
+      const DataTerms::Triangle& G = data.triangles[t];
+      const std::array<double, 2>& here = mesh.turns()[*corner];
+      system.right_hand_side[2 * i] -= (here[0] * G.x + here[1] * G.y) / 3;
+      system.right_hand_side[2 * i + 1] -= (here[0] * G.y - here[1] * G.x) / 3;
+      add(own, between(here, G, here), 1);
+      const double w = weight * (shares.empty() ? 1 : shares[t]);
+      for (const int step : {1, 2}) {
+        const int other = 3 * t + (k + step) % 3;
+        Block& to = block(m.triangles[t][other % 3]);
+        add(to, between(here, G, mesh.turns()[other]), 1);
+        const HalfEdge h = step == 1 ? *corner : other;  // towards the other, or from it
+        const double coupling = w * mesh.edge_weights()[h];
+        own[0] += coupling;
+        own[3] += coupling;
+        const Block r = along(mesh, h, coupling);
+        add(to, step == 1 ? r : transposed(r), -1);
       }
     }
   });
@@ -195,7 +176,7 @@ static void for_each_energy(const FlowMesh& mesh, const Vector& z, const Visit& 
     for (int k = 0; k < 3; ++k) {
       const HalfEdge h = 3 * int(t) + k;
       if (!(mesh.edge_weights()[h] > 0)) continue;
-      const Block r = along(mesh.frames(), h, 1);
+      const Block r = along(mesh, h, 1);
       const double *a = &z[2 * m.triangles[t][k]], *b = &z[2 * m.triangles[t][(k + 1) % 3]];
       const double x = a[0] - r[0] * b[0] - r[1] * b[1], y = a[1] - r[2] * b[0] - r[3] * b[1];
       energy += mesh.edge_weights()[h] * (x * x + y * y);
@@ -223,8 +204,8 @@ double smoothness_energy(const FlowMesh& mesh, const Vector& z) {
   });
 }
 
-DirectFlowSolver::DirectFlowSolver(const Surface& surface, const VertexSpace& space, FlowBasis basis,
-                                   const std::optional<ThesisFlow>& thesis)
+DirectFlowSolver::DirectFlowSolver(const Surface& surface, const VertexSpace& space,
+                                   FlowBasis basis, const std::optional<ThesisFlow>& thesis)
     : space_(space), basis_(basis), thesis_(thesis) {
   const std::vector<FlatTriangle>& shapes = space.shapes();
   const Edges edges = make_edges(surface, shapes);
@@ -244,17 +225,19 @@ DirectFlowSolver::DirectFlowSolver(const Surface& surface, const VertexSpace& sp
       break;
     case FlowBasis::gradient:
       if (surface.boundary_edges > 0)
-        throw Unsupported("gradients and turned gradients mix at a boundary, so the gradient basis "
-                          "is for closed surfaces; take another basis");
+        throw Unsupported(
+            "gradients and turned gradients mix at a boundary, so the gradient basis "
+            "is for closed surfaces; take another basis");
       prolongation_ = gradient_prolongation(space);
-      smoothness_ = curl_and_div(space, stars.zero.unaryExpr([](double a) { return a > 0 ? a : 1.0; }));
+      smoothness_ =
+          curl_and_div(space, stars.zero.unaryExpr([](double a) { return a > 0 ? a : 1.0; }));
       pins_ = diagonal_matrix((Vector(2 * stars.zero.size()) << stars.zero, stars.zero).finished() /
                               space.scale().area);
       break;
     case FlowBasis::whitney:
       prolongation_ = whitney_prolongation(edges, shapes);
-      smoothness_ = hodge_laplacian(edges, stars,
-                                    thesis ? diagonal_matrix(stars.one) : whitney_mass(edges, shapes));
+      smoothness_ = hodge_laplacian(
+          edges, stars, thesis ? diagonal_matrix(stars.one) : whitney_mass(edges, shapes));
       pins_ = diagonal_matrix(Vector::Ones(edges.count()));
       break;
   }
@@ -266,8 +249,8 @@ Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progr
   const SparseMatrix weighted = data_matrix(data) * prolongation_;
   const SparseMatrix D = transposed_ * weighted;
   if (thesis_) {
-    // ½ε·S on the surface scaled to area 1, against D/‖D‖: ½ε‖D‖·S, where S of gradients and of forms
-    // has the unit 1/area.
+    // ½ε·S on the surface scaled to area 1, against D/‖D‖: ½ε‖D‖·S, where S of gradients and of
+    // forms has the unit 1/area.
     const bool potentials = basis_ == FlowBasis::gradient || basis_ == FlowBasis::whitney;
     const double norm =
         potentials ? D.norm() * space_.scale().area : triangle_frobenius(data, space_);

@@ -137,8 +137,9 @@ class Collapser {
     return (q - p).cross(r - p);
   }
 
-  /// The worst triangle that is left when v goes to u, and −1 where one turns over.
-  double quality_after(const Ring& ring, int u, const Vector3& mean) const {
+  /// The worst triangle that is left when v goes to u; −1 where one turns over or is no better than
+  /// `least`.
+  double quality_after(const Ring& ring, int u, const Vector3& mean, double least) const {
     double worst = 1;
     for (int k = 0; k < ring.triangles; ++k) {
       const int a = target(ring.spokes[k]), b = target(next(ring.spokes[k]));
@@ -149,6 +150,7 @@ class Collapser {
       const double lengths =
           (at(a) - at(u)).squaredNorm() + (at(b) - at(a)).squaredNorm() + (at(u) - at(b)).squaredNorm();
       worst = std::min(worst, 2 * std::numbers::sqrt3 * twice_area / lengths);
+      if (!(worst > least)) return -1;
     }
     return worst;
   }
@@ -169,9 +171,9 @@ class Collapser {
     if (!(area < wanted_area) || !(mean.norm() > 0)) return candidate;
     mean.normalize();
     const auto offer = [&](HalfEdge h, int u) {
-      const double quality = quality_after(ring, u, mean);
-      if (quality >= least_quality && quality > candidate.collapse.quality && may_go(v, h, ring))
-        candidate.collapse = {h, quality};
+      const double least = std::max(least_quality, candidate.collapse.quality);
+      const double quality = quality_after(ring, u, mean, least);
+      if (quality > least && may_go(v, h, ring)) candidate.collapse = {h, quality};
     };
     if (ring.closed) {
       for (int k = 0; k < ring.triangles; ++k) offer(ring.spokes[k], target(ring.spokes[k]));
@@ -277,7 +279,7 @@ ClosestPoint at_corner(int corner) {
   return place;
 }
 
-/// The nearest point of the triangles around a vertex and around its neighbours.
+/// The nearest point of the triangles around a vertex, and around the corners of the nearest of them.
 ClosestPoint nearest_around(const Mesh& mesh, const Corners& around, int vertex, const Vector3& p) {
   ClosestPoint best = at_corner(around.corners[around.starts[vertex]]);
   best.squared_distance = (p - mesh.positions[vertex]).squaredNorm();
@@ -288,8 +290,9 @@ ClosestPoint nearest_around(const Mesh& mesh, const Corners& around, int vertex,
     }
   };
   try_around(vertex);
-  for (int c = around.starts[vertex]; c < around.starts[vertex + 1]; ++c)
-    try_around(mesh.triangles[around.corners[c] / 3][(around.corners[c] % 3 + 1) % 3]);
+  const int nearest = best.triangle;
+  for (const int v : mesh.triangles[nearest])
+    if (v != vertex) try_around(v);
   return best;
 }
 

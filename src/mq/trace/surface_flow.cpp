@@ -125,7 +125,7 @@ void SurfaceFlow::finish(const SlideRate& slide_rate) {
       const int across = mesh_->across(int(t), k);
       const bool leads_on = across >= 0 && rates(across >> 2)[across & 3] > 0;
       records_[t].leave[k] = leads_on ? across : -1;
-      slide_rates_[t][k] = slide_rate(int(t), k);
+      slide_rates_[t][k] = leads_on ? 0 : slide_rate(int(t), k);  // nobody slides where it leads on
     }
   });
   exits_.resize(mesh_->vertex_count());
