@@ -1,0 +1,219 @@
+// Optical flow on meshes: known motions found again, the published method beside the hierarchical
+// one, and time by size.
+//
+//     flow_bench motions          end point errors on sphere, torus and plane, as Markdown
+//     flow_bench thesis [N]       the thesis' presets beside ours, on a torus of N vertices (27,000)
+//     flow_bench size N...        time on tori of so many vertices
+//
+// Seconds are processor time of all threads.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "fixtures.h"
+#include "mq/flow/surface_optical_flow.h"
+#include "mq/mesh/geometry.h"
+#include "mq/sample/noise.h"
+#include "mq/trace/surface_flow.h"
+
+namespace mq {
+namespace {
+
+double processor_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
+
+using Motion = std::function<Vector3(const Vector3&)>;
+
+struct Pair {
+  Surface surface;
+  Signal source, target;
+  double spacing = 0;
+};
+
+/// Three channels of noise whose largest features are about 1/scale wide, and the same moved along.
+Pair moved(const Mesh& mesh, double scale, const Motion& back) {
+  Pair pair{make_surface(mesh), {}, {}, 0};
+  const Noise noise(7);
+  const int vertices = pair.surface.mesh.vertex_count();
+  pair.source.resize(vertices, 3);
+  pair.target.resize(vertices, 3);
+  for (int v = 0; v < vertices; ++v) {
+    const Vector3 p = pair.surface.mesh.positions[v], q = back(p);
+    for (int c = 0; c < 3; ++c) {
+      const Vector3 offset = Vector3(31.4, 7.3, 3.7) * c;
+      pair.source(v, c) = noise.octaves(scale * p + offset, 4);
+      pair.target(v, c) = noise.octaves(scale * q + offset, 4);
+    }
+  }
+  pair.spacing = std::sqrt(2 / std::sqrt(3.0) * pair.surface.area / vertices);
+  return pair;
+}
+
+Motion rotation(double angle, const Vector3& axis) {
+  return [turn = Eigen::AngleAxisd(angle, axis.normalized())](const Vector3& p) {
+    return Vector3(turn * p);
+  };
+}
+
+/// Mean distance of path ends from where vertices truly go, in spacings, where `counts` says so.
+double end_point_error(const Pair& pair, const Vector& field, const Motion& truth,
+                       const std::function<bool(const Vector3&)>& counts) {
+  const TraceMesh mesh(pair.surface);
+  const auto ends = SurfaceFlow::along(mesh, field).trace_vertices(1).ends;
+  double sum = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < ends.size(); ++v) {
+    const Vector3& p = pair.surface.mesh.positions[v];
+    if (!counts(p)) continue;
+    Vector3 end = Vector3::Zero();
+    for (int k = 0; k < 3; ++k)
+      end += ends[v].barycentric[k] * pair.surface.mesh.position(ends[v].triangle, k);
+    sum += (end - truth(p)).norm();
+    ++count;
+  }
+  return sum / count / pair.spacing;
+}
+
+/// |φ₀(p − X/2) − φ₁(p + X/2)|² of the signals as given, relative to the linear blend's.
+double halfway_error(const Pair& pair, const Vector& field) {
+  const TraceMesh mesh(pair.surface);
+  const Meeting halfway = meet(mesh, field, pair.source, pair.target, 0.5);
+  return (halfway.source - halfway.target).squaredNorm() / (pair.source - pair.target).squaredNorm();
+}
+
+void motions() {
+  struct Case {
+    std::string name;
+    Mesh mesh;
+    double scale;
+    std::function<Motion(double)> by;  ///< the motion over a length
+    std::function<bool(const Vector3&)> counts;
+  };
+  const auto everywhere = [](const Vector3&) { return true; };
+  Mesh square = fixtures::flat_square(181, 0.2);
+  square.uvs.clear(), square.corner_uvs.clear();
+  const Vector3 axis(0.2, 0.3, 1), along = Vector3(0.8, 0.6, 0);
+  const std::vector<Case> cases = {
+      {"sphere", fixtures::sphere(7), 1.0, [=](double l) { return rotation(l, axis); }, everywhere},
+      {"torus", fixtures::torus(268, 124), 0.8,
+       [](double l) { return rotation(l, Vector3::UnitZ()); }, everywhere},
+      {"plane", square, 3.0,
+       [=](double l) { return Motion([=](const Vector3& p) { return Vector3(p + l * along); }); },
+       [](const Vector3& p) { return (p - Vector3(0.5, 0.5, 0)).cwiseAbs().maxCoeff() < 0.25; }}};
+  fmt::print("| surface | shift | halfway | forward | halfway, one scale | forward, one scale |\n"
+             "|---|---|---|---|---|---|\n");
+  for (const Case& c : cases)
+    for (const double shift : {1.0, 2.0, 5.0, 10.0, 20.0, 40.0}) {
+      const Surface surface = make_surface(c.mesh);
+      const double spacing = std::sqrt(2 / std::sqrt(3.0) * surface.area / c.mesh.vertex_count());
+      const Pair pair = moved(c.mesh, c.scale, c.by(-shift * spacing));
+      fmt::print("| {} | {} |", c.name, shift);
+      for (const bool scales : {true, false})
+        for (const FlowAlignment alignment : {FlowAlignment::halfway, FlowAlignment::forward}) {
+          MeshFlowOptions options;
+          options.alignment = alignment;
+          options.detail = {0, Length::Unit::percent};
+          options.largest = scales ? Length{25, Length::Unit::percent}
+                                   : Length{4 * spacing, Length::Unit::model};
+          if (!scales) options.smallest = options.largest;
+          if (!scales) options.steps = 20;
+          const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
+          fmt::print(" {:.2f} |", end_point_error(pair, flow.field, c.by(shift * spacing), c.counts));
+        }
+      fmt::print("\n");
+    }
+}
+
+/// A torus whose texture turns, more on one side than on the other.
+Pair twisted_torus(int vertices, double shift) {
+  const int n = int(std::lround(std::sqrt(vertices * 480.0 / 225))), m = n * 225 / 480;
+  const Mesh mesh = fixtures::torus(n, m);
+  const double spacing = std::sqrt(2 / std::sqrt(3.0) * make_surface(mesh).area / mesh.vertex_count());
+  return moved(mesh, 2, [=](const Vector3& p) {
+    const double angle = shift * spacing * (1 + 0.5 * std::sin(3 * std::atan2(p.y(), p.x())));
+    return rotation(-angle, Vector3::UnitZ())(p);
+  });
+}
+
+void line(const std::string& name, const Pair& pair, const MeshFlow& flow, double seconds) {
+  double build = 0, solve = 0, warp = 0;
+  for (const MeshFlowLevel& level : flow.levels) {
+    build += level.build_seconds;
+    solve += level.solve_seconds;
+    warp += level.warp_seconds;
+  }
+  fmt::print("| {} | {} | {:.4f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", name,
+             flow.levels.back().unknowns, halfway_error(pair, flow.field), seconds,
+             flow.prepare_seconds, build, solve, warp);
+}
+
+void thesis(int vertices, double shift) {
+  const Pair pair = twisted_torus(vertices, shift);
+  fmt::print("{} vertices, shifts of {} to {} spacings; E relative to the linear blend's\n\n",
+             pair.surface.mesh.vertex_count(), shift / 2, shift * 3 / 2);
+  fmt::print("| method | unknowns | E | processor s | prepare | matrices | solve | smooth and warp |\n"
+             "|---|---|---|---|---|---|---|---|\n");
+  const std::vector<std::pair<FlowBasis, std::string>> bases = {{FlowBasis::triangle, "triangle"},
+                                                                {FlowBasis::gradient, "gradient"},
+                                                                {FlowBasis::whitney, "Whitney"},
+                                                                {FlowBasis::vertex, "vertex"}};
+  const auto run = [&](const std::string& name, const MeshFlowOptions& options) {
+    const double start = processor_seconds();
+    const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
+    line(name, pair, flow, processor_seconds() - start);
+  };
+  for (const auto& [basis, name] : bases) run("thesis, " + name, thesis_flow(basis));
+  MeshFlowOptions options;
+  run("hierarchical", options);
+  for (const auto& [basis, name] : bases) {
+    options.basis = basis;
+    options.solver = FlowSolver::direct;
+    run("direct, " + name, options);
+  }
+}
+
+void sizes(const std::vector<int>& all) {
+  fmt::print("| vertices | E | wall s | processor s | prepare | matrices | solve | smooth and warp |\n"
+             "|---|---|---|---|---|---|---|---|\n");
+  for (const int vertices : all) {
+    const Pair pair = twisted_torus(vertices, 10);
+    const double start = processor_seconds();
+    const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target);
+    const double seconds = processor_seconds() - start;
+    double build = 0, solve = 0, warp = 0;
+    for (const MeshFlowLevel& level : flow.levels) {
+      build += level.build_seconds;
+      solve += level.solve_seconds;
+      warp += level.warp_seconds;
+    }
+    fmt::print("| {} | {:.5f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n",
+               pair.surface.mesh.vertex_count(), halfway_error(pair, flow.field), flow.seconds,
+               seconds, flow.prepare_seconds, build, solve, warp);
+  }
+}
+
+}  // namespace
+}  // namespace mq
+
+int main(int count, char** arguments) {
+  const std::string what = count > 1 ? arguments[1] : "";
+  if (what == "motions") {
+    mq::motions();
+  } else if (what == "thesis") {
+    mq::thesis(count > 2 ? std::atoi(arguments[2]) : 27000, count > 3 ? std::atof(arguments[3]) : 8);
+  } else if (what == "size" && count > 2) {
+    std::vector<int> sizes;
+    for (int i = 2; i < count; ++i) sizes.push_back(std::atoi(arguments[i]));
+    mq::sizes(sizes);
+  } else {
+    fmt::print("flow_bench motions | thesis [N [shift]] | size N...\n");
+    return 2;
+  }
+}

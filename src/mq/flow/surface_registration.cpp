@@ -1,0 +1,103 @@
+#include "mq/flow/surface_registration.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/fem/vertex_space.h"
+#include "mq/mesh/closest_point.h"
+#include "mq/mesh/geometry.h"
+#include "mq/trace/surface_flow.h"
+
+namespace mq {
+
+namespace {
+
+SurfacePoint surface_point(const ClosestPoint& p) { return {p.triangle, p.barycentric}; }
+
+Eigen::RowVectorXd at(const Mesh& mesh, const Signal& signal, const SurfacePoint& p) {
+  const Triangle& v = mesh.triangles[p.triangle];
+  return p.barycentric[0] * signal.row(v[0]) + p.barycentric[1] * signal.row(v[1]) +
+         p.barycentric[2] * signal.row(v[2]);
+}
+
+/// The smaller eigenvalue of Σ_c ∇φ_c ∇φ_cᵀ, averaged over the triangles around each vertex. Vectors
+/// of neighbouring triangles are compared as they lie in space.
+Vector weaker_slope(const Surface& surface, const VertexSpace& space, const Signal& signal) {
+  const Signal gradients = space.gradient(signal);
+  std::vector<Eigen::Matrix3d> around(surface.mesh.positions.size(), Eigen::Matrix3d::Zero());
+  Vector areas = Vector::Zero(std::ssize(around));
+  for (Eigen::Index c = 0; c < signal.cols(); ++c) {
+    const std::vector<Vector3> field = field_in_space(surface, gradients.col(c));
+    for (int t = 0; t < surface.triangle_count(); ++t)
+      for (const int v : surface.mesh.triangles[t]) {
+        const double area = space.shapes()[t].area();
+        around[v] += area * field[t] * field[t].transpose();
+        if (c == 0) areas[v] += area;
+      }
+  }
+  // Of the three eigenvalues the smallest belongs to the normal.
+  Vector weaker(std::ssize(around));
+  parallel_for(weaker.size(), [&](std::int64_t v) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(around[v], Eigen::EigenvaluesOnly);
+    weaker[v] = areas[v] > 0 ? std::max(0.0, solver.eigenvalues()[1]) / areas[v] : 0;
+  });
+  return weaker;
+}
+
+}  // namespace
+
+ColourRegistration register_by_colour(const Surface& source, const Signal& source_colours,
+                                      const Surface& target, const Signal& target_colours,
+                                      const MeshFlowOptions& options, const Progress& progress) {
+  require(source_colours.rows() == source.mesh.vertex_count() && source_colours.allFinite(),
+          fmt::format("{} rows of colours were given for {} vertices of the source, or some are not "
+                      "finite", source_colours.rows(), source.mesh.vertex_count()));
+  require(target_colours.cols() == source_colours.cols(),
+          fmt::format("the source has {} channels and the target {}", source_colours.cols(),
+                      target_colours.cols()));
+  ColourRegistration result;
+
+  // Step 2: the source's colours on the target.
+  const ClosestPointFinder on_source(source.mesh), on_target(target.mesh);
+  const std::vector<ClosestPoint> seen = on_source(target.mesh.positions, progress.step("project", 0.1));
+  Signal projected(target.mesh.vertex_count(), source_colours.cols());
+  parallel_for(projected.rows(), [&](std::int64_t v) {
+    projected.row(v) = at(source.mesh, source_colours, surface_point(seen[v]));
+  });
+
+  // Step 3: align them. Step 4: move the closest points.
+  result.flow = mesh_flow(target, projected, target_colours, options, progress.step("flow", 0.7));
+  const std::vector<ClosestPoint> closest =
+      on_target(source.mesh.positions, progress.step("closest points", 0.1));
+  for (const ClosestPoint& p : closest) result.closest.push_back(surface_point(p));
+  const TraceMesh mesh(target);
+  result.points =
+      SurfaceFlow::along(mesh, result.flow.field).trace(result.closest, 1, progress.step("move", 0.1)).ends;
+
+  const VertexSpace space(target);
+  const Vector slope = weaker_slope(target, space, target_colours);
+  const double mean_slope = slope.mean();
+  const Eigen::RowVectorXd mean = target_colours.colwise().mean();
+  const double variance = (target_colours.rowwise() - mean).squaredNorm() / double(target_colours.rows());
+  const std::vector<Vector3> source_normals = vertex_normals(source.mesh);
+  const std::vector<Vector3> target_normals = triangle_normals(target.mesh);
+  const Signal slopes = slope;
+  result.confidences.assign(source.mesh.positions.size(), 0.0);
+  parallel_for(std::ssize(result.confidences), [&](std::int64_t v) {
+    const SurfacePoint& p = result.points[v];
+    const double difference = (at(target.mesh, target_colours, p) - source_colours.row(v)).squaredNorm();
+    const double known = at(target.mesh, slopes, p)[0];
+    const double facing = source_normals[v].dot(target_normals[result.closest[v].triangle]);
+    if (variance > 0 && mean_slope > 0)
+      result.confidences[v] =
+          variance / (variance + difference) * known / (known + mean_slope) * std::max(0.0, facing);
+  });
+  return result;
+}
+
+}  // namespace mq
