@@ -12,6 +12,7 @@
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
+#include "mq/io/model.h"
 
 namespace mq {
 namespace {
@@ -39,6 +40,22 @@ TEST_F(VectorFieldFile, ComesBackFromItsFile) {
   EXPECT_THROW(read_vector_field(folder / "short.vf", mesh), IoError);
   EXPECT_THROW(read_vector_field(folder / "none.vf", mesh), IoError);
   EXPECT_THROW(read_vector_field(folder / "f.txt", mesh), IoError);
+}
+
+TEST_F(VectorFieldFile, IsWrittenWithItsMeshToo) {
+  const Mesh mesh = fixtures::torus(8, 6);
+  std::vector<Vector3> field;
+  for (int t = 0; t < mesh.triangle_count(); ++t) field.emplace_back(t, 1.0 / (t + 1), -0.1);
+  write_vector_field(folder / "f.ply", mesh, field);
+  const VectorField read = read_vector_field(folder / "f.ply", mesh);
+  EXPECT_EQ(read.at, VectorField::At::triangles);
+  EXPECT_EQ(read.vectors, field);
+  const Mesh again = read_model(folder / "f.ply").mesh;
+  EXPECT_EQ(again.positions, mesh.positions);
+  EXPECT_EQ(again.triangles, mesh.triangles);
+  EXPECT_THROW(write_vector_field(folder / "f.txt", mesh, field), IoError);
+  field.pop_back();
+  EXPECT_THROW(write_vector_field(folder / "g.ply", mesh, field), InvalidInput);
 }
 
 TEST_F(VectorFieldFile, IsFoundAmongTheProperties) {

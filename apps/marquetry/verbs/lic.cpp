@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "field.h"
+#include "field_lines.h"
 #include "field_source.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
-#include "mq/fem/field_metric.h"
 #include "mq/filter/line_integral.h"
 #include "outputs.h"
 #include "signal_options.h"
@@ -16,18 +16,6 @@
 
 namespace mq::app {
 namespace {
-
-/// The same unknowns, with the metric across the field.
-std::unique_ptr<SignalSpace> space_across(const Scene& scene, const Domain& domain,
-                                          const TangentField& field, double kappa,
-                                          const Progress& progress) {
-  if (dynamic_cast<const TexelDomain*>(&domain)) {
-    TexelSpaceOptions options;
-    options.metrics = texel_metrics_across(scene.surface, *scene.atlas, field, kappa);
-    return std::make_unique<TexelSpace>(scene.surface, *scene.atlas, options, progress);
-  }
-  return std::make_unique<VertexSpace>(scene.surface, shapes_across(scene.surface, field, kappa));
-}
 
 /// Spacing of the noise. Throws `InvalidInput` where it is far from what texels can show.
 double asked_grain(const OptionValues& options, const SurfaceScale& scale) {

@@ -3,15 +3,22 @@
 /// a – b:
 ///
 ///     h/3:  d → c, c → a, a → d        twin/3:  c → d, d → b, b → c.
+///
+/// The new edge leaves c by the angle of the corner c of d c a counter-clockwise from c → a, and d by
+/// that of c d b from d → b; angles around a vertex never sum to anything else, so that what they are
+/// scaled by stays.
 
 #include "mq/fem/intrinsic_delaunay.h"
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
+#include <numbers>
 
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/fem/vertex_frames.h"
 
 namespace mq {
 
@@ -20,11 +27,34 @@ namespace {
 /// Edges this much beyond Delaunay stay: |cot α + cot β| of four points on a circle is rounding.
 constexpr double slack = 1e-10;
 
+double corner_angle(const FlatTriangle& shape, int k) {
+  return std::atan2(0.5, shape.half_cotangent(k));
+}
+
+/// What angles around each vertex are scaled by to sum to 2π; 1 at boundaries.
+std::vector<double> stretches(const Surface& surface, const std::vector<FlatTriangle>& shapes) {
+  std::vector<double> total(surface.mesh.positions.size(), 0.0);
+  std::vector<char> open(total.size(), 0);
+  const auto ends = [&](HalfEdge h) {
+    return surface.twins[h] < 0 || shapes[surface.twins[h] / 3].empty();
+  };
+  for (HalfEdge h = 0; h < HalfEdge(surface.twins.size()); ++h) {
+    if (shapes[h / 3].empty()) continue;
+    const int v = surface.mesh.triangles[h / 3][h % 3];
+    total[v] += corner_angle(shapes[h / 3], h % 3);
+    if (ends(h) || ends(previous(h))) open[v] = 1;
+  }
+  for (std::size_t v = 0; v < total.size(); ++v)
+    total[v] = open[v] || total[v] == 0 ? 1.0 : 2 * std::numbers::pi / total[v];
+  return total;
+}
+
 class Flipper {
  public:
   Flipper(IntrinsicTriangulation& result)
       : mesh_(result.surface.mesh), twins_(result.surface.twins), shapes_(result.shapes),
-        flips_(result.flips), waiting_(twins_.size(), 0) {
+        flips_(result.flips), directions_(result.directions),
+        stretch_(stretches(result.surface, result.shapes)), waiting_(twins_.size(), 0) {
     for (HalfEdge h = 0; h < HalfEdge(twins_.size()); ++h) ask(h);
   }
 
@@ -83,6 +113,8 @@ class Flipper {
     const FlatTriangle left = laid(d, c, a), right = laid(c, d, b);
     if (left.empty() || right.empty()) return;
     const int va = source(h), vb = source(t), vc = source(previous(h)), vd = source(previous(t));
+    const double from_b = directions_[next(h)], from_c = directions_[previous(h)];
+    const double from_a = directions_[next(t)], from_d = directions_[previous(t)];
     // The four outer edges: b → c, c → a, a → d, d → b.
     HalfEdge bc = twins_[next(h)], ca = twins_[previous(h)];
     HalfEdge ad = twins_[next(t)], db = twins_[previous(t)];
@@ -100,6 +132,12 @@ class Flipper {
     mesh_.triangles[r] = {vc, vd, vb};
     shapes_[l] = left;
     shapes_[r] = right;
+    directions_[3 * l] = from_d + stretch_[vd] * corner_angle(right, 1);
+    directions_[3 * l + 1] = from_c;
+    directions_[3 * l + 2] = from_a;
+    directions_[3 * r] = from_c + stretch_[vc] * corner_angle(left, 1);
+    directions_[3 * r + 1] = from_d;
+    directions_[3 * r + 2] = from_b;
     link(3 * l, 3 * r);
     link(3 * l + 1, ca);
     link(3 * l + 2, ad);
@@ -113,6 +151,8 @@ class Flipper {
   std::vector<HalfEdge>& twins_;
   std::vector<FlatTriangle>& shapes_;
   std::int64_t& flips_;
+  std::vector<double>& directions_;
+  std::vector<double> stretch_;
   std::vector<char> waiting_;
   std::deque<HalfEdge> queue_;
 };
@@ -125,6 +165,7 @@ IntrinsicTriangulation intrinsic_delaunay(const Surface& surface,
           fmt::format("{} shapes were given for {} triangles", shapes.size(),
                       surface.triangle_count()));
   IntrinsicTriangulation result{surface, shapes};
+  result.directions = vertex_frames(surface, shapes).at_source;
   Mesh& mesh = result.surface.mesh;
   mesh.uvs.clear(), mesh.corner_uvs.clear(), mesh.textures.clear();
   Flipper(result).run();

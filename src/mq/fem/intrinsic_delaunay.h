@@ -13,12 +13,16 @@ struct IntrinsicTriangulation {
   Surface surface;
   std::vector<FlatTriangle> shapes;  ///< the metric
   std::int64_t flips = 0;
+  /// Per half-edge its angle at its source, in the `vertex_frames` of the surface that was given: a
+  /// vector at a vertex is the same in both triangulations.
+  std::vector<double> directions = {};
 };
 
 /// Flips edges until each is Delaunay, cot α + cot β ≥ 0, laying two triangles flat beside each
 /// other at every flip; always ends. Operators made of `surface` and `shapes` then have no negative
 /// weight. Bobenko and Springborn, A discrete Laplace–Beltrami operator for simplicial surfaces,
-/// 2007. Edges of triangles without area stay; flips stop after 100 per edge, which rounding alone
+/// 2007; directions by signposts, Sharp, Soliman, Crane, Navigating intrinsic triangulations, 2019.
+/// Edges of triangles without area stay; flips stop after 100 per edge, which rounding alone
 /// can bring about.
 IntrinsicTriangulation intrinsic_delaunay(const Surface& surface,
                                           const std::vector<FlatTriangle>& shapes);

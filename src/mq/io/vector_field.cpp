@@ -112,17 +112,8 @@ VectorField read_properties(const std::filesystem::path& path, const Mesh& mesh)
                 "vz (or field_x, field_y, field_z)");
 }
 
-}  // namespace
-
-VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh) {
-  if (path.extension() == ".vf") return read_edge_frames(path, mesh);
-  if (path.extension() == ".ply") return read_properties(path, mesh);
-  throw IoError(path.string() + ": a vector field comes as .vf or .ply");
-}
-
-void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
-                        const std::vector<Vector3>& field) {
-  require(std::ssize(field) == mesh.triangle_count(), "one vector per triangle is needed");
+void write_edge_frames(const std::filesystem::path& path, const Mesh& mesh,
+                       const std::vector<Vector3>& field) {
   const std::int32_t count = mesh.triangle_count();
   Bytes bytes(sizeof count + 16 * std::size_t(count));
   std::memcpy(bytes.data(), &count, sizeof count);
@@ -134,6 +125,46 @@ void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
     std::memcpy(bytes.data() + sizeof count + 16 * std::size_t(t), components.data(), 16);
   }
   write_file(path, bytes);
+}
+
+void write_properties(const std::filesystem::path& path, const Mesh& mesh,
+                      const std::vector<Vector3>& field) {
+  std::string text = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
+      "property double x\nproperty double y\nproperty double z\n"
+      "element face {}\nproperty list uchar int vertex_indices\n"
+      "property double vx\nproperty double vy\nproperty double vz\nend_header\n",
+      mesh.vertex_count(), mesh.triangle_count());
+  const auto add = [&](const auto& value) {
+    text.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (const Vector3& p : mesh.positions)
+    for (int k = 0; k < 3; ++k) add(p[k]);
+  for (int t = 0; t < mesh.triangle_count(); ++t) {
+    add(std::uint8_t(3));
+    for (const int v : mesh.triangles[t]) add(std::int32_t(v));
+    for (int k = 0; k < 3; ++k) add(field[t][k]);
+  }
+  write_file(path, to_bytes(text));
+}
+
+}  // namespace
+
+VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh) {
+  if (path.extension() == ".vf") return read_edge_frames(path, mesh);
+  if (path.extension() == ".ply") return read_properties(path, mesh);
+  throw IoError(path.string() + ": a vector field comes as .vf or .ply");
+}
+
+void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
+                        const std::vector<Vector3>& field) {
+  require(std::ssize(field) == mesh.triangle_count(), "one vector per triangle is needed");
+  if (path.extension() == ".vf")
+    write_edge_frames(path, mesh, field);
+  else if (path.extension() == ".ply")
+    write_properties(path, mesh, field);
+  else
+    throw IoError(path.string() + ": a vector field is written as .vf or .ply");
 }
 
 }  // namespace mq

@@ -1,5 +1,5 @@
 #pragma once
-/// Vector fields on a mesh, from files.
+/// Vector fields on a mesh, from files and into files.
 
 #include <filesystem>
 #include <vector>
@@ -24,7 +24,7 @@ struct VectorField {
 /// mesh, values that are not finite, no such properties, faces that are not triangles.
 VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh);
 
-/// Writes a field of triangles as .vf. Throws `IoError`.
+/// Writes a field of triangles as .vf, or as .ply with its mesh, doubles throughout. Throws `IoError`.
 void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
                         const std::vector<Vector3>& field);
 

@@ -40,12 +40,18 @@ Matrix random_block(Eigen::Index rows, int columns) {
   return X;
 }
 
+/// −tr A / (n·tr B); where A is 0, anything below 0 will do.
+double shift_for(const SparseMatrix& A, const SparseMatrix& B) {
+  const double trace = std::abs(A.diagonal().sum());
+  return -(trace > 0 ? trace / double(A.rows()) : 1) / B.diagonal().sum();
+}
+
 class BlockLanczos {
  public:
   BlockLanczos(const SparseMatrix& A, const SparseMatrix& B, const EigenOptions& options,
                const Progress& progress)
       : B_(B), options_(options),
-        shift_(-std::abs(A.diagonal().sum() / B.diagonal().sum()) / double(A.rows())),
+        shift_(shift_for(A, B)),
         inverse_(A - shift_ * B, options.factorisation, progress.step("factor", 0.5)) {}
 
   EigenPairs run(const Progress& progress) {

@@ -1,0 +1,220 @@
+// marquetry spectrum MESH --basis BASIS -k N: the vector fields that change least on the surface.
+//
+// The library finds eigenvalues and fields; here they are printed, written as files that `lic`
+// takes, and drawn with what `lic` does by default.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "field.h"
+#include "field_lines.h"
+#include "mq/base/error.h"
+#include "mq/fem/field_spectrum.h"
+#include "mq/filter/line_integral.h"
+#include "mq/io/vector_field.h"
+#include "outputs.h"
+#include "signal_options.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// On the surface of area 1, where the first eigenvalue that is not 0 is 1 or more and rounding leaves
+/// 10⁻⁹ of 0.
+constexpr double counts_as_zero = 1e-6;
+
+FieldSpectrumOptions asked_spectrum(const OptionValues& options) {
+  const std::string basis = options.text("basis");
+  const bool barycentric = options.text("dual") == "barycentric";
+  require(basis == "triangle" || !barycentric,
+          fmt::format("--dual is for --basis triangle; {} has none to choose", basis));
+  return {.basis = basis == "triangle"   ? FieldBasis::triangle
+                   : basis == "gradient" ? FieldBasis::gradient
+                   : basis == "whitney"  ? FieldBasis::whitney
+                                         : FieldBasis::vertex,
+          .count = int(options.integer("count")),
+          .centre = barycentric ? DualCentre::barycentre : DualCentre::circumcentre};
+}
+
+/// Files of one field.
+struct FieldFiles {
+  fs::path field;
+  std::optional<Outputs> lines;
+};
+
+/// NAME_BASIS_01.ply and, where lines are drawn, NAME_BASIS_01.png, or NAME_BASIS_01_lines.ply with
+/// them as colours at its vertices.
+std::vector<FieldFiles> plan_files(const OptionValues& options, const Scene& scene) {
+  std::vector<FieldFiles> files;
+  if (!options.has("output")) return files;
+  const fs::path folder = options.text("output");
+  const std::int64_t count = options.integer("count");
+  const std::size_t digits = std::max<std::size_t>(2, std::to_string(count).size());
+  for (std::int64_t k = 1; k <= count; ++k) {
+    const std::string name =
+        (folder / fmt::format("{}_{}_{:0{}}", scene.model.path.stem().string(),
+                              options.text("basis"), k, digits)).string();
+    files.push_back({name + ".ply", std::nullopt});
+    if (!options.flag("lines")) continue;
+    if (works_at_vertices(options, scene))
+      files.back().lines.emplace(name + "_lines.ply", scene.model, Outputs::Kind::model);
+    else
+      files.back().lines.emplace(name + (scene.model.textures.size() > 1 ? "_%s.png" : ".png"),
+                                 scene.model, Outputs::Kind::pictures);
+  }
+  return files;
+}
+
+void announce(Run& run, const std::vector<FieldFiles>& files) {
+  if (files.empty()) return;
+  std::vector<fs::path> paths;
+  for (const FieldFiles& file : files) {
+    paths.push_back(file.field);
+    if (file.lines)
+      paths.insert(paths.end(), file.lines->paths().begin(), file.lines->paths().end());
+  }
+  run.will_write(paths, run.options().text("output"));
+}
+
+void report(Run& run, const FieldSpectrum& spectrum, double area) {
+  Json values = Json::array(), scaled = Json::array();
+  std::string text = fmt::format("{:>6} {:>14} {:>14}\n", "", "eigenvalue", "at area 1");
+  int zeros = 0;
+  for (Eigen::Index k = 0; k < spectrum.values.size(); ++k) {
+    const double value = spectrum.values[k];
+    values.push_back(value);
+    scaled.push_back(value * area);
+    const bool zero = std::abs(value * area) < counts_as_zero;
+    zeros += zero;
+    text += fmt::format("{:>6} {:>14.6g} {:>14.6g}\n", k + 1, zero ? 0 : value,
+                        zero ? 0 : value * area);
+  }
+  run.result["unknowns"] = spectrum.unknowns;
+  run.result["edges_flipped"] = spectrum.flips;
+  run.result["eigenvalues"] = values;
+  run.result["eigenvalues_at_area_1"] = scaled;
+  run.result["zeros"] = zeros;
+  run.print(text);
+}
+
+/// The lines of one field, as `lic` draws them by default.
+Signal lines_of(Run& run, const Scene& scene, const Domain& domain, const Signal& noise,
+                const TangentField& field, const Progress& progress) {
+  const double area = domain.space().scale().area;
+  const auto across =
+      space_across(scene, domain, scaled_to_one(scene.surface, field), 100, progress.step("metric", 0.4));
+  const LineIntegral lines =
+      line_integral(*across, domain.space(), noise,
+                    {.weight = 0.01 * area, .sharpen_weight = 1e-4 * area},
+                    domain.multigrid({.tolerance = 0.02}), progress.step("solve", 0.6));
+  if (!lines.spread.converged || !lines.sharpen.converged)
+    run.terminal().warning("lines are less drawn out than they should be: multigrid did not reach its "
+                           "tolerance; lic --field FILE --solver direct has no such limit");
+  return with_contrast(lines.signal);
+}
+
+void write_fields(Run& run, const Scene& scene, const FieldSpectrum& spectrum,
+                  const std::vector<FieldFiles>& files) {
+  std::unique_ptr<Domain> domain;
+  Signal noise;
+  if (files.front().lines) {
+    const Step step(run, "assemble", 0.1);
+    domain = make_domain(run, scene, step);
+    about(scene.model, [&] {
+      noise = solid_noise(domain->places(), 2 * domain->scale().texel_spacing,
+                          std::uint64_t(run.options().integer("seed")));
+    });
+  }
+  const Step step(run, "write", 0.4);
+  std::vector<fs::path> written;
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    const Progress one = step.progress().step(fmt::format("field {}", k + 1), 1.0 / double(files.size()));
+    write_vector_field(files[k].field, scene.model.mesh, spectrum.fields[k]);
+    written.push_back(files[k].field);
+    if (!files[k].lines) continue;
+    const Signal grey = lines_of(run, scene, *domain, noise, spectrum.fields[k], one.step("draw", 0.9));
+    Model drawn = scene.model;
+    put_field(scene, *domain, grey.replicate(1, 3), Depth::u8, drawn);
+    for (const std::string& note : files[k].lines->write(std::move(drawn), one.step("save", 0.1)))
+      run.terminal().remark(note);
+    written.insert(written.end(), files[k].lines->paths().begin(), files[k].lines->paths().end());
+  }
+  say_written(run, written);
+}
+
+Exit spectrum(Run& run) {
+  const OptionValues& options = run.options();
+  require(options.has("output") || !options.flag("lines"),
+          "--lines draws fields into files: name a folder for them with --output");
+  const FieldSpectrumOptions wanted = asked_spectrum(options);
+  const Scene scene = read_usable_scene(
+      run, options.flag("lines") ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
+  const std::vector<FieldFiles> files = plan_files(options, scene);
+  announce(run, files);
+  if (run.dry_run()) return Exit::done;
+
+  FieldSpectrum found;
+  about(scene.model, [&] {
+    const Step step(run, "eigenvalues", 0.4);
+    found = field_spectrum(scene.surface, wanted, step);
+  });
+  report(run, found, scene.surface.area);
+  if (!files.empty()) write_fields(run, scene, found, files);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb spectrum_verb() {
+  using Type = Option::Type;
+  OptionTable table("spectrum",
+                    "The vector fields that change least on the surface: the smallest eigenvalues "
+                    "of a smoothness operator, and their fields.");
+  add_scene_options(table);
+  table.add({.name = "basis",
+             .letter = 'b',
+             .type = Type::choice,
+             .default_value = "whitney",
+             .choices = {"triangle", "gradient", "whitney", "vertex"},
+             .metavar = "BASIS",
+             .group = "Spectrum",
+             .help = "triangle, gradient, whitney or vertex",
+             .details =
+                 "triangle: a vector per triangle; whitney: a number per edge; gradient: gradients and "
+                 "turned gradients of functions; vertex: a complex number per vertex. triangle and "
+                 "vertex measure the whole derivative, whitney and gradient divergence and curl."});
+  table.add({.name = "count",
+             .letter = 'k',
+             .type = Type::integer,
+             .default_value = "20",
+             .least = 1,
+             .most = 1000,
+             .group = "Spectrum",
+             .help = "how many eigenvalues"});
+  table.add({.name = "dual",
+             .type = Type::choice,
+             .default_value = "circumcentric",
+             .choices = {"circumcentric", "barycentric"},
+             .group = "Spectrum",
+             .help = "where a triangle's vector is taken to be, for --basis triangle",
+             .details = "circumcentric: on the Delaunay triangulation of the surface, which converges. "
+                        "barycentric: on the mesh as it is, as published, which does not."});
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .metavar = "FOLDER",
+             .group = "Output",
+             .help = "a folder for the fields, NAME_BASIS_01.ply and so on",
+             .details = "With vx, vy, vz at its faces, as lic --field takes it."});
+  table.add({.name = "lines",
+             .group = "Output",
+             .help = "draw the lines of each field too, as lic does by default",
+             .details = "Pictures NAME_BASIS_01.png, or where there are no texture coordinates models "
+                        "NAME_BASIS_01_lines.ply with colours at their vertices."});
+  add_vertices_option(table, "lines at vertices, though there are textures");
+  return {table, spectrum};
+}
+
+}  // namespace mq::app
