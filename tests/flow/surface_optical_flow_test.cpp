@@ -237,6 +237,22 @@ TEST(MeshFlow, LeavesLightOut) {
   EXPECT_LE(error(), 0.5 * lit);
 }
 
+/// The same light, not left out beforehand: slopes do not see it.
+TEST(MeshFlow, FollowsSlopesThroughChangingLight) {
+  Pair pair = turned_torus(3);
+  for (int v = 0; v < pair.target.rows(); ++v)
+    pair.target.row(v).array() += 0.6 * pair.surface.mesh.positions[v].x();
+  MeshFlowOptions options = from(15);
+  const double angle = 3 * std::sqrt(2 / std::sqrt(3.0) * 0.4 * 39.5 / (90 * 45));
+  const auto error = [&] {
+    return end_point_error(pair, mesh_flow(pair.surface, pair.source, pair.target, options).field,
+                           rotation(-angle, Vector3::UnitZ()));
+  };
+  const double lit = error();
+  options.gradient_constancy = 5;
+  EXPECT_LE(error(), 0.6 * lit);
+}
+
 /// A tenth of the surface shows something else altogether: squares follow it farther than ψ does.
 TEST(MeshFlow, IsRobustWhenAsked) {
   Pair pair = turned_torus(3);
@@ -302,6 +318,9 @@ TEST(MeshFlow, RefusesWhatItCannotAlign) {
   options.largest = {-1, Length::Unit::model};
   EXPECT_THROW(mesh_flow(pair.surface, pair.source, pair.target, options), InvalidInput);
   const Surface open = make_surface(fixtures::moebius_strip(12));
+  options = {};
+  options.robust_data = -1;
+  EXPECT_THROW(mesh_flow(pair.surface, pair.source, pair.target, options), InvalidInput);
   options = thesis_flow(FlowBasis::gradient);
   const Signal values = Signal::Random(open.mesh.vertex_count(), 1);
   EXPECT_THROW(mesh_flow(open, values, values, options), Unsupported);

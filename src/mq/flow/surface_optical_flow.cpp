@@ -87,6 +87,26 @@ Signal without_light(const FlowMeshes& meshes, const Signal& signal, double deta
   return signal - low;
 }
 
+/// The channels, and |∇φ_c| times `factor` behind them: the root mean square over the triangles around
+/// each vertex.
+Signal with_slopes(const FlowMesh& mesh, const Signal& signal, double factor) {
+  const Signal gradients = mesh.space().gradient(signal);
+  const Eigen::Index channels = signal.cols();
+  Signal result(signal.rows(), 2 * channels);
+  result.leftCols(channels) = signal;
+  parallel_for(signal.rows(), [&](std::int64_t v) {
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(channels);
+    double area = 0;
+    for (const int* c = mesh.corners_begin(int(v)); c != mesh.corners_end(int(v)); ++c) {
+      const double share = mesh.space().shapes()[*c / 3].area();
+      sum += share * gradients.middleRows(2 * (*c / 3), 2).colwise().squaredNorm();
+      area += share;
+    }
+    result.row(v).tail(channels) = factor * (sum / (area > 0 ? area : 1)).cwiseSqrt();
+  });
+  return result;
+}
+
 /// To a variance of 1 over all channels; of the thesis, each channel to its variance in `original`.
 void bring_to_scale(const FlowMesh& mesh, Signal& details, const Signal& original, bool thesis) {
   const Moments moments(mesh.lumped_mass(), details);
@@ -288,7 +308,10 @@ class Aligner {
     Signal both(raw_[m].source.rows(), 2 * channels);
     both << raw_[m].source, raw_[m].target;
     both = smoothed(mesh, both, s.smoothing, tolerance);
-    const Pair signals{both.leftCols(channels), both.rightCols(channels)};
+    Pair signals{both.leftCols(channels), both.rightCols(channels)};
+    if (options_.gradient_constancy > 0 && !options_.thesis)
+      for (Signal* signal : {&signals.source, &signals.target})
+        *signal = with_slopes(mesh, *signal, std::sqrt(options_.gradient_constancy) * s.length);
     BlockMultigrid multigrid(meshes_.transfers_from(m), {.tolerance = options_.tolerance});
     ends_ = warp_ends(mesh.trace(), field_, options_.alignment);
     Pair now = warped(signals, ends_);
@@ -363,6 +386,9 @@ MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& t
   require(options.levels >= 0 && options.levels <= 64 && options.steps > 0,
           fmt::format("{} levels of {} steps were wanted; 0 to 64 levels of at least one step are "
                       "possible", options.levels, options.steps));
+  for (const double value : {options.robust_data, options.robust_smoothness, options.gradient_constancy})
+    require(value >= 0 && std::isfinite(value),
+            fmt::format("a weight of {} was given; one that is not negative was wanted", value));
   if (options.solver == FlowSolver::hierarchical && options.basis != FlowBasis::vertex)
     throw Unsupported("the hierarchical solver is for the vertex basis; take the direct solver for "
                       "another");

@@ -61,6 +61,10 @@ struct MeshFlowOptions {
   double robust_data = 0;
   double robust_smoothness = 0;
   int reweightings = 3;
+  /// Weight of further channels ℓ·|∇φ_c|, which light that changes slowly leaves as they are (after
+  /// Brox, Bruhn, Papenberg, Weickert, High accuracy optical flow estimation based on a theory for
+  /// warping, 2004, who take both components: on a surface only the length can be compared). 0: none.
+  double gradient_constancy = 0;
   double tolerance = 1e-3;  ///< of the multigrid solver: relative residual
   std::optional<ThesisFlow> thesis;
 };
