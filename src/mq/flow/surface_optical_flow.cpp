@@ -1,6 +1,6 @@
 /// From large to small lengths ℓ: signals smoothed by ½ℓ², warped along the field found so far, and
-/// a correction of smoothness ℓ to it. Where ℓ is three spacings of a coarser mesh or more, all of
-/// that happens there (the open problem of the thesis' 4.4.4): signals are averaged onto it, fields
+/// a correction of smoothness ℓ to it. Where ℓ is nearly two spacings of a coarser mesh or more, all
+/// of that happens there (the open problem of the thesis' 4.4.4): signals are averaged onto it, fields
 /// are interpolated from it, turned from tangent plane to tangent plane.
 
 #include "mq/flow/surface_optical_flow.h"
@@ -22,7 +22,8 @@ namespace mq {
 
 namespace {
 
-constexpr double spacings_per_length = 3;  // of the mesh a scale is solved on, at least
+constexpr double spacings_per_length = 1.75;  // of the mesh a scale is solved on, at least
+constexpr double spacings_per_light = 3;      // and of the one on which light is taken off
 constexpr int coarsest_vertices = 200;
 constexpr double gain_worth_a_step = 0.05;
 constexpr double largest_scale = 4;  // of α*
@@ -78,7 +79,7 @@ Signal without_light(const FlowMeshes& meshes, const Signal& signal, double deta
   if (!(detail > 0)) return signal;
   int m = 0;
   while (!thesis && m + 1 < meshes.count() &&
-         meshes[m + 1].spacing() * spacings_per_length <= detail)
+         meshes[m + 1].spacing() * spacings_per_light <= detail)
     ++m;
   Signal low = signal;
   for (int k = 0; k < m; ++k) low = meshes.restricted(k, low);

@@ -170,23 +170,33 @@ class Collapser {
     candidate.size = float(area / wanted_area);
     if (!(area < wanted_area) || !(mean.norm() > 0)) return candidate;
     mean.normalize();
+    candidate.collapse = best_collapse(v, ring, mean, [](HalfEdge) { return true; });
+    if (candidate.collapse.along >= 0 && !may_go(v, candidate.collapse.along, ring))
+      candidate.collapse =
+          best_collapse(v, ring, mean, [&](HalfEdge h) { return may_go(v, h, ring); });
+    return candidate;
+  }
+
+  /// The one that leaves the best triangles, of those that are allowed.
+  template <class Allowed>
+  Collapse best_collapse(int v, const Ring& ring, const Vector3& mean, const Allowed& allowed) const {
+    Collapse best{-1, least_quality};
     const auto offer = [&](HalfEdge h, int u) {
-      const double least = std::max(least_quality, candidate.collapse.quality);
-      const double quality = quality_after(ring, u, mean, least);
-      if (quality > least && may_go(v, h, ring)) candidate.collapse = {h, quality};
+      const double quality = quality_after(ring, u, mean, best.quality);
+      if (quality > best.quality && allowed(h)) best = {h, quality};
     };
     if (ring.closed) {
       for (int k = 0; k < ring.triangles; ++k) offer(ring.spokes[k], target(ring.spokes[k]));
-    } else {
-      const HalfEdge first = ring.spokes[0], last = previous(ring.spokes[ring.triangles - 1]);
-      const int a = target(first), b = source(last);
-      const Vector3 ahead = at(a) - at(v), behind = at(v) - at(b);
-      if (ahead.dot(behind) > least_straight * ahead.norm() * behind.norm()) {
-        offer(first, a);
-        offer(last, b);
-      }
+      return best;
     }
-    return candidate;
+    const HalfEdge first = ring.spokes[0], last = previous(ring.spokes[ring.triangles - 1]);
+    const int a = target(first), b = source(last);
+    const Vector3 ahead = at(a) - at(v), behind = at(v) - at(b);
+    if (ahead.dot(behind) > least_straight * ahead.norm() * behind.norm()) {
+      offer(first, a);
+      offer(last, b);
+    }
+    return best;
   }
 
   /// Whether the surface stays what it is when v goes along h: both ends have no common neighbours

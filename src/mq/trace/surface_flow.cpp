@@ -168,9 +168,10 @@ SurfaceFlow SurfaceFlow::along(const TraceMesh& mesh, const Vector& field) {
   parallel_for(mesh.triangle_count(), [&](std::int64_t t) {
     const FlatTriangle& shape = mesh.shape(int(t));
     if (shape.empty()) return;
+    // ∇φ₂ = (0, 1/height), ∇φ₁ = (1, −foot/height)/base.
     const Vector2 X = field.segment<2>(2 * mesh.source_triangle(int(t)));
-    flow.records_[t].rate1 = shape.gradient(1).dot(X);
-    flow.records_[t].rate2 = shape.gradient(2).dot(X);
+    flow.records_[t].rate2 = X.y() / shape.height;
+    flow.records_[t].rate1 = (X.x() - shape.foot * flow.records_[t].rate2) / shape.base;
   });
   /// Speed towards the edge opposite k, and the rate of the weight of corner k + 2 along it.
   const auto parts = [&](int t, int k) {
