@@ -31,8 +31,8 @@ TEST(SpectrumOfFields, FindsTwoZerosPerHandleInTheWhitneyBasisAlone) {
 TEST(SpectrumOfFields, WritesFieldsThatLicTakesAndDrawsThem) {
   const Folder folder;
   write_strip(folder);
-  const Result result = marquetry(folder, {"spectrum", "strip.obj", "-k", "2", "-b", "triangle", "-o",
-                                           "fields/", "--lines", "--json"});
+  const Result result = marquetry(folder, {"spectrum", "strip.obj", "-k", "2", "-b", "triangle",
+                                           "-o", "fields/", "--lines", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
   const Model strip = read_model(folder / "strip.obj");
   const VectorField field = read_vector_field(folder / "fields/strip_triangle_01.ply", strip.mesh);
@@ -43,9 +43,13 @@ TEST(SpectrumOfFields, WritesFieldsThatLicTakesAndDrawsThem) {
   const auto range = std::ranges::minmax(drawn.pixels.values());
   EXPECT_GT(range.max - range.min, 0.5F);
   EXPECT_EQ(marquetry(folder, {"lic", "strip.obj", "--field", "fields/strip_triangle_01.ply", "-o",
-                               "l.png"}).status, 0);
+                               "l.png"})
+                .status,
+            0);
   ASSERT_EQ(marquetry(folder, {"spectrum", "strip.obj", "-k", "2", "-b", "triangle", "-o", "v/",
-                               "--lines", "--vertices"}).status, 0);
+                               "--lines", "--vertices"})
+                .status,
+            0);
   EXPECT_EQ(read_model(folder / "v/strip_triangle_01_lines.ply").colors.channels, 3);
 }
 
@@ -53,10 +57,14 @@ TEST(SpectrumOfFields, IsRepeatedFromItsReportWithAnyNumberOfThreads) {
   const Folder folder;
   ASSERT_EQ(marquetry(folder, {"sample", "torus", "--size", "64", "-o", "t/"}).status, 0);
   ASSERT_EQ(marquetry(folder, {"spectrum", "t/torus.obj", "-k", "4", "-o", "a/", "--report",
-                               "r.json", "--threads", "1"}).status, 0);
-  const Result again = marquetry(folder, {"spectrum", "--config", "r.json", "-o", "b/", "--threads", "7"});
+                               "r.json", "--threads", "1"})
+                .status,
+            0);
+  const Result again =
+      marquetry(folder, {"spectrum", "--config", "r.json", "-o", "b/", "--threads", "7"});
   ASSERT_EQ(again.status, 0) << again.error;
-  EXPECT_EQ(file_bytes(folder / "a/torus_whitney_04.ply"), file_bytes(folder / "b/torus_whitney_04.ply"));
+  EXPECT_EQ(file_bytes(folder / "a/torus_whitney_04.ply"),
+            file_bytes(folder / "b/torus_whitney_04.ply"));
 }
 
 TEST(SpectrumOfFields, RefusesWhatDoesNotFit) {

@@ -66,7 +66,8 @@ TEST(FieldSpectrum, HasTwoHarmonicFieldsPerHandleInTheWhitneyBasisAlone) {
   const auto spectrum = [&](FieldBasis basis, int count) {
     return field_spectrum(surface, {.basis = basis, .count = count}).values;
   };
-  const Vector whitney = spectrum(FieldBasis::whitney, 20), gradient = spectrum(FieldBasis::gradient, 12);
+  const Vector whitney = spectrum(FieldBasis::whitney, 20),
+               gradient = spectrum(FieldBasis::gradient, 12);
   for (int k = 0; k < 8; ++k) EXPECT_LE(std::abs(whitney[k]), 1e-8 * whitney[8]);
   for (int k = 0; k < 12; ++k) EXPECT_NEAR(whitney[8 + k] / gradient[k], 1, 0.03) << k;
   for (int k = 0; k < 12; k += 2) EXPECT_EQ(gradient[k], gradient[k + 1]);
@@ -77,8 +78,10 @@ TEST(FieldSpectrum, HasTwoHarmonicFieldsPerHandleInTheWhitneyBasisAlone) {
 /// ∫ |∇X|² = ∫ div² + curl² − K|X|²: both bases of the left side agree with each other.
 TEST(FieldSpectrum, OfTheWholeDerivativeIsTheSameAtTrianglesAndAtVertices) {
   const Surface surface = sheared_torus();
-  const Vector triangles = field_spectrum(surface, {.basis = FieldBasis::triangle, .count = 10}).values;
-  const Vector vertices = field_spectrum(surface, {.basis = FieldBasis::vertex, .count = 10}).values;
+  const Vector triangles =
+      field_spectrum(surface, {.basis = FieldBasis::triangle, .count = 10}).values;
+  const Vector vertices =
+      field_spectrum(surface, {.basis = FieldBasis::vertex, .count = 10}).values;
   for (int k = 0; k < 10; ++k) EXPECT_NEAR(triangles[k] / vertices[k], 1, 0.06) << k;
 }
 
@@ -95,8 +98,8 @@ Mesh jittered_sphere(int levels) {
   return mesh;
 }
 
-/// Of a unit field on the unit sphere the norm of the part outside the span of the gradients of x, y
-/// and z and the rotations around the axes, which are orthogonal.
+/// Of a unit field on the unit sphere the norm of the part outside the span of the gradients of x,
+/// y and z and the rotations around the axes, which are orthogonal.
 double outside_rotations_and_gradients(const Surface& surface, TangentField field) {
   for (int n = 0; n < 6; ++n) {
     TangentField truth(field.size());
@@ -122,7 +125,8 @@ TEST(FieldSpectrum, BringsFieldsBackFromFlippedTriangles) {
       missed.push_back(0);
       for (int k = 0; k < 6; ++k) {
         EXPECT_NEAR(found.values[k], 1, levels == 4 ? 0.012 : 0.003);
-        missed.back() = std::max(missed.back(), outside_rotations_and_gradients(surface, found.fields[k]));
+        missed.back() =
+            std::max(missed.back(), outside_rotations_and_gradients(surface, found.fields[k]));
       }
     }
     EXPECT_LT(missed[1], 0.01);
@@ -149,7 +153,8 @@ TEST(FieldSpectrum, OfADiscIsOfFieldsTangentToItsBoundary) {
     double along = 0;
     for (int t = 0; t < surface.triangle_count(); ++t) {
       const Vector3 c = (surface.mesh.position(t, 0) + surface.mesh.position(t, 1) +
-                         surface.mesh.position(t, 2)) / 3;
+                         surface.mesh.position(t, 2)) /
+                        3;
       along = std::max(along, std::abs(found.fields[2][t].dot(c)));
     }
     EXPECT_LT(along, 0.05);
@@ -164,13 +169,14 @@ TEST(FieldSpectrum, TakesUglyMeshes) {
   slivers.positions.insert(slivers.positions.end(), {{2, 0, 0}, {3, 0, 0}, {4, 0, 0}});
   const int lone = slivers.vertex_count() - 3;
   slivers.triangles.push_back({lone, lone + 1, lone + 2});
-  for (const Mesh& mesh :
-       {slivers, fixtures::moebius_strip(12), fixtures::nonmanifold_edge(), fixtures::nonmanifold_vertex(),
-        fixtures::beside(fixtures::sphere(2), fixtures::torus(12, 8))}) {
+  for (const Mesh& mesh : {slivers, fixtures::moebius_strip(12), fixtures::nonmanifold_edge(),
+                           fixtures::nonmanifold_vertex(),
+                           fixtures::beside(fixtures::sphere(2), fixtures::torus(12, 8))}) {
     const Surface surface = make_surface(mesh);
     for (const FieldBasis basis : bases) {
       FieldSpectrum found;
-      const std::string error = error_of([&] { found = field_spectrum(surface, {.basis = basis, .count = 3}); });
+      const std::string error =
+          error_of([&] { found = field_spectrum(surface, {.basis = basis, .count = 3}); });
       if (found.fields.empty()) {
         EXPECT_THAT(error, HasSubstr("the basis has")) << int(basis);
         continue;
@@ -198,10 +204,12 @@ TEST(FieldSpectrum, IsTheSameForAnyNumberOfThreads) {
 
 TEST(FieldSpectrum, RefusesMoreFieldsThanThereAre) {
   const Surface surface = make_surface(fixtures::tetrahedron());
-  EXPECT_THAT(error_of([&] { field_spectrum(surface, {.basis = FieldBasis::whitney, .count = 7}); }),
-              HasSubstr("7 eigenvalues were asked for; the basis has 6"));
-  EXPECT_THAT(error_of([&] { field_spectrum(surface, {.basis = FieldBasis::gradient, .count = 7}); }),
-              HasSubstr("the basis has 6"));
+  EXPECT_THAT(
+      error_of([&] { field_spectrum(surface, {.basis = FieldBasis::whitney, .count = 7}); }),
+      HasSubstr("7 eigenvalues were asked for; the basis has 6"));
+  EXPECT_THAT(
+      error_of([&] { field_spectrum(surface, {.basis = FieldBasis::gradient, .count = 7}); }),
+      HasSubstr("the basis has 6"));
   EXPECT_EQ(field_spectrum(surface, {.basis = FieldBasis::gradient, .count = 6}).values.size(), 6);
 }
 

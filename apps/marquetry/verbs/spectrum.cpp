@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// On the surface of area 1, where the first eigenvalue that is not 0 is 1 or more and rounding leaves
-/// 10⁻⁹ of 0.
+/// On the surface of area 1, where the first eigenvalue that is not 0 is 1 or more and rounding
+/// leaves 10⁻⁹ of 0.
 constexpr double counts_as_zero = 1e-6;
 
 FieldSpectrumOptions asked_spectrum(const OptionValues& options) {
@@ -53,9 +53,9 @@ std::vector<FieldFiles> plan_files(const OptionValues& options, const Scene& sce
   const std::int64_t count = options.integer("count");
   const std::size_t digits = std::max<std::size_t>(2, std::to_string(count).size());
   for (std::int64_t k = 1; k <= count; ++k) {
-    const std::string name =
-        (folder / fmt::format("{}_{}_{:0{}}", scene.model.path.stem().string(),
-                              options.text("basis"), k, digits)).string();
+    const std::string name = (folder / fmt::format("{}_{}_{:0{}}", scene.model.path.stem().string(),
+                                                   options.text("basis"), k, digits))
+                                 .string();
     files.push_back({name + ".ply", std::nullopt});
     if (!options.flag("lines")) continue;
     if (works_at_vertices(options, scene))
@@ -103,15 +103,15 @@ void report(Run& run, const FieldSpectrum& spectrum, double area) {
 Signal lines_of(Run& run, const Scene& scene, const Domain& domain, const Signal& noise,
                 const TangentField& field, const Progress& progress) {
   const double area = domain.space().scale().area;
-  const auto across =
-      space_across(scene, domain, scaled_to_one(scene.surface, field), 100, progress.step("metric", 0.4));
-  const LineIntegral lines =
-      line_integral(*across, domain.space(), noise,
-                    {.weight = 0.01 * area, .sharpen_weight = 1e-4 * area},
-                    domain.multigrid({.tolerance = 0.02}), progress.step("solve", 0.6));
+  const auto across = space_across(scene, domain, scaled_to_one(scene.surface, field), 100,
+                                   progress.step("metric", 0.4));
+  const LineIntegral lines = line_integral(
+      *across, domain.space(), noise, {.weight = 0.01 * area, .sharpen_weight = 1e-4 * area},
+      domain.multigrid({.tolerance = 0.02}), progress.step("solve", 0.6));
   if (!lines.spread.converged || !lines.sharpen.converged)
-    run.terminal().warning("lines are less drawn out than they should be: multigrid did not reach its "
-                           "tolerance; lic --field FILE --solver direct has no such limit");
+    run.terminal().warning(
+        "lines are less drawn out than they should be: multigrid did not reach its "
+        "tolerance; lic --field FILE --solver direct has no such limit");
   return with_contrast(lines.signal);
 }
 
@@ -130,11 +130,13 @@ void write_fields(Run& run, const Scene& scene, const FieldSpectrum& spectrum,
   const Step step(run, "write", 0.4);
   std::vector<fs::path> written;
   for (std::size_t k = 0; k < files.size(); ++k) {
-    const Progress one = step.progress().step(fmt::format("field {}", k + 1), 1.0 / double(files.size()));
+    const Progress one =
+        step.progress().step(fmt::format("field {}", k + 1), 1.0 / double(files.size()));
     write_vector_field(files[k].field, scene.model.mesh, spectrum.fields[k]);
     written.push_back(files[k].field);
     if (!files[k].lines) continue;
-    const Signal grey = lines_of(run, scene, *domain, noise, spectrum.fields[k], one.step("draw", 0.9));
+    const Signal grey =
+        lines_of(run, scene, *domain, noise, spectrum.fields[k], one.step("draw", 0.9));
     Model drawn = scene.model;
     put_field(scene, *domain, grey.replicate(1, 3), Depth::u8, drawn);
     for (const std::string& note : files[k].lines->write(std::move(drawn), one.step("save", 0.1)))
@@ -173,18 +175,19 @@ Verb spectrum_verb() {
                     "The vector fields that change least on the surface: the smallest eigenvalues "
                     "of a smoothness operator, and their fields.");
   add_scene_options(table);
-  table.add({.name = "basis",
-             .letter = 'b',
-             .type = Type::choice,
-             .default_value = "whitney",
-             .choices = {"triangle", "gradient", "whitney", "vertex"},
-             .metavar = "BASIS",
-             .group = "Spectrum",
-             .help = "triangle, gradient, whitney or vertex",
-             .details =
-                 "triangle: a vector per triangle; whitney: a number per edge; gradient: gradients and "
-                 "turned gradients of functions; vertex: a complex number per vertex. triangle and "
-                 "vertex measure the whole derivative, whitney and gradient divergence and curl."});
+  table.add(
+      {.name = "basis",
+       .letter = 'b',
+       .type = Type::choice,
+       .default_value = "whitney",
+       .choices = {"triangle", "gradient", "whitney", "vertex"},
+       .metavar = "BASIS",
+       .group = "Spectrum",
+       .help = "triangle, gradient, whitney or vertex",
+       .details =
+           "triangle: a vector per triangle; whitney: a number per edge; gradient: gradients and "
+           "turned gradients of functions; vertex: a complex number per vertex. triangle and "
+           "vertex measure the whole derivative, whitney and gradient divergence and curl."});
   table.add({.name = "count",
              .letter = 'k',
              .type = Type::integer,
@@ -199,8 +202,9 @@ Verb spectrum_verb() {
              .choices = {"circumcentric", "barycentric"},
              .group = "Spectrum",
              .help = "where a triangle's vector is taken to be, for --basis triangle",
-             .details = "circumcentric: on the Delaunay triangulation of the surface, which converges. "
-                        "barycentric: on the mesh as it is, as published, which does not."});
+             .details =
+                 "circumcentric: on the Delaunay triangulation of the surface, which converges. "
+                 "barycentric: on the mesh as it is, as published, which does not."});
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,
@@ -211,8 +215,9 @@ Verb spectrum_verb() {
   table.add({.name = "lines",
              .group = "Output",
              .help = "draw the lines of each field too, as lic does by default",
-             .details = "Pictures NAME_BASIS_01.png, or where there are no texture coordinates models "
-                        "NAME_BASIS_01_lines.ply with colours at their vertices."});
+             .details =
+                 "Pictures NAME_BASIS_01.png, or where there are no texture coordinates models "
+                 "NAME_BASIS_01_lines.ply with colours at their vertices."});
   add_vertices_option(table, "lines at vertices, though there are textures");
   return {table, spectrum};
 }

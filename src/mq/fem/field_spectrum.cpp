@@ -84,7 +84,10 @@ Vector2 turned_by(double angle, const Vector2& v) {
 class Spectrum {
  public:
   Spectrum(const Surface& surface, const FieldSpectrumOptions& options, const Progress& progress)
-      : surface_(surface), options_(options), progress_(progress), shapes_(flat_triangles(surface)) {
+      : surface_(surface),
+        options_(options),
+        progress_(progress),
+        shapes_(flat_triangles(surface)) {
     require(std::ranges::count(with_area(shapes_), 1) > 0, "the surface has no area");
   }
 
@@ -151,9 +154,9 @@ class Spectrum {
     found_.flips = delaunay.flips;
     const Returning back(surface_, shapes_, delaunay);
     const Surface& flipped = delaunay.surface;
-    const HodgeStars stars = hodge_stars(make_edges(flipped, delaunay.shapes),
-                                         flipped.mesh.triangles, delaunay.shapes,
-                                         flipped.mesh.vertex_count());
+    const HodgeStars stars =
+        hodge_stars(make_edges(flipped, delaunay.shapes), flipped.mesh.triangles, delaunay.shapes,
+                    flipped.mesh.vertex_count());
     solve(connection_laplacian(flipped, delaunay.shapes), vertex_area_mass(stars.zero),
           Kept(each_twice(reached(surface_, shapes_))),
           [&](const Vector& z) { return back.from_vertices(z); });
@@ -214,10 +217,10 @@ class Spectrum {
                   const Functions& xi, const EigenPairs& turned_ones) {
     Eigen::Index i = kappa.constants, j = xi.constants;
     for (int k = 0; k < options_.count; ++k) {
-      const bool turns = i >= gradients.values.size() ||
-                         (j < turned_ones.values.size() && turned_ones.values[j] < gradients.values[i]) ||
-                         (j < i && j < turned_ones.values.size() &&
-                          turned_ones.values[j] == gradients.values[i]);
+      const bool turns =
+          i >= gradients.values.size() ||
+          (j < turned_ones.values.size() && turned_ones.values[j] < gradients.values[i]) ||
+          (j < i && j < turned_ones.values.size() && turned_ones.values[j] == gradients.values[i]);
       const EigenPairs& from = turns ? turned_ones : gradients;
       Eigen::Index& at = turns ? j : i;
       Vector field = space.gradient((turns ? xi : kappa).kept.whole(from.vectors.col(at)));
@@ -233,7 +236,8 @@ class Spectrum {
    public:
     Returning(const Surface& surface, const std::vector<FlatTriangle>& shapes,
               const IntrinsicTriangulation& delaunay)
-        : delaunay_(delaunay), frames_(vertex_frames(delaunay.surface, delaunay.shapes)),
+        : delaunay_(delaunay),
+          frames_(vertex_frames(delaunay.surface, delaunay.shapes)),
           turn_(surface.mesh.positions.size(), 0.0),
           prolongation_(vertex_prolongation(surface, shapes, vertex_frames(surface, shapes))) {
       for (HalfEdge h = 0; h < HalfEdge(delaunay.directions.size()); ++h)
