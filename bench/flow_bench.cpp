@@ -2,8 +2,8 @@
 // one, and time by size.
 //
 //     flow_bench motions          end point errors on sphere, torus and plane, as Markdown
-//     flow_bench thesis [N]       the thesis' presets beside ours, on a torus of N vertices (27,000)
-//     flow_bench size N...        time on tori of so many vertices
+//     flow_bench thesis [N]       the thesis' presets beside ours, on a torus of N vertices
+//     (27,000) flow_bench size N...        time on tori of so many vertices
 //
 // Seconds are processor time of all threads.
 
@@ -85,7 +85,8 @@ double end_point_error(const Pair& pair, const Vector& field, const Motion& trut
 double halfway_error(const Pair& pair, const Vector& field) {
   const TraceMesh mesh(pair.surface);
   const Meeting halfway = meet(mesh, field, pair.source, pair.target, 0.5);
-  return (halfway.source - halfway.target).squaredNorm() / (pair.source - pair.target).squaredNorm();
+  return (halfway.source - halfway.target).squaredNorm() /
+         (pair.source - pair.target).squaredNorm();
 }
 
 void motions() {
@@ -107,8 +108,9 @@ void motions() {
       {"plane", square, 3.0,
        [=](double l) { return Motion([=](const Vector3& p) { return Vector3(p + l * along); }); },
        [](const Vector3& p) { return (p - Vector3(0.5, 0.5, 0)).cwiseAbs().maxCoeff() < 0.25; }}};
-  fmt::print("| surface | shift | halfway | forward | halfway, one scale | forward, one scale |\n"
-             "|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| surface | shift | halfway | forward | halfway, one scale | forward, one scale |\n"
+      "|---|---|---|---|---|---|\n");
   for (const Case& c : cases)
     for (const double shift : {1.0, 2.0, 5.0, 10.0, 20.0, 40.0}) {
       const Surface surface = make_surface(c.mesh);
@@ -120,12 +122,13 @@ void motions() {
           MeshFlowOptions options;
           options.alignment = alignment;
           options.detail = {0, Length::Unit::percent};
-          options.largest = scales ? Length{25, Length::Unit::percent}
-                                   : Length{4 * spacing, Length::Unit::model};
+          options.largest =
+              scales ? Length{25, Length::Unit::percent} : Length{3 * spacing, Length::Unit::model};
           if (!scales) options.smallest = options.largest;
           if (!scales) options.steps = 20;
           const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
-          fmt::print(" {:.2f} |", end_point_error(pair, flow.field, c.by(shift * spacing), c.counts));
+          fmt::print(" {:.2f} |",
+                     end_point_error(pair, flow.field, c.by(shift * spacing), c.counts));
         }
       fmt::print("\n");
     }
@@ -135,7 +138,8 @@ void motions() {
 Pair twisted_torus(int vertices, double shift) {
   const int n = int(std::lround(std::sqrt(vertices * 480.0 / 225))), m = n * 225 / 480;
   const Mesh mesh = fixtures::torus(n, m);
-  const double spacing = std::sqrt(2 / std::sqrt(3.0) * make_surface(mesh).area / mesh.vertex_count());
+  const double spacing =
+      std::sqrt(2 / std::sqrt(3.0) * make_surface(mesh).area / mesh.vertex_count());
   return moved(mesh, 2, [=](const Vector3& p) {
     const double angle = shift * spacing * (1 + 0.5 * std::sin(3 * std::atan2(p.y(), p.x())));
     return rotation(-angle, Vector3::UnitZ())(p);
@@ -158,8 +162,9 @@ void thesis(int vertices, double shift) {
   const Pair pair = twisted_torus(vertices, shift);
   fmt::print("{} vertices, shifts of {} to {} spacings; E relative to the linear blend's\n\n",
              pair.surface.mesh.vertex_count(), shift / 2, shift * 3 / 2);
-  fmt::print("| method | unknowns | E | processor s | prepare | matrices | solve | smooth and warp |\n"
-             "|---|---|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| method | unknowns | E | processor s | prepare | matrices | solve | smooth and warp |\n"
+      "|---|---|---|---|---|---|---|---|\n");
   const std::vector<std::pair<FlowBasis, std::string>> bases = {{FlowBasis::triangle, "triangle"},
                                                                 {FlowBasis::gradient, "gradient"},
                                                                 {FlowBasis::whitney, "Whitney"},
@@ -180,8 +185,9 @@ void thesis(int vertices, double shift) {
 }
 
 void sizes(const std::vector<int>& all) {
-  fmt::print("| vertices | E | wall s | processor s | prepare | matrices | solve | smooth and warp |\n"
-             "|---|---|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| vertices | E | wall s | processor s | prepare | matrices | solve | smooth and warp |\n"
+      "|---|---|---|---|---|---|---|---|\n");
   for (const int vertices : all) {
     const Pair pair = twisted_torus(vertices, 10);
     const double start = processor_seconds();
@@ -207,7 +213,8 @@ int main(int count, char** arguments) {
   if (what == "motions") {
     mq::motions();
   } else if (what == "thesis") {
-    mq::thesis(count > 2 ? std::atoi(arguments[2]) : 27000, count > 3 ? std::atof(arguments[3]) : 8);
+    mq::thesis(count > 2 ? std::atoi(arguments[2]) : 27000,
+               count > 3 ? std::atof(arguments[3]) : 8);
   } else if (what == "size" && count > 2) {
     std::vector<int> sizes;
     for (int i = 2; i < count; ++i) sizes.push_back(std::atoi(arguments[i]));

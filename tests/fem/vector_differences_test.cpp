@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include "fem/flat_torus.h"
 #include "fixtures.h"
@@ -108,10 +108,13 @@ TEST(IntrinsicDelaunay, LeavesNoNegativeWeight) {
       if (h % 3 == 0) area += d.shapes[h / 3].area();
       if (twin < 0) continue;
       EXPECT_EQ(d.surface.twins[twin], h);
-      EXPECT_EQ(d.surface.mesh.triangles[h / 3][h % 3], d.surface.mesh.triangles[twin / 3][(twin + 1) % 3]);
-      EXPECT_NEAR(d.shapes[h / 3].edge(h % 3).norm(), d.shapes[twin / 3].edge(twin % 3).norm(), 1e-12);
+      EXPECT_EQ(d.surface.mesh.triangles[h / 3][h % 3],
+                d.surface.mesh.triangles[twin / 3][(twin + 1) % 3]);
+      EXPECT_NEAR(d.shapes[h / 3].edge(h % 3).norm(), d.shapes[twin / 3].edge(twin % 3).norm(),
+                  1e-12);
       EXPECT_GE(d.shapes[h / 3].half_cotangent((h % 3 + 2) % 3) +
-                    d.shapes[twin / 3].half_cotangent((twin % 3 + 2) % 3), -1e-9);
+                    d.shapes[twin / 3].half_cotangent((twin % 3 + 2) % 3),
+                -1e-9);
     }
     EXPECT_NEAR(area, surface.area, 1e-12 * surface.area);
   }
@@ -144,7 +147,8 @@ TEST(IntrinsicDelaunay, KeepsTheMetric) {
   const IntrinsicTriangulation d = intrinsic_delaunay(make_surface(sheared));
   ASSERT_GT(d.flips, 20);
   Vector phi(d.surface.mesh.vertex_count());
-  for (int v = 0; v < phi.size(); ++v) phi[v] = d.surface.mesh.positions[v].dot(Vector3(0.3, 0.4, 0));
+  for (int v = 0; v < phi.size(); ++v)
+    phi[v] = d.surface.mesh.positions[v].dot(Vector3(0.3, 0.4, 0));
   const Signal gradient = VertexSpace(d.surface, d.shapes).gradient(phi);
   for (int t = 0; t < d.surface.triangle_count(); ++t)
     EXPECT_NEAR(gradient.block(2 * t, 0, 2, 1).norm(), 0.5, 1e-12);
@@ -157,7 +161,8 @@ TEST(VertexBasis, ProlongatesConstantFieldsOfThePlaneExactly) {
   const double direction = 0.4;
   Vector z(2 * surface.mesh.vertex_count());
   for (HalfEdge h = 0; h < 3 * surface.triangle_count(); ++h) {
-    const int v = surface.mesh.triangles[h / 3][h % 3], w = surface.mesh.triangles[h / 3][(h + 1) % 3];
+    const int v = surface.mesh.triangles[h / 3][h % 3],
+              w = surface.mesh.triangles[h / 3][(h + 1) % 3];
     const Vector3 edge = surface.mesh.positions[w] - surface.mesh.positions[v];
     const double angle = direction - std::atan2(edge.y(), edge.x()) + frames.at_source[h];
     z.segment<2>(2 * v) = Vector2(std::cos(angle), std::sin(angle));

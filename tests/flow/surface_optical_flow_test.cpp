@@ -3,9 +3,9 @@
 #include <cmath>
 #include <functional>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
+#include <Eigen/Geometry>
 
 #include "fixtures.h"
 #include "mq/base/error.h"
@@ -91,8 +91,7 @@ TEST(MeshFlow, FindsRotationsOfTheTorus) {
     const Pair pair = turned_torus(shift);
     const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, from(20));
     const double angle = shift * std::sqrt(2 / std::sqrt(3.0) * 0.4 * 39.5 / (90 * 45));
-    EXPECT_LE(end_point_error(pair, flow.field, rotation(-angle, Vector3::UnitZ())),
-              0.1) << shift;
+    EXPECT_LE(end_point_error(pair, flow.field, rotation(-angle, Vector3::UnitZ())), 0.1) << shift;
     EXPECT_LE(flow.errors().back(), 0.02 * flow.blend_error) << shift;
   }
 }
@@ -117,8 +116,8 @@ TEST(MeshFlow, FindsThemInEveryBasisByFactorisation) {
     options.basis = basis;
     options.solver = FlowSolver::direct;
     const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
-    EXPECT_LE(end_point_error(pair, flow.field, rotation(-angle, Vector3::UnitZ())),
-              0.15) << int(basis);
+    EXPECT_LE(end_point_error(pair, flow.field, rotation(-angle, Vector3::UnitZ())), 0.15)
+        << int(basis);
     EXPECT_LE(flow.errors().back(), 0.05 * flow.blend_error) << int(basis);
   }
 }
@@ -185,9 +184,11 @@ TEST(MeshFlow, DoesNotSeeTheUnitOfTheModelNorOfTheValues) {
   Mesh larger = pair.surface.mesh;
   for (Vector3& p : larger.positions) p *= 1024;
   const MeshFlow far = mesh_flow(make_surface(larger), pair.source, pair.target, from(15));
-  EXPECT_LE((far.field / 1024 - flow.field).cwiseAbs().maxCoeff(), 1e-9 * flow.field.cwiseAbs().maxCoeff());
+  EXPECT_LE((far.field / 1024 - flow.field).cwiseAbs().maxCoeff(),
+            1e-9 * flow.field.cwiseAbs().maxCoeff());
   const MeshFlow bright = mesh_flow(pair.surface, 256 * pair.source, 256 * pair.target, from(15));
-  EXPECT_LE((bright.field - flow.field).cwiseAbs().maxCoeff(), 1e-9 * flow.field.cwiseAbs().maxCoeff());
+  EXPECT_LE((bright.field - flow.field).cwiseAbs().maxCoeff(),
+            1e-9 * flow.field.cwiseAbs().maxCoeff());
 }
 
 TEST(MeshFlow, MeansTheSameAtAnyResolution) {
@@ -258,7 +259,8 @@ TEST(MeshFlow, IsRobustWhenAsked) {
   Pair pair = turned_torus(3);
   const Noise noise(99);
   for (int v = 0; v < pair.target.rows(); ++v)
-    if (pair.surface.mesh.positions[v].x() > 0.95) pair.target.row(v).setConstant(noise(5 * pair.surface.mesh.positions[v]));
+    if (pair.surface.mesh.positions[v].x() > 0.95)
+      pair.target.row(v).setConstant(noise(5 * pair.surface.mesh.positions[v]));
   const double angle = 3 * std::sqrt(2 / std::sqrt(3.0) * 0.4 * 39.5 / (90 * 45));
   const auto error = [&](double robust_data) {
     MeshFlowOptions options = from(15);
@@ -292,7 +294,8 @@ TEST(MeshFlow, GivesTheSameBitsForAnyNumberOfThreads) {
 TEST(MeshFlow, CopesWithUglySurfaces) {
   Mesh mesh = fixtures::beside(fixtures::torus(30, 16), fixtures::nonmanifold_edge());
   mesh.positions.insert(mesh.positions.end(), {{2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {9, 9, 9}});
-  mesh.triangles.push_back({mesh.vertex_count() - 4, mesh.vertex_count() - 3, mesh.vertex_count() - 2});
+  mesh.triangles.push_back(
+      {mesh.vertex_count() - 4, mesh.vertex_count() - 3, mesh.vertex_count() - 2});
   const Surface surface = make_surface(mesh);
   Signal a(surface.mesh.vertex_count(), 1), b = a;
   for (int v = 0; v < a.rows(); ++v) {
@@ -309,8 +312,9 @@ TEST(MeshFlow, RefusesWhatItCannotAlign) {
   EXPECT_THROW(mesh_flow(pair.surface, pair.source, pair.target.leftCols(1)), InvalidInput);
   Signal broken = pair.target;
   broken(17, 1) = std::nan("");
-  EXPECT_NE(fixtures::error_of([&] { mesh_flow(pair.surface, pair.source, broken); }).find("vertex 17"),
-            std::string::npos);
+  EXPECT_NE(
+      fixtures::error_of([&] { mesh_flow(pair.surface, pair.source, broken); }).find("vertex 17"),
+      std::string::npos);
   MeshFlowOptions options;
   options.basis = FlowBasis::whitney;
   EXPECT_THROW(mesh_flow(pair.surface, pair.source, pair.target, options), Unsupported);
@@ -340,19 +344,21 @@ TEST(FlowSolvers, AgreeInTheVertexBasis) {
   Vector z = Vector::Zero(system.right_hand_side.size());
   const SolveReport report = multigrid.solve(system.right_hand_side, z);
   EXPECT_LE(report.cycles, 14);
-  DirectFlowSolver direct(pair.surface, mesh.space(), FlowBasis::vertex, {});
+  DirectFlowSolver direct(mesh, FlowBasis::vertex);
   const Vector expected = direct.solve(data, weight);
-  EXPECT_LE((mesh.triangle_field(z) - expected).cwiseAbs().maxCoeff(), 1e-6 * expected.cwiseAbs().maxCoeff());
+  EXPECT_LE((mesh.triangle_field(z) - expected).cwiseAbs().maxCoeff(),
+            1e-6 * expected.cwiseAbs().maxCoeff());
 }
 
 /// What X changes is all that matters: D·Y + w·S·Y + Pᵀg = 0 at the minimum.
 TEST(FlowSolvers, MinimiseTheEnergyInEveryBasis) {
   const Pair pair = turned_sphere(0.1);
-  const VertexSpace space(pair.surface);
-  const DataTerms data = data_terms(space, pair.target - pair.source, pair.source);
+  const FlowMesh mesh(pair.surface);
+  const DataTerms data = data_terms(mesh.space(), pair.target - pair.source, pair.source);
   for (const FlowBasis basis : bases) {
-    DirectFlowSolver solver(pair.surface, space, basis, {});
-    const Vector small = solver.solve(data, 1e-9 * data.trace), large = solver.solve(data, 1e3 * data.trace);
+    DirectFlowSolver solver(mesh, basis);
+    const Vector small = solver.solve(data, 1e-9 * data.trace),
+                 large = solver.solve(data, 1e3 * data.trace);
     // Energy below that of 0: ⟨Y, G·Y⟩ + 2⟨g, Y⟩ + w⟨Y, S·Y⟩ = ⟨g, Y⟩ < 0 at the minimum.
     EXPECT_LT(data.products(small)[0], 0);
     EXPECT_LT(data.products(large)[0], 0);

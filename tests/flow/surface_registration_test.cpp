@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "fixtures.h"
 #include "mq/base/error.h"
@@ -35,7 +35,8 @@ Vector3 place(const Mesh& mesh, const SurfacePoint& p) {
 /// their own.
 TEST(RegisterByColour, SeesASphereTurnInItself) {
   const double angle = 0.2;
-  const Surface source = make_surface(fixtures::sphere(5)), target = make_surface(cube_sphere(20).mesh);
+  const Surface source = make_surface(fixtures::sphere(5)),
+                target = make_surface(cube_sphere(20).mesh);
   const Eigen::AngleAxisd turn(angle, Vector3(0.3, 0.2, 1).normalized());
   MeshFlowOptions options;
   options.largest = {15, Length::Unit::percent};
@@ -55,7 +56,8 @@ TEST(RegisterByColour, SeesASphereTurnInItself) {
 }
 
 TEST(RegisterByColour, DoesNotTrustPlainColours) {
-  const Surface source = make_surface(fixtures::sphere(5)), target = make_surface(cube_sphere(20).mesh);
+  const Surface source = make_surface(fixtures::sphere(5)),
+                target = make_surface(cube_sphere(20).mesh);
   const Eigen::AngleAxisd turn(0.1, Vector3::UnitZ());
   const ColourRegistration found =
       register_by_colour(source, colours(source.mesh, Eigen::AngleAxisd::Identity(), 0), target,

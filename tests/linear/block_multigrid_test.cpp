@@ -13,8 +13,8 @@ namespace {
 
 using test::random_signal;
 
-/// Unknown i of a chain in a frame turned by an angle of its own; neighbours coupled so that parallel
-/// vectors cost nothing, plus a mass.
+/// Unknown i of a chain in a frame turned by an angle of its own; neighbours coupled so that
+/// parallel vectors cost nothing, plus a mass.
 struct Chain {
   BlockMatrix<double> A;
   std::vector<double> angles;
@@ -55,9 +55,12 @@ std::vector<std::shared_ptr<const BlockTransfer>> transfers(std::vector<double> 
         const double turn = angles[i] - coarse[j];
         P->entries.push_back({j, float(w * std::cos(turn)), float(w * std::sin(turn))});
       };
-      if (i % 2 == 0) term(i / 2, 1);
-      else if (i + 1 < n) term(i / 2, 0.5), term(i / 2 + 1, 0.5);
-      else term(i / 2, 1);
+      if (i % 2 == 0)
+        term(i / 2, 1);
+      else if (i + 1 < n)
+        term(i / 2, 0.5), term(i / 2 + 1, 0.5);
+      else
+        term(i / 2, 1);
       P->starts.push_back(int(P->entries.size()));
     }
     P->finish();
@@ -129,7 +132,8 @@ TEST(BlockMultigrid, GivesTheSameBitsForAnyNumberOfThreads) {
 
 TEST(BlockMultigrid, RefusesMatricesThatAreNotPositive) {
   Chain c = chain(100, 0.1);
-  for (auto& block : c.A.blocks) for (double& v : block) v = -v;
+  for (auto& block : c.A.blocks)
+    for (double& v : block) v = -v;
   BlockMultigrid multigrid(transfers(c.angles));
   EXPECT_THROW(multigrid.set_matrix(c.A), NotPositiveDefinite);
   EXPECT_THROW(multigrid.set_matrix(chain(99, 1).A), InvalidInput);

@@ -23,7 +23,8 @@ std::vector<Surface> surfaces() {
 }
 
 TEST(Coarsen, LeavesAboutAQuarterAtTwiceTheSpacing) {
-  for (const Mesh& mesh : {fixtures::sphere(5), fixtures::torus(80, 40), fixtures::flat_square(50, 0.2)}) {
+  for (const Mesh& mesh :
+       {fixtures::sphere(5), fixtures::torus(80, 40), fixtures::flat_square(50, 0.2)}) {
     Mesh bare = mesh;
     bare.uvs.clear(), bare.corner_uvs.clear();
     const Surface fine = make_surface(bare);
@@ -51,8 +52,7 @@ TEST(Coarsen, KeepsVerticesWhereTheyAre) {
       EXPECT_EQ(coarse.surface.mesh.positions[c], fine.mesh.positions[coarse.source[c]]);
       const ClosestPoint& place = coarse.places[coarse.source[c]];
       const Triangle& corners = coarse.surface.mesh.triangles[place.triangle];
-      for (int k = 0; k < 3; ++k)
-        EXPECT_EQ(place.barycentric[k], corners[k] == c ? 1 : 0);
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(place.barycentric[k], corners[k] == c ? 1 : 0);
     }
   }
 }
@@ -111,7 +111,8 @@ TEST(Coarsen, LeavesTheSmallestSurfaces) {
 
 TEST(Coarsen, RefusesASpacingThatIsNone) {
   const Surface surface = make_surface(fixtures::sphere(1));
-  for (const double spacing : {0.0, -1.0, std::nan("")}) EXPECT_THROW(coarsen(surface, spacing), InvalidInput);
+  for (const double spacing : {0.0, -1.0, std::nan("")})
+    EXPECT_THROW(coarsen(surface, spacing), InvalidInput);
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 /// Triangle a b c with its edge h = a → b and, across, b a d, laid flat with a at the origin and b
-/// on the first axis: c above, d below. The flip leaves c a d and d b c, with edge c – d in place of
-/// a – b:
+/// on the first axis: c above, d below. The flip leaves c a d and d b c, with edge c – d in place
+/// of a – b:
 ///
 ///     h/3:  d → c, c → a, a → d        twin/3:  c → d, d → b, b → c.
 ///
-/// The new edge leaves c by the angle of the corner c of d c a counter-clockwise from c → a, and d by
-/// that of c d b from d → b; angles around a vertex never sum to anything else, so that what they are
-/// scaled by stays.
+/// The new edge leaves c by the angle of the corner c of d c a counter-clockwise from c → a, and d
+/// by that of c d b from d → b; angles around a vertex never sum to anything else, so that what
+/// they are scaled by stays.
 
 #include "mq/fem/intrinsic_delaunay.h"
 
@@ -52,9 +52,13 @@ std::vector<double> stretches(const Surface& surface, const std::vector<FlatTria
 class Flipper {
  public:
   Flipper(IntrinsicTriangulation& result)
-      : mesh_(result.surface.mesh), twins_(result.surface.twins), shapes_(result.shapes),
-        flips_(result.flips), directions_(result.directions),
-        stretch_(stretches(result.surface, result.shapes)), waiting_(twins_.size(), 0) {
+      : mesh_(result.surface.mesh),
+        twins_(result.surface.twins),
+        shapes_(result.shapes),
+        flips_(result.flips),
+        directions_(result.directions),
+        stretch_(stretches(result.surface, result.shapes)),
+        waiting_(twins_.size(), 0) {
     for (HalfEdge h = 0; h < HalfEdge(twins_.size()); ++h) ask(h);
   }
 

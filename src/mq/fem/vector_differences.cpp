@@ -59,10 +59,14 @@ SparseMatrix vector_differences(const Surface& surface, const std::vector<FlatTr
         angle(shapes[i].edge(h % 3)) - angle(shapes[j].edge(twin % 3)) + std::numbers::pi;
     const double c = w * std::cos(turn), s = w * std::sin(turn);
     for (int k = 0; k < 2; ++k)
-      entries.insert(entries.end(), {{2 * i + k, 2 * i + k, w}, {2 * j + k, 2 * j + k, w},
-                                     {2 * i + k, 2 * j + k, -c}, {2 * j + k, 2 * i + k, -c}});
-    entries.insert(entries.end(), {{2 * i, 2 * j + 1, s}, {2 * j + 1, 2 * i, s},
-                                   {2 * i + 1, 2 * j, -s}, {2 * j, 2 * i + 1, -s}});
+      entries.insert(entries.end(), {{2 * i + k, 2 * i + k, w},
+                                     {2 * j + k, 2 * j + k, w},
+                                     {2 * i + k, 2 * j + k, -c},
+                                     {2 * j + k, 2 * i + k, -c}});
+    entries.insert(entries.end(), {{2 * i, 2 * j + 1, s},
+                                   {2 * j + 1, 2 * i, s},
+                                   {2 * i + 1, 2 * j, -s},
+                                   {2 * j, 2 * i + 1, -s}});
   }
   return sparse_matrix(2 * count, 2 * count, entries);
 }

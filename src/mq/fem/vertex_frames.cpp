@@ -29,8 +29,10 @@ void require_shapes(const Surface& surface, const std::vector<FlatTriangle>& sha
 class Fans {
  public:
   Fans(const Surface& surface, const std::vector<FlatTriangle>& shapes)
-      : surface_(surface), shapes_(shapes),
-        visited_(shapes.size() * 3, 0), total_(surface.mesh.vertex_count(), 0.0),
+      : surface_(surface),
+        shapes_(shapes),
+        visited_(shapes.size() * 3, 0),
+        total_(surface.mesh.vertex_count(), 0.0),
         closed_(surface.mesh.vertex_count(), 0) {}
 
   VertexFrames frames() {
@@ -158,8 +160,10 @@ SparseMatrix vertex_prolongation(const Surface& surface, const std::vector<FlatT
       const int v = surface.mesh.triangles[t][k];
       const double angle = frames.into_triangle[3 * t + k];
       const double c = std::cos(angle) / 3, s = std::sin(angle) / 3;
-      entries.insert(entries.end(), {{2 * t, 2 * v, c}, {2 * t, 2 * v + 1, -s},
-                                     {2 * t + 1, 2 * v, s}, {2 * t + 1, 2 * v + 1, c}});
+      entries.insert(entries.end(), {{2 * t, 2 * v, c},
+                                     {2 * t, 2 * v + 1, -s},
+                                     {2 * t + 1, 2 * v, s},
+                                     {2 * t + 1, 2 * v + 1, c}});
     }
   return sparse_matrix(2 * surface.triangle_count(), 2 * surface.mesh.vertex_count(), entries);
 }

@@ -58,7 +58,9 @@ double weight_of(const BlockTransfer::Entry& entry) {
 }  // namespace
 
 FlowMesh::FlowMesh(const Surface& surface, const Progress& progress)
-    : surface_(surface), space_(surface), trace_(surface),
+    : surface_(surface),
+      space_(surface),
+      trace_(surface),
       frames_(vertex_frames(surface, space_.shapes())) {
   const Mesh& mesh = surface.mesh;
   const std::vector<FlatTriangle>& shapes = space_.shapes();
@@ -112,7 +114,8 @@ void FlowMesh::find_corners() {
   corners_.resize(corner_begin_[vertices]);
   std::vector<int> at(corner_begin_.begin(), corner_begin_.end() - 1);
   for (int t = 0; t < triangles; ++t)
-    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) corners_[at[mesh.triangles[t][k]]++] = 3 * t + k;
+    for (int k = 0; k < 3 && !shapes[t].empty(); ++k)
+      corners_[at[mesh.triangles[t][k]]++] = 3 * t + k;
 }
 
 void FlowMesh::find_rows() {
@@ -120,8 +123,7 @@ void FlowMesh::find_rows() {
   const auto neighbours = [&](int v, std::vector<int>& list) {
     list.assign(1, v);
     for (const int* c = corners_begin(v); c != corners_end(v); ++c)
-      for (const int k : {1, 2})
-        list.push_back(surface_.mesh.triangles[*c / 3][(*c % 3 + k) % 3]);
+      for (const int k : {1, 2}) list.push_back(surface_.mesh.triangles[*c / 3][(*c % 3 + k) % 3]);
     std::sort(list.begin(), list.end());
     list.erase(std::unique(list.begin(), list.end()), list.end());
   };

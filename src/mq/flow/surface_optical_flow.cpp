@@ -1,7 +1,7 @@
 /// From large to small lengths ℓ: signals smoothed by ½ℓ², warped along the field found so far, and
-/// a correction of smoothness ℓ to it. Where ℓ is nearly two spacings of a coarser mesh or more, all
-/// of that happens there (the open problem of the thesis' 4.4.4): signals are averaged onto it, fields
-/// are interpolated from it, turned from tangent plane to tangent plane.
+/// a correction of smoothness ℓ to it. Where ℓ is nearly two spacings of a coarser mesh or more,
+/// all of that happens there (the open problem of the thesis' 4.4.4): signals are averaged onto it,
+/// fields are interpolated from it, turned from tangent plane to tangent plane.
 
 #include "mq/flow/surface_optical_flow.h"
 
@@ -36,8 +36,8 @@ Signal smoothed(const FlowMesh& mesh, const Signal& signal, double weight, doubl
   Signal correction = Signal::Zero(signal.rows(), signal.cols());
   const double spacing = mesh.spacing();
   if (weight > 100 * spacing * spacing)
-    vertex_multigrid_solver(mesh.surface().mesh.positions, {.tolerance = tolerance})(A, {})
-        ->solve(change, correction);
+    vertex_multigrid_solver(mesh.surface().mesh.positions, {.tolerance = tolerance})(A, {})->solve(
+        change, correction);
   else
     conjugate_gradients(A, change, correction, jacobi_preconditioner(A), {.tolerance = tolerance});
   return signal + correction;
@@ -59,7 +59,8 @@ void require_signals(const Surface& surface, const Signal& source, const Signal&
 
 double positive_length(const Length& length, const SurfaceScale& scale, const char* what) {
   require(std::isfinite(length.value) && length.value >= 0,
-          fmt::format("{} of {} was given; a length that is not negative was wanted", what, length.value));
+          fmt::format("{} of {} was given; a length that is not negative was wanted", what,
+                      length.value));
   return std::sqrt(weight_from_length(length, scale));
 }
 
@@ -88,8 +89,8 @@ Signal without_light(const FlowMeshes& meshes, const Signal& signal, double deta
   return signal - low;
 }
 
-/// The channels, and |∇φ_c| times `factor` behind them: the root mean square over the triangles around
-/// each vertex.
+/// The channels, and |∇φ_c| times `factor` behind them: the root mean square over the triangles
+/// around each vertex.
 Signal with_slopes(const FlowMesh& mesh, const Signal& signal, double factor) {
   const Signal gradients = mesh.space().gradient(signal);
   const Eigen::Index channels = signal.cols();
@@ -150,11 +151,12 @@ class Aligner {
  public:
   Aligner(const Surface& surface, const MeshFlowOptions& options, const Progress& progress)
       : options_(options),
-        meshes_(surface, options.solver == FlowSolver::hierarchical ? coarsest_vertices
-                                                                     : std::numeric_limits<int>::max(),
+        meshes_(surface,
+                options.solver == FlowSolver::hierarchical ? coarsest_vertices
+                                                           : std::numeric_limits<int>::max(),
                 progress) {
     if (options.solver == FlowSolver::direct)
-      direct_.emplace(surface, meshes_[0].space(), options.basis, options.thesis);
+      direct_.emplace(meshes_[0], options.basis, options.thesis);
   }
 
   void take_signals(const Signal& source, const Signal& target, double detail) {
@@ -166,30 +168,36 @@ class Aligner {
     bring_to_scale(meshes_[0], raw_[0].source, source, thesis);
     bring_to_scale(meshes_[0], raw_[0].target, target, thesis);
     for (int m = 0; m + 1 < meshes_.count(); ++m)
-      raw_.push_back({meshes_.restricted(m, raw_[m].source), meshes_.restricted(m, raw_[m].target)});
+      raw_.push_back(
+          {meshes_.restricted(m, raw_[m].source), meshes_.restricted(m, raw_[m].target)});
   }
 
   MeshFlow run(const std::vector<Scale>& scales, const Progress& progress) {
     MeshFlow flow;
-    mesh_ = options_.solver == FlowSolver::direct ? 0 : mesh_for(scales.front().length);
-    z_ = Vector::Zero(2 * std::int64_t(meshes_[mesh_].vertex_count()));
-    field_ = Vector::Zero(2 * std::int64_t(meshes_[mesh_].surface().triangle_count()));
+    mesh_ = mesh_for(scales.front());
+    now_.z = Vector::Zero(2 * std::int64_t(meshes_[mesh_].vertex_count()));
+    now_.field = Vector::Zero(2 * std::int64_t(meshes_[mesh_].surface().triangle_count()));
+    best_ = now_;
     flow.field = Vector::Zero(2 * std::int64_t(meshes_[0].surface().triangle_count()));
     flow.blend_error = error_of(0, raw_[0], {});
     double best = flow.blend_error;
     double work = 0;
-    for (const Scale& s : scales) work += meshes_[mesh_for(s.length)].vertex_count();
+    for (const Scale& s : scales) work += meshes_[mesh_for(s)].vertex_count();
     for (const Scale& s : scales) {
-      const double share = meshes_[mesh_for(s.length)].vertex_count() / work;
-      MeshFlowLevel level = run_level(s, progress.step(fmt::format("length {:.3g}", s.length), share));
+      const double share = meshes_[mesh_for(s)].vertex_count() / work;
+      MeshFlowLevel level =
+          run_level(s, progress.step(fmt::format("length {:.3g}", s.length), share));
       const Stopwatch watch;
-      Vector fine = z_;
+      Vector fine = now_.z;
       for (int m = mesh_; m > 0; --m) fine = meshes_.transfer(m - 1)->prolongated(fine);
-      const Vector field = mesh_ == 0 ? field_ : meshes_[0].triangle_field(fine);
-      const double error = error_of(
-          0, raw_[0], mesh_ == 0 ? ends_ : warp_ends(meshes_[0].trace(), field, options_.alignment));
-      if (error < best || options_.thesis) {
+      const Vector field = mesh_ == 0 ? now_.field : meshes_[0].triangle_field(fine);
+      const double error =
+          error_of(0, raw_[0],
+                   mesh_ == 0 ? ends_ : warp_ends(meshes_[0].trace(), field, options_.alignment));
+      astray_ = !(error < best) && !options_.thesis;
+      if (!astray_) {
         best = error;
+        best_ = now_;
         flow.field = field;
       }
       level.error = best;
@@ -206,11 +214,11 @@ class Aligner {
     Signal source, target;
   };
 
-  /// The coarsest mesh on which a length shows.
-  int mesh_for(double length) const {
+  /// The coarsest mesh on which a level shows.
+  int mesh_for(const Scale& s) const {
     int m = 0;
-    while (options_.solver == FlowSolver::hierarchical && m + 1 < meshes_.count() &&
-           meshes_[m + 1].spacing() * spacings_per_length <= length)
+    while (s.smoothing > 0 && m + 1 < meshes_.count() &&
+           meshes_[m + 1].spacing() * spacings_per_length <= s.length)
       ++m;
     return m;
   }
@@ -226,16 +234,17 @@ class Aligner {
                                   sampled(mesh, pair.target, ends.target));
   }
 
-  /// A correction Y as a field, and in the vertex basis.
-  struct Correction {
+  /// X or a correction Y on the mesh at hand: per triangle, and in the vertex basis (hierarchical
+  /// only).
+  struct Field {
     Vector field, z;
   };
 
-  Correction corrected(const DataTerms& data, double weight, const std::vector<double>& shares,
+  Field corrected(const DataTerms& data, double weight, const std::vector<double>& shares,
                        BlockMultigrid& multigrid, MeshFlowLevel& level, const Progress& progress) {
     if (direct_) {
       const double before = direct_->build_seconds(), solved = direct_->solve_seconds();
-      Correction Y{direct_->solve(data, weight, progress), {}};
+      Field Y{direct_->solve(data, weight, progress), {}};
       level.build_seconds += direct_->build_seconds() - before;
       level.solve_seconds += direct_->solve_seconds() - solved;
       level.unknowns = direct_->unknowns();
@@ -248,8 +257,9 @@ class Aligner {
     level.build_seconds += building.seconds();
     const Stopwatch solving;
     multigrid.set_matrix(std::move(system.matrix), progress.step("levels", 0.3));
-    Correction Y{{}, Vector::Zero(system.right_hand_side.size())};
-    level.cycles += multigrid.solve(system.right_hand_side, Y.z, progress.step("solve", 0.7)).cycles;
+    Field Y{{}, Vector::Zero(system.right_hand_side.size())};
+    level.cycles +=
+        multigrid.solve(system.right_hand_side, Y.z, progress.step("solve", 0.7)).cycles;
     level.solve_seconds += solving.seconds();
     level.unknowns = int(Y.z.size());
     Y.field = mesh.triangle_field(Y.z);
@@ -257,7 +267,7 @@ class Aligner {
   }
 
   /// EstimateFlow, reweighted where that is asked for.
-  Correction estimate(const Pair& now, double length, BlockMultigrid& multigrid,
+  Field estimate(const Pair& now, double length, BlockMultigrid& multigrid,
                       MeshFlowLevel& level, double& scale, const Progress& progress) {
     const FlowMesh& mesh = meshes_[mesh_];
     const Signal difference = now.target - now.source;
@@ -266,10 +276,11 @@ class Aligner {
                             : Signal(0.5 * (now.source + now.target));
     DataTerms data = data_terms(mesh.space(), difference, mean);
     const double weight = length * length * data.trace / mesh.area();
-    Correction Y;
+    Field Y;
     scale = 0;
     if (!(data.trace > 0)) return Y;
-    const bool robust = !options_.thesis && (options_.robust_data > 0 || options_.robust_smoothness > 0);
+    const bool robust =
+        !options_.thesis && (options_.robust_data > 0 || options_.robust_smoothness > 0);
     std::vector<double> shares;
     if (robust && options_.robust_data > 0) {
       const Vector nothing = Vector::Zero(2 * std::int64_t(data.triangles.size()));
@@ -288,20 +299,25 @@ class Aligner {
   }
 
   /// X + s·Y.
-  void advance(const Correction& Y, double s) {
-    field_ += s * Y.field;
-    if (!direct_) z_ += s * Y.z;
+  void advance(const Field& Y, double s) {
+    now_.field += s * Y.field;
+    if (!direct_) now_.z += s * Y.z;
+  }
+
+  /// Both fields on a finer mesh.
+  void move_to(int m) {
+    if (m == mesh_) return;
+    for (; mesh_ > m; --mesh_)
+      for (Field* X : {&now_, &best_}) X->z = meshes_.transfer(mesh_ - 1)->prolongated(X->z);
+    for (Field* X : {&now_, &best_}) X->field = meshes_[m].triangle_field(X->z);
   }
 
   MeshFlowLevel run_level(const Scale& s, const Progress& progress) {
     MeshFlowLevel level;
     level.length = s.length;
-    const int m = mesh_for(s.length);
+    const int m = mesh_for(s);
     Stopwatch warping;
-    if (m != mesh_) {
-      for (; mesh_ > m; --mesh_) z_ = meshes_.transfer(mesh_ - 1)->prolongated(z_);
-      field_ = meshes_[m].triangle_field(z_);
-    }
+    move_to(m);
     const FlowMesh& mesh = meshes_[m];
     level.vertices = mesh.vertex_count();
     const double tolerance = options_.thesis ? 1e-6 : m > 0 ? 1e-3 : 3e-3;
@@ -314,7 +330,14 @@ class Aligner {
       for (Signal* signal : {&signals.source, &signals.target})
         *signal = with_slopes(mesh, *signal, std::sqrt(options_.gradient_constancy) * s.length);
     BlockMultigrid multigrid(meshes_.transfers_from(m), {.tolerance = options_.tolerance});
-    ends_ = warp_ends(mesh.trace(), field_, options_.alignment);
+    if (astray_) {
+      // A level that raised the error may have been on the way to a large motion: this one decides.
+      const auto error_along = [&](const Field& X) {
+        return error_of(m, signals, warp_ends(mesh.trace(), X.field, options_.alignment));
+      };
+      if (error_along(best_) <= error_along(now_)) now_ = best_;
+    }
+    ends_ = warp_ends(mesh.trace(), now_.field, options_.alignment);
     Pair now = warped(signals, ends_);
     double error = mean_square_difference(mesh.lumped_mass(), now.source, now.target);
     level.warp_seconds += warping.seconds();
@@ -323,7 +346,7 @@ class Aligner {
     for (int step = 0; step < steps && error > 0; ++step) {
       double scale = 0;
       const Progress one = progress.step("step", 1.0 / steps);
-      const Correction Y = estimate(now, s.length, multigrid, level, scale, one.step("solve", 0.8));
+      const Field Y = estimate(now, s.length, multigrid, level, scale, one.step("solve", 0.8));
       if (!(scale > 0)) break;
       level.scale = scale;
       if (!options_.thesis) scale = std::min(scale, largest_scale);
@@ -331,7 +354,7 @@ class Aligner {
       const double before = error;
       for (const double part : {1.0, 0.5, 0.25}) {
         advance(Y, part * scale);
-        WarpEnds ends = warp_ends(mesh.trace(), field_, options_.alignment);
+        WarpEnds ends = warp_ends(mesh.trace(), now_.field, options_.alignment);
         Pair next = warped(signals, ends);
         const double found = mean_square_difference(mesh.lumped_mass(), next.source, next.target);
         if (found < error || options_.thesis) {
@@ -355,8 +378,9 @@ class Aligner {
   std::optional<DirectFlowSolver> direct_;
   std::vector<Pair> raw_;  ///< prepared signals, per mesh
   int mesh_ = 0;           ///< the one at hand
-  Vector z_, field_;       ///< X there: in the vertex basis (hierarchical only), per triangle
-  WarpEnds ends_;          ///< of paths along it
+  Field now_, best_;       ///< X there, and the one of the least error on the finest mesh
+  bool astray_ = false;    ///< they differ
+  WarpEnds ends_;          ///< of paths along X
 };
 
 }  // namespace
@@ -386,16 +410,20 @@ MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& t
   require_signals(surface, source, target);
   require(options.levels >= 0 && options.levels <= 64 && options.steps > 0,
           fmt::format("{} levels of {} steps were wanted; 0 to 64 levels of at least one step are "
-                      "possible", options.levels, options.steps));
-  for (const double value : {options.robust_data, options.robust_smoothness, options.gradient_constancy})
+                      "possible",
+                      options.levels, options.steps));
+  for (const double value :
+       {options.robust_data, options.robust_smoothness, options.gradient_constancy})
     require(value >= 0 && std::isfinite(value),
             fmt::format("a weight of {} was given; one that is not negative was wanted", value));
   if (options.solver == FlowSolver::hierarchical && options.basis != FlowBasis::vertex)
-    throw Unsupported("the hierarchical solver is for the vertex basis; take the direct solver for "
-                      "another");
+    throw Unsupported(
+        "the hierarchical solver is for the vertex basis; take the direct solver for "
+        "another");
   Aligner aligner(surface, options, progress.step("meshes", 0.3));
   const SurfaceScale scale = aligner.finest().space().scale();
-  aligner.take_signals(source, target, positive_length(options.detail, scale, "a length of details"));
+  aligner.take_signals(source, target,
+                       positive_length(options.detail, scale, "a length of details"));
   const std::vector<Scale> scales = scales_of(options, aligner.finest());
   const double prepared_in = watch.seconds();
   MeshFlow flow = aligner.run(scales, progress.step("levels", 0.7));

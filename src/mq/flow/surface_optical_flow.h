@@ -15,7 +15,7 @@ namespace mq {
 /// Where a field has its coefficients, and what measures its smoothness (thesis 4.5).
 enum class FlowBasis {
   vertex,    ///< one complex number per vertex; connection Laplacian
-  triangle,  ///< a vector per triangle; VectorDifferences
+  triangle,  ///< a vector per triangle; VectorDifferences, between circumcentres but for the thesis'
   gradient,  ///< ∇φ_i and J∇φ_i; CurlAndDiv; no harmonic fields; closed surfaces only
   whitney    ///< one number per edge; Hodge Laplacian
 };
@@ -88,8 +88,11 @@ struct MeshFlowLevel {
 ///
 /// Errors are ∫ Σ_c |φ₀(p − X/2) − φ₁(p + X/2)|² dA / (area · channels) of the prepared signals,
 /// unsmoothed, on the mesh itself (thesis (4.27) at t = ½): those without light, brought to variance
-/// 1. Within a level a step is taken as far as the error of that level falls (1, ½ or ¼ of α*), and
-/// of all fields at the ends of levels the best is returned, so the list never rises.
+/// 1. Within a level a step is taken as far as the error of that level falls (1, ½ or ¼ of α*). Of
+/// all fields at the ends of levels the best is returned, so the list never rises. A level that did
+/// not lower the error may yet have been on the way to a large motion: the next one goes on from its
+/// field or from the best so far, whichever has the lower error at its own scale. (The thesis takes
+/// every step whole and returns the last field; its errors are of that.)
 struct MeshFlow {
   Vector field;             ///< X: 2 per triangle in its frame (`FlatTriangle`), model units
   double blend_error = 0;   ///< with X = 0

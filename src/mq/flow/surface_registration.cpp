@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -25,8 +25,8 @@ Eigen::RowVectorXd at(const Mesh& mesh, const Signal& signal, const SurfacePoint
          p.barycentric[2] * signal.row(v[2]);
 }
 
-/// The smaller eigenvalue of Σ_c ∇φ_c ∇φ_cᵀ, averaged over the triangles around each vertex. Vectors
-/// of neighbouring triangles are compared as they lie in space.
+/// The smaller eigenvalue of Σ_c ∇φ_c ∇φ_cᵀ, averaged over the triangles around each vertex.
+/// Vectors of neighbouring triangles are compared as they lie in space.
 Vector weaker_slope(const Surface& surface, const VertexSpace& space, const Signal& signal) {
   const Signal gradients = space.gradient(signal);
   std::vector<Eigen::Matrix3d> around(surface.mesh.positions.size(), Eigen::Matrix3d::Zero());
@@ -54,9 +54,11 @@ Vector weaker_slope(const Surface& surface, const VertexSpace& space, const Sign
 ColourRegistration register_by_colour(const Surface& source, const Signal& source_colours,
                                       const Surface& target, const Signal& target_colours,
                                       const MeshFlowOptions& options, const Progress& progress) {
-  require(source_colours.rows() == source.mesh.vertex_count() && source_colours.allFinite(),
-          fmt::format("{} rows of colours were given for {} vertices of the source, or some are not "
-                      "finite", source_colours.rows(), source.mesh.vertex_count()));
+  require(
+      source_colours.rows() == source.mesh.vertex_count() && source_colours.allFinite(),
+      fmt::format("{} rows of colours were given for {} vertices of the source, or some are not "
+                  "finite",
+                  source_colours.rows(), source.mesh.vertex_count()));
   require(target_colours.cols() == source_colours.cols(),
           fmt::format("the source has {} channels and the target {}", source_colours.cols(),
                       target_colours.cols()));
@@ -64,7 +66,8 @@ ColourRegistration register_by_colour(const Surface& source, const Signal& sourc
 
   // Step 2: the source's colours on the target.
   const ClosestPointFinder on_source(source.mesh), on_target(target.mesh);
-  const std::vector<ClosestPoint> seen = on_source(target.mesh.positions, progress.step("project", 0.1));
+  const std::vector<ClosestPoint> seen =
+      on_source(target.mesh.positions, progress.step("project", 0.1));
   Signal projected(target.mesh.vertex_count(), source_colours.cols());
   parallel_for(projected.rows(), [&](std::int64_t v) {
     projected.row(v) = at(source.mesh, source_colours, surface_point(seen[v]));
@@ -76,21 +79,24 @@ ColourRegistration register_by_colour(const Surface& source, const Signal& sourc
       on_target(source.mesh.positions, progress.step("closest points", 0.1));
   for (const ClosestPoint& p : closest) result.closest.push_back(surface_point(p));
   const TraceMesh mesh(target);
-  result.points =
-      SurfaceFlow::along(mesh, result.flow.field).trace(result.closest, 1, progress.step("move", 0.1)).ends;
+  result.points = SurfaceFlow::along(mesh, result.flow.field)
+                      .trace(result.closest, 1, progress.step("move", 0.1))
+                      .ends;
 
   const VertexSpace space(target);
   const Vector slope = weaker_slope(target, space, target_colours);
   const double mean_slope = slope.mean();
   const Eigen::RowVectorXd mean = target_colours.colwise().mean();
-  const double variance = (target_colours.rowwise() - mean).squaredNorm() / double(target_colours.rows());
+  const double variance =
+      (target_colours.rowwise() - mean).squaredNorm() / double(target_colours.rows());
   const std::vector<Vector3> source_normals = vertex_normals(source.mesh);
   const std::vector<Vector3> target_normals = triangle_normals(target.mesh);
   const Signal slopes = slope;
   result.confidences.assign(source.mesh.positions.size(), 0.0);
   parallel_for(std::ssize(result.confidences), [&](std::int64_t v) {
     const SurfacePoint& p = result.points[v];
-    const double difference = (at(target.mesh, target_colours, p) - source_colours.row(v)).squaredNorm();
+    const double difference =
+        (at(target.mesh, target_colours, p) - source_colours.row(v)).squaredNorm();
     const double known = at(target.mesh, slopes, p)[0];
     const double facing = source_normals[v].dot(target_normals[result.closest[v].triangle]);
     if (variance > 0 && mean_slope > 0)

@@ -204,17 +204,24 @@ double smoothness_energy(const FlowMesh& mesh, const Vector& z) {
   });
 }
 
-DirectFlowSolver::DirectFlowSolver(const Surface& surface, const VertexSpace& space,
-                                   FlowBasis basis, const std::optional<ThesisFlow>& thesis)
-    : space_(space), basis_(basis), thesis_(thesis) {
-  const std::vector<FlatTriangle>& shapes = space.shapes();
+static DataTerms no_data(std::size_t triangles) {
+  DataTerms data;
+  data.triangles.resize(triangles);
+  return data;
+}
+
+DirectFlowSolver::DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
+                                   const std::optional<ThesisFlow>& thesis)
+    : space_(mesh.space()), basis_(basis), thesis_(thesis) {
+  const Surface& surface = mesh.surface();
+  const std::vector<FlatTriangle>& shapes = space_.shapes();
   const Edges edges = make_edges(surface, shapes);
   const HodgeStars stars =
       hodge_stars(edges, surface.mesh.triangles, shapes, surface.mesh.vertex_count());
   switch (basis) {
     case FlowBasis::vertex:
-      prolongation_ = vertex_prolongation(surface, shapes, vertex_frames(surface, shapes));
-      smoothness_ = connection_laplacian(surface, shapes);
+      prolongation_ = vertex_prolongation(surface, shapes, mesh.frames());
+      smoothness_ = scalar_matrix(vertex_system(mesh, no_data(shapes.size()), 1).matrix);
       pins_ = vertex_area_mass(stars.zero);
       break;
     case FlowBasis::triangle:
@@ -228,11 +235,11 @@ DirectFlowSolver::DirectFlowSolver(const Surface& surface, const VertexSpace& sp
         throw Unsupported(
             "gradients and turned gradients mix at a boundary, so the gradient basis "
             "is for closed surfaces; take another basis");
-      prolongation_ = gradient_prolongation(space);
+      prolongation_ = gradient_prolongation(space_);
       smoothness_ =
-          curl_and_div(space, stars.zero.unaryExpr([](double a) { return a > 0 ? a : 1.0; }));
+          curl_and_div(space_, stars.zero.unaryExpr([](double a) { return a > 0 ? a : 1.0; }));
       pins_ = diagonal_matrix((Vector(2 * stars.zero.size()) << stars.zero, stars.zero).finished() /
-                              space.scale().area);
+                              space_.scale().area);
       break;
     case FlowBasis::whitney:
       prolongation_ = whitney_prolongation(edges, shapes);

@@ -48,8 +48,8 @@ double smoothness_energy(const FlowMesh& mesh, const Vector& z);
 class DirectFlowSolver {
  public:
   /// Throws `Unsupported` for the gradient basis on a surface with a boundary.
-  DirectFlowSolver(const Surface& surface, const VertexSpace& space, FlowBasis basis,
-                   const std::optional<ThesisFlow>& thesis);
+  DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
+                   const std::optional<ThesisFlow>& thesis = {});
 
   /// PᵀGP + weight·S, or as the thesis weighs it. The weight is for a field in model units.
   Vector solve(const DataTerms& data, double weight, const Progress& progress = {});

@@ -14,8 +14,10 @@ WarpEnds warp_ends(const TraceMesh& mesh, const Vector& field, FlowAlignment ali
     ends.target = SurfaceFlow::along(mesh, field).trace_vertices(1, progress.step("paths", 1)).ends;
     return ends;
   }
-  ends.source = SurfaceFlow::along(mesh, -field).trace_vertices(0.5, progress.step("paths", 0.5)).ends;
-  ends.target = SurfaceFlow::along(mesh, field).trace_vertices(0.5, progress.step("paths", 0.5)).ends;
+  ends.source =
+      SurfaceFlow::along(mesh, -field).trace_vertices(0.5, progress.step("paths", 0.5)).ends;
+  ends.target =
+      SurfaceFlow::along(mesh, field).trace_vertices(0.5, progress.step("paths", 0.5)).ends;
   return ends;
 }
 
@@ -30,7 +32,8 @@ Signal sampled(const Mesh& mesh, const Signal& signal, const std::vector<Surface
     }
     const Triangle& corners = mesh.triangles[p.triangle];
     for (Eigen::Index c = 0; c < signal.cols(); ++c)
-      values(v, c) = p.barycentric[0] * signal(corners[0], c) + p.barycentric[1] * signal(corners[1], c) +
+      values(v, c) = p.barycentric[0] * signal(corners[0], c) +
+                     p.barycentric[1] * signal(corners[1], c) +
                      p.barycentric[2] * signal(corners[2], c);
   });
   return values;
@@ -51,12 +54,16 @@ Meeting meet(const TraceMesh& mesh, const Vector& field, const Signal& source, c
              double t, const Progress& progress) {
   require(t >= 0 && t <= 1, fmt::format("a time between 0 and 1 was wanted, {} was given", t));
   require(source.rows() == target.rows() && source.cols() == target.cols(),
-          fmt::format("signals of {} × {} and {} × {} values do not meet", source.rows(), source.cols(),
-                      target.rows(), target.cols()));
-  return {t == 0 ? source
-                 : SurfaceFlow::along(mesh, -field).advect(source, t, progress.step("source", 0.5)).signal,
-          t == 1 ? target
-                 : SurfaceFlow::along(mesh, field).advect(target, 1 - t, progress.step("target", 0.5)).signal};
+          fmt::format("signals of {} × {} and {} × {} values do not meet", source.rows(),
+                      source.cols(), target.rows(), target.cols()));
+  return {
+      t == 0
+          ? source
+          : SurfaceFlow::along(mesh, -field).advect(source, t, progress.step("source", 0.5)).signal,
+      t == 1 ? target
+             : SurfaceFlow::along(mesh, field)
+                   .advect(target, 1 - t, progress.step("target", 0.5))
+                   .signal};
 }
 
 Signal interpolate(const TraceMesh& mesh, const Vector& field, const Signal& source,

@@ -1,5 +1,5 @@
-/// P of a block row is w·(c −s; s c), its transpose turns back. Coarse rows of PᵀAP are gathered one
-/// by one: the children of a row, their neighbours, the parents of those.
+/// P of a block row is w·(c −s; s c), its transpose turns back. Coarse rows of PᵀAP are gathered
+/// one by one: the children of a row, their neighbours, the parents of those.
 
 #include "mq/linear/block_multigrid.h"
 
@@ -102,11 +102,14 @@ BlockMatrix<double> galerkin(const BlockMatrix<double>& A, const BlockTransfer& 
     for (const int count : part.counts) C.starts.push_back(C.starts.back() + count);
   C.columns.resize(C.starts.back());
   C.blocks.resize(C.starts.back());
-  parallel_for(std::ssize(parts), [&](std::int64_t p) {
-    const int at = C.starts[p * block_rows];
-    std::copy(parts[p].columns.begin(), parts[p].columns.end(), C.columns.begin() + at);
-    std::copy(parts[p].blocks.begin(), parts[p].blocks.end(), C.blocks.begin() + at);
-  }, 1);
+  parallel_for(
+      std::ssize(parts),
+      [&](std::int64_t p) {
+        const int at = C.starts[p * block_rows];
+        std::copy(parts[p].columns.begin(), parts[p].columns.end(), C.columns.begin() + at);
+        std::copy(parts[p].blocks.begin(), parts[p].blocks.end(), C.blocks.begin() + at);
+      },
+      1);
   return C;
 }
 
@@ -240,8 +243,8 @@ void BlockMultigrid::set_matrix(BlockMatrix<double> A, const Progress& progress)
   for (int i = 0; i < finest_.rows(); ++i) {
     const Block<double>& D = diagonal(finest_, i);
     if (!(D[0] > 0 && D[3] > 0 && D[0] * D[3] > D[1] * D[2]))
-      throw NotPositiveDefinite(
-          fmt::format("the block of unknowns {} and {} is not positive definite", 2 * i, 2 * i + 1));
+      throw NotPositiveDefinite(fmt::format(
+          "the block of unknowns {} and {} is not positive definite", 2 * i, 2 * i + 1));
     trace += D[0] + D[3];
   }
   scale_ = 2.0 * finest_.rows() / trace;
@@ -297,14 +300,17 @@ void BlockMultigrid::relax(const Level& level, const Vectors& v, std::vector<flo
   const int count = int(level.colours.size()) - 1;
   for (int k = 0; k < count; ++k) {
     const int c = direction > 0 ? k : count - 1 - k;
-    parallel_for(level.colours[c + 1] - level.colours[c], [&](std::int64_t p) {
-      const int first = level.pieces[level.colours[c] + p] * piece_rows;
-      const int last = std::min(A.rows(), first + piece_rows);
-      if (direction > 0)
-        for (int i = first; i < last; ++i) update(i);
-      else
-        for (int i = last - 1; i >= first; --i) update(i);
-    }, 1);
+    parallel_for(
+        level.colours[c + 1] - level.colours[c],
+        [&](std::int64_t p) {
+          const int first = level.pieces[level.colours[c] + p] * piece_rows;
+          const int last = std::min(A.rows(), first + piece_rows);
+          if (direction > 0)
+            for (int i = first; i < last; ++i) update(i);
+          else
+            for (int i = last - 1; i >= first; --i) update(i);
+        },
+        1);
   }
 }
 
@@ -349,8 +355,9 @@ void BlockMultigrid::cycle(std::size_t l, std::vector<Vectors>& vectors) const {
 SolveReport BlockMultigrid::solve(const Vector& b, Vector& x, const Progress& progress) const {
   const Stopwatch watch;
   const std::int64_t size = 2 * std::int64_t(finest_.rows());
-  require(b.size() == size && x.size() == size,
-          fmt::format("{} values and {} unknowns were given for {} rows", b.size(), x.size(), size));
+  require(
+      b.size() == size && x.size() == size,
+      fmt::format("{} values and {} unknowns were given for {} rows", b.size(), x.size(), size));
   std::vector<Vectors> vectors(levels_.size() + 1);
   for (std::size_t l = 0; l <= levels_.size(); ++l) {
     const std::size_t rows = l == 0 ? size : 2 * std::size_t(transfers_[l - 1]->columns);
@@ -370,13 +377,16 @@ SolveReport BlockMultigrid::solve(const Vector& b, Vector& x, const Progress& pr
   double last = 0;
   while (norm > wanted && report.cycles < options_.max_cycles) {
     // Single precision sees r of about 1, whatever its unit.
-    parallel_for(size, [&](std::int64_t i) { vectors[0].b[i] = float(r[i] / norm); }, 16384);
+    parallel_for(
+        size, [&](std::int64_t i) { vectors[0].b[i] = float(r[i] / norm); }, 16384);
     cycle(0, vectors);
-    parallel_for(size, [&](std::int64_t i) { z[i] = scale_ * norm * double(vectors[0].x[i]); }, 16384);
+    parallel_for(
+        size, [&](std::int64_t i) { z[i] = scale_ * norm * double(vectors[0].x[i]); }, 16384);
     const double descent = dot(z, r);
     // Polak and Ribière: the cycle is symmetric but for rounding.
     const double beta = report.cycles == 0 ? 0 : (descent - dot(z, old)) / last;
-    parallel_for(size, [&](std::int64_t i) { p[i] = z[i] + beta * p[i]; }, 16384);
+    parallel_for(
+        size, [&](std::int64_t i) { p[i] = z[i] + beta * p[i]; }, 16384);
     form = multiply(finest_, p, q);
     if (!(form > 0)) break;
     const double step = dot(p, r) / form;

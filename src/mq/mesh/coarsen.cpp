@@ -12,8 +12,8 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -22,16 +22,17 @@ namespace mq {
 
 namespace {
 
-constexpr int most_neighbours = 10;      // of a vertex that goes, and of one that others go to
-constexpr double least_quality = 0.25;   // 4√3·area / Σ length²; 1: equilateral
-constexpr double least_turn = 0.3;       // cosine between a new triangle and the old ones' mean
-constexpr double least_straight = 0.8;   // cosine of the bend of a boundary where it loses a vertex
+constexpr int most_neighbours = 10;     // of a vertex that goes, and of one that others go to
+constexpr double least_quality = 0.25;  // 4√3·area / Σ length²; 1: equilateral
+constexpr double least_turn = 0.3;      // cosine between a new triangle and the old ones' mean
+constexpr double least_straight = 0.8;  // cosine of the bend of a boundary where it loses a vertex
 constexpr int most_rounds = 24;
 
 /// The triangles and neighbours around a vertex, counter-clockwise.
 struct Ring {
   static constexpr int most = 32;
-  std::array<HalfEdge, most> spokes;  ///< half-edges from the vertex to its neighbours, one a triangle
+  std::array<HalfEdge, most>
+      spokes;  ///< half-edges from the vertex to its neighbours, one a triangle
   int triangles = 0;
   bool closed = false;
   bool whole = false;  ///< false: too large, or none
@@ -55,8 +56,11 @@ struct Candidate {
 class Collapser {
  public:
   explicit Collapser(const Surface& surface)
-      : positions_(surface.mesh.positions), triangles_(surface.mesh.triangles),
-        twins_(surface.twins), out_(positions_.size(), -1), moved_to_(positions_.size(), -1),
+      : positions_(surface.mesh.positions),
+        triangles_(surface.mesh.triangles),
+        twins_(surface.twins),
+        out_(positions_.size(), -1),
+        moved_to_(positions_.size(), -1),
         dead_(triangles_.size(), 0) {
     for (int t = 0; t < int(triangles_.size()); ++t) {
       const Triangle& v = triangles_[t];
@@ -73,9 +77,8 @@ class Collapser {
   /// Returns how many vertices went.
   int round(double wanted_area) {
     std::vector<Candidate> all(alive_.size());
-    parallel_for(std::ssize(alive_), [&](std::int64_t i) {
-      all[i] = judged(alive_[i], wanted_area);
-    });
+    parallel_for(std::ssize(alive_),
+                 [&](std::int64_t i) { all[i] = judged(alive_[i], wanted_area); });
     std::erase_if(all, [](const Candidate& c) { return c.collapse.along < 0; });
     tbb::parallel_sort(all.begin(), all.end());
     std::vector<char> held(positions_.size(), 0);
@@ -147,8 +150,8 @@ class Collapser {
       const Vector3 n = normal(at(u), at(a), at(b));
       const double twice_area = n.norm();
       if (!(n.dot(mean) > least_turn * twice_area)) return -1;
-      const double lengths =
-          (at(a) - at(u)).squaredNorm() + (at(b) - at(a)).squaredNorm() + (at(u) - at(b)).squaredNorm();
+      const double lengths = (at(a) - at(u)).squaredNorm() + (at(b) - at(a)).squaredNorm() +
+                             (at(u) - at(b)).squaredNorm();
       worst = std::min(worst, 2 * std::numbers::sqrt3 * twice_area / lengths);
       if (!(worst > least)) return -1;
     }
@@ -179,7 +182,8 @@ class Collapser {
 
   /// The one that leaves the best triangles, of those that are allowed.
   template <class Allowed>
-  Collapse best_collapse(int v, const Ring& ring, const Vector3& mean, const Allowed& allowed) const {
+  Collapse best_collapse(int v, const Ring& ring, const Vector3& mean,
+                         const Allowed& allowed) const {
     Collapse best{-1, least_quality};
     const auto offer = [&](HalfEdge h, int u) {
       const double quality = quality_after(ring, u, mean, best.quality);
@@ -262,8 +266,8 @@ class Collapser {
   std::vector<Vector3> positions_;
   std::vector<Triangle> triangles_;
   std::vector<HalfEdge> twins_;
-  std::vector<HalfEdge> out_;   ///< per vertex one half-edge from it; −1: gone, or never used
-  std::vector<int> moved_to_;   ///< per vertex where it went, −1: it stays
+  std::vector<HalfEdge> out_;  ///< per vertex one half-edge from it; −1: gone, or never used
+  std::vector<int> moved_to_;  ///< per vertex where it went, −1: it stays
   std::vector<char> dead_;
   std::vector<int> alive_;
 };
@@ -289,7 +293,8 @@ ClosestPoint at_corner(int corner) {
   return place;
 }
 
-/// The nearest point of the triangles around a vertex, and around the corners of the nearest of them.
+/// The nearest point of the triangles around a vertex, and around the corners of the nearest of
+/// them.
 ClosestPoint nearest_around(const Mesh& mesh, const Corners& around, int vertex, const Vector3& p) {
   ClosestPoint best = at_corner(around.corners[around.starts[vertex]]);
   best.squared_distance = (p - mesh.positions[vertex]).squaredNorm();
@@ -339,7 +344,8 @@ CoarsenedSurface coarsen(const Surface& surface, double spacing, const Progress&
   for (const int v : fine) mesh.positions.push_back(surface.mesh.positions[v]);
 
   CoarsenedSurface result;
-  result.surface = make_surface(mesh, {WeldOptions::Kind::none}, progress.step("coarse surface", 0.2));
+  result.surface =
+      make_surface(mesh, {WeldOptions::Kind::none}, progress.step("coarse surface", 0.2));
   for (const int v : result.surface.source_from_vertex) result.source.push_back(fine[v]);
   std::vector<int> coarse(surface.mesh.positions.size(), -1);
   for (int c = 0; c < int(result.source.size()); ++c) coarse[result.source[c]] = c;
@@ -348,9 +354,9 @@ CoarsenedSurface coarsen(const Surface& surface, double spacing, const Progress&
   parallel_for(std::ssize(result.places), [&](std::int64_t v) {
     const int c = coarse[collapser.survivor(int(v))];
     if (c < 0) return;
-    result.places[v] = result.source[c] == v
-                           ? at_corner(around.corners[around.starts[c]])
-                           : nearest_around(result.surface.mesh, around, c, surface.mesh.positions[v]);
+    result.places[v] = result.source[c] == v ? at_corner(around.corners[around.starts[c]])
+                                             : nearest_around(result.surface.mesh, around, c,
+                                                              surface.mesh.positions[v]);
   });
   progress.at(1);
   return result;
