@@ -60,7 +60,4 @@ double potential_rate(int width, int height, std::span<const double> potential);
 /// potential, nothing smoothed.
 double osher_rudin_time(const Image<float>& image, const ShockTime& time);
 
-/// A Gaussian of variance 2w pixels², cut off at four standard deviations; the border is a mirror.
-Image<float> smoothed(const Image<float>& image, double weight);
-
 }  // namespace mq

@@ -598,6 +598,13 @@ bool holds_light(const PixelFormat& format) {
   return format.depth == Depth::half || format.depth == Depth::f32 || is_light(format);
 }
 
+PixelFormat named_channels(const std::vector<std::string>& names, Depth depth) {
+  ImageSpec spec(1, 1, int(names.size()), type_of(depth));
+  spec.channelnames = names;
+  spec.alpha_channel = -1;
+  return {depth, "openexr", std::make_shared<const ImageSpec>(spec)};
+}
+
 PictureInfo picture_info(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_bytes(path);
   const OpenPicture p = open_picture(bytes, path.string());

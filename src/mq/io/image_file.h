@@ -44,6 +44,10 @@ struct PictureInfo {
 /// Reads the head only. Throws `IoError` as `read_texture` does.
 PictureInfo picture_info(const std::filesystem::path& path);
 
+/// The format of an EXR made here whose channels have these names, none of which is alpha. They must
+/// be in alphabetical order, in which EXR keeps them.
+PixelFormat named_channels(const std::vector<std::string>& names, Depth depth);
+
 /// Reads a picture from memory; the format is found by content. `name` is used in messages and
 /// becomes the texture's name.
 Texture read_texture_bytes(std::span<const std::byte> bytes, const std::string& name,
