@@ -108,7 +108,7 @@ Outcome run_all(const Verb& verb, const OptionValues& options, Terminal& termina
   const Progress progress([&](const ProgressEvent& event) { terminal.progress(event); },
                           &Interrupt::requested());
   const bool sequence = std::ranges::any_of(
-      options.table().options(), [](const Option& option) { return option.name == "frames"; });
+      options.table().options(), [](const Option& option) { return is_frames_option(option); });
   if (!sequence || !options.has("frames")) return run_once(verb, options, terminal, progress);
 
   check_frame_places(options);

@@ -175,13 +175,21 @@ void add_running_options(OptionTable& table) {
              .scope = run});
 }
 
+namespace {
+constexpr const char* sequences = "Sequences";
+}
+
+bool is_frames_option(const Option& option) {
+  return option.name == "frames" && option.group == sequences;
+}
+
 void add_frames_option(OptionTable& table) {
   table.add({.name = "frames",
              .type = Option::Type::text,
              .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
              .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
              .metavar = "RANGE",
-             .group = "Sequences",
+             .group = sequences,
              .help = "run once per frame number, such as 1-100 or 1-100x2",
              .details = "%04d in a file name stands for the number."});
 }

@@ -96,6 +96,9 @@ void add_running_options(OptionTable& table);
 /// Adds --frames, for a verb that can be run over a sequence of numbered files.
 void add_frames_option(OptionTable& table);
 
+/// Whether this is that one: a verb may have frames of its own.
+bool is_frames_option(const Option& option);
+
 /// The number, or "inf", for which JSON has no other word.
 Json number_json(double value);
 

@@ -94,7 +94,8 @@ void register_inputs(Run& run, const Model& model) {
 
 }  // namespace
 
-void add_scene_options(OptionTable& table, const std::string& mesh_help) {
+void add_scene_options(OptionTable& table, const std::string& mesh_help,
+                       const std::string& texture_help) {
   using Type = Option::Type;
   constexpr auto positional = Option::Place::positional;
   table.add({.name = "mesh",
@@ -106,7 +107,7 @@ void add_scene_options(OptionTable& table, const std::string& mesh_help) {
              .place = positional,
              .type = Type::path,
              .count = Option::Count::many,
-             .help = "pictures to use instead of those the model names, in its order"});
+             .help = texture_help});
   table.add({.name = "weld",
              .type = Type::text,
              .default_value = "exact",
@@ -127,12 +128,13 @@ void add_scene_options(OptionTable& table, const std::string& mesh_help) {
                         "both layers of the fold read and write the same texels."});
 }
 
-Scene read_scene(Run& run, MissingPictures missing, double share) {
+Scene read_scene(Run& run, MissingPictures missing, double share,
+                 const ScenePictures& pictures) {
   const OptionValues& options = run.options();
   Scene scene;
   {
     const Step step(run, "read", share / 2);
-    scene.model = read_model(options.text("mesh"), {.textures = texture_paths(options)}, step);
+    scene.model = read_model(options.text("mesh"), {.textures = pictures.value_or(texture_paths(options))}, step);
   }
   register_inputs(run, scene.model);
   const std::string file = scene.model.path.string();
@@ -161,8 +163,9 @@ Scene read_scene(Run& run, MissingPictures missing, double share) {
   return scene;
 }
 
-Scene read_usable_scene(Run& run, MissingPictures missing, double share) {
-  Scene scene = read_scene(run, missing, share);
+Scene read_usable_scene(Run& run, MissingPictures missing, double share,
+                        const ScenePictures& pictures) {
+  Scene scene = read_scene(run, missing, share, pictures);
   const Defects defects = scene_defects(scene);
   run.warn(defects);
   require_usable(defects, scene.model.path.string());

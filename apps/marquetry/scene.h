@@ -20,10 +20,11 @@ struct Scene {
   std::vector<TextureSize> texture_sizes;
 };
 
-/// Options "mesh" (of which `mesh_help` says what it is) and "texture" (positional), --weld and
-/// --flipped.
+/// Options "mesh" and "texture" (positional; the helps say what they are), --weld and --flipped.
 void add_scene_options(OptionTable& table,
-                       const std::string& mesh_help = "the model: OBJ, PLY, glTF or GLB");
+                       const std::string& mesh_help = "the model: OBJ, PLY, glTF or GLB",
+                       const std::string& texture_help =
+                           "pictures to use instead of those the model names, in its order");
 
 /// What is done about textures that have texture coordinates but no picture.
 enum class MissingPictures {
@@ -33,13 +34,18 @@ enum class MissingPictures {
 };
 inline constexpr int assumed_texture_side = 1024;
 
+/// Pictures for a model instead of those that "texture" names.
+using ScenePictures = std::optional<std::vector<std::filesystem::path>>;
+
 /// Reads what the options say and makes surface and atlas of it, as the step "read" and the step
 /// "find charts" with half of `share` each. Fills in the report's input and defects.
-Scene read_scene(Run& run, MissingPictures missing, double share);
+Scene read_scene(Run& run, MissingPictures missing, double share,
+                 const ScenePictures& pictures = {});
 
 /// The same, and throws `InvalidInput` naming the refused defects, if there are any; the others are
 /// said as warnings.
-Scene read_usable_scene(Run& run, MissingPictures missing, double share);
+Scene read_usable_scene(Run& run, MissingPictures missing, double share,
+                        const ScenePictures& pictures = {});
 
 /// Everything found wrong so far with file, surface and atlas.
 Defects scene_defects(const Scene& scene);

@@ -8,6 +8,15 @@ namespace mq::app {
 
 using Type = Option::Type;
 
+bool asks_for(const OptionValues& options, const std::string& name) {
+  if (!options.given(name)) return false;
+  const Option& option = options.table().find(name);
+  if (option.type == Option::Type::flag) return options.flag(name);
+  if (option.type == Option::Type::number)
+    return options.number(name) != OptionValues(options.table()).number(name);
+  return options.text(name) != option.default_value;
+}
+
 void add_output_option(OptionTable& table) {
   table.add({.name = "output",
              .letter = 'o',

@@ -11,6 +11,10 @@
 
 namespace mq::app {
 
+/// Whether something else than the default is asked for: a report that is repeated says defaults
+/// too.
+bool asks_for(const OptionValues& options, const std::string& name);
+
 /// Adds --output of pictures or models.
 void add_output_option(OptionTable& table);
 

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "fixtures.h"
+#include "mq/image/gaussian.h"
 
 namespace mq {
 namespace {

@@ -81,17 +81,6 @@ void report_solves(Run& run, const std::vector<SolveReport>& solves) {
           "for; --solver direct has no such limit");
 }
 
-/// Whether something else than the default is asked for: a report that is repeated says defaults
-/// too.
-bool asks_for(const OptionValues& options, const std::string& name) {
-  if (!options.given(name)) return false;
-  const Option& option = options.table().find(name);
-  if (option.type == Option::Type::flag) return options.flag(name);
-  if (option.type == Option::Type::number)
-    return options.number(name) != OptionValues(options.table()).number(name);
-  return options.text(name) != option.default_value;
-}
-
 void refuse_for_models(const OptionValues& options) {
   for (const char* name : {"method", "steps", "concavity"})
     require(

@@ -1,0 +1,234 @@
+#include "flow_options.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/image/flow_colour.h"
+#include "scene.h"
+#include "signal_options.h"
+
+namespace mq::app {
+namespace {
+
+/// A length where one is given, else what stands.
+void take_length(const OptionValues& options, const std::string& name, Length& length) {
+  if (options.has(name)) length = parse_length(options.text(name));
+}
+
+void take_number(const OptionValues& options, const std::string& name, double& number) {
+  if (asks_for(options, name)) number = options.number(name);
+}
+
+void refuse(const OptionValues& options, const std::string& name, const std::string& what) {
+  require(!asks_for(options, name), fmt::format("--{} is for {}", name, what));
+}
+
+}  // namespace
+
+void add_flow_options(OptionTable& table) {
+  using Type = Option::Type;
+  add_scene_options(table, "the first picture, or a model: OBJ, PLY, glTF or GLB",
+                    "the second picture; for a model the pictures of both, first all of the first, or "
+                    "a second PLY with colours at the same vertices");
+  const std::string group = "Flow";
+  table.add({.name = "preset",
+             .type = Type::choice,
+             .default_value = "default",
+             .choices = {"default", "thesis"},
+             .group = group,
+             .help = "thesis: seven scales with one correction each, and the published weights",
+             .details = "Options given beside it go before what it says."});
+  table.add({.name = "alignment",
+             .type = Type::choice,
+             .default_value = "halfway",
+             .choices = {"halfway", "forward"},
+             .group = group,
+             .help = "halfway: both are moved by half; forward: the second alone"});
+  table.add({.name = "largest",
+             .type = Type::length,
+             .group = group,
+             .help = "the first scale: about half of the longest motion [default 5% for pictures, 10% "
+                     "for models]",
+             .details = "Signals are smoothed over this length and fields are as smooth; it is "
+                        "halved from scale to scale. Texels are pixels."});
+  table.add({.name = "smallest",
+             .type = Type::length,
+             .group = group,
+             .help = "the last scale [default 2tx for pictures, two mean edges for models]"});
+  table.add({.name = "detail",
+             .type = Type::length,
+             .group = group,
+             .help = "what is broader counts as light and is left out; 0: nothing is [default 0 for "
+                     "pictures, 1% for models]"});
+  table.add({.name = "robust-data",
+             .type = Type::number,
+             .default_value = "0",
+             .least = 0,
+             .most = 1000,
+             .group = group,
+             .help = "differences beyond this many standard deviations count less; 0: as squares"});
+  table.add({.name = "robust-smoothness",
+             .type = Type::number,
+             .default_value = "0",
+             .least = 0,
+             .most = 1000,
+             .group = group,
+             .help = "changes of the field beyond this count less, so that it may break; 0: as squares"});
+  table.add({.name = "steps",
+             .type = Type::integer,
+             .least = 1,
+             .most = 1000,
+             .group = group,
+             .help = "corrections at each scale, at most; fewer where they gain less than 2 % "
+                     "[default 4]"});
+  table.add({.name = "scales",
+             .type = Type::choice,
+             .choices = {"hierarchical", "full", "single"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "hierarchical, full or single [default hierarchical]",
+             .details = "hierarchical: each scale on a grid or a mesh as coarse as it allows. full: at "
+                        "the resolution of the input. single: the smallest scale alone, for pictures."});
+  table.add({.name = "gradients",
+             .type = Type::number,
+             .default_value = "0",
+             .least = 0,
+             .most = 1000,
+             .group = "Pictures",
+             .help = "weight of the picture's slopes beside itself, which change less with the light"});
+  table.add({.name = "paths",
+             .type = Type::choice,
+             .choices = {"integrated", "straight"},
+             .group = "Pictures",
+             .help = "whether pixels follow the field or go straight along their vector [default "
+                     "integrated]"});
+  table.add({.name = "basis",
+             .type = Type::choice,
+             .default_value = "vertex",
+             .choices = {"vertex", "triangle", "gradient", "whitney"},
+             .metavar = "BASIS",
+             .group = "Models",
+             .help = "of fields: vertex, triangle, gradient or whitney",
+             .details = "All but vertex are solved by factorisations at the full resolution."});
+  table.add({.name = "longest-edge",
+             .type = Type::number,
+             .default_value = "2",
+             .unit = "texels",
+             .least = 0.25,
+             .most = 64,
+             .group = "Models",
+             .help = "triangles are cut until no edge is longer, for textures"});
+  add_vertices_option(table, "colours at vertices, though there are textures");
+  add_space_option(table);
+}
+
+ImageFlowOptions image_flow_options(const OptionValues& options) {
+  for (const char* name : {"basis", "longest-edge", "vertices", "weld", "flipped"})
+    refuse(options, name, "models, and these are pictures");
+  const bool thesis = options.text("preset") == "thesis";
+  ImageFlowOptions flow = thesis ? ImageFlowOptions::thesis() : ImageFlowOptions();
+  flow.alignment = options.text("alignment") == "forward" ? ImageFlowOptions::Alignment::forward
+                                                          : ImageFlowOptions::Alignment::halfway;
+  if (options.has("scales")) {
+    const std::string scales = options.text("scales");
+    flow.scales = scales == "full"     ? ImageFlowOptions::Scales::full
+                  : scales == "single" ? ImageFlowOptions::Scales::single
+                                       : ImageFlowOptions::Scales::hierarchical;
+  }
+  if (options.has("paths"))
+    flow.path = options.text("paths") == "straight" ? FlowPath::straight : FlowPath::integrated;
+  if (options.has("steps")) flow.steps = int(options.integer("steps"));
+  take_length(options, "largest", flow.largest);
+  take_length(options, "smallest", flow.smallest);
+  take_length(options, "detail", flow.detail);
+  take_number(options, "robust-data", flow.robust_data);
+  take_number(options, "robust-smoothness", flow.robust_smoothness);
+  take_number(options, "gradients", flow.gradient_weight);
+  return flow;
+}
+
+TextureFlowOptions texture_flow_options(const OptionValues& options) {
+  refuse(options, "gradients", "pictures, and this is a model");
+  refuse(options, "paths", "pictures; on a model they always follow the field");
+  const std::string name = options.text("basis");
+  const FlowBasis basis = name == "triangle"   ? FlowBasis::triangle
+                          : name == "gradient" ? FlowBasis::gradient
+                          : name == "whitney"  ? FlowBasis::whitney
+                                               : FlowBasis::vertex;
+  TextureFlowOptions all;
+  MeshFlowOptions& flow = all.flow;
+  const bool thesis = options.text("preset") == "thesis";
+  if (thesis) flow = thesis_flow(basis);
+  flow.basis = basis;
+  flow.alignment = options.text("alignment") == "forward" ? FlowAlignment::forward
+                                                          : FlowAlignment::halfway;
+  const std::string scales = options.has("scales") ? options.text("scales") : "";
+  require(scales != "single", "--scales single is for pictures; on a model give --largest and "
+                              "--smallest the same length");
+  if (basis != FlowBasis::vertex) {
+    require(scales.empty() || scales == "full",
+            fmt::format("--basis {} works at the full resolution: leave --scales away", name));
+    flow.solver = FlowSolver::direct;
+  } else if (!scales.empty()) {
+    flow.solver = scales == "full" ? FlowSolver::direct : FlowSolver::hierarchical;
+  }
+  if (options.has("steps")) flow.steps = int(options.integer("steps"));
+  take_length(options, "largest", flow.largest);
+  take_length(options, "smallest", flow.smallest);
+  take_length(options, "detail", flow.detail);
+  take_number(options, "robust-data", flow.robust_data);
+  take_number(options, "robust-smoothness", flow.robust_smoothness);
+  all.longest_edge = options.number("longest-edge");
+  return all;
+}
+
+Json flow_json(const ImageFlow& flow) {
+  Json levels = Json::array();
+  for (const ImageFlowLevel& level : flow.levels)
+    levels.push_back({{"length", level.length},
+                      {"smoothed", level.deviation},
+                      {"width", level.width},
+                      {"height", level.height},
+                      {"steps", level.steps},
+                      {"cycles", level.cycles},
+                      {"scale", level.scale},
+                      {"before", level.before},
+                      {"after", level.after},
+                      {"seconds", level.seconds}});
+  double sum = 0;
+  for (std::int64_t p = 0; p < flow.field.pixel_count(); ++p)
+    sum += std::hypot(flow.field.values()[2 * std::size_t(p)], flow.field.values()[2 * std::size_t(p) + 1]);
+  return {{"error", flow.error},
+          {"levels", levels},
+          {"longest", longest(flow.field)},
+          {"mean", sum / double(flow.field.pixel_count())}};
+}
+
+Json flow_json(const MeshFlow& flow) {
+  Json levels = Json::array();
+  for (const MeshFlowLevel& level : flow.levels)
+    levels.push_back({{"length", level.length},
+                      {"vertices", level.vertices},
+                      {"unknowns", level.unknowns},
+                      {"steps", level.steps},
+                      {"cycles", level.cycles},
+                      {"scale", level.scale},
+                      {"build_seconds", level.build_seconds},
+                      {"solve_seconds", level.solve_seconds},
+                      {"warp_seconds", level.warp_seconds}});
+  double most = 0, sum = 0;
+  const Eigen::Index triangles = flow.field.size() / 2;
+  for (Eigen::Index t = 0; t < triangles; ++t) {
+    const double length = flow.field.segment<2>(2 * t).norm();
+    most = std::max(most, length);
+    sum += length;
+  }
+  return {{"error", flow.errors()},
+          {"levels", levels},
+          {"longest", most},
+          {"mean", triangles > 0 ? sum / double(triangles) : 0}};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,181 @@
+#include "flow_pair.h"
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/fem/flat_triangle.h"
+#include "outputs.h"
+#include "signal_options.h"
+
+namespace mq::app {
+namespace {
+
+bool has_alpha(const Image<float>& picture) {
+  return colour_channels(picture.channels()) < picture.channels();
+}
+
+void multiply_by_alpha(Image<float>& picture) {
+  if (!has_alpha(picture)) return;
+  const int alpha = picture.channels() - 1;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      for (int c = 0; c < alpha; ++c) picture(x, y, c) *= picture(x, y, alpha);
+}
+
+void divide_by_alpha(Image<float>& picture) {
+  if (!has_alpha(picture)) return;
+  const int alpha = picture.channels() - 1;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      for (int c = 0; c < alpha; ++c)
+        if (picture(x, y, alpha) > 0) picture(x, y, c) /= picture(x, y, alpha);
+}
+
+std::string described(const Texture& texture) {
+  return fmt::format("{} x {} pixels with {}", texture.pixels.width(), texture.pixels.height(),
+                     counted(texture.pixels.channels(), "channel"));
+}
+
+void require_second(const std::vector<std::string>& names, const std::string& first) {
+  require(!names.empty(), fmt::format("{}: there is nothing to align it with: name a second picture "
+                                      "after it",
+                                      first));
+}
+
+}  // namespace
+
+bool is_picture_pair(const OptionValues& options) { return !names_model(options.text("mesh")); }
+
+PicturePair::PicturePair(Run& run) : values_(value_space(run.options())) {
+  const std::string name = run.options().text("mesh");
+  const std::vector<std::string> others = run.options().texts("texture");
+  require_second(others, name);
+  require(others.size() == 1,
+          fmt::format("{}: is a picture, so one more is read after it; found '{}' as well", name,
+                      others.back()));
+  const Step step(run, "read", 0.1);
+  model_.path = name;
+  model_.textures.push_back(read_texture(name, step.progress().step("first", 0.5)));
+  const Texture& first = model_.textures.front();
+  const Texture second = read_texture(others.front(), step.progress().step("second", 0.5));
+  for (const Texture* texture : {&first, &second})
+    for (const std::string& note : texture->notes) run.terminal().remark(note);
+  run.will_read(name);
+  run.will_read(others.front());
+  run.input = {{"files", Json::array({name, others.front()})},
+               {"width", first.pixels.width()},
+               {"height", first.pixels.height()},
+               {"channels", first.pixels.channels()},
+               {"depth", depth_name(first.format.depth)}};
+  require(first.pixels.width() == second.pixels.width() &&
+              first.pixels.height() == second.pixels.height() &&
+              first.pixels.channels() == second.pixels.channels(),
+          fmt::format("{}: has {}, and {} has {}: convert one of them", others.front(),
+                      described(second), name, described(first)));
+  first_ = decoded(first, values_);
+  second_ = decoded(second, values_);
+  multiply_by_alpha(first_);
+  multiply_by_alpha(second_);
+}
+
+Texture PicturePair::stored(const Image<float>& picture) const {
+  Texture texture = model_.textures.front();
+  texture.path.clear();
+  Image<float> divided = picture;
+  divide_by_alpha(divided);
+  texture.pixels = encoded(divided, texture, values_);
+  return texture;
+}
+
+ModelPair::ModelPair(Run& run) {
+  const OptionValues& options = run.options();
+  const std::string name = options.text("mesh");
+  const std::vector<std::string> others = options.texts("texture");
+  require_second(others, name);
+  const bool models = names_model(others.front());
+  require(!models || others.size() == 1,
+          fmt::format("{}: one more model is read after it; found '{}' as well", name, others.back()));
+  require(models || others.size() % 2 == 0,
+          fmt::format("{}: pictures come in pairs, all of the first and then all of the second; found "
+                      "{}",
+                      name, counted(std::ssize(others), "picture")));
+  std::vector<std::filesystem::path> first, second;
+  for (std::size_t i = 0; i < others.size() && !models; ++i)
+    (i < others.size() / 2 ? first : second).emplace_back(others[i]);
+  scene_ = read_usable_scene(run, models ? MissingPictures::unneeded : MissingPictures::refuse, 0.15,
+                             first);
+  vertices_ = models || app::at_vertices(options, scene_);
+  require(models || !vertices_,
+          fmt::format("{}: colours at vertices are aligned with those of a second model; found '{}'",
+                      name, others.front()));
+  const Step step(run, "assemble", 0.15);
+  about(scene_.model, [&] {
+    if (models) {
+      require(scene_.model.colors.channels > 0, "has no colours at its vertices to align");
+      auto target = std::make_unique<VertexTarget>(scene_);
+      const Model other = read_model(
+          others.front(), {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
+      require(other.mesh.vertex_count() == scene_.model.mesh.vertex_count() &&
+                  other.colors.channels == scene_.model.colors.channels,
+              fmt::format("{}: has {} with {} of colour, and {} has {} with {}: the same vertices in "
+                          "the same order are wanted",
+                          others.front(), counted(other.mesh.vertex_count(), "vertex"),
+                          counted(other.colors.channels, "channel"), name,
+                          counted(scene_.model.mesh.vertex_count(), "vertex"),
+                          counted(scene_.model.colors.channels, "channel")));
+      first_ = target->values();
+      second_ = target->values_of(other.colors);
+      target_ = std::move(target);
+      return;
+    }
+    require(first.size() == scene_.model.textures.size(),
+            fmt::format("{} of its textures come first and as many after; found {}",
+                        scene_.model.textures.size(), counted(std::ssize(others), "picture")));
+    auto target = std::make_unique<TextureTarget>(run, scene_, value_space(options), step);
+    std::vector<Texture> textures;
+    for (std::size_t i = 0; i < second.size(); ++i) {
+      textures.push_back(read_texture(second[i]));
+      const Image<float>& pixels = textures.back().pixels;
+      const Image<float>& wanted = scene_.model.textures[i].pixels;
+      require(pixels.width() == wanted.width() && pixels.height() == wanted.height(),
+              fmt::format("{}: has {}, and {} has {}: convert one of them", second[i].string(),
+                          described(textures.back()), first[i].string(),
+                          described(scene_.model.textures[i])));
+    }
+    first_ = target->values();
+    second_ = target->values_of(textures);
+    target_ = std::move(target);
+  });
+}
+
+void ModelPair::align(const TextureFlowOptions& options, const Progress& progress) {
+  about(scene_.model, [&] {
+    if (vertices_) {
+      flow_ = mesh_flow(scene_.surface, first_, second_, options.flow, progress.step("align", 0.95));
+      mesh_ = std::make_unique<TraceMesh>(scene_.surface, progress.step("order triangles", 0.05));
+      return;
+    }
+    const TexelSpace& space = dynamic_cast<const TexelDomain&>(target_->domain()).space();
+    textures_ = std::make_unique<TextureFlow>(scene_.surface, *scene_.atlas, space, first_, second_,
+                                              options, progress);
+  });
+}
+
+Meeting ModelPair::meet(double t, const Progress& progress) const {
+  return textures_ ? textures_->meet(first_, second_, t, progress)
+                   : mq::meet(*mesh_, flow_.field, first_, second_, t, progress);
+}
+
+Signal ModelPair::between(double t, const Progress& progress) const {
+  if (t == 0) return first_;
+  if (t == 1) return second_;
+  const Meeting meeting = meet(t, progress);
+  return meeting.source + t * (meeting.target - meeting.source);
+}
+
+TangentField ModelPair::field() const {
+  return textures_ ? textures_->field() : field_in_space(scene_.surface, flow_.field);
+}
+
+}  // namespace mq::app

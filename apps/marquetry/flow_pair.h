@@ -1,0 +1,71 @@
+#pragma once
+/// Two signals to align: two pictures, or two textures or colourings of one model.
+
+#include <memory>
+#include <vector>
+
+#include "mq/flow/image_flow.h"
+#include "mq/flow/texture_flow.h"
+#include "signal_target.h"
+
+namespace mq::app {
+
+/// Whether the options name two pictures, and no model.
+bool is_picture_pair(const OptionValues& options);
+
+/// Two pictures of one size. Colours are worked on multiplied by alpha, so that what is transparent
+/// has none.
+class PicturePair {
+ public:
+  /// Reads both, a tenth of the run. Throws `IoError` and `InvalidInput` naming the files.
+  explicit PicturePair(Run& run);
+
+  const Image<float>& first() const { return first_; }
+  const Image<float>& second() const { return second_; }
+
+  /// A picture in these values as the first file holds its own.
+  Texture stored(const Image<float>& picture) const;
+
+  /// The first as a model without a mesh, for `Outputs`.
+  const Model& model() const { return model_; }
+
+ private:
+  ValueSpace values_;
+  Model model_;
+  Image<float> first_, second_;
+};
+
+/// Two signals on one model. Their flow, once it is found, gives what lies between.
+class ModelPair {
+ public:
+  /// Reads model and signals and makes the signal space, a third of the run.
+  explicit ModelPair(Run& run);
+
+  Scene& scene() { return scene_; }
+  const Target& target() const { return *target_; }
+  const Signal& first() const { return first_; }
+  const Signal& second() const { return second_; }
+  bool at_vertices() const { return vertices_; }
+
+  void align(const TextureFlowOptions& options, const Progress& progress);
+  const MeshFlow& flow() const { return textures_ ? textures_->flow() : flow_; }
+  int flow_vertices() const { return textures_ ? textures_->vertices() : target_->space().size(); }
+  Meeting meet(double t, const Progress& progress) const;
+
+  /// (1 − t)·source + t·target of them; the signals themselves, bit for bit, at 0 and 1.
+  Signal between(double t, const Progress& progress) const;
+
+  /// On the triangles of the surface, in space.
+  TangentField field() const;
+
+ private:
+  Scene scene_;
+  bool vertices_ = false;
+  std::unique_ptr<Target> target_;
+  Signal first_, second_;
+  std::unique_ptr<TextureFlow> textures_;
+  MeshFlow flow_;
+  std::unique_ptr<TraceMesh> mesh_;
+};
+
+}  // namespace mq::app

@@ -1,0 +1,210 @@
+// marquetry flow A.png B.png -o DIR, marquetry flow MESH A.png B.png -o DIR: the vector field along
+// which two signals meet. The mathematics is in flow/.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "field.h"
+#include "flow_options.h"
+#include "flow_pair.h"
+#include "outputs.h"
+#include "mq/base/error.h"
+#include "mq/image/contact_sheet.h"
+#include "mq/image/false_colour.h"
+#include "mq/image/flow_colour.h"
+#include "mq/io/flow_file.h"
+#include "mq/io/vector_field.h"
+#include "mq/io/atomic_file.h"
+#include "signal_options.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The folder for all that is written.
+fs::path folder_of(const OptionValues& options) {
+  const fs::path folder = options.text("output");
+  require(!folder.has_extension() || fs::is_directory(folder),
+          fmt::format("--output: found '{}', wanted a folder: several files are written",
+                      folder.string()));
+  return folder;
+}
+
+void write_report(Run& run, const fs::path& path) {
+  const std::string text = json_text(run.report());
+  write_file(path, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+double root_mean_square(std::span<const float> a, std::span<const float> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (double(b[i]) - a[i]) * (double(b[i]) - a[i]);
+  return std::sqrt(sum / double(std::max<std::size_t>(1, a.size())));
+}
+
+/// √ of the mean square over channels, per pixel.
+Image<float> distances(const Image<float>& a, const Image<float>& b) {
+  Image<float> result(a.width(), a.height(), 1);
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x)
+      result(x, y) = float(root_mean_square(a.pixel(x, y), b.pixel(x, y)));
+  return result;
+}
+
+/// How far apart the pictures are before and after, in the same colours.
+Image<float> error_sheet(const Image<float>& before, const Image<float>& after) {
+  const double most = *std::ranges::max_element(before.values());
+  const FalseColour scale{.low = 0, .high = most > 0 ? most : 1};
+  LegendOptions legend_options;
+  legend_options.height = std::clamp(before.height(), 160, 500);
+  return contact_sheet({{false_colour(before, scale), "linear blend"},
+                        {false_colour(after, scale), "along the flow"},
+                        {legend(scale, legend_options), ""}},
+                       {.columns = 3});
+}
+
+/// What people want to know at once.
+void print_result(Run& run, double before, double after) {
+  const Json& error = run.result["error"];
+  run.print(fmt::format("error {:.4g} to {:.4g} of the signals' variance; difference {:.4g} to {:.4g} of "
+                        "white (root mean square); longest vector {:.4g}\n",
+                        error.front().get<double>(), error.back().get<double>(), before, after,
+                        run.result["longest"].get<double>()));
+}
+
+Exit flow_pictures(Run& run) {
+  const OptionValues& options = run.options();
+  const ImageFlowOptions how = image_flow_options(options);
+  const fs::path folder = folder_of(options);
+  const PicturePair pair(run);
+  const std::vector<fs::path> paths = {folder / ("field." + options.text("format")),
+                                       folder / "colours.png", folder / "error.png",
+                                       folder / "halfway.png", folder / "report.json"};
+  run.will_write(paths, folder);
+  if (run.dry_run()) return Exit::done;
+
+  ImageFlow flow;
+  {
+    const Step step(run, "align", 0.8);
+    about(pair.model(), [&] { flow = image_flow(pair.first(), pair.second(), how, step); });
+  }
+  const Step step(run, "write", 0.1);
+  const AlignedImages met = aligned(flow, pair.first(), pair.second());
+  run.result = flow_json(flow);
+  const double before = root_mean_square(pair.first().values(), pair.second().values());
+  const double after = root_mean_square(met.source.values(), met.target.values());
+  run.result["difference"] = {before, after};
+  const Image<float> field = forward_displacement(flow);
+  for (const std::string& note : write_flow(paths[0], field)) run.terminal().remark(note);
+  write_image(paths[1], flow_picture_with_wheel(field, longest(field)));
+  write_image(paths[2], error_sheet(distances(pair.first(), pair.second()),
+                                    distances(met.source, met.target)));
+  Texture halfway = pair.stored(interpolated(flow, pair.first(), pair.second(), 0.5));
+  halfway.format.tags = nullptr;
+  write_texture(paths[3], halfway);
+  say_written(run, paths);
+  write_report(run, paths[4]);
+  print_result(run, before, after);
+  return Exit::done;
+}
+
+/// A row's root mean square difference per unknown, as one column.
+Vector distances(const Signal& a, const Signal& b) {
+  return ((b - a).rowwise().squaredNorm() / double(std::max<Eigen::Index>(1, a.cols()))).cwiseSqrt();
+}
+
+Signal coloured(const Vector& values, const FalseColour& scale) {
+  Signal colours(values.size(), 3);
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Colour colour = false_colour(values[i], scale);
+    for (int c = 0; c < 3; ++c) colours(i, c) = colour[c];
+  }
+  return colours;
+}
+
+Exit flow_model(Run& run) {
+  const OptionValues& options = run.options();
+  require(!asks_for(options, "format"), "--format is for pictures; on a model fields are .vf files");
+  const TextureFlowOptions how = texture_flow_options(options);
+  const fs::path folder = folder_of(options);
+  ModelPair pair(run);
+  // Pictures of the model go by their own names, so the two kinds lie in folders of their own.
+  const bool vertices = pair.at_vertices();
+  const Model& model = pair.scene().model;
+  const auto outputs_in = [&](const char* what) {
+    return Outputs(vertices ? (folder / (std::string(what) + ".ply")).string()
+                            : (folder / what).string() + "/",
+                   model, vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
+  };
+  std::vector<fs::path> paths = {folder / "field.vf", folder / "report.json"};
+  run.will_write(paths, folder);
+  const Outputs halfway = outputs_in("halfway"), error = outputs_in("error");
+  for (const Outputs* outputs : {&halfway, &error}) {
+    run.will_write(outputs->paths(), outputs->folder());
+    paths.insert(paths.end(), outputs->paths().begin(), outputs->paths().end());
+  }
+  if (run.dry_run()) return Exit::done;
+
+  {
+    const Step step(run, "align", 0.5);
+    pair.align(how, step);
+  }
+  const Step step(run, "write", 0.2);
+  run.result = flow_json(pair.flow());
+  run.result["vertices"] = pair.flow_vertices();
+  const Meeting met = pair.meet(0.5, step.progress().step("meet", 0.5));
+  const Vector before = distances(pair.first(), pair.second()), after = distances(met.source, met.target);
+  const double mean_before = std::sqrt(before.squaredNorm() / double(before.size()));
+  const double mean_after = std::sqrt(after.squaredNorm() / double(after.size()));
+  run.result["difference"] = {mean_before, mean_after};
+  write_vector_field(paths[0], pair.scene().surface.mesh, pair.field());
+  {
+    Model between = model;
+    pair.target().put(pair.first(), 0.5 * (met.source + met.target), between);
+    halfway.write(std::move(between), step.progress().step("halfway", 0.2));
+  }
+  {
+    Model differences = model;
+    const double most = before.size() > 0 ? before.maxCoeff() : 0;
+    put_field(pair.scene(), pair.target().domain(),
+              coloured(after, {.low = 0, .high = most > 0 ? most : 1}), Depth::u8, differences);
+    error.write(std::move(differences), step.progress().step("error", 0.2));
+  }
+  say_written(run, paths);
+  write_report(run, paths[1]);
+  print_result(run, mean_before, mean_after);
+  return Exit::done;
+}
+
+Exit run_flow(Run& run) {
+  return is_picture_pair(run.options()) ? flow_pictures(run) : flow_model(run);
+}
+
+}  // namespace
+
+Verb flow_verb() {
+  using Type = Option::Type;
+  OptionTable table("flow",
+                    "Find the vector field along which two pictures, textures or colourings of a model "
+                    "meet: optical flow.");
+  add_flow_options(table);
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .required = true,
+             .metavar = "DIR",
+             .help = "a folder for the field, its colours, what is left of the difference, the halfway "
+                     "picture and the report"});
+  table.add({.name = "format",
+             .type = Type::choice,
+             .default_value = "flo",
+             .choices = {"flo", "png", "exr"},
+             .group = "Pictures",
+             .help = "of the field: .flo (Middlebury), .png (KITTI) or .exr"});
+  add_frames_option(table);
+  return {table, run_flow};
+}
+
+}  // namespace mq::app

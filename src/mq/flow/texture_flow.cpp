@@ -1,0 +1,65 @@
+#include "mq/flow/texture_flow.h"
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/fem/flat_triangle.h"
+#include "mq/trace/surface_flow.h"
+
+namespace mq {
+
+TextureFlow::TextureFlow(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
+                         const Signal& source, const Signal& target,
+                         const TextureFlowOptions& options, const Progress& progress)
+    : source_(surface),
+      refined_(surface, atlas, space, options.longest_edge, progress.step("cut triangles", 0.05)),
+      flow_([&] {
+        require(source.rows() == space.size() && target.rows() == space.size() &&
+                    source.cols() == target.cols(),
+                fmt::format("two signals of {} texels are wanted; found {} x {} and {} x {} values",
+                            space.size(), source.rows(), source.cols(), target.rows(),
+                            target.cols()));
+        return mesh_flow(refined_.fine().surface, refined_.at_vertices(source),
+                         refined_.at_vertices(target), options.flow, progress.step("align", 0.8));
+      }()),
+      mesh_(refined_.fine().surface, progress.step("order triangles", 0.05)),
+      starts_(refined_.starts(progress.step("place texels", 0.1))) {}
+
+Signal TextureFlow::looked_up(const Signal& signal, double time, const Progress& progress) const {
+  if (time == 0) return signal;
+  const Vector along = time < 0 ? Vector(-flow_.field) : flow_.field;
+  const Traced traced = SurfaceFlow::along(mesh_, along).trace(starts_, std::abs(time), progress);
+  Signal values = signal;
+  parallel_for(signal.rows(), [&](std::int64_t i) {
+    const SurfacePoint &from = starts_[std::size_t(i)], &to = traced.ends[std::size_t(i)];
+    if (to.triangle == from.triangle && to.barycentric == from.barycentric) return;
+    refined_.value(signal, to, values.middleRows(i, 1));
+  });
+  return values;
+}
+
+Meeting TextureFlow::meet(const Signal& source, const Signal& target, double t,
+                          const Progress& progress) const {
+  require(t >= 0 && t <= 1, fmt::format("a time between 0 and 1 was wanted, {} was given", t));
+  return {looked_up(source, -t, progress.step("source", 0.5)),
+          looked_up(target, 1 - t, progress.step("target", 0.5))};
+}
+
+TangentField TextureFlow::field() const {
+  const Surface& fine = refined_.fine().surface;
+  const std::vector<Vector3> parts = field_in_space(fine, flow_.field);
+  const std::vector<FlatTriangle> shapes = flat_triangles(fine);
+  TangentField sum(source_.mesh.triangles.size(), Vector3::Zero());
+  std::vector<double> area(sum.size(), 0.0);
+  for (std::size_t t = 0; t < parts.size(); ++t) {
+    const std::size_t whole = std::size_t(refined_.fine().source[t]);
+    sum[whole] += shapes[t].area() * parts[t];
+    area[whole] += shapes[t].area();
+  }
+  for (std::size_t t = 0; t < sum.size(); ++t)
+    if (area[t] > 0) sum[t] /= area[t];
+  return sum;
+}
+
+}  // namespace mq

@@ -1,0 +1,54 @@
+#pragma once
+/// Optical flow between two textures of one atlas: on the surface, across seams.
+
+#include "mq/atlas/atlas.h"
+#include "mq/fem/tangent_fields.h"
+#include "mq/fem/texel_space.h"
+#include "mq/filter/refined_texture.h"
+#include "mq/flow/surface_optical_flow.h"
+#include "mq/trace/trace_mesh.h"
+
+namespace mq {
+
+struct TextureFlowOptions {
+  MeshFlowOptions flow;
+  double longest_edge = 2;  ///< of the mesh on which the flow is found, texels
+};
+
+/// The flow of two signals of texels. Triangles are cut until no edge is longer than `longest_edge` in
+/// their chart, the textures are looked up at the vertices so made, and `mesh_flow` aligns these.
+/// Values between the two are found by following the field from the centre of each texel and looking
+/// the textures themselves up at the ends, so that what does not move loses nothing to the mesh: a
+/// texel both of whose paths rest keeps its values bit for bit. Texels whose centre lies outside
+/// their chart follow the path of the nearest point of the surface, so that lookups agree across
+/// seams. No value leaves the range of the textures.
+///
+/// Surface, atlas and space must outlive it. About 1.5 kilobytes per texel at the default edge.
+class TextureFlow {
+ public:
+  TextureFlow(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
+              const Signal& source, const Signal& target, const TextureFlowOptions& options = {},
+              const Progress& progress = {});
+
+  const MeshFlow& flow() const { return flow_; }
+  int vertices() const { return refined_.fine().surface.mesh.vertex_count(); }
+
+  /// Both textures as they meet at time t between 0 and 1, equation (4.26): φ₀ at the ends of paths
+  /// along −X for t, φ₁ along X for 1 − t. At its own time each comes back bit for bit.
+  Meeting meet(const Signal& source, const Signal& target, double t,
+               const Progress& progress = {}) const;
+
+  /// X on the triangles of the surface: the mean over their parts by area, in space.
+  TangentField field() const;
+
+ private:
+  Signal looked_up(const Signal& signal, double time, const Progress& progress) const;
+
+  const Surface& source_;
+  RefinedTexture refined_;
+  MeshFlow flow_;
+  TraceMesh mesh_;
+  std::vector<SurfacePoint> starts_;
+};
+
+}  // namespace mq
