@@ -29,9 +29,10 @@ void refuse(const OptionValues& options, const std::string& name, const std::str
 
 void add_flow_options(OptionTable& table) {
   using Type = Option::Type;
-  add_scene_options(table, "the first picture, or a model: OBJ, PLY, glTF or GLB",
-                    "the second picture; for a model the pictures of both, first all of the first, or "
-                    "a second PLY with colours at the same vertices");
+  add_scene_options(
+      table, "the first picture, or a model: OBJ, PLY, glTF or GLB",
+      "the second picture; for a model the pictures of both, first all of the first, or "
+      "a second PLY with colours at the same vertices");
   const std::string group = "Flow";
   table.add({.name = "preset",
              .type = Type::choice,
@@ -49,8 +50,9 @@ void add_flow_options(OptionTable& table) {
   table.add({.name = "largest",
              .type = Type::length,
              .group = group,
-             .help = "the first scale: about half of the longest motion [default 5% for pictures, 10% "
-                     "for models]",
+             .help =
+                 "the first scale: about half of the longest motion [default 5% for pictures, 10% "
+                 "for models]",
              .details = "Signals are smoothed over this length and fields are as smooth; it is "
                         "halved from scale to scale. Texels are pixels."});
   table.add({.name = "smallest",
@@ -60,8 +62,9 @@ void add_flow_options(OptionTable& table) {
   table.add({.name = "detail",
              .type = Type::length,
              .group = group,
-             .help = "what is broader counts as light and is left out; 0: nothing is [default 0 for "
-                     "pictures, 1% for models]"});
+             .help =
+                 "what is broader counts as light and is left out; 0: nothing is [default 0 for "
+                 "pictures, 1% for models]"});
   table.add({.name = "robust-data",
              .type = Type::number,
              .default_value = "0",
@@ -69,13 +72,14 @@ void add_flow_options(OptionTable& table) {
              .most = 1000,
              .group = group,
              .help = "differences beyond this many standard deviations count less; 0: as squares"});
-  table.add({.name = "robust-smoothness",
-             .type = Type::number,
-             .default_value = "0",
-             .least = 0,
-             .most = 1000,
-             .group = group,
-             .help = "changes of the field beyond this count less, so that it may break; 0: as squares"});
+  table.add(
+      {.name = "robust-smoothness",
+       .type = Type::number,
+       .default_value = "0",
+       .least = 0,
+       .most = 1000,
+       .group = group,
+       .help = "changes of the field beyond this count less, so that it may break; 0: as squares"});
   table.add({.name = "steps",
              .type = Type::integer,
              .least = 1,
@@ -89,15 +93,17 @@ void add_flow_options(OptionTable& table) {
              .metavar = "HOW",
              .group = group,
              .help = "hierarchical, full or single [default hierarchical]",
-             .details = "hierarchical: each scale on a grid or a mesh as coarse as it allows. full: at "
-                        "the resolution of the input. single: the smallest scale alone, for pictures."});
-  table.add({.name = "gradients",
-             .type = Type::number,
-             .default_value = "0",
-             .least = 0,
-             .most = 1000,
-             .group = "Pictures",
-             .help = "weight of the picture's slopes beside itself, which change less with the light"});
+             .details =
+                 "hierarchical: each scale on a grid or a mesh as coarse as it allows. full: at "
+                 "the resolution of the input. single: the smallest scale alone, for pictures."});
+  table.add(
+      {.name = "gradients",
+       .type = Type::number,
+       .default_value = "0",
+       .least = 0,
+       .most = 1000,
+       .group = "Pictures",
+       .help = "weight of the picture's slopes beside itself, which change less with the light"});
   table.add({.name = "paths",
              .type = Type::choice,
              .choices = {"integrated", "straight"},
@@ -162,11 +168,12 @@ TextureFlowOptions texture_flow_options(const OptionValues& options) {
   const bool thesis = options.text("preset") == "thesis";
   if (thesis) flow = thesis_flow(basis);
   flow.basis = basis;
-  flow.alignment = options.text("alignment") == "forward" ? FlowAlignment::forward
-                                                          : FlowAlignment::halfway;
+  flow.alignment =
+      options.text("alignment") == "forward" ? FlowAlignment::forward : FlowAlignment::halfway;
   const std::string scales = options.has("scales") ? options.text("scales") : "";
-  require(scales != "single", "--scales single is for pictures; on a model give --largest and "
-                              "--smallest the same length");
+  require(scales != "single",
+          "--scales single is for pictures; on a model give --largest and "
+          "--smallest the same length");
   if (basis != FlowBasis::vertex) {
     require(scales.empty() || scales == "full",
             fmt::format("--basis {} works at the full resolution: leave --scales away", name));
@@ -199,7 +206,8 @@ Json flow_json(const ImageFlow& flow) {
                       {"seconds", level.seconds}});
   double sum = 0;
   for (std::int64_t p = 0; p < flow.field.pixel_count(); ++p)
-    sum += std::hypot(flow.field.values()[2 * std::size_t(p)], flow.field.values()[2 * std::size_t(p) + 1]);
+    sum += std::hypot(flow.field.values()[2 * std::size_t(p)],
+                      flow.field.values()[2 * std::size_t(p) + 1]);
   return {{"error", flow.error},
           {"levels", levels},
           {"longest", longest(flow.field)},

@@ -38,9 +38,10 @@ std::string described(const Texture& texture) {
 }
 
 void require_second(const std::vector<std::string>& names, const std::string& first) {
-  require(!names.empty(), fmt::format("{}: there is nothing to align it with: name a second picture "
-                                      "after it",
-                                      first));
+  require(!names.empty(),
+          fmt::format("{}: there is nothing to align it with: name a second picture "
+                      "after it",
+                      first));
 }
 
 }  // namespace
@@ -94,21 +95,24 @@ ModelPair::ModelPair(Run& run) {
   const std::vector<std::string> others = options.texts("texture");
   require_second(others, name);
   const bool models = names_model(others.front());
-  require(!models || others.size() == 1,
-          fmt::format("{}: one more model is read after it; found '{}' as well", name, others.back()));
-  require(models || others.size() % 2 == 0,
-          fmt::format("{}: pictures come in pairs, all of the first and then all of the second; found "
-                      "{}",
-                      name, counted(std::ssize(others), "picture")));
+  require(
+      !models || others.size() == 1,
+      fmt::format("{}: one more model is read after it; found '{}' as well", name, others.back()));
+  require(
+      models || others.size() % 2 == 0,
+      fmt::format("{}: pictures come in pairs, all of the first and then all of the second; found "
+                  "{}",
+                  name, counted(std::ssize(others), "picture")));
   std::vector<std::filesystem::path> first, second;
   for (std::size_t i = 0; i < others.size() && !models; ++i)
     (i < others.size() / 2 ? first : second).emplace_back(others[i]);
-  scene_ = read_usable_scene(run, models ? MissingPictures::unneeded : MissingPictures::refuse, 0.15,
-                             first);
+  scene_ = read_usable_scene(run, models ? MissingPictures::unneeded : MissingPictures::refuse,
+                             0.15, first);
   vertices_ = models || app::at_vertices(options, scene_);
-  require(models || !vertices_,
-          fmt::format("{}: colours at vertices are aligned with those of a second model; found '{}'",
-                      name, others.front()));
+  require(
+      models || !vertices_,
+      fmt::format("{}: colours at vertices are aligned with those of a second model; found '{}'",
+                  name, others.front()));
   const Step step(run, "assemble", 0.15);
   about(scene_.model, [&] {
     if (models) {
@@ -116,14 +120,15 @@ ModelPair::ModelPair(Run& run) {
       auto target = std::make_unique<VertexTarget>(scene_);
       const Model other = read_model(
           others.front(), {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
-      require(other.mesh.vertex_count() == scene_.model.mesh.vertex_count() &&
-                  other.colors.channels == scene_.model.colors.channels,
-              fmt::format("{}: has {} with {} of colour, and {} has {} with {}: the same vertices in "
-                          "the same order are wanted",
-                          others.front(), counted(other.mesh.vertex_count(), "vertex"),
-                          counted(other.colors.channels, "channel"), name,
-                          counted(scene_.model.mesh.vertex_count(), "vertex"),
-                          counted(scene_.model.colors.channels, "channel")));
+      require(
+          other.mesh.vertex_count() == scene_.model.mesh.vertex_count() &&
+              other.colors.channels == scene_.model.colors.channels,
+          fmt::format("{}: has {} with {} of colour, and {} has {} with {}: the same vertices in "
+                      "the same order are wanted",
+                      others.front(), counted(other.mesh.vertex_count(), "vertex"),
+                      counted(other.colors.channels, "channel"), name,
+                      counted(scene_.model.mesh.vertex_count(), "vertex"),
+                      counted(scene_.model.colors.channels, "channel")));
       first_ = target->values();
       second_ = target->values_of(other.colors);
       target_ = std::move(target);
@@ -152,7 +157,8 @@ ModelPair::ModelPair(Run& run) {
 void ModelPair::align(const TextureFlowOptions& options, const Progress& progress) {
   about(scene_.model, [&] {
     if (vertices_) {
-      flow_ = mesh_flow(scene_.surface, first_, second_, options.flow, progress.step("align", 0.95));
+      flow_ =
+          mesh_flow(scene_.surface, first_, second_, options.flow, progress.step("align", 0.95));
       mesh_ = std::make_unique<TraceMesh>(scene_.surface, progress.step("order triangles", 0.05));
       return;
     }

@@ -8,14 +8,14 @@
 #include "field.h"
 #include "flow_options.h"
 #include "flow_pair.h"
-#include "outputs.h"
 #include "mq/base/error.h"
 #include "mq/image/contact_sheet.h"
 #include "mq/image/false_colour.h"
 #include "mq/image/flow_colour.h"
+#include "mq/io/atomic_file.h"
 #include "mq/io/flow_file.h"
 #include "mq/io/vector_field.h"
-#include "mq/io/atomic_file.h"
+#include "outputs.h"
 #include "signal_options.h"
 #include "verb.h"
 
@@ -68,10 +68,11 @@ Image<float> error_sheet(const Image<float>& before, const Image<float>& after) 
 /// What people want to know at once.
 void print_result(Run& run, double before, double after) {
   const Json& error = run.result["error"];
-  run.print(fmt::format("error {:.4g} to {:.4g} of the signals' variance; difference {:.4g} to {:.4g} of "
-                        "white (root mean square); longest vector {:.4g}\n",
-                        error.front().get<double>(), error.back().get<double>(), before, after,
-                        run.result["longest"].get<double>()));
+  run.print(
+      fmt::format("error {:.4g} to {:.4g} of the signals' variance; difference {:.4g} to {:.4g} of "
+                  "white (root mean square); longest vector {:.4g}\n",
+                  error.front().get<double>(), error.back().get<double>(), before, after,
+                  run.result["longest"].get<double>()));
 }
 
 Exit flow_pictures(Run& run) {
@@ -80,8 +81,11 @@ Exit flow_pictures(Run& run) {
   const fs::path folder = folder_of(options);
   const PicturePair pair(run);
   const std::vector<fs::path> paths = {folder / ("field." + options.text("format")),
-                                       folder / "colours.png", folder / "error.png",
-                                       folder / "halfway.png", folder / "report.json"};
+                                       folder / "colours.png",
+                                       folder / "error.png",
+                                       folder / "blend.png",
+                                       folder / "halfway.png",
+                                       folder / "report.json"};
   run.will_write(paths, folder);
   if (run.dry_run()) return Exit::done;
 
@@ -101,18 +105,24 @@ Exit flow_pictures(Run& run) {
   write_image(paths[1], flow_picture_with_wheel(field, longest(field)));
   write_image(paths[2], error_sheet(distances(pair.first(), pair.second()),
                                     distances(met.source, met.target)));
-  Texture halfway = pair.stored(interpolated(flow, pair.first(), pair.second(), 0.5));
-  halfway.format.tags = nullptr;
-  write_texture(paths[3], halfway);
+  const Image<float> still(field.width(), field.height(), 2);
+  for (const bool moved : {false, true}) {
+    ImageFlow along = flow;
+    if (!moved) along.field = still;
+    Texture middle = pair.stored(interpolated(along, pair.first(), pair.second(), 0.5));
+    middle.format.tags = nullptr;
+    write_texture(paths[moved ? 4 : 3], middle);
+  }
   say_written(run, paths);
-  write_report(run, paths[4]);
+  write_report(run, paths[5]);
   print_result(run, before, after);
   return Exit::done;
 }
 
 /// A row's root mean square difference per unknown, as one column.
 Vector distances(const Signal& a, const Signal& b) {
-  return ((b - a).rowwise().squaredNorm() / double(std::max<Eigen::Index>(1, a.cols()))).cwiseSqrt();
+  return ((b - a).rowwise().squaredNorm() / double(std::max<Eigen::Index>(1, a.cols())))
+      .cwiseSqrt();
 }
 
 Signal coloured(const Vector& values, const FalseColour& scale) {
@@ -126,7 +136,8 @@ Signal coloured(const Vector& values, const FalseColour& scale) {
 
 Exit flow_model(Run& run) {
   const OptionValues& options = run.options();
-  require(!asks_for(options, "format"), "--format is for pictures; on a model fields are .vf files");
+  require(!asks_for(options, "format"),
+          "--format is for pictures; on a model fields are .vf files");
   const TextureFlowOptions how = texture_flow_options(options);
   const fs::path folder = folder_of(options);
   ModelPair pair(run);
@@ -155,7 +166,8 @@ Exit flow_model(Run& run) {
   run.result = flow_json(pair.flow());
   run.result["vertices"] = pair.flow_vertices();
   const Meeting met = pair.meet(0.5, step.progress().step("meet", 0.5));
-  const Vector before = distances(pair.first(), pair.second()), after = distances(met.source, met.target);
+  const Vector before = distances(pair.first(), pair.second()),
+               after = distances(met.source, met.target);
   const double mean_before = std::sqrt(before.squaredNorm() / double(before.size()));
   const double mean_after = std::sqrt(after.squaredNorm() / double(after.size()));
   run.result["difference"] = {mean_before, mean_after};
@@ -186,17 +198,19 @@ Exit run_flow(Run& run) {
 
 Verb flow_verb() {
   using Type = Option::Type;
-  OptionTable table("flow",
-                    "Find the vector field along which two pictures, textures or colourings of a model "
-                    "meet: optical flow.");
+  OptionTable table(
+      "flow",
+      "Find the vector field along which two pictures, textures or colourings of a model "
+      "meet: optical flow.");
   add_flow_options(table);
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,
              .required = true,
              .metavar = "DIR",
-             .help = "a folder for the field, its colours, what is left of the difference, the halfway "
-                     "picture and the report"});
+             .help =
+                 "a folder for the field, its colours, what is left of the difference, the halfway "
+                 "picture and the report"});
   table.add({.name = "format",
              .type = Type::choice,
              .default_value = "flo",

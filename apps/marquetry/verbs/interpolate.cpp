@@ -5,9 +5,9 @@
 #include "flow_options.h"
 #include "flow_pair.h"
 #include "frames.h"
+#include "mq/base/error.h"
 #include "outputs.h"
 #include "signal_options.h"
-#include "mq/base/error.h"
 #include "verb.h"
 
 namespace mq::app {
@@ -27,8 +27,9 @@ std::vector<Moment> moments(const OptionValues& options) {
                       "out_%04d.png; found '{}'",
                       output));
   const std::vector<int> frames = parse_frames(options.text("frames"));
-  require(frames.size() >= 2, "--frames: two or more are wanted, from the first signal to the second; "
-                              "for one between them give --time");
+  require(frames.size() >= 2,
+          "--frames: two or more are wanted, from the first signal to the second; "
+          "for one between them give --time");
   std::vector<Moment> all;
   for (const int frame : frames)
     all.push_back({double(frame - frames.front()) / (frames.back() - frames.front()),
@@ -82,11 +83,10 @@ Exit interpolate_pictures(Run& run) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     Model between;
     between.path = pair.model().path;
-    between.textures = {
-        pair.stored(interpolated(flow, pair.first(), pair.second(), all[i].time))};
+    between.textures = {pair.stored(interpolated(flow, pair.first(), pair.second(), all[i].time))};
     set_depth(options, between);
-    for (const std::string& note :
-         outputs[i].write(std::move(between), step.progress().step("frame", 1.0 / double(all.size()))))
+    for (const std::string& note : outputs[i].write(
+             std::move(between), step.progress().step("frame", 1.0 / double(all.size()))))
       run.terminal().remark(note);
   }
   say_all(run, all, outputs);
@@ -110,8 +110,8 @@ Exit interpolate_model(Run& run) {
   run.result["vertices"] = pair.flow_vertices();
   const Step step(run, "write", 0.3);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const Progress frame = step.progress().step(fmt::format("time {:.3g}", all[i].time),
-                                                1.0 / double(all.size()));
+    const Progress frame =
+        step.progress().step(fmt::format("time {:.3g}", all[i].time), 1.0 / double(all.size()));
     Model between = pair.scene().model;
     pair.target().put(pair.first(), pair.between(all[i].time, frame.step("meet", 0.7)), between);
     set_depth(options, between);
@@ -130,9 +130,10 @@ Exit run_interpolate(Run& run) {
 
 Verb interpolate_verb() {
   using Type = Option::Type;
-  OptionTable table("interpolate",
-                    "Make what lies between two pictures, textures or colourings of a model, moved along "
-                    "their optical flow, so that nothing is seen twice.");
+  OptionTable table(
+      "interpolate",
+      "Make what lies between two pictures, textures or colourings of a model, moved along "
+      "their optical flow, so that nothing is seen twice.");
   add_flow_options(table);
   add_output_option(table);
   table.add({.name = "time",
@@ -149,8 +150,9 @@ Verb interpolate_verb() {
              .wanted = "a range such as 0-24",
              .metavar = "RANGE",
              .group = "Times",
-             .help = "pictures at equal times, from the first for the first number to the second for "
-                     "the last; %04d in --output stands for the number"});
+             .help =
+                 "pictures at equal times, from the first for the first number to the second for "
+                 "the last; %04d in --output stands for the number"});
   table.exclusive({"time", "frames"});
   add_depth_option(table);
   return {table, run_interpolate};

@@ -15,11 +15,11 @@ TextureFlow::TextureFlow(const Surface& surface, const Atlas& atlas, const Texel
     : source_(surface),
       refined_(surface, atlas, space, options.longest_edge, progress.step("cut triangles", 0.05)),
       flow_([&] {
-        require(source.rows() == space.size() && target.rows() == space.size() &&
-                    source.cols() == target.cols(),
-                fmt::format("two signals of {} texels are wanted; found {} x {} and {} x {} values",
-                            space.size(), source.rows(), source.cols(), target.rows(),
-                            target.cols()));
+        require(
+            source.rows() == space.size() && target.rows() == space.size() &&
+                source.cols() == target.cols(),
+            fmt::format("two signals of {} texels are wanted; found {} x {} and {} x {} values",
+                        space.size(), source.rows(), source.cols(), target.rows(), target.cols()));
         return mesh_flow(refined_.fine().surface, refined_.at_vertices(source),
                          refined_.at_vertices(target), options.flow, progress.step("align", 0.8));
       }()),

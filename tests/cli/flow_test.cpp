@@ -1,0 +1,232 @@
+// marquetry flow and interpolate, run as a user runs them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "cli/models.h"
+#include "mq/image/colour.h"
+#include "mq/io/flow_file.h"
+
+namespace mq::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Soft blobs, moved to the right and down; the same in every channel but for its strength.
+Image<float> blobs(int width, int height, double u, double v, int channels = 3) {
+  Image<float> image(width, height, channels, 1);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < colour_channels(channels); ++c)
+        image(x, y, c) =
+            float(0.5 + 0.2 * std::sin(0.31 * (x - u) + 0.8 * c) * std::cos(0.23 * (y - v)) +
+                  0.15 * std::cos(0.11 * (x - u) - 0.17 * (y - v)));
+  return image;
+}
+
+void expect_moved(const Image<float>& field, float u, float v, float tolerance) {
+  for (int y = 10; y < field.height() - 10; ++y)
+    for (int x = 10; x < field.width() - 10; ++x) {
+      EXPECT_NEAR(field(x, y, 0), u, tolerance) << x << ' ' << y;
+      EXPECT_NEAR(field(x, y, 1), v, tolerance) << x << ' ' << y;
+    }
+}
+
+TEST(Flow, FindsHowPicturesMove) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(70, 60, 0, 0), Depth::u16);
+  write_image(folder / "b.png", blobs(70, 60, 2, -1), Depth::u16);
+  for (const std::string format : {"flo", "png", "exr"}) {
+    const Result result =
+        marquetry(folder, {"flow", "a.png", "b.png", "-o", "out", "--format", format, "--json"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    expect_moved(read_flow(folder / ("out/field." + format)), 2, -1, 0.1F);
+    const auto error = result.json()["result"]["error"].get<std::vector<double>>();
+    ASSERT_EQ(error.size(), result.json()["result"]["levels"].size() + 1);
+    for (std::size_t i = 1; i < error.size(); ++i) EXPECT_LE(error[i], error[i - 1]);
+    EXPECT_LT(error.back(), 0.1 * error.front());
+  }
+  for (const char* name : {"colours.png", "error.png", "blend.png", "halfway.png"})
+    EXPECT_GE(read_texture(folder / (std::string("out/") + name)).pixels.width(), 70) << name;
+  EXPECT_THAT(file_bytes(folder / "out/report.json"), HasSubstr("\"error\""));
+  // The report repeats the run.
+  const std::string before = file_bytes(folder / "out/field.flo");
+  const Result again = marquetry(folder, {"flow", "a.png", "b.png", "-o", "again", "--config",
+                                          "out/report.json", "--format", "flo"});
+  ASSERT_EQ(again.status, 0) << again.error;
+  EXPECT_EQ(file_bytes(folder / "again/field.flo"), before);
+}
+
+TEST(Flow, KnowsTheOtherWays) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(64, 64, 0, 0, 4), Depth::u16);
+  write_image(folder / "b.png", blobs(64, 64, 1, 1, 4), Depth::u16);
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"--alignment", "forward"},
+                                             {"--scales", "single"},
+                                             {"--scales", "full", "--largest", "6tx"},
+                                             {"--preset", "thesis", "--steps", "2"},
+                                             {"--robust-data", "0.5", "--robust-smoothness", "0.3"},
+                                             {"--gradients", "2", "--paths", "straight"},
+                                             {"--space", "linear", "--detail", "10tx"}}) {
+    std::vector<std::string> all = {"flow", "a.png", "b.png", "-o", "out", "--json"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Result result = marquetry(folder, all);
+    ASSERT_EQ(result.status, 0) << words[1] << result.error;
+    const auto error = result.json()["result"]["error"];
+    EXPECT_LT(error.back().get<double>(), 0.5 * error.front().get<double>()) << words[1];
+  }
+}
+
+TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
+  const Folder folder;
+  write_strip(folder);
+  // The left chart spans columns 3.2 to 28.8, the right one 35.2 to 60.8: one surface without the
+  // gap.
+  const auto picture = [](double u) {
+    Image<float> image(64, 48, 3);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (int c = 0; c < 3; ++c) {
+          const double along = x < 32 ? x : x - 6.4;
+          image(x, y, c) = float(0.5 + 0.3 * std::sin(0.35 * (along - u)) * std::cos(0.2 * y + c));
+        }
+    return image;
+  };
+  write_image(folder / "a.png", picture(0));
+  write_image(folder / "b.png", picture(2));
+  const Result result =
+      marquetry(folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "out", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto error = result.json()["result"]["error"].get<std::vector<double>>();
+  for (std::size_t i = 1; i < error.size(); ++i) EXPECT_LE(error[i], error[i - 1]);
+  EXPECT_LT(error.back(), 0.1 * error.front());
+  for (const char* name : {"field.vf", "report.json", "halfway/a.png", "error/a.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder / (std::string("out/") + name))) << name;
+  const Image<float> halfway = read_texture(folder / "out/halfway/a.png").pixels,
+                     truth = picture(1);
+  double moved = 0, blend = 0;
+  const Image<float> first = picture(0), second = picture(2);
+  for (int y = 10; y < 38; ++y)
+    for (const int x : {8, 14, 20, 26, 27, 28, 36, 37, 40, 46, 52})
+      for (int c = 0; c < 3; ++c) {
+        moved += std::pow(halfway(x, y, c) - truth(x, y, c), 2);
+        blend += std::pow(0.5 * (first(x, y, c) + second(x, y, c)) - truth(x, y, c), 2);
+      }
+  EXPECT_LT(moved, 0.5 * blend);
+  // The two sides of the seam are moved alike.
+  for (int y = 10; y < 38; ++y)
+    EXPECT_NEAR(halfway(28, y) - truth(28, y), halfway(35, y) - truth(35, y), 0.03) << y;
+}
+
+TEST(Interpolate, GivesBackBothEndsAndMovesBetween) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(60, 50, 0, 0));
+  write_image(folder / "b.png", blobs(60, 50, 3, 0));
+  const Result result = marquetry(
+      folder, {"interpolate", "a.png", "b.png", "-o", "f_%02d.png", "--frames", "0-3", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(read_texture(folder / "f_00.png").pixels, read_texture(folder / "a.png").pixels);
+  EXPECT_EQ(read_texture(folder / "f_03.png").pixels, read_texture(folder / "b.png").pixels);
+  EXPECT_EQ(result.json()["result"]["times"].size(), 4U);
+  const Image<float> second = read_texture(folder / "f_01.png").pixels, truth = blobs(60, 50, 1, 0);
+  for (int y = 8; y < 42; ++y)
+    for (int x = 8; x < 52; ++x) EXPECT_NEAR(second(x, y), truth(x, y), 0.02);
+  ASSERT_EQ(
+      marquetry(folder, {"interpolate", "a.png", "b.png", "-o", "t.exr", "-t", "0.25"}).status, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "t.exr"));
+}
+
+TEST(Interpolate, TakesTexturesAndColoursAtVertices) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "b.png", busy_picture(64, 48));
+  ASSERT_EQ(marquetry(folder, {"interpolate", "strip.obj", "strip.png", "b.png", "-o", "same.png"})
+                .status,
+            0);
+  EXPECT_EQ(read_texture(folder / "same.png").pixels, read_texture(folder / "strip.png").pixels);
+  write_bytes(folder / "a.ply", coloured_ply);
+  std::string other = coloured_ply;
+  for (std::size_t at; (at = other.find("100 100 100")) != std::string::npos;)
+    other.replace(at, 11, "140 140 140");
+  write_bytes(folder / "b.ply", other);
+  const Result result = marquetry(folder, {"interpolate", "a.ply", "b.ply", "-o", "mid.ply"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(read_model(folder / "mid.ply").colors.channels, 3);
+  const Result flow = marquetry(folder, {"flow", "a.ply", "b.ply", "-o", "out"});
+  ASSERT_EQ(flow.status, 0) << flow.error;
+  for (const char* name : {"field.vf", "halfway.ply", "error.ply"})
+    EXPECT_TRUE(std::filesystem::exists(folder / (std::string("out/") + name))) << name;
+}
+
+TEST(Flow, SaysWhatItCannotAlign) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "a.png", blobs(20, 20, 0, 0));
+  write_image(folder / "b.png", blobs(21, 20, 0, 0));
+  write_image(folder / "g.png", blobs(20, 20, 0, 0, 1));
+  write_bytes(folder / "a.ply", coloured_ply);
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"flow", "a.png", "-o", "out"}, "nothing to align it with"},
+      {{"flow", "a.png", "b.png", "-o", "out"}, "21 x 20"},
+      {{"flow", "a.png", "g.png", "-o", "out"}, "1 channel"},
+      {{"flow", "a.png", "a.png", "g.png", "-o", "out"}, "one more is read"},
+      {{"flow", "a.png", "none.png", "-o", "out"}, "none.png"},
+      {{"flow", "a.png", "a.png", "-o", "out.png"}, "wanted a folder"},
+      {{"flow", "a.png", "a.png", "-o", "out", "--basis", "whitney"}, "--basis is for models"},
+      {{"flow", "a.png", "a.png", "-o", "out", "--smallest", "0"}, "smallest length"},
+      {{"flow", "strip.obj", "a.png", "-o", "out"}, "come in pairs"},
+      {{"flow", "strip.obj", "strip.png", "a.png", "-o", "out"}, "20 x 20"},
+      {{"flow", "strip.obj", "strip.png", "strip.png", "-o", "out", "--paths", "straight"},
+       "--paths"},
+      {{"flow", "strip.obj", "a.ply", "-o", "out"}, "no colours"},
+      {{"interpolate", "a.png", "a.png", "-o", "x.png", "--frames", "0-3"}, "%04d"},
+      {{"interpolate", "a.png", "a.png", "-o", "x.obj"}, "wanted a picture"},
+      {{"interpolate", "a.png", "a.png", "-o", "x.png", "--time", "2"}, "--time"}};
+  for (const auto& [words, message] : cases) {
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2) << words[1] << ' ' << words[2];
+    EXPECT_THAT(result.error, HasSubstr(message));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/field.flo"));
+  EXPECT_EQ(marquetry(folder, {"flow", "a.png", "a.png", "-o", "dry", "--dry-run"}).status, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder / "dry"));
+}
+
+TEST(Flow, StopsWhenAskedTo) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(900, 900, 0, 0));
+  write_image(folder / "b.png", blobs(900, 900, 5, 3));
+  const Result result =
+      marquetry(folder, {"flow", "a.png", "b.png", "-o", "out", "--steps", "1000"},
+                {.interrupt_at = {"scale"}});
+  EXPECT_EQ(result.status, 130) << result.error;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/field.flo"));
+}
+
+TEST(Flow, GivesTheSameBitsForAnyNumberOfThreads) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "a.png", blobs(64, 48, 0, 0));
+  write_image(folder / "b.png", blobs(64, 48, 1, 1));
+  for (const std::string threads : {"1", "2", "7"}) {
+    ASSERT_EQ(
+        marquetry(folder, {"flow", "a.png", "b.png", "-o", "p" + threads, "--threads", threads})
+            .status,
+        0);
+    ASSERT_EQ(marquetry(folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "m" + threads,
+                                 "--threads", threads})
+                  .status,
+              0);
+  }
+  for (const std::string threads : {"2", "7"}) {
+    EXPECT_EQ(file_bytes(folder / ("p" + threads + "/field.flo")),
+              file_bytes(folder / "p1/field.flo"));
+    EXPECT_EQ(file_bytes(folder / ("m" + threads + "/field.vf")),
+              file_bytes(folder / "m1/field.vf"));
+  }
+}
+
+}  // namespace
+}  // namespace mq::test
