@@ -124,8 +124,8 @@ void motions() {
           options.detail = {0, Length::Unit::percent};
           options.largest =
               scales ? Length{25, Length::Unit::percent} : Length{3 * spacing, Length::Unit::model};
-          if (!scales) options.smallest = options.largest;
-          if (!scales) options.steps = 20;
+          options.smallest = {(scales ? 2 : 3) * spacing, Length::Unit::model};
+          options.steps = scales ? 2 : 20;
           const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
           fmt::print(" {:.2f} |",
                      end_point_error(pair, flow.field, c.by(shift * spacing), c.counts));
@@ -174,9 +174,9 @@ void thesis(int vertices, double shift) {
     const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
     line(name, pair, flow, processor_seconds() - start);
   };
-  for (const auto& [basis, name] : bases) run("thesis, " + name, thesis_flow(basis));
   MeshFlowOptions options;
   run("hierarchical", options);
+  for (const auto& [basis, name] : bases) run("thesis, " + name, thesis_flow(basis));
   for (const auto& [basis, name] : bases) {
     options.basis = basis;
     options.solver = FlowSolver::direct;

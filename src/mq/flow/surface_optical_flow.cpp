@@ -133,14 +133,15 @@ std::vector<Scale> scales_of(const MeshFlowOptions& options, const FlowMesh& fin
   const double largest = positive_length(options.largest, scale, "a largest length");
   require(largest > 0, "the largest length must be positive");
   double smallest = positive_length(options.smallest, scale, "a smallest length");
-  if (smallest == 0) smallest = 2 * finest.spacing();
+  if (smallest == 0) smallest = finest.spacing();
   std::vector<Scale> scales;
   if (options.levels > 0) {
     for (int l = 0; l < options.levels; ++l)
       scales.push_back({std::ldexp(largest, -l), std::ldexp(largest * largest / 2, -2 * l)});
     return scales;
   }
-  for (double length = largest; length > 1.5 * smallest; length /= 2)
+  const double shown = std::max(1.5 * smallest, 2.5 * finest.spacing());
+  for (double length = largest; length > shown; length /= 2)
     scales.push_back({length, length * length / 2});
   scales.push_back({std::min(largest, smallest), 0});
   return scales;

@@ -50,12 +50,12 @@ struct MeshFlowOptions {
   /// ℓ₀: how far the smoothest level looks. Level l has ℓ₀/2ˡ: weight ℓ²·Ḡ of smoothness, signals
   /// smoothed by Smooth(φ, ½ℓ²).
   Length largest{10, Length::Unit::percent};
-  /// The last ℓ, for which signals are not smoothed; 0: two mean edges.
+  /// The last ℓ, for which signals are not smoothed; 0: the vertices' spacing.
   Length smallest{0, Length::Unit::model};
   int levels = 0;  ///< 0: as many as lie between; else exactly so many from `largest` on, all smoothed
   /// Of each level, at most, and twice as many on coarser meshes, where they cost little; a level ends
   /// when one gains less than 5 %.
-  int steps = 2;
+  int steps = 3;
   /// ϵ of ψ(s²) = 2ϵ²(√(1 + s²/ϵ²) − 1), in place of s², for differences (in standard deviations of
   /// the signals) and for |∇Y| (a number); 0: squares. Solved by reweighting.
   double robust_data = 0;
