@@ -58,7 +58,7 @@ void add_flow_options(OptionTable& table) {
   table.add({.name = "smallest",
              .type = Type::length,
              .group = group,
-             .help = "the last scale [default 2tx for pictures, two mean edges for models]"});
+             .help = "the last scale [default 2tx for pictures, one mean edge for models]"});
   table.add({.name = "detail",
              .type = Type::length,
              .group = group,
