@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
@@ -52,7 +53,7 @@ Flat make_flat(int n, double w) {
 
 struct Case {
   Flat flat;
-  std::unique_ptr<TexelHierarchy> hierarchy;
+  std::optional<Hierarchy> hierarchy;
   LaneVector b, x, r, coarse;
 };
 
@@ -63,7 +64,7 @@ Case& flat_case(int n) {
     cases.clear();
     auto c = std::make_unique<Case>();
     c->flat = make_flat(n, 100);
-    c->hierarchy = std::make_unique<TexelHierarchy>(c->flat.A, c->flat.texels, MultigridOptions{});
+    c->hierarchy = texel_hierarchy(c->flat.A, c->flat.texels);
     for (LaneVector* v : {&c->b, &c->x, &c->r}) *v = LaneVector(n * n, 4);
     c->coarse = LaneVector(c->hierarchy->multigrid().levels[0]->transfer->coarse_rows(), 4);
     for (std::int64_t i = 0; i < c->b.size(); ++i) c->b.data()[i] = float(i % 17) - 8;
@@ -134,7 +135,7 @@ void Cycle(benchmark::State& state) {
 
 void Solve(benchmark::State& state) {
   Case& c = flat_case(int(state.range(0)));
-  const TexelHierarchy& h = *c.hierarchy;
+  const Hierarchy& h = *c.hierarchy;
   Signal B(c.flat.A.rows(), 3), X = B;
   for (Eigen::Index i = 0; i < B.size(); ++i) B.data()[i] = double(i * 7919 % 1013) / 1013;
   for (auto _ : state) {
@@ -149,7 +150,7 @@ void Solve(benchmark::State& state) {
 void SetUp(benchmark::State& state) {
   Case& c = flat_case(int(state.range(0)));
   for (auto _ : state) {
-    const TexelHierarchy hierarchy(c.flat.A, c.flat.texels, {});
+    const Hierarchy hierarchy = texel_hierarchy(c.flat.A, c.flat.texels);
     state.counters["bytes_per_texel"] =
         double(hierarchy.bytes()) / double(c.flat.texels.size());
   }

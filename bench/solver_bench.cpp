@@ -278,7 +278,7 @@ Curve reference_curve(const Case& c, const System& system, const Measure& measur
 
 /// Ours says nothing before it ends: so it solves with 1, 2, ... cycles, each time from the start.
 Curve our_curve(const Case& c, const System& system, const Measure& measure, const Limits& limits) {
-  const TexelHierarchy h(system.A, c.space->texels(), {});
+  const Hierarchy h = texel_hierarchy(system.A, c.space->texels());
   Curve curve;
   while (limits.go_on(curve)) {
     Signal X = Signal::Zero(system.B.rows(), 3);

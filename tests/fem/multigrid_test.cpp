@@ -44,7 +44,7 @@ double mean_rate(const SolveReport& report, int cycles) {
 }
 
 /// The matrix that the finest level stands for.
-SparseMatrix scaled(const SparseMatrix& A, const TexelHierarchy& hierarchy) {
+SparseMatrix scaled(const SparseMatrix& A, const Hierarchy& hierarchy) {
   SparseMatrix B = A;
   for (int i = 0; i < A.rows(); ++i)
     for (SparseMatrix::InnerIterator e(B, i); e; ++e)
@@ -92,9 +92,9 @@ TEST(Patchwork, IsAPartitionOfUnityWithConstantsAsNullSpace) {
   }
 }
 
-TEST(TexelHierarchy, ProlongsConstantsToConstantsAndRestrictsByTheTranspose) {
+TEST(Hierarchy, ProlongsConstantsToConstantsAndRestrictsByTheTranspose) {
   const Patchwork p = make_patchwork({.size = 70, .charts = 3, .stretch = 1.3});
-  const TexelHierarchy hierarchy(system_of(p, 20), p.texels, {.coarsest_rows = 50});
+  const Hierarchy hierarchy = texel_hierarchy(system_of(p, 20), p.texels, {.coarsest_rows = 50});
   ASSERT_GE(hierarchy.multigrid().levels.size(), 3u);
   for (const auto& level : hierarchy.multigrid().levels) {
     const Transfer& P = *level->transfer;
@@ -142,7 +142,7 @@ Vector products(const Signal& u, const Signal& v) {
 TEST(StencilMatrix, MultipliesAsTheMatrixItWasMadeFrom) {
   const Patchwork p = make_patchwork({.size = 90, .charts = 2});
   const SparseMatrix A = system_of(p, 5);
-  const TexelHierarchy hierarchy(A, p.texels, {});
+  const Hierarchy hierarchy = texel_hierarchy(A, p.texels);
   for (const int lanes : {1, 4}) {
     LaneVector x(A.rows(), lanes), b(A.rows(), lanes), y(A.rows(), lanes), r(A.rows(), lanes),
         q(A.rows(), lanes);
@@ -171,7 +171,7 @@ TEST(Cycle, IsSymmetricAndReducesTheErrorInTheEnergyNorm) {
   for (const int charts : {1, 4}) {
     const Patchwork p = make_patchwork({.size = 80, .charts = charts});
     const SparseMatrix A = system_of(p, 50);
-    const TexelHierarchy hierarchy(A, p.texels, {});
+    const Hierarchy hierarchy = texel_hierarchy(A, p.texels);
     const SparseMatrix matrix = scaled(A, hierarchy);
     const Eigen::Index n = A.rows();
     Multigrid::Workspace workspace(hierarchy.multigrid(), 1);

@@ -150,17 +150,6 @@ Double4 reduce_residual(const Scaling& scaling, LaneVector& q, Double4 alpha, La
   return finish(sum, r.lanes()) + of_r.squared();
 }
 
-/// Columns first … first + channels − 1 of X += α·p
-void add_to_solution(const LaneVector& p, Double4 alpha, int first, int channels, Signal& X) {
-  const int lanes = p.lanes();
-  parallel_blocks(X.rows(), block_values / 4, [&](std::int64_t begin, std::int64_t end) {
-    const std::int64_t stride = X.cols();
-    for (std::int64_t k = begin; k < end; ++k)
-      for (int c = 0; c < channels; ++c)
-        X.data()[k * stride + first + c] += alpha[c] * double(p.data()[k * lanes + c]);
-  });
-}
-
 /// The largest values by size, per channel.
 struct Largest {
   Double4 change{}, value{};
@@ -172,22 +161,21 @@ struct Largest {
 
 Double4 size_of(Double4 v) { return v < 0 ? -v : v; }
 
-/// Of α·p and of columns first … of X, which special rows of the scaling (units of their own) have no
-/// part in.
-Largest largest(const Scaling& scaling, LaneVector& p, Double4 alpha, int first, int channels,
-                const Signal& X) {
-  const SpecialRows of_p(scaling, p);
+/// Columns first … first + channels − 1 of X += α·p. Returns the largest of α·p and of those columns,
+/// which special rows of the scaling (units of their own) have no part in.
+Largest add_to_solution(const Scaling& scaling, const LaneVector& p, Double4 alpha, int first,
+                        int channels, Signal& X) {
   const int lanes = p.lanes();
   Largest found = parallel_sum(X.rows(), Largest{}, [&](std::int64_t begin, std::int64_t end) {
     Largest here;
     for (std::int64_t k = begin; k < end; ++k) {
-      if (scaling.row(k) != 1) continue;
+      double* x = X.data() + k * X.cols() + first;
       Double4 change{}, value{};
       for (int c = 0; c < channels; ++c) {
-        change[c] = p.data()[k * lanes + c];
-        value[c] = X.data()[k * X.cols() + first + c];
+        change[c] = double(p.data()[k * lanes + c]);
+        value[c] = x[c] += alpha[c] * change[c];
       }
-      here = here + Largest{size_of(change), size_of(value)};
+      if (scaling.row(k) == 1) here = here + Largest{size_of(change), size_of(value)};
     }
     return here;
   }, block_values / 4);
@@ -472,8 +460,7 @@ class Group {
       alpha = Double4{} + alpha[0];
       form_ = Double4{} + form_[0];
     }
-    add_to_solution(p_, alpha, first_, channels_, X_);
-    const Largest found = largest(scaling_, p_, alpha, first_, channels_, X_);
+    const Largest found = add_to_solution(scaling_, p_, alpha, first_, channels_, X_);
     for (int c = 0; c < channels_; ++c)
       if (alpha[c] != 0) error_[c].add_step(found.change[c], found.value[c]);
     squared_ = reduce_residual(scaling_, q_, alpha, r_);
