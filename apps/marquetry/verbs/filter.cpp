@@ -49,7 +49,7 @@ std::pair<std::vector<Vector3>, SolveReport> filtered_shape(const Surface& surfa
   }
   // A fit is no identity, so normals that stay are not fitted to.
   if (wanted.beta == 1 || wanted.weight == 0)
-    return {surface.mesh.positions, {.method = "none (nothing to change)", .residuals = {}}};
+    return {surface.mesh.positions, nothing_to_solve()};
   const FilteredNormals found =
       filter_normals(surface, wanted, factory, progress.step("normals", 0.5));
   const NormalFit fit(surface, options.number("fit-weight"), factory, progress.step("prepare", 0.4));

@@ -95,7 +95,7 @@ Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int
 /// Largest change of a channel's mean over what is seen.
 double drift(const SignalSpace& space, const Signal& before, const Signal& after,
              const std::vector<int>& labels) {
-  Vector mass = space.mass() * Vector::Ones(space.size());
+  Vector mass = space.lumped_mass();
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i] == unseen) mass[Eigen::Index(i)] = 0;
   if (!(mass.sum() > 0)) return 0;
@@ -181,7 +181,7 @@ Exit stitch(Run& run) {
   if (anything) {
     about(scene.model, [&] { result = solve(run, *target, weight, S, work); });
   } else {
-    result = {work.psi, {.method = "none (nothing to change)", .residuals = {}}};
+    result = {work.psi, nothing_to_solve()};
     run.solve = solve_json(result.report);
     run.solve["tried"] = Json::array();
   }

@@ -21,6 +21,7 @@ class ConductingSpace final : public SignalSpace {
   int size() const override { return space_.size(); }
   SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
+  Vector lumped_mass() const override { return space_.lumped_mass(); }
   SurfaceScale scale() const override { return space_.scale(); }
   int element_count() const override { return space_.element_count(); }
   std::vector<float> gradient_norms(const Signal& psi) const override;

@@ -4,6 +4,7 @@
 #include "mq/fem/reference_solver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -61,18 +62,36 @@ Eigen::RowVectorXd squared_norms(const std::vector<Real>& v, int channels, int l
                       });
 }
 
+/// The largest values by size, per channel.
+struct Largest {
+  std::array<double, 4> change{}, value{};
+
+  friend Largest operator+(Largest a, const Largest& b) {
+    for (std::size_t c = 0; c < 4; ++c) {
+      a.change[c] = std::max(a.change[c], b.change[c]);
+      a.value[c] = std::max(a.value[c], b.value[c]);
+    }
+    return a;
+  }
+};
+
 /// What a cycle changed, per channel.
 template <class Real>
 void add_steps(const std::vector<Real>& before, const std::vector<Real>& after, int lanes,
                std::vector<ErrorEstimate>& error) {
-  for (std::size_t c = 0; c < error.size(); ++c) {
-    double change = 0, largest = 0;
-    for (std::size_t i = c; i < after.size(); i += std::size_t(lanes)) {
-      change = std::max(change, std::abs(double(after[i]) - double(before[i])));
-      largest = std::max(largest, std::abs(double(after[i])));
-    }
-    error[c].add_step(change, largest);
-  }
+  const Largest found = parallel_sum(
+      std::int64_t(after.size()) / lanes, Largest{}, [&](std::int64_t begin, std::int64_t end) {
+        Largest here;
+        for (std::int64_t k = begin; k < end; ++k)
+          for (std::size_t c = 0; c < error.size(); ++c) {
+            const double now = double(after[k * lanes + c]);
+            here.change[c] = std::max(here.change[c], std::abs(now - double(before[k * lanes + c])));
+            here.value[c] = std::max(here.value[c], std::abs(now));
+          }
+        return here;
+      });
+  for (std::size_t c = 0; c < error.size(); ++c)
+    error[c].add_step(found.change[c], found.value[c]);
 }
 
 template <class Real>

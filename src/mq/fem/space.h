@@ -12,9 +12,9 @@ namespace mq {
 
 /// A signal space {φ_i}: partition of unity (Σφ_i = 1), so constants are reproduced and S·1 = 0.
 ///
-///     M_ij = ∫ φ_i φ_j dA            symmetric positive definite, model units squared, ΣM_ij =
-///     area S_ij = ∫ ⟨∇φ_i, ∇φ_j⟩ dA       symmetric positive semidefinite, no unit;
-///                                    null space: constants, per connected component
+///     M_ij = ∫ φ_i φ_j dA          symmetric positive definite, model units squared; ΣM_ij = area
+///     S_ij = ∫ ⟨∇φ_i, ∇φ_j⟩ dA     symmetric positive semidefinite, no unit;
+///                                  null space: constants, per connected component
 class SignalSpace {
  public:
   virtual ~SignalSpace() = default;
@@ -54,6 +54,9 @@ class SignalSpace {
   /// a·M + b·Σ_e c_e·S_e, c_e ≥ 0, with what `solvable` adds.
   virtual SparseMatrix conducting(double a, double b, std::span<const float> conductivity,
                                   const Progress& progress = {}) const = 0;
+
+  /// M·1 = ∫ φ_i dA, which sums to the area. Next to seams a value may be a little below 0.
+  virtual Vector lumped_mass() const { return mass() * Vector::Ones(size()); }
 
   SparseMatrix mass() const { return system(1, 0); }
   SparseMatrix stiffness() const { return system(0, 1); }

@@ -211,6 +211,15 @@ SparseMatrix TexelSpace::conducting(double a, double b, std::span<const float> c
   return A;
 }
 
+Vector TexelSpace::lumped_mass() const {
+  const Data& d = *data_;
+  Vector mass = Vector::Zero(size());
+  parallel_for(size(), [&](std::int64_t i) {
+    d.for_each_coupling(int(i), {}, [&](int, double m, double) { mass[i] += m; });
+  });
+  return mass;
+}
+
 Signal TexelSpace::stiffness_times(const Signal& psi, std::span<const double> beta) const {
   return stiffness_rows({}, psi, beta);
 }

@@ -119,6 +119,17 @@ SparseMatrix VertexSpace::conducting(double a, double b, std::span<const float> 
   return assemble(a, [&](int t) { return b * conductivity[t]; }, progress);
 }
 
+Vector VertexSpace::lumped_mass() const {
+  Vector mass(size());
+  parallel_for(size(), [&](std::int64_t i) {
+    double area = 0;
+    for (int n = incident_begin_[i]; n < incident_begin_[i + 1]; ++n)
+      area += shapes_[incident_[n] / 3].area();
+    mass[i] = incident_begin_[i] == incident_begin_[i + 1] ? massless * area_ / size() : area / 3;
+  });
+  return mass;
+}
+
 /// Σ_t factor(t)·S_t·ψ.
 template <class Factor>
 Signal VertexSpace::stiffness_product(const Signal& psi, const Factor& factor) const {

@@ -30,6 +30,7 @@ class VertexSpace final : public SignalSpace {
   int size() const override { return int(incident_begin_.size()) - 1; }
   SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
+  Vector lumped_mass() const override;
   SurfaceScale scale() const override { return {.area = area_, .texel_spacing = 0}; }
 
   /// Elements are the triangles.

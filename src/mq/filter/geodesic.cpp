@@ -47,7 +47,7 @@ double mean_spacing(const SignalSpace& space) {
 
 SparseMatrix heat_matrix(const SignalSpace& space, double t, const Progress& progress) {
   SparseMatrix A = space.solvable(0, t, progress);
-  A.diagonal() += space.mass() * Vector::Ones(space.size());
+  A.diagonal() += space.lumped_mass();
   return A;
 }
 

@@ -28,7 +28,7 @@ Signal as_signal(const std::vector<Vector3>& vectors) {
 FilteredNormals filtered(const VertexSpace& space, std::vector<Vector3> normals, double weight,
                          double beta, const SolverFactory& factory, const Progress& progress) {
   if (beta == 1 || weight == 0)
-    return {std::move(normals), {.method = "none (nothing to change)", .residuals = {}}};
+    return {std::move(normals), nothing_to_solve()};
   const ScreenedPoisson equation(space, weight, factory, progress.step("prepare", 0.7));
   const Filtered found = equation.solve(as_signal(normals), beta, progress.step("solve", 0.3));
   parallel_for(std::ssize(normals), [&](std::int64_t v) {

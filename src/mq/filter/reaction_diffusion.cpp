@@ -70,7 +70,7 @@ ReactionDiffusion::ReactionDiffusion(const SignalSpace& space, std::array<double
     require(d >= 0 && std::isfinite(d), fmt::format("a diffusivity is {}", d));
   require(longest_step > 0, "a step must be longer than 0");
   const SparseMatrix S = space.solvable(0, 1, progress.step("assemble", 0.8));
-  const Vector mass = space.mass() * Vector::Ones(space.size());
+  const Vector mass = space.lumped_mass();
   const double most = std::max(diffusivity[0], diffusivity[1]);
   std::vector<double> coupling(std::size_t(S.rows()), 0), fastest(coupling.size());
   parallel_for(S.rows(), [&](std::int64_t i) {

@@ -79,7 +79,7 @@ ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight,
 /// s_i m_i, or the lumped mass. A function that hardly meets the surface, next to a seam, may have an
 /// integral a little below 0.
 Vector ScreenedPoisson::screened_mass() const {
-  Vector mass = space_.mass() * Vector::Ones(space_.size());
+  Vector mass = space_.lumped_mass();
   if (!screen_.empty()) mass = mass.cwiseMax(1e-12 * mass.mean());
   for (std::size_t i = 0; i < screen_.size(); ++i) mass[Eigen::Index(i)] *= screen_[i];
   return mass;
@@ -131,7 +131,7 @@ double ScreenedPoisson::prepare(SparseMatrix& A, const Progress& progress) {
 Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
                                   const Progress& progress) const {
   if (gradient_change.isZero(0) || weight_ == 0)
-    return {psi, {.method = "none (nothing to change)", .residuals = {}}};
+    return {psi, nothing_to_solve()};
   if (std::isfinite(weight_)) gradient_change *= weight_;
   Signal correction = Signal::Zero(psi.rows(), psi.cols());
   SolveReport report = solver_->solve(gradient_change, correction, progress);

@@ -15,8 +15,6 @@
 namespace mq {
 namespace {
 
-Vector lumped_mass(const SignalSpace& space) { return space.mass() * Vector::Ones(space.size()); }
-
 /// The mean over the triangles around each vertex, by area.
 Vector at_vertices(const VertexSpace& space, const std::vector<double>& per_triangle) {
   Vector sum = Vector::Zero(space.size()), area = Vector::Zero(space.size());
@@ -62,7 +60,7 @@ Vector shock_potential(const VertexSpace& space, const Signal& phi, const ShockW
 }
 
 double potential_rate(const SignalSpace& space, const Vector& potential) {
-  const Vector laplacian = space.stiffness_times(potential), mass = lumped_mass(space);
+  const Vector laplacian = space.stiffness_times(potential), mass = space.lumped_mass();
   double sum = 0, area = 0;
   for (Eigen::Index i = 0; i < mass.size(); ++i)
     if (mass[i] > 0) {

@@ -297,7 +297,7 @@ Stitcher::Stitcher(const SignalSpace& space, double weight, std::vector<int> lab
     equation_ = std::make_unique<ScreenedPoisson>(space, weight, factory, progress);
     return;
   }
-  mass_ = space.mass() * Vector::Ones(space.size());
+  mass_ = space.lumped_mass();
   std::vector<double> seen(labels_.size());
   std::ranges::transform(labels_, seen.begin(),
                          [](int label) { return label == unseen ? 0.0 : 1.0; });

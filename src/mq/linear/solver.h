@@ -30,6 +30,11 @@ struct SolveReport {
   double solve_seconds = 0;
 };
 
+/// Of an equation whose solution is its first guess.
+inline SolveReport nothing_to_solve() {
+  return {.method = "none (nothing to change)", .residuals = {}};
+}
+
 /// A prepared solver for one matrix A, symmetric and positive definite, or semidefinite where the
 /// implementation says so. Holds no reference to A's storage unless it says so.
 class LinearSolver {
