@@ -43,4 +43,16 @@ struct GridCoarsening {
 /// there, linear functions are reproduced. A node without a texel lies at the mean of those it serves.
 GridCoarsening coarsen_grid(const Texels& fine, const std::vector<GridStep>& steps);
 
+/// The texels without a stencil that A couples to others far away on the surface: where charts, or parts
+/// of one, share texels of their border.
+std::vector<int> find_contacts(const SparseMatrix& A, const Texels& texels,
+                               const StencilLayout& layout);
+
+/// Gives each sheet a node of its own where several parts of a chart pass through the 3 × 3 texels of
+/// one, a gap narrower than the coarse grid between them: a handle, say, that lies beside the pan. Texels
+/// are of one sheet where A couples them and they lie close to each other on the surface. The new nodes
+/// come after all others. A and `layout` are of the texels that `coarsening` was made for.
+void part_sheets(const SparseMatrix& A, const Texels& fine, const StencilLayout& layout,
+                 GridCoarsening& coarsening);
+
 }  // namespace mq

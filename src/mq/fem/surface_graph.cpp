@@ -21,6 +21,8 @@ namespace {
 
 using Point = Eigen::Vector3f;
 
+constexpr std::ptrdiff_t most_kept = 10;  // one of so many points; where there are more, none is
+
 Point point(const SurfacePoints& points, int i) {
   return Eigen::Map<const Point>(points.positions[i].data());
 }
@@ -175,7 +177,7 @@ Combination interpolate(const Point& p, int own, const SurfacePoints& points, co
 }  // namespace
 
 GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& given, double radius) {
-  const SurfacePoints points{given.positions, graded(A, given)};
+  const SurfacePoints points{given.positions, graded(A, given), given.kept};
   const Cells cells = sample(A, points, radius);
   const Adjacency adjacency = adjacency_of(A, cells);
   const int n = int(A.rows()), count = int(cells.centres.size());
@@ -194,9 +196,14 @@ GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& given,
   result.transfer = std::make_unique<SparseTransfer>(std::move(starts), std::move(entries), count);
   result.coarse.positions.resize(count);
   result.coarse.spacing.resize(count);
+  const bool keeps = std::ranges::count(points.kept, 1) * most_kept > 0 &&
+                     std::ranges::count(points.kept, 1) * most_kept <= count;
+  if (keeps) result.coarse.kept.resize(count);
   for (int c = 0; c < count; ++c) {
     result.coarse.positions[c] = points.positions[cells.centres[c]];
-    result.coarse.spacing[c] = float(radius) * points.spacing[cells.centres[c]];
+    const bool kept = keeps && points.kept[cells.centres[c]];
+    result.coarse.spacing[c] = (kept ? 1 : float(radius)) * points.spacing[cells.centres[c]];
+    if (keeps) result.coarse.kept[c] = kept;
   }
   return result;
 }

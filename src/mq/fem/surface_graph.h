@@ -14,6 +14,8 @@ namespace mq {
 struct SurfacePoints {
   std::vector<std::array<float, 3>> positions;
   std::vector<float> spacing;  ///< how close neighbours are, in the direction where they are closest
+  /// Where levels are to stay as close as this one: 1 per point whose spacing does not grow. Empty: none.
+  std::vector<char> kept;
 };
 
 struct GraphCoarsening {
@@ -25,7 +27,8 @@ struct GraphCoarsening {
 /// graph of A, and writes every point as a combination of at most three of them: of the corners of a
 /// triangle of mutually adjacent chosen points whose projection holds it, else of the ends of the
 /// nearest edge. Where points are closer in one direction than in another, fewer are left in that
-/// direction only. A component of the graph keeps at least one point. Weights are in [0, 1].
+/// direction only. A component of the graph keeps at least one point. Weights are in [0, 1]. Kept points
+/// stop being kept where they are more than a tenth of those chosen.
 ///
 /// Wiersma, Nasikun, Eisemann and Hildebrandt 2023, with a spacing of its own for every point.
 GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& points, double radius);

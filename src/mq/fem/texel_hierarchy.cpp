@@ -91,6 +91,7 @@ Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels,
   StencilLayout layout = make_robust_layout(A, texels);
   GridCoarsening grid =
       coarsen_grid(texels, coarsening_steps(texels, layout, options.max_stretch));
+  part_sheets(A, texels, layout, grid);
   progress.at(0.3);
   SparseMatrix matrix = hierarchy.add_level(A, std::move(layout), Patches::Kind::neighbours,
                                             std::move(grid.transfer), progress);
@@ -99,6 +100,12 @@ Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels,
   layout = make_robust_layout(matrix, grid.coarse);
   SurfacePoints points;
   points.spacing = spacings(matrix, grid.coarse, layout);
+  // What flows through a shared texel changes fast around it: coarser levels stay close there.
+  for (const int k : find_contacts(matrix, grid.coarse, layout)) {
+    points.kept.resize(points.spacing.size(), 0);
+    points.kept[k] = 1;
+    points.spacing[k] *= 0.4F;  // no neighbour reaches it then
+  }
   points.positions = std::move(grid.coarse.positions);
   matrix = hierarchy.add_graph_levels(std::move(matrix), std::move(points), std::move(layout),
                                       Patches::Kind::neighbours, progress);

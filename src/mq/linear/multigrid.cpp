@@ -64,14 +64,15 @@ void rescale(const std::vector<WeightedIndex>& rows, int lanes, float* v, int po
 
 }  // namespace
 
-void Multigrid::descend(std::size_t level, const float* b, float* x, Workspace& workspace) const {
+void Multigrid::descend(std::size_t level, Guess guess, const float* b, float* x,
+                        Workspace& workspace) const {
   const int lanes = workspace.lanes_;
   if (level == levels.size()) {
     coarsest.solve(lanes, b, x);
     return;
   }
   const MultigridLevel& here = *levels[level];
-  std::memset(x, 0, sizeof(float) * std::size_t(here.layout.rows) * lanes);
+  if (guess == Guess::zero) std::memset(x, 0, sizeof(float) * std::size_t(here.layout.rows) * lanes);
   here.matrix.relax_stencils(lanes, b, x, options.sweeps, Order::forward);
   for (int i = 0; i < options.sweeps; ++i)
     here.patches.relax(here.matrix, lanes, b, x, Order::forward);
@@ -81,7 +82,9 @@ void Multigrid::descend(std::size_t level, const float* b, float* x, Workspace& 
   here.matrix.residual(lanes, b, x, r);
   rescale(here.rescaled, lanes, r, 1);
   here.transfer->restrict_to(lanes, r, below.b.data());
-  descend(level + 1, below.b.data(), below.x.data(), workspace);
+  descend(level + 1, Guess::zero, below.b.data(), below.x.data(), workspace);
+  if (level + 1 == std::size_t(options.twice_from) && level + 1 < levels.size())
+    descend(level + 1, Guess::given, below.b.data(), below.x.data(), workspace);
   rescale(here.rescaled, lanes, x, -1);
   here.transfer->prolongate_add(lanes, below.x.data(), x);
   rescale(here.rescaled, lanes, x, 1);
@@ -92,7 +95,7 @@ void Multigrid::descend(std::size_t level, const float* b, float* x, Workspace& 
 }
 
 void Multigrid::cycle(const float* b, float* x, Workspace& workspace) const {
-  descend(0, b, x, workspace);
+  descend(0, Guess::zero, b, x, workspace);
 }
 
 std::int64_t Multigrid::bytes() const {

@@ -51,6 +51,9 @@ class CoarsestLevel {
 
 struct CycleOptions {
   int sweeps = 2;  ///< of every tile, and passes over the patches, before and after the coarse solve
+  /// The levels from this one on are walked through twice per cycle, with what the first walk left. They
+  /// hold a twentieth of all rows, and the waves that are hardest to have on points.
+  int twice_from = 2;
 };
 
 /// x = C·b with C ≈ A⁻¹ symmetric and positive definite, so that conjugate gradients may use it:
@@ -84,7 +87,9 @@ class Multigrid {
   std::int64_t bytes() const;
 
  private:
-  void descend(std::size_t level, const float* b, float* x, Workspace& workspace) const;
+  enum class Guess { zero, given };
+
+  void descend(std::size_t level, Guess guess, const float* b, float* x, Workspace& workspace) const;
 };
 
 }  // namespace mq

@@ -1,5 +1,7 @@
 #include "mq/linear/transfer.h"
 
+#include <algorithm>
+
 #include "mq/base/parallel.h"
 #include "mq/linear/vector_lanes.h"
 
@@ -67,6 +69,27 @@ std::int64_t SparseTransfer::bytes() const {
   return std::int64_t(4 * (starts_.size() + child_starts_.size()) + 16 * entries_.size());
 }
 
+void GridTransfer::move(std::vector<Move> moves, int extra) {
+  constexpr std::uint8_t some_moved = 16;
+  children_.resize(children_.size() + std::size_t(extra));
+  std::array<WeightedIndex, 4> read;
+  for (Move& m : moves) {
+    const int count = parents(m.fine, read);
+    const auto* from = std::ranges::find(read.data(), read.data() + count, m.from, &WeightedIndex::index);
+    m.weight = from->weight;
+    children_[m.from].flags[0] |= some_moved;
+    children_[m.to].flags[0] |= some_moved;
+  }
+  for (const Move& m : moves) parents_[m.fine].moved = 1;
+  const auto sorted = [&](int Move::* key) {
+    std::ranges::stable_sort(moves, {}, key);
+    return moves;
+  };
+  by_fine_ = sorted(&Move::fine);
+  by_from_ = sorted(&Move::from);
+  by_to_ = sorted(&Move::to);
+}
+
 int GridTransfer::parents(int fine, std::array<WeightedIndex, 4>& out) const {
   const Parents& p = parents_[fine];
   const float weight = (p.between_columns ? 0.5f : 1.0f) * (p.between_rows ? 0.5f : 1.0f);
@@ -77,17 +100,28 @@ int GridTransfer::parents(int fine, std::array<WeightedIndex, 4>& out) const {
     out[count++] = {p.lower, weight};
     if (p.between_columns) out[count++] = {p.lower + 1, weight};
   }
+  if (p.moved)
+    for (const Move& move : std::ranges::equal_range(by_fine_, fine, {}, &Move::fine))
+      for (int i = 0; i < count; ++i)
+        if (out[i].index == move.from) out[i].index = move.to;
   return count;
 }
 
 void GridTransfer::children(int coarse, std::vector<WeightedIndex>& out) const {
   const Children& c = children_[coarse];
+  const auto first = std::ptrdiff_t(out.size());
   for (int i = 0; i < 3; ++i) {
     const float weight = i == 1 ? 1.0f : 0.5f;
     if (c.flags[i] & 1) out.push_back({c.centre[i] - 1, 0.5f * weight});
     if (c.flags[i] & 2) out.push_back({c.centre[i], weight});
     if (c.flags[i] & 4) out.push_back({c.centre[i] + (c.flags[i] & 8 ? 1 : 0), 0.5f * weight});
   }
+  if (!(c.flags[0] & 16)) return;
+  for (const Move& m : std::ranges::equal_range(by_from_, coarse, {}, &Move::from))
+    out.erase(std::find_if(out.begin() + first, out.end(),
+                           [&](const WeightedIndex& child) { return child.index == m.fine; }));
+  for (const Move& m : std::ranges::equal_range(by_to_, coarse, {}, &Move::to))
+    out.push_back({m.fine, m.weight});
 }
 
 void GridTransfer::restrict_to(int lanes, const float* r, float* b) const {
@@ -103,6 +137,12 @@ void GridTransfer::restrict_to(int lanes, const float* r, float* b) const {
       }
       store<L>(b + coarse * L, rows[1] + 0.5f * (rows[0] + rows[2]));
     });
+    for (const Move& m : by_fine_) {
+      const Floats<L> moved = m.weight * load<L>(r + std::int64_t(m.fine) * L);
+      float *from = b + std::int64_t(m.from) * L, *to = b + std::int64_t(m.to) * L;
+      store<L>(from, load<L>(from) - moved);
+      store<L>(to, load<L>(to) + moved);
+    }
   });
 }
 
@@ -121,11 +161,17 @@ void GridTransfer::prolongate_add(int lanes, const float* y, float* x) const {
       }
       store<L>(x + fine * L, load<L>(x + fine * L) + sum);
     });
+    for (const Move& m : by_fine_) {
+      float* at = x + std::int64_t(m.fine) * L;
+      const float *from = y + std::int64_t(m.from) * L, *to = y + std::int64_t(m.to) * L;
+      store<L>(at, load<L>(at) + m.weight * (load<L>(to) - load<L>(from)));
+    }
   });
 }
 
 std::int64_t GridTransfer::bytes() const {
-  return std::int64_t(parents_.size() * sizeof(Parents) + children_.size() * sizeof(Children));
+  return std::int64_t(parents_.size() * sizeof(Parents) + children_.size() * sizeof(Children) +
+                      3 * by_fine_.size() * sizeof(Move));
 }
 
 }  // namespace mq

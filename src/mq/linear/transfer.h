@@ -55,15 +55,16 @@ class SparseTransfer final : public Transfer {
 };
 
 /// Bilinear interpolation between the nodes of a grid. A fine unknown lies on a coarse node, halfway
-/// between two in its row or column, or amid four.
+/// between two in its row or column, or amid four. A few may read other nodes in the place of some.
 class GridTransfer final : public Transfer {
  public:
   /// Where a fine unknown lies: coarse nodes `upper` and, if between two columns, upper + 1; if
   /// between two rows, also `lower` and, if between two columns, lower + 1.
   struct Parents {
-    std::uint32_t upper : 30 = 0;
+    std::uint32_t upper : 29 = 0;
     std::uint32_t between_columns : 1 = 0;
     std::uint32_t between_rows : 1 = 0;
+    std::uint32_t moved : 1 = 0;  ///< reads other nodes than these say
     int lower = 0;
   };
   /// The up to 3 × 3 fine unknowns that a coarse node reaches: in row i (above, on, below) those
@@ -71,11 +72,21 @@ class GridTransfer final : public Transfer {
   /// centre or, where flagged so, centre + 1.
   struct Children {
     std::array<int, 3> centre = {0, 0, 0};
-    std::array<std::uint8_t, 3> flags = {0, 0, 0};  ///< 1: left, 2: on, 4: right, 8: it is centre + 1
+    std::array<std::uint8_t, 3> flags = {0, 0, 0};  ///< 1: left, 2: on, 4: right, 8: it is centre + 1;
+                                             ///< of the first 16: some read other nodes
+  };
+
+  /// A fine unknown that reads node `to` where its place in the grid says `from`.
+  struct Move {
+    int fine, from, to;
+    float weight = 0;  ///< the transfer finds it
   };
 
   GridTransfer(std::vector<Parents> parents, std::vector<Children> children)
       : parents_(std::move(parents)), children_(std::move(children)) {}
+
+  /// Adds `extra` coarse nodes after the others and moves unknowns to them; once.
+  void move(std::vector<Move> moves, int extra);
 
   int fine_rows() const override { return int(parents_.size()); }
   int coarse_rows() const override { return int(children_.size()); }
@@ -88,6 +99,7 @@ class GridTransfer final : public Transfer {
  private:
   std::vector<Parents> parents_;
   std::vector<Children> children_;
+  std::vector<Move> by_fine_, by_from_, by_to_;  ///< the moves, sorted by each of these
 };
 
 }  // namespace mq
