@@ -7,9 +7,10 @@
 #include <optional>
 
 #include "arguments.h"
+#include "field.h"
 #include "input_pictures.h"
 #include "mq/base/error.h"
-#include "mq/mesh/closest_point.h"
+#include "mq/base/words.h"
 
 namespace mq::app {
 namespace {
@@ -46,27 +47,82 @@ std::optional<Place> parse_place(const std::string& text) {
   return place;
 }
 
-const TexelDomain* texels_of(const Domain& domain) {
-  return dynamic_cast<const TexelDomain*>(&domain);
+/// The closest point of the surface.
+SourcePlace on_surface(Run& run, const Scene& scene, const std::string& text,
+                       const Vector3& point) {
+  const ClosestPoint closest = ClosestPointFinder(scene.surface.mesh)(point);
+  require(works_at_vertices(run.options(), scene) || scene.atlas->chart[closest.triangle] >= 0,
+          fmt::format("--from {}: the surface there (triangle {}) has no texture coordinates or no "
+                      "area in the texture; give another place, or --vertices",
+                      text, closest.triangle));
+  const double away = std::sqrt(closest.squared_distance);
+  if (away > 0.01 * std::sqrt(scene.surface.area))
+    run.terminal().warning(
+        fmt::format("--from {}: {:.3g} away from the surface; its closest point "
+                    "is taken",
+                    text, away));
+  return {.text = text, .on_surface = closest};
 }
 
-GeodesicSource at_texel(const Scene& scene, const Domain& domain, const std::string& text,
-                        const Place& place) {
-  require(texels_of(domain),
-          "--from " + text + ": at vertices there are no texels; give a place, x,y,z");
-  const Texels& texels = texels_of(domain)->space().texels();
-  for (int i = 0; i < texels.size(); ++i) {
-    const Texels::Place& at = texels.places[std::size_t(i)];
-    if (at.texture == place.texture && at.x == place.numbers[0] && at.y == place.numbers[1]) {
-      const auto& [x, y, z] = texels.positions[std::size_t(i)];
-      return {i, 0, Vector3(x, y, z)};
-    }
-  }
+/// In textures a vertex is a place: that of any of its corners.
+SourcePlace at_vertex(const Run& run, const Scene& scene, const std::string& text, double number) {
+  const int count = scene.model.mesh.vertex_count();
+  require(number >= 0 && number < count && number == std::floor(number),
+          fmt::format("--from {}: {} has vertices 0 to {}", text, scene.model.path.string(),
+                      count - 1));
+  const int vertex = scene.surface.vertex_from_source[std::size_t(number)];
+  require(vertex >= 0, fmt::format("--from {}: no triangle uses this vertex", text));
+  if (works_at_vertices(run.options(), scene)) return {.text = text, .vertex = vertex};
+  const Mesh& mesh = scene.surface.mesh;
+  for (int t = 0; t < mesh.triangle_count(); ++t)
+    for (int k = 0; k < 3; ++k)
+      if (mesh.triangles[t][k] == vertex && scene.atlas->chart[t] >= 0 &&
+          !scene.surface.degenerate[t])
+        return {.text = text,
+                .on_surface = ClosestPoint{.triangle = t, .barycentric = Vector3::Unit(k)}};
+  throw InvalidInput(fmt::format(
+      "--from {}: no triangle there has texture coordinates; give another place, or --vertices",
+      text));
+}
+
+[[noreturn]] void refuse_texel(const Scene& scene, const std::string& text) {
   throw InvalidInput(
       fmt::format("--from {}: no chart of {} uses such a texel (columns count from the left, rows "
                   "from the top, "
                   "both from 0)",
                   text, scene.model.path.string()));
+}
+
+SourcePlace at_texel(const Run& run, const Scene& scene, const std::string& text,
+                     const Place& place) {
+  require(!works_at_vertices(run.options(), scene),
+          "--from " + text + ": at vertices there are no texels; give a place, x,y,z");
+  const auto textures = scene.texture_sizes.size();
+  require(std::size_t(place.texture) < textures,
+          fmt::format("--from {}: {} has {}, counted from 0", text, scene.model.path.string(),
+                      counted(std::int64_t(textures), "texture")));
+  const TextureSize size = scene.texture_sizes[std::size_t(place.texture)];
+  const double x = place.numbers[0], y = place.numbers[1];
+  if (!(x >= 0 && x < size.width && x == std::floor(x) && y >= 0 && y < size.height &&
+        y == std::floor(y)))
+    refuse_texel(scene, text);
+  return {.text = text, .texel = Texels::Place{place.texture, int(x), int(y)}};
+}
+
+const TexelDomain* texels_of(const Domain& domain) {
+  return dynamic_cast<const TexelDomain*>(&domain);
+}
+
+GeodesicSource texel_source(const Scene& scene, const Domain& domain, const SourcePlace& place) {
+  const Texels& texels = texels_of(domain)->space().texels();
+  for (int i = 0; i < texels.size(); ++i) {
+    const Texels::Place& at = texels.places[std::size_t(i)];
+    if (at.texture == place.texel->texture && at.x == place.texel->x && at.y == place.texel->y) {
+      const auto& [x, y, z] = texels.positions[std::size_t(i)];
+      return {i, 0, Vector3(x, y, z)};
+    }
+  }
+  refuse_texel(scene, place.text);
 }
 
 /// The unknowns around a point of the surface, at their straight distances from it.
@@ -91,46 +147,8 @@ std::vector<GeodesicSource> around_point(const Scene& scene, const Domain& domai
   return sources;
 }
 
-std::vector<GeodesicSource> at_point(Run& run, const Scene& scene, const Domain& domain,
-                                     const std::string& text, const Vector3& point) {
-  const ClosestPoint closest = ClosestPointFinder(scene.surface.mesh)(point);
-  require(!texels_of(domain) || scene.atlas->chart[closest.triangle] >= 0,
-          fmt::format("--from {}: the surface there (triangle {}) has no texture coordinates or no "
-                      "area in the texture; give another place, or --vertices",
-                      text, closest.triangle));
-  const double away = std::sqrt(closest.squared_distance);
-  if (away > 0.01 * std::sqrt(scene.surface.area))
-    run.terminal().warning(
-        fmt::format("--from {}: {:.3g} away from the surface; its closest point "
-                    "is taken",
-                    text, away));
-  return around_point(scene, domain, closest);
-}
-
-/// In textures a vertex is a place: that of any of its corners.
-std::vector<GeodesicSource> at_vertex(const Scene& scene, const Domain& domain,
-                                      const std::string& text, double number) {
-  const int count = scene.model.mesh.vertex_count();
-  require(number >= 0 && number < count && number == std::floor(number),
-          fmt::format("--from {}: {} has vertices 0 to {}", text, scene.model.path.string(),
-                      count - 1));
-  const int vertex = scene.surface.vertex_from_source[std::size_t(number)];
-  require(vertex >= 0, fmt::format("--from {}: no triangle uses this vertex", text));
-  const Mesh& mesh = scene.surface.mesh;
-  if (!texels_of(domain)) return {{vertex, 0, mesh.positions[std::size_t(vertex)]}};
-  for (int t = 0; t < mesh.triangle_count(); ++t)
-    for (int k = 0; k < 3; ++k)
-      if (mesh.triangles[t][k] == vertex && scene.atlas->chart[t] >= 0 &&
-          !scene.surface.degenerate[t])
-        return around_point(scene, domain, {.triangle = t, .barycentric = Vector3::Unit(k)});
-  throw InvalidInput(fmt::format(
-      "--from {}: no triangle there has texture coordinates; give another place, or --vertices",
-      text));
-}
-
 void add_mask(const std::vector<std::string>& files, const Scene& scene, const Domain& domain,
               std::vector<GeodesicSource>& sources) {
-  require(texels_of(domain), files.front() + ": --from-mask is for textures; use --from");
   std::vector<Image<float>> masks;
   for (std::size_t i = 0; i < files.size(); ++i) {
     masks.push_back(read_texture(files[i]).pixels);
@@ -168,21 +186,36 @@ void add_source_options(OptionTable& table) {
              .details = "One picture for each texture, of its size, in their order."});
 }
 
-std::vector<GeodesicSource> asked_sources(Run& run, const Scene& scene, const Domain& domain) {
+std::vector<SourcePlace> source_places(Run& run, const Scene& scene) {
   const OptionValues& options = run.options();
-  std::vector<GeodesicSource> sources;
+  std::vector<SourcePlace> places;
   for (const std::string& text : options.texts("from")) {
     const Place place = *parse_place(text);
     const std::vector<double>& n = place.numbers;
-    if (place.kind == Place::Kind::texel)
-      sources.push_back(at_texel(scene, domain, text, place));
-    else if (place.kind == Place::Kind::vertex)
-      std::ranges::copy(at_vertex(scene, domain, text, n[0]), std::back_inserter(sources));
-    else
-      std::ranges::copy(at_point(run, scene, domain, text, {n[0], n[1], n[2]}),
-                        std::back_inserter(sources));
+    places.push_back(place.kind == Place::Kind::texel ? at_texel(run, scene, text, place)
+                     : place.kind == Place::Kind::vertex
+                         ? at_vertex(run, scene, text, n[0])
+                         : on_surface(run, scene, text, {n[0], n[1], n[2]}));
   }
   const std::vector<std::string> masks = options.texts("from-mask");
+  if (!masks.empty() && works_at_vertices(run.options(), scene))
+    throw InvalidInput(masks.front() + ": --from-mask is for textures; use --from");
+  return places;
+}
+
+std::vector<GeodesicSource> sources_at(const Run& run, const Scene& scene, const Domain& domain,
+                                       std::span<const SourcePlace> places) {
+  std::vector<GeodesicSource> sources;
+  for (const SourcePlace& place : places) {
+    if (place.texel)
+      sources.push_back(texel_source(scene, domain, place));
+    else if (place.on_surface)
+      std::ranges::copy(around_point(scene, domain, *place.on_surface),
+                        std::back_inserter(sources));
+    else
+      sources.push_back({place.vertex, 0, scene.surface.mesh.positions[std::size_t(place.vertex)]});
+  }
+  const std::vector<std::string> masks = run.options().texts("from-mask");
   if (!masks.empty()) add_mask(masks, scene, domain, sources);
   return sources;
 }

@@ -1,17 +1,34 @@
 #pragma once
 /// Where distances begin: --from and --from-mask.
 
+#include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "domain.h"
 #include "mq/filter/geodesic.h"
+#include "mq/mesh/closest_point.h"
 
 namespace mq::app {
 
 void add_source_options(OptionTable& table);
 
-/// What they say, as unknowns of the domain. Throws `InvalidInput` with what was found and the
-/// remedy where they say nothing, or something that is not on the surface.
-std::vector<GeodesicSource> asked_sources(Run& run, const Scene& scene, const Domain& domain);
+/// One --from, found on the surface before anything is assembled.
+struct SourcePlace {
+  std::string text;  ///< as given
+  std::optional<ClosestPoint> on_surface = {};
+  std::optional<Texels::Place> texel = {};
+  int vertex = -1;  ///< of the surface, where neither of the two is there
+};
+
+/// What --from says. Throws `InvalidInput` with what was found and the remedy where it says
+/// something that is not on the surface; whether a chart uses a texel only `sources_at` can tell.
+/// Warns of places far from it.
+std::vector<SourcePlace> source_places(Run& run, const Scene& scene);
+
+/// The same and --from-mask, as unknowns of the domain.
+std::vector<GeodesicSource> sources_at(const Run& run, const Scene& scene, const Domain& domain,
+                                       std::span<const SourcePlace> places);
 
 }  // namespace mq::app

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cli/models.h"
+#include "cli/refusal.h"
 
 namespace mq::test {
 namespace {
@@ -30,8 +31,8 @@ TEST(Geodesic, TakesAVertexForItsPlace) {
   const Folder folder;
   write_strip(folder);
   for (const std::string from : {"vertex,4", "1,1,0"})  // on the seam
-    ASSERT_EQ(marquetry(folder, {"geodesic", "strip.obj", "--from", from, "-o",
-                                 from.substr(0, 1) + ".exr"})
+    ASSERT_EQ(marquetry(folder,
+                        {"geodesic", "strip.obj", "--from", from, "-o", from.substr(0, 1) + ".exr"})
                   .status,
               0);
   EXPECT_EQ(read_texture(folder / "v.exr").pixels, read_texture(folder / "1.exr").pixels);
@@ -87,10 +88,7 @@ TEST(Geodesic, RefusesSourcesThatAreNotThere) {
   const auto refused = [&](const std::vector<std::string>& from) {
     std::vector<std::string> words = {"geodesic", "strip.obj", "-o", "d.png"};
     words.insert(words.end(), from.begin(), from.end());
-    const Result result = marquetry(folder, words);
-    EXPECT_EQ(result.status, 2) << result.output;
-    EXPECT_FALSE(std::filesystem::exists(folder / "d.png"));
-    return result.error;
+    return refusal(folder, words, "d.png");
   };
   EXPECT_THAT(refused({}), HasSubstr("say where distances begin"));
   EXPECT_THAT(refused({"--from", "texel,0,0"}),
@@ -99,6 +97,22 @@ TEST(Geodesic, RefusesSourcesThatAreNotThere) {
   EXPECT_THAT(refused({"--from", "1,2"}), HasSubstr("x,y,z or texel,column,row or vertex,number"));
   EXPECT_THAT(refused({"--from", "nan,0,0"}), HasSubstr("--from"));
   EXPECT_THAT(refused({"--vertices", "--from", "vertex,17"}), HasSubstr("--output"));
+}
+
+TEST(Geodesic, ChecksSourcesBeforeAnyWork) {
+  const Folder folder;
+  write_strip(folder);
+  const auto refused = [&](const std::string& from) {
+    return marquetry(folder, {"geodesic", "strip.obj", "-o", "d.png", "--from", from, "--dry-run"})
+        .error;
+  };
+  EXPECT_THAT(refused("vertex,6"), HasSubstr("has vertices 0 to 5"));
+  EXPECT_THAT(refused("texel,64,0"), HasSubstr("no chart of strip.obj uses such a texel"));
+  EXPECT_THAT(refused("texel1,3,3"), HasSubstr("strip.obj has 1 texture, counted from 0"));
+  EXPECT_THAT(refused("0,0.5,3"), HasSubstr("away from the surface"));
+  const Result good = marquetry(
+      folder, {"geodesic", "strip.obj", "-o", "d.png", "--from", "texel,20,20", "--dry-run"});
+  EXPECT_EQ(good.status, 0) << good.error;
 }
 
 TEST(Geodesic, WarnsOfASourceFarFromTheSurface) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cli/models.h"
+#include "cli/refusal.h"
 #include "mq/io/vector_field.h"
 
 namespace mq::test {
@@ -129,10 +130,7 @@ TEST(Lic, SaysWhatIsMissing) {
   const auto refused = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words = {"lic", "strip.obj", "-o", "l.png"};
     words.insert(words.end(), more.begin(), more.end());
-    const Result result = marquetry(folder, words);
-    EXPECT_EQ(result.status, 2);
-    EXPECT_FALSE(std::filesystem::exists(folder / "l.png"));
-    return result.error;
+    return refusal(folder, words, "l.png");
   };
   EXPECT_THAT(refused({}), HasSubstr("it is 0 everywhere"));  // a plane is not curved
   write_image(folder / "strip.png", Image<float>(64, 48, 3, 0.7F));

@@ -43,6 +43,13 @@ inline Cut cut(std::string name, CutOptions options, TextureSize size, bool apar
   return {std::move(name), std::move(options), size, apart, std::move(model)};
 }
 
+/// Where the texels lie.
+inline std::vector<Vector3> places_of(const TexelSpace& space) {
+  std::vector<Vector3> places;
+  for (const auto& [x, y, z] : space.texels().positions) places.emplace_back(x, y, z);
+  return places;
+}
+
 /// Seams along texel lines, across them, vertices on texel centres, unlike texel spacings on both
 /// sides of a seam, tiny charts, charts inside one cell, charts that share texels.
 inline std::vector<Cut> cut_squares() {

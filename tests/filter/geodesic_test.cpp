@@ -23,6 +23,7 @@ namespace mq {
 namespace {
 
 using fixtures::CutOptions;
+using fixtures::places_of;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
@@ -79,12 +80,6 @@ Vector3 position(const Texels& texels, int i) {
   return {p[0], p[1], p[2]};
 }
 
-std::vector<Vector3> places_of(const TexelSpace& space) {
-  std::vector<Vector3> places;
-  for (const auto& p : space.texels().positions) places.emplace_back(p[0], p[1], p[2]);
-  return places;
-}
-
 Geodesic distances(const TexelSpace& space, int source) {
   GeodesicDistance geodesic(space);
   geodesic.set_places(places_of(space));
@@ -133,8 +128,8 @@ Geodesic distances_from_point(const fixtures::Textured& model, const TexelSpace&
   return geodesic.from(around(model, space, place));
 }
 
-/// Wherever between texels the source lies and however the square is cut. The last is 13 texels from
-/// an edge, along which heat runs from there.
+/// Wherever between texels the source lies and however the square is cut. The last is 13 texels
+/// from an edge, along which heat runs from there.
 TEST(GeodesicDistance, DoesNotDependOnWhereBetweenTexelsTheSourceLies) {
   for (const CutOptions& options : {whole_square(), four_charts(), fixtures::slanted()})
     for (const Vector3& from : {Vector3(0.503, 0.5021, 0), Vector3(0.50390625, 0.50390625, 0),
@@ -220,11 +215,11 @@ TEST(GeodesicDistance, IsRightAlongTheRimOfACylinder) {
   const auto unrolled = [](const Vector3& p) {
     return Vector2(std::atan2(p.y(), p.x()) / (2 * pi), p.z());
   };
-  const Errors found = errors(
-      *model, space, distances_from_point(*model, space, from).distance, [&](const Vector3& p) {
-        const Vector2 d = unrolled(p) - unrolled(from);
-        return std::hypot(d.x() - std::round(d.x()), d.y());
-      });
+  const Errors found = errors(*model, space, distances_from_point(*model, space, from).distance,
+                              [&](const Vector3& p) {
+                                const Vector2 d = unrolled(p) - unrolled(from);
+                                return std::hypot(d.x() - std::round(d.x()), d.y());
+                              });
   EXPECT_LE(found.mean, 0.008);
 }
 

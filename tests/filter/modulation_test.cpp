@@ -19,13 +19,8 @@ namespace mq {
 namespace {
 
 using fixtures::Cut;
+using fixtures::places_of;
 using testing::HasSubstr;
-
-std::vector<Vector3> places_of(const TexelSpace& space) {
-  std::vector<Vector3> places;
-  for (const auto& [x, y, z] : space.texels().positions) places.emplace_back(x, y, z);
-  return places;
-}
 
 /// ∫ β ⟨∇ψ, ∇φ_i⟩ piece by piece with β the mean over the corners of each cell: nothing of what
 /// `stiffness_times` keeps is used.

@@ -14,6 +14,8 @@
 namespace mq {
 namespace {
 
+using fixtures::places_of;
+
 constexpr double pi = std::numbers::pi;
 
 void no_reaction(std::span<const float>, std::span<float> rate) {
@@ -26,12 +28,6 @@ fixtures::CutOptions whole_square() {
   options.scale = 1;
   options.jitter = 0;
   return options;
-}
-
-std::vector<Vector3> places_of(const TexelSpace& space) {
-  std::vector<Vector3> places;
-  for (const auto& p : space.texels().positions) places.emplace_back(p[0], p[1], p[2]);
-  return places;
 }
 
 TEST(ReactionDiffusion, LeavesAnEquilibriumAsItIs) {

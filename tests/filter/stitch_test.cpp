@@ -18,6 +18,7 @@ namespace {
 
 using fixtures::Cut;
 using fixtures::cut_squares;
+using fixtures::places_of;
 
 /// Screening that is as good as none: on the unit square it leaves 1e-6 of the slowest offset.
 constexpr double almost_no_screen = 1e5;
@@ -39,12 +40,6 @@ struct Ground {
         labels(std::move(l)),
         stiffness(s.stiffness()) {}
 };
-
-std::vector<Vector3> places_of(const TexelSpace& space) {
-  std::vector<Vector3> places;
-  for (const auto& [x, y, z] : space.texels().positions) places.emplace_back(x, y, z);
-  return places;
-}
 
 /// Quadrants around a point, crossing charts.
 std::vector<int> quadrants(const std::vector<Vector3>& places) {
@@ -203,6 +198,55 @@ TEST(Stitcher, StitchesAroundWhatIsUnseen) {
           .signal;
   EXPECT_GT(rms_up_to_constants(space, filled, truth), 0.1);
   EXPECT_LT(rms_up_to_constants(space, found, truth), 1.0 / 255);
+}
+
+/// How far a change of unknown i goes beyond those of its neighbours in the same region, and
+/// whether it has less than a hundredth of their stiffness.
+struct Outlier {
+  double excess = 0;
+  bool weak = false;
+};
+Outlier outlier(const Ground& ground, const Signal& change, int i) {
+  double low = 1e9, high = -1e9, most = 0;
+  for (SparseMatrix::InnerIterator it(ground.stiffness, i); it; ++it) {
+    const int j = int(it.col());
+    if (j == i || ground.labels[j] != ground.labels[i]) continue;
+    low = std::min(low, change(j, 0)), high = std::max(high, change(j, 0));
+    most = std::max(most, ground.stiffness.coeff(j, j));
+  }
+  return {std::max(low - change(i, 0), change(i, 0) - high),
+          ground.stiffness.coeff(i, i) < 0.01 * most};
+}
+
+TEST(Stitcher, KeepsTexelsThatHardlyCountBetweenTheirNeighbours) {
+  double worst = 0;
+  int weak = 0;
+  for (const double shift : {0.001, 0.01, 0.03}) {  // texels that charts reach into so far
+    fixtures::CutOptions options = fixtures::turned(fixtures::quarter_turn);
+    options.jitter = 0;
+    options.scale = 0.75;
+    options.shift = [&](int) { return Vector2((0.5 + shift) / 48, (0.5 + shift) / 48); };
+    const Cut cut = fixtures::cut("", options, {48, 48});
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    const Ground ground(space, places_of(space), space.texels().chart);
+    const Signal psi = with_offsets(test::random_signal(space.size(), 1), ground.labels);
+    const Signal asked = stitch_regions(ground.domain, psi, ground.labels);
+    const Signal raw =
+        ScreenedPoisson(space, almost_no_screen).solve_change(psi, asked).signal - psi;
+    const Signal change =
+        Stitcher(space, almost_no_screen, ground.labels).solve(ground.domain, psi, asked).signal -
+        psi;
+    for (int i = 0; i < space.size(); ++i) {
+      const Outlier now = outlier(ground, change, i);
+      if (!now.weak) continue;
+      ++weak;
+      worst = std::max(worst, outlier(ground, raw, i).excess);
+      EXPECT_LT(now.excess, 1e-9) << shift << ", texel " << i;
+    }
+    EXPECT_LT((change - raw).norm(), 0.5 * raw.norm());
+  }
+  EXPECT_GT(weak, 20);
+  EXPECT_GT(worst, 0.05);
 }
 
 TEST(Stitcher, LeavesComponentsThatNobodySeesConstant) {

@@ -73,6 +73,7 @@ Exit geodesic(Run& run) {
   run.will_write(outputs.paths(), outputs.folder());
   check_pictures(options, scene,
                  {"from-mask", InputPictures::Count::one_set, InputPictures::Size::of_the_texture});
+  const std::vector<SourcePlace> places = source_places(run, scene);
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<Domain> domain;
@@ -82,7 +83,7 @@ Exit geodesic(Run& run) {
   }
   Geodesic found;
   about(scene.model, [&] {
-    const std::vector<GeodesicSource> sources = asked_sources(run, scene, *domain);
+    const std::vector<GeodesicSource> sources = sources_at(run, scene, *domain, places);
     run.result["sources"] = sources.size();
     found = solve(run, *domain, sources);
   });
@@ -108,10 +109,10 @@ Exit geodesic(Run& run) {
   const DistanceColours scale{.most = most,
                               .lines = int(options.integer("isolines")),
                               .line_width = 1.5 * domain->scale().texel_spacing};
-  put_field(scene, *domain,
-            numbers ? as_numbers(found.distance, vertices ? 3 : 1)
-                    : as_colours(found.distance, scale),
-            numbers ? Depth::f32 : Depth::u8, scene.model);
+  put_field(
+      scene, *domain,
+      numbers ? as_numbers(found.distance, vertices ? 3 : 1) : as_colours(found.distance, scale),
+      numbers ? Depth::f32 : Depth::u8, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }

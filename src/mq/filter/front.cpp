@@ -79,7 +79,7 @@ std::vector<int> by_steps(const SparseMatrix& A, const std::vector<std::pair<int
 }
 
 Vector front_distances(const SparseMatrix& A, std::span<const Vector3> places,
-                       const std::vector<std::pair<int, double>>& fixed) {
+                       const std::vector<std::pair<int, double>>& fixed, const Progress& progress) {
   Vector w = Vector::Constant(A.rows(), infinity);
   std::vector<char> is_fixed(std::size_t(A.rows()), 0);
   for (const auto& [i, distance] : fixed) {
@@ -88,7 +88,12 @@ Vector front_distances(const SparseMatrix& A, std::span<const Vector3> places,
   }
   std::vector<int> met = by_steps(A, fixed);
   double step = 0;
+  int visits = 0;
+  const auto check_now_and_then = [&] {
+    if (++visits % 65536 == 0) progress.check();
+  };
   for (const int i : met) {
+    check_now_and_then();
     if (is_fixed[i]) continue;
     w[i] = arrival(A, places, w, i);
     step = std::max(step, w[i]);
@@ -98,15 +103,24 @@ Vector front_distances(const SparseMatrix& A, std::span<const Vector3> places,
   std::sort(met.begin(), met.end());
   FallingOrder order;
   Vector falling(A.rows());
+  // Where nothing around an unknown has changed since it was looked at, nothing would come of it.
+  std::vector<char> stale(std::size_t(A.rows()), 1);
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
     for (const int i : met) falling[i] = -w[i];
     order.sort(met, falling);
     double change = 0;
     for (const int i : order.order()) {
-      const double now = std::min(w[i], arrival(A, places, w, i));
+      check_now_and_then();
+      if (!stale[i]) continue;
+      stale[i] = 0;
+      const double now = arrival(A, places, w, i);
+      if (!(now < w[i])) continue;
       change += w[i] - now;
       w[i] = now;
+      for (SparseMatrix::InnerIterator it(A, i); it; ++it)
+        if (it.col() != i) stale[it.col()] = 1;
     }
+    progress.at((sweep + 1.0) / most_sweeps);
     if (change <= enough * step * double(met.size())) break;
   }
   return w;

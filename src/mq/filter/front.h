@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "mq/base/progress.h"
 #include "mq/linear/matrix.h"
 #include "mq/mesh/mesh.h"
 
@@ -15,8 +16,9 @@ namespace mq {
 /// straight way from one, allows (Kimmel and Sethian, Computing geodesic paths on manifolds, 1998),
 /// in sweeps in the order of distance instead of a queue. Infinite where no coupling leads. Right
 /// to about a per cent on regular grids, some per cent where neighbours lie unevenly. About 150 ns
-/// per unknown and sweep, five or so of them.
+/// per unknown and sweep, five or so of them; what nothing around has changed is passed over.
 Vector front_distances(const SparseMatrix& A, std::span<const Vector3> places,
-                       const std::vector<std::pair<int, double>>& fixed);
+                       const std::vector<std::pair<int, double>>& fixed,
+                       const Progress& progress = {});
 
 }  // namespace mq

@@ -145,8 +145,7 @@ class SourceDiscs {
     const Vector3 normal =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvectors().col(0);
     return std::ranges::all_of(disc, [&](const auto& entry) {
-      return std::abs(normal.dot(places_[std::size_t(entry.first)] - centre)) <=
-             flatness * radius;
+      return std::abs(normal.dot(places_[std::size_t(entry.first)] - centre)) <= flatness * radius;
     });
   }
 
@@ -160,8 +159,8 @@ class SourceDiscs {
   std::map<int, double> distance_;
 };
 
-/// A rising function v of w with |∇v| near 1, where |∇w| is not: near points it is more. Through the
-/// means of w and of first distances in steps of w; it turns no gradient.
+/// A rising function v of w with |∇v| near 1, where |∇w| is not: near points it is more. Through
+/// the means of w and of first distances in steps of w; it turns no gradient.
 class EvenSlope {
  public:
   EvenSlope(const Signal& w, const Vector& first, const std::vector<char>& left_out, double step) {
@@ -215,10 +214,10 @@ std::vector<char> within_rings(const SparseMatrix& A, std::vector<int> ring, int
 /// inside. `first` are the distances that sweeps began with.
 void continue_to_boundary(const GeodesicDistance::Parts& parts,
                           const std::vector<GeodesicSource>& sources, const Vector& first,
-                          Signal& w) {
-  std::vector<char> near = within_rings(parts.heat, parts.boundary,
-                                        int(std::ceil(boundary_lengths * parts.length /
-                                                      mean_spacing(parts.space))));
+                          Signal& w, const Progress& progress) {
+  std::vector<char> near =
+      within_rings(parts.heat, parts.boundary,
+                   int(std::ceil(boundary_lengths * parts.length / mean_spacing(parts.space))));
   for (const GeodesicSource& s : sources) near[std::size_t(s.unknown)] = 0;
   const EvenSlope even(w, first, near, 2 * parts.length);
   std::vector<std::pair<int, double>> inside;
@@ -226,7 +225,7 @@ void continue_to_boundary(const GeodesicDistance::Parts& parts,
     w(i, 0) = even(w(i, 0));
     if (!near[std::size_t(i)]) inside.emplace_back(int(i), w(i, 0));
   }
-  const Vector front = front_distances(parts.heat, parts.places, inside);
+  const Vector front = front_distances(parts.heat, parts.places, inside, progress);
   for (Eigen::Index i = 0; i < w.rows(); ++i)
     if (near[std::size_t(i)] && std::isfinite(front[i])) w(i, 0) = front[i];
 }
@@ -294,19 +293,21 @@ Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
   if (!parts_->places.empty()) {
     std::vector<std::pair<int, double>> begin;
     for (const GeodesicSource& s : sources) begin.emplace_back(s.unknown, s.distance);
-    guess = front_distances(parts_->heat, parts_->places, begin) / -parts_->length;
+    guess = front_distances(parts_->heat, parts_->places, begin, progress.step("front", 0.25)) /
+            -parts_->length;
   }
   HeatSweeps heat =
       sweep_heat(parts_->heat, fixed, {parts_->options.tolerance, parts_->options.max_sweeps},
-                 guess, progress.step("spread heat", 0.5));
+                 guess, progress.step("spread heat", 0.25));
   Signal w(heat.log_u.size(), 1);
   for (Eigen::Index i = 0; i < w.rows(); ++i)
     w(i, 0) = std::isfinite(heat.log_u[i]) ? -parts_->length * heat.log_u[i] : 0;
   heat.log_u = Vector();
   if (!parts_->boundary.empty() && !parts_->places.empty())
-    continue_to_boundary(*parts_, sources, -parts_->length * guess, w);
+    continue_to_boundary(*parts_, sources, -parts_->length * guess, w,
+                         progress.step("boundary", 0.1));
   const Signal moments = unit_gradient_moments(parts_->space, w);
-  Filtered filtered = parts_->poisson.solve_towards(w, moments, progress.step("solve", 0.5));
+  Filtered filtered = parts_->poisson.solve_towards(w, moments, progress.step("solve", 0.4));
   Geodesic result{.distance = filtered.signal.col(0),
                   .sweeps = heat.sweeps,
                   .change = heat.change,

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "mq/base/error.h"
@@ -276,6 +277,35 @@ Signal seen_only(const SparseMatrix& S, const SeenBorder& border, const Vector& 
   return result;
 }
 
+/// δ of unknowns that hardly meet the surface, brought into the range of those next to them that do
+/// better. Next to a border such a texel is told a step of its own, by cells of which it has a
+/// thousandth, and nothing else speaks for a value there.
+void bound_weak(const SparseMatrix& S, std::span<const int> labels, Signal& delta) {
+  constexpr double hardly = 0.02;  // of the largest diagonal around
+  const Vector diagonal = S.diagonal();
+  std::vector<double> least(labels.size(), 0);  // of the diagonals that count; 0: nothing to bound
+  parallel_for(delta.rows(), [&](std::int64_t i) {
+    double most = 0;
+    for (SparseMatrix::InnerIterator it(S, i); it; ++it)
+      if (labels[it.col()] == labels[i]) most = std::max(most, diagonal[it.col()]);
+    if (labels[i] != unseen && diagonal[i] < hardly * most) least[i] = hardly * most;
+  });
+  std::vector<std::pair<int, Eigen::RowVectorXd>> bounded;
+  for (int i = 0; i < int(delta.rows()); ++i) {
+    if (!(least[i] > 0)) continue;
+    Eigen::RowVectorXd low =
+        Eigen::RowVectorXd::Constant(delta.cols(), std::numeric_limits<double>::infinity());
+    Eigen::RowVectorXd high = -low;
+    for (SparseMatrix::InnerIterator it(S, i); it; ++it)
+      if (labels[it.col()] == labels[i] && diagonal[it.col()] >= least[i]) {
+        low = low.cwiseMin(delta.row(it.col()));
+        high = high.cwiseMax(delta.row(it.col()));
+      }
+    bounded.emplace_back(i, delta.row(i).cwiseMax(low).cwiseMin(high));
+  }
+  for (const auto& [i, value] : bounded) delta.row(i) = value;
+}
+
 /// Σ_i a_ic b_ic per channel, in fixed blocks.
 Eigen::RowVectorXd products(const Signal& a, const Signal& b) {
   return parallel_sum(
@@ -321,11 +351,20 @@ Signal Stitcher::fill(const Signal& psi, const Progress& progress) const {
 /// so alike (A⁻¹K has eigenvalues around ½ to 1) that a few rounds do.
 Filtered Stitcher::solve(const StitchDomain& domain, const Signal& psi, const Signal& change,
                          const Progress& progress) const {
-  if (!filler_ || equation_->weight() == 0) return equation_->solve_change(psi, change, progress);
+  const Signal zero = Signal::Zero(psi.rows(), psi.cols());
+  const auto changed = [&](const Signal& delta) -> Signal {
+    Signal bounded = delta;
+    bound_weak(domain.stiffness, labels_, bounded);
+    return psi + bounded;
+  };
+  if (!filler_ || equation_->weight() == 0) {
+    Filtered result = equation_->solve_change(zero, change, progress);
+    result.signal = changed(result.signal);
+    return result;
+  }
   constexpr int most_rounds = 8;
   constexpr double enough = 1e-4;
   const SeenBorder border(domain.elements, labels_);
-  const Signal zero = Signal::Zero(psi.rows(), psi.cols());
   Filtered result = equation_->solve_change(zero, change, progress.step("round 1", 0.3));
   Signal x = zero, r = change, p = result.signal;
   Eigen::RowVectorXd rz = products(r, p);
@@ -344,7 +383,7 @@ Filtered Stitcher::solve(const StitchDomain& domain, const Signal& psi, const Si
     p = z + p * next.binaryExpr(rz, ratio).asDiagonal();
     rz = next;
   }
-  result.signal = psi + x;
+  result.signal = changed(x);
   return result;
 }
 
