@@ -6,11 +6,12 @@
 #include <set>
 
 #include "cli/program.h"
+#include "places.h"
 
 namespace mq::test {
 namespace {
 
-const std::filesystem::path docs = std::filesystem::path(MQ_SOURCE_DIR) / "docs";
+const std::filesystem::path docs = places::source() / "docs";
 
 /// The first word of each indented line of the list of verbs.
 std::set<std::string> verbs() {
@@ -45,7 +46,7 @@ TEST(Docs, ListEveryVerb) {
 TEST(Docs, ShowOnlyPicturesAndPagesThatAreThere) {
   static const std::regex link(R"(\]\(([^)#:]+)\))");
   int links = 0;
-  std::vector<std::filesystem::path> pages = {std::filesystem::path(MQ_SOURCE_DIR) / "README.md"};
+  std::vector<std::filesystem::path> pages = {places::source() / "README.md"};
   for (const auto& entry : std::filesystem::directory_iterator(docs))
     if (entry.path().extension() == ".md") pages.push_back(entry.path());
   for (const auto& page : pages) {

@@ -14,6 +14,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "places.h"
+
 namespace mq::test {
 namespace fs = std::filesystem;
 
@@ -56,7 +58,7 @@ namespace {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  execv(MQ_PROGRAM, argv.data());
+  execv(places::program().c_str(), argv.data());
   _exit(127);
 }
 

@@ -16,6 +16,7 @@
 #include "mq/io/model.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/shapes.h"
+#include "places.h"
 
 namespace mq {
 namespace {
@@ -179,7 +180,7 @@ TEST(GeometryShock, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST(GeometryShock, SharpensScans) {
-  const std::filesystem::path folder = std::filesystem::path(MQ_DATA_DIR) / "C_untextured";
+  const std::filesystem::path folder = places::data() / "C_untextured";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
   // Coarse; with slivers; open, with many holes.
   for (const char* name : {"goathead.obj", "wingnut.obj", "plane_holes.obj"}) {

@@ -8,6 +8,7 @@
 #include "io/folder.h"
 #include "mq/io/bytes.h"
 #include "mq/io/model.h"
+#include "places.h"
 
 namespace mq {
 namespace {
@@ -18,7 +19,7 @@ using ::testing::HasSubstr;
 std::vector<fs::path> meshes() {
   std::vector<fs::path> paths;
   std::error_code ignored;
-  for (const auto& entry : fs::recursive_directory_iterator(MQ_DATA_DIR, ignored)) {
+  for (const auto& entry : fs::recursive_directory_iterator(places::data(), ignored)) {
     const std::string extension = entry.path().extension().string();
     if (extension == ".obj" || extension == ".ply" || extension == ".gltf" || extension == ".glb")
       paths.push_back(entry.path());
@@ -31,7 +32,7 @@ class Data : public FolderTest {};
 
 TEST_F(Data, IsReadOrRefusedInWordsAndComesBack) {
   const std::vector<fs::path> paths = meshes();
-  if (paths.empty()) GTEST_SKIP() << "no test data in " << MQ_DATA_DIR;
+  if (paths.empty()) GTEST_SKIP() << "no test data in " << places::data();
   int refused = 0;
   for (const fs::path& path : paths) {
     SCOPED_TRACE(path.string());
@@ -59,7 +60,7 @@ TEST_F(Data, IsReadOrRefusedInWordsAndComesBack) {
 TEST_F(Data, HasPicturesForItsTexturedModels) {
   for (const char* name : {"A_textured/fuze/fuze.obj", "A_textured/spot/spot.obj",
                            "B_sequences/fox_run/frame_0000.ply"}) {
-    const fs::path path = fs::path(MQ_DATA_DIR) / name;
+    const fs::path path = places::data() / name;
     if (!fs::exists(path)) continue;
     const Model model = read_model(path);
     ASSERT_EQ(model.textures.size(), 1u) << name;

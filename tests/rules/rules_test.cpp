@@ -8,11 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "places.h"
+
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path root = MQ_SOURCE_DIR;
+const fs::path root = mq::places::source();
 
 /// In the order data flows: a room includes itself and the rooms before it.
 const std::vector<std::string> rooms = {"base", "linear", "image",  "mesh", "atlas",

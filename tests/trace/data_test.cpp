@@ -9,6 +9,7 @@
 #include "mq/mesh/geometry.h"
 #include "mq/trace/straight_paths.h"
 #include "mq/trace/surface_flow.h"
+#include "places.h"
 
 namespace mq {
 namespace {
@@ -18,7 +19,7 @@ std::vector<std::filesystem::path> meshes() {
   std::error_code ignored;
   for (const char* folder : {"A_textured", "C_untextured", "B_sequences/gears_tvm"})
     for (const auto& entry : std::filesystem::recursive_directory_iterator(
-             std::filesystem::path(MQ_DATA_DIR) / folder, ignored))
+             places::data() / folder, ignored))
       if (entry.path().extension() == ".obj" || entry.path().extension() == ".ply")
         paths.push_back(entry.path());
   std::ranges::sort(paths);
@@ -45,7 +46,7 @@ double at(const Mesh& mesh, const Vector& P, const SurfacePoint& p) {
 
 TEST(RealMeshes, LetPathsFallToRestAndNeverLeaveThem) {
   const auto paths = meshes();
-  if (paths.empty()) GTEST_SKIP() << "no test data in " << MQ_DATA_DIR;
+  if (paths.empty()) GTEST_SKIP() << "no test data in " << places::data();
   int walked = 0;
   for (const auto& path : paths) {
     SCOPED_TRACE(path.string());

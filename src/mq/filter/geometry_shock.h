@@ -12,7 +12,7 @@ struct GeometryShockOptions {
   double normal_alpha = 1e-4;     ///< smoothing of the normals before everything else
   double signal_alpha = 1e-4;     ///< of those that the potential is taken of
   double potential_alpha = 1e-4;  ///< and of the potential; all on the surface of unit area
-  ShockTime time;
+  ShockTime time = {};
   double fit_alpha = NormalFit::default_alpha;
   int fit_steps = 1;  ///< see `NormalFit::fit`
 };
