@@ -21,6 +21,17 @@ void take_number(const OptionValues& options, const std::string& name, double& n
   if (asks_for(options, name)) number = options.number(name);
 }
 
+/// What pictures and models are asked alike.
+template <class FlowOptions>
+void take_common(const OptionValues& options, FlowOptions& flow) {
+  if (options.has("steps")) flow.steps = int(options.integer("steps"));
+  take_length(options, "largest", flow.largest);
+  take_length(options, "smallest", flow.smallest);
+  take_length(options, "detail", flow.detail);
+  take_number(options, "robust-data", flow.robust_data);
+  take_number(options, "robust-smoothness", flow.robust_smoothness);
+}
+
 void refuse(const OptionValues& options, const std::string& name, const std::string& what) {
   require(!asks_for(options, name), fmt::format("--{} is for {}", name, what));
 }
@@ -145,12 +156,7 @@ ImageFlowOptions image_flow_options(const OptionValues& options) {
   }
   if (options.has("paths"))
     flow.path = options.text("paths") == "straight" ? FlowPath::straight : FlowPath::integrated;
-  if (options.has("steps")) flow.steps = int(options.integer("steps"));
-  take_length(options, "largest", flow.largest);
-  take_length(options, "smallest", flow.smallest);
-  take_length(options, "detail", flow.detail);
-  take_number(options, "robust-data", flow.robust_data);
-  take_number(options, "robust-smoothness", flow.robust_smoothness);
+  take_common(options, flow);
   take_number(options, "gradients", flow.gradient_weight);
   return flow;
 }
@@ -181,12 +187,7 @@ TextureFlowOptions texture_flow_options(const OptionValues& options) {
   } else if (!scales.empty()) {
     flow.solver = scales == "full" ? FlowSolver::direct : FlowSolver::hierarchical;
   }
-  if (options.has("steps")) flow.steps = int(options.integer("steps"));
-  take_length(options, "largest", flow.largest);
-  take_length(options, "smallest", flow.smallest);
-  take_length(options, "detail", flow.detail);
-  take_number(options, "robust-data", flow.robust_data);
-  take_number(options, "robust-smoothness", flow.robust_smoothness);
+  take_common(options, flow);
   all.longest_edge = options.number("longest-edge");
   return all;
 }

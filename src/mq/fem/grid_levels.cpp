@@ -173,8 +173,7 @@ struct FineRows {
 FineRows rows_of(const Texels& texels) {
   FineRows result;
   const int n = texels.size();
-  int charts = 0;
-  for (const int c : texels.chart) charts = std::max(charts, c + 1);
+  const int charts = texels.chart_count();
   std::vector<int> at(charts + 1, 0);
   for (const int c : texels.chart) ++at[c + 1];
   for (int c = 0; c < charts; ++c) at[c + 1] += at[c];
@@ -290,19 +289,6 @@ std::array<float, 3> node_position(const Texels& fine, const GridTransfer& trans
   return {float(sum[0] / total), float(sum[1] / total), float(sum[2] / total)};
 }
 
-int chart_count(const Texels& texels) {
-  int count = 0;
-  for (const int c : texels.chart) count = std::max(count, c + 1);
-  return count;
-}
-
-double distance(const Texels& texels, int a, int b) {
-  double squared = 0;
-  for (int i = 0; i < 3; ++i)
-    squared += std::pow(double(texels.positions[a][i]) - texels.positions[b][i], 2);
-  return std::sqrt(squared);
-}
-
 /// Per texel how far its neighbours are along the axis where they are farther, on the nearer side, as the
 /// other may be of another sheet; of one without a stencil the largest of those that it couples to, else
 /// the mean of its chart, 0 where no texel of that has one.
@@ -313,12 +299,12 @@ std::vector<float> widths(const SparseMatrix& A, const Texels& texels, const Ste
     for (int i = 0; i < run.count; ++i) {
       const int k = run.first + i;
       const auto nearer = [&](int a, int b) {
-        return std::min(distance(texels, k, a), distance(texels, k, b));
+        return std::min(texels.distance(k, a), texels.distance(k, b));
       };
       width[k] = float(std::max(nearer(k - 1, k + 1), nearer(run.up + i, run.down + i)));
     }
   }, 64);
-  std::vector<double> sum(std::size_t(chart_count(texels)), 0), count(sum.size(), 0);
+  std::vector<double> sum(std::size_t(texels.chart_count()), 0), count(sum.size(), 0);
   for (int k = 0; k < texels.size(); ++k) {
     sum[texels.chart[k]] += width[k];
     count[texels.chart[k]] += width[k] > 0;
@@ -365,7 +351,7 @@ class SheetFinder {
   /// Whether two texels that A couples are of one sheet.
   bool near(int a, int b) const {
     const double width = std::max(width_[a], width_[b]);
-    return width == 0 || distance(texels_, a, b) < far * width;
+    return width == 0 || texels_.distance(a, b) < far * width;
   }
 
  private:
@@ -410,13 +396,13 @@ StencilLayout make_robust_layout(const SparseMatrix& A, const Texels& texels) {
 
 std::vector<GridStep> coarsening_steps(const Texels& texels, const StencilLayout& layout,
                                        double max_ratio) {
-  const int charts = chart_count(texels);
+  const int charts = texels.chart_count();
   std::vector<double> along_x(charts, 0), along_y(charts, 0);
   for (const StencilRun& run : layout.runs) {
     const int chart = texels.chart[run.first];
     for (int i = 0; i < run.count; ++i) {
-      along_x[chart] += distance(texels, run.first + i, run.first + i + 1);
-      along_y[chart] += distance(texels, run.first + i, run.down + i);
+      along_x[chart] += texels.distance(run.first + i, run.first + i + 1);
+      along_y[chart] += texels.distance(run.first + i, run.down + i);
     }
   }
   std::vector<GridStep> steps(charts);

@@ -10,6 +10,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
+#include "mq/linear/connected_components.h"
 #include "mq/linear/galerkin.h"
 
 namespace mq {
@@ -31,9 +32,9 @@ std::vector<double> diagonal_of(const SparseMatrix& A) {
 
 class HierarchySolver final : public LinearSolver {
  public:
-  HierarchySolver(Hierarchy hierarchy, const MultigridOptions& options, double setup_seconds)
+  HierarchySolver(Hierarchy hierarchy, double setup_seconds)
       : hierarchy_(std::move(hierarchy)),
-        options_{options.tolerance, options.max_cycles},
+        options_{hierarchy_.options().tolerance, hierarchy_.options().max_cycles},
         setup_seconds_(setup_seconds) {}
 
   SolveReport solve(const Signal& B, Signal& X, const Progress& progress) const override {
@@ -169,33 +170,15 @@ void Hierarchy::find_scaling(const SparseMatrix& A) {
   for (const WeightedIndex& row : scaling_.special) scaling_.rows[row.index] = 1 / row.weight;
 }
 
-/// By the pattern of the coarsest matrix, as values of later matrices may fill it; what is connected
-/// there is connected on all levels.
+/// What is connected on the coarsest level is on all.
 void Hierarchy::label_components(const SparseMatrix& coarsest) {
-  const int n = int(coarsest.rows());
-  std::vector<int>& label = coarsest_component_;
-  label.assign(n, -1);
+  coarsest_component_ = connected_components(coarsest, Joining::pattern);
   int count = 0;
-  std::vector<int> stack;
-  for (int seed = 0; seed < n; ++seed) {
-    if (label[seed] >= 0) continue;
-    label[seed] = count;
-    stack.push_back(seed);
-    while (!stack.empty()) {
-      const int i = stack.back();
-      stack.pop_back();
-      for (SparseMatrix::InnerIterator entry(coarsest, i); entry; ++entry)
-        if (label[entry.col()] < 0) {
-          label[entry.col()] = count;
-          stack.push_back(int(entry.col()));
-        }
-    }
-    ++count;
-  }
+  for (const int c : coarsest_component_) count = std::max(count, c + 1);
   components_.singular.assign(count, 0);
   components_.component.clear();
   if (count == 1) return;
-  std::vector<int> labels = label;
+  std::vector<int> labels = coarsest_component_;
   for (int l = int(multigrid_.levels.size()) - 1; l >= 0; --l) {
     const MultigridLevel& level = *multigrid_.levels[l];
     std::vector<int> finer(level.layout.rows);
@@ -240,9 +223,8 @@ StencilLayout layout_without_stencils(int rows) {
   return layout;
 }
 
-std::unique_ptr<LinearSolver> hierarchy_solver(Hierarchy hierarchy, const MultigridOptions& options,
-                                               double setup_seconds) {
-  return std::make_unique<HierarchySolver>(std::move(hierarchy), options, setup_seconds);
+std::unique_ptr<LinearSolver> hierarchy_solver(Hierarchy hierarchy, double setup_seconds) {
+  return std::make_unique<HierarchySolver>(std::move(hierarchy), setup_seconds);
 }
 
 }  // namespace mq

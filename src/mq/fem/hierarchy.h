@@ -37,6 +37,7 @@ class Hierarchy {
   /// Takes the values of another matrix of the same pattern.
   void set_values(const SparseMatrix& A, const Progress& progress = {});
 
+  const MultigridOptions& options() const { return options_; }
   const Multigrid& multigrid() const { return multigrid_; }
   const StencilMatrix& high() const { return multigrid_.levels.front()->matrix; }
   const StencilMatrix& low() const { return low_; }
@@ -69,7 +70,6 @@ class Hierarchy {
 StencilLayout layout_without_stencils(int rows);
 
 /// Conjugate gradients around the cycle of a hierarchy, which took `setup_seconds` to make.
-std::unique_ptr<LinearSolver> hierarchy_solver(Hierarchy hierarchy, const MultigridOptions& options,
-                                               double setup_seconds);
+std::unique_ptr<LinearSolver> hierarchy_solver(Hierarchy hierarchy, double setup_seconds);
 
 }  // namespace mq

@@ -9,7 +9,7 @@ SolverFactory multigrid_solver(const Texels& texels, const MultigridOptions& opt
   return [&texels, options](const SparseMatrix& A, const Progress& progress) {
     const Stopwatch watch;
     Hierarchy hierarchy = texel_hierarchy(A, texels, options, progress);
-    return hierarchy_solver(std::move(hierarchy), options, watch.seconds());
+    return hierarchy_solver(std::move(hierarchy), watch.seconds());
   };
 }
 

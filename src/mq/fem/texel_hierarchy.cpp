@@ -20,20 +20,13 @@ namespace {
 /// stencil they ask the neighbours in the grid that they have, else take the mean of all.
 std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
                             const StencilLayout& layout) {
-  const auto distance = [&](int a, int b) {
-    double squared = 0;
-    for (int i = 0; i < 3; ++i)
-      squared += std::pow(double(grid.positions[a][i]) - grid.positions[b][i], 2);
-    return std::sqrt(squared);
-  };
-  int charts = 0;
-  for (const int c : grid.chart) charts = std::max(charts, c + 1);
+  const int charts = grid.chart_count();
   std::vector<float> result(grid.size(), -1);
   std::vector<double> sum(charts + 1, 0), count(charts + 1, 0);
   for (const StencilRun& run : layout.runs)
     for (int i = 0; i < run.count; ++i) {
       const int k = run.first + i;
-      result[k] = float(0.5 * std::min(distance(k - 1, k + 1), distance(run.up + i, run.down + i)));
+      result[k] = float(0.5 * std::min(grid.distance(k - 1, k + 1), grid.distance(run.up + i, run.down + i)));
       for (const int c : {grid.chart[k], charts}) {
         sum[c] += result[k];
         count[c] += 1;
@@ -42,7 +35,7 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
   if (count[charts] == 0)  // charts so small that none has a stencil: neighbours in a row
     for (int k = 0; k + 1 < grid.size(); ++k)
       if (grid.chart[k] == grid.chart[k + 1] && grid.places[k].y == grid.places[k + 1].y) {
-        sum[charts] += distance(k, k + 1);
+        sum[charts] += grid.distance(k, k + 1);
         count[charts] += 1;
       }
   // The lesser of the mean distances along x and y of neighbours in the chart's grid; 0: it has none.
@@ -53,7 +46,7 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
       const int j = int(entry.col());
       const int dx = std::abs(grid.places[j].x - here.x), dy = std::abs(grid.places[j].y - here.y);
       if (grid.chart[j] != grid.chart[k] || dx + dy != 1) continue;
-      along[dy] += distance(k, j);
+      along[dy] += grid.distance(k, j);
       found[dy] += 1;
     }
     if (found[0] == 0 || found[1] == 0) return (along[0] + along[1]) / std::max(1.0, found[0] + found[1]);

@@ -1,7 +1,9 @@
 #pragma once
 /// The texels that carry unknowns of a texel space, and what a solver may know of where they lie.
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 namespace mq {
@@ -24,6 +26,18 @@ struct Texels {
                                ///< so that its matrix row is a 3 × 3 stencil over grid neighbours
 
   int size() const { return int(places.size()); }
+
+  int chart_count() const {
+    int count = 0;
+    for (const int c : chart) count = std::max(count, c + 1);
+    return count;
+  }
+
+  double distance(int a, int b) const {
+    double squared = 0;
+    for (int i = 0; i < 3; ++i) squared += std::pow(double(positions[a][i]) - positions[b][i], 2);
+    return std::sqrt(squared);
+  }
 };
 
 }  // namespace mq

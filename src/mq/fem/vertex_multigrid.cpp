@@ -49,7 +49,7 @@ SolverFactory vertex_multigrid_solver(std::span<const Vector3> positions,
   return [positions, options](const SparseMatrix& A, const Progress& progress) {
     const Stopwatch watch;
     Hierarchy hierarchy = vertex_hierarchy(A, positions, options, progress);
-    return hierarchy_solver(std::move(hierarchy), options, watch.seconds());
+    return hierarchy_solver(std::move(hierarchy), watch.seconds());
   };
 }
 

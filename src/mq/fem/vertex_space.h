@@ -44,6 +44,14 @@ class VertexSpace final : public SignalSpace {
   const std::vector<Triangle>& triangles() const { return triangles_; }
   const std::vector<FlatTriangle>& shapes() const { return shapes_; }
 
+  /// Corners 3·triangle + k at a vertex, of triangles with area, ascending.
+  const int* corners_begin(int v) const { return incident_.data() + incident_begin_[v]; }
+  const int* corners_end(int v) const { return incident_.data() + incident_begin_[v + 1]; }
+
+  /// The pattern of M and S: of each row the vertex and the other corners of its triangles, ascending.
+  const std::vector<int>& row_starts() const { return row_begin_; }
+  const std::vector<int>& columns() const { return column_; }
+
   /// ∇φ, constant per triangle: 2·triangles × channels, rows 2t and 2t + 1 in triangle t's frame.
   Signal gradient(const Signal& phi) const;
 

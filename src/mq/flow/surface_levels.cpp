@@ -66,8 +66,6 @@ FlowMesh::FlowMesh(const Surface& surface, const Progress& progress)
   const std::vector<FlatTriangle>& shapes = space_.shapes();
   const int vertices = vertex_count(), triangles = surface.triangle_count();
   progress.at(0.5);
-  find_corners();
-  find_rows();
 
   edge_turns_.resize(3 * std::size_t(triangles));
   turns_.resize(3 * std::size_t(triangles));
@@ -89,7 +87,7 @@ FlowMesh::FlowMesh(const Surface& surface, const Progress& progress)
   axes_.assign(vertices, Vector3::Zero());
   const std::vector<Vector3> normals = vertex_normals(mesh);
   parallel_for(vertices, [&](std::int64_t v) {
-    for (const int* c = corners_begin(int(v)); c != corners_end(int(v)); ++c) {
+    for (const int* c = space_.corners_begin(int(v)); c != space_.corners_end(int(v)); ++c) {
       mass_[v] += shapes[*c / 3].area() / 3;
       if (frames_.at_source[*c] != 0) continue;
       const Vector3 edge = mesh.position(*c / 3, (*c % 3 + 1) % 3) - mesh.positions[v];
@@ -101,49 +99,6 @@ FlowMesh::FlowMesh(const Surface& surface, const Progress& progress)
                                      [](const Vector3& n) { return !n.isZero(0); }));
   spacing_ = std::sqrt(2 / std::sqrt(3.0) * area() / std::max(1, used));
   progress.at(1);
-}
-
-void FlowMesh::find_corners() {
-  const Mesh& mesh = surface_.mesh;
-  const std::vector<FlatTriangle>& shapes = space_.shapes();
-  const int vertices = vertex_count(), triangles = surface_.triangle_count();
-  corner_begin_.assign(vertices + 1, 0);
-  for (int t = 0; t < triangles; ++t)
-    for (int k = 0; k < 3 && !shapes[t].empty(); ++k) ++corner_begin_[mesh.triangles[t][k] + 1];
-  for (int v = 0; v < vertices; ++v) corner_begin_[v + 1] += corner_begin_[v];
-  corners_.resize(corner_begin_[vertices]);
-  std::vector<int> at(corner_begin_.begin(), corner_begin_.end() - 1);
-  for (int t = 0; t < triangles; ++t)
-    for (int k = 0; k < 3 && !shapes[t].empty(); ++k)
-      corners_[at[mesh.triangles[t][k]]++] = 3 * t + k;
-}
-
-void FlowMesh::find_rows() {
-  const int vertices = vertex_count();
-  const auto neighbours = [&](int v, std::vector<int>& list) {
-    list.assign(1, v);
-    for (const int* c = corners_begin(v); c != corners_end(v); ++c)
-      for (const int k : {1, 2}) list.push_back(surface_.mesh.triangles[*c / 3][(*c % 3 + k) % 3]);
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  };
-  row_starts_.assign(vertices + 1, 0);
-  parallel_blocks(vertices, 1024, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<int> list;
-    for (std::int64_t v = begin; v < end; ++v) {
-      neighbours(int(v), list);
-      row_starts_[v + 1] = int(list.size());
-    }
-  });
-  for (int v = 0; v < vertices; ++v) row_starts_[v + 1] += row_starts_[v];
-  columns_.resize(row_starts_[vertices]);
-  parallel_blocks(vertices, 1024, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<int> list;
-    for (std::int64_t v = begin; v < end; ++v) {
-      neighbours(int(v), list);
-      std::copy(list.begin(), list.end(), columns_.begin() + row_starts_[v]);
-    }
-  });
 }
 
 Vector FlowMesh::triangle_field(const Vector& z) const {

@@ -26,10 +26,6 @@ class FlowMesh {
   const VertexFrames& frames() const { return frames_; }
   const Vector& lumped_mass() const { return mass_; }
 
-  /// Corners 3·triangle + k at a vertex, of triangles with area.
-  const int* corners_begin(int v) const { return corners_.data() + corner_begin_[v]; }
-  const int* corners_end(int v) const { return corners_.data() + corner_begin_[v + 1]; }
-
   /// cos and sin of `VertexFrames::into_triangle`, per corner.
   const std::vector<std::array<double, 2>>& turns() const { return turns_; }
 
@@ -37,10 +33,6 @@ class FlowMesh {
   /// `VertexFrames::along`.
   const std::vector<double>& edge_weights() const { return edge_weights_; }
   const std::vector<std::array<double, 2>>& edge_turns() const { return edge_turns_; }
-
-  /// Rows of matrices on the vertices: a vertex and the other corners of its triangles, ascending.
-  const std::vector<int>& row_starts() const { return row_starts_; }
-  const std::vector<int>& columns() const { return columns_; }
 
   /// A vector per triangle, in its frame: the mean of its corners'.
   Vector triangle_field(const Vector& z) const;
@@ -50,20 +42,15 @@ class FlowMesh {
   const Vector3& axis(int v) const { return axes_[v]; }
 
  private:
-  void find_corners();
-  void find_rows();
-
   const Surface& surface_;
   VertexSpace space_;
   TraceMesh trace_;
   VertexFrames frames_;
   Vector mass_;
   double spacing_ = 0;
-  std::vector<int> corner_begin_, corners_;
   std::vector<std::array<double, 2>> turns_;
   std::vector<double> edge_weights_;
   std::vector<std::array<double, 2>> edge_turns_;
-  std::vector<int> row_starts_, columns_;
   std::vector<Vector3> normals_, axes_;
 };
 

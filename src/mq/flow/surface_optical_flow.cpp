@@ -99,7 +99,7 @@ Signal with_slopes(const FlowMesh& mesh, const Signal& signal, double factor) {
   parallel_for(signal.rows(), [&](std::int64_t v) {
     Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(channels);
     double area = 0;
-    for (const int* c = mesh.corners_begin(int(v)); c != mesh.corners_end(int(v)); ++c) {
+    for (const int* c = mesh.space().corners_begin(int(v)); c != mesh.space().corners_end(int(v)); ++c) {
       const double share = mesh.space().shapes()[*c / 3].area();
       sum += share * gradients.middleRows(2 * (*c / 3), 2).colwise().squaredNorm();
       area += share;

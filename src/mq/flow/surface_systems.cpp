@@ -129,8 +129,8 @@ VertexSystem vertex_system(const FlowMesh& mesh, const DataTerms& data, double w
   BlockMatrix<double>& A = system.matrix;
   system.right_hand_side = Vector::Zero(2 * std::int64_t(vertices));
 
-  A.starts = mesh.row_starts();
-  A.columns = mesh.columns();
+  A.starts = mesh.space().row_starts();
+  A.columns = mesh.space().columns();
   A.blocks.assign(A.starts[vertices], Block{});
   const double floor = trace_of_mass * (data.trace + weight * vertices) / std::max(1, vertices);
 
@@ -142,7 +142,7 @@ VertexSystem vertex_system(const FlowMesh& mesh, const DataTerms& data, double w
     };
     Block& own = block(int(i));
     own[0] = own[3] = floor;
-    for (const int* corner = mesh.corners_begin(int(i)); corner != mesh.corners_end(int(i));
+    for (const int* corner = mesh.space().corners_begin(int(i)); corner != mesh.space().corners_end(int(i));
          ++corner) {
       const int t = *corner / 3, k = *corner % 3;
       const DataTerms::Triangle& G = data.triangles[t];

@@ -4,7 +4,7 @@
 
 namespace mq {
 
-std::vector<int> connected_components(const SparseMatrix& A) {
+std::vector<int> connected_components(const SparseMatrix& A, Joining by) {
   std::vector<int> component(A.rows(), -1), stack;
   int count = 0;
   for (int seed = 0; seed < A.rows(); ++seed) {
@@ -15,7 +15,7 @@ std::vector<int> connected_components(const SparseMatrix& A) {
       const int i = stack.back();
       stack.pop_back();
       for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry)
-        if (entry.value() != 0 && component[entry.col()] < 0) {
+        if ((entry.value() != 0 || by == Joining::pattern) && component[entry.col()] < 0) {
           component[entry.col()] = count;
           stack.push_back(int(entry.col()));
         }

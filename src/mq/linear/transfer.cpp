@@ -70,15 +70,14 @@ std::int64_t SparseTransfer::bytes() const {
 }
 
 void GridTransfer::move(std::vector<Move> moves, int extra) {
-  constexpr std::uint8_t some_moved = 16;
   children_.resize(children_.size() + std::size_t(extra));
   std::array<WeightedIndex, 4> read;
   for (Move& m : moves) {
     const int count = parents(m.fine, read);
     const auto* from = std::ranges::find(read.data(), read.data() + count, m.from, &WeightedIndex::index);
     m.weight = from->weight;
-    children_[m.from].flags[0] |= some_moved;
-    children_[m.to].flags[0] |= some_moved;
+    children_[m.from].flags[0] |= Children::some_moved;
+    children_[m.to].flags[0] |= Children::some_moved;
   }
   for (const Move& m : moves) parents_[m.fine].moved = 1;
   const auto sorted = [&](int Move::* key) {
@@ -116,7 +115,7 @@ void GridTransfer::children(int coarse, std::vector<WeightedIndex>& out) const {
     if (c.flags[i] & 2) out.push_back({c.centre[i], weight});
     if (c.flags[i] & 4) out.push_back({c.centre[i] + (c.flags[i] & 8 ? 1 : 0), 0.5f * weight});
   }
-  if (!(c.flags[0] & 16)) return;
+  if (!(c.flags[0] & Children::some_moved)) return;
   for (const Move& m : std::ranges::equal_range(by_from_, coarse, {}, &Move::from))
     out.erase(std::find_if(out.begin() + first, out.end(),
                            [&](const WeightedIndex& child) { return child.index == m.fine; }));

@@ -72,8 +72,8 @@ class GridTransfer final : public Transfer {
   /// centre or, where flagged so, centre + 1.
   struct Children {
     std::array<int, 3> centre = {0, 0, 0};
-    std::array<std::uint8_t, 3> flags = {0, 0, 0};  ///< 1: left, 2: on, 4: right, 8: it is centre + 1;
-                                             ///< of the first 16: some read other nodes
+    std::array<std::uint8_t, 3> flags = {0, 0, 0};  ///< 1: left, 2: on, 4: right, 8: it is centre + 1
+    static constexpr std::uint8_t some_moved = 16;  ///< of the first: some read other nodes
   };
 
   /// A fine unknown that reads node `to` where its place in the grid says `from`.
