@@ -17,7 +17,7 @@
 #include <malloc.h>
 #endif
 
-#include "frames.h"
+#include "mq/io/frame_files.h"
 #include "interrupt.h"
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "frames.h"
+#include "mq/io/frame_files.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"

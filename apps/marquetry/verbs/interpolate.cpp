@@ -4,7 +4,7 @@
 
 #include "flow_options.h"
 #include "flow_pair.h"
-#include "frames.h"
+#include "mq/io/frame_files.h"
 #include "mq/base/error.h"
 #include "outputs.h"
 #include "signal_options.h"

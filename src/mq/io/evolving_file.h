@@ -1,0 +1,115 @@
+#pragma once
+/// The store of an evolving mesh: a manifest, NAME.evolving, and its blocks, NAME.blocks beside it.
+/// docs/evolving_format.md describes every byte.
+///
+/// Blocks are only ever appended, and a block counts once the manifest has a whole line for it. So
+/// a writer that is stopped leaves a store that holds everything up to its last frame, and a reader
+/// may follow while it is written. Positions are multiples of a step of 2ᵏ model units.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mq/io/bytes.h"
+#include "mq/sequence/evolving_mesh.h"
+
+namespace mq {
+
+/// The step for a surface of this size: the power of two that is at least a millionth of it, and
+/// less than two.
+double store_step(double diagonal);
+
+/// Positions as a store of this step gives them back.
+std::vector<Vector3> rounded(std::vector<Vector3> positions, double step);
+
+/// A line of the manifest.
+struct StoredBlock {
+  std::int64_t offset = 0;  ///< in the file of blocks
+  std::int64_t bytes = 0;
+  std::uint32_t checksum = 0;  ///< CRC-32 of IEEE 802.3
+};
+struct StoredSegment : StoredBlock {
+  int vertices = 0, triangles = 0;
+};
+struct StoredFrame : StoredBlock {
+  int number = 0;
+  int segment = 0;
+  std::string measured;  ///< what its maker had to say about it: a JSON object, or empty
+};
+
+class EvolvingReader {
+ public:
+  /// Reads the manifest. What follows the first line that is broken, or that names bytes the blocks
+  /// do not have, is left out and `broken` says so. Throws `IoError` where either file cannot be
+  /// read or the manifest's first line is not that of such a store.
+  explicit EvolvingReader(std::filesystem::path manifest);
+
+  const std::vector<StoredSegment>& segments() const { return segments_; }
+  const std::vector<StoredFrame>& frames() const { return frames_; }
+  double step() const { return step_; }
+  const std::filesystem::path& manifest() const { return manifest_; }
+  const std::filesystem::path& blocks_file() const { return blocks_; }
+  const std::string& about() const { return about_; }    ///< a JSON object
+  const std::string& broken() const { return broken_; }  ///< empty: the store is whole
+
+  /// One segment, one frame, whichever is asked for. Throws `IoError` naming the place where its
+  /// checksum is another or its bytes say nothing sensible.
+  EvolvingSegment segment(int index) const;
+  std::vector<Vector3> positions(int frame) const;
+
+  /// Everything that is sound.
+  EvolvingMesh read() const;
+
+ private:
+  friend class EvolvingWriter;
+  Bytes block(const StoredBlock& block, const std::string& what) const;
+  const std::vector<std::int64_t>& key(int segment) const;
+  std::string add_line(std::string_view line, std::int64_t blocks_size);
+
+  std::filesystem::path manifest_, blocks_;
+  std::vector<StoredSegment> segments_;
+  std::vector<StoredFrame> frames_;
+  double step_ = 0;
+  std::string about_, broken_;
+  std::int64_t whole_blocks_ = 0;  ///< bytes that sound lines name
+  mutable int key_segment_ = -1;
+  mutable std::vector<std::int64_t> key_;
+};
+
+class EvolvingWriter {
+ public:
+  /// Begins a store; what was there under these two names is replaced. `about` is a JSON object for
+  /// whoever reads, such as the options that made it.
+  EvolvingWriter(const std::filesystem::path& manifest, double step,
+                 const std::string& about = "{}");
+
+  /// Goes on with a store as `reader` found it: what is broken is cut off, and so are frames and
+  /// segments after the first `frames`.
+  EvolvingWriter(const EvolvingReader& reader, int frames);
+
+  /// Appends a segment; `positions` are those of its first frame, against which all are coded.
+  void add_segment(const EvolvingSegment& segment, const std::vector<Vector3>& positions);
+
+  /// Appends a frame of the segment appended last. Positions are rounded to the step.
+  void add_frame(int number, const std::vector<Vector3>& positions,
+                 const std::string& measured = {});
+
+  double step() const { return step_; }
+
+ private:
+  StoredBlock append(const Bytes& bytes);
+  void append_line(const std::string& line);
+
+  std::filesystem::path manifest_, blocks_;
+  double step_ = 0;
+  int segment_ = -1;
+  std::int64_t size_ = 0;
+  std::vector<std::int64_t> key_;
+};
+
+/// A whole evolving mesh at once.
+void write_evolving(const std::filesystem::path& manifest, const EvolvingMesh& evolving,
+                    double step);
+
+}  // namespace mq
