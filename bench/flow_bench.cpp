@@ -2,13 +2,16 @@
 // one, and time by size.
 //
 //     flow_bench motions          end point errors on sphere, torus and plane, as Markdown
-//     flow_bench thesis [N]       the thesis' presets beside ours, on a torus of N vertices
-//     (27,000) flow_bench size N...        time on tori of so many vertices
+//     flow_bench thesis [N]       the thesis' presets beside ours, on a torus of N vertices: 27,000
+//     flow_bench size N...        time on tori of so many vertices
+//     flow_bench tables N...      of each basis the size of its systems and the time of their parts
 //
 // Seconds are processor time of all threads.
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
@@ -19,7 +22,11 @@
 #include <Eigen/Geometry>
 
 #include "fixtures.h"
+#include "mq/base/stopwatch.h"
+#include "mq/flow/surface_levels.h"
 #include "mq/flow/surface_optical_flow.h"
+#include "mq/flow/surface_systems.h"
+#include "mq/linear/block_multigrid.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/noise.h"
 #include "mq/trace/surface_flow.h"
@@ -146,17 +153,28 @@ Pair twisted_torus(int vertices, double shift) {
   });
 }
 
-void line(const std::string& name, const Pair& pair, const MeshFlow& flow, double seconds) {
-  double build = 0, solve = 0, warp = 0;
+/// Seconds of matrices, of solving, and of smoothing and warping.
+std::array<double, 3> parts(const MeshFlow& flow) {
+  std::array<double, 3> all = {0, 0, 0};
   for (const MeshFlowLevel& level : flow.levels) {
-    build += level.build_seconds;
-    solve += level.solve_seconds;
-    warp += level.warp_seconds;
+    all[0] += level.build_seconds;
+    all[1] += level.solve_seconds;
+    all[2] += level.smooth_seconds + level.warp_seconds;
   }
+  return all;
+}
+
+void line(const std::string& name, const Pair& pair, const MeshFlow& flow, double seconds) {
+  const auto [build, solve, warp] = parts(flow);
   fmt::print("| {} | {} | {:.4f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", name,
              flow.levels.back().unknowns, halfway_error(pair, flow.field), seconds,
              flow.prepare_seconds, build, solve, warp);
 }
+
+const std::vector<std::pair<FlowBasis, std::string>> bases = {{FlowBasis::triangle, "triangle"},
+                                                              {FlowBasis::gradient, "gradient"},
+                                                              {FlowBasis::whitney, "Whitney"},
+                                                              {FlowBasis::vertex, "vertex"}};
 
 void thesis(int vertices, double shift) {
   const Pair pair = twisted_torus(vertices, shift);
@@ -165,10 +183,6 @@ void thesis(int vertices, double shift) {
   fmt::print(
       "| method | unknowns | E | processor s | prepare | matrices | solve | smooth and warp |\n"
       "|---|---|---|---|---|---|---|---|\n");
-  const std::vector<std::pair<FlowBasis, std::string>> bases = {{FlowBasis::triangle, "triangle"},
-                                                                {FlowBasis::gradient, "gradient"},
-                                                                {FlowBasis::whitney, "Whitney"},
-                                                                {FlowBasis::vertex, "vertex"}};
   const auto run = [&](const std::string& name, const MeshFlowOptions& options) {
     const double start = processor_seconds();
     const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
@@ -193,16 +207,71 @@ void sizes(const std::vector<int>& all) {
     const double start = processor_seconds();
     const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target);
     const double seconds = processor_seconds() - start;
-    double build = 0, solve = 0, warp = 0;
-    for (const MeshFlowLevel& level : flow.levels) {
-      build += level.build_seconds;
-      solve += level.solve_seconds;
-      warp += level.warp_seconds;
-    }
+    const auto [build, solve, warp] = parts(flow);
     fmt::print("| {} | {:.5f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n",
                pair.surface.mesh.vertex_count(), halfway_error(pair, flow.field), flow.seconds,
                seconds, flow.prepare_seconds, build, solve, warp);
   }
+}
+
+/// Thesis Tables 4.4 to 4.6: one system of the last level, by basis, and ours beside them.
+void systems(const Pair& pair) {
+  const FlowMesh mesh(pair.surface);
+  const Signal difference = pair.target - pair.source, mean = 0.5 * (pair.source + pair.target);
+  const DataTerms data = data_terms(mesh.space(), difference, mean);
+  const int vertices = pair.surface.mesh.vertex_count();
+  const double weight = 4 * pair.spacing * pair.spacing * data.trace / mesh.area();
+  for (const auto& [basis, name] : bases) {
+    DirectFlowSolver solver(mesh, basis);
+    solver.solve(data, weight);
+    FlowSystemCost cost = solver.cost();
+    const double analysis = cost.analyse_seconds;
+    solver.solve(data, weight);
+    cost = solver.cost();
+    fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n",
+               vertices, name, double(cost.unknowns) / vertices,
+               double(cost.smoothness_entries) / double(cost.unknowns), double(cost.entries) * 1e-6,
+               cost.build_seconds, analysis, cost.factor_seconds, cost.substitute_seconds);
+  }
+  const Stopwatch building;
+  VertexSystem system = vertex_system(mesh, data, weight);
+  const double build = building.seconds();
+  const Stopwatch coarsening;
+  const FlowMeshes meshes(pair.surface, 100);
+  const double coarse = coarsening.seconds();
+  BlockMultigrid multigrid(meshes.transfers_from(0), {.tolerance = 1e-3});
+  const Stopwatch setting;
+  multigrid.set_matrix(std::move(system.matrix));
+  const double set_up = setting.seconds();
+  const Stopwatch solving;
+  Vector z = Vector::Zero(system.right_hand_side.size());
+  const int cycles = multigrid.solve(system.right_hand_side, z).cycles;
+  fmt::print("| {} | vertex, multigrid | 2 | | | {:.2f} | {:.2f} | {:.2f} | {:.2f} ({} cycles) |\n",
+             vertices, build, coarse, set_up, solving.seconds(), cycles);
+}
+
+/// Thesis Table 4.3: a correction pass on the mesh itself.
+void passes(const Pair& pair) {
+  MeshFlowOptions ours;
+  for (const auto& [name, options] :
+       {std::pair{"thesis, Whitney", thesis_flow(FlowBasis::whitney)}, std::pair{"ours", ours}}) {
+    const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
+    const MeshFlowLevel& last = flow.levels.back();
+    const double steps = std::max(1, last.steps);
+    fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2f} |\n", pair.surface.mesh.vertex_count(), name,
+               last.smooth_seconds, last.warp_seconds / steps,
+               (last.build_seconds + last.solve_seconds) / steps);
+  }
+}
+
+void tables(const std::vector<int>& sizes) {
+  fmt::print(
+      "| vertices | basis | unknowns per vertex | entries of S per row | entries, millions | "
+      "construct | analyse or coarsen | factor or set up | substitute or solve |\n"
+      "|---|---|---|---|---|---|---|---|---|\n");
+  for (const int n : sizes) systems(twisted_torus(n, 10));
+  fmt::print("\n| vertices | method | smooth | warp | estimate |\n|---|---|---|---|---|\n");
+  for (const int n : sizes) passes(twisted_torus(n, 10));
 }
 
 }  // namespace
@@ -215,12 +284,12 @@ int main(int count, char** arguments) {
   } else if (what == "thesis") {
     mq::thesis(count > 2 ? std::atoi(arguments[2]) : 27000,
                count > 3 ? std::atof(arguments[3]) : 8);
-  } else if (what == "size" && count > 2) {
+  } else if ((what == "size" || what == "tables") && count > 2) {
     std::vector<int> sizes;
     for (int i = 2; i < count; ++i) sizes.push_back(std::atoi(arguments[i]));
-    mq::sizes(sizes);
+    what == "size" ? mq::sizes(sizes) : mq::tables(sizes);
   } else {
-    fmt::print("flow_bench motions | thesis [N [shift]] | size N...\n");
+    fmt::print("flow_bench motions | thesis [N [shift]] | size N... | tables N...\n");
     return 2;
   }
 }

@@ -96,8 +96,10 @@ void add_flow_options(OptionTable& table) {
              .least = 1,
              .most = 1000,
              .group = group,
-             .help = "corrections at each scale, at most; fewer where they gain less than 2 % "
-                     "[default 4]"});
+             .help =
+                 "corrections at each scale, at most; fewer where they gain little [default 4 for "
+                 "pictures, 3 for models]",
+             .details = "On coarser meshes twice as many."});
   table.add({.name = "scales",
              .type = Type::choice,
              .choices = {"hierarchical", "full", "single"},
@@ -113,8 +115,8 @@ void add_flow_options(OptionTable& table) {
        .default_value = "0",
        .least = 0,
        .most = 1000,
-       .group = "Pictures",
-       .help = "weight of the picture's slopes beside itself, which change less with the light"});
+       .group = group,
+       .help = "weight of the signal's slopes beside itself, which change less with the light"});
   table.add({.name = "paths",
              .type = Type::choice,
              .choices = {"integrated", "straight"},
@@ -162,7 +164,6 @@ ImageFlowOptions image_flow_options(const OptionValues& options) {
 }
 
 TextureFlowOptions texture_flow_options(const OptionValues& options) {
-  refuse(options, "gradients", "pictures, and this is a model");
   refuse(options, "paths", "pictures; on a model they always follow the field");
   const std::string name = options.text("basis");
   const FlowBasis basis = name == "triangle"   ? FlowBasis::triangle
@@ -188,6 +189,7 @@ TextureFlowOptions texture_flow_options(const OptionValues& options) {
     flow.solver = scales == "full" ? FlowSolver::direct : FlowSolver::hierarchical;
   }
   take_common(options, flow);
+  take_number(options, "gradients", flow.gradient_constancy);
   all.longest_edge = options.number("longest-edge");
   return all;
 }
@@ -224,6 +226,7 @@ Json flow_json(const MeshFlow& flow) {
                       {"steps", level.steps},
                       {"cycles", level.cycles},
                       {"scale", level.scale},
+                      {"smooth_seconds", level.smooth_seconds},
                       {"build_seconds", level.build_seconds},
                       {"solve_seconds", level.solve_seconds},
                       {"warp_seconds", level.warp_seconds}});

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "cli/models.h"
 #include "mq/image/colour.h"
@@ -160,6 +161,59 @@ TEST(Interpolate, TakesTexturesAndColoursAtVertices) {
     EXPECT_TRUE(std::filesystem::exists(folder / (std::string("out/") + name))) << name;
 }
 
+TEST(Interpolate, MakesVideos) {
+  if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) GTEST_SKIP() << "ffmpeg is not here";
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "b.png", busy_picture(64, 48));
+  const std::vector<std::string> call = {"interpolate", "strip.obj", "strip.png", "b.png",
+                                         "--frames",    "0-2",       "-o"};
+  for (const std::string output : {"clip.mkv", "f_%d.png"}) {
+    std::vector<std::string> words = call;
+    words.push_back(output);
+    const Result result = marquetry(folder, words);
+    ASSERT_EQ(result.status, 0) << result.error;
+  }
+  // Its frames are the pictures.
+  ASSERT_EQ(std::system(("ffmpeg -nostdin -loglevel error -i " + (folder / "clip.mkv").string() +
+                         " -start_number 0 " + (folder / "v_%d.png").string())
+                            .c_str()),
+            0);
+  for (const std::string frame : {"0", "1", "2"})
+    EXPECT_EQ(as_rgb(read_texture(folder / ("v_" + frame + ".png")).pixels),
+              as_rgb(read_texture(folder / ("f_" + frame + ".png")).pixels))
+        << frame;
+  EXPECT_FALSE(std::filesystem::exists(folder / "v_3.png"));
+}
+
+TEST(Flow, KnowsTheOtherWaysOnModels) {
+  const Folder folder;
+  write_strip(folder);
+  const Image<float> first = read_texture(folder / "strip.png").pixels;
+  Image<float> second = first;
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 63; ++x)
+      for (int c = 0; c < first.channels(); ++c) second(x, y, c) = first(x + 1, y, c);
+  write_image(folder / "b.png", second);
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"--basis", "triangle"},
+                                             {"--basis", "whitney"},
+                                             {"--alignment", "forward"},
+                                             {"--scales", "full"},
+                                             {"--gradients", "1"},
+                                             {"--robust-data", "0.5", "--robust-smoothness", "0.3"},
+                                             {"--detail", "10%", "--space", "linear"},
+                                             {"--preset", "thesis", "--basis", "triangle"}}) {
+    std::vector<std::string> all = {"flow", "strip.obj", "strip.png", "b.png",
+                                    "-o",   "out",       "--json"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Result result = marquetry(folder, all);
+    ASSERT_EQ(result.status, 0) << words[1] << result.error;
+    const auto error = result.json()["result"]["error"];
+    EXPECT_LT(error.back().get<double>(), error.front().get<double>()) << words[1];
+  }
+}
+
 TEST(Flow, SaysWhatItCannotAlign) {
   const Folder folder;
   write_strip(folder);
@@ -183,6 +237,9 @@ TEST(Flow, SaysWhatItCannotAlign) {
       {{"flow", "strip.obj", "a.ply", "-o", "out"}, "no colours"},
       {{"interpolate", "a.png", "a.png", "-o", "x.png", "--frames", "0-3"}, "%04d"},
       {{"interpolate", "a.png", "a.png", "-o", "x.obj"}, "wanted a picture"},
+      {{"interpolate", "a.png", "a.png", "-o", "x.mp4"}, "how many frames"},
+      {{"interpolate", "a.png", "a.png", "-o", "x.png", "--rate", "30"}, "--rate is for videos"},
+      {{"interpolate", "a.ply", "a.ply", "-o", "x.mp4", "--frames", "0-3"}, "a video shows one"},
       {{"interpolate", "a.png", "a.png", "-o", "x.png", "--time", "2"}, "--time"}};
   for (const auto& [words, message] : cases) {
     const Result result = marquetry(folder, words);

@@ -2,10 +2,14 @@
 // between two, without ghosts: both are moved along their optical flow before they are mixed.
 #include <fmt/format.h>
 
+#include <memory>
+
 #include "flow_options.h"
 #include "flow_pair.h"
 #include "mq/io/frame_files.h"
 #include "mq/base/error.h"
+#include "mq/image/colour.h"
+#include "mq/io/video.h"
 #include "outputs.h"
 #include "signal_options.h"
 #include "verb.h"
@@ -21,10 +25,14 @@ struct Moment {
 
 std::vector<Moment> moments(const OptionValues& options) {
   const std::string output = options.text("output");
+  require(options.has("frames") || !names_video(output),
+          fmt::format("--output: {} is a video: say with --frames how many frames it has", output));
+  require(names_video(output) || !asks_for(options, "rate"),
+          fmt::format("--rate is for videos; found '{}'", output));
   if (!options.has("frames")) return {{options.number("time"), output}};
-  require(has_frame_place(output),
-          fmt::format("--output: with --frames the name needs a place for the number, such as "
-                      "out_%04d.png; found '{}'",
+  require(has_frame_place(output) || names_video(output),
+          fmt::format("--output: with --frames wanted a video, or a name with a place for the "
+                      "number, such as out_%04d.png; found '{}'",
                       output));
   const std::vector<int> frames = parse_frames(options.text("frames"));
   require(frames.size() >= 2,
@@ -37,41 +45,76 @@ std::vector<Moment> moments(const OptionValues& options) {
   return all;
 }
 
-Outputs outputs_for(const Moment& moment, const Model& model, Outputs::Kind kind) {
-  return Outputs(moment.output, model, kind);
-}
-
-/// Says what will be written; nothing is left to do where that is all that was asked for.
-std::vector<Outputs> planned(Run& run, const std::vector<Moment>& all, const Model& model,
-                             Outputs::Kind kind) {
-  std::vector<Outputs> outputs;
-  for (const Moment& moment : all) {
-    outputs.push_back(outputs_for(moment, model, kind));
-    run.will_write(outputs.back().paths(), outputs.back().folder());
+/// Where what lies between goes: a picture or a model for each time, or one video.
+class Results {
+ public:
+  /// Says what will be written.
+  Results(Run& run, const Model& model, Outputs::Kind kind)
+      : run_(run), moments_(moments(run.options())) {
+    const std::string output = run.options().text("output");
+    if (names_video(output)) {
+      require(
+          kind == Outputs::Kind::pictures && model.textures.size() == 1,
+          fmt::format("--output: found '{}', but a video shows one picture: wanted a name with "
+                      "%04d for the frame's number{}",
+                      output, kind == Outputs::Kind::pictures ? " and %s for the texture's" : ""));
+      run.will_write({output}, {});
+      return;
+    }
+    for (const Moment& moment : moments_) {
+      outputs_.emplace_back(moment.output, model, kind);
+      run.will_write(outputs_.back().paths(), outputs_.back().folder());
+    }
   }
-  return outputs;
-}
 
-void say_all(Run& run, const std::vector<Moment>& all, const std::vector<Outputs>& outputs) {
-  std::vector<std::filesystem::path> paths;
-  Json times = Json::array();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    times.push_back(all[i].time);
-    paths.insert(paths.end(), outputs[i].paths().begin(), outputs[i].paths().end());
+  const std::vector<Moment>& all() const { return moments_; }
+
+  void write(std::size_t i, Model between, const Progress& progress) {
+    set_depth(run_.options(), between);
+    if (!outputs_.empty()) {
+      for (const std::string& note : outputs_[i].write(std::move(between), progress))
+        run_.terminal().remark(note);
+      return;
+    }
+    const Texture& frame = between.textures.front();
+    if (!video_)
+      video_ = std::make_unique<VideoWriter>(moments_[i].output, frame.pixels.width(),
+                                             frame.pixels.height(),
+                                             VideoOptions{.rate = run_.options().number("rate")});
+    video_->write(holds_light(frame.format)
+                      ? encode(frame.pixels, ColourSpace::linear, Transfer::srgb)
+                      : frame.pixels);
+    progress.check();
   }
-  run.result["times"] = times;
-  say_written(run, paths);
-}
+
+  /// Says what was written.
+  void finish() {
+    if (video_) video_->finish();
+    std::vector<std::filesystem::path> paths;
+    if (video_) paths.emplace_back(moments_.front().output);
+    for (const Outputs& output : outputs_)
+      paths.insert(paths.end(), output.paths().begin(), output.paths().end());
+    Json times = Json::array();
+    for (const Moment& moment : moments_) times.push_back(moment.time);
+    run_.result["times"] = times;
+    say_written(run_, paths);
+  }
+
+ private:
+  Run& run_;
+  std::vector<Moment> moments_;
+  std::vector<Outputs> outputs_;  ///< one per moment; none for a video
+  std::unique_ptr<VideoWriter> video_;
+};
 
 Exit interpolate_pictures(Run& run) {
   const OptionValues& options = run.options();
   const ImageFlowOptions how = image_flow_options(options);
   const PicturePair pair(run);
-  const std::vector<Moment> all = moments(options);
   require(!names_model(options.text("output")),
           fmt::format("--output: found '{}', wanted a picture: what is read are pictures",
                       options.text("output")));
-  const std::vector<Outputs> outputs = planned(run, all, pair.model(), Outputs::Kind::pictures);
+  Results results(run, pair.model(), Outputs::Kind::pictures);
   if (run.dry_run()) return Exit::done;
   ImageFlow flow;
   {
@@ -80,16 +123,15 @@ Exit interpolate_pictures(Run& run) {
   }
   run.result = flow_json(flow);
   const Step step(run, "write", 0.3);
-  for (std::size_t i = 0; i < all.size(); ++i) {
+  const double share = 1.0 / double(results.all().size());
+  for (std::size_t i = 0; i < results.all().size(); ++i) {
     Model between;
     between.path = pair.model().path;
-    between.textures = {pair.stored(interpolated(flow, pair.first(), pair.second(), all[i].time))};
-    set_depth(options, between);
-    for (const std::string& note : outputs[i].write(
-             std::move(between), step.progress().step("frame", 1.0 / double(all.size()))))
-      run.terminal().remark(note);
+    between.textures = {
+        pair.stored(interpolated(flow, pair.first(), pair.second(), results.all()[i].time))};
+    results.write(i, std::move(between), step.progress().step("frame", share));
   }
-  say_all(run, all, outputs);
+  results.finish();
   return Exit::done;
 }
 
@@ -97,10 +139,8 @@ Exit interpolate_model(Run& run) {
   const OptionValues& options = run.options();
   const TextureFlowOptions how = texture_flow_options(options);
   ModelPair pair(run);
-  const std::vector<Moment> all = moments(options);
-  const std::vector<Outputs> outputs =
-      planned(run, all, pair.scene().model,
-              pair.at_vertices() ? Outputs::Kind::model : Outputs::Kind::pictures);
+  Results results(run, pair.scene().model,
+                  pair.at_vertices() ? Outputs::Kind::model : Outputs::Kind::pictures);
   if (run.dry_run()) return Exit::done;
   {
     const Step step(run, "align", 0.4);
@@ -109,16 +149,15 @@ Exit interpolate_model(Run& run) {
   run.result = flow_json(pair.flow());
   run.result["vertices"] = pair.flow_vertices();
   const Step step(run, "write", 0.3);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Progress frame =
-        step.progress().step(fmt::format("time {:.3g}", all[i].time), 1.0 / double(all.size()));
+  const double share = 1.0 / double(results.all().size());
+  for (std::size_t i = 0; i < results.all().size(); ++i) {
+    const double time = results.all()[i].time;
+    const Progress frame = step.progress().step(fmt::format("time {:.3g}", time), share);
     Model between = pair.scene().model;
-    pair.target().put(pair.first(), pair.between(all[i].time, frame.step("meet", 0.7)), between);
-    set_depth(options, between);
-    for (const std::string& note : outputs[i].write(std::move(between), frame.step("write", 0.3)))
-      run.terminal().remark(note);
+    pair.target().put(pair.first(), pair.between(time, frame.step("meet", 0.7)), between);
+    results.write(i, std::move(between), frame.step("write", 0.3));
   }
-  say_all(run, all, outputs);
+  results.finish();
   return Exit::done;
 }
 
@@ -152,7 +191,15 @@ Verb interpolate_verb() {
              .group = "Times",
              .help =
                  "pictures at equal times, from the first for the first number to the second for "
-                 "the last; %04d in --output stands for the number"});
+                 "the last; %04d in --output stands for the number, or --output is a video"});
+  table.add({.name = "rate",
+             .type = Type::number,
+             .default_value = "25",
+             .unit = "frames per second",
+             .least = 0.001,
+             .most = 1000,
+             .group = "Times",
+             .help = "of a video"});
   table.exclusive({"time", "frames"});
   add_depth_option(table);
   return {table, run_interpolate};

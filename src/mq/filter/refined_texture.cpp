@@ -23,6 +23,10 @@ constexpr double rim = 1e-9;
 
 }  // namespace
 
+double expected_vertices(int texels, double longest_edge) {
+  return 2.55 * texels / (longest_edge * longest_edge);
+}
+
 RefinedTexture::RefinedTexture(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                                double longest_edge, const Progress& progress)
     : source_(surface), atlas_(atlas), space_(space) {

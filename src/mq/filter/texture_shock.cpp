@@ -21,10 +21,6 @@ namespace {
 /// docs/performance.md, "Paths".
 constexpr double bytes_per_vertex = 760, bytes_per_vertex_once_cut = 640;
 
-/// Vertices per texel where charts are large and edges at most as long as by default; up to 2 where
-/// they are scraps.
-constexpr double vertices_per_texel = 1.3;
-
 void require_memory_for(double bytes, int texels) {
   require_memory(std::int64_t(bytes), fmt::format("following paths from {} texels", texels),
                  "use a smaller texture, or allow longer edges (--longest-edge)");
@@ -38,8 +34,7 @@ ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const T
   require(signal.rows() == space.size(),
           fmt::format("a signal of {} rows was given for {} texels", signal.rows(), space.size()));
   require(signal.allFinite(), "the texture has values that are not finite");
-  require_memory_for(bytes_per_vertex * vertices_per_texel * space.size() *
-                         std::pow(TextureShockOptions().longest_edge / options.longest_edge, 2),
+  require_memory_for(bytes_per_vertex * expected_vertices(space.size(), options.longest_edge),
                      space.size());
   const RefinedTexture refined(surface, atlas, space, options.longest_edge,
                                progress.step("cut triangles", 0.15));

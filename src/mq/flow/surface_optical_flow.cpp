@@ -99,7 +99,8 @@ Signal with_slopes(const FlowMesh& mesh, const Signal& signal, double factor) {
   parallel_for(signal.rows(), [&](std::int64_t v) {
     Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(channels);
     double area = 0;
-    for (const int* c = mesh.space().corners_begin(int(v)); c != mesh.space().corners_end(int(v)); ++c) {
+    for (const int* c = mesh.space().corners_begin(int(v)); c != mesh.space().corners_end(int(v));
+         ++c) {
       const double share = mesh.space().shapes()[*c / 3].area();
       sum += share * gradients.middleRows(2 * (*c / 3), 2).colwise().squaredNorm();
       area += share;
@@ -242,13 +243,13 @@ class Aligner {
   };
 
   Field corrected(const DataTerms& data, double weight, const std::vector<double>& shares,
-                       BlockMultigrid& multigrid, MeshFlowLevel& level, const Progress& progress) {
+                  BlockMultigrid& multigrid, MeshFlowLevel& level, const Progress& progress) {
     if (direct_) {
-      const double before = direct_->build_seconds(), solved = direct_->solve_seconds();
       Field Y{direct_->solve(data, weight, progress), {}};
-      level.build_seconds += direct_->build_seconds() - before;
-      level.solve_seconds += direct_->solve_seconds() - solved;
-      level.unknowns = direct_->unknowns();
+      const FlowSystemCost& cost = direct_->cost();
+      level.build_seconds += cost.build_seconds;
+      level.solve_seconds += cost.solve_seconds();
+      level.unknowns = int(cost.unknowns);
       ++level.cycles;
       return Y;
     }
@@ -268,8 +269,8 @@ class Aligner {
   }
 
   /// EstimateFlow, reweighted where that is asked for.
-  Field estimate(const Pair& now, double length, BlockMultigrid& multigrid,
-                      MeshFlowLevel& level, double& scale, const Progress& progress) {
+  Field estimate(const Pair& now, double length, BlockMultigrid& multigrid, MeshFlowLevel& level,
+                 double& scale, const Progress& progress) {
     const FlowMesh& mesh = meshes_[mesh_];
     const Signal difference = now.target - now.source;
     const Signal mean = options_.alignment == FlowAlignment::forward
@@ -317,10 +318,10 @@ class Aligner {
     MeshFlowLevel level;
     level.length = s.length;
     const int m = mesh_for(s);
-    Stopwatch warping;
     move_to(m);
     const FlowMesh& mesh = meshes_[m];
     level.vertices = mesh.vertex_count();
+    const Stopwatch smoothing;
     const double tolerance = options_.thesis ? 1e-6 : m > 0 ? 1e-3 : 3e-3;
     const Eigen::Index channels = raw_[m].source.cols();
     Signal both(raw_[m].source.rows(), 2 * channels);
@@ -330,6 +331,8 @@ class Aligner {
     if (options_.gradient_constancy > 0 && !options_.thesis)
       for (Signal* signal : {&signals.source, &signals.target})
         *signal = with_slopes(mesh, *signal, std::sqrt(options_.gradient_constancy) * s.length);
+    level.smooth_seconds = smoothing.seconds();
+    const Stopwatch warping;
     BlockMultigrid multigrid(meshes_.transfers_from(m), {.tolerance = options_.tolerance});
     if (astray_) {
       // A level that raised the error may have been on the way to a large motion: this one decides.

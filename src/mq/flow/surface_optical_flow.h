@@ -15,7 +15,8 @@ namespace mq {
 /// Where a field has its coefficients, and what measures its smoothness (thesis 4.5).
 enum class FlowBasis {
   vertex,    ///< one complex number per vertex; connection Laplacian
-  triangle,  ///< a vector per triangle; VectorDifferences, between circumcentres but for the thesis'
+  triangle,  ///< a vector per triangle; VectorDifferences, between circumcentres but for the
+             ///< thesis'
   gradient,  ///< ∇φ_i and J∇φ_i; CurlAndDiv; no harmonic fields; closed surfaces only
   whitney    ///< one number per edge; Hodge Laplacian
 };
@@ -27,15 +28,15 @@ enum class FlowAlignment {
 };
 
 enum class FlowSolver {
-  hierarchical,  ///< multigrid over coarser and coarser meshes, each scale on the coarsest mesh that
-                 ///< shows it; vertex basis only
-  direct         ///< a factorisation per step, every scale on the mesh itself
+  hierarchical,  ///< multigrid over coarser and coarser meshes, each scale on the coarsest mesh
+                 ///< that shows it; vertex basis only
+  direct  ///< a factorisation per step, every scale on the mesh itself
 };
 
 /// The published weights and normalisations (thesis 4.4 to 4.6 and what its program does): each
 /// channel's details are brought back to its own variance, the data matrix is divided by its
-/// Frobenius norm, smoothness counts half, the surface has area 1; the smoothing weight is a quarter
-/// of the last level's; one full step per level, whatever the error does.
+/// Frobenius norm, smoothness counts half, the surface has area 1; the smoothing weight is a
+/// quarter of the last level's; one full step per level, whatever the error does.
 struct ThesisFlow {
   double epsilon = 1e4;  ///< weight of smoothness; of the vertex basis: that of the triangle basis
                          ///< with its data matrix
@@ -52,9 +53,10 @@ struct MeshFlowOptions {
   Length largest{10, Length::Unit::percent};
   /// The last ℓ, for which signals are not smoothed; 0: the vertices' spacing.
   Length smallest{0, Length::Unit::model};
-  int levels = 0;  ///< 0: as many as lie between; else exactly so many from `largest` on, all smoothed
-  /// Of each level, at most, and twice as many on coarser meshes, where they cost little; a level ends
-  /// when one gains less than 5 %.
+  int levels =
+      0;  ///< 0: as many as lie between; else exactly so many from `largest` on, all smoothed
+  /// Of each level, at most, and twice as many on coarser meshes, where they cost little; a level
+  /// ends when one gains less than 5 %.
   int steps = 3;
   /// ϵ of ψ(s²) = 2ϵ²(√(1 + s²/ϵ²) − 1), in place of s², for differences (in standard deviations of
   /// the signals) and for |∇Y| (a number); 0: squares. Solved by reweighting.
@@ -63,7 +65,8 @@ struct MeshFlowOptions {
   int reweightings = 3;
   /// Weight of further channels ℓ·|∇φ_c|, which light that changes slowly leaves as they are (after
   /// Brox, Bruhn, Papenberg, Weickert, High accuracy optical flow estimation based on a theory for
-  /// warping, 2004, who take both components: on a surface only the length can be compared). 0: none.
+  /// warping, 2004, who take both components: on a surface only the length can be compared). 0:
+  /// none.
   double gradient_constancy = 0;
   double tolerance = 1e-3;  ///< of the multigrid solver: relative residual
   std::optional<ThesisFlow> thesis;
@@ -74,28 +77,29 @@ MeshFlowOptions thesis_flow(FlowBasis basis);
 
 /// One level, from large to small.
 struct MeshFlowLevel {
-  double length = 0;    ///< ℓ, model units
-  int vertices = 0;     ///< of the mesh it was solved on
+  double length = 0;  ///< ℓ, model units
+  int vertices = 0;   ///< of the mesh it was solved on
   int unknowns = 0;
-  int steps = 0;        ///< taken
-  int cycles = 0;       ///< of the solver in all
-  double scale = 0;     ///< α* of the last step, (4.8)
-  double error = 0;     ///< of the best field so far, see `MeshFlow`
-  double build_seconds = 0, solve_seconds = 0, warp_seconds = 0;
+  int steps = 0;     ///< taken
+  int cycles = 0;    ///< of the solver in all
+  double scale = 0;  ///< α* of the last step, (4.8)
+  double error = 0;  ///< of the best field so far, see `MeshFlow`
+  double smooth_seconds = 0, build_seconds = 0, solve_seconds = 0, warp_seconds = 0;
 };
 
 /// The field and how it came about.
 ///
 /// Errors are ∫ Σ_c |φ₀(p − X/2) − φ₁(p + X/2)|² dA / (area · channels) of the prepared signals,
-/// unsmoothed, on the mesh itself (thesis (4.27) at t = ½): those without light, brought to variance
+/// unsmoothed, on the mesh itself (thesis (4.27) at t = ½): those without light, brought to
+/// variance
 /// 1. Within a level a step is taken as far as the error of that level falls (1, ½ or ¼ of α*). Of
 /// all fields at the ends of levels the best is returned, so the list never rises. A level that did
-/// not lower the error may yet have been on the way to a large motion: the next one goes on from its
-/// field or from the best so far, whichever has the lower error at its own scale. (The thesis takes
-/// every step whole and returns the last field; its errors are of that.)
+/// not lower the error may yet have been on the way to a large motion: the next one goes on from
+/// its field or from the best so far, whichever has the lower error at its own scale. (The thesis
+/// takes every step whole and returns the last field; its errors are of that.)
 struct MeshFlow {
-  Vector field;             ///< X: 2 per triangle in its frame (`FlatTriangle`), model units
-  double blend_error = 0;   ///< with X = 0
+  Vector field;            ///< X: 2 per triangle in its frame (`FlatTriangle`), model units
+  double blend_error = 0;  ///< with X = 0
   std::vector<MeshFlowLevel> levels;
   double prepare_seconds = 0;  ///< meshes, operators and signals
   double seconds = 0;

@@ -142,8 +142,8 @@ VertexSystem vertex_system(const FlowMesh& mesh, const DataTerms& data, double w
     };
     Block& own = block(int(i));
     own[0] = own[3] = floor;
-    for (const int* corner = mesh.space().corners_begin(int(i)); corner != mesh.space().corners_end(int(i));
-         ++corner) {
+    for (const int* corner = mesh.space().corners_begin(int(i));
+         corner != mesh.space().corners_end(int(i)); ++corner) {
       const int t = *corner / 3, k = *corner % 3;
       const DataTerms::Triangle& G = data.triangles[t];
       const std::array<double, 2>& here = mesh.turns()[*corner];
@@ -272,14 +272,20 @@ Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progr
   for (std::size_t t = 0; t < data.triangles.size(); ++t)
     g.segment<2>(2 * std::int64_t(t)) = Vector2(data.triangles[t].x, data.triangles[t].y);
   const Vector b = -(transposed_ * g);
-  build_seconds_ += building.seconds();
-  const Stopwatch solving;
-  if (factor_)
+  cost_ = {.unknowns = A.rows(),
+           .smoothness_entries = smoothness_.nonZeros(),
+           .entries = A.nonZeros(),
+           .build_seconds = building.seconds()};
+  if (factor_) {
     factor_->refactor(A, progress);
-  else
+  } else {
     factor_.emplace(A, Factorisation::automatic, progress);
+    cost_.analyse_seconds = factor_->analyse_seconds();
+  }
+  cost_.factor_seconds = factor_->factor_seconds();
+  const Stopwatch substituting;
   const Signal coefficients = factor_->solve(b, progress);
-  solve_seconds_ += solving.seconds();
+  cost_.substitute_seconds = substituting.seconds();
   return prolongation_ * coefficients.col(0);
 }
 

@@ -44,6 +44,16 @@ std::vector<double> smoothness_shares(const FlowMesh& mesh, const Vector& z, dou
 /// ⟨z, S·z⟩ of the vertex basis.
 double smoothness_energy(const FlowMesh& mesh, const Vector& z);
 
+/// What solving one system by a factorisation took.
+struct FlowSystemCost {
+  std::int64_t unknowns = 0;
+  std::int64_t smoothness_entries = 0, entries = 0;  ///< nonzero, of S and of the whole matrix
+  double build_seconds = 0, analyse_seconds = 0;     ///< no analysis where one could be kept
+  double factor_seconds = 0, substitute_seconds = 0;
+
+  double solve_seconds() const { return analyse_seconds + factor_seconds + substitute_seconds; }
+};
+
 /// Any basis, by a factorisation: the minimiser as a vector per triangle.
 class DirectFlowSolver {
  public:
@@ -54,9 +64,8 @@ class DirectFlowSolver {
   /// PᵀGP + weight·S, or as the thesis weighs it. The weight is for a field in model units.
   Vector solve(const DataTerms& data, double weight, const Progress& progress = {});
 
-  int unknowns() const { return int(prolongation_.cols()); }
-  double build_seconds() const { return build_seconds_; }
-  double solve_seconds() const { return solve_seconds_; }
+  /// Of the last `solve`.
+  const FlowSystemCost& cost() const { return cost_; }
 
  private:
   const VertexSpace& space_;
@@ -64,7 +73,7 @@ class DirectFlowSolver {
   std::optional<ThesisFlow> thesis_;
   SparseMatrix prolongation_, transposed_, smoothness_, pins_;
   std::optional<DirectSolver> factor_;
-  double build_seconds_ = 0, solve_seconds_ = 0;
+  FlowSystemCost cost_;
 };
 
 }  // namespace mq

@@ -3,17 +3,36 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/flat_triangle.h"
 #include "mq/trace/surface_flow.h"
 
 namespace mq {
+namespace {
+
+/// At the peak for a vertex of the triangles cut, three channels aligned by multigrid
+/// (docs/performance.md, "Flow").
+constexpr double bytes_per_vertex = 2900;
+
+/// The edges' bound, where there is memory for what it leads to.
+double affordable_edge(double longest_edge, const TexelSpace& space) {
+  require(longest_edge > 0,
+          fmt::format("a longest edge above 0 was wanted, {} was given", longest_edge));
+  require_memory(std::int64_t(bytes_per_vertex * expected_vertices(space.size(), longest_edge)),
+                 fmt::format("aligning {} texels", space.size()),
+                 "use smaller textures, or allow longer edges (--longest-edge)");
+  return longest_edge;
+}
+
+}  // namespace
 
 TextureFlow::TextureFlow(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                          const Signal& source, const Signal& target,
                          const TextureFlowOptions& options, const Progress& progress)
     : source_(surface),
-      refined_(surface, atlas, space, options.longest_edge, progress.step("cut triangles", 0.05)),
+      refined_(surface, atlas, space, affordable_edge(options.longest_edge, space),
+               progress.step("cut triangles", 0.05)),
       flow_([&] {
         require(
             source.rows() == space.size() && target.rows() == space.size() &&
