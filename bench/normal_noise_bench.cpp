@@ -84,7 +84,7 @@ std::vector<Vector3> shocked(const Surface& surface, double before, double field
                                      .signal_alpha = area_of_edges(surface, field) / area,
                                      .potential_alpha = area_of_edges(surface, field) / area,
                                      .time = {ShockTime::Unit::relative, tau}};
-  return triangle_means(surface.mesh, sharpen_shape(surface, options).normals);
+  return sharpen_shape(surface, options).normals;
 }
 
 std::vector<Method> methods() {
@@ -106,9 +106,9 @@ std::vector<Method> methods() {
                                  }});
   for (const double edges : {0.5, 1.0, 2.0, 3.0})
     all[2].settings.push_back({fmt::format("{:g} edges", edges), [=](const Surface& s) {
-                                 const auto found = filter_normals(
-                                     s, {.weight = area_of_edges(s, edges), .beta = 0});
-                                 return triangle_means(s.mesh, found.normals);
+                                 return filter_normals(
+                                            s, {.weight = area_of_edges(s, edges), .beta = 0})
+                                     .of_triangles;
                                }});
   for (const double field : {2.0, 4.0})
     for (const double tau : {0.3, 1.0, 4.0}) {

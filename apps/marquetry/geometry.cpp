@@ -8,6 +8,7 @@
 #include "mq/io/normals.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/volume.h"
+#include "signal_options.h"
 
 namespace mq::app {
 namespace {
@@ -27,6 +28,24 @@ double total_area(const Mesh& mesh) {
   double sum = 0;
   for (const double area : triangle_areas(mesh)) sum += area;
   return sum;
+}
+
+/// Area or volume changed by more than this share are warned of.
+constexpr double remarkable = 0.1;
+
+/// Says and reports what changed in size by more than that.
+void warn_of_size(Run& run, const std::string& advice) {
+  Json warnings = Json::array();
+  for (const char* name : {"area", "volume"}) {
+    const Json& json = run.result[name];
+    if (!json.is_object() || !json["change"].is_number()) continue;
+    const double change = json["change"];
+    if (std::abs(change) <= remarkable) continue;
+    warnings.push_back(fmt::format("the {} changed by {:+.1f} %, more than {:.0f} %: {}", name,
+                                   100 * change, 100 * remarkable, advice));
+    run.terminal().warning(warnings.back().get<std::string>());
+  }
+  run.result["warnings"] = std::move(warnings);
 }
 
 /// Area and, of closed surfaces, volume.
@@ -55,6 +74,8 @@ void report_change(Run& run, const Surface& surface, const Mesh& after) {
 }  // namespace
 
 Scene read_shape(Run& run, double share) {
+  require(!asks_for(run.options(), "flipped"),
+          "--flipped is for charts of textures, and --geometry looks at none: leave it out");
   return read_usable_scene(run, MissingPictures::unneeded, share);
 }
 
@@ -87,10 +108,12 @@ SolveReport worst_of(const std::vector<SolveReport>& reports) {
   return reports.empty() ? SolveReport{} : reports.back();
 }
 
-void put_positions(Run& run, Scene& scene, const std::vector<Vector3>& positions) {
+void put_positions(Run& run, Scene& scene, const std::vector<Vector3>& positions,
+                   const std::string& advice) {
   Mesh after = scene.surface.mesh;
   after.positions = positions;
   report_change(run, scene.surface, after);
+  warn_of_size(run, advice);
   bool moved = false;
   Mesh& mesh = scene.model.mesh;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {

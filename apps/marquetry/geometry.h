@@ -23,7 +23,9 @@ void add_fit_options(OptionTable& table, const std::string& group);
 SolveReport worst_of(const std::vector<SolveReport>& reports);
 
 /// Puts new positions of the surface's vertices into the model, whose stored normals are then left
-/// out; says and reports how far vertices moved and what area and volume became.
-void put_positions(Run& run, Scene& scene, const std::vector<Vector3>& positions);
+/// out; says and reports how far vertices moved and what area and volume became. Where one of these
+/// changed by more than 10 % a warning says so, followed by `advice`.
+void put_positions(Run& run, Scene& scene, const std::vector<Vector3>& positions,
+                   const std::string& advice);
 
 }  // namespace mq::app

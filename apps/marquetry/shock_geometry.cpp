@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include "geometry.h"
+#include "mq/base/error.h"
 #include "mq/filter/geometry_shock.h"
+#include "signal_options.h"
 #include "solving.h"
 
 namespace mq::app {
@@ -32,15 +34,20 @@ void add_shock_geometry_options(OptionTable& table) {
              .help = "sharpen the shape: its normals, to which vertices are then fitted"});
   table.add({.name = "smooth-normals",
              .type = Option::Type::length,
-             .default_value = "1%",
+             .default_value = "0",
              .group = "Shape",
-             .help = "how far normals are spread before everything else, against noise"});
+             .help = "how far normals are spread before everything else",
+             .details = "Against noise, of which it takes off waves shorter than 6 times as long. 0 "
+                        "leaves a clean model its detail."});
   add_fit_options(table, "Shape");
 }
 
 Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
                     const std::string& potential, const VertexSolver& solver) {
   const OptionValues& options = run.options();
+  require(!asks_for(options, "longest-edge"),
+          "--longest-edge is for textures, whose triangles are cut; those of a shape are taken as they "
+          "are: leave it out");
   Scene scene = read_shape(run, 0.15);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
@@ -70,7 +77,8 @@ Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
         worst.method, worst.residuals.empty() ? 1 : worst.residuals.back()));
   report_shape(run, shape);
   const Step step(run, "write", 0.1);
-  put_positions(run, scene, shape.positions);
+  put_positions(run, scene, shape.positions,
+                "less --time or --smooth-potential keeps more of it");
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }

@@ -1,5 +1,7 @@
 #include "signal_options.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "mq/base/error.h"
@@ -99,6 +101,14 @@ bool at_vertices(const OptionValues& options, const Scene& scene) {
               ": has no texture coordinates; --space is for textures, not for colours at "
               "vertices: leave it out");
   return true;
+}
+
+void refuse_pictures(const OptionValues& options) {
+  const std::vector<std::string> pictures = options.texts("texture");
+  require(pictures.empty(),
+          fmt::format("{}: its colours at vertices are what is processed, and '{}' would not be "
+                      "looked at: leave it out",
+                      options.text("mesh"), pictures.empty() ? "" : pictures.front()));
 }
 
 void add_depth_option(OptionTable& table) {

@@ -43,6 +43,9 @@ void add_vertices_option(OptionTable& table, const std::string& help);
 /// was asked for.
 bool at_vertices(const OptionValues& options, const Scene& scene);
 
+/// Throws `InvalidInput` where pictures are named beside colours at vertices, see `at_vertices`.
+void refuse_pictures(const OptionValues& options);
+
 /// Adds --depth.
 void add_depth_option(OptionTable& table);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -145,8 +146,14 @@ Signal VertexTarget::values_of(const VertexSignal& colors) const {
     const int unknown = scene_.surface.vertex_from_source[std::size_t(v)];
     if (unknown < 0) continue;
     copies[unknown] += 1;
-    for (int c = 0; c < colors.channels; ++c)
-      sum(unknown, c) += colors.values[std::size_t(v) * colors.channels + c];
+    for (int c = 0; c < colors.channels; ++c) {
+      const float value = colors.values[std::size_t(v) * colors.channels + c];
+      require(std::isfinite(value),
+              fmt::format("{}: channel {} of the colour of vertex {} (counted from 0) is {}; it must "
+                          "be finite",
+                          scene_.model.path.string(), c, v, value));
+      sum(unknown, c) += value;
+    }
   }
   // A vertex split into fans has its source's colour in each; only one of them was counted.
   for (int u = 0; u < space.size(); ++u) {

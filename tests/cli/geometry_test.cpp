@@ -248,7 +248,12 @@ TEST(FilterGeometry, SaysWhatItCannotDo) {
               HasSubstr("leave --normals out"));
   EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--vertices"}), HasSubstr("contradict"));
   EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--by-curvature", "x"}), HasSubstr("curvature"));
-  EXPECT_THAT(error({"-o", "o.obj", "--by-curvature", "2"}), HasSubstr("give --geometry too"));
+  for (const char* name : {"--by-curvature", "--smooth-normals", "--fit-weight", "--fit-steps"})
+    EXPECT_THAT(error({"-o", "o.obj", name, "2"}), HasSubstr("give --geometry too"));
+  for (const char* name : {"--fit-weight", "--fit-steps"})
+    EXPECT_THAT(error({"-o", "o.obj", "--geometry", name, "2"}), HasSubstr("give --normals too"));
+  EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--smooth-normals", "2"}),
+              HasSubstr("give --by-curvature too"));
   write_bytes(folder / "line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
   const Result flat = marquetry(folder, {"filter", "line.obj", "-o", "o.obj", "--geometry", "--beta", "0"});
   EXPECT_EQ(flat.status, 2);
@@ -277,13 +282,17 @@ TEST(ShockGeometry, GivesARoundedCubeItsEdgesBack) {
   for (const char* time : {"10", "1e6"}) {
     const Result result =
         marquetry(folder, {"shock", "round.ply", "--geometry", "-o", "sharp.ply", "--time", time,
-                           "--smooth-normals", "0", "--fit-steps", "3", "--json"});
+                           "--fit-steps", "3", "--json"});
     ASSERT_EQ(result.status, 0) << result.error;
     EXPECT_LT(off_axes(read_model(folder / "sharp.ply").mesh), 0.8 * before);
     const Json found = result.json()["result"];
     EXPECT_LT(found["area"]["change"].get<double>(), 0);
     EXPECT_TRUE(found["volume"]["change"].is_number());
-    EXPECT_GT(found["paths"]["at_rest"].get<double>(), 0);
+    EXPECT_GT(found["paths"]["triangles_crossed"].get<double>(), 0);
+    if (time == std::string("1e6")) {
+      EXPECT_EQ(found["paths"]["at_rest"].get<int>(),
+                3 * read_model(folder / "round.ply").mesh.triangle_count());
+    }
   }
 }
 
@@ -324,6 +333,43 @@ TEST(ShockGeometry, SaysWhatItCannotDo) {
   EXPECT_THAT(error({"-o", "o.obj", "--method", "osher-rudin"}), HasSubstr("--method is for pictures"));
   EXPECT_THAT(error({"-o", "o.obj", "--smooth", "2tx"}), HasSubstr("texels needs a texture"));
   EXPECT_THAT(error({"-o", "o.obj", "--vertices"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"-o", "o.obj", "--longest-edge", "2"}), HasSubstr("--longest-edge is for textures"));
+  EXPECT_THAT(error({"-o", "o.obj", "--flipped", "keep"}), HasSubstr("--flipped is for charts"));
+}
+
+TEST(ShockGeometry, SmoothsNormalsAtTimeZeroWhereAsked) {
+  const Folder folder;
+  write_mesh(folder, "ball.ply", bumpy_sphere());
+  const Result result = marquetry(folder, {"shock", "ball.ply", "-g", "-o", "o.ply", "-t", "0",
+                                           "--smooth-normals", "3%", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_GT(result.json()["result"]["largest_moved"].get<double>(), 5e-3);
+}
+
+TEST(ShockGeometry, LeavesACleanCubeAlone) {
+  const Folder folder;
+  write_mesh(folder, "cube.ply", cube_cross(24).mesh);
+  for (const char* time : {"1e-9", "2", "1e6"}) {
+    ASSERT_EQ(marquetry(folder, {"shock", "cube.ply", "-g", "-o", "o.ply", "-t", time}).status, 0);
+    EXPECT_EQ(file_bytes(folder / "o.ply"), file_bytes(folder / "cube.ply"));
+  }
+}
+
+TEST(ShockGeometry, WarnsWhereALotOfTheShapeGoes) {
+  // All normals of a torus come to be those at its outer equator, where it curves least.
+  const Folder folder;
+  write_mesh(folder, "torus.ply", fixtures::torus(48, 24));
+  const Result result =
+      marquetry(folder, {"shock", "torus.ply", "-g", "-o", "o.ply", "-t", "5", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("warning: the volume changed by -"));
+  EXPECT_LT(result.json()["result"]["volume"]["change"].get<double>(), -0.1);
+  EXPECT_THAT(result.json()["result"]["warnings"].back().get<std::string>(),
+              HasSubstr("--smooth-potential"));
+  const Result less =
+      marquetry(folder, {"shock", "torus.ply", "-g", "-o", "o.ply", "-t", "0.1", "--json"});
+  EXPECT_TRUE(less.json()["result"]["warnings"].empty());
+  EXPECT_THAT(less.error, Not(HasSubstr("warning: the")));
 }
 
 }  // namespace

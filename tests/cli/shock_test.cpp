@@ -202,6 +202,22 @@ TEST(Shock, RefusesWhatDoesNotFit) {
   for (const char* model : {"strip.png", "strip.obj"})
     EXPECT_THAT(error({model, "--fit-weight", "7", "-o", "o.png"}),
                 HasSubstr("--fit-weight is for shapes"));
+  for (const char* model : {"strip.png", "strip.obj"})
+    EXPECT_THAT(error({model, "--smooth-normals", "1%", "-o", "o.png"}),
+                HasSubstr("--smooth-normals is for shapes"));
+  EXPECT_THAT(error({"strip.png", "--geometry", "-o", "o.png"}),
+              HasSubstr("strip.png: is a picture and has no shape"));
+  const auto coloured = [](const std::string& red) {
+    return "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+           "property float z\nproperty float red\nproperty float green\nproperty float blue\n"
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+           "0 0 0 0.1 0 0\n1 0 0 " + red + " 0 0\n0 1 0 0.5 0 0\n3 0 1 2\n";
+  };
+  write_bytes(folder / "vc.ply", coloured("0.2"));
+  write_bytes(folder / "nan.ply", coloured("nan"));
+  EXPECT_THAT(error({"vc.ply", "strip.png", "-o", "o.ply"}),
+              HasSubstr("vc.ply: its colours at vertices are what is processed, and 'strip.png'"));
+  EXPECT_THAT(error({"nan.ply", "-o", "o.ply"}), HasSubstr("nan.ply: channel 0 of the colour of vertex 1"));
   EXPECT_THAT(error({"missing.png", "-o", "o.png"}), HasSubstr("missing.png"));
   EXPECT_THAT(error({"strip.obj", "--time", "-1", "-o", "o.png"}), HasSubstr("--time"));
   EXPECT_THAT(error({"strip.obj", "--time", "1", "--absolute-time", "1", "-o", "o.png"}),

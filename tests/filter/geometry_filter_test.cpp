@@ -115,13 +115,14 @@ TEST(FilterPositions, MovesWithTheShapeAndItsUnit) {
 
 TEST(FilterNormals, KeepsThemWhereTheyAreEqualAndUnit) {
   const Surface flat = make_surface(fixtures::flat_square(8, 0.2));
-  for (const Vector3& n : filter_normals(flat, {.weight = 0.1, .beta = 0}).normals)
+  for (const Vector3& n : filter_normals(flat, {.weight = 0.1, .beta = 0}).at_vertices)
     EXPECT_LT((n - Vector3(0, 0, 1)).norm(), 1e-14);
   const Surface torus = make_surface(fixtures::torus(20, 10));
-  EXPECT_TRUE(filter_normals(torus, {.weight = 1, .beta = 1}).normals ==
-              vertex_normals(torus.mesh));
+  const FilteredNormals same = filter_normals(torus, {.weight = 1, .beta = 1});
+  EXPECT_TRUE(same.at_vertices == vertex_normals(torus.mesh));
+  EXPECT_TRUE(same.of_triangles == triangle_normals(torus.mesh));
   for (const double beta : {0.0, 5.0})
-    for (const Vector3& n : filter_normals(torus, {.weight = 0.1, .beta = beta}).normals)
+    for (const Vector3& n : filter_normals(torus, {.weight = 0.1, .beta = beta}).at_vertices)
       EXPECT_NEAR(n.norm(), 1, 1e-14);
 }
 
@@ -132,7 +133,7 @@ TEST(FilterNormals, SmoothsAndSharpensThem) {
   for (Vector3& p : mesh.positions) p.z() = -std::sqrt(0.01 + (p.x() - 0.5) * (p.x() - 0.5));
   const Surface wedge = make_surface(mesh);
   const auto turn = [&](double beta) {
-    const auto normals = filter_normals(wedge, {.weight = 0.0025, .beta = beta}).normals;
+    const auto normals = filter_normals(wedge, {.weight = 0.0025, .beta = beta}).at_vertices;
     const int row = 20 * 41;
     return std::acos(normals[row + 18].dot(normals[row + 22]));
   };
@@ -157,7 +158,7 @@ TEST(GeometryFilter, CopesWithUglyMeshes) {
           const int first = surface.vertex_from_source[surface.source_from_vertex[v]];
           EXPECT_EQ(result.positions[v], result.positions[first]);
         }
-        for (const Vector3& n : filter_normals(surface, options).normals)
+        for (const Vector3& n : filter_normals(surface, options).at_vertices)
           EXPECT_TRUE(n.allFinite());
       }
   }

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 
 #include "filter/shapes.h"
 #include "mq/mesh/geometry.h"
@@ -34,10 +35,13 @@ TEST(NormalFit, KeepsAShapeThatHasTheNormals) {
   for (const Surface& surface : {bumpy(), make_surface(fixtures::sphere(3)),
                                  make_surface(fixtures::flat_square(9, 0.2))}) {
     const NormalFit fit(surface);
-    for (const int steps : {1, 3}) {
-      const Reshaped same = fit.fit(triangle_normals(surface.mesh), steps);
-      EXPECT_LT(largest_distance(same.positions, surface.mesh.positions), 1e-10);
-    }
+    std::vector<Vector3> normals = triangle_normals(surface.mesh);
+    for (const int steps : {1, 3})
+      EXPECT_TRUE(fit.fit(normals, steps).positions == surface.mesh.positions);
+    // The same normals but for their last bits.
+    for (Vector3& n : normals) n *= 0.3;
+    for (const int steps : {1, 3})
+      EXPECT_LT(largest_distance(fit.fit(normals, steps).positions, surface.mesh.positions), 1e-10);
   }
 }
 
@@ -50,9 +54,17 @@ TEST(NormalFit, TakesNormalsOfEitherSignAndAnyLength) {
   EXPECT_LT(largest_distance(fit.fit(normals).positions, once.positions), 1e-12);
 }
 
+/// Unit means of normals at the corners.
+std::vector<Vector3> means(const Mesh& mesh, const std::vector<Vector3>& normals) {
+  std::vector<Vector3> result;
+  for (const Triangle& t : mesh.triangles)
+    result.push_back((normals[t[0]] + normals[t[1]] + normals[t[2]]).normalized());
+  return result;
+}
+
 TEST(NormalFit, KeepsAPlaneUnderItsNormalsAtVertices) {
   const Surface surface = make_surface(fixtures::flat_square(12, 0.2));
-  const auto normals = triangle_means(surface.mesh, vertex_normals(surface.mesh));
+  const auto normals = means(surface.mesh, vertex_normals(surface.mesh));
   EXPECT_LT(largest_distance(NormalFit(surface).fit(normals).positions, surface.mesh.positions),
             1e-12);
 }
@@ -61,7 +73,7 @@ TEST(NormalFit, KeepsASphereUnderItsNormalsAtVerticesToSecondOrder) {
   double before = 0;
   for (const int levels : {3, 4, 5}) {
     const Surface surface = make_surface(fixtures::sphere(levels));
-    const auto normals = triangle_means(surface.mesh, surface.mesh.positions);
+    const auto normals = means(surface.mesh, surface.mesh.positions);
     const double moved =
         largest_distance(NormalFit(surface).fit(normals).positions, surface.mesh.positions);
     if (before > 0) {
@@ -221,13 +233,35 @@ TEST(NormalFit, KeepsTheCentreOfEachComponent) {
   EXPECT_LT(moved[1].norm(), 1e-12);
 }
 
-TEST(NormalFit, TakesMeansOfUnitNormals) {
-  Mesh mesh = fixtures::one_triangle();
-  const auto mean = [&](std::vector<Vector3> n) { return triangle_means(mesh, n)[0]; };
-  EXPECT_LT((mean({{5, 0, 0}, {0, 0.1, 0}, {0, 0, 1}}) - Vector3(1, 1, 1).normalized()).norm(),
-            1e-15);
-  EXPECT_EQ(mean({{0, 0, 0}, {0, 2, 0}, {0, 0, 0}}), Vector3(0, 1, 0));
-  EXPECT_EQ(mean({{0, 0, 1}, {0, 0, -1}, {0, 0, 0}}), Vector3(0, 0, 0));
+TEST(FilteredWith, LeavesNormalsAloneWhereNothingChanges) {
+  const Surface surface = bumpy();
+  const VertexSpace space(surface);
+  const std::vector<Vector3> own = triangle_normals(surface.mesh), at = vertex_normals(surface.mesh);
+  EXPECT_TRUE(filtered_with(space, own, {at, at, 0.01, 1}) == own);
+  EXPECT_TRUE(filtered_with(space, own, {at, at, 0, 0}) == own);
+  // A reach far below a triangle's size changes next to nothing.
+  EXPECT_LT(largest_distance(filtered_with(space, own, {at, at, 1e-12, 0}), own), 1e-7);
+}
+
+TEST(FilteredWith, FadesWhatVerticesCannotHoldAsAWaveOfATrianglesSize) {
+  // Equilateral, side 1: λ = 24. Own normal +z, before and after the same mean m:
+  // n' ∝ m + g·(z − m).
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0.5, std::sqrt(0.75), 0}};
+  mesh.triangles = {{0, 1, 2}};
+  const Surface surface = make_surface(mesh);
+  const VertexSpace space(surface);
+  const Vector3 tilted = Vector3(0.5, 0, 1).normalized(), z(0, 0, 1);
+  const std::vector<Vector3> at(3, tilted);
+  for (const double weight : {0.01, 1.0, 1e9, std::numeric_limits<double>::infinity()})
+    for (const double beta : {0.0, 3.0}) {
+      const double g = std::isfinite(weight) ? (1 + beta * weight * 24) / (1 + weight * 24) : beta;
+      const Vector3 wanted = (tilted + g * (z - tilted)).normalized();
+      EXPECT_LT((filtered_with(space, {z}, {at, at, weight, beta})[0] - wanted).norm(), 1e-14);
+    }
+  // What cancels says nothing.
+  const std::vector<Vector3> star = {{1, 0, 0}, {-0.5, std::sqrt(0.75), 0}, {-0.5, -std::sqrt(0.75), 0}};
+  EXPECT_EQ(filtered_with(space, {z}, {star, star, 1e30, 0})[0], z);
 }
 
 TEST(NormalFit, SaysWhatDoesNotFit) {
@@ -239,7 +273,9 @@ TEST(NormalFit, SaysWhatDoesNotFit) {
   normals[3].x() = NAN;
   EXPECT_THAT(error_of([&] { fit.fit(normals); }), HasSubstr("triangle 3"));
   EXPECT_THAT(error_of([&] { NormalFit(surface, -1); }), HasSubstr("weight"));
-  EXPECT_THAT(error_of([&] { triangle_means(surface.mesh, normals); }), HasSubstr("9 vertices"));
+  const VertexSpace space(surface);
+  EXPECT_THAT(error_of([&] { filtered_with(space, normals, {normals, normals, 1, 0}); }),
+              HasSubstr("9 vertices"));
 }
 
 }  // namespace

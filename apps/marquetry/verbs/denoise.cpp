@@ -36,6 +36,7 @@ std::vector<Guide> asked_guides(const OptionValues& options, const Scene& scene,
 Exit denoise_verb_run(Run& run) {
   const OptionValues& options = run.options();
   Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,
       at_vertices(options, scene) ? Outputs::Kind::model : Outputs::Kind::pictures);

@@ -4,6 +4,8 @@
 // asked for, lets ScreenedPoisson work, and puts the result back. A texel that the filter leaves
 // alone, or that no chart touches, keeps its bits. With --geometry the signal is the shape itself:
 // positions, or normals that vertices are then fitted to.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <memory>
 #include <tuple>
@@ -47,14 +49,11 @@ std::pair<std::vector<Vector3>, SolveReport> filtered_shape(const Surface& surfa
     Reshaped shape = filter_positions(surface, wanted, factory, progress);
     return {std::move(shape.positions), shape.report};
   }
-  // A fit is no identity, so normals that stay are not fitted to.
-  if (wanted.beta == 1 || wanted.weight == 0)
-    return {surface.mesh.positions, nothing_to_solve()};
   const FilteredNormals found =
       filter_normals(surface, wanted, factory, progress.step("normals", 0.5));
   const NormalFit fit(surface, options.number("fit-weight"), factory, progress.step("prepare", 0.4));
-  Reshaped shape = fit.fit(triangle_means(surface.mesh, found.normals),
-                           int(options.integer("fit-steps")), progress.step("fit", 0.1));
+  Reshaped shape = fit.fit(found.of_triangles, int(options.integer("fit-steps")),
+                           progress.step("fit", 0.1));
   return {std::move(shape.positions), worst_of({found.report, shape.report})};
 }
 
@@ -63,6 +62,12 @@ Exit filter_geometry(Run& run) {
   require(!options.flag("normals") || (options.texts("mask").empty() && options.texts("spot").empty()),
           "--mask and --spot are for positions: vertices fitted to normals that changed in one place "
           "move everywhere; leave --normals out");
+  require(options.flag("normals") ||
+              (!asks_for(options, "fit-weight") && !asks_for(options, "fit-steps")),
+          "--fit-weight and --fit-steps are of the fit to filtered normals: give --normals too");
+  require(options.has("by-curvature") || !asks_for(options, "smooth-normals"),
+          "--smooth-normals is for finding creases: give --by-curvature too. To smooth the normals "
+          "themselves, give --normals --beta 0 and how far as --length");
   Scene scene = read_shape(run, 0.2);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
@@ -86,7 +91,8 @@ Exit filter_geometry(Run& run) {
     run.result["length"] = number_json(std::sqrt(wanted.weight));
   });
   const Step step(run, "write", 0.1);
-  put_positions(run, scene, positions);
+  put_positions(run, scene, positions,
+                "a shorter --length or a --beta nearer to 1 keeps more of it");
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }
@@ -94,9 +100,11 @@ Exit filter_geometry(Run& run) {
 Exit filter(Run& run) {
   const OptionValues& options = run.options();
   if (options.flag("geometry")) return filter_geometry(run);
-  require(!options.has("by-curvature"),
-          "--by-curvature is for the shape of a model: give --geometry too");
+  for (const char* name : {"by-curvature", "smooth-normals", "fit-weight", "fit-steps"})
+    require(!asks_for(options, name),
+            fmt::format("--{} is for the shape of a model: give --geometry too", name));
   Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,
       at_vertices(options, scene) ? Outputs::Kind::model : Outputs::Kind::pictures);

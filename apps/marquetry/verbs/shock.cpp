@@ -213,6 +213,7 @@ Exit shock_model(Run& run) {
   refuse_without_geometry(options);
   Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.15);
   const bool vertices = at_vertices(options, scene);
+  if (vertices) refuse_pictures(options);
   require(!vertices || !asks_for(options, "longest-edge"),
           "--longest-edge is for textures, whose triangles are cut; colours at vertices are taken as "
           "they are");
@@ -265,12 +266,16 @@ Exit shock_model(Run& run) {
 
 Exit run_shock(Run& run) {
   const OptionValues& options = run.options();
+  const std::string file = options.text("mesh");
   if (options.flag("geometry")) {
+    require(!names_picture(file),
+            fmt::format("{}: is a picture and has no shape; --geometry is for models: leave it out",
+                        file));
     refuse_for_models(options);
     return shock_geometry(run, asked_time(options), options.text("smooth"),
                           options.text("smooth-potential"), vertex_solver(options));
   }
-  return names_picture(run.options().text("mesh")) ? shock_picture(run) : shock_model(run);
+  return names_picture(file) ? shock_picture(run) : shock_model(run);
 }
 
 void add_shock_options(OptionTable& table) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -25,10 +26,11 @@ Signal as_signal(const std::vector<Vector3>& vectors) {
 }
 
 /// Smooths or sharpens unit vectors at the vertices in a space.
-FilteredNormals filtered(const VertexSpace& space, std::vector<Vector3> normals, double weight,
-                         double beta, const SolverFactory& factory, const Progress& progress) {
-  if (beta == 1 || weight == 0)
-    return {std::move(normals), nothing_to_solve()};
+std::pair<std::vector<Vector3>, SolveReport> filtered(const VertexSpace& space,
+                                                      std::vector<Vector3> normals, double weight,
+                                                      double beta, const SolverFactory& factory,
+                                                      const Progress& progress) {
+  if (beta == 1 || weight == 0) return {std::move(normals), nothing_to_solve()};
   const ScreenedPoisson equation(space, weight, factory, progress.step("prepare", 0.7));
   const Filtered found = equation.solve(as_signal(normals), beta, progress.step("solve", 0.3));
   parallel_for(std::ssize(normals), [&](std::int64_t v) {
@@ -59,9 +61,9 @@ std::vector<FlatTriangle> shapes(const Surface& surface, const std::vector<Vecto
                                  const SolverFactory& factory, const Progress& progress) {
   if (options.crease_length == 0) return flat_triangles(surface);
   const VertexSpace space(surface);
-  const FilteredNormals smooth = filtered(
-      space, normals, options.crease_alpha * space.scale().area, 0, factory, progress);
-  return shapes_across_creases(surface, smooth.normals, options.crease_length);
+  const std::vector<Vector3> smooth =
+      filtered(space, normals, options.crease_alpha * space.scale().area, 0, factory, progress).first;
+  return shapes_across_creases(surface, smooth, options.crease_length);
 }
 
 }  // namespace
@@ -70,11 +72,14 @@ FilteredNormals filter_normals(const Surface& surface, const GeometryFilterOptio
                                const SolverFactory& factory, const Progress& progress) {
   require_sound(options);
   const double share = options.crease_length > 0 ? 0.5 : 0;
-  std::vector<Vector3> normals = vertex_normals(surface.mesh);
+  const std::vector<Vector3> before = vertex_normals(surface.mesh);
   const VertexSpace space(
-      surface, shapes(surface, normals, options, factory, progress.step("creases", share)));
-  return filtered(space, std::move(normals), options.weight, options.beta, factory,
-                  progress.step("normals", 1 - share));
+      surface, shapes(surface, before, options, factory, progress.step("creases", share)));
+  auto [after, report] = filtered(space, before, options.weight, options.beta, factory,
+                                  progress.step("normals", 1 - share));
+  std::vector<Vector3> of_triangles = filtered_with(
+      space, triangle_normals(surface.mesh), {before, after, options.weight, options.beta});
+  return {std::move(after), std::move(of_triangles), std::move(report)};
 }
 
 Reshaped filter_positions(const Surface& surface, const GeometryFilterOptions& options,

@@ -22,15 +22,17 @@ struct GeometryFilterOptions {
   std::vector<double> mask = {};
 };
 
-/// Unit normals at the vertices, and how the solve went.
+/// Unit normals, and how the solve went.
 struct FilteredNormals {
-  std::vector<Vector3> normals;  ///< 0 where no triangle has area
+  std::vector<Vector3> at_vertices;   ///< 0 where no triangle has area
+  std::vector<Vector3> of_triangles;  ///< 0 where they have no area
   SolveReport report;
 };
 
-/// The normals of `vertex_normals` as three signals that are smoothed or sharpened, and scaled to
-/// length 1 again (kept where that is not possible). beta = 1 changes nothing. Chuang, Rusinkiewicz
-/// and Kazhdan, Gradient-domain processing of meshes, 2016.
+/// The normals N of `vertex_normals` as three signals that are smoothed or sharpened to N', and
+/// scaled to length 1 again (kept where that is not possible). beta = 1 changes nothing. Chuang,
+/// Rusinkiewicz and Kazhdan, Gradient-domain processing of meshes, 2016. Those of triangles begin at
+/// the triangles' own n, see `filtered_with`.
 FilteredNormals filter_normals(const Surface& surface, const GeometryFilterOptions& options,
                                const SolverFactory& factory = direct_solver(),
                                const Progress& progress = {});

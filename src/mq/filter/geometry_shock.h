@@ -9,7 +9,7 @@
 namespace mq {
 
 struct GeometryShockOptions {
-  double normal_alpha = 1e-4;     ///< smoothing of the normals before everything else
+  double normal_alpha = 0;        ///< smoothing of the normals before everything else
   double signal_alpha = 1e-4;     ///< of those that the potential is taken of
   double potential_alpha = 1e-4;  ///< and of the potential; all on the surface of unit area
   ShockTime time = {};
@@ -20,7 +20,7 @@ struct GeometryShockOptions {
 /// A sharpened shape and how it came about.
 struct SharpenedShape {
   std::vector<Vector3> positions;
-  std::vector<Vector3> normals;  ///< unit, at the vertices: those the shape was fitted to
+  std::vector<Vector3> normals;  ///< unit, of the triangles: those the shape was fitted to
   double rate = 0;               ///< Λ of the potential, see `potential_rate`
   double time = 0;               ///< for which paths ran
   PathCounts counts;
@@ -31,17 +31,22 @@ struct SharpenedShape {
   } seconds;
 };
 
-/// The Gauss map N: S → S² is sharpened as a signal of three channels (`transport_shock`, potential
-/// P = ½|∇N|² = ½(κ₁² + κ₂²)), its values scaled to length 1, and the vertices fitted to it
-/// (`NormalFit`): flat regions between sharper creases (thesis 3.4.2). N is that of
-/// `vertex_normals`, smoothed by `normal_alpha` for noise. For times without end N is piecewise
-/// constant, so that the shape comes to be of planes. A time of 0 leaves the shape as it is, to the
-/// bit. Any other smooths, however short it is, by `normal_alpha` and because a fit is no identity.
+/// The Gauss map N: S → S² is sharpened as a signal of three channels, and the vertices fitted to it
+/// (`NormalFit`): flat regions between sharper creases (thesis 3.4.2).
 ///
-/// Turning and moving the shape turns and moves the result; with relative times, so does a change of
-/// unit. A plane stays. Boundaries, vertices that are not manifold and triangles without area are
-/// treated as `SurfaceFlow` and `NormalFit` say; nothing is ever infinite. Throws `InvalidInput` on
-/// weights or times that are negative or not finite.
+/// The potential P = ½|∇N|² = ½(κ₁² + κ₂²) is that of N at the vertices (`vertex_normals`, smoothed
+/// by `normal_alpha` against noise, then `signal_alpha`; see `shock_potential`). What is carried are
+/// the normals of the triangles: their own, filtered as `filtered_with` says where `normal_alpha` is
+/// not 0. From the middle of each third of a triangle a path runs down P; the triangle's new normal is
+/// the mean of the three found, of length 1. Where triangles meet at the end of a path, the normal
+/// nearest to that of its beginning counts, so that a path does not cross the crease it ends on;
+/// normals at 90° or more, to which (3.9) shrinks a triangle to nothing, do not count. For times without end N is piecewise constant, so that the shape comes to be of planes.
+///
+/// A time of 0 without `normal_alpha` leaves the shape as it is, bit for bit; so does any time where
+/// paths do not leave flat faces, as of a cube. Turning and moving the shape turns and moves the
+/// result; with relative times, so does a change of unit. Boundaries, vertices that are not manifold
+/// and triangles without area are treated as `SurfaceFlow` and `NormalFit` say; nothing is ever
+/// infinite. Throws `InvalidInput` on weights or times that are negative or not finite.
 SharpenedShape sharpen_shape(const Surface& surface, const GeometryShockOptions& options,
                              const SolverFactory& factory = direct_solver(),
                              const Progress& progress = {});

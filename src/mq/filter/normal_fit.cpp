@@ -1,8 +1,7 @@
-// (M + w·S)·δ = w·(b − S·p₀),   b = Gᵀ M₁ (I − nnᵀ)∇p,   p ← p₀ + δ.
+// (M + w·S)·(p − p₀) = w·Gᵀ M₁ (∇(p_k − p₀) − ⟨∇p_k, n⟩ n),   p_0 = p₀, p_{k+1} ← p.
 //
-// In the frame e₁, e₂ of a triangle in space ∇p has the rows e₁ᵀ, e₂ᵀ while p = p₀; the projection
-// takes ⟨∇p, n⟩ n off each. With that alone on the right-hand side, whatever has its own normals
-// stays, bit for bit where they are exact.
+// In the frame e₁, e₂ of a triangle in space ∇p₀ has the rows e₁ᵀ, e₂ᵀ, whose part along the own
+// normal is 0 but for rounding: it is left out, so that what has its own normals stays bit for bit.
 
 #include "mq/filter/normal_fit.h"
 
@@ -18,8 +17,8 @@
 namespace mq {
 namespace {
 
-/// Normals whose mean is shorter than this say nothing about where it points.
-constexpr double least_mean = 1e-6;
+/// Normals whose sum is shorter than this say nothing about where it points.
+constexpr double least_sum = 3e-6;
 
 Signal as_signal(std::span<const Vector3> positions) {
   Signal signal(Eigen::Index(positions.size()), 3);
@@ -28,19 +27,15 @@ Signal as_signal(std::span<const Vector3> positions) {
   return signal;
 }
 
-/// Takes ⟨∇p, n⟩ n off every row, or leaves that alone of it.
-enum class Part { tangent, normal };
-void keep(Part part, std::span<const Vector3> normals, Signal& gradient) {
-  parallel_for(std::ssize(normals), [&](std::int64_t t) {
-    const Vector3 n = safe_unit(normals[t]);
-    for (int i = 0; i < 2; ++i) {
-      const Vector3 row = gradient.row(2 * t + i).transpose();
-      const Vector3 along = row.dot(n) * n;
-      gradient.row(2 * t + i) =
-          (part == Part::normal ? Vector3(-along) : Vector3(row - along)).transpose();
-    }
-  });
+/// Half of Σ |e|² / area² of a triangle times 3, see `filtered_with`.
+double rate_of(const FlatTriangle& shape) {
+  double squares = 0;
+  for (int k = 0; k < 3; ++k) squares += shape.edge(k).squaredNorm();
+  return 1.5 * squares / (shape.area() * shape.area());
 }
+
+/// (1 + β·x) / (1 + x), also for x without end.
+double gain(double beta, double x) { return beta + (1 - beta) / (1 + x); }
 
 }  // namespace
 
@@ -63,22 +58,35 @@ Surface with_fans_joined(const Surface& surface) {
   return result;
 }
 
-std::vector<Vector3> triangle_means(const Mesh& mesh, std::span<const Vector3> vertex_normals) {
-  require(std::ssize(vertex_normals) == mesh.vertex_count(),
-          fmt::format("{} normals were given for {} vertices", vertex_normals.size(),
-                      mesh.vertex_count()));
-  std::vector<Vector3> means(mesh.triangles.size());
-  parallel_for(std::ssize(means), [&](std::int64_t t) {
-    Vector3 sum = Vector3::Zero();
-    for (const int v : mesh.triangles[t]) sum += safe_unit(vertex_normals[v]);
-    means[t] = sum.norm() > 3 * least_mean ? safe_unit(sum) : Vector3(Vector3::Zero());
+std::vector<Vector3> filtered_with(const VertexSpace& space, std::vector<Vector3> own,
+                                   const NormalChange& change) {
+  require(std::ssize(own) == space.triangle_count() &&
+              std::ssize(change.before) == space.size() && change.before.size() == change.after.size(),
+          fmt::format("{} normals of triangles, {} and {} at vertices were given for {} triangles and "
+                      "{} vertices",
+                      own.size(), change.before.size(), change.after.size(), space.triangle_count(),
+                      space.size()));
+  if (change.beta == 1 || change.weight == 0) return own;
+  parallel_for(std::ssize(own), [&](std::int64_t t) {
+    const FlatTriangle& shape = space.shapes()[std::size_t(t)];
+    if (shape.empty()) return;
+    Vector3 before = Vector3::Zero(), after = Vector3::Zero();
+    for (const int v : space.triangles()[std::size_t(t)]) {
+      before += change.before[std::size_t(v)];
+      after += change.after[std::size_t(v)];
+    }
+    const Vector3 sum =
+        after + gain(change.beta, change.weight * rate_of(shape)) * (3 * own[t] - before);
+    if (sum.norm() > least_sum) own[t] = safe_unit(sum);
   });
-  return means;
+  return own;
 }
 
 NormalFit::NormalFit(const Surface& surface, double alpha, const SolverFactory& factory,
                      const Progress& progress)
-    : joined_(joined_fans(surface)), positions_(as_signal(surface.mesh.positions)) {
+    : joined_(joined_fans(surface)),
+      positions_(as_signal(surface.mesh.positions)),
+      own_(triangle_normals(surface.mesh)) {
   require(alpha >= 0 && std::isfinite(alpha),
           fmt::format("the weight of a fit to normals is {}; it must be finite and not negative",
                       alpha));
@@ -99,11 +107,18 @@ Reshaped NormalFit::fit(std::span<const Vector3> normals, int steps,
   Filtered found{positions_, {}};
   for (int k = 0; k < steps; ++k) {
     const Progress step = progress.step(fmt::format("fit {}", k + 1), 1.0 / steps);
-    Signal gradient = space_->gradient(found.signal);
-    keep(k == 0 ? Part::normal : Part::tangent, normals, gradient);
-    const Signal moments = space_->gradient_moments(gradient);
-    found = k == 0 ? equation_->solve_change(positions_, moments, step)
-                   : equation_->solve_towards(positions_, moments, step);
+    const Signal moved = found.signal - positions_;
+    Signal change = space_->gradient(moved);
+    const Signal gradient = space_->gradient(found.signal);
+    parallel_for(std::ssize(normals), [&](std::int64_t t) {
+      const Vector3 n = safe_unit(normals[t]);
+      const Signal& seen = normals[t] == own_[std::size_t(t)] ? change : gradient;
+      for (Eigen::Index i = 2 * t; i < 2 * t + 2; ++i) {
+        const Vector3 row = seen.row(i).transpose();
+        change.row(i) -= (row.dot(n) * n).transpose();
+      }
+    });
+    found = equation_->solve_change(positions_, space_->gradient_moments(change), step);
   }
   Reshaped result{std::vector<Vector3>(joined_.size()), std::move(found.report)};
   for (std::size_t v = 0; v < joined_.size(); ++v)

@@ -16,10 +16,25 @@ struct Reshaped {
   SolveReport report;
 };
 
-/// The normals of triangles that a field of normals at the vertices means: the mean of the three
-/// (each scaled to length 1), scaled to length 1. 0 where it is nearly 0, as where they point
-/// opposite ways.
-std::vector<Vector3> triangle_means(const Mesh& mesh, std::span<const Vector3> vertex_normals);
+/// Normals at vertices, unit, before and after a filter of weight w and factor beta on gradients.
+struct NormalChange {
+  std::span<const Vector3> before, after;
+  double weight = 0;
+  double beta = 0;
+};
+
+/// What that filter makes of the own normals n of triangles:
+///
+///     n' = mean(after) + g·(n − mean(before)), scaled to length 1,    g = (1 + β·w·λ) / (1 + w·λ),
+///
+/// the means over the three corners. What vertices cannot hold of a field that is constant on
+/// triangles, creases above all, fades (or grows) as the filter has it for waves of a triangle's
+/// size: λ = 3/2 · Σ |e|² / area², the mean of the two rates at which linear functions of mean 0 fade
+/// on the triangle (24/h² for equal sides h). So a filter that changes nothing, by beta = 1 or
+/// w = 0, leaves n as it is, bit for bit; one that reaches further than triangles are long has
+/// mean(after) as its result. n stays where the sum is nearly 0, and where it is 0.
+std::vector<Vector3> filtered_with(const VertexSpace& space, std::vector<Vector3> own,
+                                   const NormalChange& change);
 
 /// Minimises over positions p of the vertices, with normals n constant per triangle,
 ///
@@ -32,9 +47,9 @@ std::vector<Vector3> triangle_means(const Mesh& mesh, std::span<const Vector3> v
 ///
 ///     (M + w·S)·(p − p₀) = −w·Gᵀ M₁ ⟨∇p₀, n⟩ n.
 ///
-/// The sign of n does not matter, only its plane. Where n is the triangle's own normal the right-hand
-/// side is 0 and the shape stays, to rounding. A triangle whose n is 0, or without area, asks for no
-/// change. Rigid motions of the input (n turned with it) are those of the result; so is a change of
+/// The sign of n does not matter, only its plane. A triangle whose n is its own (`triangle_normal`),
+/// or 0, or which has no area, asks for no change; where all are like that the shape stays bit for
+/// bit. Rigid motions of the input (n turned with it) are those of the result; so is a change of
 /// unit, as alpha is for unit area. Each component keeps its centre of mass. The area never grows
 /// (but for 1/alpha): a triangle that is to turn by an angle θ is seen foreshortened by cos θ.
 /// Vertices that `make_surface` took apart because their triangles form several fans stay one.
@@ -62,6 +77,7 @@ class NormalFit {
  private:
   std::vector<int> joined_;  ///< per vertex the one that stands for it
   Signal positions_;         ///< p₀
+  std::vector<Vector3> own_;  ///< normals of p₀
   std::unique_ptr<VertexSpace> space_;
   std::unique_ptr<ScreenedPoisson> equation_;
 };
