@@ -1,0 +1,308 @@
+// marquetry remesh TEMPLATE TARGET -o OUT: replace a mesh by another one, but only where it cannot
+// show it.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <span>
+
+#include "mq/base/error.h"
+#include "mq/base/length.h"
+#include "mq/base/words.h"
+#include "mq/io/atomic_file.h"
+#include "mq/mesh/geometry.h"
+#include "mq/sequence/remesh.h"
+#include "outputs.h"
+#include "scene.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+const ReadModelOptions shape_alone{.textures = {}, .pictures = ReadModelOptions::Pictures::skip};
+
+struct Side {
+  Model model;
+  Surface surface;
+};
+
+/// Shape and colours of a model, its defects in the report.
+Side read_side(Run& run, const std::string& option, double share) {
+  Side side;
+  const Step step(run, "read", share);
+  side.model = read_model(run.options().text(option), shape_alone, step);
+  const std::string file = side.model.path.string();
+  run.will_read(side.model.path);
+  for (const std::string& note : side.model.notes) run.terminal().remark(file + ": " + note);
+  require(side.model.mesh.triangle_count() > 0,
+          fmt::format("{}: has {} and no faces, so no surface: check that it is a mesh, not a "
+                      "point cloud or curves, and not cut short",
+                      file, counted(side.model.mesh.vertex_count(), "vertex")));
+  about(side.model, [&] { side.surface = make_surface(side.model.mesh); });
+  Defects defects = side.model.defects;
+  defects.insert(defects.end(), side.surface.defects.begin(), side.surface.defects.end());
+  run.found(defects);
+  for (const Defect& defect : defects)
+    if (defect.severity == Defect::Severity::warning)
+      run.terminal().warning(file + ": " + sentence(defect));
+  require_usable(defects, file);
+  run.input[option] = {{"file", file},
+                       {"vertices", side.model.mesh.vertex_count()},
+                       {"triangles", side.model.mesh.triangle_count()},
+                       {"components", side.surface.components},
+                       {"boundary_edges", side.surface.boundary_edges}};
+  return side;
+}
+
+/// Positions at the template's birth, for the vertices of its surface.
+std::vector<Vector3> read_birth(Run& run, const Side& side) {
+  if (!run.options().has("reference")) return {};
+  const std::string file = run.options().text("reference");
+  const Model birth = read_model(file, shape_alone);
+  run.will_read(birth.path);
+  require(birth.mesh.triangles == side.model.mesh.triangles &&
+              birth.mesh.vertex_count() == side.model.mesh.vertex_count(),
+          fmt::format("{}: has other triangles than {}, wanted the same mesh as it was when its "
+                      "triangles were made",
+                      file, side.model.path.string()));
+  std::vector<Vector3> positions;
+  for (const int source : side.surface.source_from_vertex)
+    positions.push_back(birth.mesh.positions[std::size_t(source)]);
+  return positions;
+}
+
+/// Colours of what was kept and of what was born, where both models have the same channels.
+VertexSignal colours(Run& run, const Side& of_template, const Side& target,
+                     const Remeshed& remeshed) {
+  const VertexSignal &old = of_template.model.colors, &fresh = target.model.colors;
+  if (old.channels == 0 && fresh.channels == 0) return {};
+  if (old.channels != fresh.channels) {
+    run.terminal().remark(fmt::format("colours at vertices are left out: {} has {}, {} has {}",
+                                      of_template.model.path.string(),
+                                      counted(old.channels, "channel"), target.model.path.string(),
+                                      counted(fresh.channels, "channel")));
+    return {};
+  }
+  VertexSignal colours{old.channels, {}, std::max(old.depth, fresh.depth)};
+  for (const VertexOrigin& origin : remeshed.origins) {
+    const Side& side = origin.of_target ? target : of_template;
+    for (int c = 0; c < old.channels; ++c) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) {
+        const int v = side.surface.mesh.triangles[std::size_t(origin.triangle)][std::size_t(k)];
+        const int source = side.surface.source_from_vertex[std::size_t(v)];
+        if (origin.barycentric[k] != 0)
+          sum += origin.barycentric[k] *
+                 double(side.model.colors.values[std::size_t(source * old.channels + c)]);
+      }
+      colours.values.push_back(float(sum));
+    }
+  }
+  return colours;
+}
+
+/// Kept triangles grey, those that were born orange.
+VertexSignal painted(const Remeshed& remeshed) {
+  VertexSignal colours{3, {}, Depth::u8};
+  std::vector<char> kept(remeshed.mesh.positions.size(), 0);
+  for (int t = 0; t < remeshed.mesh.triangle_count(); ++t)
+    if (remeshed.template_triangles[std::size_t(t)] >= 0)
+      for (const int v : remeshed.mesh.triangles[std::size_t(t)]) kept[std::size_t(v)] = 1;
+  for (const char k : kept)
+    for (const float value : k ? std::array{0.72F, 0.72F, 0.72F} : std::array{0.93F, 0.45F, 0.1F})
+      colours.values.push_back(value);
+  return colours;
+}
+
+Json distance_json(const DistanceSummary& distance, double diagonal) {
+  return {{"mean", distance.mean / diagonal},
+          {"p95", distance.p95 / diagonal},
+          {"max", distance.max / diagonal}};
+}
+
+bool is_manifold(const Mesh& mesh) {
+  const Surface surface = make_surface(mesh, {WeldOptions::Kind::none});
+  for (const Defect& defect : surface.defects)
+    if (defect.kind == "nonmanifold_edges" || defect.kind == "inconsistent_edges" ||
+        defect.kind == "nonmanifold_vertices" || defect.kind == "duplicate_triangles")
+      return false;
+  return true;
+}
+
+void report(Run& run, const Side& of_template, const Side& target, const Remeshed& found) {
+  const double all = std::max(1, of_template.surface.triangle_count());
+  const double diagonal = bounding_box(target.surface.mesh).diagonal();
+  Json& result = run.result;
+  result["triangles"] = found.mesh.triangle_count();
+  result["triangles_kept"] = {{"count", found.kept}, {"fraction", found.kept / all}};
+  result["triangles_born"] = found.born;
+  result["triangles_died"] = found.died;
+  result["manifold"] = is_manifold(found.mesh);
+  result["seeds"] = {{"template", found.template_seeds}, {"target", found.target_seeds}};
+  result["regions"] = found.regions;
+  result["components_replaced"] = found.replaced_components;
+  result["rounds"] = found.rounds;
+  result["tolerance"] = found.tolerance;
+  result["diagonal"] = diagonal;
+  result["to_target"] = distance_json(found.to_target, diagonal);
+  result["from_target"] = distance_json(found.from_target, diagonal);
+  Json seconds = Json::object();
+  for (const auto& [step, time] : found.seconds) seconds[step] = time;
+  result["seconds"] = seconds;
+  run.print(fmt::format("kept {} of {} triangles ({:.2f} %), {} born, {} died, in {}\n", found.kept,
+                        of_template.surface.triangle_count(), 100 * found.kept / all, found.born,
+                        found.died, counted(found.regions, "region")));
+  run.print(fmt::format(
+      "distance, of the diagonal: to the target {:.2g} (largest {:.2g}), from it {:.2g} ({:.2g})\n",
+      found.to_target.mean / diagonal, found.to_target.max / diagonal,
+      found.from_target.mean / diagonal, found.from_target.max / diagonal));
+  if (found.replaced_components > 0)
+    run.terminal().remark(fmt::format("replaced as a whole: {} of the template",
+                                      counted(found.replaced_components, "component")));
+}
+
+/// Where every triangle and vertex comes from, as a file.
+void write_record(const std::string& path, const Remeshed& found) {
+  const Json json = {{"template_triangles", found.template_triangles},
+                     {"target_triangles", found.target_triangles},
+                     {"template_vertices", found.template_vertices},
+                     {"target_vertices", found.target_vertices}};
+  const std::string text = json.dump() + "\n";
+  write_file(path, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+RemeshOptions asked(const OptionValues& options, const Surface& of_template) {
+  RemeshOptions how{.keep = options.number("keep"),
+                    .occlusion = options.number("occlusion"),
+                    .curvature = options.number("curvature"),
+                    .growth = options.number("growth")};
+  if (!options.has("tolerance")) return how;
+  const Length length = parse_length(options.text("tolerance"));
+  require(length.unit != Length::Unit::texels,
+          "--tolerance: texels are no measure here; give model units, or % of sqrt(area)");
+  how.tolerance = std::sqrt(weight_from_length(length, {.area = of_template.area}));
+  require(how.tolerance > 0, "--tolerance: must be above 0");
+  return how;
+}
+
+Exit run_remesh(Run& run) {
+  const OptionValues& options = run.options();
+  const Side of_template = read_side(run, "template", 0.1);
+  const Side target = read_side(run, "target", 0.1);
+  const std::vector<Vector3> birth = read_birth(run, of_template);
+  const Outputs outputs(options.text("output"), of_template.model, Outputs::Kind::model);
+  std::vector<std::filesystem::path> paths = outputs.paths();
+  if (options.has("record")) paths.emplace_back(options.text("record"));
+  run.will_write(paths);
+  if (run.dry_run()) return Exit::done;
+
+  Remeshed found;
+  {
+    const Step step(run, "remesh", 0.7);
+    RemeshOptions how = asked(options, of_template.surface);
+    how.birth = birth;
+    about(of_template.model,
+          [&] { found = remesh(of_template.surface, target.surface, how, step); });
+  }
+  report(run, of_template, target, found);
+  if (of_template.model.mesh.has_uvs() || target.model.mesh.has_uvs())
+    run.terminal().remark(
+        "texture coordinates and pictures are left out: the two have different atlases");
+
+  const Step step(run, "write", 0.1);
+  Model model;
+  model.path = of_template.model.path;
+  model.colors = options.flag("paint") ? painted(found) : colours(run, of_template, target, found);
+  if (options.has("record")) write_record(options.text("record"), found);
+  model.mesh = std::move(found.mesh);
+  for (const std::string& note : outputs.write(std::move(model), step)) run.terminal().remark(note);
+  say_written(run, paths);
+  return Exit::done;
+}
+
+void add_remesh_options(OptionTable& table) {
+  using Type = Option::Type;
+  table.add({.name = "tolerance",
+             .letter = 't',
+             .type = Type::length,
+             .group = "Remesh",
+             .help = "how far open, flat surfaces may be apart: 0.02 in model units, 1% of "
+                     "sqrt(area)",
+             .details = "By default two mean edges of the finer of the two meshes."});
+  table.add({.name = "keep",
+             .type = Type::number,
+             .default_value = "0.5",
+             .least = 0,
+             .most = 1,
+             .group = "Remesh",
+             .help = "neighbours of what is replaced go too from this share of the tolerance on"});
+  table.add({.name = "occlusion",
+             .type = Type::number,
+             .default_value = "0.75",
+             .least = 0,
+             .most = 1,
+             .group = "Remesh",
+             .help = "how much less counts what cannot be seen, such as creases and contacts"});
+  table.add({.name = "curvature",
+             .type = Type::number,
+             .default_value = "2",
+             .least = 0,
+             .most = 100,
+             .group = "Remesh",
+             .help = "how much more counts what is bent, such as ridges and tips"});
+  table.add({.name = "growth",
+             .type = Type::number,
+             .default_value = "0.25",
+             .least = 0,
+             .most = 1,
+             .group = "Remesh",
+             .help = "share of a component that may be replaced beyond what has to be",
+             .details = "Where curves cannot be stitched within it, the component is replaced as "
+                        "a whole."});
+  table.add({.name = "reference",
+             .type = Type::path,
+             .group = "Remesh",
+             .help = "the template as it was when its triangles were made",
+             .details = "Those stretched or scaled by more than 3 since are replaced as well."});
+  table.add({.name = "record",
+             .type = Type::text,
+             .metavar = "FILE",
+             .group = "Output",
+             .help = "write where every triangle and vertex comes from, as JSON",
+             .details = "Per triangle and vertex its number in the template and in the target, "
+                        "-1 where it is not of it."});
+  table.add({.name = "paint",
+             .type = Type::flag,
+             .group = "Output",
+             .help = "colours at vertices: orange where triangles were born, grey elsewhere"});
+}
+
+}  // namespace
+
+Verb remesh_verb() {
+  using Type = Option::Type;
+  constexpr auto positional = Option::Place::positional;
+  OptionTable table("remesh",
+                    "Replace a mesh by another one where, and only where, it cannot show it: the "
+                    "rest keeps its triangles.");
+  table.add({.name = "template",
+             .place = positional,
+             .type = Type::path,
+             .required = true,
+             .help = "the mesh to keep: OBJ, PLY, glTF or GLB"});
+  table.add({.name = "target",
+             .place = positional,
+             .type = Type::path,
+             .required = true,
+             .help = "the mesh to show"});
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .required = true,
+             .metavar = "OUT",
+             .help = "the remeshed model: .ply, .obj, .gltf or .glb"});
+  add_remesh_options(table);
+  return {table, run_remesh};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,88 @@
+// Pairs of bodies of which one has what the other has not, and how much of each local remeshing
+// keeps, as docs/remesh.md has them.
+//
+//     remesh_pairs_bench            the table, as Markdown
+//     remesh_pairs_bench FOLDER     the pairs as NAME_before.ply and NAME_after.ply
+//
+// Seconds are processor time of the library alone, of all threads together.
+
+#include <fmt/format.h>
+
+#include <ctime>
+#include <string>
+#include <vector>
+
+#include "mq/io/model.h"
+#include "sequence/remesh_models.h"
+
+namespace mq {
+namespace {
+
+struct Side {
+  Solid solid;
+  int triangles;
+  int euler_characteristic;
+};
+
+struct Pair {
+  std::string name, what;
+  Side before, after;
+};
+
+std::vector<Pair> pairs() {
+  using namespace test;
+  return {
+      {"figure", "a figure gets a handle", {figure, 86'000, 2}, {figure_with_handle, 160'000, 0}},
+      {"coarse", "the same, coarse", {figure, 20'000, 2}, {figure_with_handle, 36'000, 0}},
+      {"balls", "two balls are joined", {apart, 20'000, 4}, {joined, 30'000, 2}},
+      {"ring", "the hole of a ring is plugged", {ring, 20'000, 0}, {plugged, 20'000, 2}}};
+}
+
+Mesh mesh_of(const Side& side) {
+  return test::meshed(side.solid, side.triangles, side.euler_characteristic);
+}
+
+void write(const std::string& path, Mesh mesh) {
+  Model model;
+  model.path = path;
+  model.mesh = std::move(mesh);
+  write_model(path, model);
+}
+
+void print_row(const std::string& what, const Mesh& before, const Mesh& after) {
+  const Surface from = make_surface(before), to = make_surface(after);
+  const std::clock_t start = std::clock();
+  const Remeshed found = remesh(from, to);
+  const double seconds = double(std::clock() - start) / CLOCKS_PER_SEC;
+  const double diagonal = bounding_box(to.mesh).diagonal();
+  const std::string wrong = test::problems(from, to, found);
+  fmt::print("| {} | {} | {} | {:.2f} % | {} | {} | {:.1e} | {:.1e} | {} | {:.2f} |\n", what,
+             from.triangle_count(), to.triangle_count(), 100.0 * found.kept / from.triangle_count(),
+             found.born, found.died, found.from_target.mean / diagonal,
+             found.from_target.max / diagonal, wrong.empty() ? "yes" : wrong, seconds);
+}
+
+int run(int count, char** words) {
+  if (count > 1) {
+    for (const Pair& pair : pairs()) {
+      const std::string start = std::string(words[1]) + "/" + pair.name;
+      write(start + "_before.ply", mesh_of(pair.before));
+      write(start + "_after.ply", mesh_of(pair.after));
+    }
+    return 0;
+  }
+  fmt::print(
+      "| pair | template | target | kept | born | died | distance, mean | max | manifold | s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const Pair& pair : pairs()) {
+    const Mesh before = mesh_of(pair.before), after = mesh_of(pair.after);
+    print_row(pair.what, before, after);
+    print_row(pair.what + ", and back", after, before);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace mq
+
+int main(int count, char** words) { return mq::run(count, words); }

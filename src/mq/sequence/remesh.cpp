@@ -1,0 +1,554 @@
+// What the thesis cuts along the sides of voxels is here cut along the level of a distance, and
+// what it merges vertex by vertex is here joined by strips: whole triangles on both sides of a gap
+// about one edge wide. Nothing has to be intersected, the template's triangles next to the seam
+// stay as they are, and a strip between two closed curves is an annulus whatever their shapes, so
+// that the result is manifold by construction.
+
+#include "mq/sequence/remesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
+#include "mq/mesh/geometry.h"
+#include "mq/mesh/weld.h"
+#include "mq/sequence/remesh_region.h"
+#include "mq/sequence/remesh_score.h"
+#include "mq/sequence/remesh_seam.h"
+#include "mq/sequence/zip_curves.h"
+
+namespace mq {
+namespace {
+
+constexpr int most_rounds = 60;
+constexpr double longest_in_radii = 2.5;    // edges that are left where the region ends
+constexpr double gap_in_radii = 0.125;      // between where the template and the target end
+constexpr std::int64_t most_cut = 2;        // times as many triangles as before
+constexpr std::int64_t least_cut = 20'000;  // that may always be
+
+void check(const Surface& of_template, const Surface& target, const RemeshOptions& options) {
+  require(of_template.area > 0, "the template has no triangle with area, so nothing to keep");
+  require(target.area > 0, "the target has no triangle with area, so nothing to show");
+  require(options.tolerance >= 0 && std::isfinite(options.tolerance),
+          fmt::format("the tolerance must be a distance, found {}", options.tolerance));
+  require(options.keep >= 0 && options.keep <= 1,
+          fmt::format("the score to keep must be from 0 to 1, found {}", options.keep));
+  require(options.growth >= 0,
+          fmt::format("growth must not be negative, found {}", options.growth));
+}
+
+/// Per triangle its connected component, counted by lowest triangle.
+std::vector<int> components(const std::vector<HalfEdge>& twins) {
+  DisjointSets sets(twins.size() / 3);
+  for (std::size_t h = 0; h < twins.size(); ++h)
+    if (twins[h] >= 0) sets.join(int(h / 3), twins[h] / 3);
+  std::vector<int> component(twins.size() / 3);
+  for (std::size_t t = 0; t < component.size(); ++t) component[t] = sets.root(int(t));
+  return component;
+}
+
+DistanceSummary summary(std::vector<double> distances) {
+  if (distances.empty()) return {};
+  DistanceSummary found;
+  for (const double d : distances) found.mean += d;
+  found.mean /= double(distances.size());
+  const auto at95 = distances.begin() + std::ptrdiff_t(0.95 * double(distances.size() - 1));
+  std::ranges::nth_element(distances, at95);
+  found.p95 = *at95;
+  found.max = std::ranges::max(distances);
+  return found;
+}
+
+/// What goes and comes, and how the gap is closed.
+struct Cut {
+  std::vector<char> kept;  ///< per triangle of the pair
+  std::vector<Triangle> strips;
+  std::vector<int> failed;  ///< vertices where it does not work
+};
+
+class Remesher {
+ public:
+  Remesher(const Surface& of_template, const Surface& target, const RemeshOptions& options)
+      : template_(of_template), target_(target), options_(options) {}
+
+  Remeshed run(const Progress& progress) {
+    find_seeds(progress.step("find seeds", 0.5));
+    const Cut cut = grow(progress.step("grow", 0.3));
+    Stopwatch watch;
+    finish(cut, progress.step("stitch", 0.2));
+    return std::move(result_);
+  }
+
+ private:
+  void find_seeds(const Progress& progress);
+  void refuse_inside_out() const;
+  void group_components();
+  Cut grow(const Progress& progress);
+  std::optional<Cut> attempt();
+  bool mark(const std::vector<int>& vertices);
+  std::vector<int> with_neighbours(const std::vector<int>& vertices) const;
+  std::vector<char> groups_of(const std::vector<int>& vertices) const;
+  void restart_region();
+  std::vector<int> uncovered(const Cut& cut) const;
+  bool template_stays() const;
+  bool replace_outgrown();
+  void replace(const std::vector<char>& groups);
+  std::vector<double> inside_area() const;
+  std::vector<Vector3> offsets() const;
+  void finish(const Cut& cut, const Progress& progress);
+  std::vector<VertexOrigin> find_origins() const;
+  void put(const std::vector<Triangle>& triangles, const std::vector<Vector3>& positions,
+           const std::vector<int>& from);
+  void measure();
+
+  int group(int t) const {
+    const int source = pair_.source_triangle[t];
+    return pair_.triangle_of_target(t) ? target_group_[source] : template_group_[source];
+  }
+  void note(const std::string& step, const Stopwatch& watch) {
+    result_.seconds.emplace_back(step, watch.seconds());
+  }
+
+  const Surface &template_, &target_;
+  const RemeshOptions& options_;
+  Remeshed result_;
+  SheetPair pair_;
+  std::vector<ClosestPoint> on_target_, on_template_;  // of template's and target's vertices
+  std::vector<double> scores_;
+  std::vector<char> marked_;  // per vertex of the pair
+  std::optional<MarkedRegion> region_;
+  std::vector<int> template_group_, target_group_;  // per triangle
+  std::vector<char> replaced_;                      // per group: as a whole
+  std::vector<double> group_area_, first_inside_;   // per group
+  double reach_ = 0;                                // between curves that go together
+};
+
+void Remesher::find_seeds(const Progress& progress) {
+  Stopwatch watch;
+  const double h = mean_edge_length(template_), g = mean_edge_length(target_);
+  const double tolerance = options_.tolerance > 0 ? options_.tolerance : 2 * std::min(h, g);
+  reach_ = 2 * tolerance + 2 * (h + g);
+  const MismatchOptions how{tolerance, options_.occlusion, options_.curvature, options_.keep};
+  const ClosestPointFinder target_finder(target_.mesh), template_finder(template_.mesh);
+  Mismatch of_template = mismatch(template_, target_finder, how, progress.step("template", 0.5));
+  Mismatch of_target = mismatch(target_, template_finder, how, progress.step("target", 0.5));
+  if (!options_.birth.empty()) {
+    const std::vector<char> distorted = distorted_triangles(template_.mesh, options_.birth);
+    for (int t = 0; t < template_.triangle_count(); ++t)
+      if (distorted[t])
+        for (const int v : template_.mesh.triangles[t])
+          of_template.scores[v] = std::max(of_template.scores[v], 2.0);
+  }
+  const auto above = [](const std::vector<double>& scores) {
+    return int(std::ranges::count_if(scores, [](double s) { return s > 1; }));
+  };
+  result_.tolerance = tolerance;
+  result_.template_seeds = above(of_template.scores);
+  result_.target_seeds = above(of_target.scores);
+  on_target_ = std::move(of_template.places);
+  on_template_ = std::move(of_target.places);
+  scores_ = std::move(of_template.scores);
+  scores_.insert(scores_.end(), of_target.scores.begin(), of_target.scores.end());
+  pair_ = join(template_, target_);
+  refuse_inside_out();
+  group_components();
+  note("find seeds", watch);
+}
+
+void Remesher::refuse_inside_out() const {
+  const std::vector<Vector3> normals = triangle_normals(target_.mesh);
+  std::int64_t near = 0, against = 0;
+  for (int v = 0; v < template_.mesh.vertex_count(); ++v) {
+    if (scores_[v] > 1) continue;
+    ++near;
+    against += normals[on_target_[v].triangle].dot(pair_.normals[v]) < 0;
+  }
+  require(
+      2 * near < std::ssize(on_target_) || 10 * against <= 9 * near,
+      fmt::format("where the template lies at its target, {} of {} of its vertices have normals "
+                  "that point the other way: one of the two is turned inside out; turn it over",
+                  against, near));
+}
+
+/// Components of both surfaces that show one another are one group.
+void Remesher::group_components() {
+  const std::vector<int> of_template = components(template_.twins);
+  const std::vector<int> of_target = components(target_.twins);
+  const int count = template_.triangle_count();
+  DisjointSets sets(std::size_t(count) + of_target.size());
+  const auto join_near = [&](const Surface& surface, const std::vector<ClosestPoint>& places,
+                             int first_score, auto&& join) {
+    for (int t = 0; t < surface.triangle_count(); ++t)
+      for (const int v : surface.mesh.triangles[t])
+        if (scores_[first_score + v] <= 1) join(t, places[v].triangle);
+  };
+  join_near(template_, on_target_, 0,
+            [&](int t, int s) { sets.join(of_template[t], count + of_target[s]); });
+  join_near(target_, on_template_, template_.mesh.vertex_count(),
+            [&](int s, int t) { sets.join(of_template[t], count + of_target[s]); });
+  for (int t = 0; t < count; ++t) template_group_.push_back(sets.root(of_template[t]));
+  for (const int c : of_target) target_group_.push_back(sets.root(count + c));
+  replaced_.assign(std::size_t(count) + of_target.size(), 0);
+  group_area_.assign(replaced_.size(), 0);
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
+    group_area_[group(t)] += triangle_area(pair_.mesh, t);
+}
+
+/// Area inside the region, per group.
+std::vector<double> Remesher::inside_area() const {
+  std::vector<double> area(replaced_.size(), 0);
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t) {
+    int inside = 0;
+    for (const int v : pair_.mesh.triangles[t])
+      inside += region_->distances()[v] < region_->radius();
+    area[group(t)] += triangle_area(pair_.mesh, t) * inside / 3;
+  }
+  return area;
+}
+
+/// Adds them to the region; whether any was not in it.
+bool Remesher::mark(const std::vector<int>& vertices) {
+  marked_.resize(pair_.mesh.positions.size(), 0);
+  std::vector<char> fresh(marked_.size(), 0);
+  bool any = false;
+  for (const int v : vertices)
+    if (!marked_[v]) marked_[v] = fresh[v] = 1, any = true;
+  region_->mark(pair_, marked_, fresh);
+  return any;
+}
+
+/// These vertices and all of the triangles around them.
+std::vector<int> Remesher::with_neighbours(const std::vector<int>& vertices) const {
+  std::vector<char> asked(pair_.mesh.positions.size(), 0);
+  for (const int v : vertices) asked[v] = 1;
+  std::vector<int> all = vertices;
+  for (const Triangle& t : pair_.mesh.triangles)
+    if (asked[t[0]] || asked[t[1]] || asked[t[2]]) all.insert(all.end(), t.begin(), t.end());
+  return all;
+}
+
+/// 1 for groups that these vertices belong to.
+std::vector<char> Remesher::groups_of(const std::vector<int>& vertices) const {
+  std::vector<char> asked(pair_.mesh.positions.size(), 0), groups(replaced_.size(), 0);
+  for (const int v : vertices) asked[v] = 1;
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
+    for (const int v : pair_.mesh.triangles[t])
+      if (asked[v]) groups[group(t)] = 1;
+  return groups;
+}
+
+/// The region anew, without the groups that are replaced as a whole.
+void Remesher::restart_region() {
+  std::vector<char> live(pair_.mesh.positions.size(), 0);
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
+    if (!replaced_[group(t)])
+      for (const int v : pair_.mesh.triangles[t]) live[v] = 1;
+  std::vector<int> all;
+  marked_.resize(live.size(), 0);
+  for (std::size_t v = 0; v < live.size(); ++v)
+    if (marked_[v] && live[v]) all.push_back(int(v));
+  region_.emplace(result_.tolerance);
+  marked_.assign(live.size(), 0);
+  mark(all);
+}
+
+/// Takes these groups out of what is cut; cuts made so far are forgotten.
+void Remesher::replace(const std::vector<char>& groups) {
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    if (groups[g]) replaced_[g] = 1;
+  pair_ = join(template_, target_);
+  restart_region();
+}
+
+/// Whether anything of the template lies outside the region.
+bool Remesher::template_stays() const {
+  for (int t = 0; t < template_.triangle_count(); ++t)
+    for (const int v : pair_.mesh.triangles[t])
+      if (!replaced_[group(t)] && region_->distances()[v] > region_->radius()) return true;
+  return false;
+}
+
+/// Replaces groups that grew too much; whether there were any.
+bool Remesher::replace_outgrown() {
+  const std::vector<double> inside = inside_area();
+  std::vector<char> outgrown(replaced_.size(), 0);
+  bool any = false;
+  for (std::size_t g = 0; g < outgrown.size(); ++g) {
+    outgrown[g] = !replaced_[g] && inside[g] > first_inside_[g] + options_.growth * group_area_[g];
+    any |= outgrown[g] != 0;
+  }
+  if (any) replace(outgrown);
+  return any;
+}
+
+/// Cuts and stitches with the region as it is; nothing where nothing of the template would stay, or
+/// the triangles are so much larger than the region that cutting them makes far too many.
+std::optional<Cut> Remesher::attempt() {
+  const double radius = region_->radius();
+  const std::int64_t count = template_.triangle_count() + target_.triangle_count();
+  const auto ends_in = [&](const SheetPair& pair, int t) {
+    if (replaced_[group(t)]) return false;
+    const Vector3 center =
+        (pair.mesh.position(t, 0) + pair.mesh.position(t, 1) + pair.mesh.position(t, 2)) / 3;
+    double around = 0;
+    for (int k = 0; k < 3; ++k)
+      around = std::max(around, (pair.mesh.position(t, k) - center).norm());
+    const double distance = (*region_)(center);
+    return distance < radius + around && distance > radius - around;
+  };
+  Cut cut;
+  if (!cut_long_triangles(pair_, longest_in_radii * radius, std::max(most_cut * count, least_cut),
+                          ends_in))
+    return std::nullopt;
+  region_->follow(pair_);
+  cut.kept.resize(pair_.mesh.triangles.size());
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t) {
+    const bool of_target = pair_.triangle_of_target(t);
+    bool kept = true;
+    for (const int v : pair_.mesh.triangles[t]) {
+      const double d = region_->distances()[v];
+      kept &= of_target ? d < radius * (1 - gap_in_radii) : d > radius;
+    }
+    cut.kept[t] = replaced_[group(t)] ? of_target : kept;
+  }
+  clean_cut(pair_, cut.kept);
+  const std::vector<CutCurve> curves = cut_curves(pair_, cut.kept);
+  const CurvePairs found = pair_curves(pair_, curves, reach_);
+  for (const int i : found.alone)
+    cut.failed.insert(cut.failed.end(), curves[i].vertices.begin(), curves[i].vertices.end());
+  std::vector<Strip> strips(found.pairs.size());
+  parallel_for(
+      std::ssize(strips),
+      [&](std::int64_t i) {
+        strips[i] = zip(pair_, curves[found.pairs[i][0]], curves[found.pairs[i][1]]);
+      },
+      1);
+  for (const Strip& strip : strips) {
+    for (const Triangle& t : strip.triangles)
+      if (is_bad(pair_, t)) cut.failed.insert(cut.failed.end(), t.begin(), t.end());
+    cut.strips.insert(cut.strips.end(), strip.triangles.begin(), strip.triangles.end());
+  }
+  return cut;
+}
+
+/// Vertices of the target that the result would show worse than the template did.
+std::vector<int> Remesher::uncovered(const Cut& cut) const {
+  Mesh mesh;
+  mesh.positions = pair_.mesh.positions;
+  std::vector<char> there(mesh.positions.size(), 0);
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
+    if (cut.kept[t]) {
+      mesh.triangles.push_back(pair_.mesh.triangles[t]);
+      for (const int v : mesh.triangles.back()) there[v] = 1;
+    }
+  mesh.triangles.insert(mesh.triangles.end(), cut.strips.begin(), cut.strips.end());
+  std::vector<int> asked, found;
+  std::vector<Vector3> points;
+  for (int v = 0; v < std::ssize(pair_.of_target); ++v)
+    if (pair_.of_target[v] && !there[v] && pair_.source_vertex[v] >= 0) {
+      asked.push_back(v);
+      points.push_back(mesh.positions[v]);
+    }
+  if (mesh.triangles.empty()) return asked;
+  const std::vector<ClosestPoint> now = ClosestPointFinder(mesh)(points);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const double before = on_template_[pair_.source_vertex[asked[i]]].squared_distance;
+    if (std::sqrt(now[i].squared_distance) > std::sqrt(before) + result_.tolerance)
+      found.push_back(asked[i]);
+  }
+  return found;
+}
+
+Cut Remesher::grow(const Progress& progress) {
+  Stopwatch watch;
+  marked_ = spread_seeds(pair_, scores_, options_.keep);
+  restart_region();
+  first_inside_ = inside_area();
+  for (int round = 1;; ++round) {
+    progress.at(std::min(0.95, 0.1 * round), fmt::format("round {}", round));
+    std::optional<Cut> cut;
+    if (template_stays()) cut = attempt();
+    if (!cut || round >= most_rounds) {
+      replace(std::vector<char>(replaced_.size(), 1));
+      cut = attempt();
+    }
+    if (cut->failed.empty()) cut->failed = uncovered(*cut);
+    result_.rounds = round;
+    if (cut->failed.empty() || round >= most_rounds) {
+      note("grow", watch);
+      return *cut;
+    }
+    if (!mark(with_neighbours(cut->failed))) replace(groups_of(cut->failed));
+    replace_outgrown();
+  }
+}
+
+/// Where the vertices of the pair lie on their surfaces.
+std::vector<VertexOrigin> Remesher::find_origins() const {
+  std::vector<VertexOrigin> origins(pair_.mesh.positions.size());
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int v = pair_.mesh.triangles[t][k], source = pair_.source_triangle[t];
+      VertexOrigin& origin = origins[v];
+      if (origin.triangle >= 0) continue;
+      const Mesh& mesh = pair_.of_target[v] ? target_.mesh : template_.mesh;
+      origin = {pair_.of_target[v], source, Vector3::Zero()};
+      const auto& corners = mesh.triangles[source];
+      const auto at = std::ranges::find(corners, pair_.source_vertex[v]);
+      if (at != corners.end())
+        origin.barycentric[at - corners.begin()] = 1;
+      else
+        origin.barycentric = closest_point(mesh, source, pair_.mesh.positions[v]).barycentric;
+    }
+  return origins;
+}
+
+void Remesher::put(const std::vector<Triangle>& triangles, const std::vector<Vector3>& positions,
+                   const std::vector<int>& from) {
+  std::vector<int> place(positions.size(), -1);
+  const std::vector<VertexOrigin> origins = find_origins();
+  for (const Triangle& t : triangles)
+    for (const int v : t) place[v] = 0;
+  // Vertices of the template first, each surface in its order.
+  for (const char of_target : {0, 1})
+    for (std::size_t v = 0; v < place.size(); ++v) {
+      if (place[v] < 0 || pair_.of_target[v] != of_target) continue;
+      place[v] = result_.mesh.vertex_count();
+      const int source = pair_.source_vertex[v];
+      result_.mesh.positions.push_back(positions[v]);
+      result_.origins.push_back(origins[v]);
+      result_.template_vertices.push_back(of_target ? -1 : source);
+      result_.target_vertices.push_back(of_target ? source : -1);
+    }
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto& [a, b, c] = triangles[i];
+    result_.mesh.triangles.push_back({place[a], place[b], place[c]});
+    const int t = from[i];
+    const bool whole = t >= 0 && pair_.whole[t];
+    const bool of_target = t >= 0 && pair_.triangle_of_target(t);
+    result_.template_triangles.push_back(whole && !of_target ? pair_.source_triangle[t] : -1);
+    result_.target_triangles.push_back(whole && of_target ? pair_.source_triangle[t] : -1);
+  }
+}
+
+/// From vertices of the target that the template shows to where it shows them.
+std::vector<Vector3> Remesher::offsets() const {
+  std::vector<Vector3> offsets(pair_.mesh.positions.size(), Vector3::Zero());
+  for (std::size_t v = 0; v < offsets.size(); ++v) {
+    const int source = pair_.source_vertex[v];
+    if (!pair_.of_target[v] || source < 0) continue;
+    const int first = template_.mesh.vertex_count();
+    const ClosestPoint& place = on_template_[source];
+    if (scores_[first + source] > 1) continue;
+    Vector3 there = Vector3::Zero(), normal = Vector3::Zero();
+    for (int k = 0; k < 3; ++k) {
+      const int w = template_.mesh.triangles[place.triangle][k];
+      there += place.barycentric[k] * template_.mesh.positions[w];
+      normal += place.barycentric[k] * pair_.normals[w];
+    }
+    if (normal.dot(pair_.normals[v]) > 0.5) offsets[v] = there - pair_.mesh.positions[v];
+  }
+  return offsets;
+}
+
+void Remesher::finish(const Cut& cut, const Progress& progress) {
+  Stopwatch watch;
+  std::vector<Triangle> triangles;
+  std::vector<int> from;
+  const auto take = [&](auto&& wanted) {
+    for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
+      if (cut.kept[t] && wanted(t)) triangles.push_back(pair_.mesh.triangles[t]), from.push_back(t);
+  };
+  take([&](int t) { return pair_.whole[t] && !pair_.triangle_of_target(t); });
+  take([&](int t) { return !pair_.whole[t] && !pair_.triangle_of_target(t); });
+  take([&](int t) { return pair_.triangle_of_target(t); });
+  triangles.insert(triangles.end(), cut.strips.begin(), cut.strips.end());
+  from.resize(triangles.size(), -1);
+  Seam seam{std::move(triangles), std::move(from), pair_.mesh.positions, offsets()};
+  improve_seam(pair_, seam);
+  put(seam.triangles, seam.positions, seam.from);
+  note("stitch", watch);
+  progress.at(0.5);
+  measure();
+  progress.at(1);
+}
+
+void Remesher::measure() {
+  Stopwatch watch;
+  const Mesh& mesh = result_.mesh;
+  result_.kept =
+      int(std::ranges::count_if(result_.template_triangles, [](int t) { return t >= 0; }));
+  result_.died = template_.triangle_count() - result_.kept;
+  result_.born = mesh.triangle_count() - result_.kept;
+  std::vector<Vector3> asked;
+  std::vector<double> to_target, from_target;
+  const std::vector<Vector3>& positions = target_.mesh.positions;
+  std::vector<char> there(positions.size(), 0);
+  for (int v = 0; v < mesh.vertex_count(); ++v) {
+    const int a = result_.template_vertices[v], b = result_.target_vertices[v];
+    if (a >= 0)
+      to_target.push_back(std::sqrt(on_target_[a].squared_distance));
+    else if (b >= 0 && positions[b] == mesh.positions[v])
+      to_target.push_back(0), there[b] = 1;
+    else
+      asked.push_back(mesh.positions[v]);
+  }
+  if (!asked.empty()) {
+    const ClosestPointFinder target_finder(target_.mesh);
+    for (const ClosestPoint& place : target_finder(asked))
+      to_target.push_back(std::sqrt(place.squared_distance));
+  }
+  asked.clear();
+  std::vector<char> used(positions.size(), 0);
+  for (const Triangle& t : target_.mesh.triangles)
+    for (const int v : t) used[v] = 1;
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    if (there[v])
+      from_target.push_back(0);
+    else if (used[v])
+      asked.push_back(positions[v]);
+  if (result_.born == 0 && result_.died == 0) {
+    for (std::size_t v = 0; v < positions.size(); ++v)
+      if (used[v]) from_target.push_back(std::sqrt(on_template_[v].squared_distance));
+  } else {
+    const ClosestPointFinder result_finder(mesh);
+    for (const ClosestPoint& place : result_finder(asked))
+      from_target.push_back(std::sqrt(place.squared_distance));
+  }
+  result_.to_target = summary(std::move(to_target));
+  result_.from_target = summary(std::move(from_target));
+
+  // Parts of what was born, and components of the template of which nothing is left.
+  std::vector<HalfEdge> corner(std::size_t(mesh.vertex_count()), -1);
+  DisjointSets sets(mesh.positions.size());
+  std::vector<char> born(mesh.positions.size(), 0);
+  for (int t = 0; t < mesh.triangle_count(); ++t) {
+    if (result_.template_triangles[t] >= 0) continue;
+    const auto& [a, b, c] = mesh.triangles[t];
+    sets.join(a, b), sets.join(b, c);
+    born[a] = born[b] = born[c] = 1;
+  }
+  for (int v = 0; v < mesh.vertex_count(); ++v) result_.regions += born[v] && sets.root(v) == v;
+  const std::vector<int> component = components(template_.twins);
+  std::vector<char> left(component.size(), 0);
+  for (const int t : result_.template_triangles)
+    if (t >= 0) left[component[t]] = 1;
+  for (std::size_t t = 0; t < component.size(); ++t)
+    result_.replaced_components += component[t] == int(t) && !left[t];
+  note("measure", watch);
+}
+
+}  // namespace
+
+Remeshed remesh(const Surface& of_template, const Surface& target, const RemeshOptions& options,
+                const Progress& progress) {
+  check(of_template, target, options);
+  return Remesher(of_template, target, options).run(progress);
+}
+
+}  // namespace mq

@@ -1,0 +1,249 @@
+// Local remeshing of a template by a target: what is kept is kept exactly, what comes out is a
+// surface whatever the two have to do with each other.
+#include "mq/sequence/remesh.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "mq/mesh/volume.h"
+#include "mq/sequence/remesh_score.h"
+#include "sequence/remesh_models.h"
+
+namespace mq::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+Remeshed remeshed(const Mesh& of_template, const Mesh& target, const RemeshOptions& how = {}) {
+  return remesh(make_surface(of_template), make_surface(target), how);
+}
+
+int euler(const Mesh& mesh) {
+  return make_surface(mesh, {WeldOptions::Kind::none}).euler_characteristic;
+}
+
+/// What both directions of a change of topology must fulfil.
+void expect_change(const Mesh& before, const Mesh& after, double least_kept) {
+  const Surface a = make_surface(before), b = make_surface(after);
+  for (const auto& [from, to] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
+    const Remeshed found = remesh(*from, *to);
+    EXPECT_EQ(problems(*from, *to, found), "");
+    EXPECT_EQ(turned_triangles(*from, *to, found), 0);
+    EXPECT_EQ(euler(found.mesh), to->euler_characteristic);
+    EXPECT_GT(found.kept, least_kept * from->triangle_count());
+    EXPECT_LT(found.to_target.max, found.tolerance);
+    EXPECT_LT(found.from_target.max, found.tolerance);
+    EXPECT_NEAR(enclosed_volume(found.mesh), enclosed_volume(to->mesh),
+                0.003 * enclosed_volume(to->mesh));
+  }
+}
+
+TEST(Remesh, LeavesATemplateThatShowsTheTargetBitForBit) {
+  const Mesh coarse = fixtures::sphere(4), fine = fixtures::sphere(5);
+  const Remeshed found = remeshed(coarse, fine);
+  EXPECT_EQ(found.mesh.triangles, coarse.triangles);
+  EXPECT_EQ(found.mesh.positions, coarse.positions);
+  EXPECT_EQ(found.born, 0);
+  EXPECT_EQ(found.died, 0);
+  EXPECT_EQ(found.regions, 0);
+  EXPECT_GT(found.from_target.max, 0);
+}
+
+TEST(Remesh, AddsAndTakesAHandleAtAnyResolution) {
+  expect_change(meshed(plain, 6000, 2), meshed(handled, 11000, 0), 0.85);
+}
+
+TEST(Remesh, ClosesTheHoleOfARingAndOpensItAgain) {
+  expect_change(meshed(ring, 6000, 0), meshed(plugged, 8000, 2), 0.4);
+}
+
+TEST(Remesh, JoinsTwoBallsAndPartsThem) {
+  expect_change(meshed(apart, 5000, 4), meshed(joined, 7000, 2), 0.6);
+}
+
+TEST(Remesh, TakesNoUnit) {
+  // A power of two scales every floating-point number exactly.
+  const Mesh before = meshed(plain, 3000, 2), after = meshed(handled, 5000, 0);
+  const auto large = [](const Vector3& p) { return Vector3(p * 1024); };
+  const Remeshed here = remeshed(before, after);
+  const Remeshed there = remeshed(mapped(before, large), mapped(after, large));
+  EXPECT_EQ(here.mesh.triangles, there.mesh.triangles);
+  EXPECT_EQ(mapped(here.mesh, large).positions, there.mesh.positions);
+}
+
+TEST(Remesh, IsTheSameForAnyNumberOfThreads) {
+  const Surface before = make_surface(meshed(plain, 3000, 2));
+  const Surface after = make_surface(meshed(handled, 5000, 0));
+  const auto run = [&](std::size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return remesh(before, after);
+  };
+  const Remeshed one = run(1);
+  for (const std::size_t threads : {2U, 7U}) {
+    const Remeshed other = run(threads);
+    EXPECT_EQ(one.mesh.triangles, other.mesh.triangles);
+    EXPECT_EQ(one.mesh.positions, other.mesh.positions);
+    EXPECT_EQ(one.to_target.mean, other.to_target.mean);
+  }
+}
+
+TEST(Remesh, ReplacesComponentsThatComeAndGo) {
+  const Mesh body = fixtures::sphere(4);
+  const Mesh moon = mapped(fixtures::sphere(3),
+                           [](const Vector3& p) { return Vector3(0.3 * p + Vector3(3, 0, 0)); });
+  const Remeshed came = remeshed(body, fixtures::beside(body, moon));
+  EXPECT_EQ(came.kept, body.triangle_count());
+  EXPECT_EQ(came.born, moon.triangle_count());
+  const Remeshed went = remeshed(fixtures::beside(body, moon), body);
+  EXPECT_EQ(went.kept, body.triangle_count());
+  EXPECT_EQ(went.died, moon.triangle_count());
+  EXPECT_EQ(went.replaced_components, 1);
+}
+
+TEST(Remesh, ReplacesAllOfWhatHasNothingToDoWithTheTarget) {
+  const Mesh here = fixtures::sphere(3);
+  const Mesh there = mapped(fixtures::torus(30, 12),
+                            [](const Vector3& p) { return Vector3(p + Vector3(50, 0, 0)); });
+  const Remeshed found = remeshed(here, there);
+  EXPECT_EQ(found.kept, 0);
+  EXPECT_EQ(found.mesh.triangles, there.triangles);
+  EXPECT_EQ(found.mesh.positions, there.positions);
+  EXPECT_EQ(found.to_target.max, 0);
+}
+
+TEST(Remesh, CutsAHoleIntoASheetAndClosesIt) {
+  const Mesh sheet = mapped(fixtures::flat_square(40, 0.2), [](const Vector3& p) {
+    return Vector3(p + Vector3(0, 0, 0.1 * p.x() * p.y()));
+  });
+  std::set<int> middle;
+  for (int v = 0; v < sheet.vertex_count(); ++v)
+    if ((sheet.positions[std::size_t(v)].head<2>() - Vector2(0.5, 0.5)).norm() < 0.2)
+      middle.insert(v);
+  const Surface whole = make_surface(sheet), open = make_surface(without(sheet, middle));
+  const Remeshed opened = remesh(whole, open), closed = remesh(open, whole);
+  EXPECT_EQ(problems(whole, open, opened), "");
+  EXPECT_EQ(problems(open, whole, closed), "");
+  EXPECT_EQ(euler(opened.mesh), 0);
+  EXPECT_EQ(euler(closed.mesh), 1);
+  EXPECT_GT(opened.kept, 0.6 * whole.triangle_count());
+  EXPECT_GT(closed.kept, 0.9 * open.triangle_count());
+  const Surface result = make_surface(opened.mesh, {WeldOptions::Kind::none});
+  EXPECT_EQ(result.boundary_edges, open.boundary_edges);
+}
+
+TEST(Remesh, StitchesOpenCurvesWhereAChangeReachesTheBoundary) {
+  const Mesh sheet = fixtures::flat_square(40, 0.2);
+  const Mesh bent = mapped(fixtures::flat_square(52, 0.2, 7), [](const Vector3& p) {
+    return Vector3(p + Vector3(0, 0, 0.3 * std::exp(-25 * (p - Vector3(0.5, 0, 0)).squaredNorm())));
+  });
+  const Surface before = make_surface(sheet), after = make_surface(bent);
+  const Remeshed found = remesh(before, after);
+  EXPECT_EQ(problems(before, after, found), "");
+  EXPECT_EQ(euler(found.mesh), 1);
+  EXPECT_GT(found.kept, 0.4 * before.triangle_count());
+  EXPECT_LT(found.from_target.max, found.tolerance);
+}
+
+TEST(Remesh, CutsLargeTrianglesOnlyWhereTheChangeEnds) {
+  const Mesh sheet = fixtures::flat_square(8);
+  const Mesh dented = mapped(fixtures::flat_square(64, 0.2), [](const Vector3& p) {
+    return Vector3(
+        p - Vector3(0, 0, 0.15 * std::exp(-200 * (p - Vector3(0.6, 0.62, 0)).squaredNorm())));
+  });
+  const Surface before = make_surface(sheet), after = make_surface(dented);
+  const Remeshed found = remesh(before, after);
+  EXPECT_EQ(problems(before, after, found), "");
+  EXPECT_GT(found.kept, before.triangle_count() / 2);
+  EXPECT_LT(found.born, after.triangle_count() / 2);
+  EXPECT_EQ(euler(found.mesh), 1);
+  EXPECT_LT(found.from_target.max, found.tolerance);
+}
+
+TEST(Remesh, ReplacesTrianglesDistortedSinceTheirBirth) {
+  const Mesh born = fixtures::sphere(4);
+  const Mesh now = mapped(born, [](Vector3 p) {
+    if (p.z() > 0.8) p.head<2>() *= 0.3;
+    return Vector3(p.normalized());
+  });
+  const Surface surface = make_surface(now);
+  std::vector<Vector3> birth;
+  for (const int v : surface.source_from_vertex) birth.push_back(born.positions[std::size_t(v)]);
+  const Mesh target = fixtures::sphere(5);
+  EXPECT_EQ(remeshed(now, target).born, 0);
+  const Remeshed found = remesh(surface, make_surface(target), {.birth = birth});
+  EXPECT_GT(found.born, 0);
+  EXPECT_GT(found.kept, surface.triangle_count() / 2);
+  EXPECT_EQ(problems(surface, make_surface(target), found), "");
+}
+
+TEST(Remesh, RefusesWhatItCannotWorkWith) {
+  const Mesh ball_mesh = fixtures::sphere(3);
+  EXPECT_THAT(fixtures::error_of([&] { remeshed(ball_mesh, turned_over(ball_mesh)); }),
+              HasSubstr("turned inside out"));
+  Mesh flat = fixtures::one_triangle();
+  flat.positions[2] = {2, 0, 0};
+  EXPECT_THAT(fixtures::error_of([&] { remeshed(flat, ball_mesh); }),
+              HasSubstr("no triangle with area"));
+  EXPECT_THAT(fixtures::error_of([&] { remeshed(ball_mesh, ball_mesh, {.tolerance = -1}); }),
+              HasSubstr("tolerance"));
+}
+
+TEST(Remesh, GivesASurfaceForPairsOfAllKinds) {
+  int partly = 0, wholly = 0, refused = 0;
+  for (std::uint64_t seed = 0; seed < 160; ++seed) {
+    const auto [first, second] = random_pair(seed);
+    const Surface a = make_surface(first), b = make_surface(second);
+    try {
+      const Remeshed found = remesh(a, b);
+      EXPECT_EQ(problems(a, b, found), "") << "pair " << seed;
+      partly += found.kept > 0 && found.born > 0;
+      wholly += found.kept == 0;
+    } catch (const InvalidInput& error) {
+      EXPECT_THAT(error.what(), HasSubstr("inside out")) << "pair " << seed;
+      ++refused;
+    }
+  }
+  EXPECT_GT(partly, 25);
+  EXPECT_GT(wholly, 25);
+  EXPECT_LT(refused, 5);
+}
+
+TEST(Mismatch, CountsHiddenVerticesLess) {
+  // The inner of two nested spheres sees nothing but the outer one.
+  const Mesh nested = fixtures::beside(
+      fixtures::sphere(3),
+      mapped(fixtures::sphere(3), [](const Vector3& p) { return Vector3(0.5 * p); }));
+  const Surface surface = make_surface(nested);
+  std::vector<int> vertices(nested.positions.size());
+  for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v] = int(v);
+  const std::vector<double> seen = visibility(surface, vertices);
+  for (std::size_t v = 0; v < seen.size(); ++v) EXPECT_EQ(seen[v], v < seen.size() / 2 ? 1 : 0);
+}
+
+TEST(Mismatch, IsTheDistanceInTolerancesWhereNothingIsBentOrHidden) {
+  const Mesh sheet = fixtures::flat_square(10);
+  const Mesh above =
+      mapped(sheet, [](const Vector3& p) { return Vector3(p + Vector3(0, 0, 0.03)); });
+  const Surface surface = make_surface(sheet);
+  const ClosestPointFinder other(above);
+  const Mismatch found = mismatch(surface, other, {.tolerance = 0.02});
+  for (const double score : found.scores) EXPECT_NEAR(score, 1.5, 1e-12);
+}
+
+TEST(Distortion, IsToldByStretchAndByArea) {
+  const Mesh triangle = fixtures::one_triangle();
+  const auto distorted = [&](double x, double y) {
+    std::vector<Vector3> birth = triangle.positions;
+    for (Vector3& p : birth) p = {p.x() * x, p.y() * y, 0};
+    return distorted_triangles(triangle, birth)[0] != 0;
+  };
+  EXPECT_FALSE(distorted(1, 1));
+  EXPECT_FALSE(distorted(1.7, 0.6));
+  EXPECT_TRUE(distorted(1.8, 0.5));
+  EXPECT_TRUE(distorted(1.8, 1.8));
+  EXPECT_TRUE(distorted(0.5, 0.5));
+}
+
+}  // namespace
+}  // namespace mq::test
