@@ -2,9 +2,16 @@
 //
 // The picture is a colour field in space, seen where each texel lies on the surface; so the two
 // sides of a seam show the same, unless --misaligned asks for the opposite.
+//
+// The name of a body in motion makes a sequence instead: frames with colours at their vertices, and
+// beside them the same triangles at rest, which say where every point of a frame came from.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "mq/base/error.h"
+#include "mq/io/frame_files.h"
+#include "mq/sample/moving.h"
 #include "mq/sample/sample.h"
 #include "outputs.h"
 #include "run.h"
@@ -19,6 +26,7 @@ namespace fs = std::filesystem;
 std::vector<std::string> names() {
   std::vector<std::string> all;
   for (const SampleInfo& info : sample_names()) all.push_back(info.name);
+  for (const SampleInfo& info : moving_names()) all.push_back(info.name);
   return all;
 }
 
@@ -26,6 +34,9 @@ std::string descriptions() {
   std::string text;
   for (const SampleInfo& info : sample_names())
     text += fmt::format("{}{}: {}.", text.empty() ? "" : " ", info.name, info.description);
+  text += " Sequences:";
+  for (const SampleInfo& info : moving_names())
+    text += fmt::format(" {}: {}.", info.name, info.description);
   return text;
 }
 
@@ -60,8 +71,83 @@ Model make_model(const Run& run, const Progress& progress) {
   return model;
 }
 
+// ---- Bodies in motion ----
+
+bool is_moving(const std::string& name) {
+  return std::ranges::any_of(moving_names(),
+                             [&](const SampleInfo& info) { return info.name == name; });
+}
+
+/// A frame and its material, each with a place for the number.
+struct MovingFiles {
+  std::string frame, material;
+};
+
+MovingFiles moving_files(const std::string& output) {
+  if (output.ends_with('/') || fs::is_directory(output))
+    return {(fs::path(output) / "frame_%04d.ply").string(),
+            (fs::path(output) / "material" / "frame_%04d.ply").string()};
+  require(has_frame_place(fs::path(output).filename().string()) && names_model(output),
+          fmt::format("--output: found '{}', wanted a folder (with / at its end) or a model with a "
+                      "place for the frame's number, such as frame_%04d.ply",
+                      output));
+  return {output,
+          (fs::path(output).parent_path() / "material" / fs::path(output).filename()).string()};
+}
+
+Model colored_model(MovingFrame&& made) {
+  Model model;
+  model.mesh = std::move(made.mesh);
+  model.colors.channels = 3;
+  for (const Vector3& color : made.colors)
+    for (const double c : color) model.colors.values.push_back(float(c));
+  return model;
+}
+
+Exit sample_sequence(Run& run) {
+  const OptionValues& options = run.options();
+  for (const char* name : {"size", "misaligned", "depth"})
+    require(!options.given(name),
+            fmt::format("--{}: a sequence has colours at its vertices and no texture", name));
+  const MovingFiles names = moving_files(options.text("output"));
+  const std::vector<int> numbers = parse_frames(options.text("frames"));
+  std::vector<fs::path> frames, materials;
+  for (const int number : numbers) {
+    frames.emplace_back(frame_name(names.frame, number));
+    materials.emplace_back(frame_name(names.material, number));
+  }
+  run.will_write(frames, fs::path(names.frame).parent_path());
+  run.will_write(materials, fs::path(names.material).parent_path());
+  if (run.dry_run()) return Exit::done;
+  const int triangles = int(options.integer("triangles"));
+  const MovingOptions how{.period = int(options.integer("period")),
+                          .triangles = triangles > 0 ? triangles : MovingOptions().triangles,
+                          .seed = std::uint64_t(options.integer("seed"))};
+  const Step step(run, "frames", 1);
+  Json counts = Json::array();
+  for (std::size_t f = 0; f < numbers.size(); ++f) {
+    const Progress part =
+        step.progress().step(fmt::format("frame {}", numbers[f]), 1 / double(numbers.size()));
+    MovingFrame made = make_moving_frame(options.text("name"), numbers[f], how, part);
+    counts.push_back(made.mesh.triangle_count());
+    Model rest;
+    rest.mesh.positions = made.material;
+    rest.mesh.triangles = made.mesh.triangles;
+    write_model(frames[f], colored_model(std::move(made)));
+    write_model(materials[f], rest);
+  }
+  run.result = {{"frames", numbers.size()}, {"triangles", counts}};
+  frames.insert(frames.end(), materials.begin(), materials.end());
+  say_written(run, frames);
+  return Exit::done;
+}
+
 Exit sample(Run& run) {
   const OptionValues& options = run.options();
+  if (is_moving(options.text("name"))) return sample_sequence(run);
+  for (const char* name : {"frames", "period"})
+    require(!options.given(name),
+            fmt::format("--{}: '{}' does not move", name, options.text("name")));
   const std::vector<fs::path> meshes = mesh_paths(options.text("output"), options.text("name"));
   const fs::path folder =
       names_model(options.text("output")) ? fs::path() : fs::path(options.text("output"));
@@ -89,7 +175,7 @@ Exit sample(Run& run) {
 
 Verb sample_verb() {
   using Type = Option::Type;
-  OptionTable table("sample", "Make a textured model to try things out with.");
+  OptionTable table("sample", "Make a textured model, or a body in motion, to try things out with.");
   table.add({.name = "name",
              .place = Option::Place::positional,
              .type = Type::choice,
@@ -102,7 +188,10 @@ Verb sample_verb() {
              .type = Type::path,
              .required = true,
              .metavar = "OUT",
-             .help = "a folder for OBJ, PLY and picture, or one model file"});
+             .help = "a folder for OBJ, PLY and picture, or one model file",
+             .details = "Of a sequence a folder, or frame_%04d.ply: a file for each frame. What "
+                        "lies in the folder material beside them has the same triangles, with "
+                        "every vertex where its material is at rest."});
   table.add({.name = "size",
              .type = Type::integer,
              .default_value = "1024",
@@ -123,6 +212,22 @@ Verb sample_verb() {
              .default_value = "8",
              .choices = {"8", "16", "half", "float"},
              .help = "bits per value; half and float write OpenEXR"});
+  table.add({.name = "frames",
+             .type = Type::text,
+             .default_value = "0-99",
+             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
+             .wanted = "a number, a range such as 0-99, or 0-99x2 for every second",
+             .metavar = "RANGE",
+             .group = "Sequences made",
+             .help = "which frames of a sequence"});
+  table.add({.name = "period",
+             .type = Type::integer,
+             .default_value = "100",
+             .unit = "frames",
+             .least = 1,
+             .most = 1000000,
+             .group = "Sequences made",
+             .help = "how long a motion takes; then it begins again"});
   return {table, sample};
 }
 

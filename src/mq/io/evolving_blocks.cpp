@@ -133,8 +133,9 @@ std::vector<std::int64_t> in_steps(const std::vector<Vector3>& positions, double
   all.reserve(3 * positions.size());
   for (const Vector3& p : positions)
     for (const double x : p) {
-      require(std::abs(x / step) <= 0x1p50,
-              fmt::format("a position of {} cannot be stored in steps of {}", x, step));
+      if (!(std::abs(x / step) <= 0x1p50))
+        throw InvalidInput(
+            fmt::format("a position of {} cannot be stored in steps of {}", x, step));
       all.push_back(std::llround(x / step));
     }
   return all;

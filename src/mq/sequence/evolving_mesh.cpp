@@ -17,9 +17,9 @@ void check_ids(const std::vector<int>& ids, std::size_t count, const char* what)
           fmt::format("a segment has {} {} and {} ids of them", count, what, ids.size()));
   std::unordered_set<int> seen;
   for (const int id : ids) {
-    require(id >= 0, fmt::format("a segment's {} have the id {}", what, id));
-    require(seen.insert(id).second,
-            fmt::format("the id {} is given twice to {} of one segment", id, what));
+    if (id < 0) throw InvalidInput(fmt::format("a segment's {} have the id {}", what, id));
+    if (!seen.insert(id).second)
+      throw InvalidInput(fmt::format("the id {} is given twice to {} of one segment", id, what));
   }
 }
 
@@ -27,8 +27,9 @@ void check_indices(const std::vector<Triangle>& triangles, int least, std::size_
                    const char* what) {
   for (std::size_t t = 0; t < triangles.size(); ++t)
     for (const int index : triangles[t])
-      require(index >= least && index < int(count),
-              fmt::format("triangle {} of a segment names {} {} of {}", t, what, index, count));
+      if (index < least || index >= int(count))
+        throw InvalidInput(
+            fmt::format("triangle {} of a segment names {} {} of {}", t, what, index, count));
 }
 
 /// The ids of a triangle's vertices, the lowest first, in their order around it.
@@ -147,7 +148,8 @@ void check(const EvolvingMesh& evolving) {
             fmt::format("frame {} has {} positions for {} vertices", f, frame.positions.size(),
                         vertices));
     for (const Vector3& p : frame.positions)
-      require(p.allFinite(), fmt::format("frame {} has a position that is not finite", f));
+      if (!p.allFinite())
+        throw InvalidInput(fmt::format("frame {} has a position that is not finite", f));
     if (f == 0) continue;
     const EvolvingFrame& before = evolving.frames[f - 1];
     require(

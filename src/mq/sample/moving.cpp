@@ -1,0 +1,184 @@
+// A frame is the surface f(φ⁻¹(p)) = 0, f the solid at rest and φ the motion, which has an inverse
+// in closed form; the mesher sees another grid in each. A vertex p has the material φ⁻¹(p).
+//
+// Bending is Barr's (Global and local deformations of solid primitives, 1984): the segment x = 0 of
+// the y axis becomes an arc of curvature k, planes across it stay planes:
+//
+//     θ = k y,   (x, y) ↦ (1/k − (1/k − x) cos θ, (1/k − x) sin θ).
+
+#include "mq/sample/moving.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mq/base/error.h"
+#include "mq/base/options.h"
+#include "mq/base/parallel.h"
+#include "mq/base/random.h"
+#include "mq/sample/implicit.h"
+#include "mq/sample/paint.h"
+
+namespace mq {
+namespace {
+
+constexpr double turn = 2 * std::numbers::pi;
+
+/// A long body with a belly, flatter than wide, a nose on one side.
+double long_body(const Vector3& p) {
+  const double y = std::clamp(p.y(), -0.8, 0.8);
+  const double belly = 0.30 + 0.06 * std::cos(2.5 * y + 0.6);
+  const double trunk = Vector3(p.x(), p.y() - y, 1.25 * p.z()).norm() - belly;
+  const double nose = (p - Vector3(0.05, 0.55, 0.3)).norm() - 0.13;
+  return smooth_union(trunk, nose, 0.15);
+}
+
+double vase(const Vector3& p) {
+  const double y = std::clamp(p.y(), -0.7, 0.7);
+  const double radius = 0.38 + 0.12 * std::sin(4 * y);
+  return 0.8 * (std::hypot(std::hypot(p.x(), p.z()) / radius * 0.4, p.y() - y) - 0.4);
+}
+
+constexpr double ball_radius = 0.45;
+
+Vector3 turned(const Vector3& p, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  return {c * p.x() + s * p.z(), p.y(), c * p.z() - s * p.x()};
+}
+
+Vector3 bent(const Vector3& p, double k) {
+  if (std::abs(k) < 1e-9) return p;
+  const double rest = 1 / k - p.x(), angle = k * p.y();
+  return {1 / k - rest * std::cos(angle), rest * std::sin(angle), p.z()};
+}
+
+Vector3 unbent(const Vector3& p, double k) {
+  if (std::abs(k) < 1e-9) return p;
+  const double sign = k > 0 ? 1 : -1;
+  const double angle = std::atan2(sign * p.y(), sign * (1 / k - p.x()));
+  return {1 / k - sign * std::hypot(p.y(), 1 / k - p.x()), angle / k, p.z()};
+}
+
+/// Half the distance of the balls' centres.
+double apart(double s) { return 0.52 + 0.18 * std::cos(turn * s); }
+
+/// A motion and its inverse at the phase s of the period, 0 to 1.
+struct Motion {
+  SampleInfo info;
+  double (*solid)(const Vector3& p, double s);  // in space, already moved
+  Vector3 (*to_rest)(const Vector3& p, double s);
+  Vector3 (*from_rest)(const Vector3& p, double s);
+  std::vector<int> (*euler_characteristics)(double s) = [](double) { return std::vector{2}; };
+};
+
+double curvature(double s) { return 1.3 * std::sin(turn * s); }
+double torsion(double s) { return 1.2 * std::sin(turn * s); }
+
+const std::vector<Motion>& motions() {
+  static const std::vector<Motion> all = {
+      {{"bending", "a long body bends to both sides"},
+       [](const Vector3& p, double s) { return long_body(unbent(p, curvature(s))); },
+       [](const Vector3& p, double s) { return unbent(p, curvature(s)); },
+       [](const Vector3& p, double s) { return bent(p, curvature(s)); }},
+      {{"twisting", "the same twists both ways"},
+       [](const Vector3& p, double s) { return long_body(turned(p, -torsion(s) * p.y())); },
+       [](const Vector3& p, double s) { return turned(p, -torsion(s) * p.y()); },
+       [](const Vector3& p, double s) { return turned(p, torsion(s) * p.y()); }},
+      {{"spinning", "a vase turns about its axis, of which only colours tell"},
+       [](const Vector3& p, double) { return vase(p); },
+       [](const Vector3& p, double s) { return turned(p, -turn * s); },
+       [](const Vector3& p, double s) { return turned(p, turn * s); }},
+      {{"merging", "two balls fuse and part"},
+       [](const Vector3& p, double s) {
+         const Vector3 half(apart(s), 0, 0);
+         return smooth_union((p - half).norm() - ball_radius, (p + half).norm() - ball_radius, 0.2);
+       },
+       [](const Vector3& p, double s) {
+         return Vector3(p + Vector3(p.x() > 0 ? apart(0) - apart(s) : apart(s) - apart(0), 0, 0));
+       },
+       [](const Vector3& p, double s) {
+         return Vector3(p - Vector3(p.x() > 0 ? apart(0) - apart(s) : apart(s) - apart(0), 0, 0));
+       },
+       // Where smooth_union of two planes at equal distance d is 0: d = k/4.
+       [](double s) {
+         return apart(s) - ball_radius > 0.05 ? std::vector{4, 2} : std::vector{2, 4};
+       }}};
+  return all;
+}
+
+const Motion& find_motion(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Motion& motion : motions()) {
+    if (motion.info.name == name) return motion;
+    names.push_back(motion.info.name);
+  }
+  throw InvalidInput(fmt::format("there is no sequence '{}'{}", name, did_you_mean(name, names)));
+}
+
+double phase(double frame, const MovingOptions& options) {
+  const double periods = frame / options.period;
+  return periods - std::floor(periods);
+}
+
+/// Where the topology is about to change, the grid may not show the one the formula says.
+Mesh mesh_at(const Motion& motion, double s, int frame, const MovingOptions& options,
+             const Progress& progress) {
+  const Random random(options.seed, 17);
+  ImplicitOptions implicit{
+      .low = {-1.35, -1.35, -0.75}, .high = {1.35, 1.35, 0.75}, .triangles = options.triangles};
+  for (int k = 0; k < 3; ++k)
+    implicit.low[k] -= random.uniform(std::uint64_t(3 * frame + k), 0, 0.2);
+  const auto solid = [&](const Vector3& p) { return motion.solid(p, s); };
+  const std::vector<int> euler_characteristics = motion.euler_characteristics(s);
+  for (const int euler : euler_characteristics) {
+    implicit.euler_characteristic = euler;
+    try {
+      return mesh_of_solid(solid, implicit, progress);
+    } catch (const InvalidInput&) {
+      if (euler == euler_characteristics.back()) throw;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+const std::vector<SampleInfo>& moving_names() {
+  static const std::vector<SampleInfo> all = [] {
+    std::vector<SampleInfo> infos;
+    for (const Motion& motion : motions()) infos.push_back(motion.info);
+    return infos;
+  }();
+  return all;
+}
+
+MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOptions& options,
+                              const Progress& progress) {
+  const Motion& motion = find_motion(name);
+  require(frame >= 0 && options.period >= 1,
+          fmt::format("frame {} of a motion of {} frames was asked for: both must be positive",
+                      frame, options.period));
+  require(
+      options.triangles >= 500 && options.triangles <= 20000000,
+      fmt::format("{} triangles were asked for: 500 to 20 million are made", options.triangles));
+  const double s = phase(frame, options);
+  MovingFrame result;
+  result.mesh = mesh_at(motion, s, frame, options, progress);
+  const ColorField field = colorful(0.35, options.seed);
+  result.material.resize(result.mesh.positions.size());
+  result.colors.resize(result.mesh.positions.size());
+  parallel_for(result.mesh.vertex_count(), [&](std::int64_t v) {
+    result.material[v] = motion.to_rest(result.mesh.positions[v], s);
+    result.colors[v] = field(result.material[v], 0).cwiseMax(0).cwiseMin(1);
+  });
+  return result;
+}
+
+Vector3 moved_material(const std::string& name, const Vector3& material, double frame,
+                       const MovingOptions& options) {
+  return find_motion(name).from_rest(material, phase(frame, options));
+}
+
+}  // namespace mq

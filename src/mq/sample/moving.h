@@ -1,0 +1,42 @@
+#pragma once
+/// Sequences that the program makes itself: bodies in motion, meshed anew in every frame, of which
+/// is known where each point of the surface was at rest.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/mesh/mesh.h"
+#include "mq/sample/sample.h"
+
+namespace mq {
+
+/// `bending` and `twisting`: a long body that bends to both sides, or twists both ways, and comes
+/// back. `spinning`: a vase that turns about its axis, of which only colours tell. `merging`: two
+/// balls that fuse and part, each of which carries its material along.
+const std::vector<SampleInfo>& moving_names();
+
+struct MovingOptions {
+  int period = 100;       ///< frames of the whole motion, which then begins again
+  int triangles = 12000;  ///< of each frame, about
+  std::uint64_t seed = 1;
+};
+
+struct MovingFrame {
+  Mesh mesh;                      ///< closed, without texture coordinates
+  std::vector<Vector3> material;  ///< per vertex where its material is at rest
+  std::vector<Vector3> colors;    ///< per vertex, 0 to 1: those of its material
+};
+
+/// One frame. No two frames have a vertex or a triangle in common but by chance. Equal options give
+/// equal bits. Throws `InvalidInput` for an unknown name and for options out of range (period from
+/// 1, triangles from 500).
+MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOptions& options = {},
+                              const Progress& progress = {});
+
+/// Where the material at rest at `material` is in a frame: the map that the frames are made with.
+Vector3 moved_material(const std::string& name, const Vector3& material, double frame,
+                       const MovingOptions& options = {});
+
+}  // namespace mq

@@ -1,0 +1,159 @@
+// What a frame and a template are made into before they are tracked, and what is measured after.
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/mesh/weld.h"
+#include "mq/sequence/tracking.h"
+
+namespace mq {
+namespace {
+
+/// Per triangle whether it is kept: it has three vertices, and its part enough area.
+std::vector<char> sound_triangles(const Surface& surface, double least_part) {
+  DisjointSets parts(surface.mesh.positions.size());
+  std::vector<char> kept(surface.mesh.triangles.size(), 0);
+  for (int t = 0; t < surface.triangle_count(); ++t) {
+    const Triangle& v = surface.mesh.triangles[t];
+    kept[t] = v[0] != v[1] && v[1] != v[2] && v[2] != v[0];
+    if (!kept[t]) continue;
+    parts.join(v[0], v[1]);
+    parts.join(v[1], v[2]);
+  }
+  const std::vector<double> areas = triangle_areas(surface.mesh);
+  std::vector<double> part_areas(surface.mesh.positions.size(), 0);
+  double total = 0;
+  for (int t = 0; t < surface.triangle_count(); ++t)
+    if (kept[t]) {
+      part_areas[parts.root(surface.mesh.triangles[t][0])] += areas[t];
+      total += areas[t];
+    }
+  for (int t = 0; t < surface.triangle_count(); ++t)
+    if (kept[t] && part_areas[parts.root(surface.mesh.triangles[t][0])] < least_part * total)
+      kept[t] = 0;
+  return kept;
+}
+
+/// The value that a share `part` of the weight lies below.
+double percentile(std::vector<std::pair<double, double>> weighted, double part) {
+  if (weighted.empty()) return 0;
+  std::ranges::sort(weighted);
+  double total = 0, sum = 0;
+  for (const auto& [value, weight] : weighted) total += weight;
+  for (const auto& [value, weight] : weighted)
+    if ((sum += weight) >= part * total) return value;
+  return weighted.back().first;
+}
+
+SurfaceDistance distances_of(const std::vector<ClosestPoint>& closest, double diagonal) {
+  SurfaceDistance result;
+  std::vector<std::pair<double, double>> all;
+  all.reserve(closest.size());
+  for (const ClosestPoint& p : closest) {
+    const double d = std::sqrt(p.squared_distance) / diagonal;
+    result.mean += d / double(closest.size());
+    result.max = std::max(result.max, d);
+    all.emplace_back(d, 1);
+  }
+  result.p95 = percentile(std::move(all), 0.95);
+  return result;
+}
+
+/// The corners 1 and 2 of a triangle, seen from corner 0, in its plane; columns.
+Eigen::Matrix2d flat(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const Vector3 e = b - a, f = c - a;
+  const double length = e.norm();
+  Eigen::Matrix2d F;
+  F << length, e.dot(f) / length, 0, e.cross(f).norm() / length;
+  return F;
+}
+
+}  // namespace
+
+CleanMesh cleaned(const Mesh& mesh, double least_part) {
+  const Surface surface = make_surface(mesh);
+  const std::vector<char> kept = sound_triangles(surface, least_part);
+  CleanMesh rest;
+  std::vector<int> vertex(surface.mesh.positions.size(), -1);
+  for (int t = 0; t < surface.triangle_count(); ++t) {
+    if (!kept[t]) continue;
+    Triangle corners;
+    for (int k = 0; k < 3; ++k) {
+      int& v = vertex[surface.mesh.triangles[t][k]];
+      if (v < 0) {
+        v = rest.mesh.vertex_count();
+        rest.mesh.positions.push_back(surface.mesh.position(t, k));
+        rest.source_from_vertex.push_back(
+            surface.source_from_vertex[surface.mesh.triangles[t][k]]);
+      }
+      corners[k] = v;
+    }
+    rest.mesh.triangles.push_back(corners);
+    rest.source_from_triangle.push_back(t);
+    if (mesh.has_uvs()) rest.mesh.corner_uvs.push_back(mesh.corner_uvs[t]);
+    if (!mesh.textures.empty()) rest.mesh.textures.push_back(mesh.textures[t]);
+  }
+  rest.mesh.uvs = mesh.uvs;
+  require(!rest.mesh.triangles.empty() && surface.area > 0,
+          "the mesh has no triangle with an area");
+  // What was left out may have held together what are two vertices now.
+  Surface split = make_surface(rest.mesh, {.kind = WeldOptions::Kind::none});
+  for (int& source : split.source_from_vertex) source = rest.source_from_vertex[source];
+  return {std::move(split.mesh), std::move(split.source_from_vertex),
+          std::move(rest.source_from_triangle)};
+}
+
+TrackTarget::TrackTarget(const Mesh& mesh, const Signal& colours) {
+  require(colours.size() == 0 || colours.rows() == mesh.vertex_count(),
+          fmt::format("{} rows of colours were given for {} vertices", colours.rows(),
+                      mesh.vertex_count()));
+  CleanMesh clean = cleaned(mesh);
+  surface_ = make_surface(clean.mesh, {.kind = WeldOptions::Kind::none});
+  if (colours.size() > 0) {
+    colours_.resize(surface_.mesh.vertex_count(), colours.cols());
+    for (int v = 0; v < surface_.mesh.vertex_count(); ++v)
+      colours_.row(v) = colours.row(clean.source_from_vertex[v]);
+  }
+  normals_ = vertex_normals(surface_.mesh);
+  closest_ = std::make_unique<ClosestPointFinder>(surface_.mesh);
+  diagonal_ = bounding_box(surface_.mesh).diagonal();
+}
+
+SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target) {
+  const ClosestPointFinder on_tracked(tracked);
+  const SurfaceDistance there =
+      distances_of(target.closest()(tracked.positions), target.diagonal());
+  const SurfaceDistance back =
+      distances_of(on_tracked(target.surface().mesh.positions), target.diagonal());
+  return {std::max(there.mean, back.mean), std::max(there.p95, back.p95),
+          std::max(there.max, back.max)};
+}
+
+Distortion distortion(const std::vector<Triangle>& triangles, std::span<const Vector3> birth,
+                      std::span<const Vector3> now) {
+  std::vector<std::pair<double, double>> all(triangles.size());
+  parallel_for(std::ssize(triangles), [&](std::int64_t t) {
+    const Triangle& v = triangles[t];
+    const Eigen::Matrix2d F0 = flat(birth[v[0]], birth[v[1]], birth[v[2]]);
+    const double area = 0.5 * F0.determinant();
+    // Needles and triangles without area have no stretch to speak of.
+    if (!(area > 1e-6 * F0.squaredNorm())) return;
+    const Eigen::Matrix2d J = flat(now[v[0]], now[v[1]], now[v[2]]) * F0.inverse();
+    const Eigen::Vector2d sigma = Eigen::JacobiSVD<Eigen::Matrix2d>(J).singularValues();
+    const double worst = std::max(sigma[0], 1 / std::max(sigma[1], 1e-9));
+    if (std::isfinite(worst)) all[t] = {worst, area};
+  });
+  std::erase_if(all, [](const auto& entry) { return entry.second == 0; });
+  Distortion result;
+  double sum = 0, area = 0;
+  for (const auto& [value, weight] : all) sum += value * weight, area += weight;
+  if (area > 0) result = {sum / area, percentile(all, 0.95)};
+  return result;
+}
+
+}  // namespace mq

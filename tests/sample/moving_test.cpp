@@ -1,0 +1,72 @@
+#include "mq/sample/moving.h"
+
+#include <gtest/gtest.h>
+
+#include "mq/base/error.h"
+#include "mq/mesh/surface.h"
+
+namespace mq {
+namespace {
+
+const MovingOptions coarse{.period = 100, .triangles = 2500};
+
+TEST(Moving, KnowsWhereMaterialIsInEveryFrame) {
+  for (const SampleInfo& info : moving_names())
+    for (const int frame : {0, 13, 50, 77}) {
+      const MovingFrame made = make_moving_frame(info.name, frame, coarse);
+      ASSERT_GT(made.mesh.triangle_count(), 1500) << info.name;
+      for (int v = 0; v < made.mesh.vertex_count(); ++v)
+        ASSERT_LT(
+            (moved_material(info.name, made.material[v], frame, coarse) - made.mesh.positions[v])
+                .norm(),
+            1e-12)
+            << info.name << " " << frame;
+    }
+}
+
+TEST(Moving, HasSoundMeshesThatAreOthersInEveryFrame) {
+  for (const SampleInfo& info : moving_names()) {
+    const MovingFrame first = make_moving_frame(info.name, 20, coarse);
+    const MovingFrame second = make_moving_frame(info.name, 21, coarse);
+    EXPECT_TRUE(make_surface(first.mesh).defects.empty()) << info.name;
+    EXPECT_EQ(make_surface(first.mesh).boundary_edges, 0);
+    EXPECT_NE(first.mesh.triangles, second.mesh.triangles) << info.name;
+  }
+}
+
+TEST(Moving, LiesAtRestInFrameZero) {
+  const MovingFrame bending = make_moving_frame("bending", 0, coarse);
+  for (int v = 0; v < bending.mesh.vertex_count(); ++v)
+    EXPECT_LT((bending.material[v] - bending.mesh.positions[v]).norm(), 1e-12);
+}
+
+TEST(Moving, SpinsWithoutChangingItsShape) {
+  const MovingFrame made = make_moving_frame("spinning", 30, coarse);
+  double moved = 0;
+  for (int v = 0; v < made.mesh.vertex_count(); ++v) {
+    const Vector3 p = made.mesh.positions[v], m = made.material[v];
+    EXPECT_NEAR(std::hypot(p.x(), p.z()), std::hypot(m.x(), m.z()), 1e-12);
+    EXPECT_NEAR(p.y(), m.y(), 1e-12);
+    moved = std::max(moved, (p - m).norm());
+  }
+  EXPECT_GT(moved, 0.5);
+}
+
+TEST(Moving, MergesTwoBallsAndPartsThem) {
+  const auto components = [](int frame) {
+    return make_surface(make_moving_frame("merging", frame, coarse).mesh).components;
+  };
+  EXPECT_EQ(components(0), 2);
+  EXPECT_EQ(components(50), 1);
+  EXPECT_EQ(components(99), 2);
+}
+
+TEST(Moving, RefusesWhatThereIsNot) {
+  EXPECT_THROW(make_moving_frame("bendign", 0), InvalidInput);
+  EXPECT_THROW(make_moving_frame("bending", -1), InvalidInput);
+  EXPECT_THROW(make_moving_frame("bending", 0, {.period = 0}), InvalidInput);
+  EXPECT_THROW(make_moving_frame("bending", 0, {.triangles = 10}), InvalidInput);
+}
+
+}  // namespace
+}  // namespace mq
