@@ -6,31 +6,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "mq/base/words.h"
 #include "mq/mesh/geometry.h"
+#include "percentiles.h"
 #include "run.h"
 #include "scene.h"
 #include "verb.h"
 
 namespace mq::app {
 namespace {
-
-struct Weighted {
-  double value;
-  double weight;
-};
-
-/// The least value that at least `fraction` of the weight does not exceed; `sorted` by value.
-double percentile(const std::vector<Weighted>& sorted, double fraction) {
-  double total = 0;
-  for (const Weighted& w : sorted) total += w.weight;
-  double sum = 0;
-  for (const Weighted& w : sorted)
-    if ((sum += w.weight) >= fraction * total) return w.value;
-  return sorted.empty() ? 0 : sorted.back().value;
-}
 
 Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -56,14 +41,7 @@ Json stretch_json(const Scene& scene) {
     stretch.push_back({metric.stretch, area});
     side.push_back({std::sqrt(metric.density), area});
   }
-  const auto summary = [](std::vector<Weighted>& values) {
-    std::ranges::sort(values, {}, &Weighted::value);
-    return Json{{"p50", percentile(values, 0.5)},
-                {"p90", percentile(values, 0.9)},
-                {"p99", percentile(values, 0.99)},
-                {"max", percentile(values, 1)}};
-  };
-  return {{"stretch", summary(stretch)}, {"texel_side", summary(side)}};
+  return {{"stretch", percentiles_json(stretch)}, {"texel_side", percentiles_json(side)}};
 }
 
 Json atlas_json(const Scene& scene) {
@@ -80,12 +58,6 @@ Json atlas_json(const Scene& scene) {
 
 std::string row(const std::string& name, const std::string& value) {
   return fmt::format("  {:<18}{}\n", name, value);
-}
-
-std::string percentiles(const Json& values) {
-  return fmt::format("half below {:.4g}, 90 % {:.4g}, 99 % {:.4g}, worst {:.4g}",
-                     values["p50"].get<double>(), values["p90"].get<double>(),
-                     values["p99"].get<double>(), values["max"].get<double>());
 }
 
 std::string surface_text(const Scene& scene) {
@@ -105,8 +77,9 @@ std::string surface_text(const Scene& scene) {
                                       surface.components, surface.boundary_edges,
                                       surface.euler_characteristic));
   if (scene.model.colors.channels > 0)
-    text += row("vertex colours", fmt::format("{}, {}", counted(scene.model.colors.channels, "channel"),
-                                              depth_name(scene.model.colors.depth)));
+    text +=
+        row("vertex colours", fmt::format("{}, {}", counted(scene.model.colors.channels, "channel"),
+                                          depth_name(scene.model.colors.depth)));
   return text;
 }
 
@@ -118,8 +91,8 @@ std::string atlas_text(const Scene& scene, const Json& atlas) {
   text += row("texels",
               fmt::format("{:.0f} inside charts, {:.1f} % of the textures",
                           atlas["texel_area"].get<double>(), 100 * atlas["covered"].get<double>()));
-  text += row("stretch", percentiles(atlas["stretch"]));
-  text += row("texel side", percentiles(atlas["texel_side"]));
+  text += row("stretch", percentiles_text(atlas["stretch"]));
+  text += row("texel side", percentiles_text(atlas["texel_side"]));
   for (const Texture& texture : scene.model.textures)
     text += row("texture",
                 fmt::format("{}: {} × {}, {}, {} {}", texture.name, texture.pixels.width(),
@@ -132,7 +105,8 @@ std::string defects_text(const Defects& defects) {
   std::string text;
   for (const Defect& defect : defects)
     if (defect.severity != Defect::Severity::note)
-      text += row("defect", fmt::format("{}: {}", defect.kind, counted(defect.count, defect.element)));
+      text +=
+          row("defect", fmt::format("{}: {}", defect.kind, counted(defect.count, defect.element)));
   return text;
 }
 

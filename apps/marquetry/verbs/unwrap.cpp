@@ -1,0 +1,151 @@
+// marquetry unwrap MESH -o OUT: a texture atlas for a mesh that has none, or a better one.
+//
+// The report's figures are those of the new atlas, with distortion measured as in the thesis
+// (5.8.4) on the surface scaled to the area of the atlas. Percentiles weigh triangles by their area
+// on the surface.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "geometry.h"
+#include "mq/atlas/atlas.h"
+#include "mq/atlas/coverage.h"
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/sequence/unwrap.h"
+#include "outputs.h"
+#include "percentiles.h"
+#include "run.h"
+#include "scene.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+/// The model with the new texture coordinates and nothing that belonged to the old ones.
+void put_atlas(Scene& scene, const Unwrapped& unwrapped) {
+  for (Mesh* mesh : {&scene.model.mesh, &scene.surface.mesh}) {
+    mesh->uvs = unwrapped.uvs;
+    mesh->corner_uvs = unwrapped.corner_uvs;
+    mesh->textures.clear();
+  }
+  scene.model.textures.clear();
+  scene.model.document = nullptr;  // its corners have other texture coordinates now
+}
+
+/// Texels whose centres two triangles cover, counted by the program's own reader of atlases.
+std::int64_t overlapping_texels(const Scene& scene, int size, const Progress& progress) {
+  const Atlas atlas = make_atlas(scene.surface, {{size, size}}, {}, progress.step("charts", 0.5));
+  std::int64_t count = 0;
+  for (const Coverage& coverage : texel_coverage(scene.surface, atlas, progress.step("cover", 0.5)))
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x) count += coverage.count(x, y) > 1;
+  return count;
+}
+
+void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
+  std::vector<Weighted> ratio, conformal, authalic;
+  for (const TriangleStretch& t : figures.triangles) {
+    ratio.push_back({t.ratio, t.area});
+    conformal.push_back({t.conformal, t.area});
+    authalic.push_back({t.authalic, t.area});
+  }
+  run.result = {{"charts", figures.charts},
+                {"flipped", figures.flipped},
+                {"overlapping_charts", figures.overlapping},
+                {"overlapping_texels", overlaps},
+                {"occupancy", figures.occupancy},
+                {"stretch", figures.l2_stretch},
+                {"seam_length", figures.seam_length},
+                {"ratio", percentiles_json(ratio)},
+                {"conformal", percentiles_json(conformal)},
+                {"authalic", percentiles_json(authalic)}};
+  run.print(
+      fmt::format("{}, {:.1f} % of the texture, L2 stretch {:.4f}\n"
+                  "ratio of singular values: {}\n",
+                  counted(figures.charts, "chart"), 100 * figures.occupancy, figures.l2_stretch,
+                  percentiles_text(run.result["ratio"])));
+}
+
+Exit unwrap(Run& run) {
+  const OptionValues& options = run.options();
+  Scene scene = read_shape(run, 0.1);
+  const Outputs outputs = shape_outputs(options, scene);
+  run.will_write(outputs.paths(), outputs.folder());
+  if (run.dry_run()) return Exit::done;
+  const int size = int(options.integer("size"));
+  Unwrapped unwrapped;
+  about(scene.model, [&] {
+    const Step step(run, "unwrap", 0.75);
+    unwrapped = mq::unwrap(scene.surface,
+                           {.width = size,
+                            .height = size,
+                            .gutter = int(options.integer("gutter")),
+                            .stretch = options.number("stretch"),
+                            .trials = int(options.integer("trials"))},
+                           step);
+  });
+  for (const UnwrapFigures::Seconds& seconds : unwrapped.figures.seconds)
+    run.add_seconds(seconds.step, seconds.seconds);
+  put_atlas(scene, unwrapped);
+  std::int64_t overlaps = 0;
+  {
+    const Step step(run, "check", 0.05);
+    overlaps = overlapping_texels(scene, size, step);
+  }
+  report(run, unwrapped.figures, overlaps);
+  const Step step(run, "write", 0.1);
+  write_outputs(run, outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb unwrap_verb() {
+  using Type = Option::Type;
+  OptionTable table("unwrap",
+                    "Cut a mesh into few charts of little stretch, lay them flat and pack them.");
+  add_scene_options(table,
+                    "the model: OBJ, PLY, glTF or GLB; texture coordinates it has are replaced");
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .required = true,
+             .metavar = "OUT",
+             .help = "the model with its new texture coordinates (.obj, .ply, .gltf or .glb)"});
+  table.add({.name = "size",
+             .letter = 's',
+             .type = Type::integer,
+             .default_value = "2048",
+             .unit = "texels",
+             .least = 16,
+             .most = 32768,
+             .group = "Atlas",
+             .help = "side of the texture that charts are packed for"});
+  table.add({.name = "gutter",
+             .type = Type::integer,
+             .default_value = "2",
+             .unit = "texels",
+             .least = 0,
+             .most = 256,
+             .group = "Atlas",
+             .help = "that stay free between charts, and half of it at the border"});
+  table.add({.name = "stretch",
+             .type = Type::number,
+             .default_value = "1.05",
+             .least = 1.0001,
+             .most = 10,
+             .group = "Atlas",
+             .help = "the most L2 stretch that making charts fewer may cost one; 1 is none"});
+  table.add({.name = "trials",
+             .type = Type::integer,
+             .default_value = "200",
+             .least = 1,
+             .most = 100000,
+             .group = "Atlas",
+             .help = "orders of packing to try; more fills the texture better, and takes longer"});
+  add_frames_option(table);
+  return {table, unwrap};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,228 @@
+#include "mq/sequence/pack_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace mq {
+namespace {
+
+Vector2 turned(const Vector2& p, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  return {c * p.x() - s * p.y(), s * p.x() + c * p.y()};
+}
+
+/// Bits of cells, a byte each; small.
+struct Cells {
+  int width, height;
+  std::vector<char> bits;
+  Cells(int w, int h) : width(w), height(h), bits(std::size_t(w) * h) {}
+  char& at(int x, int y) { return bits[std::size_t(y) * width + x]; }
+};
+
+std::vector<CellRun> runs_of(const Cells& cells) {
+  std::vector<CellRun> runs;
+  for (int y = 0; y < cells.height; ++y) {
+    const char* row = cells.bits.data() + std::size_t(y) * cells.width;
+    for (int x = 0; x < cells.width;) {
+      if (!row[x]) {
+        ++x;
+        continue;
+      }
+      const int begin = x;
+      while (x < cells.width && row[x]) ++x;
+      runs.push_back({y, begin, x});
+    }
+  }
+  return runs;
+}
+
+/// All cells whose closed square, made wider by `pad`, an edge meets.
+void touch(const Vector2& a, const Vector2& b, double pad, Cells& cells) {
+  const Vector2 &low = a.y() <= b.y() ? a : b, &high = a.y() <= b.y() ? b : a;
+  const int first = std::max(0, int(std::floor(low.y() - pad)));
+  const int last = std::min(cells.height - 1, int(std::floor(high.y() + pad)));
+  const double slope = high.y() > low.y() ? (high.x() - low.x()) / (high.y() - low.y()) : 0;
+  for (int y = first; y <= last; ++y) {
+    double from = y - pad <= low.y() ? low.x() : low.x() + slope * (y - pad - low.y());
+    double to = y + 1 + pad >= high.y() ? high.x() : low.x() + slope * (y + 1 + pad - low.y());
+    if (from > to) std::swap(from, to);
+    // A rounding error beyond the texel's side is still the texel's side.
+    constexpr double slack = 1e-9;
+    const int begin = std::clamp(int(std::floor(from - pad - slack)), 0, cells.width - 1);
+    const int end = std::clamp(int(std::floor(to + pad + slack)), 0, cells.width - 1);
+    for (int x = begin; x <= end; ++x) cells.at(x, y) = 1;
+  }
+}
+
+/// Cells whose centre is inside.
+void fill(const std::vector<std::vector<Vector2>>& loops, Cells& cells) {
+  std::vector<std::vector<double>> crossings(cells.height);
+  for (const auto& loop : loops)
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Vector2 &p = loop[i], &q = loop[(i + 1) % loop.size()];
+      const Vector2 &low = p.y() <= q.y() ? p : q, &high = p.y() <= q.y() ? q : p;
+      const int first = std::max(0, int(std::ceil(low.y() - 0.5)));
+      for (int y = first; y < cells.height && y + 0.5 < high.y(); ++y)
+        crossings[y].push_back(low.x() +
+                               (high.x() - low.x()) * (y + 0.5 - low.y()) / (high.y() - low.y()));
+    }
+  for (int y = 0; y < cells.height; ++y) {
+    std::ranges::sort(crossings[y]);
+    for (std::size_t i = 0; i + 1 < crossings[y].size(); i += 2) {
+      const int begin = std::max(0, int(std::ceil(crossings[y][i] - 0.5)));
+      for (int x = begin; x < cells.width && x + 0.5 < crossings[y][i + 1]; ++x) cells.at(x, y) = 1;
+    }
+  }
+}
+
+Cells widened(const Cells& cells, int by) {
+  Cells rows(cells.width, cells.height), all(cells.width, cells.height);
+  for (const CellRun& run : runs_of(cells))
+    for (int x = std::max(0, run.begin - by); x < std::min(cells.width, run.end + by); ++x)
+      rows.at(x, run.row) = 1;
+  for (const CellRun& run : runs_of(rows))
+    for (int y = std::max(0, run.row - by); y <= std::min(cells.height - 1, run.row + by); ++y)
+      for (int x = run.begin; x < run.end; ++x) all.at(x, y) = 1;
+  return all;
+}
+
+}  // namespace
+
+PackShape make_shape(const PackChart& chart, double angle, double scale, double pad, int gutter) {
+  std::vector<std::vector<Vector2>> loops = chart.loops;
+  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (auto& loop : loops)
+    for (Vector2& p : loop) {
+      p = scale * turned(p, angle);
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  PackShape shape;
+  shape.angle = angle;
+  // A hair inside the first cell, so that a side on a line of cells touches one row, not two.
+  const Vector2 inset = Vector2::Constant(gutter + pad + 1e-6);
+  shape.origin = low - inset;
+  for (auto& loop : loops)
+    for (Vector2& p : loop) p -= shape.origin;
+  Cells cells(int(std::floor(high.x() - shape.origin.x() + pad)) + 1 + gutter,
+              int(std::floor(high.y() - shape.origin.y() + pad)) + 1 + gutter);
+  for (const auto& loop : loops)
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      touch(loop[i], loop[(i + 1) % loop.size()], pad, cells);
+  fill(loops, cells);
+  shape.width = cells.width;
+  shape.height = cells.height;
+  shape.touched = runs_of(cells);
+  shape.wide = gutter > 0 ? runs_of(widened(cells, gutter)) : shape.touched;
+  return shape;
+}
+
+double smallest_box_angle(const PackChart& chart) {
+  const double right = std::numbers::pi / 2;
+  constexpr int steps = 45;
+  double best = std::numeric_limits<double>::infinity(), angle = 0;
+  for (int k = 0; k < steps; ++k) {
+    Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    for (const auto& loop : chart.loops)
+      for (const Vector2& p : loop) {
+        const Vector2 q = turned(p, right * k / steps);
+        low = low.cwiseMin(q);
+        high = high.cwiseMax(q);
+      }
+    const Vector2 size = high - low;
+    if (size.prod() >= best * (1 - 1e-9)) continue;
+    best = size.prod();
+    angle = right * k / steps + (size.x() < size.y() ? right : 0);
+  }
+  return angle;
+}
+
+// ---- Cells over time ----
+
+PackVolume::PackVolume(int width, int height, int frames)
+    : width_(width), height_(height), frames_(frames), words_((width + 63) / 64) {
+  const std::size_t size = std::size_t(height) * words_;
+  int leaves = 1;
+  while (leaves < frames) leaves *= 2;
+  frames_ = leaves;
+  covers_.resize(2 * std::size_t(leaves));
+  anys_.resize(2 * std::size_t(leaves));
+  view_.assign(size, 0);
+  ahead_.resize(std::size_t(width) * height);
+  for (int y = 0; y < height; ++y) count_runs(y);
+}
+
+void PackVolume::take(const std::vector<CellRun>& cells, int x, int y, int first, int last) {
+  const auto put = [&](std::vector<Word>& board) {
+    if (board.empty()) board.assign(std::size_t(height_) * words_, 0);
+    for (const CellRun& run : cells) {
+      const int begin = std::max(0, run.begin + x), end = std::min(width_, run.end + x);
+      if (run.row + y < 0 || run.row + y >= height_) continue;
+      Word* bits = row(board, run.row + y);
+      for (int c = begin; c < end; ++c) bits[c / 64] |= Word(1) << (c % 64);
+    }
+  };
+  // The nodes that make up [first, last], and all that contain one of them.
+  for (int low = first + frames_, high = last + frames_ + 1; low < high; low /= 2, high /= 2) {
+    if (low % 2 == 1) put(covers_[low]), put(anys_[low]), ++low;
+    if (high % 2 == 1) --high, put(covers_[high]), put(anys_[high]);
+  }
+  for (int low = (first + frames_) / 2, high = (last + frames_) / 2; low >= 1; low /= 2, high /= 2)
+    for (int node = low; node <= high; ++node) put(anys_[node]);
+}
+
+void PackVolume::look(int first, int last) {
+  std::vector<const std::vector<Word>*> boards;
+  for (int low = first + frames_, high = last + frames_ + 1; low < high; low /= 2, high /= 2) {
+    if (low % 2 == 1) boards.push_back(&anys_[low++]);
+    if (high % 2 == 1) boards.push_back(&anys_[--high]);
+  }
+  for (int low = (first + frames_) / 2, high = (last + frames_) / 2; low >= 1; low /= 2, high /= 2)
+    for (int node = low; node <= high; ++node) boards.push_back(&covers_[node]);
+  std::vector<Word> bits(words_);
+  for (int y = 0; y < height_; ++y) {
+    std::ranges::fill(bits, 0);
+    for (const std::vector<Word>* board : boards)
+      if (!board->empty())
+        for (int w = 0; w < words_; ++w) bits[w] |= (*board)[std::size_t(y) * words_ + w];
+    Word* seen = row(view_, y);
+    if (std::equal(bits.begin(), bits.end(), seen)) continue;
+    std::ranges::copy(bits, seen);
+    count_runs(y);
+  }
+}
+
+void PackVolume::count_runs(int y) {
+  const Word* bits = view_.data() + std::size_t(y) * words_;
+  std::int16_t* ahead = ahead_.data() + std::size_t(y) * width_;
+  int run = 0;
+  for (int x = width_ - 1; x >= 0; --x) {
+    const bool taken = bits[x / 64] >> (x % 64) & 1;
+    run = taken ? std::min(run, 0) - 1 : std::max(run, 0) + 1;
+    ahead[x] = std::int16_t(run);
+  }
+}
+
+int PackVolume::find(const PackShape& shape, int x, int y) const {
+  const std::size_t count = shape.wide.size();
+  std::size_t hot = count / 2;  // the run that was in the way last
+  while (x + shape.width <= width_) {
+    std::size_t i = 0;
+    for (; i < count; ++i) {
+      const CellRun& run = shape.wide[hot];
+      const std::int16_t* ahead = ahead_.data() + std::size_t(y + run.row) * width_;
+      const int from = x + run.begin, free = std::max<int>(0, ahead[from]);
+      if (free < run.end - run.begin) {
+        x += free - ahead[from + free];
+        break;
+      }
+      hot = hot + 1 == count ? 0 : hot + 1;
+    }
+    if (i == count) return x;
+  }
+  return -1;
+}
+
+}  // namespace mq

@@ -1,0 +1,89 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/models.h"
+#include "cli/refusal.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// Two squares side by side, as quads, with a colour at each vertex, and a vertex nobody uses.
+const char* const corner_obj =
+    "v 7 7 7 0 0 0\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 2 0 0 0 0 1\nv 0 1 0 1 1 0\nv 1 1 0 0 1 1\nv 2 "
+    "1 0 1 0 1\n"
+    "f 2 3 6 5\nf 3 4 7 6\n";
+
+TEST(Unwrap, LeavesTheShapeAloneAndAddsCoordinatesToCorners) {
+  const Folder folder;
+  write_bytes(folder / "corner.obj", corner_obj);
+  const Result result =
+      marquetry(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--size", "64", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto figures = result.json()["result"];
+  EXPECT_EQ(figures["flipped"], 0);
+  EXPECT_EQ(figures["overlapping_charts"], 0);
+  EXPECT_EQ(figures["overlapping_texels"], 0);
+  EXPECT_NEAR(figures["stretch"].get<double>(), 1, 1e-9);
+  EXPECT_GT(figures["occupancy"].get<double>(), 0.4);
+  for (const char* step : {"charts", "flatten", "pack"})
+    EXPECT_TRUE(result.json()["seconds"].contains(step)) << step;
+  const Model before = read_model(folder / "corner.obj"), after = read_model(folder / "flat.obj");
+  EXPECT_EQ(after.mesh.positions, before.mesh.positions);
+  EXPECT_EQ(after.mesh.triangles, before.mesh.triangles);
+  EXPECT_EQ(after.colors.values, before.colors.values);
+  ASSERT_TRUE(after.mesh.has_uvs());
+  EXPECT_EQ(marquetry(folder, {"check", "flat.obj"}).status, 0);
+}
+
+TEST(Unwrap, ReplacesCoordinatesInEveryFormat) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "cube", "-o", "./", "--size", "64"}).status, 0);
+  for (const char* name : {"new.ply", "new.gltf", "new.glb", "new.obj"}) {
+    SCOPED_TRACE(name);
+    const Result result =
+        marquetry(folder, {"unwrap", "cube.ply", "-o", name, "--size", "128", "--trials", "5"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_THAT(result.output, HasSubstr("chart"));
+    EXPECT_EQ(marquetry(folder, {"check", name}).status, 0);
+  }
+  EXPECT_EQ(read_model(folder / "new.ply").mesh.positions,
+            read_model(folder / "cube.ply").mesh.positions);
+}
+
+TEST(Unwrap, MakesAnAtlasThatOtherVerbsWorkOn) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "torus", "-o", "./", "--size", "64", "--triangles", "900"})
+                .status,
+            0);
+  ASSERT_EQ(
+      marquetry(folder, {"unwrap", "torus.obj", "-o", "new.obj", "--size", "128", "--trials", "5"})
+          .status,
+      0);
+  write_image(folder / "noise.png", busy_picture(128, 128));
+  const Result result = marquetry(folder, {"filter", "new.obj", "noise.png", "-o", "smooth.png",
+                                           "--beta", "0", "--length", "4tx", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_TRUE(result.json()["solve"]["converged"]);
+}
+
+TEST(Unwrap, RefusesWhatItCannotDo) {
+  const Folder folder;
+  write_bytes(folder / "corner.obj", corner_obj);
+  write_bytes(folder / "line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+  EXPECT_THAT(refusal(folder, {"unwrap", "line.obj", "-o", "flat.obj"}, "flat.obj"),
+              HasSubstr("no area"));
+  EXPECT_THAT(refusal(folder, {"unwrap", "corner.obj", "-o", "flat.png"}, "flat.png"),
+              HasSubstr("wanted a model"));
+  EXPECT_THAT(
+      refusal(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--stretch", "1"}, "flat.obj"),
+      HasSubstr("stretch"));
+  EXPECT_THAT(
+      refusal(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--size", "16", "--gutter", "100"},
+              "flat.obj"),
+      HasSubstr("smaller gutter"));
+}
+
+}  // namespace
+}  // namespace mq::test
