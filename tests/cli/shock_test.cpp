@@ -80,17 +80,16 @@ TEST(Shock, SaysBeforehandHowManyStepsTheExplicitSchemeTakes) {
   const Result result = marquetry(
       folder, {"shock", "a.png", "-o", "o.png", "--method", "osher-rudin", "-t", "3", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("osher-rudin takes"));
+  EXPECT_THAT(result.error, HasSubstr("osher-rudin takes about"));
   const auto found = result.json()["result"];
-  EXPECT_LE(found["steps"].get<double>(), found["expected_steps"]["most"].get<double>());
-  EXPECT_GT(found["expected_steps"]["now"].get<double>(), 0);
-  // More than it ever does: it is said, and asked to stop it stops.
-  const Result stopped =
-      marquetry(folder, {"shock", "a.png", "-o", "p.png", "--method", "osher-rudin", "-t", "1e6"},
-                {.interrupt_at = {"osher-rudin would take"}});
-  EXPECT_EQ(stopped.status, 130);
-  EXPECT_THAT(stopped.error, HasSubstr("osher-rudin would take"));
-  EXPECT_THAT(stopped.error, HasSubstr("ends after 100000"));
+  EXPECT_LE(found["steps"].get<double>(), 2 * found["expected_steps"].get<double>());
+  EXPECT_GE(found["steps"].get<double>(), 0.5 * found["expected_steps"].get<double>());
+  // A time without end is none: it comes to rest.
+  const Result rested = marquetry(
+      folder, {"shock", "a.png", "-o", "p.png", "--method", "osher-rudin", "-t", "1e6", "--json"});
+  ASSERT_EQ(rested.status, 0) << rested.error;
+  EXPECT_LT(rested.json()["result"]["steps"].get<double>(), 50'000);
+  EXPECT_THAT(rested.error, testing::Not(HasSubstr("with 100")));
 }
 
 TEST(Shock, SharpensTexturesAcrossTheirSeam) {

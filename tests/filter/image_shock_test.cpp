@@ -151,16 +151,32 @@ TEST(OsherRudin, KeepsExtremaOfNoiseForEver) {
 }
 
 TEST(OsherRudin, SaysBeforehandHowManyStepsItTakes) {
-  const Image<float> image = noisy(shapes(64, 48, 2), 0.02);
-  for (const Concavity concavity : {Concavity::laplacian, Concavity::along_gradient})
-    for (const double time : {0.5, 20.0}) {
-      const StepEstimate expected = osher_rudin_steps(image, time, concavity);
-      const int steps = osher_rudin(image, {.time = time, .concavity = concavity}).steps;
-      EXPECT_GT(steps, 0.5 * expected.now) << time;
-      EXPECT_LE(steps, expected.most);
-      EXPECT_LT(expected.most, 60 * expected.now);
-    }
-  EXPECT_EQ(osher_rudin_steps(Image<float>(4, 4, 1, 0.5F), 10, Concavity::laplacian).most, 0);
+  // Steep from the start, and blurred so that steps become shorter twenty times over.
+  const Image<float> steep = noisy(shapes(64, 48, 2), 0.02);
+  for (const Image<float>& image : {steep, smoothed(steep, 9.0)})
+    for (const Concavity concavity : {Concavity::laplacian, Concavity::along_gradient})
+      for (const double time : {0.5, 20.0, 500.0}) {
+        const OsherRudinOptions options{.time = time, .concavity = concavity};
+        const double expected = osher_rudin_steps(image, options);
+        const int steps = osher_rudin(image, options).steps;
+        EXPECT_GT(steps, 0.4 * expected - 10) << time;
+        EXPECT_LT(steps, 2.5 * expected + 10) << time;
+      }
+  EXPECT_EQ(osher_rudin_steps(Image<float>(4, 4, 1, 0.5F), {.time = 10}), 0);
+}
+
+TEST(OsherRudin, EndsWhereNothingChangesAnyMore) {
+  Image<float> edge(40, 6, 1);
+  for (int y = 0; y < 6; ++y)
+    for (int x = 0; x < 40; ++x) edge(x, y) = float(0.5 + 0.4 * std::tanh((x - 19.3) / 4));
+  const EvolvedImage rested = osher_rudin(edge, {.time = 1e9, .least_change = 0.5 / 255});
+  EXPECT_EQ(rested.left, 0);
+  EXPECT_LT(rested.steps, 20'000);
+  // Four times as many steps hardly change it.
+  const EvolvedImage longer =
+      osher_rudin(edge, {.time = 1e9, .most_steps = 4 * rested.steps, .least_change = 0});
+  for (int y = 0; y < 6; ++y)
+    for (int x = 0; x < 40; ++x) EXPECT_NEAR(longer.image(x, y), rested.image(x, y), 1.0 / 255);
 }
 
 TEST(OsherRudin, IsOneDimensionalOnRows) {

@@ -98,20 +98,17 @@ void refuse_without_geometry(const OptionValues& options) {
 /// The explicit scheme takes as many steps as stability asks for, which may be more than anybody
 /// waits for.
 void announce_steps(Run& run, const Image<float>& image, const OsherRudinOptions& evolution) {
-  const StepEstimate steps = osher_rudin_steps(image, evolution.time, evolution.concavity);
-  run.result["expected_steps"] = {{"now", number_json(steps.now)}, {"most", number_json(steps.most)}};
-  const auto text = [](double count) {
-    return count < 1e7 ? fmt::format("{:.0f}", count) : fmt::format("{:.1e}", count);
-  };
-  const std::string range = fmt::format("{} to {} steps of the whole picture per channel",
-                                        text(steps.now), text(steps.most));
-  if (steps.now <= evolution.most_steps)
-    run.terminal().remark(fmt::format("osher-rudin takes {}, more as edges become steep", range));
+  const double steps = osher_rudin_steps(image, evolution);
+  run.result["expected_steps"] = number_json(steps);
+  const std::string about =
+      steps < 1e7 ? fmt::format("about {:.0f} steps", steps) : fmt::format("about {:.1e} steps", steps);
+  if (steps <= evolution.most_steps)
+    run.terminal().remark(fmt::format("osher-rudin takes {} of the whole picture per channel", about));
   else
     run.terminal().warning(fmt::format(
         "osher-rudin would take {} for this time, and ends after {} unless it comes to rest "
         "before: give less --time, or take a method that follows paths, which has no steps",
-        range, evolution.most_steps));
+        about, evolution.most_steps));
 }
 
 Exit shock_picture(Run& run) {
@@ -163,8 +160,13 @@ Exit shock_picture(Run& run) {
       if (method == "osher-rudin") {
         require(weights.signal == 0 || !options.given("smooth"),
                 "--smooth is for methods that follow paths; smooth the picture before");
-        const OsherRudinOptions evolution{.time = osher_rudin_time(before, time),
-                                          .concavity = concavity};
+        OsherRudinOptions evolution{.time = osher_rudin_time(before, time),
+                                    .concavity = concavity};
+        // Half of what such a picture can tell apart.
+        if (values.space == ColourSpace::stored && texture.format.depth == Depth::u8)
+          evolution.least_change = 0.5 / 255;
+        if (values.space == ColourSpace::stored && texture.format.depth == Depth::u16)
+          evolution.least_change = 0.5 / 65535;
         announce_steps(run, before, evolution);
         const EvolvedImage evolved = osher_rudin(before, evolution, step);
         after = evolved.image;

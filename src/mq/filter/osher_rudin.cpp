@@ -1,5 +1,7 @@
 /// Thesis 3.2.3. Computed in double; ε is found anew for every step, as |L| changes with the
-/// signal. What we do differently: extrema of images bound the pixels beside them.
+/// signal. What we do differently: extrema of images bound the pixels beside them, and |L| counts
+/// where pixels move. On a slope a the equation is ∂φ/∂t = −a·φₓₓ for what is small: heat running
+/// backwards, by which the shortest waves of a grid grow fastest, whatever the step.
 
 #include "mq/filter/osher_rudin.h"
 
@@ -101,35 +103,50 @@ Bounds bounds_by_extrema(int width, int height, const std::vector<double>& value
   return bounds;
 }
 
-/// One channel of an image, whose border goes on constant.
+/// One channel of an image, with a frame of one pixel as its border goes on constant.
 class Plane {
  public:
   Plane(const Image<float>& image, int channel)
       : width_(image.width()),
         height_(image.height()),
-        values_(std::size_t(width_) * height_),
-        next_(values_.size()),
-        curvature_(values_.size()) {
+        stride_(width_ + 2),
+        values_(std::size_t(stride_) * (height_ + 2)),
+        rates_(std::size_t(width_) * height_) {
     for (int y = 0; y < height_; ++y)
-      for (int x = 0; x < width_; ++x) values_[index(x, y)] = image(x, y, channel);
+      for (int x = 0; x < width_; ++x) at(x, y) = image(x, y, channel);
+    frame();
   }
 
   /// To be called before the first step.
-  void hold_extrema() { bounds_ = bounds_by_extrema(width_, height_, values_); }
+  void hold_extrema() {
+    std::vector<double> values;
+    for (int y = 0; y < height_; ++y)
+      for (int x = 0; x < width_; ++x) values.push_back(at(x, y));
+    bounds_ = bounds_by_extrema(width_, height_, values);
+  }
 
-  double value(int x, int y) const { return values_[index(x, y)]; }
+  double value(int x, int y) const { return at(x, y); }
 
-  /// Curvatures at all pixels, and the largest.
-  double find_curvature(Concavity concavity) {
+  /// ∂φ/∂t at all pixels, and the largest |L| of those that move.
+  double find_rates(Concavity concavity) {
     std::vector<double> largest(std::size_t(height_), 0.0);
     parallel_for(
         height_,
-        [&](std::int64_t y) {
+        [&](std::int64_t row) {
+          const int y = int(row);
           for (int x = 0; x < width_; ++x) {
-            const double L = concavity == Concavity::laplacian ? laplacian(x, int(y))
-                                                               : second_along_gradient(x, int(y));
-            curvature_[index(x, int(y))] = L;
-            largest[y] = std::max(largest[y], std::abs(L));
+            const std::size_t i = std::size_t(y) * width_ + x;
+            rates_[i] = 0;
+            const double here = at(x, y);
+            const double across = minmod(here - at(x - 1, y), at(x + 1, y) - here);
+            const double down = minmod(here - at(x, y - 1), at(x, y + 1) - here);
+            if (across == 0 && down == 0) continue;
+            const double L = concavity == Concavity::laplacian ? laplacian(x, y)
+                                                               : second_along_gradient(x, y);
+            const double rate = -std::sqrt(across * across + down * down) * L;
+            if (rate == 0 || (rate > 0 ? here >= bounds_.high[i] : here <= bounds_.low[i])) continue;
+            rates_[i] = rate;
+            largest[row] = std::max(largest[row], std::abs(L));
           }
         },
         8);
@@ -142,27 +159,36 @@ class Plane {
     parallel_for(
         height_,
         [&](std::int64_t row) {
-          const int y = int(row);
           for (int x = 0; x < width_; ++x) {
-            const double here = at(x, y);
-            const double across = minmod(here - at(x - 1, y), at(x + 1, y) - here);
-            const double down = minmod(here - at(x, y - 1), at(x, y + 1) - here);
-            const double by =
-                epsilon * std::sqrt(across * across + down * down) * curvature_[index(x, y)];
-            const std::size_t i = index(x, y);
-            next_[i] = std::clamp(here - by, bounds_.low[i], bounds_.high[i]);
-            if (std::abs(next_[i] - here) > at_rest * std::abs(here)) moved[row] = 1;
+            const std::size_t i = std::size_t(row) * width_ + x;
+            if (rates_[i] == 0) continue;
+            double& here = at(x, int(row));
+            const double next = std::clamp(here + epsilon * rates_[i], bounds_.low[i], bounds_.high[i]);
+            if (std::abs(next - here) > at_rest * std::abs(here)) moved[row] = 1;
+            here = next;
           }
         },
         8);
-    values_.swap(next_);
+    frame();
     return std::ranges::count(moved, 1) > 0;
   }
 
+  /// By how much values differ at most from those of the last call, or from 0.
+  double change() {
+    marked_.resize(values_.size());
+    double largest = 0;
+    for (std::size_t i = 0; i < values_.size(); ++i)
+      largest = std::max(largest, std::abs(values_[i] - marked_[i]));
+    marked_ = values_;
+    return largest;
+  }
+
  private:
-  std::size_t index(int x, int y) const { return std::size_t(y) * width_ + x; }
-  double at(int x, int y) const {
-    return values_[index(std::clamp(x, 0, width_ - 1), std::clamp(y, 0, height_ - 1))];
+  double& at(int x, int y) { return values_[std::size_t(y + 1) * stride_ + x + 1]; }
+  double at(int x, int y) const { return values_[std::size_t(y + 1) * stride_ + x + 1]; }
+  void frame() {
+    for (int y = 0; y < height_; ++y) at(-1, y) = at(0, y), at(width_, y) = at(width_ - 1, y);
+    for (int x = -1; x <= width_; ++x) at(x, -1) = at(x, 0), at(x, height_) = at(x, height_ - 1);
   }
   double laplacian(int x, int y) const {
     return at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1) - 4 * at(x, y);
@@ -178,10 +204,64 @@ class Plane {
     return (fx * fx * fxx + 2 * fx * fy * fxy + fy * fy * fyy) / square;
   }
 
-  int width_, height_;
-  std::vector<double> values_, next_, curvature_;
+  int width_, height_, stride_;
+  std::vector<double> values_, rates_, marked_;
   Bounds bounds_;
 };
+
+/// Steps before the first look at what has changed since.
+constexpr int first_look = 16;
+
+/// What became of a channel.
+struct Course {
+  int steps = 0;
+  double left = 0;     ///< of the time
+  double largest = 0;  ///< |L| of the last step
+};
+
+/// Evolves a plane; told(course) after every step.
+template <class Told>
+Course evolve(Plane& plane, const OsherRudinOptions& options, const Told& told) {
+  plane.hold_extrema();
+  Course course{.left = options.time};
+  double looked = 0;
+  while (course.left > 0 && course.steps < options.most_steps) {
+    course.largest = plane.find_rates(options.concavity);
+    if (course.largest == 0) return {course.steps, 0, 0};
+    const double epsilon = std::min(course.left, 1 / (4 * course.largest));
+    course.left -= epsilon;
+    if (!plane.step(epsilon)) return {course.steps, 0, 0};
+    ++course.steps;
+    told(course);
+    const double gone = options.time - course.left;
+    if (course.steps < first_look || gone < 2 * looked) continue;
+    const bool resting = plane.change() <= options.least_change;
+    if (looked > 0 && resting) return {course.steps, 0, 0};
+    looked = gone;
+  }
+  return course;
+}
+
+/// Of a channel the part of `side` pixels each way around where values change most from one to the
+/// next.
+Image<float> steepest_part(const Image<float>& image, int channel, int side) {
+  int at_x = 0, at_y = 0;
+  float steepest = -1;
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) {
+      const float here = image(x, y, channel);
+      const float across = x + 1 < image.width() ? std::abs(image(x + 1, y, channel) - here) : 0;
+      const float down = y + 1 < image.height() ? std::abs(image(x, y + 1, channel) - here) : 0;
+      if (across + down > steepest) steepest = across + down, at_x = x, at_y = y;
+    }
+  const int width = std::min(side, image.width()), height = std::min(side, image.height());
+  const int left = std::clamp(at_x - side / 2, 0, image.width() - width);
+  const int top = std::clamp(at_y - side / 2, 0, image.height() - height);
+  Image<float> part(width, height, 1);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) part(x, y) = image(left + x, top + y, channel);
+  return part;
+}
 
 }  // namespace
 
@@ -222,48 +302,33 @@ EvolvedImage osher_rudin(const Image<float>& image, const OsherRudinOptions& opt
   evolved.image = image;
   for (int c = 0; c < image.channels(); ++c) {
     Plane plane(image, c);
-    plane.hold_extrema();
-    double left = options.time;
-    int steps = 0;
-    const auto rests = [&] {
-      left = 0;
-      return true;
-    };
-    while (left > 0 && steps < options.most_steps) {
-      const double largest = plane.find_curvature(options.concavity);
-      if (largest == 0 && rests()) break;
-      const double epsilon = std::min(left, 1 / (4 * largest));
-      left -= epsilon;
-      if (!plane.step(epsilon) && rests()) break;
-      ++steps;
-      const double share = std::max(1 - left / options.time, double(steps) / options.most_steps);
+    const Course course = evolve(plane, options, [&](const Course& now) {
+      const double share =
+          std::max(1 - now.left / options.time, double(now.steps) / options.most_steps);
       progress.at((c + share) / image.channels(),
-                  fmt::format("step {} of about {:.0f}", steps,
-                              std::min(steps + left * 4 * largest, double(options.most_steps))));
-    }
-    evolved.steps = std::max(evolved.steps, steps);
-    evolved.left = std::max(evolved.left, left);
+                  fmt::format("step {} of {:.0f} at most", now.steps,
+                              std::min(now.steps + std::ceil(now.left * 4 * now.largest),
+                                       double(options.most_steps))));
+    });
+    evolved.steps = std::max(evolved.steps, course.steps);
+    evolved.left = std::max(evolved.left, course.left);
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x) evolved.image(x, y, c) = float(plane.value(x, y));
   }
   return evolved;
 }
 
-StepEstimate osher_rudin_steps(const Image<float>& image, double time, Concavity concavity) {
-  StepEstimate steps;
-  const double of_range = concavity == Concavity::laplacian ? 4 : 2.5;
+double osher_rudin_steps(const Image<float>& image, const OsherRudinOptions& options) {
+  constexpr int side = 48, tried = 2000;
+  double most = 0;
   for (int c = 0; c < image.channels(); ++c) {
-    double low = INFINITY, high = -INFINITY;
-    for (int y = 0; y < image.height(); ++y)
-      for (int x = 0; x < image.width(); ++x) {
-        low = std::min(low, double(image(x, y, c)));
-        high = std::max(high, double(image(x, y, c)));
-      }
-    const double largest = Plane(image, c).find_curvature(concavity);
-    steps.now = std::max(steps.now, std::ceil(time * 4 * largest));
-    steps.most = std::max(steps.most, std::ceil(time * 4 * of_range * (high - low)));
+    OsherRudinOptions pilot = options;
+    pilot.most_steps = std::min(tried, options.most_steps);
+    Plane part(steepest_part(image, c, side), 0);
+    const Course course = evolve(part, pilot, [](const Course&) {});
+    most = std::max(most, course.steps + std::ceil(course.left * 4 * course.largest));
   }
-  return steps;
+  return most;
 }
 
 }  // namespace mq
