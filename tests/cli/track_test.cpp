@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "cli/models.h"
 #include "mq/io/evolving_file.h"
+#include "mq/io/frame_files.h"
 
 namespace mq::test {
 namespace {
@@ -137,6 +140,100 @@ TEST(Track, RefusesWhatItCannotFollow) {
               HasSubstr("--truth: found 'nothing'"));
   EXPECT_THAT(refusal({"body/material", "-o", "a.evolving", "--photometric"}),
               HasSubstr("wants colours"));
+}
+
+/// A store of two segments: frames 0 and 1, and frame 2 with its own mesh.
+void make_store(const Folder& folder) {
+  make_body(folder, "bending", 2);
+  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "two.evolving", "--frames", "0-1"}).status,
+            0);
+  EvolvingMesh evolving = EvolvingReader(folder / "two.evolving").read();
+  const Mesh other = read_model(folder / "body/frame_0002.ply").mesh;
+  evolving.segments.push_back(
+      segment_of(other, next_vertex_id(evolving), next_triangle_id(evolving)));
+  evolving.frames.push_back({2, 1, other.positions});
+  write_evolving(folder / "body.evolving", evolving, store_step(2));
+}
+
+TEST(Export, SaysWhatAnEvolvingMeshIs) {
+  const Folder folder;
+  make_store(folder);
+  const Result result = marquetry(folder, {"export", "body.evolving", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto found = result.json()["result"];
+  EXPECT_EQ(found["frames"], 3);
+  EXPECT_EQ(found["segments"], 2);
+  EXPECT_EQ(found["triangles_throughout"], 0);
+  EXPECT_EQ(found["broken"], "");
+  const std::string words = marquetry(folder, {"export", "body.evolving"}).output;
+  EXPECT_THAT(words, HasSubstr("segment 1: from frame 2, 1 frames"));
+}
+
+TEST(Export, WritesFramesAsFiles) {
+  const Folder folder;
+  make_store(folder);
+  const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
+  for (const std::string name : {"out/f_%03d.ply", "out/f_%03d.obj"}) {
+    ASSERT_EQ(marquetry(folder, {"export", "body.evolving", "-o", name}).status, 0);
+    for (int f = 0; f < 3; ++f) {
+      const Mesh mesh = read_model(folder / frame_name(name, f)).mesh;
+      EXPECT_EQ(mesh.triangles, evolving.mesh(f).triangles);
+      EXPECT_EQ(mesh.positions, evolving.mesh(f).positions);
+    }
+  }
+}
+
+TEST(Export, WritesAnAnimationWithATargetForEachFurtherFrame) {
+  const Folder folder;
+  make_store(folder);
+  const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
+  ASSERT_EQ(marquetry(folder, {"export", "body.evolving", "-o", "body.glb"}).status, 0);
+  const std::string bytes = file_bytes(folder / "body.glb");
+  std::uint32_t size = 0;
+  std::memcpy(&size, bytes.data() + 12, sizeof size);
+  const auto gltf = nlohmann::json::parse(bytes.substr(20, size));
+  ASSERT_EQ(gltf["meshes"].size(), 2U);
+  EXPECT_EQ(gltf["meshes"][0]["primitives"][0]["targets"].size(), 1U);
+  EXPECT_FALSE(gltf["meshes"][1]["primitives"][0].contains("targets"));
+  EXPECT_EQ(gltf["animations"][0]["channels"].size(), 3U);  // weights, and both come and go
+  // Base and target of a vertex add up to its second frame.
+  const auto value = [&](const nlohmann::json& accessor, int vertex, int k) {
+    const auto& view = gltf["bufferViews"][accessor["bufferView"].get<int>()];
+    float found = 0;
+    std::memcpy(&found,
+                bytes.data() + 28 + size + view["byteOffset"].get<std::size_t>() +
+                    std::size_t(12 * vertex + 4 * k),
+                sizeof found);
+    return found;
+  };
+  const auto& primitive = gltf["meshes"][0]["primitives"][0];
+  const auto& base = gltf["accessors"][primitive["attributes"]["POSITION"].get<int>()];
+  const auto& target = gltf["accessors"][primitive["targets"][0]["POSITION"].get<int>()];
+  const int first = evolving.segments[0].triangles[0][0];  // the first corner is vertex 0
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(value(base, 0, k) + value(target, 0, k), evolving.frames[1].positions[first][k],
+                1e-6);
+  const Model model = read_model(folder / "body.glb");
+  EXPECT_EQ(model.mesh.triangle_count(),
+            evolving.mesh(0).triangle_count() + evolving.mesh(2).triangle_count());
+}
+
+TEST(Export, RefusesWhatItCannotWrite) {
+  const Folder folder;
+  make_store(folder);
+  const auto refusal = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "export");
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2);
+    return result.error;
+  };
+  EXPECT_THAT(refusal({"body.evolving", "-o", "frame.ply"}), HasSubstr("wanted an animation"));
+  EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--frames", "7"}),
+              HasSubstr("has no frame 7"));
+  EXPECT_THAT(refusal({"body.evolving", "-o", "a.glb", "--frames", "0-2x2"}),
+              HasSubstr("takes all frames"));
+  EXPECT_THAT(refusal({"body/frame_0000.ply"}), HasSubstr("found no evolving mesh"));
+  EXPECT_THAT(refusal({"none.evolving"}), HasSubstr("none.evolving"));
 }
 
 TEST(Track, WritesNothingWhenDry) {

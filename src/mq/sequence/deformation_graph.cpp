@@ -22,7 +22,7 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Jacobian = Eigen::Matrix<double, 3, 6>;
 
 /// Holds turns and moves of nodes that nothing else holds, relative to the largest entry.
-constexpr double damping = 1e-7;
+constexpr double damping = 1e-5;
 
 Eigen::Matrix3d cross_matrix(const Vector3& a) {
   Eigen::Matrix3d A;

@@ -28,7 +28,7 @@ namespace {
 
 /// Of a pull along the surface towards the closest point, against that along the normal: enough to
 /// hold what nothing else does.
-constexpr double tangential_share = 1e-3;
+constexpr double tangential_share = 1e-2;
 /// Vertices looked at to choose between two beginnings.
 constexpr int prediction_samples = 1000;
 /// Nodes that move less than this part of their spacing have arrived.

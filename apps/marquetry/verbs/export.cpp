@@ -1,0 +1,172 @@
+// marquetry export X.evolving [-o OUT]: what an evolving mesh is, and its frames as files that
+// other programs read.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mq/base/error.h"
+#include "mq/io/evolving_file.h"
+#include "mq/io/evolving_gltf.h"
+#include "mq/io/frame_files.h"
+#include "mq/io/model.h"
+#include "outputs.h"
+#include "run.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Indices of the frames that are wanted, in their order.
+std::vector<int> wanted_frames(const OptionValues& options, const EvolvingReader& reader) {
+  const auto& stored = reader.frames();
+  std::vector<int> frames;
+  if (!options.has("frames"))
+    for (int f = 0; f < int(stored.size()); ++f) frames.push_back(f);
+  else
+    for (const int number : parse_frames(options.text("frames"))) {
+      const auto found = std::ranges::find(stored, number, &StoredFrame::number);
+      require(found != stored.end(),
+              fmt::format("--frames: {} has no frame {}", options.text("evolving"), number));
+      frames.push_back(int(found - stored.begin()));
+    }
+  require(!frames.empty(), options.text("evolving") + ": it holds no frame");
+  return frames;
+}
+
+Json describe(const EvolvingReader& reader) {
+  EvolvingMesh connectivity;
+  std::int64_t bytes = 0;
+  for (int s = 0; s < int(reader.segments().size()); ++s) {
+    connectivity.segments.push_back(reader.segment(s));
+    bytes += reader.segments()[s].bytes;
+  }
+  for (const StoredFrame& frame : reader.frames()) {
+    connectivity.frames.push_back({frame.number, frame.segment, {}});
+    bytes += frame.bytes;
+  }
+  const std::vector<Lifespan> spans = triangle_lifespans(connectivity);
+  double mean = 0;
+  std::int64_t whole = 0;
+  for (const Lifespan& span : spans) {
+    mean += double(span.last - span.first + 1) / double(spans.size());
+    whole += span.first == 0 && span.last + 1 == int(reader.frames().size());
+  }
+  return {{"frames", reader.frames().size()},
+          {"segments", reader.segments().size()},
+          {"triangles", spans.size()},
+          {"triangles_throughout", whole},
+          {"lifespan_mean", mean},
+          {"step", reader.step()},
+          {"bytes", bytes},
+          {"broken", reader.broken()}};
+}
+
+std::string in_words(const Json& found, const EvolvingReader& reader) {
+  std::string text = fmt::format(
+      "{} frames in {} segments, {} bytes in steps of {:.3g}\n"
+      "{} triangles, {} of them throughout; they live for {:.1f} frames on average\n",
+      found["frames"].get<int>(), found["segments"].get<int>(), found["bytes"].get<std::int64_t>(),
+      found["step"].get<double>(), found["triangles"].get<int>(),
+      found["triangles_throughout"].get<int>(), found["lifespan_mean"].get<double>());
+  for (std::size_t s = 0; s < reader.segments().size(); ++s) {
+    const auto of_segment = [&](const StoredFrame& f) { return f.segment == int(s); };
+    const auto first = std::ranges::find_if(reader.frames(), of_segment);
+    if (first == reader.frames().end()) continue;
+    text += fmt::format("segment {}: from frame {}, {} frames, {} vertices, {} triangles\n", s,
+                        first->number, std::ranges::count_if(reader.frames(), of_segment),
+                        reader.segments()[s].vertices, reader.segments()[s].triangles);
+  }
+  return text;
+}
+
+bool is_animation(const fs::path& output) {
+  return output.extension() == ".glb" && !has_frame_place(output.filename().string());
+}
+
+void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
+                  const std::vector<fs::path>& paths) {
+  const Step step(run, "write", 0.9);
+  if (is_animation(paths.front())) {
+    for (std::size_t i = 1; i < frames.size(); ++i)
+      require(frames[i] == frames[i - 1] + 1,
+              "--frames: an animation takes all frames between its first and its last");
+    write_animation(paths.front(), reader, frames.front(), frames.back(),
+                    run.options().number("rate"), step);
+    return;
+  }
+  int open = -1;
+  EvolvingSegment segment;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const StoredFrame& frame = reader.frames()[frames[i]];
+    if (frame.segment != open) segment = reader.segment(open = frame.segment);
+    Model model;
+    model.mesh = mesh_of(segment, reader.positions(frames[i]));
+    write_model(paths[i], model);
+    step.progress().at(double(i + 1) / double(frames.size()));
+  }
+}
+
+Exit run_export(Run& run) {
+  const OptionValues& options = run.options();
+  run.will_read(options.text("evolving"));
+  const EvolvingReader reader(options.text("evolving"));
+  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  std::vector<int> frames;
+  std::vector<fs::path> paths;
+  if (options.has("output")) {
+    frames = wanted_frames(options, reader);
+    const std::string output = options.text("output");
+    require(is_animation(output) || (names_model(output) && has_frame_place(output)),
+            fmt::format("--output: found '{}', wanted an animation (.glb), or a model with a place "
+                        "for the frame's number, such as frame_%04d.ply",
+                        output));
+    if (is_animation(output))
+      paths = {output};
+    else
+      for (const int f : frames)
+        paths.emplace_back(frame_name(output, reader.frames()[std::size_t(f)].number));
+    run.will_write(paths, fs::path(output).parent_path());
+  }
+  run.result = describe(reader);
+  run.print(in_words(run.result, reader));
+  if (run.dry_run() || paths.empty()) return Exit::done;
+  write_frames(run, reader, frames, paths);
+  say_written(run, paths);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb export_verb() {
+  using Type = Option::Type;
+  OptionTable table("export", "Say what an evolving mesh is, and write its frames as files.");
+  table.add({.name = "evolving",
+             .place = Option::Place::positional,
+             .type = Type::path,
+             .required = true,
+             .help = "the evolving mesh, as track makes it"});
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .metavar = "OUT",
+             .help = "frame_%04d.ply (or .obj, .gltf, .glb) for a file a frame, or .glb for an "
+                     "animation; without it nothing is written"});
+  table.add({.name = "frames",
+             .type = Type::text,
+             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
+             .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
+             .metavar = "RANGE",
+             .help = "which frames, by their numbers; else all"});
+  table.add({.name = "rate",
+             .type = Type::number,
+             .default_value = "30",
+             .unit = "frames a second",
+             .least = 0.001,
+             .most = 100000,
+             .help = "of an animation"});
+  return {table, run_export};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,201 @@
+#include "mq/io/evolving_gltf.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "mq/base/error.h"
+#include "mq/io/atomic_file.h"
+#include "mq/io/gltf_container.h"
+
+namespace mq {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int float_type = 5126, index_type = 5125, array_target = 34962, element_target = 34963;
+
+/// glTF's vertices: equal corners of a segment are one.
+struct Corners {
+  std::vector<int> vertices;  // of the segment
+  std::vector<Vector2> uvs;   // empty: none
+  std::vector<std::uint32_t> indices;
+
+  explicit Corners(const EvolvingSegment& segment) {
+    std::map<std::pair<int, int>, std::uint32_t> ids;
+    const bool textured = !segment.corner_uvs.empty();
+    for (std::size_t t = 0; t < segment.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const int vertex = segment.triangles[t][k];
+        const int uv = textured ? segment.corner_uvs[t][k] : -1;
+        const auto [place, is_new] = ids.try_emplace({vertex, uv}, std::uint32_t(vertices.size()));
+        if (is_new) {
+          vertices.push_back(vertex);
+          if (textured) uvs.push_back(uv >= 0 ? segment.uvs[uv] : Vector2(0, 0));
+        }
+        indices.push_back(place->second);
+      }
+  }
+};
+
+class Animation {
+ public:
+  Animation(const EvolvingReader& reader, double frames_per_second)
+      : reader_(reader), rate_(frames_per_second) {
+    json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
+    json_["scene"] = 0;
+    json_["scenes"] = Json::array({{{"nodes", Json::array()}}});
+    json_["animations"] = Json::array({{{"samplers", Json::array()}, {"channels", Json::array()}}});
+  }
+
+  /// Frames [begin, end) of one segment; the whole is [first, stop).
+  void add_segment(int begin, int end, int first, int stop) {
+    const EvolvingSegment segment = reader_.segment(reader_.frames()[begin].segment);
+    const Corners corners(segment);
+    const std::vector<Vector3> base = reader_.positions(begin);
+    Json primitive = {{"attributes", {{"POSITION", add_points(corners, base, nullptr)}}}};
+    if (!corners.uvs.empty()) {
+      std::vector<float> values;
+      for (const Vector2& uv : corners.uvs) {
+        values.push_back(float(uv.x()));
+        values.push_back(float(1 - uv.y()));  // glTF counts v from the top
+      }
+      primitive["attributes"]["TEXCOORD_0"] = add_floats(values, "VEC2", array_target);
+    }
+    Bytes indices;
+    for (const std::uint32_t index : corners.indices) append_raw(indices, index);
+    primitive["indices"] =
+        add_accessor(indices, corners.indices.size(), index_type, "SCALAR", element_target);
+    for (int f = begin + 1; f < end; ++f)
+      primitive["targets"].push_back(
+          {{"POSITION", add_points(corners, reader_.positions(f), &base)}});
+    Json mesh = {{"primitives", Json::array({primitive})}};
+    if (end - begin > 1) mesh["weights"] = std::vector<float>(std::size_t(end - begin - 1), 0);
+    const int node = int(json_["nodes"].size());
+    json_["scenes"][0]["nodes"].push_back(node);
+    json_["nodes"].push_back({{"mesh", json_["meshes"].size()}});
+    json_["meshes"].push_back(mesh);
+    if (end - begin > 1) animate_weights(node, begin, end, first);
+    if (begin > first || end < stop) animate_presence(node, begin, end, first, stop);
+  }
+
+  Bytes bytes() {
+    if (json_["animations"][0]["channels"].empty()) json_.erase("animations");
+    json_["buffers"].push_back({{"byteLength", buffer_.size()}});
+    return glb_bytes(to_bytes(json_.dump()), buffer_, {});
+  }
+
+ private:
+  float time(int frame, int first) const {
+    return float((reader_.frames()[frame].number - reader_.frames()[first].number) / rate_);
+  }
+
+  void animate_weights(int node, int begin, int end, int first) {
+    std::vector<float> times, weights;
+    for (int f = begin; f < end; ++f) {
+      times.push_back(time(f, first));
+      for (int target = begin + 1; target < end; ++target) weights.push_back(target == f ? 1 : 0);
+    }
+    add_channel(node, "weights", "LINEAR", times, weights, "SCALAR");
+  }
+
+  void animate_presence(int node, int begin, int end, int first, int stop) {
+    std::vector<float> times, scales;
+    const auto add = [&](int frame, float scale) {
+      times.push_back(time(frame, first));
+      for (int k = 0; k < 3; ++k) scales.push_back(scale);
+    };
+    if (begin > first) add(first, 0);
+    add(begin, 1);
+    if (end < stop) add(end, 0);
+    add_channel(node, "scale", "STEP", times, scales, "VEC3");
+  }
+
+  void add_channel(int node, const char* path, const char* how, const std::vector<float>& times,
+                   const std::vector<float>& values, const char* shape) {
+    Json& animation = json_["animations"][0];
+    const std::size_t input = add_floats(times, "SCALAR", 0);
+    json_["accessors"][input]["min"] = Json::array({times.front()});
+    json_["accessors"][input]["max"] = Json::array({times.back()});
+    animation["channels"].push_back(
+        {{"sampler", animation["samplers"].size()}, {"target", {{"node", node}, {"path", path}}}});
+    animation["samplers"].push_back(
+        {{"input", input}, {"interpolation", how}, {"output", add_floats(values, shape, 0)}});
+  }
+
+  /// Positions, or how far they are from `base`, with their bounds.
+  std::size_t add_points(const Corners& corners, const std::vector<Vector3>& positions,
+                         const std::vector<Vector3>* base) {
+    std::vector<float> values;
+    Eigen::Vector3f least = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
+    Eigen::Vector3f most = -least;
+    for (const int v : corners.vertices) {
+      const Eigen::Vector3f x =
+          (base ? Vector3(positions[v] - (*base)[v]) : positions[v]).cast<float>();
+      if (!x.allFinite())
+        throw Unsupported(
+            fmt::format("vertex {} is too far away for the floats of glTF; write .ply or .obj", v));
+      values.insert(values.end(), {x.x(), x.y(), x.z()});
+      least = least.cwiseMin(x);
+      most = most.cwiseMax(x);
+    }
+    const std::size_t id = add_floats(values, "VEC3", array_target);
+    json_["accessors"][id]["min"] = {least.x(), least.y(), least.z()};
+    json_["accessors"][id]["max"] = {most.x(), most.y(), most.z()};
+    return id;
+  }
+
+  std::size_t add_floats(const std::vector<float>& values, const char* shape, int target) {
+    Bytes bytes;
+    for (const float value : values) append_raw(bytes, value);
+    const std::size_t size = shape == std::string("VEC3")   ? 3
+                             : shape == std::string("VEC2") ? 2
+                                                            : 1;
+    return add_accessor(bytes, values.size() / size, float_type, shape, target);
+  }
+
+  std::size_t add_accessor(const Bytes& bytes, std::size_t count, int type, const char* shape,
+                           int target) {
+    pad_to_four(buffer_, '\0');
+    Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}};
+    if (target > 0) view["target"] = target;
+    json_["bufferViews"].push_back(view);
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+    json_["accessors"].push_back({{"bufferView", json_["bufferViews"].size() - 1},
+                                  {"componentType", type},
+                                  {"count", count},
+                                  {"type", shape}});
+    return json_["accessors"].size() - 1;
+  }
+
+  const EvolvingReader& reader_;
+  double rate_;
+  Json json_;
+  Bytes buffer_;
+};
+
+}  // namespace
+
+void write_animation(const std::filesystem::path& path, const EvolvingReader& reader, int first,
+                     int last, double frames_per_second, const Progress& progress) {
+  const int count = int(reader.frames().size());
+  require(first >= 0 && first <= last && last < count,
+          fmt::format("frames {} to {} were asked for of {}", first, last, count));
+  require(frames_per_second > 0 && std::isfinite(frames_per_second),
+          fmt::format("{} frames a second were asked for", frames_per_second));
+  Animation animation(reader, frames_per_second);
+  for (int begin = first; begin <= last;) {
+    int end = begin + 1;
+    while (end <= last && reader.frames()[end].segment == reader.frames()[begin].segment) ++end;
+    animation.add_segment(begin, end, first, last + 1);
+    progress.at(double(end - first) / (last + 1 - first));
+    begin = end;
+  }
+  write_file(path, animation.bytes());
+}
+
+}  // namespace mq
