@@ -7,6 +7,7 @@
 #include "cli/models.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
+#include "mq/mesh/surface.h"
 
 namespace mq::test {
 namespace {
@@ -118,6 +119,46 @@ TEST(Track, BeginsAnewWhereATemplateNoLongerFits) {
   const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
   EXPECT_EQ(evolving.segments.size(), 3U);
   for (const Lifespan& span : triangle_lifespans(evolving)) EXPECT_EQ(span.first, span.last);
+}
+
+TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {
+  const Folder folder;
+  // Balls that meet in frame 11.
+  ASSERT_EQ(marquetry(folder, {"sample", "merging", "-o", "body/", "--triangles", "3000",
+                               "--period", "40", "--frames", "9-13"})
+                .status,
+            0);
+  const std::vector<std::string> words = {"track",         "body",          "-o",
+                                          "body.evolving", "--truth",       "body/material",
+                                          "--remesh",      "--photometric", "--json"};
+  const Result whole = marquetry(folder, words);
+  ASSERT_EQ(whole.status, 0) << whole.error;
+  const auto frames = whole.json()["result"]["frames"];
+  int born = 0;
+  for (std::size_t f = 1; f < frames.size(); ++f) {
+    born += frames[f]["triangles_born"].get<int>();
+    EXPECT_LT(frames[f]["distance_p95"], 0.003) << f;
+  }
+  EXPECT_GT(born, 0);
+  const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
+  EXPECT_GT(evolving.segments.size(), 1U);
+  int throughout = 0;
+  for (const Lifespan& span : triangle_lifespans(evolving))
+    throughout += span.first == 0 && span.last == 4;
+  EXPECT_GT(throughout, evolving.segments[0].triangle_count() / 2);
+  EXPECT_EQ(make_surface(evolving.mesh(0)).components, 2);
+  EXPECT_EQ(make_surface(evolving.mesh(4)).components, 1);
+
+  // Stopped in the last frame, it goes on with the same result.
+  const std::string blocks = file_bytes(folder / "body.blocks");
+  const std::int64_t cut = EvolvingReader(folder / "body.evolving").frames()[4].offset + 1;
+  write_bytes(folder / "body.blocks", blocks.substr(0, std::size_t(cut)));
+  std::vector<std::string> resumed = words;
+  resumed.push_back("--resume");
+  const Result again = marquetry(folder, resumed);
+  ASSERT_EQ(again.status, 0) << again.error;
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
+  EXPECT_EQ(again.json()["result"]["frames"][4]["drift"], frames[4]["drift"]);
 }
 
 TEST(Track, RefusesWhatItCannotFollow) {

@@ -14,6 +14,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
+#include "mq/sequence/track_template.h"
 #include "mq/sequence/track_truth.h"
 #include "mq/sequence/tracking.h"
 #include "run.h"
@@ -109,34 +110,38 @@ class Sequence {
   bool pictures_;
 };
 
-/// A template being followed, and where it was born.
+/// A template being followed.
 struct Follower {
-  CleanMesh clean;
-  std::unique_ptr<SurfaceTracker> tracker;
-  std::vector<Vector3> material;
-  EvolvingSegment segment;
-  double edge = 0;  // mean length at birth
+  TrackTemplate known;
+  SurfaceTracker tracker;
+  double edge;  // mean length at the segment's first frame
 
-  Follower(const Sequence& sequence, int frame, const Model& model, const OptionValues& options,
-           double step, const EvolvingSegment& ids)
-      : clean(cleaned(model.mesh)), segment(ids) {
-    clean.mesh.positions = rounded(clean.mesh.positions, step);
-    Signal colours;
-    if (options.flag("photometric")) {
-      const Signal all = vertex_colours(model);
-      require(all.cols() > 0,
-              fmt::format("{}: --photometric wants colours at vertices or a texture, "
-                          "and it has neither",
-                          sequence.file(frame).path.string()));
-      colours.resize(clean.mesh.vertex_count(), all.cols());
-      for (int v = 0; v < clean.mesh.vertex_count(); ++v)
-        colours.row(v) = all.row(clean.source_from_vertex[v]);
-    }
-    tracker = std::make_unique<SurfaceTracker>(clean.mesh, colours, track_options(options));
-    if (sequence.has_truth()) material = sequence.material(frame, model.mesh, clean);
-    edge = mean_edge_length(make_surface(clean.mesh, {.kind = WeldOptions::Kind::none}));
-  }
+  Follower(TrackTemplate what, const OptionValues& options)
+      : known(std::move(what)),
+        tracker(known.mesh(), known.colours, track_options(options)),
+        edge(mean_edge_length(make_surface(known.mesh(), {.kind = WeldOptions::Kind::none}))) {}
 };
+
+/// The frame's own mesh as a template.
+TrackTemplate own_template(const Sequence& sequence, int frame, const Model& model,
+                           const OptionValues& options, double step, int next_vertex,
+                           int next_triangle) {
+  CleanMesh clean = cleaned(model.mesh);
+  Signal colours;
+  if (options.flag("photometric")) {
+    const Signal all = vertex_colours(model);
+    require(all.cols() > 0, fmt::format("{}: --photometric wants colours at vertices or a texture, "
+                                        "and it has neither",
+                                        sequence.file(frame).path.string()));
+    colours.resize(clean.mesh.vertex_count(), all.cols());
+    for (int v = 0; v < clean.mesh.vertex_count(); ++v)
+      colours.row(v) = all.row(clean.source_from_vertex[v]);
+  }
+  std::vector<Vector3> material;
+  if (sequence.has_truth()) material = sequence.material(frame, model.mesh, clean);
+  clean.mesh.positions = rounded(std::move(clean.mesh.positions), step);
+  return new_template(clean.mesh, colours, material, next_vertex, next_triangle);
+}
 
 Json frame_json(const TrackedFrame& tracked) {
   return {{"distance_mean", tracked.distance.mean},
@@ -190,6 +195,20 @@ class Tracking {
   const Json& frames() const { return frames_; }
 
  private:
+  TrackTarget target_of(const Model& model) const {
+    return TrackTarget(model.mesh,
+                       run_.options().flag("photometric") ? vertex_colours(model) : Signal());
+  }
+
+  /// The template of a segment that remeshing made of the one that is followed.
+  TrackTemplate carried_on(int frame, const Model& model, const TrackTarget& target,
+                           const EvolvingSegment& segment, const std::vector<Vector3>& positions) {
+    if (!sequence_.has_truth())
+      return carried(follower_->known, segment, positions, target, nullptr);
+    const MaterialFrame truth = sequence_.truth(frame, model.mesh);
+    return carried(follower_->known, segment, positions, target, &truth);
+  }
+
   /// Continues a store: returns the first frame that is not in it.
   int take_up(const fs::path& output) {
     const EvolvingReader reader(output);
@@ -201,21 +220,39 @@ class Tracking {
                           "without --resume",
                           output.string(), reader.frames()[f].number));
     if (stored == 0) return 0;
+    for (int f = 0; f < stored; ++f)
+      if (f == 0 || reader.frames()[f].segment != reader.frames()[f - 1].segment)
+        take_up_segment(reader, f);
     writer_.emplace(reader, stored);
-    int first = stored - 1;  // of the segment that is open
-    const int open = reader.frames()[first].segment;
-    while (first > 0 && reader.frames()[first - 1].segment == open) --first;
-    follower_.emplace(sequence_, first, sequence_.read(first), run_.options(), reader.step(),
-                      reader.segment(open));
-    require(follower_->segment.triangles == follower_->clean.mesh.triangles,
-            fmt::format("{}: --resume: {} is not the mesh that it was made of; track without "
-                        "--resume",
-                        output.string(), sequence_.file(first).path.string()));
-    for (int s = 0; s <= open; ++s) count_ids(s == open ? follower_->segment : reader.segment(s));
     current_ = reader.positions(stored - 1);
-    if (stored - 1 > first) previous_ = reader.positions(stored - 2);
+    if (stored > 1 && reader.frames()[stored - 2].segment == reader.frames()[stored - 1].segment)
+      previous_ = reader.positions(stored - 2);
     for (const StoredFrame& frame : reader.frames()) frames_.push_back(Json::parse(frame.measured));
     return stored;
+  }
+
+  /// What was known when the segment that begins with this frame was begun.
+  void take_up_segment(const EvolvingReader& reader, int frame) {
+    const EvolvingSegment segment = reader.segment(reader.frames()[frame].segment);
+    const Model model = sequence_.read(frame);
+    const bool goes_on = follower_ && change(follower_->known.segment, segment).kept > 0;
+    if (goes_on) {
+      const std::vector<Vector3> positions = reader.positions(frame);
+      previous_ = positions_before(follower_->known.segment, reader.positions(frame - 1), segment,
+                                   positions);
+      follower_.emplace(carried_on(frame, model, target_of(model), segment, positions),
+                        run_.options());
+    } else {
+      previous_.clear();
+      follower_.emplace(own_template(sequence_, frame, model, run_.options(), reader.step(),
+                                     next_vertex_, next_triangle_),
+                        run_.options());
+      require(follower_->known.segment.triangles == segment.triangles,
+              fmt::format("{}: --resume: {} is not the mesh that it was made of; track without "
+                          "--resume",
+                          reader.manifest().string(), sequence_.file(frame).path.string()));
+    }
+    count_ids(segment);
   }
 
   void count_ids(const EvolvingSegment& segment) {
@@ -231,18 +268,20 @@ class Tracking {
                       Json{{"verb", "track"}, {"options", options_json(run_.options())}}.dump());
     bool is_new = !follower_;
     if (follower_) {
-      const Signal colours = run_.options().flag("photometric") ? vertex_colours(model) : Signal();
-      const TrackTarget target(model.mesh, colours);
-      const TrackedFrame tracked =
-          follower_->tracker->follow(current_, previous_, target, progress);
+      const TrackTarget target = target_of(model);
+      TrackedFrame tracked =
+          follower_->tracker.follow(current_, previous_, target, progress.step("follow", 0.7));
+      tracked.distortion = distortion(follower_->known, tracked.positions);
       is_new = run_.options().has("restart") &&
                tracked.distance.p95 > run_.options().number("restart") / 100;
       if (!is_new) {
         previous_ = std::move(current_);
-        current_ = rounded(tracked.positions, writer_->step());
+        current_ = rounded(std::move(tracked.positions), writer_->step());
         measured.update(frame_json(tracked));
-        measured["triangles_kept"] = follower_->segment.triangle_count();
+        measured["triangles_kept"] = follower_->known.segment.triangle_count();
         measured["triangles_born"] = measured["triangles_died"] = 0;
+        if (run_.options().flag("remesh"))
+          remesh_here(frame, model, target, measured, progress.step("remesh", 0.3));
       }
     }
     if (is_new) measured.update(begin_segment(frame, model));
@@ -254,21 +293,54 @@ class Tracking {
 
   /// Takes the frame's own mesh as the template from here on.
   Json begin_segment(int frame, const Model& model) {
-    const int died = follower_ ? follower_->segment.triangle_count() : 0;
-    const CleanMesh clean = cleaned(model.mesh);
-    follower_.emplace(sequence_, frame, model, run_.options(), writer_->step(),
-                      segment_of(clean.mesh, next_vertex_, next_triangle_));
-    count_ids(follower_->segment);
-    current_ = follower_->clean.mesh.positions;
+    const int died = follower_ ? follower_->known.segment.triangle_count() : 0;
+    follower_.emplace(own_template(sequence_, frame, model, run_.options(), writer_->step(),
+                                   next_vertex_, next_triangle_),
+                      run_.options());
+    count_ids(follower_->known.segment);
+    current_ = follower_->known.rest;
     previous_.clear();
-    writer_->add_segment(follower_->segment, current_);
-    return born_json(follower_->segment.triangle_count(), died);
+    writer_->add_segment(follower_->known.segment, current_);
+    return born_json(follower_->known.segment.triangle_count(), died);
+  }
+
+  /// Replaces what of the template does not show the frame.
+  void remesh_here(int frame, const Model& model, const TrackTarget& target, Json& measured,
+                   const Progress& progress) {
+    const Stopwatch watch;
+    const EvolvingSegment& before = follower_->known.segment;
+    const Surface tracked =
+        make_surface(mesh_of(before, current_), {.kind = WeldOptions::Kind::none});
+    const Remeshed remeshed =
+        remesh(tracked, target.surface(), {.birth = follower_->known.rest}, progress);
+    if (remeshed.born > 0 || remeshed.died > 0) {
+      const EvolvingSegment segment =
+          remeshed_segment(remeshed, before, next_vertex_, next_triangle_);
+      const std::vector<Vector3> positions = rounded(remeshed.mesh.positions, writer_->step());
+      previous_ = positions_before(before, previous_, segment, positions);
+      current_ = positions;
+      TrackTemplate next = carried_on(frame, model, target, segment, positions);
+      follower_.emplace(std::move(next), run_.options());
+      count_ids(segment);
+      writer_->add_segment(segment, current_);
+      const SurfaceDistance distance = surface_distance(follower_->known.mesh(), target);
+      const Distortion stretched = distortion(follower_->known, current_);
+      measured.update({{"distance_mean", distance.mean},
+                       {"distance_p95", distance.p95},
+                       {"distance_max", distance.max},
+                       {"distortion_mean", stretched.mean},
+                       {"distortion_p95", stretched.p95},
+                       {"triangles_kept", remeshed.kept},
+                       {"triangles_born", remeshed.born},
+                       {"triangles_died", remeshed.died}});
+    }
+    measured["seconds"]["remesh"] = watch.seconds();
   }
 
   void add_truth(int frame, const Model& model, Json& measured) {
     const MaterialFrame truth = sequence_.truth(frame, model.mesh);
-    const DriftSummary found =
-        summary(drift(current_, follower_->material, truth, sequence_.truth_tolerance(truth)));
+    const DriftSummary found = summary(
+        drift(current_, follower_->known.material, truth, sequence_.truth_tolerance(truth)));
     measured["drift"] = {{"known", found.known},
                          {"mean", found.mean},
                          {"p95", found.p95},
@@ -377,6 +449,10 @@ Verb track_verb() {
              .most = 100,
              .group = "Sequence",
              .help = "begin anew with the frame's own mesh where 95 % are not within this"});
+  table.add({.name = "remesh",
+             .group = "Sequence",
+             .help = "replace what does not show a frame by the frame's own triangles",
+             .details = "As the verb remesh does, with its own tolerances; the rest lives on."});
   table.add({.name = "photometric",
              .group = "Tracking",
              .help = "let colours correct what slides along the surface",
