@@ -118,6 +118,36 @@ TEST(CutLongTriangles, StaysConformingAndCoversTheSame) {
   EXPECT_FALSE(cut_long_triangles(pair, 1e-3, 10'000, near));
 }
 
+TEST(Crossed, AreTrianglesThatPassThroughOneAnother) {
+  const std::vector<Vector3> p = {{0, 0, 0},     {1, 0, 0},        {0, 1, 0},  {0.2, 0.2, -1},
+                                  {0.2, 0.2, 1}, {0.3, 0.2, 1},    {0, 0, 1},  {0.5, -1, -1},
+                                  {0.5, -1, 1},  {0.5, 0.25, 0.1}, {2, 2, -1}, {2, 2, 1}};
+  const Triangle flat{0, 1, 2};
+  EXPECT_TRUE(cross(p, flat, {3, 4, 5}));
+  EXPECT_TRUE(cross(p, {7, 8, 9}, flat));
+  EXPECT_FALSE(cross(p, flat, {10, 11, 5}));
+  EXPECT_FALSE(cross(p, flat, {0, 1, 6}));
+  EXPECT_FALSE(cross(p, flat, {0, 6, 4}));
+  EXPECT_TRUE(cross(p, flat, {0, 3, 4}));
+  const std::vector<Triangle> asked = {flat, {10, 11, 5}}, others = {{3, 4, 5}};
+  EXPECT_EQ(crossed(p, asked, others), (std::vector<char>{1, 0}));
+  EXPECT_EQ(crossed(p, asked, {}), (std::vector<char>{0, 0}));
+  EXPECT_EQ(crossed_by(p, others, asked), (std::vector<char>{1}));
+}
+
+TEST(Crossed, FindsWhatAnExhaustiveSearchFinds) {
+  const Mesh ball = fixtures::sphere(3);
+  const Mesh mesh = fixtures::beside(ball, mapped(ball, [](const Vector3& q) {
+                                       return Vector3(0.8 * q + Vector3(0.61, 0.13, 0.27));
+                                     }));
+  std::vector<char> slow(mesh.triangles.size(), 0);
+  for (std::size_t i = 0; i < slow.size(); ++i)
+    for (std::size_t j = 0; j < slow.size(); ++j)
+      if (i != j && cross(mesh.positions, mesh.triangles[i], mesh.triangles[j])) slow[i] = 1;
+  EXPECT_GT(std::ranges::count(slow, char(1)), 20);
+  EXPECT_EQ(crossed(mesh.positions, mesh.triangles, {}), slow);
+}
+
 TEST(TriangleQuality, IsOneWhereAllSidesAreEqual) {
   const Vector3 a(0, 0, 0), b(1, 0, 0), c(0.5, std::sqrt(0.75), 0), up(0, 0, 1);
   EXPECT_NEAR(triangle_quality(a, b, c, up), 1, 1e-15);

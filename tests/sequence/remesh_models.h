@@ -14,6 +14,7 @@
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/surface.h"
 #include "mq/sample/implicit.h"
+#include "mq/sequence/clip_crossings.h"
 #include "mq/sequence/remesh.h"
 
 namespace mq::test {
@@ -202,6 +203,30 @@ inline Mesh random_model(Dice& dice) {
   Mesh mesh = random_piece(dice);
   for (int i = dice.below(3); i > 0; --i) mesh = fixtures::beside(mesh, random_piece(dice));
   return mesh;
+}
+
+/// The mesh with triangles repeated, turned over and collapsed and vertices joined: no surface.
+inline Mesh corrupted(Mesh mesh, Dice& dice) {
+  for (int i = dice.below(6); i >= 0; --i) {
+    const int count = mesh.triangle_count();
+    Triangle& t = mesh.triangles[std::size_t(dice.below(count))];
+    const Triangle other = mesh.triangles[std::size_t(dice.below(count))];
+    switch (dice.below(5)) {
+      case 0: mesh.triangles.push_back(other); break;
+      case 1: std::swap(t[0], t[1]); break;
+      case 2:
+        for (Triangle& each : mesh.triangles) std::ranges::replace(each, int(t[0]), int(other[0]));
+        break;
+      case 3: t[1] = t[0]; break;
+      default: t[2] = other[0];
+    }
+  }
+  return mesh;
+}
+
+/// How many triangles cross others.
+inline std::int64_t crossings(const Mesh& mesh) {
+  return std::ranges::count(crossed(mesh.positions, mesh.triangles, {}), char(1));
 }
 
 /// A template and a target that have something, or nothing, to do with each other.

@@ -6,14 +6,19 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <filesystem>
+
+#include "mq/io/model.h"
 #include "mq/mesh/volume.h"
 #include "mq/sequence/remesh_score.h"
+#include "places.h"
 #include "sequence/remesh_models.h"
 
 namespace mq::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 Remeshed remeshed(const Mesh& of_template, const Mesh& target, const RemeshOptions& how = {}) {
   return remesh(make_surface(of_template), make_surface(target), how);
@@ -30,6 +35,7 @@ void expect_change(const Mesh& before, const Mesh& after, double least_kept) {
     const Remeshed found = remesh(*from, *to);
     EXPECT_EQ(problems(*from, *to, found), "");
     EXPECT_EQ(turned_triangles(*from, *to, found), 0);
+    EXPECT_EQ(crossings(found.mesh), 0);
     EXPECT_EQ(euler(found.mesh), to->euler_characteristic);
     EXPECT_GT(found.kept, least_kept * from->triangle_count());
     EXPECT_LT(found.to_target.max, found.tolerance);
@@ -207,6 +213,48 @@ TEST(Remesh, GivesASurfaceForPairsOfAllKinds) {
   EXPECT_GT(partly, 25);
   EXPECT_GT(wholly, 25);
   EXPECT_LT(refused, 5);
+}
+
+TEST(Remesh, CopesWithMeshesThatAreNoSurfaces) {
+  int partly = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    Dice dice(seed + 1000);
+    const auto [first, second] = random_pair(seed);
+    const Surface a = make_surface(corrupted(first, dice));
+    const Surface b = make_surface(dice.below(2) ? corrupted(second, dice) : second);
+    Remeshed found;
+    try {
+      found = remesh(a, b);
+    } catch (const InvalidInput& error) {
+      EXPECT_THAT(error.what(), HasSubstr("inside out")) << "pair " << seed;
+      continue;
+    }
+    const std::string wrong = problems(a, b, found);
+    EXPECT_THAT(wrong, Not(HasSubstr("moved"))) << "pair " << seed;
+    EXPECT_THAT(wrong, Not(HasSubstr("add up"))) << "pair " << seed;
+    if (topology_problems(a.mesh).empty() && topology_problems(b.mesh).empty()) {
+      EXPECT_EQ(wrong, "") << "pair " << seed;
+    }
+    partly += found.kept > 0 && found.born > 0;
+  }
+  EXPECT_GT(partly, 5);
+}
+
+TEST(Remesh, FollowsRealFramesAcrossChangesOfTopology) {
+  const std::filesystem::path data = places::data() / "B_sequences";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no test data in " << data;
+  for (const auto& [first, second] :
+       {std::pair{"gears_tvm/mesh_0020.obj", "gears_tvm/mesh_0025.obj"},
+        std::pair{"collision_tvm/mesh_0016.obj", "collision_tvm/mesh_0018.obj"},
+        std::pair{"collision_tvm/mesh_0022.obj", "collision_tvm/mesh_0024.obj"}}) {
+    const Surface a = make_surface(read_model(data / first).mesh);
+    const Surface b = make_surface(read_model(data / second).mesh);
+    const Remeshed found = remesh(a, b);
+    EXPECT_EQ(problems(a, b, found), "") << first;
+    EXPECT_GT(found.kept, 0.1 * a.triangle_count()) << first;
+    EXPECT_GT(found.born, 0) << first;
+    EXPECT_LT(found.from_target.max, 4 * found.tolerance) << first;
+  }
 }
 
 TEST(Mismatch, CountsHiddenVerticesLess) {

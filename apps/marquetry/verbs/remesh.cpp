@@ -2,6 +2,7 @@
 // show it.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <span>
@@ -120,13 +121,11 @@ Json distance_json(const DistanceSummary& distance, double diagonal) {
           {"max", distance.max / diagonal}};
 }
 
-bool is_manifold(const Mesh& mesh) {
-  const Surface surface = make_surface(mesh, {WeldOptions::Kind::none});
-  for (const Defect& defect : surface.defects)
-    if (defect.kind == "nonmanifold_edges" || defect.kind == "inconsistent_edges" ||
-        defect.kind == "nonmanifold_vertices" || defect.kind == "duplicate_triangles")
-      return false;
-  return true;
+bool is_manifold(const Defects& defects) {
+  return std::ranges::none_of(defects, [](const Defect& defect) {
+    return defect.kind == "nonmanifold_edges" || defect.kind == "inconsistent_edges" ||
+           defect.kind == "nonmanifold_vertices" || defect.kind == "duplicate_triangles";
+  });
 }
 
 void report(Run& run, const Side& of_template, const Side& target, const Remeshed& found) {
@@ -137,7 +136,9 @@ void report(Run& run, const Side& of_template, const Side& target, const Remeshe
   result["triangles_kept"] = {{"count", found.kept}, {"fraction", found.kept / all}};
   result["triangles_born"] = found.born;
   result["triangles_died"] = found.died;
-  result["manifold"] = is_manifold(found.mesh);
+  result["manifold"] = is_manifold(make_surface(found.mesh, {WeldOptions::Kind::none}).defects);
+  result["manifold_inputs"] = {{"template", is_manifold(of_template.surface.defects)},
+                               {"target", is_manifold(target.surface.defects)}};
   result["seeds"] = {{"template", found.template_seeds}, {"target", found.target_seeds}};
   result["regions"] = found.regions;
   result["components_replaced"] = found.replaced_components;

@@ -17,6 +17,8 @@
 #include "mq/base/stopwatch.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/weld.h"
+#include "mq/sequence/clip_crossings.h"
+#include "mq/sequence/remesh_measure.h"
 #include "mq/sequence/remesh_region.h"
 #include "mq/sequence/remesh_score.h"
 #include "mq/sequence/remesh_seam.h"
@@ -28,6 +30,7 @@ namespace {
 constexpr int most_rounds = 60;
 constexpr double longest_in_radii = 2.5;    // edges that are left where the region ends
 constexpr double gap_in_radii = 0.125;      // between where the template and the target end
+constexpr double grown_farther = 0.5;       // in radii: what grows, grows by less
 constexpr std::int64_t most_cut = 2;        // times as many triangles as before
 constexpr std::int64_t least_cut = 20'000;  // that may always be
 
@@ -42,27 +45,8 @@ void check(const Surface& of_template, const Surface& target, const RemeshOption
           fmt::format("growth must not be negative, found {}", options.growth));
 }
 
-/// Per triangle its connected component, counted by lowest triangle.
-std::vector<int> components(const std::vector<HalfEdge>& twins) {
-  DisjointSets sets(twins.size() / 3);
-  for (std::size_t h = 0; h < twins.size(); ++h)
-    if (twins[h] >= 0) sets.join(int(h / 3), twins[h] / 3);
-  std::vector<int> component(twins.size() / 3);
-  for (std::size_t t = 0; t < component.size(); ++t) component[t] = sets.root(int(t));
-  return component;
-}
-
-DistanceSummary summary(std::vector<double> distances) {
-  if (distances.empty()) return {};
-  DistanceSummary found;
-  for (const double d : distances) found.mean += d;
-  found.mean /= double(distances.size());
-  const auto at95 = distances.begin() + std::ptrdiff_t(0.95 * double(distances.size() - 1));
-  std::ranges::nth_element(distances, at95);
-  found.p95 = *at95;
-  found.max = std::ranges::max(distances);
-  return found;
-}
+/// How a vertex came into the region.
+enum class Mark : char { none, seed, grown };
 
 /// What goes and comes, and how the gap is closed.
 struct Cut {
@@ -90,7 +74,9 @@ class Remesher {
   void group_components();
   Cut grow(const Progress& progress);
   std::optional<Cut> attempt();
-  bool mark(const std::vector<int>& vertices);
+  bool reaches_too_far(const Triangle& t) const;
+  void refuse_crossings(Cut& cut) const;
+  bool mark(const std::vector<int>& vertices, Mark how);
   std::vector<int> with_neighbours(const std::vector<int>& vertices) const;
   std::vector<char> groups_of(const std::vector<int>& vertices) const;
   void restart_region();
@@ -100,11 +86,11 @@ class Remesher {
   void replace(const std::vector<char>& groups);
   std::vector<double> inside_area() const;
   std::vector<Vector3> offsets() const;
+  std::int64_t count_crossings(const Seam& seam) const;
   void finish(const Cut& cut, const Progress& progress);
   std::vector<VertexOrigin> find_origins() const;
   void put(const std::vector<Triangle>& triangles, const std::vector<Vector3>& positions,
            const std::vector<int>& from);
-  void measure();
 
   int group(int t) const {
     const int source = pair_.source_triangle[t];
@@ -120,7 +106,7 @@ class Remesher {
   SheetPair pair_;
   std::vector<ClosestPoint> on_target_, on_template_;  // of template's and target's vertices
   std::vector<double> scores_;
-  std::vector<char> marked_;  // per vertex of the pair
+  std::vector<Mark> marked_;  // per vertex of the pair
   std::optional<MarkedRegion> region_;
   std::vector<int> template_group_, target_group_;  // per triangle
   std::vector<char> replaced_;                      // per group: as a whole
@@ -177,8 +163,8 @@ void Remesher::refuse_inside_out() const {
 
 /// Components of both surfaces that show one another are one group.
 void Remesher::group_components() {
-  const std::vector<int> of_template = components(template_.twins);
-  const std::vector<int> of_target = components(target_.twins);
+  const std::vector<int> of_template = triangle_components(template_);
+  const std::vector<int> of_target = triangle_components(target_);
   const int count = template_.triangle_count();
   DisjointSets sets(std::size_t(count) + of_target.size());
   const auto join_near = [&](const Surface& surface, const std::vector<ClosestPoint>& places,
@@ -211,14 +197,15 @@ std::vector<double> Remesher::inside_area() const {
   return area;
 }
 
-/// Adds them to the region; whether any was not in it.
-bool Remesher::mark(const std::vector<int>& vertices) {
-  marked_.resize(pair_.mesh.positions.size(), 0);
-  std::vector<char> fresh(marked_.size(), 0);
+/// Adds them to the region, as seeds or grown; whether any was not in it.
+bool Remesher::mark(const std::vector<int>& vertices, Mark how) {
+  marked_.resize(pair_.mesh.positions.size(), Mark::none);
+  std::vector<char> marked(marked_.size()), fresh(marked_.size(), 0);
   bool any = false;
   for (const int v : vertices)
-    if (!marked_[v]) marked_[v] = fresh[v] = 1, any = true;
-  region_->mark(pair_, marked_, fresh);
+    if (marked_[v] == Mark::none) marked_[v] = how, fresh[v] = 1, any = true;
+  for (std::size_t v = 0; v < marked.size(); ++v) marked[v] = marked_[v] != Mark::none;
+  region_->mark(pair_, marked, fresh, how == Mark::grown ? grown_farther * region_->radius() : 0);
   return any;
 }
 
@@ -248,13 +235,16 @@ void Remesher::restart_region() {
   for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
     if (!replaced_[group(t)])
       for (const int v : pair_.mesh.triangles[t]) live[v] = 1;
-  std::vector<int> all;
-  marked_.resize(live.size(), 0);
-  for (std::size_t v = 0; v < live.size(); ++v)
-    if (marked_[v] && live[v]) all.push_back(int(v));
+  marked_.resize(live.size(), Mark::none);
+  const std::vector<Mark> before = marked_;
+  marked_.assign(live.size(), Mark::none);
   region_.emplace(result_.tolerance);
-  marked_.assign(live.size(), 0);
-  mark(all);
+  for (const Mark how : {Mark::seed, Mark::grown}) {
+    std::vector<int> all;
+    for (std::size_t v = 0; v < live.size(); ++v)
+      if (live[v] && before[v] == how) all.push_back(int(v));
+    mark(all, how);
+  }
 }
 
 /// Takes these groups out of what is cut; cuts made so far are forgotten.
@@ -286,13 +276,53 @@ bool Remesher::replace_outgrown() {
   return any;
 }
 
+/// Whether an edge between the surfaces is longer than they may be apart.
+bool Remesher::reaches_too_far(const Triangle& t) const {
+  for (int k = 0; k < 3; ++k) {
+    const int a = t[std::size_t(k)], b = t[std::size_t((k + 1) % 3)];
+    if (pair_.of_target[a] != pair_.of_target[b] &&
+        (pair_.mesh.positions[a] - pair_.mesh.positions[b]).norm() > reach_)
+      return true;
+  }
+  return false;
+}
+
+/// Strips that pass through one another or through what is kept, and triangles of the target that
+/// pass through the template's where both end.
+void Remesher::refuse_crossings(Cut& cut) const {
+  std::vector<Triangle> kept, of_target, of_template;
+  for (int t = 0; t < pair_.mesh.triangle_count(); ++t) {
+    if (!cut.kept[t]) continue;
+    const Triangle& triangle = pair_.mesh.triangles[t];
+    kept.push_back(triangle);
+    double least = 2 * region_->radius(), most = 0;
+    for (const int v : triangle) {
+      least = std::min(least, region_->distances()[v]);
+      most = std::max(most, region_->distances()[v]);
+    }
+    if (pair_.triangle_of_target(t) && most > 0.25 * region_->radius())
+      of_target.push_back(triangle);
+    if (!pair_.triangle_of_target(t) && least < 2 * region_->radius())
+      of_template.push_back(triangle);
+  }
+  const auto refuse = [&](const std::vector<Triangle>& asked, const std::vector<char>& bad) {
+    for (std::size_t i = 0; i < bad.size(); ++i)
+      if (bad[i]) cut.failed.insert(cut.failed.end(), asked[i].begin(), asked[i].end());
+  };
+  refuse(cut.strips, crossed(pair_.mesh.positions, cut.strips, kept));
+  refuse(of_target, crossed_by(pair_.mesh.positions, of_target, of_template));
+}
+
 /// Cuts and stitches with the region as it is; nothing where nothing of the template would stay, or
 /// the triangles are so much larger than the region that cutting them makes far too many.
 std::optional<Cut> Remesher::attempt() {
   const double radius = region_->radius();
   const std::int64_t count = template_.triangle_count() + target_.triangle_count();
   const auto ends_in = [&](const SheetPair& pair, int t) {
-    if (replaced_[group(t)]) return false;
+    const auto inside = [&](int v) {
+      return v < std::ssize(marked_) && marked_[std::size_t(v)] != Mark::none;
+    };
+    if (replaced_[group(t)] || std::ranges::all_of(pair.mesh.triangles[t], inside)) return false;
     const Vector3 center =
         (pair.mesh.position(t, 0) + pair.mesh.position(t, 1) + pair.mesh.position(t, 2)) / 3;
     double around = 0;
@@ -330,9 +360,11 @@ std::optional<Cut> Remesher::attempt() {
       1);
   for (const Strip& strip : strips) {
     for (const Triangle& t : strip.triangles)
-      if (is_bad(pair_, t)) cut.failed.insert(cut.failed.end(), t.begin(), t.end());
+      if (is_bad(pair_, t) || reaches_too_far(t))
+        cut.failed.insert(cut.failed.end(), t.begin(), t.end());
     cut.strips.insert(cut.strips.end(), strip.triangles.begin(), strip.triangles.end());
   }
+  if (cut.failed.empty()) refuse_crossings(cut);
   return cut;
 }
 
@@ -366,7 +398,8 @@ std::vector<int> Remesher::uncovered(const Cut& cut) const {
 
 Cut Remesher::grow(const Progress& progress) {
   Stopwatch watch;
-  marked_ = spread_seeds(pair_, scores_, options_.keep);
+  for (const char seed : spread_seeds(pair_, scores_, options_.keep))
+    marked_.push_back(seed ? Mark::seed : Mark::none);
   restart_region();
   first_inside_ = inside_area();
   for (int round = 1;; ++round) {
@@ -383,7 +416,7 @@ Cut Remesher::grow(const Progress& progress) {
       note("grow", watch);
       return *cut;
     }
-    if (!mark(with_neighbours(cut->failed))) replace(groups_of(cut->failed));
+    if (!mark(with_neighbours(cut->failed), Mark::grown)) replace(groups_of(cut->failed));
     replace_outgrown();
   }
 }
@@ -456,6 +489,18 @@ std::vector<Vector3> Remesher::offsets() const {
   return offsets;
 }
 
+/// Triangles that are not as they were in the pair, and cross others.
+std::int64_t Remesher::count_crossings(const Seam& seam) const {
+  std::vector<Triangle> changed, others;
+  for (std::size_t i = 0; i < seam.triangles.size(); ++i) {
+    const Triangle& t = seam.triangles[i];
+    const bool moved =
+        std::ranges::any_of(t, [&](int v) { return seam.positions[v] != pair_.mesh.positions[v]; });
+    (seam.from[i] < 0 || moved ? changed : others).push_back(t);
+  }
+  return std::ranges::count(crossed(seam.positions, changed, others), char(1));
+}
+
 void Remesher::finish(const Cut& cut, const Progress& progress) {
   Stopwatch watch;
   std::vector<Triangle> triangles;
@@ -470,77 +515,16 @@ void Remesher::finish(const Cut& cut, const Progress& progress) {
   triangles.insert(triangles.end(), cut.strips.begin(), cut.strips.end());
   from.resize(triangles.size(), -1);
   Seam seam{std::move(triangles), std::move(from), pair_.mesh.positions, offsets()};
-  improve_seam(pair_, seam);
+  Seam better = seam;
+  improve_seam(pair_, better);
+  if (count_crossings(better) <= count_crossings(seam)) seam = std::move(better);
   put(seam.triangles, seam.positions, seam.from);
   note("stitch", watch);
   progress.at(0.5);
-  measure();
+  Stopwatch measuring;
+  measure(result_, template_, target_, on_target_, on_template_);
+  note("measure", measuring);
   progress.at(1);
-}
-
-void Remesher::measure() {
-  Stopwatch watch;
-  const Mesh& mesh = result_.mesh;
-  result_.kept =
-      int(std::ranges::count_if(result_.template_triangles, [](int t) { return t >= 0; }));
-  result_.died = template_.triangle_count() - result_.kept;
-  result_.born = mesh.triangle_count() - result_.kept;
-  std::vector<Vector3> asked;
-  std::vector<double> to_target, from_target;
-  const std::vector<Vector3>& positions = target_.mesh.positions;
-  std::vector<char> there(positions.size(), 0);
-  for (int v = 0; v < mesh.vertex_count(); ++v) {
-    const int a = result_.template_vertices[v], b = result_.target_vertices[v];
-    if (a >= 0)
-      to_target.push_back(std::sqrt(on_target_[a].squared_distance));
-    else if (b >= 0 && positions[b] == mesh.positions[v])
-      to_target.push_back(0), there[b] = 1;
-    else
-      asked.push_back(mesh.positions[v]);
-  }
-  if (!asked.empty()) {
-    const ClosestPointFinder target_finder(target_.mesh);
-    for (const ClosestPoint& place : target_finder(asked))
-      to_target.push_back(std::sqrt(place.squared_distance));
-  }
-  asked.clear();
-  std::vector<char> used(positions.size(), 0);
-  for (const Triangle& t : target_.mesh.triangles)
-    for (const int v : t) used[v] = 1;
-  for (std::size_t v = 0; v < positions.size(); ++v)
-    if (there[v])
-      from_target.push_back(0);
-    else if (used[v])
-      asked.push_back(positions[v]);
-  if (result_.born == 0 && result_.died == 0) {
-    for (std::size_t v = 0; v < positions.size(); ++v)
-      if (used[v]) from_target.push_back(std::sqrt(on_template_[v].squared_distance));
-  } else {
-    const ClosestPointFinder result_finder(mesh);
-    for (const ClosestPoint& place : result_finder(asked))
-      from_target.push_back(std::sqrt(place.squared_distance));
-  }
-  result_.to_target = summary(std::move(to_target));
-  result_.from_target = summary(std::move(from_target));
-
-  // Parts of what was born, and components of the template of which nothing is left.
-  std::vector<HalfEdge> corner(std::size_t(mesh.vertex_count()), -1);
-  DisjointSets sets(mesh.positions.size());
-  std::vector<char> born(mesh.positions.size(), 0);
-  for (int t = 0; t < mesh.triangle_count(); ++t) {
-    if (result_.template_triangles[t] >= 0) continue;
-    const auto& [a, b, c] = mesh.triangles[t];
-    sets.join(a, b), sets.join(b, c);
-    born[a] = born[b] = born[c] = 1;
-  }
-  for (int v = 0; v < mesh.vertex_count(); ++v) result_.regions += born[v] && sets.root(v) == v;
-  const std::vector<int> component = components(template_.twins);
-  std::vector<char> left(component.size(), 0);
-  for (const int t : result_.template_triangles)
-    if (t >= 0) left[component[t]] = 1;
-  for (std::size_t t = 0; t < component.size(); ++t)
-    result_.replaced_components += component[t] == int(t) && !left[t];
-  note("measure", watch);
 }
 
 }  // namespace

@@ -41,14 +41,14 @@ Mesh spanned(const SheetPair& pair, const std::vector<char>& marked,
 
 }  // namespace
 
-double MarkedRegion::Piece::distance(const Vector3& point, double most) const {
-  if ((point - low).minCoeff() < 0 || (high - point).minCoeff() < 0) return most;
-  return std::min(most, std::sqrt((*finder)(point).squared_distance));
+double MarkedRegion::Piece::distance(const Vector3& point) const {
+  return farther + std::sqrt((*finder)(point).squared_distance);
 }
 
 void MarkedRegion::mark(const SheetPair& pair, const std::vector<char>& marked,
-                        const std::vector<char>& fresh) {
+                        const std::vector<char>& fresh, double farther) {
   auto piece = std::make_unique<Piece>();
+  piece->farther = farther;
   piece->mesh = spanned(pair, marked, fresh);
   follow(pair);
   if (piece->mesh.triangles.empty()) return;
@@ -60,8 +60,11 @@ void MarkedRegion::mark(const SheetPair& pair, const std::vector<char>& marked,
   parallel_for(
       pair.mesh.vertex_count(),
       [&](std::int64_t v) {
+        const Vector3& point = pair.mesh.positions[std::size_t(v)];
+        const Piece& last = *pieces_.back();
+        if ((point - last.low).minCoeff() < 0 || (last.high - point).minCoeff() < 0) return;
         double& distance = distances_[std::size_t(v)];
-        distance = pieces_.back()->distance(pair.mesh.positions[std::size_t(v)], distance);
+        distance = std::min(distance, last.distance(point));
       },
       256);
 }
@@ -75,8 +78,7 @@ void MarkedRegion::follow(const SheetPair& pair) {
 
 double MarkedRegion::operator()(const Vector3& point) const {
   double distance = infinite;
-  for (const auto& piece : pieces_)
-    distance = std::min(distance, std::sqrt((*piece->finder)(point).squared_distance));
+  for (const auto& piece : pieces_) distance = std::min(distance, piece->distance(point));
   return distance;
 }
 

@@ -20,8 +20,10 @@ class MarkedRegion {
   double radius() const { return radius_; }
 
   /// Adds what is spanned by vertices (1 per vertex of the pair) of which at least one is `fresh`,
-  /// and updates the distances of all vertices.
-  void mark(const SheetPair& pair, const std::vector<char>& marked, const std::vector<char>& fresh);
+  /// and updates the distances of all vertices: to this it counts as `farther` than it is, model
+  /// units, 0 to `radius`.
+  void mark(const SheetPair& pair, const std::vector<char>& marked, const std::vector<char>& fresh,
+            double farther);
 
   /// Distances of vertices added since.
   void follow(const SheetPair& pair);
@@ -37,7 +39,8 @@ class MarkedRegion {
     Mesh mesh;
     Vector3 low, high;  // of the box that lies 2·radius around
     std::unique_ptr<ClosestPointFinder> finder;
-    double distance(const Vector3& point, double most) const;
+    double farther;
+    double distance(const Vector3& point) const;
   };
   double radius_;
   std::vector<std::unique_ptr<Piece>> pieces_;

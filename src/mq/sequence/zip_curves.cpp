@@ -17,8 +17,9 @@
 namespace mq {
 namespace {
 
-constexpr double least_cosine = 0.17;  // 80 degrees
-constexpr double thinnest = 1e-3;      // height over longest edge
+constexpr double least_cosine = 0.17;          // 80 degrees
+constexpr double least_corner_cosine = -0.17;  // 100 degrees
+constexpr double thinnest = 1e-3;              // height over longest edge
 constexpr double most_states = 4e6;
 
 /// A triangle's share of the cost; bad ones add so much that one fewer is always cheaper.
@@ -37,7 +38,11 @@ TriangleCost triangle_cost(const SheetPair& pair, const Triangle& t, double acro
   const Vector3 wanted = pair.normals[t[0]] + pair.normals[t[1]] + pair.normals[t[2]];
   const double scale = area * wanted.norm();
   const double cosine = scale > 0 ? normal.dot(wanted) / scale : -1;
-  return {across * (1 + 4 * (1 - cosine)), !(area > thinnest * longest) || cosine < least_cosine};
+  double least = 1;
+  for (const int v : t)
+    least = std::min(least, normal.dot(pair.normals[v]) / std::max(area, 1e-300));
+  return {across * (1 + 4 * (1 - cosine)),
+          !(area > thinnest * longest) || cosine < least_cosine || least < least_corner_cosine};
 }
 
 class Zipper {

@@ -25,8 +25,9 @@ struct Strip {
   double cost = 0;  ///< sum of squared lengths of the edges across, and what bent ones cost more
 };
 
-/// Whether a triangle in the pair's vertices is turned over against the normals of its corners, by
-/// 80 degrees or more, or its height is less than a thousandth of its longest edge.
+/// Whether a triangle in the pair's vertices is turned over: by 80 degrees or more against the sum
+/// of the normals of its corners or 100 against one of them; or has a height of less than a
+/// thousandth of its longest edge.
 bool is_bad(const SheetPair& pair, const Triangle& triangle);
 
 /// The strip of triangles between a curve of the template and its partner that costs least, where
