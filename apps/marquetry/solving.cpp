@@ -165,7 +165,9 @@ Solution solve_poisson(Run& run, const Target& target, double weight, const Pois
   return solution;
 }
 
-Json change_json(const Signal& before, const Signal& after) {
+Json change_json(const Signal& before, const Signal& after, ColourSpace space) {
+  // Neither curve moves 0, and light's has 1 where display values have it.
+  const double white = space == ColourSpace::log ? log_from_linear(1) : 1;
   const Signal change = after - before;
   const double count = double(std::max<Eigen::Index>(1, change.size()));
   return {{"unknowns", before.rows()},
@@ -173,7 +175,7 @@ Json change_json(const Signal& before, const Signal& after) {
           {"rms_change", std::sqrt(change.squaredNorm() / count)},
           {"largest_change", change.size() ? change.cwiseAbs().maxCoeff() : 0.0},
           {"below_0", (after.array() < 0).count()},
-          {"above_1", (after.array() > 1).count()}};
+          {"above_1", (after.array() > white).count()}};
 }
 
 Json solve_json(const SolveReport& report) {

@@ -44,8 +44,10 @@ using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, con
 /// whose making needs most memory.
 Solution solve_poisson(Run& run, const Target& target, double weight, const PoissonSolve& solve);
 
-/// Unknowns, channels, how much changed, and how many values are below 0 and above 1.
-Json change_json(const Signal& before, const Signal& after);
+/// Unknowns, channels, how much changed in the values of `space`, and how many values are below 0 and
+/// above 1 as they will be stored.
+Json change_json(const Signal& before, const Signal& after,
+                 ColourSpace space = ColourSpace::stored);
 
 Json solve_json(const SolveReport& report);
 

@@ -66,7 +66,7 @@ Exit denoise_verb_run(Run& run) {
                      return found.report;
                    });
   });
-  run.result.update(change_json(before, found.signal));
+  run.result.update(change_json(before, found.signal, value_space(run.options()).space));
   run.result["length"] = std::sqrt(wanted.weight);
 
   const Step step(run, "write", 0.1);

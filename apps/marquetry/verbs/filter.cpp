@@ -130,7 +130,7 @@ Exit filter(Run& run) {
           return equation.solve(before, modulation(*mask, beta), progress);
         });
   });
-  run.result.update(change_json(solution.before, solution.filtered.signal));
+  run.result.update(change_json(solution.before, solution.filtered.signal, value_space(run.options()).space));
   run.result["alpha"] = number_json(weight / scale.area);
   run.result["length"] = number_json(std::sqrt(weight));
 

@@ -257,7 +257,7 @@ Exit shock_model(Run& run) {
       report_solves(run, shocked.solves);
     }
   });
-  run.result.update(change_json(before, after));
+  run.result.update(change_json(before, after, value_space(run.options()).space));
 
   const Step step(run, "write", 0.1);
   target->put(before, after, scene.model);

@@ -186,7 +186,7 @@ Exit stitch(Run& run) {
     run.solve["tried"] = Json::array();
   }
 
-  run.result.update(change_json(work.psi, result.signal));
+  run.result.update(change_json(work.psi, result.signal, value_space(run.options()).space));
   run.result["borders"] = {{"before", border_json(S, work.psi, work.labels)},
                            {"after", border_json(S, result.signal, work.labels)}};
   run.result["mean_drift"] = drift(target->space(), work.psi, result.signal, work.labels);

@@ -277,33 +277,34 @@ Signal seen_only(const SparseMatrix& S, const SeenBorder& border, const Vector& 
   return result;
 }
 
-/// δ of unknowns that hardly meet the surface, brought into the range of those next to them that do
-/// better. Next to a border such a texel is told a step of its own, by cells of which it has a
-/// thousandth, and nothing else speaks for a value there.
+/// δ of unknowns that hardly meet the surface, brought into the range of those next to them that meet
+/// it five times as much. Next to a border such a texel is told a step of its own, by cells of which
+/// it has a small part, and little else speaks for a value there.
 void bound_weak(const SparseMatrix& S, std::span<const int> labels, Signal& delta) {
-  constexpr double hardly = 0.02;  // of the largest diagonal around
+  constexpr double times = 5;
   const Vector diagonal = S.diagonal();
-  std::vector<double> least(labels.size(), 0);  // of the diagonals that count; 0: nothing to bound
+  std::vector<char> is_weak(labels.size(), 0);
   parallel_for(delta.rows(), [&](std::int64_t i) {
-    double most = 0;
-    for (SparseMatrix::InnerIterator it(S, i); it; ++it)
-      if (labels[it.col()] == labels[i]) most = std::max(most, diagonal[it.col()]);
-    if (labels[i] != unseen && diagonal[i] < hardly * most) least[i] = hardly * most;
+    if (labels[i] == unseen || !(diagonal[i] > 0)) return;
+    for (SparseMatrix::InnerIterator it(S, i); it && !is_weak[i]; ++it)
+      is_weak[i] = labels[it.col()] == labels[i] && diagonal[it.col()] >= times * diagonal[i];
   });
-  std::vector<std::pair<int, Eigen::RowVectorXd>> bounded;
-  for (int i = 0; i < int(delta.rows()); ++i) {
-    if (!(least[i] > 0)) continue;
+  // Those that meet it more come first, since they bound the others.
+  std::vector<int> weak;
+  for (std::size_t i = 0; i < is_weak.size(); ++i)
+    if (is_weak[i]) weak.push_back(int(i));
+  std::ranges::stable_sort(weak, [&](int a, int b) { return diagonal[a] > diagonal[b]; });
+  for (const int i : weak) {
     Eigen::RowVectorXd low =
         Eigen::RowVectorXd::Constant(delta.cols(), std::numeric_limits<double>::infinity());
     Eigen::RowVectorXd high = -low;
     for (SparseMatrix::InnerIterator it(S, i); it; ++it)
-      if (labels[it.col()] == labels[i] && diagonal[it.col()] >= least[i]) {
+      if (labels[it.col()] == labels[i] && diagonal[it.col()] >= times * diagonal[i]) {
         low = low.cwiseMin(delta.row(it.col()));
         high = high.cwiseMax(delta.row(it.col()));
       }
-    bounded.emplace_back(i, delta.row(i).cwiseMax(low).cwiseMin(high));
+    delta.row(i) = delta.row(i).cwiseMax(low).cwiseMin(high);
   }
-  for (const auto& [i, value] : bounded) delta.row(i) = value;
 }
 
 /// Σ_i a_ic b_ic per channel, in fixed blocks.

@@ -94,9 +94,9 @@ class Stitcher {
   /// The signal with harmonic values where it is unseen, the rest as it was.
   Signal fill(const Signal& psi, const Progress& progress = {}) const;
 
-  /// The filled ψ with its gradient changed. An unknown whose S_ii is below a fiftieth of the largest
-  /// around it in its region, a texel that hardly meets the surface, changes by no more and no less
-  /// than those around it that are not. But for that the mean of each component's seen part is kept
+  /// The filled ψ with its gradient changed. An unknown around which others of its region have five
+  /// times its S_ii, a texel that hardly meets the surface, changes by no more and no less than
+  /// these. But for that the mean of each component's seen part is kept
   /// (where something is unseen, to 1e-4 of the change). Where nothing is to be changed ψ comes back
   /// bit for bit. Where something is unseen, about six solves.
   Filtered solve(const StitchDomain& domain, const Signal& psi, const Signal& change,
