@@ -259,6 +259,34 @@ TEST(Export, WritesAnAnimationWithATargetForEachFurtherFrame) {
             evolving.mesh(0).triangle_count() + evolving.mesh(2).triangle_count());
 }
 
+TEST(Export, CarriesTheColoursOfTheFirstFrameAlong) {
+  const Folder folder;
+  make_store(folder);
+  ASSERT_EQ(marquetry(folder, {"export", "body.evolving", "-o", "f_%d.ply", "--paint",
+                               "body/frame_0000.ply"})
+                .status,
+            0);
+  // Vertices of the store have an order of their own.
+  const Model source = read_model(folder / "body/frame_0000.ply");
+  const Model first = read_model(folder / "f_0.ply"), second = read_model(folder / "f_1.ply");
+  const auto near = [&](const Vector3& p) {
+    int best = 0;
+    for (int v = 0; v < source.mesh.vertex_count(); ++v)
+      if ((source.mesh.positions[v] - p).norm() < (source.mesh.positions[best] - p).norm())
+        best = v;
+    return best;
+  };
+  for (int v = 0; v < first.mesh.vertex_count(); ++v)
+    for (int c = 0; c < 3; ++c)
+      ASSERT_NEAR(first.colors.values[std::size_t(3 * v + c)],
+                  source.colors.values[std::size_t(3 * near(first.mesh.positions[v]) + c)], 0.01);
+  EXPECT_NE(first.mesh.positions, second.mesh.positions);
+  EXPECT_EQ(first.colors.values, second.colors.values);
+  // The third frame is a mesh of its own.
+  for (const float value : read_model(folder / "f_2.ply").colors.values)
+    ASSERT_NEAR(value, 0.5, 0.01);
+}
+
 TEST(Export, RefusesWhatItCannotWrite) {
   const Folder folder;
   make_store(folder);
@@ -273,6 +301,9 @@ TEST(Export, RefusesWhatItCannotWrite) {
               HasSubstr("has no frame 7"));
   EXPECT_THAT(refusal({"body.evolving", "-o", "a.glb", "--frames", "0-2x2"}),
               HasSubstr("takes all frames"));
+  EXPECT_THAT(
+      refusal({"body.evolving", "-o", "f%d.ply", "--paint", "body/material/frame_0000.ply"}),
+      HasSubstr("wants colours"));
   EXPECT_THAT(refusal({"body/frame_0000.ply"}), HasSubstr("found no evolving mesh"));
   EXPECT_THAT(refusal({"none.evolving"}), HasSubstr("none.evolving"));
 }

@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <optional>
 
 #include "mq/base/error.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/evolving_gltf.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
+#include "mq/io/vertex_colours.h"
+#include "mq/mesh/closest_point.h"
 #include "outputs.h"
 #include "run.h"
 #include "verb.h"
@@ -81,6 +85,43 @@ std::string in_words(const Json& found, const EvolvingReader& reader) {
   return text;
 }
 
+/// What a model shows where vertices are in the first frame, by their ids.
+class CarriedColours {
+ public:
+  CarriedColours(const fs::path& path, const EvolvingReader& reader) {
+    const Model model = read_model(path);
+    const Signal colours = vertex_colours(model);
+    require(colours.cols() > 0,
+            fmt::format("{}: --paint wants colours at vertices or a texture, and it has neither",
+                        path.string()));
+    const int segment = reader.frames().front().segment;
+    const std::vector<int> ids = reader.segment(segment).vertex_ids;
+    const std::vector<ClosestPoint> places = ClosestPointFinder(model.mesh)(reader.positions(0));
+    for (std::size_t v = 0; v < ids.size(); ++v) {
+      Eigen::RowVector3d colour = Eigen::RowVector3d::Zero();
+      for (int k = 0; k < 3; ++k)
+        colour +=
+            places[v].barycentric[k] * colours.row(model.mesh.triangles[places[v].triangle][k]);
+      colours_[ids[v]] = colour.cwiseMax(0).cwiseMin(1).cast<float>();
+    }
+  }
+
+  VertexSignal at(const EvolvingSegment& segment) const {
+    VertexSignal signal;
+    signal.channels = 3;
+    for (const int id : segment.vertex_ids) {
+      const auto found = colours_.find(id);
+      for (int c = 0; c < 3; ++c)
+        signal.values.push_back(found == colours_.end() ? born_later : found->second[c]);
+    }
+    return signal;
+  }
+
+ private:
+  static constexpr float born_later = 0.5F;  // grey
+  std::map<int, Eigen::RowVector3f> colours_;
+};
+
 bool is_animation(const fs::path& output) {
   return output.extension() == ".glb" && !has_frame_place(output.filename().string());
 }
@@ -89,6 +130,7 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
                   const std::vector<fs::path>& paths) {
   const Step step(run, "write", 0.9);
   if (is_animation(paths.front())) {
+    require(!run.options().has("paint"), "--paint: an animation has no colours at vertices");
     for (std::size_t i = 1; i < frames.size(); ++i)
       require(frames[i] == frames[i - 1] + 1,
               "--frames: an animation takes all frames between its first and its last");
@@ -96,6 +138,8 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
                     run.options().number("rate"), step);
     return;
   }
+  std::optional<CarriedColours> colours;
+  if (run.options().has("paint")) colours.emplace(run.options().text("paint"), reader);
   int open = -1;
   EvolvingSegment segment;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -103,6 +147,7 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
     if (frame.segment != open) segment = reader.segment(open = frame.segment);
     Model model;
     model.mesh = mesh_of(segment, reader.positions(frames[i]));
+    if (colours) model.colors = colours->at(segment);
     write_model(paths[i], model);
     step.progress().at(double(i + 1) / double(frames.size()));
   }
@@ -111,6 +156,7 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
 Exit run_export(Run& run) {
   const OptionValues& options = run.options();
   run.will_read(options.text("evolving"));
+  if (options.has("paint")) run.will_read(options.text("paint"));
   const EvolvingReader reader(options.text("evolving"));
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
   std::vector<int> frames;
@@ -159,6 +205,12 @@ Verb export_verb() {
              .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
              .metavar = "RANGE",
              .help = "which frames, by their numbers; else all"});
+  table.add({.name = "paint",
+             .type = Type::path,
+             .metavar = "MODEL",
+             .help = "the first frame's own model: its colours, carried along, so that one sees "
+                     "whether they stay where they belong",
+             .details = "What was born later is grey."});
   table.add({.name = "rate",
              .type = Type::number,
              .default_value = "30",
