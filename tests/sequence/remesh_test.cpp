@@ -203,6 +203,9 @@ TEST(Remesh, GivesASurfaceForPairsOfAllKinds) {
     try {
       const Remeshed found = remesh(a, b);
       EXPECT_EQ(problems(a, b, found), "") << "pair " << seed;
+      if (crossings(a.mesh) == 0 && crossings(b.mesh) == 0) {
+        EXPECT_EQ(crossings(found.mesh), 0) << "pair " << seed;
+      }
       partly += found.kept > 0 && found.born > 0;
       wholly += found.kept == 0;
     } catch (const InvalidInput& error) {

@@ -107,6 +107,10 @@ class SeamMesh {
     return worst;
   }
 
+  std::ptrdiff_t count_bent(int v) const {
+    return std::ranges::count_if(around_[v], [&](int i) { return bends(seam_.triangles[i]); });
+  }
+
   double mean_edge(int v) const {
     double sum = 0;
     for (const int w : neighbours(v)) sum += (at(w) - at(v)).norm();
@@ -127,8 +131,9 @@ class SeamMesh {
   bool try_move(int v, const Vector3& to, double least) {
     const Vector3 before = at(v);
     const double worst = std::min(least, worst_around(v));
+    const auto bent = count_bent(v);
     seam_.positions[v] = to;
-    if (worst_around(v) >= worst && worst_around(v) > 0) return true;
+    if (worst_around(v) >= worst && worst_around(v) > 0 && count_bent(v) <= bent) return true;
     seam_.positions[v] = before;
     return false;
   }
