@@ -208,6 +208,17 @@ TEST(Parametrize, TuttesEmbeddingHasNoFold) {
   EXPECT_LT(isometric_energy(sheet, y), before);
 }
 
+TEST(Parametrize, SeesThatALoopInsideAnotherIsCoveredTwice) {
+  // Two triangles that are one sheet in name only: both counter-clockwise, one inside the other.
+  Mesh mesh = fixtures::beside(fixtures::one_triangle(), fixtures::one_triangle());
+  mesh.corner_uvs.clear();
+  const Sheet sheet = whole(make_surface(mesh, {WeldOptions::Kind::none}));
+  ASSERT_EQ(sheet.loops.size(), 2U);
+  const Points x{{0, 0}, {10, 0}, {0, 10}, {1, 1}, {2, 1}, {1, 2}};
+  EXPECT_FALSE(boundary_crosses(sheet, x));
+  EXPECT_FALSE(is_injective(sheet, x));
+}
+
 TEST(Charts, AreDiscsThatCoverEverythingOnce) {
   const Surface surface = sample_surface("genus4", 3000);
   const ChartHistory history = find_charts(surface);
@@ -215,10 +226,11 @@ TEST(Charts, AreDiscsThatCoverEverythingOnce) {
   const Patchwork patchwork = replay(surface, history, {}, step_of);
   std::vector<int> covered(std::size_t(surface.triangle_count()));
   for (int c = 0; c < patchwork.chart_count(); ++c) {
-    if (!patchwork.is_whole(c)) continue;
+    if (!patchwork.is_whole(c) || patchwork.triangles(c).empty()) continue;
     const Sheet sheet = make_sheet(surface, patchwork.triangles(c), patchwork.glued());
     // With h holes V − E + T = 1 − h: planar, whatever the handles of the surface.
     const auto loops = std::ssize(sheet.loops);
+    EXPECT_GE(loops, 1);
     std::int64_t boundary = 0;
     for (const auto& loop : sheet.loops) boundary += std::ssize(loop);
     const auto triangles = std::ssize(sheet.triangles);

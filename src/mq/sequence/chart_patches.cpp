@@ -369,4 +369,10 @@ Patches make_discs(const Surface& surface, std::vector<int> labels, const Progre
   return numbered(std::move(found), count, labels);
 }
 
+void halve_patch(const Surface& surface, Patches& patches, int patch) {
+  const Dual dual(surface);
+  const auto members = members_of(patches.patch, patches.count);
+  halve(dual, patches.patch, members[patch], patches.count++);
+}
+
 }  // namespace mq

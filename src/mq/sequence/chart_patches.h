@@ -24,4 +24,7 @@ Patches make_patches(const Surface& surface, int count, const Progress& progress
 /// The first patch of a label is its largest.
 Patches make_discs(const Surface& surface, std::vector<int> labels, const Progress& progress = {});
 
+/// Gives the half of a patch around one of two triangles far apart to a new patch, the last.
+void halve_patch(const Surface& surface, Patches& patches, int patch);
+
 }  // namespace mq

@@ -89,6 +89,17 @@ std::vector<ChartSeam> Patchwork::seams(int chart) const {
   return seams;
 }
 
+bool Patchwork::closes(const ChartSeam& seam) const {
+  const auto boundary = [&](int chart) {
+    std::size_t count = 0;
+    for (const int t : members_[chart])
+      for (int k = 0; k < 3; ++k) count += !glued_[3 * t + k];
+    return count;
+  };
+  const auto [a, b] = seam.charts;
+  return boundary(a) + (a == b ? 0 : boundary(b)) == 2 * seam.edges.size();
+}
+
 std::vector<HalfEdge> Patchwork::joined(const ChartSeam& seam) const {
   std::vector<HalfEdge> both = seam.edges;
   for (const HalfEdge h : seam.edges) both.push_back(surface_->twins[h]);
@@ -124,17 +135,6 @@ int Patchwork::joint(int chart, int triangle, int other) const {
     else
       return chart;
   }
-}
-
-void Patchwork::shatter(int patch) {
-  for (const int t : members_[patch]) {
-    for (int k = 0; k < 3; ++k) glued_[3 * t + k] = 0;
-    charts_[t] = chart_count();
-    members_.push_back({t});
-    parents_.push_back(-1);
-    parts_.push_back({-1, -1});
-  }
-  parents_[patch] = patch;  // gone
 }
 
 }  // namespace mq

@@ -41,14 +41,14 @@ class Patchwork {
   /// Seams with all neighbours and with itself, as long as they can be.
   std::vector<ChartSeam> seams(int chart) const;
 
+  /// Whether gluing along it would leave no boundary: what is closed does not lie flat.
+  bool closes(const ChartSeam& seam) const;
+
   /// Those half-edges that gluing along a seam joins, both sides.
   std::vector<HalfEdge> joined(const ChartSeam& seam) const;
 
   /// The chart made by gluing.
   int merge(const ChartSeam& seam);
-
-  /// Makes every triangle of a patch a patch of its own.
-  void shatter(int patch);
 
  private:
   std::vector<std::vector<HalfEdge>> loops(int chart) const;

@@ -137,8 +137,7 @@ class Gluing {
     while (!queue_.empty()) {
       const int i = queue_.top().second;
       queue_.pop();
-      if (stands(offers_[i]) && !boundary_crosses(offers_[i].flat.sheet, offers_[i].flat.x))
-        return i;
+      if (stands(offers_[i]) && is_injective(offers_[i].flat.sheet, offers_[i].flat.x)) return i;
       offers_[i].flat = {};
     }
     return -1;
@@ -148,7 +147,7 @@ class Gluing {
     const auto [first, second] = offer.seam.charts;
     const Flat& a = flats_[first];
     const Flat& b = flats_[second];
-    if (!(a.energy < infinity && b.energy < infinity)) return;
+    if (!(a.energy < infinity && b.energy < infinity) || patchwork_.closes(offer.seam)) return;
     if (first != second && a.sheet.area + b.sheet.area > options_.largest * surface_.area) return;
     std::vector<int> triangles = a.sheet.sources;
     if (first != second)
@@ -330,7 +329,7 @@ Patchwork replay(const Surface& surface, const ChartHistory& history,
     double nearest = infinity;
     ChartSeam best;
     for (ChartSeam& seam : patchwork.seams(a)) {
-      if (seam.charts[1] != b) continue;
+      if (seam.charts[1] != b || patchwork.closes(seam)) continue;
       const double distance = (middle(surface, seam) - step.middle).norm();
       if (distance < nearest) nearest = distance, best = std::move(seam);
     }

@@ -11,10 +11,9 @@ namespace mq {
 
 struct ChartOptions {
   double stretch = 1.06;    ///< the most L² stretch that gluing may give a chart
-  double seam_cost = 0.05;  ///< energy that is worth a seam of length √area, per area
-  double largest =
-      0.2;            ///< share of the area that no union may exceed: what is smaller packs better
-  int patches = 100;  ///< about so many discs at the start
+  double seam_cost = 0.15;  ///< energy that is worth a seam of length √area, per area
+  double largest = 0.2;  ///< share of the area that no union may exceed: what is smaller packs better
+  int patches = 80;      ///< about so many discs at the start
   int triangles = 2500;  ///< of the coarsened surface on which unions are tried
 };
 

@@ -22,7 +22,7 @@
 namespace mq {
 namespace {
 
-constexpr int directions = 8;
+constexpr int directions = 16;
 constexpr int most_cells = 2048;     // a side, of the fine resolution
 constexpr int coarse_cells = 256;    // a side of the coarse one, at least ...
 constexpr int cells_per_chart = 40;  // ... and so many a side of a chart, if all had the same
@@ -31,7 +31,7 @@ constexpr double precision = 0.001;  // of scales
 /// How charts are placed one after the other.
 struct Plan {
   std::vector<double> weights;  // the largest first
-  enum class Loss { height, square } loss = Loss::height;
+  enum class Loss { height, square, low, corner } loss = Loss::height;
 };
 
 /// Where a chart's wide shape lies, and its direction.
@@ -143,8 +143,8 @@ class Packer {
     if (scales_[chart][direction] == scale) return;
     scales_[chart][direction] = scale;
     shapes_[chart][direction] =
-        make_shape(charts_[chart], angles_[chart] + direction * std::numbers::pi / 4, scale,
-                   grid_.pad, grid_.gutter);
+        make_shape(charts_[chart], angles_[chart] + direction * 2 * std::numbers::pi / directions,
+                   scale, grid_.pad, grid_.gutter);
   }
 
   void make_all_shapes(int chart, double scale) {
@@ -165,13 +165,12 @@ class Packer {
           const PackShape& shape = shapes_[chart][d];
           Rank& best = found[d].first;
           best = {none, 0, 0};
-          for (int y = 0; y + shape.height <= std::min(volume.height(), best[0]); ++y) {
+          for (int y = 0; y + shape.height <= volume.height(); ++y) {
+            if (rank(shape, 0, y, loss) >= best) break;
             const int x = volume.find(shape, 0, y);
             if (x < 0) continue;
-            const int top = y + shape.height, side = x + shape.width;
-            const Rank rank = loss == Plan::Loss::height ? Rank{top, side, y}
-                                                         : Rank{std::max(top, side), top + side, y};
-            if (rank < best) best = rank, found[d].second = {int(d), x, y};
+            const Rank here = rank(shape, x, y, loss);
+            if (here < best) best = here, found[d].second = {int(d), x, y};
           }
         },
         4);
@@ -180,6 +179,19 @@ class Packer {
       if (found[d].first < found[best].first) best = d;
     if (found[best].first[0] == none) return {};
     return found[best].second;
+  }
+
+  /// Less is better; not less for a place above or to the right.
+  static Rank rank(const PackShape& shape, int x, int y, Plan::Loss loss) {
+    const int top = y + shape.height, side = x + shape.width;
+    const int up = int(4 * (y + shape.middle.y())), right = int(4 * (x + shape.middle.x()));
+    switch (loss) {
+      case Plan::Loss::height: return {top, side, y};
+      case Plan::Loss::square: return {std::max(top, side), top + side, y};
+      case Plan::Loss::low: return {up, right, y};
+      case Plan::Loss::corner: return {up + right, std::max(up, right), y};
+    }
+    return {none, 0, 0};
   }
 
   /// The lowest leftmost free place whose corner is at most `reach` cells from `wanted`.
@@ -214,12 +226,12 @@ class Packer {
 Plan changed(const Plan& plan, const Random& random, std::uint64_t trial) {
   Plan next = plan;
   const auto draw = [&](std::uint64_t i) {
-    return random.uniform(trial * (2 * plan.weights.size() + 1) + i);
+    return random.uniform(trial * (2 * plan.weights.size() + 2) + i);
   };
   for (std::size_t c = 0; c < plan.weights.size(); ++c)
     if (draw(2 * c) < 0.3) next.weights[c] *= std::exp2(3 * draw(2 * c + 1) - 1.5);
   if (draw(2 * plan.weights.size()) < 0.25)
-    next.loss = plan.loss == Plan::Loss::height ? Plan::Loss::square : Plan::Loss::height;
+    next.loss = Plan::Loss(int(4 * draw(2 * plan.weights.size() + 1)));
   return next;
 }
 
@@ -272,20 +284,25 @@ std::pair<double, Places> try_plans(Packer& packer, const std::vector<PackChart>
   const Random random(options.seed);
   for (int trial = 0; trial < trials; ++trial) {
     progress.at(double(trial) / trials);
-    const Plan plan = trial == 0   ? best
-                      : trial == 1 ? Plan{best.weights, Plan::Loss::square}
-                                   : changed(best, random, trial);
+    const Plan plan = trial == 0  ? best
+                      : trial < 4 ? Plan{best.weights, Plan::Loss(trial)}
+                                  : changed(best, random, trial);
     const auto place_at = [&](double s) { return packer.place_all(plan, s, progress); };
-    Places found;
     double low = 0;
     if (scale > 0) {
+      // One that does as well is taken too: the best may be near to it.
+      Places found = place_at(scale);
+      if (!found) continue;
+      best = plan;
+      places = std::move(found);
       low = scale * (1 + 2 * precision);
       if (!(found = place_at(low))) continue;
+      places = std::move(found);
+      scale = low;
     }
     auto [larger, more] = largest_scale(low, scale > 0 ? scale * 1.06 : perfect, place_at);
-    if (!more && !found) continue;
+    if (more) places = std::move(more);
     scale = larger;
-    places = more ? std::move(more) : std::move(found);
     best = plan;
   }
   return {scale, std::move(places)};

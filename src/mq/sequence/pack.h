@@ -38,7 +38,7 @@ struct Packing {
 };
 
 /// Places all charts at the largest scale found. A chart has the texels that it touches, in one of
-/// eight directions (every 45° from where its box is smallest, never mirrored). Between two charts
+/// sixteen directions (every 22.5° from where its box is smallest, never mirrored). Between two charts
 /// with a frame in common `gutter` texels stay free in rows, columns and diagonals, and half of
 /// them (rounded up) at the border, so that charts stay apart where a texture repeats; exactly.
 ///

@@ -115,6 +115,13 @@ PackShape make_shape(const PackChart& chart, double angle, double scale, double 
   shape.width = cells.width;
   shape.height = cells.height;
   shape.touched = runs_of(cells);
+  double count = 0;
+  for (const CellRun& run : shape.touched) {
+    const double length = run.end - run.begin;
+    shape.middle += length * Vector2((run.begin + run.end) / 2.0, run.row + 0.5);
+    count += length;
+  }
+  if (count > 0) shape.middle /= count;
   shape.wide = gutter > 0 ? runs_of(widened(cells, gutter)) : shape.touched;
   return shape;
 }

@@ -19,6 +19,7 @@ struct CellRun {
 struct PackShape {
   int width = 0, height = 0;  ///< of the wide one
   std::vector<CellRun> touched, wide;
+  Vector2 middle = Vector2::Zero();  ///< centre of mass of the touched cells
   double angle = 0;
   Vector2 origin = Vector2::Zero();  ///< the point of the turned, scaled chart at cell (0, 0)
 };

@@ -333,6 +333,17 @@ std::vector<std::array<HalfEdge, 2>> crossings(const Sheet& sheet, const Points&
   return found;
 }
 
+bool is_injective(const Sheet& sheet, const Points& x) {
+  int outer = 0;
+  for (const std::vector<int>& loop : sheet.loops) {
+    double area = 0;
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      area += cross(x[loop[i]] - x[loop[0]], x[loop[(i + 1) % loop.size()]] - x[loop[0]]);
+    outer += area > 0;
+  }
+  return outer == 1 && !boundary_crosses(sheet, x);
+}
+
 Points tutte_embedding(const Sheet& sheet, Factorisation kind) {
   require(sheet.is_disc(), "Tutte's embedding is one of discs");
   const std::vector<int>& loop = sheet.loops[0];
@@ -472,6 +483,7 @@ Points lower_energy(const Sheet& sheet, Points x, const LowerOptions& options,
 
 Points parametrize(const Sheet& sheet, const LowerOptions& options, const Progress& progress) {
   const auto folds = [&](const Points& x) { return !std::isfinite(isometric_energy(sheet, x)); };
+  if (sheet.loops.empty()) return {};
   Points x = conformal_map(sheet, options.factorisation);
   {  // nearer to an isometry, at the price of one factorisation
     Points rigid = as_rigid_as_possible(sheet, x, 10, options.factorisation);

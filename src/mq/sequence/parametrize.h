@@ -56,12 +56,17 @@ inline bool boundary_crosses(const Sheet& sheet, const Points& x) {
   return !crossings(sheet, x, 1).empty();
 }
 
+/// Whether a map that turns no triangle over covers nothing twice: no crossings, and one loop alone
+/// runs counter-clockwise, so that no point is inside two. (Without a triangle turned over a map can
+/// still wind around a vertex twice.)
+bool is_injective(const Sheet& sheet, const Points& x);
+
 /// Tutte's embedding on a circle of the sheet's area (How to draw a graph, 1963), without a fold up
 /// to rounding. The sheet must be a disc.
 Points tutte_embedding(const Sheet& sheet, Factorisation kind = Factorisation::automatic);
 
 /// The least squares conformal map (Lévy, Petitjean, Ray, Maillot, Least squares conformal maps,
-/// 2002) with two far vertices of the boundary pinned, at the scale of the surface. It may fold.
+/// 2002) with two far vertices of a boundary, of which there must be one, pinned, at the scale of the surface. It may fold.
 Points conformal_map(const Sheet& sheet, Factorisation kind = Factorisation::automatic);
 
 /// As rigid as possible: lowers Σ A |J − R|² over x and rotations R in turn from a first guess,
@@ -88,7 +93,8 @@ Points lower_energy(const Sheet& sheet, Points x, const LowerOptions& options = 
                     const Progress& progress = {});
 
 /// The map of least energy found: from the conformal map made more rigid, where that does not fold,
-/// else from Tutte's embedding of a disc. Empty where all fold.
+/// else from Tutte's embedding of a disc. Empty where all fold, and
+/// for a sheet without a boundary.
 Points parametrize(const Sheet& sheet, const LowerOptions& options = {},
                    const Progress& progress = {});
 

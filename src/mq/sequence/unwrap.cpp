@@ -28,6 +28,10 @@ namespace {
 /// show.
 constexpr double detail = 1.5;
 
+/// L² stretch beyond which a patch is halved: what is less may be relief that halving would not
+/// end.
+constexpr double most_patch_stretch = 1.5;
+
 /// Enough to know where a chart overlaps itself.
 constexpr int most_crossings = 200;
 
@@ -66,15 +70,6 @@ FlatChart lay_flat(const Surface& surface, const Patchwork& patchwork, int chart
     flat.stretch = l2_stretch(flat.sheet, flat.x);
     flat.crossings = crossings(flat.sheet, flat.x, most_crossings);
   }
-  if (flat.crossings.empty() || patchwork.parts(chart)[0] >= 0) return flat;
-  // What cannot be made of smaller parts is laid out so that it never crosses itself.
-  const Points start = tutte_embedding(flat.sheet);
-  flat.x.clear();
-  if (!std::isfinite(isometric_energy(flat.sheet, start))) return flat;
-  flat.x = lower_energy(flat.sheet, start,
-                        {.iterations = 40, .crossing = LowerOptions::Crossing::refused}, progress);
-  flat.stretch = l2_stretch(flat.sheet, flat.x);
-  flat.crossings.clear();
   return flat;
 }
 
@@ -99,10 +94,19 @@ int culprit(const Patchwork& patchwork, int chart, const FlatChart& flat) {
   return worst;
 }
 
-/// Every chart in the plane; gluings after which one cannot be are refused.
-std::vector<FlatChart> lay_all_flat(const Surface& surface, const ChartHistory& history,
-                                    double stretch, Patchwork& patchwork,
-                                    const Progress& progress) {
+/// Halves a patch; steps count from one more patch on.
+void halve(const Surface& surface, ChartHistory& history, int patch) {
+  const int count = history.patches.count;
+  halve_patch(surface, history.patches, patch);
+  for (ChartHistory::Step& step : history.steps)
+    for (int& chart : step.charts)
+      if (chart >= count) ++chart;
+}
+
+/// Every chart in the plane; gluings after which one cannot be are refused, and patches that cannot
+/// be are halved.
+std::vector<FlatChart> lay_all_flat(const Surface& surface, ChartHistory history, double stretch,
+                                    Patchwork& patchwork, const Progress& progress) {
   const double bound = 1 + detail * (stretch - 1);
   std::vector<char> refused(history.steps.size());
   std::map<std::vector<int>, FlatChart> known;
@@ -130,9 +134,15 @@ std::vector<FlatChart> lay_all_flat(const Surface& surface, const ChartHistory& 
     for (std::size_t i = 0; i < fresh.size(); ++i) {
       const int chart = charts[fresh[i]];
       const FlatChart& flat = flats[i];
-      const bool good = !flat.x.empty() && flat.crossings.empty() && flat.stretch <= bound;
-      if (!good && patchwork.parts(chart)[0] >= 0) {
+      const bool lies_flat = !flat.x.empty() && is_injective(flat.sheet, flat.x);
+      if (patchwork.parts(chart)[0] >= 0 && !(lies_flat && flat.stretch <= bound)) {
         refused[step_of[culprit(patchwork, chart, flat)]] = 1;
+        again = true;
+        continue;
+      }
+      if (patchwork.parts(chart)[0] < 0 && !(lies_flat && flat.stretch <= most_patch_stretch)) {
+        require(patchwork.triangles(chart).size() > 1, "a triangle cannot be laid flat");
+        halve(surface, history, chart);
         again = true;
         continue;
       }
@@ -141,18 +151,7 @@ std::vector<FlatChart> lay_all_flat(const Surface& surface, const ChartHistory& 
     progress.at(1 - 1.0 / (1 + round));
     if (again) continue;
     std::vector<FlatChart> done;
-    for (std::size_t i = 0; i < charts.size(); ++i) {
-      FlatChart& flat = known[keys[i]];
-      if (!flat.x.empty()) {
-        done.push_back(std::move(flat));
-        continue;
-      }
-      // Not even a patch: triangle by triangle.
-      const int first = patchwork.chart_count();
-      patchwork.shatter(charts[i]);
-      for (int c = first; c < patchwork.chart_count(); ++c)
-        done.push_back(lay_flat(surface, patchwork, c, progress));
-    }
+    for (const std::vector<int>& key : keys) done.push_back(std::move(known[key]));
     return done;
   }
 }
@@ -306,7 +305,7 @@ Unwrapped unwrap(const Surface& given, const UnwrapOptions& options, const Progr
       for (int k = 0; k < 3; ++k)
         unwrapped.corner_uvs[sheet.sources[i]][k] = base + sheet.triangles[i][k];
     }
-    unwrapped.figures.overlapping += boundary_crosses(sheet, flats[c].x);
+    unwrapped.figures.overlapping += !is_injective(sheet, flats[c].x);
   }
   place_collapsed(surface.mesh, unwrapped);
   unwrapped.figures.charts = int(flats.size());

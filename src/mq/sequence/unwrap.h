@@ -29,7 +29,7 @@ struct TriangleStretch {
 struct UnwrapFigures {
   int charts = 0;
   int flipped = 0;        ///< triangles turned over in the texture; collapsed ones are not counted
-  int overlapping = 0;    ///< charts whose own boundary crosses itself
+  int overlapping = 0;    ///< charts that cover a place twice
   double occupancy = 0;   ///< area of the charts / area of the texture
   double l2_stretch = 1;  ///< of the whole (Sander, Snyder, Gortler, Hoppe, 2001), at least 1
   double seam_length =
