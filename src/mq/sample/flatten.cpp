@@ -17,13 +17,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/linear/direct.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/tutte.h"
 #include "mq/mesh/weld.h"
 
 namespace mq {
@@ -140,41 +140,11 @@ std::vector<Disc> cut(const Surface& surface, const std::vector<char>& seams, Fl
   return discs;
 }
 
-// ---- Tutte's embedding ----
-
 void embed_on_circle(Disc& disc) {
-  const int count = int(disc.ids.size());
   double area = 0;
   for (const double a : disc.areas) area += a;
-  const double radius = std::sqrt(area / std::numbers::pi);
-  disc.x.assign(count, Vector2::Zero());
-  std::vector<char> fixed(count);
-  for (std::size_t i = 0; i < disc.loop.size(); ++i) {
-    const double angle = 2 * std::numbers::pi * double(i) / double(disc.loop.size());
-    disc.x[disc.loop[i]] = radius * Vector2(std::cos(angle), std::sin(angle));
-    fixed[disc.loop[i]] = 1;
-  }
-  if (int(disc.loop.size()) == count) return;
-  std::vector<int> row(count, -1);
-  int rows = 0;
-  for (int v = 0; v < count; ++v)
-    if (!fixed[v]) row[v] = rows++;
-  Entries entries;
-  Signal right = Signal::Zero(rows, 2);
-  for (const Triangle& t : disc.triangles)
-    for (int k = 0; k < 3; ++k)
-      for (const auto& [a, b] : {std::pair{t[k], t[(k + 1) % 3]}, {t[(k + 1) % 3], t[k]}}) {
-        if (row[a] < 0) continue;
-        entries.emplace_back(row[a], row[a], 1);
-        if (row[b] >= 0)
-          entries.emplace_back(row[a], row[b], -1);
-        else
-          right.row(row[a]) += disc.x[b].transpose();
-      }
-  const Signal solution =
-      DirectSolver(sparse_matrix(rows, rows, entries), everywhere_the_same).solve(right);
-  for (int v = 0; v < count; ++v)
-    if (row[v] >= 0) disc.x[v] = solution.row(row[v]).transpose();
+  disc.x = tutte_embedding(int(disc.ids.size()), disc.triangles, disc.loop, area,
+                           everywhere_the_same);
 }
 
 // ---- Lowering the energy ----

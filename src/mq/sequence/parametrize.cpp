@@ -17,10 +17,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/mesh/tutte.h"
 #include "mq/mesh/weld.h"
 
 namespace mq {
@@ -346,37 +346,7 @@ bool is_injective(const Sheet& sheet, const Points& x) {
 
 Points tutte_embedding(const Sheet& sheet, Factorisation kind) {
   require(sheet.is_disc(), "Tutte's embedding is one of discs");
-  const std::vector<int>& loop = sheet.loops[0];
-  const int count = sheet.vertex_count;
-  const double radius = std::sqrt(sheet.area / std::numbers::pi);
-  Points x(count, Vector2::Zero());
-  std::vector<char> fixed(count);
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const double angle = 2 * std::numbers::pi * double(i) / double(loop.size());
-    x[loop[i]] = radius * Vector2(std::cos(angle), std::sin(angle));
-    fixed[loop[i]] = 1;
-  }
-  if (int(loop.size()) == count) return x;
-  std::vector<int> row(count, -1);
-  int rows = 0;
-  for (int v = 0; v < count; ++v)
-    if (!fixed[v]) row[v] = rows++;
-  Entries entries;
-  Signal right = Signal::Zero(rows, 2);
-  for (const Triangle& t : sheet.triangles)
-    for (int k = 0; k < 3; ++k)
-      for (const auto& [a, b] : {std::pair{t[k], t[(k + 1) % 3]}, {t[(k + 1) % 3], t[k]}}) {
-        if (row[a] < 0) continue;
-        entries.emplace_back(row[a], row[a], 1);
-        if (row[b] >= 0)
-          entries.emplace_back(row[a], row[b], -1);
-        else
-          right.row(row[a]) += x[b].transpose();
-      }
-  const Signal solution = DirectSolver(sparse_matrix(rows, rows, entries), kind).solve(right);
-  for (int v = 0; v < count; ++v)
-    if (row[v] >= 0) x[v] = solution.row(row[v]).transpose();
-  return x;
+  return tutte_embedding(sheet.vertex_count, sheet.triangles, sheet.loops[0], sheet.area, kind);
 }
 
 Points conformal_map(const Sheet& sheet, Factorisation kind) {
