@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "atlas/atlas_fixtures.h"
+#include "mq/base/random.h"
 
 namespace mq {
 namespace {
@@ -88,6 +89,42 @@ TEST(TextureShock, NeverLeavesTheRangeAndKeepsConstants) {
                           {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::absolute, 1e6}})
                 .signal,
             constant);
+}
+
+/// Noise: what is stored outside charts is not what is on the surface beside.
+Signal noise_of(const TexelSpace& space) {
+  Signal signal(space.size(), 2);
+  const Random random(7);
+  for (int i = 0; i < space.size(); ++i)
+    for (int c = 0; c < 2; ++c) signal(i, c) = random.uniform(std::uint64_t(2 * i + c));
+  return signal;
+}
+
+TEST(TextureShock, LeavesEveryTexelAtTimeZero) {
+  const Sheet sheet({.cells = 6, .parts = 3, .scale = 0.62, .angle = odd_angle}, 90);
+  const Signal noise = noise_of(sheet.space);
+  for (const auto unit : {ShockTime::Unit::relative, ShockTime::Unit::absolute})
+    EXPECT_EQ(texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, noise,
+                            {.weights = {1e-4, 1e-4}, .time = {unit, 0}})
+                  .signal,
+              noise);
+}
+
+TEST(TextureShock, MovesNoTexelFurtherThanItsPathGoes) {
+  const Sheet sheet({.cells = 6, .parts = 3, .scale = 0.62, .angle = odd_angle}, 90);
+  const Signal noise = noise_of(sheet.space);
+  // The largest change is in proportion to the time while paths are short, rim or not.
+  const auto change = [&](double time) {
+    const ShockedTexture shocked =
+        texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, noise,
+                      {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::relative, time}});
+    return (shocked.signal - noise).cwiseAbs().maxCoeff();
+  };
+  const double least = change(1e-6);
+  EXPECT_GT(least, 0);
+  EXPECT_LT(least, 1e-3);
+  EXPECT_LT(change(1e-4), 150 * least);
+  EXPECT_GT(change(1), 0.1);
 }
 
 TEST(TextureShock, AgreesWithVerticesWhereTheMeshIsAsFine) {

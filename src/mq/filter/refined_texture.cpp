@@ -40,6 +40,14 @@ RefinedTexture::RefinedTexture(const Surface& surface, const Atlas& atlas, const
       longest_edge, progress);
 }
 
+Vector3 RefinedTexture::place(const SurfacePoint& point) const {
+  const Mesh& mesh = fine_.surface.mesh;
+  Vector3 sum = Vector3::Zero();
+  for (int k = 0; k < 3; ++k)
+    sum += point.barycentric[k] * mesh.positions[mesh.triangles[point.triangle][k]];
+  return sum;
+}
+
 void RefinedTexture::value(const Signal& signal, const SurfacePoint& point,
                            Eigen::Ref<Signal> row) const {
   const auto basis = space_.basis_at(fine_.source[point.triangle],

@@ -25,6 +25,9 @@ class RefinedTexture {
 
   const RefinedSurface& fine() const { return fine_; }
 
+  /// Where a point of a fine triangle is in space.
+  Vector3 place(const SurfacePoint& point) const;
+
   /// A signal of texels at a point of a fine triangle, within the values it is made of.
   void value(const Signal& signal, const SurfacePoint& point, Eigen::Ref<Signal> row) const;
 

@@ -26,6 +26,29 @@ void require_memory_for(double bytes, int texels) {
                  "use a smaller texture, or allow longer edges (--longest-edge)");
 }
 
+/// Where the texel's own value is not the signal's at the start of its path, as outside charts, the
+/// difference fades over the first texel of the way.
+void look_up(const RefinedTexture& refined, const TexelSpace& space, const Signal& signal,
+             const std::vector<SurfacePoint>& starts, const std::vector<SurfacePoint>& ends,
+             Signal& result) {
+  const double side = space.scale().texel_spacing;
+  parallel_for(signal.rows(), [&](std::int64_t i) {
+    const SurfacePoint &from = starts[i], &to = ends[i];
+    if (to.triangle == from.triangle && to.barycentric == from.barycentric) return;
+    auto row = result.middleRows(i, 1);
+    refined.value(signal, to, row);
+    const double left = 1 - (refined.place(to) - refined.place(from)).norm() / side;
+    if (!(left > 0)) return;
+    Signal before(1, signal.cols());
+    refined.value(signal, from, before);
+    for (Eigen::Index c = 0; c < signal.cols(); ++c) {
+      const double own = signal(i, c), found = row(0, c);
+      const auto [low, high] = std::minmax(own, found);
+      row(0, c) = std::clamp(found + left * (own - before(0, c)), low, high);
+    }
+  });
+}
+
 }  // namespace
 
 ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
@@ -59,11 +82,7 @@ ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const T
   shocked.counts = traced.counts;
   shocked.path_seconds = watch.seconds();
   shocked.signal = signal;
-  parallel_for(signal.rows(), [&](std::int64_t i) {
-    const SurfacePoint &from = starts[i], &to = traced.ends[i];
-    if (to.triangle == from.triangle && to.barycentric == from.barycentric) return;
-    refined.value(signal, to, shocked.signal.middleRows(i, 1));
-  });
+  if (shocked.time > 0) look_up(refined, space, signal, starts, traced.ends, shocked.signal);
   progress.at(1);
   return shocked;
 }

@@ -39,8 +39,11 @@ struct ShockedTexture {
 /// vertices so made. Paths begin at the centres of texels, and values are those of the texture
 /// itself where they end: what the filter leaves in place loses nothing to a mesh. Texels whose
 /// centre lies outside their chart begin at the nearest point of the surface, which is across a
-/// seam where there is one, so that lookups on both sides agree; texels whose path rests at once
-/// keep their values bit for bit. No value leaves the range of its channel.
+/// seam where there is one, so that lookups on both sides agree. Their own value, which need not be
+/// the signal's there, fades over a mean texel's side of the way: a value lies between its own and
+/// the one found, and moves no further than its path does. A time of 0 leaves all values as they
+/// are, bit for bit; texels whose path rests at once keep theirs. No value leaves the range of its
+/// channel.
 ///
 /// Triangles without chart take no part: paths end there as at a boundary. The solver is for the
 /// mesh made, 1.3 vertices per texel, 2 where charts are scraps; systems are well conditioned while
