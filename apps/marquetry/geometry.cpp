@@ -73,6 +73,13 @@ void report_change(Run& run, const Surface& surface, const Mesh& after) {
 
 }  // namespace
 
+void refuse_pictures_of_shape(const OptionValues& options) {
+  const std::vector<std::string> pictures = options.texts("texture");
+  require(pictures.empty(),
+          fmt::format("{}: --geometry changes its shape, and '{}' would not be looked at: leave it out",
+                      options.text("mesh"), pictures.empty() ? "" : pictures.front()));
+}
+
 Scene read_shape(Run& run, double share) {
   require(!asks_for(run.options(), "flipped"),
           "--flipped is for charts of textures, and --geometry looks at none: leave it out");

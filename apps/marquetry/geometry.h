@@ -10,6 +10,9 @@
 
 namespace mq::app {
 
+/// Throws `InvalidInput` where pictures are named beside a shape.
+void refuse_pictures_of_shape(const OptionValues& options);
+
 /// The scene of a verb that leaves textures alone: no atlas, no pictures asked for.
 Scene read_shape(Run& run, double share);
 

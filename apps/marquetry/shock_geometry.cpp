@@ -48,6 +48,7 @@ Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
   require(!asks_for(options, "longest-edge"),
           "--longest-edge is for textures, whose triangles are cut; those of a shape are taken as they "
           "are: leave it out");
+  refuse_pictures_of_shape(options);
   Scene scene = read_shape(run, 0.15);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());

@@ -247,6 +247,8 @@ TEST(FilterGeometry, SaysWhatItCannotDo) {
   EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--normals", "--spot", "0,0,0,1"}),
               HasSubstr("leave --normals out"));
   EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--vertices"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"strip.png", "-o", "o.obj", "--geometry"}),
+              HasSubstr("strip.obj: --geometry changes its shape, and 'strip.png' would not be"));
   EXPECT_THAT(error({"-o", "o.obj", "--geometry", "--by-curvature", "x"}), HasSubstr("curvature"));
   for (const char* name : {"--by-curvature", "--smooth-normals", "--fit-weight", "--fit-steps"})
     EXPECT_THAT(error({"-o", "o.obj", name, "2"}), HasSubstr("give --geometry too"));
@@ -333,6 +335,8 @@ TEST(ShockGeometry, SaysWhatItCannotDo) {
   EXPECT_THAT(error({"-o", "o.obj", "--method", "osher-rudin"}), HasSubstr("--method is for pictures"));
   EXPECT_THAT(error({"-o", "o.obj", "--smooth", "2tx"}), HasSubstr("texels needs a texture"));
   EXPECT_THAT(error({"-o", "o.obj", "--vertices"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"strip.png", "-o", "o.obj"}),
+              HasSubstr("strip.obj: --geometry changes its shape, and 'strip.png' would not be"));
   EXPECT_THAT(error({"-o", "o.obj", "--longest-edge", "2"}), HasSubstr("--longest-edge is for textures"));
   EXPECT_THAT(error({"-o", "o.obj", "--flipped", "keep"}), HasSubstr("--flipped is for charts"));
 }

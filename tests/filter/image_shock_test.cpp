@@ -222,6 +222,8 @@ TEST(ImageShock, NeverLeavesTheRangeOfAnyChannel) {
                                                    .weights = {0.5, 0.5},
                                                    .time = {ShockTime::Unit::relative, tau},
                                                    .steps = 4});
+        EXPECT_EQ(shocked.counts.cut_short, 0);
+        EXPECT_LT(shocked.counts.triangles, 50 * shocked.counts.paths);
         for (int c = 0; c < 4; ++c) {
           float low = 2, high = -2, low_after = 2, high_after = -2;
           for (int y = 0; y < 41; ++y)
@@ -233,6 +235,41 @@ TEST(ImageShock, NeverLeavesTheRangeOfAnyChannel) {
             }
           EXPECT_GE(low_after, low);
           EXPECT_LE(high_after, high);
+        }
+      }
+}
+
+TEST(ImageShock, LeavesEdgesWhereTheyAreInAnyNumberOfStepsByTheLaplacian) {
+  // The Laplacian is 0 outside curved edges: fields that were smoothed anew would let them grow.
+  Image<float> image(72, 72, 2, 0.1F);
+  for (int y = 0; y < 72; ++y)
+    for (int x = 0; x < 72; ++x)
+      for (const auto& [i, j, r] : {std::array{20, 20, 11}, std::array{50, 22, 6}, std::array{36, 54, 8}})
+        image(x, y, 0) += 0.8F / (1 + std::exp(2 * float(std::hypot(x - i, y - j) - r)));
+  const auto bright = [](const Image<float>& of) {
+    int count = 0;
+    for (int y = 0; y < 72; ++y)
+      for (int x = 0; x < 72; ++x) count += of(x, y, 0) > 0.5F;
+    return count;
+  };
+  const Image<float> speckled = noisy(image, 0.1);
+  for (const Method method : {Method::composed, Method::iterated})
+    for (const double tau : {2.0, 12.0, for_ever})
+      for (const int steps : {1, 8, 32}) {
+        const ImageShockOptions options{.method = method,
+                                        .concavity = Concavity::laplacian,
+                                        .weights = {0.6, 0.6},
+                                        .time = {ShockTime::Unit::relative, tau},
+                                        .steps = steps};
+        const ShockedImage sharp = shock(image, options), rough = shock(speckled, options);
+        EXPECT_NEAR(bright(sharp.image), bright(image), 0.12 * bright(image)) << tau << " " << steps;
+        ImageShockOptions at_once = options;
+        at_once.steps = 1;
+        EXPECT_NEAR(bright(sharp.image), bright(shock(image, at_once).image), 0.05 * bright(image))
+            << tau << " " << steps;
+        for (const ShockedImage& one : {sharp, rough}) {
+          EXPECT_EQ(one.counts.cut_short, 0);
+          EXPECT_LT(one.counts.triangles, 12 * one.counts.paths);
         }
       }
 }
@@ -371,6 +408,48 @@ TEST(GridFlow, FollowsAConstantFieldStraightToTheBorder) {
         EXPECT_NEAR(row, std::min(9.0, y + 2.5 * 0.31), 1e-12);
       }
     }
+}
+
+TEST(GridFlow, LeavesWholeTurnsOut) {
+  // Round the middle pixel of four cells on diamonds: 4·r lengths of √2 at speed √2.
+  const GridFlow flow = GridFlow::along(3, 3, {{{1, -1}, {1, 1}, {-1, -1}, {-1, 1}}});
+  const double radius = 0.37, turn = 4 * radius;
+  const auto start = [&] {
+    for (const SurfacePoint& p : flow.trace_pixels(0).ends)
+      if (flow.place(p) == std::array{1.0, 1.0}) return p;
+    return SurfacePoint{};
+  }();
+  SurfacePoint from = start;
+  for (int k = 0; k < 3; ++k) {
+    SurfacePoint beside = start;
+    beside.barycentric = (1 - radius) * start.barycentric + radius * Vector3::Unit(k);
+    const auto [column, row] = flow.place(beside);
+    if (std::abs(std::abs(column - 1) + std::abs(row - 1) - radius) < 1e-12) from = beside;
+  }
+  ASSERT_NE(flow.place(from), flow.place(start));
+  const std::vector<SurfacePoint> starts{from};
+  for (const double part : {0.0, 0.3, 0.8}) {
+    const Traced once = flow.trace(starts, part * turn);
+    const Traced often = flow.trace(starts, (1e4 + part) * turn);
+    EXPECT_EQ(often.counts.cut_short, 0);
+    EXPECT_LT(often.counts.triangles, 1000);
+    for (int i = 0; i < 2; ++i)
+      EXPECT_NEAR(flow.place(often.ends[0])[i], flow.place(once.ends[0])[i], 1e-6) << part;
+  }
+  const Traced ever = flow.trace(starts, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(ever.counts.cut_short, 1);
+  EXPECT_LT(ever.counts.triangles, 1000);
+}
+
+TEST(GridFlow, WindsIntoAPixelInAFewTurns) {
+  // Each turn is nearer by the same factor: without end in crossings, not in time.
+  const auto inward = [](double x, double y) { return std::array{-y - 0.3 * x, x - 0.3 * y}; };
+  const GridFlow flow =
+      GridFlow::along(3, 3, {inward(-1, -1), inward(1, -1), inward(-1, 1), inward(1, 1)});
+  const Traced traced = flow.trace_pixels(1e9);
+  EXPECT_EQ(traced.counts.cut_short, 0);
+  EXPECT_LT(traced.counts.triangles, 9000);
+  for (const SurfacePoint& end : traced.ends) EXPECT_EQ(flow.place(end), (std::array{1.0, 1.0}));
 }
 
 TEST(GridFlow, RefusesWhatIsNoImage) {

@@ -68,6 +68,7 @@ Exit filter_geometry(Run& run) {
   require(options.has("by-curvature") || !asks_for(options, "smooth-normals"),
           "--smooth-normals is for finding creases: give --by-curvature too. To smooth the normals "
           "themselves, give --normals --beta 0 and how far as --length");
+  refuse_pictures_of_shape(options);
   Scene scene = read_shape(run, 0.2);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());

@@ -18,7 +18,7 @@ namespace {
 
 /// Several channels in double, row by row, as an image has them.
 struct Field {
-  int width, height, channels;
+  int width = 0, height = 0, channels = 0;
   std::vector<double> values;
   double& operator()(int x, int y, int c) {
     return values[(std::size_t(y) * width + x) * channels + c];
@@ -87,14 +87,17 @@ Field potential_of(const Field& signal, const ShockWeights& weights) {
   return smoothed(P, weights.potential);
 }
 
-/// −X of the field to follow.
-GridFlow flow_of(const Field& signal, const ImageShockOptions& options) {
-  if (options.concavity == Concavity::along_gradient)
-    return GridFlow::downhill(signal.width, signal.height,
-                              potential_of(signal, options.weights).values);
-  const Field phi = smoothed(signal, options.weights.signal);
+/// Of values with one sign, else 0.
+double nearest_to_zero(const std::array<double, 4>& values) {
+  const auto [low, high] = std::ranges::minmax(values);
+  return low > 0 ? low : high < 0 ? high : 0;
+}
+
+/// −X, X = Σ_c L_c ∇φ_c, constant on cells. Of the Laplacians at a cell's pixels the one nearest to 0
+/// counts, and none where their signs differ: an edge no wider than a cell is at rest.
+GridFlow along_laplacian(const Field& phi) {
   const int cells_x = phi.width - 1, cells_y = phi.height - 1;
-  Field X{cells_x, cells_y, 2, std::vector<double>(2 * std::size_t(cells_x) * cells_y)};
+  std::vector<std::array<double, 2>> X(std::size_t(cells_x) * cells_y);
   const auto laplacian = [&](int x, int y, int c) {
     return phi.clamped(x - 1, y, c) + phi.clamped(x + 1, y, c) + phi.clamped(x, y - 1, c) +
            phi.clamped(x, y + 1, c) - 4 * phi(x, y, c);
@@ -103,22 +106,20 @@ GridFlow flow_of(const Field& signal, const ImageShockOptions& options) {
       cells_y,
       [&](std::int64_t row) {
         const int y = int(row);
-        for (int x = 0; x < cells_x; ++x)
+        for (int x = 0; x < cells_x; ++x) {
+          auto& to = X[std::size_t(y) * cells_x + x];
           for (int c = 0; c < phi.channels; ++c) {
-            const double L = (laplacian(x, y, c) + laplacian(x + 1, y, c) + laplacian(x, y + 1, c) +
-                              laplacian(x + 1, y + 1, c)) /
-                             4;
+            const double L = nearest_to_zero({laplacian(x, y, c), laplacian(x + 1, y, c),
+                                              laplacian(x, y + 1, c), laplacian(x + 1, y + 1, c)});
             const double p = phi(x, y, c), q = phi(x + 1, y, c), r = phi(x, y + 1, c),
                          s = phi(x + 1, y + 1, c);
-            X(x, y, 0) -= L * (q - p + s - r) / 2;
-            X(x, y, 1) -= L * (r - p + s - q) / 2;
+            to[0] -= L * (q - p + s - r) / 2;
+            to[1] -= L * (r - p + s - q) / 2;
           }
+        }
       },
       8);
-  X = smoothed(X, options.weights.potential);
-  std::vector<std::array<double, 2>> field(std::size_t(cells_x) * cells_y);
-  for (std::size_t i = 0; i < field.size(); ++i) field[i] = {X.values[2 * i], X.values[2 * i + 1]};
-  return GridFlow::along(phi.width, phi.height, std::move(field));
+  return GridFlow::along(phi.width, phi.height, std::move(X));
 }
 
 /// Values of `from` at the ends of paths, bilinear, never outside those of the four pixels around.
@@ -171,21 +172,26 @@ ShockedImage follow(const Image<float>& image, const ImageShockOptions& options,
                  : shocked.rate > 0                             ? options.time.value / shocked.rate
                                                                 : 0;
   const int steps = options.method == ImageShockOptions::Method::transport ? 1 : options.steps;
+  const bool iterated = options.method == ImageShockOptions::Method::iterated;
   Field signal = first;
+  const Field calm = along ? Field{} : smoothed(first, options.weights.signal + options.weights.potential);
+  Field carried = calm;
   Traced traced;
   for (int k = 0; k < steps; ++k) {
     const Progress step = progress.step(fmt::format("step {} of {}", k + 1, steps), 1.0 / steps);
-    const GridFlow flow = k == 0 && along
-                              ? GridFlow::downhill(image.width(), image.height(), potential.values)
-                              : flow_of(signal, options);
+    const GridFlow flow =
+        along ? GridFlow::downhill(image.width(), image.height(),
+                                   k == 0 ? potential.values
+                                          : potential_of(signal, options.weights).values)
+              : along_laplacian(carried);
     const Stopwatch watch;
     const bool composes = options.method == ImageShockOptions::Method::composed && k > 0;
     traced = composes ? flow.trace(traced.ends, shocked.time / steps, step)
                       : flow.trace_pixels(shocked.time / steps, step);
     shocked.counts = shocked.counts + traced.counts;
     shocked.path_seconds += watch.seconds();
-    const bool iterated = options.method == ImageShockOptions::Method::iterated;
     signal = looked_up(iterated ? signal : first, flow, traced.ends);
+    if (!along && k + 1 < steps) carried = looked_up(iterated ? carried : calm, flow, traced.ends);
   }
   std::ranges::copy(signal.values, shocked.image.values().begin());
   return shocked;

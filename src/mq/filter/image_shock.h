@@ -38,8 +38,15 @@ struct ShockedImage {
 ///
 /// The image is bilinear between pixel centres: |∇φ|² is its mean over each cell, P the mean of the
 /// cells around a pixel, and values are looked up bilinearly. P is linear on the triangles of
-/// `GridFlow`, along which −X is followed without steps; Δφ is the sum of differences to four
-/// neighbours.
+/// `GridFlow`, along which −X is followed without steps. Δφ is the sum of differences to four
+/// neighbours; on a cell the one nearest to 0 of those at its pixels counts, and 0 where their signs
+/// differ, so that edges one cell wide rest.
+///
+/// In later steps `along_gradient` smooths the signal of the step before and its potential again, as
+/// the thesis has it. Δφ = φₙₙ + κ|∇φ| is 0 outside a curved edge, by about the smoothing's variance
+/// times its curvature κ: smoothed anew in each step, edges would wander and bulge without end. So
+/// `laplacian` smooths the first signal, by both weights together, and carries that along the same
+/// paths.
 ///
 /// No value leaves the range of its channel, for any time. A pixel whose path rests keeps its
 /// values bit for bit. Alpha is a channel like any other. Images with a side of one pixel are as if

@@ -50,8 +50,10 @@ struct Advected {
 /// both sides, so that sliding needs no combination. P then falls strictly along every path; paths
 /// are finite, never meet themselves, and come to rest at vertices that are minima of P among their
 /// neighbours (or where P is constant on a whole edge or triangle). No path can turn around a
-/// vertex for ever, as P is a function. Among paths of other fields some circle; those
-/// are stopped after 2²⁴ crossings and counted in `PathCounts::cut_short`.
+/// vertex for ever, as P is a function. Among paths of other fields some go round for ever:
+/// of whole turns, back to the same place to 10⁻⁹, only the time is counted, so that they end where
+/// they should. Paths that wind for ever without closing, and those that go round for a time that is
+/// infinite, are stopped, after 2²⁴ crossings at most, and counted in `PathCounts::cut_short`.
 class SurfaceFlow {
  public:
   /// X = −∇P of values at the vertices of the surface that `mesh` was made of; the mesh must

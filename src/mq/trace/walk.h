@@ -8,6 +8,8 @@
 /// only permutes them, so that a path is on the edge as seen from both sides, and nothing drifts.
 
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -16,7 +18,8 @@
 
 namespace mq::walk {
 
-/// No path comes near it but one that circles for ever, which gradients have none of.
+/// No path comes near it but one that winds for ever without coming back to where it was, which
+/// gradients have none of.
 inline constexpr std::int64_t most_crossings = std::int64_t(1) << 24;
 
 inline int after(int k) { return k == 2 ? 0 : k + 1; }
@@ -29,6 +32,9 @@ inline constexpr std::int64_t rest = -1;
 inline std::int64_t exit_code(int triangle, int corner, Way way) {
   return 16 * std::int64_t(triangle) + 4 * corner + int(way);
 }
+
+/// A weight below this is 0, so that a path that winds into a vertex arrives there.
+inline constexpr double no_way = 1e-100;
 
 struct Path {
   enum class On : char { face, edge, vertex } on = On::vertex;
@@ -123,8 +129,8 @@ bool advance(const Field& field, Path& path, PathCounts& counts) {
     }
     path.left -= time;
     double first = path.b[i] + rate[i] * time, second = path.b[j] + rate[j] * time;
-    if (!(first > 0)) first = 0;
-    if (!(second > 0)) second = 0;
+    if (!(first > no_way)) first = 0;
+    if (!(second > no_way)) second = 0;
     if (first == 0 || second == 0) {
       put_at_vertex(path, path.triangle, first == 0 ? j : i);
       return true;
@@ -186,6 +192,28 @@ bool advance(const Field& field, Path& path, PathCounts& counts) {
   return true;
 }
 
+/// Weights of a place that a path has come back to differ by less than this: rounding.
+inline constexpr double same_place = 1e-9;
+
+/// Paths of a field that is no gradient may go round for ever. One that comes back to a place marked
+/// before, moving in the same way (places are marked at crossings 64, 128, 256, ...: Brent, An
+/// improved Monte Carlo factorization algorithm, 1980), goes on for what whole turns leave of its
+/// time. False where that is without end.
+inline bool leave_turns_out(Path& path, Path& mark) {
+  constexpr std::int64_t first = 64;
+  if (path.crossings < first) return true;
+  if (std::has_single_bit(std::uint64_t(path.crossings))) {
+    mark = path;
+    return true;
+  }
+  if (path.triangle != mark.triangle || path.on != mark.on || path.corner != mark.corner) return true;
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(path.b[k] - mark.b[k]) > same_place) return true;
+  if (!std::isfinite(path.left)) return false;
+  if (const double turn = mark.left - path.left; turn > 0) path.left = std::fmod(path.left, turn);
+  return true;
+}
+
 /// Follows paths begin to end − 1, several at a time so that one waits for memory while others go
 /// on; a path that ends makes room for the next. start(path) places the path of `path.id`,
 /// finish(path) takes its end. Each path is by itself: what it does depends on no other.
@@ -193,7 +221,7 @@ template <class Field, class Start, class Finish>
 PathCounts follow(const Field& field, std::int64_t begin, std::int64_t end, double time,
                   const Start& start, const Finish& finish, const Progress& progress) {
   constexpr int most_lanes = 16;
-  std::array<Path, most_lanes> lanes;
+  std::array<Path, most_lanes> lanes, marks;
   PathCounts counts;
   counts.paths = end - begin;
   std::int64_t next = begin;
@@ -210,7 +238,7 @@ PathCounts follow(const Field& field, std::int64_t begin, std::int64_t end, doub
     for (int n = 0; n < active;) {
       Path& path = lanes[n];
       bool goes_on = advance(field, path, counts);
-      if (goes_on && ++path.crossings > most_crossings) {
+      if (goes_on && (++path.crossings > most_crossings || !leave_turns_out(path, marks[n]))) {
         ++counts.cut_short;
         goes_on = false;
       }
@@ -219,10 +247,12 @@ PathCounts follow(const Field& field, std::int64_t begin, std::int64_t end, doub
         continue;
       }
       finish(path);
-      if (next < end)
+      if (next < end) {
         fill(path);
-      else
+      } else {
         path = lanes[--active];
+        marks[n] = marks[active];
+      }
     }
   }
   return counts;
