@@ -2,9 +2,12 @@
 /// The functions on a scene that a signal is made of, and the solvers that know them.
 
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "mq/atlas/lay_apart.h"
 #include "mq/fem/boundary_unknowns.h"
+#include "mq/fem/texel_copies.h"
 #include "mq/fem/texel_space.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/linear/solver.h"
@@ -46,11 +49,23 @@ class Domain {
 /// The texels that the charts use. The scene must have an atlas and outlive the domain.
 class TexelDomain : public Domain {
  public:
+  /// A texel that several charts read is one unknown, whose value is right for none of them but the
+  /// best there is for all; or one for each chart, of which the picture can show one (`lay_apart`).
+  enum class SharedTexels { one_unknown, one_for_each };
+
   /// Puts the space's defects into the report and warns of them.
   TexelDomain(Run& run, const Scene& scene, const TexelSpaceOptions& options = {},
-              const Progress& progress = {});
+              const Progress& progress = {}, SharedTexels shared = SharedTexels::one_unknown);
 
-  const TexelSpace& space() const override { return space_; }
+  const TexelSpace& space() const override { return *space_; }
+
+  /// The unknowns of a texel of the pictures, none where no chart reads it. With one for each chart,
+  /// those of the charts that cover its centre.
+  std::vector<int> unknowns_at(const Texels::Place& texel) const;
+
+  /// Puts values, one row per unknown, into the texels of the pictures.
+  void put(const Signal& values, std::span<Image<float>> pictures) const;
+
   std::vector<Vector3> places() const override;
   std::vector<int> boundary() const override;
   double largest_shown(const Vector& values) const override;
@@ -59,8 +74,12 @@ class TexelDomain : public Domain {
   SolverFactory reference(const WhenToStop& when) const override;
 
  private:
+  const Atlas& atlas() const { return apart_ ? apart_->atlas : *scene_.atlas; }
+
   const Scene& scene_;
-  TexelSpace space_;
+  std::optional<LaidApart> apart_;  ///< nothing where each texel is one unknown
+  std::optional<TexelSpace> space_;
+  std::optional<TexelCopies> copies_;
 };
 
 /// The vertices of the surface, which must outlive the domain. Copies of a vertex that exporters

@@ -5,12 +5,12 @@
 namespace mq::app {
 namespace {
 
-void put_pictures(const Scene& scene, const TexelSpace& space, const Signal& values, Depth depth,
+void put_pictures(const Scene& scene, const TexelDomain& domain, const Signal& values, Depth depth,
                   Model& model) {
   std::vector<Image<float>> pictures;
   for (const TextureSize& size : scene.texture_sizes)
     pictures.emplace_back(size.width, size.height, int(values.cols()));
-  space.scatter(values, pictures);
+  domain.put(values, pictures);
   model.textures.resize(pictures.size());
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     model.textures[i].pixels = std::move(pictures[i]);
@@ -43,13 +43,14 @@ bool holds_numbers(const std::filesystem::path& path) {
   return extension == ".exr" || extension == ".tif" || extension == ".tiff";
 }
 
-std::unique_ptr<Domain> make_domain(Run& run, const Scene& scene, const Progress& progress) {
+std::unique_ptr<Domain> make_domain(Run& run, const Scene& scene, const Progress& progress,
+                                    TexelDomain::SharedTexels shared) {
   std::unique_ptr<Domain> domain;
   about(scene.model, [&] {
     if (works_at_vertices(run.options(), scene))
       domain = std::make_unique<VertexDomain>(scene);
     else
-      domain = std::make_unique<TexelDomain>(run, scene, TexelSpaceOptions{}, progress);
+      domain = std::make_unique<TexelDomain>(run, scene, TexelSpaceOptions{}, progress, shared);
   });
   return domain;
 }
@@ -57,7 +58,7 @@ std::unique_ptr<Domain> make_domain(Run& run, const Scene& scene, const Progress
 void put_field(const Scene& scene, const Domain& domain, const Signal& values, Depth depth,
                Model& model) {
   if (const auto* texels = dynamic_cast<const TexelDomain*>(&domain))
-    put_pictures(scene, texels->space(), values, depth, model);
+    put_pictures(scene, *texels, values, depth, model);
   else
     put_colours(scene, values, depth, model);
 }

@@ -11,7 +11,9 @@ namespace mq::app {
 
 /// The texels of the scene, or its vertices where `--vertices` is given or there are no texture
 /// coordinates. The verb must have the option.
-std::unique_ptr<Domain> make_domain(Run& run, const Scene& scene, const Progress& progress);
+std::unique_ptr<Domain> make_domain(
+    Run& run, const Scene& scene, const Progress& progress,
+    TexelDomain::SharedTexels shared = TexelDomain::SharedTexels::one_unknown);
 
 /// Whether that will be vertices.
 bool works_at_vertices(const OptionValues& options, const Scene& scene);

@@ -113,16 +113,16 @@ const TexelDomain* texels_of(const Domain& domain) {
   return dynamic_cast<const TexelDomain*>(&domain);
 }
 
-GeodesicSource texel_source(const Scene& scene, const Domain& domain, const SourcePlace& place) {
-  const Texels& texels = texels_of(domain)->space().texels();
-  for (int i = 0; i < texels.size(); ++i) {
-    const Texels::Place& at = texels.places[std::size_t(i)];
-    if (at.texture == place.texel->texture && at.x == place.texel->x && at.y == place.texel->y) {
-      const auto& [x, y, z] = texels.positions[std::size_t(i)];
-      return {i, 0, Vector3(x, y, z)};
-    }
+std::vector<GeodesicSource> texel_sources(const Scene& scene, const Domain& domain,
+                                          const SourcePlace& place) {
+  const TexelDomain& texels = *texels_of(domain);
+  std::vector<GeodesicSource> sources;
+  for (const int i : texels.unknowns_at(*place.texel)) {
+    const auto& [x, y, z] = texels.space().texels().positions[std::size_t(i)];
+    sources.push_back({i, 0, Vector3(x, y, z)});
   }
-  refuse_texel(scene, place.text);
+  if (sources.empty()) refuse_texel(scene, place.text);
+  return sources;
 }
 
 /// The unknowns around a point of the surface, at their straight distances from it.
@@ -155,11 +155,12 @@ void add_mask(const std::vector<std::string>& files, const Scene& scene, const D
     require_size(files[i], masks[i].width(), masks[i].height(), scene, i);
   }
   const std::size_t before = sources.size();
-  const Texels& texels = texels_of(domain)->space().texels();
-  for (int i = 0; i < texels.size(); ++i) {
-    const Texels::Place& at = texels.places[std::size_t(i)];
-    if (masks[std::size_t(at.texture)](at.x, at.y) > 0.5F) sources.push_back({i, 0});
-  }
+  for (int k = 0; k < int(masks.size()); ++k)
+    for (int y = 0; y < masks[std::size_t(k)].height(); ++y)
+      for (int x = 0; x < masks[std::size_t(k)].width(); ++x)
+        if (masks[std::size_t(k)](x, y) > 0.5F)
+          for (const int unknown : texels_of(domain)->unknowns_at({k, x, y}))
+            sources.push_back({unknown, 0});
   require(sources.size() > before,
           files.front() + ": --from-mask: no texel of a chart is brighter than half in it");
 }
@@ -208,7 +209,7 @@ std::vector<GeodesicSource> sources_at(const Run& run, const Scene& scene, const
   std::vector<GeodesicSource> sources;
   for (const SourcePlace& place : places) {
     if (place.texel)
-      sources.push_back(texel_source(scene, domain, place));
+      std::ranges::copy(texel_sources(scene, domain, place), std::back_inserter(sources));
     else if (place.on_surface)
       std::ranges::copy(around_point(scene, domain, *place.on_surface),
                         std::back_inserter(sources));

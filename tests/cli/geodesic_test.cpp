@@ -70,6 +70,50 @@ TEST(Geodesic, TakesSourcesFromAPicture) {
   EXPECT_THAT(none.error, HasSubstr("no texel of a chart is brighter than half"));
 }
 
+/// A strip of 2 × 1/4 whose halves lie half a texel apart in the texture, one above the other.
+void write_halves(const Folder& folder) {
+  write_bytes(folder / "halves.obj",
+              "mtllib halves.mtl\nusemtl halves\n"
+              "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 0.25 0\nv 1 0.25 0\nv 2 0.25 0\n"
+              "vt 0.0734375 0.675\nvt 0.6984375 0.675\n"
+              "vt 0.6984375 0.83125\nvt 0.0734375 0.83125\n"
+              "vt 0.0734375 0.5109375\nvt 0.6984375 0.5109375\n"
+              "vt 0.6984375 0.6671875\nvt 0.0734375 0.6671875\n"
+              "f 1/1 2/2 5/3 4/4\nf 2/5 3/6 6/7 5/8\n");
+  write_bytes(folder / "halves.mtl", "newmtl halves\nmap_Kd halves.png\n");
+  write_image(folder / "halves.png", Image<float>(64, 64, 1));
+}
+
+TEST(Geodesic, IsNotFooledByTexelsThatChartsShare) {
+  const Folder folder;
+  write_halves(folder);
+  const Result result =
+      marquetry(folder, {"geodesic", "halves.obj", "--from", "0,0,0", "-o", "d.exr", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_NEAR(result.json()["result"]["max"], std::hypot(2, 0.25), 0.02);
+  EXPECT_THAT(result.error, HasSubstr("texels that stand for several places"));
+  // Rows 20 and 21 are read by both; their centres lie in the first half and in the second.
+  const Texture d = read_texture(folder / "d.exr");
+  EXPECT_NEAR(d.pixels(24, 20), 0.5, 0.03);
+  EXPECT_NEAR(d.pixels(24, 21), 1.5, 0.03);
+}
+
+TEST(Geodesic, BeginsWhereTheCentresOfSharedTexelsLie) {
+  const Folder folder;
+  write_halves(folder);
+  Image<float> mask(64, 64, 1);
+  for (int x = 0; x < 64; ++x) mask(x, 20) = x < 20;
+  write_image(folder / "mask.png", mask);
+  for (const std::vector<std::string>& from :
+       {std::vector<std::string>{"--from-mask", "mask.png"}, {"--from", "texel,19,20"}}) {
+    std::vector<std::string> words = {"geodesic", "halves.obj", "-o", "d.exr", "--json"};
+    words.insert(words.end(), from.begin(), from.end());
+    const Result result = marquetry(folder, words);
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_NEAR(result.json()["result"]["max"], 2 - (19 - 4.2) / 40, 0.04) << from[0];
+  }
+}
+
 TEST(Geodesic, MeasuresAtVerticesWhereThereAreNoTextures) {
   const Folder folder;
   write_bytes(folder / "fan.ply", coloured_ply);

@@ -11,7 +11,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "atlas/laid_strips.h"
 #include "fem/cut_squares.h"
+#include "mq/atlas/lay_apart.h"
 #include "mq/fem/boundary_unknowns.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/filter/front.h"
@@ -260,6 +262,73 @@ TEST(GeodesicDistance, IsAnArcOnASphereOfVertices) {
   }
   EXPECT_LE(mean[0], 0.03);
   EXPECT_GE(std::log(mean[0] / mean[1]) / std::log(3.0), 0.8) << mean[0] << ' ' << mean[1];
+}
+
+// ------------------------------------------------------------------------ charts that share texels
+
+/// Distances from a point near the strip's left end, at points all over it, and their errors there.
+struct AlongStrip {
+  std::vector<double> found;
+  Errors errors;
+};
+
+AlongStrip along_strip(const Surface& surface, const Atlas& atlas) {
+  const Vector3 from(0.03, 0.11, 0);
+  const TexelSpace space(surface, atlas);
+  const auto model = std::make_unique<fixtures::Textured>(fixtures::Textured{surface, atlas});
+  const Vector distance = distances_from_point(*model, space, from).distance;
+  const Random random(5);
+  AlongStrip result;
+  for (std::uint64_t k = 0; k < 2000; ++k) {
+    const int t = int(random.bits(1'000'000 + k) % std::uint64_t(surface.triangle_count()));
+    const Vector3 l = fixtures::random_point(random, k);
+    result.found.push_back(fixtures::value_at(space, distance, t, l));
+  }
+  result.errors =
+      errors(*model, space, distance, [&](const Vector3& p) { return (p - from).norm(); });
+  return result;
+}
+
+std::unique_ptr<fixtures::Textured> laid(const fixtures::StripOptions& options) {
+  return fixtures::textured(fixtures::laid_strip(options), {options.size});
+}
+
+/// A strip of length 2 and width 1/4, its halves side by side in the texture: moved by whole texels
+/// they are discretised alike, so distances are what they are where nothing is shared.
+TEST(GeodesicDistance, IsTheSameWhereChartsThatShareTexelsAreLaidApart) {
+  const auto apart = laid(fixtures::two_halves(18.5));
+  ASSERT_FALSE(lay_apart(apart->surface, apart->atlas));
+  const AlongStrip wanted = along_strip(apart->surface, apart->atlas);
+  EXPECT_LE(wanted.errors.mean, 0.02);
+  for (const double gap : {0.5, -0.5, -9.5}) {  // half a texel apart, overlapping, on one another
+    const auto near = laid(fixtures::two_halves(gap));
+    const auto moved = lay_apart(near->surface, near->atlas);
+    ASSERT_TRUE(moved);
+    const AlongStrip found = along_strip(near->surface, moved->atlas);
+    for (std::size_t k = 0; k < wanted.found.size(); ++k)
+      EXPECT_NEAR(found.found[k], wanted.found[k], 1e-5) << gap;
+    // Where they share texels, heat takes the short way.
+    EXPECT_GE(along_strip(near->surface, near->atlas).errors.mean, 0.2) << gap;
+  }
+}
+
+TEST(GeodesicDistance, GoesAroundAChartThatIsBentBackOnItself) {
+  const auto far = laid(fixtures::bent_back(4)), near = laid(fixtures::bent_back(0.6));
+  const auto moved = lay_apart(near->surface, near->atlas);
+  ASSERT_TRUE(moved);
+  const Errors wanted = along_strip(far->surface, far->atlas).errors,
+               found = along_strip(near->surface, moved->atlas).errors;
+  // The narrower the gap, the more the bend's inner side is squeezed: 1.6 % at 1, 0.6 % at 2.2.
+  EXPECT_LE(wanted.mean, 0.01);
+  EXPECT_LE(found.mean, 0.025);
+  EXPECT_GE(along_strip(near->surface, near->atlas).errors.mean, 0.2);
+}
+
+TEST(GeodesicDistance, GoesTwiceAroundARepeatingTexture) {
+  const auto twice = laid(fixtures::around_twice());
+  const auto unrolled = lay_apart(twice->surface, twice->atlas);
+  ASSERT_TRUE(unrolled);
+  EXPECT_LE(along_strip(twice->surface, unrolled->atlas).errors.mean, 0.02);
 }
 
 TEST(GeodesicDistance, IsThatToTheNearestOfManySources) {

@@ -79,7 +79,7 @@ Exit geodesic(Run& run) {
   std::unique_ptr<Domain> domain;
   {
     const Step step(run, "assemble", 0.2);
-    domain = make_domain(run, scene, step);
+    domain = make_domain(run, scene, step, TexelDomain::SharedTexels::one_for_each);
   }
   Geodesic found;
   about(scene.model, [&] {

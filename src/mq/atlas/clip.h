@@ -42,6 +42,9 @@ template <class Cut, class Whole>
 void clip_row(const std::array<TexelPoint, 3>& corners, int row, const Cut& cut,
               const Whole& whole);
 
+/// Pieces smaller than this, in texels², are left out: nothing of them survives rounding.
+inline constexpr double smallest_piece = 1e-22;
+
 /// The whole cell as a piece.
 Piece whole_cell(int row, int column);
 

@@ -76,9 +76,6 @@ struct TexelCells {
   SeamBlocks seams;
 };
 
-/// Pieces smaller than this, in texels², are left out: nothing of them survives rounding.
-inline constexpr double smallest_piece = 1e-22;
-
 /// Cuts every triangle and integrates. `seams` and `near` null: bilinear everywhere, discontinuous
 /// at seams. Parallel over bands of rows, the same bits for any number of threads.
 TexelCells integrate_cells(const Surface& surface, const Atlas& atlas,
