@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/fem/flat_triangle.h"
@@ -113,6 +116,10 @@ ModelPair::ModelPair(Run& run) {
       models || !vertices_,
       fmt::format("{}: colours at vertices are aligned with those of a second model; found '{}'",
                   name, others.front()));
+  for (const std::string& other : others) {
+    const Json& read = run.input["files"];
+    if (std::ranges::find(read, Json(other)) == read.end()) run.input["files"].push_back(other);
+  }
   const Step step(run, "assemble", 0.15);
   about(scene_.model, [&] {
     if (models) {
@@ -129,8 +136,14 @@ ModelPair::ModelPair(Run& run) {
                       counted(other.colors.channels, "channel"), name,
                       counted(scene_.model.mesh.vertex_count(), "vertex"),
                       counted(scene_.model.colors.channels, "channel")));
+      for (std::size_t i = 0; i < other.colors.values.size(); ++i)
+        require(std::isfinite(other.colors.values[i]),
+                fmt::format("{}: a colour of vertex {} (counted from 0) is {}; it must be finite",
+                            others.front(), i / std::size_t(other.colors.channels),
+                            other.colors.values[i]));
       first_ = target->values();
       second_ = target->values_of(other.colors);
+      second_colors_ = other.colors;
       target_ = std::move(target);
       return;
     }
@@ -143,15 +156,48 @@ ModelPair::ModelPair(Run& run) {
       textures.push_back(read_texture(second[i]));
       const Image<float>& pixels = textures.back().pixels;
       const Image<float>& wanted = scene_.model.textures[i].pixels;
-      require(pixels.width() == wanted.width() && pixels.height() == wanted.height(),
+      require(pixels.width() == wanted.width() && pixels.height() == wanted.height() &&
+                  pixels.channels() == wanted.channels(),
               fmt::format("{}: has {}, and {} has {}: convert one of them", second[i].string(),
                           described(textures.back()), first[i].string(),
                           described(scene_.model.textures[i])));
     }
     first_ = target->values();
     second_ = target->values_of(textures);
+    for (Texture& texture : textures) second_pictures_.push_back(std::move(texture.pixels));
     target_ = std::move(target);
   });
+}
+
+Model ModelPair::with(const Signal& values, double t) const {
+  Model model = scene_.model;
+  const auto mix = [t](std::span<float> first, std::span<const float> second) {
+    for (std::size_t i = 0; i < first.size(); ++i)
+      first[i] = t == 1 ? second[i] : float(first[i] + t * (double(second[i]) - first[i]));
+  };
+  if (t > 0 && vertices_) mix(model.colors.values, second_colors_.values);
+  for (std::size_t i = 0; i < second_pictures_.size() && t > 0; ++i)
+    mix(model.textures[i].pixels.values(), second_pictures_[i].values());
+  if (t == 1) return model;
+  // Where both pictures agree with the signal before, `put` changes nothing: all of the first's.
+  Model shown = scene_.model;
+  target_->put(first_, values, shown);
+  if (vertices_) {
+    const std::vector<int>& unknowns = scene_.surface.vertex_from_source;
+    const int channels = model.colors.channels;
+    for (std::size_t v = 0; v < unknowns.size(); ++v)
+      if (unknowns[v] >= 0)
+        std::copy_n(&shown.colors.values[v * channels], channels,
+                    &model.colors.values[v * channels]);
+    return model;
+  }
+  const TexelSpace& space = dynamic_cast<const TexelDomain&>(target_->domain()).space();
+  for (const Texels::Place& place : space.texels().places) {
+    const auto from = shown.textures[std::size_t(place.texture)].pixels.pixel(place.x, place.y);
+    std::ranges::copy(
+        from, model.textures[std::size_t(place.texture)].pixels.pixel(place.x, place.y).begin());
+  }
+  return model;
 }
 
 void ModelPair::align(const TextureFlowOptions& options, const Progress& progress) {

@@ -55,6 +55,10 @@ class ModelPair {
   /// (1 − t)·source + t·target of them; the signals themselves, bit for bit, at 0 and 1.
   Signal between(double t, const Progress& progress) const;
 
+  /// The model with these values. What no triangle shows (texels outside all charts, colours of
+  /// vertices without faces) is mixed (1 − t) : t as it lies; at t = 1 all is the second's.
+  Model with(const Signal& values, double t) const;
+
   /// On the triangles of the surface, in space.
   TangentField field() const;
 
@@ -63,6 +67,8 @@ class ModelPair {
   bool vertices_ = false;
   std::unique_ptr<Target> target_;
   Signal first_, second_;
+  std::vector<Image<float>> second_pictures_;  ///< of textures, as stored
+  VertexSignal second_colors_;                 ///< of vertices
   std::unique_ptr<TextureFlow> textures_;
   MeshFlow flow_;
   std::unique_ptr<TraceMesh> mesh_;

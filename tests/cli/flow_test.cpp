@@ -147,6 +147,19 @@ TEST(Interpolate, TakesTexturesAndColoursAtVertices) {
                 .status,
             0);
   EXPECT_EQ(read_texture(folder / "same.png").pixels, read_texture(folder / "strip.png").pixels);
+  // At the ends the pictures come back, also what lies outside all charts, which is mixed between.
+  write_image(folder / "c.png", blobs(64, 48, 0, 0));
+  for (const std::string time : {"0", "0.5", "1"})
+    ASSERT_EQ(marquetry(folder, {"interpolate", "strip.obj", "strip.png", "c.png", "-o",
+                                 "t" + time + ".png", "-t", time})
+                  .status,
+              0);
+  const Image<float> one = read_texture(folder / "strip.png").pixels,
+                     other_one = read_texture(folder / "c.png").pixels;
+  EXPECT_EQ(read_texture(folder / "t0.png").pixels, one);
+  EXPECT_EQ(read_texture(folder / "t1.png").pixels, other_one);
+  EXPECT_NEAR(read_texture(folder / "t0.5.png").pixels(0, 0), (one(0, 0) + other_one(0, 0)) / 2,
+              1.0 / 255);
   write_bytes(folder / "a.ply", coloured_ply);
   std::string other = coloured_ply;
   for (std::size_t at; (at = other.find("100 100 100")) != std::string::npos;)
@@ -155,8 +168,9 @@ TEST(Interpolate, TakesTexturesAndColoursAtVertices) {
   const Result result = marquetry(folder, {"interpolate", "a.ply", "b.ply", "-o", "mid.ply"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(read_model(folder / "mid.ply").colors.channels, 3);
-  const Result flow = marquetry(folder, {"flow", "a.ply", "b.ply", "-o", "out"});
+  const Result flow = marquetry(folder, {"flow", "a.ply", "b.ply", "-o", "out", "--json"});
   ASSERT_EQ(flow.status, 0) << flow.error;
+  EXPECT_EQ(flow.json()["input"]["files"], (std::vector<std::string>{"a.ply", "b.ply"}));
   for (const char* name : {"field.vf", "halfway.ply", "error.ply"})
     EXPECT_TRUE(std::filesystem::exists(folder / (std::string("out/") + name))) << name;
 }
@@ -221,6 +235,11 @@ TEST(Flow, SaysWhatItCannotAlign) {
   write_image(folder / "b.png", blobs(21, 20, 0, 0));
   write_image(folder / "g.png", blobs(20, 20, 0, 0, 1));
   write_bytes(folder / "a.ply", coloured_ply);
+  std::string floats = coloured_ply;
+  for (const char* colour : {"uchar red", "uchar green", "uchar blue"})
+    floats.replace(floats.find(colour), 5, "float");
+  floats.replace(floats.find("100 100 100"), 3, "nan");
+  write_bytes(folder / "nan.ply", floats);
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{"flow", "a.png", "-o", "out"}, "nothing to align it with"},
       {{"flow", "a.png", "b.png", "-o", "out"}, "21 x 20"},
@@ -235,6 +254,8 @@ TEST(Flow, SaysWhatItCannotAlign) {
       {{"flow", "strip.obj", "strip.png", "strip.png", "-o", "out", "--paths", "straight"},
        "--paths"},
       {{"flow", "strip.obj", "a.ply", "-o", "out"}, "no colours"},
+      {{"flow", "a.ply", "nan.ply", "-o", "out"}, "nan.ply: a colour of vertex 1"},
+      {{"flow", "a.ply", "a.ply", "-o", "out", "--largest", "2%", "--smallest", "5%"}, "is above"},
       {{"interpolate", "a.png", "a.png", "-o", "x.png", "--frames", "0-3"}, "%04d"},
       {{"interpolate", "a.png", "a.png", "-o", "x.obj"}, "wanted a picture"},
       {{"interpolate", "a.png", "a.png", "-o", "x.mp4"}, "how many frames"},

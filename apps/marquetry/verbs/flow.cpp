@@ -172,11 +172,8 @@ Exit flow_model(Run& run) {
   const double mean_after = std::sqrt(after.squaredNorm() / double(after.size()));
   run.result["difference"] = {mean_before, mean_after};
   write_vector_field(paths[0], pair.scene().surface.mesh, pair.field());
-  {
-    Model between = model;
-    pair.target().put(pair.first(), 0.5 * (met.source + met.target), between);
-    halfway.write(std::move(between), step.progress().step("halfway", 0.2));
-  }
+  halfway.write(pair.with(0.5 * (met.source + met.target), 0.5),
+                step.progress().step("halfway", 0.2));
   {
     Model differences = model;
     const double most = before.size() > 0 ? before.maxCoeff() : 0;

@@ -6,9 +6,9 @@
 
 #include "flow_options.h"
 #include "flow_pair.h"
-#include "mq/io/frame_files.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
+#include "mq/io/frame_files.h"
 #include "mq/io/video.h"
 #include "outputs.h"
 #include "signal_options.h"
@@ -153,8 +153,7 @@ Exit interpolate_model(Run& run) {
   for (std::size_t i = 0; i < results.all().size(); ++i) {
     const double time = results.all()[i].time;
     const Progress frame = step.progress().step(fmt::format("time {:.3g}", time), share);
-    Model between = pair.scene().model;
-    pair.target().put(pair.first(), pair.between(time, frame.step("meet", 0.7)), between);
+    Model between = pair.with(pair.between(time, frame.step("meet", 0.7)), time);
     results.write(i, std::move(between), frame.step("write", 0.3));
   }
   results.finish();

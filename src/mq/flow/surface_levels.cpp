@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <Eigen/Geometry>
 
@@ -51,6 +52,26 @@ BlockTransfer transfer_between(const FlowMesh& fine, const FlowMesh& coarse,
   return P;
 }
 
+/// Per vertex twice the diagonal of the box around what it is connected to.
+std::vector<double> reaches(const Mesh& mesh) {
+  std::vector<int> parent(mesh.positions.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const Triangle& t : mesh.triangles)
+    for (const int k : {1, 2}) {
+      const int a = root(t[0]), b = root(t[k]);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  std::vector<Eigen::AlignedBox3d> boxes(parent.size());
+  for (int v = 0; v < mesh.vertex_count(); ++v) boxes[root(v)].extend(mesh.positions[v]);
+  std::vector<double> result(parent.size());
+  for (int v = 0; v < mesh.vertex_count(); ++v) result[v] = 2 * boxes[root(v)].diagonal().norm();
+  return result;
+}
+
 double weight_of(const BlockTransfer::Entry& entry) {
   return std::hypot(double(entry.cosine), double(entry.sine));
 }
@@ -61,7 +82,8 @@ FlowMesh::FlowMesh(const Surface& surface, const Progress& progress)
     : surface_(surface),
       space_(surface),
       trace_(surface),
-      frames_(vertex_frames(surface, space_.shapes())) {
+      frames_(vertex_frames(surface, space_.shapes())),
+      reach_(reaches(surface.mesh)) {
   const Mesh& mesh = surface.mesh;
   const std::vector<FlatTriangle>& shapes = space_.shapes();
   const int vertices = vertex_count(), triangles = surface.triangle_count();

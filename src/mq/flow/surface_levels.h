@@ -37,6 +37,10 @@ class FlowMesh {
   /// A vector per triangle, in its frame: the mean of its corners'.
   Vector triangle_field(const Vector& z) const;
 
+  /// Twice the diagonal of the box around a vertex' piece of the surface: paths end at the border of
+  /// their piece, so what is longer says nothing.
+  double reach(int v) const { return reach_[v]; }
+
   /// Tangent frame of a vertex in space: normal and first axis; 0 where no triangle has area.
   const Vector3& normal(int v) const { return normals_[v]; }
   const Vector3& axis(int v) const { return axes_[v]; }
@@ -52,6 +56,7 @@ class FlowMesh {
   std::vector<double> edge_weights_;
   std::vector<std::array<double, 2>> edge_turns_;
   std::vector<Vector3> normals_, axes_;
+  std::vector<double> reach_;
 };
 
 /// Meshes of one surface, each with about twice the spacing of the one before.

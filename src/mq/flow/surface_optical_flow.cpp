@@ -134,6 +134,9 @@ std::vector<Scale> scales_of(const MeshFlowOptions& options, const FlowMesh& fin
   const double largest = positive_length(options.largest, scale, "a largest length");
   require(largest > 0, "the largest length must be positive");
   double smallest = positive_length(options.smallest, scale, "a smallest length");
+  require(
+      smallest <= largest,
+      fmt::format("the smallest length, {:.4g}, is above the largest, {:.4g}", smallest, largest));
   if (smallest == 0) smallest = finest.spacing();
   std::vector<Scale> scales;
   if (options.levels > 0) {
@@ -242,8 +245,10 @@ class Aligner {
     Vector field, z;
   };
 
-  Field corrected(const DataTerms& data, double weight, const std::vector<double>& shares,
+  Field corrected(const DataTerms& terms, double weight, const std::vector<double>& shares,
                   BlockMultigrid& multigrid, MeshFlowLevel& level, const Progress& progress) {
+    const FlowMesh& mesh = meshes_[mesh_];
+    const DataTerms data = options_.thesis ? terms : terms.held(mesh.space().shapes(), mesh.area());
     if (direct_) {
       Field Y{direct_->solve(data, weight, progress), {}};
       const FlowSystemCost& cost = direct_->cost();
@@ -253,7 +258,6 @@ class Aligner {
       ++level.cycles;
       return Y;
     }
-    const FlowMesh& mesh = meshes_[mesh_];
     const Stopwatch building;
     VertexSystem system = vertex_system(mesh, data, weight, shares);
     level.build_seconds += building.seconds();
@@ -304,6 +308,28 @@ class Aligner {
   void advance(const Field& Y, double s) {
     now_.field += s * Y.field;
     if (!direct_) now_.z += s * Y.z;
+  }
+
+  /// No vector longer than its piece of the surface, on which it has nowhere to go.
+  void keep_within_reach() {
+    const FlowMesh& mesh = meshes_[mesh_];
+    bool shortened = false;
+    const auto shorten = [&](auto&& vector, double reach) {
+      const double length = vector.norm();
+      if (!(length > reach)) return;
+      vector *= reach / length;
+      shortened = true;
+    };
+    if (direct_)
+      for (int t = 0; t < mesh.surface().triangle_count(); ++t)
+        shorten(now_.field.segment<2>(2 * std::int64_t(t)),
+                mesh.reach(mesh.surface().mesh.triangles[t][0]));
+    else
+      for (int v = 0; v < mesh.vertex_count(); ++v)
+        shorten(now_.z.segment<2>(2 * std::int64_t(v)), mesh.reach(v));
+    if (!shortened) return;
+    if (!direct_) now_.field = mesh.triangle_field(now_.z);
+    ends_ = warp_ends(mesh.trace(), now_.field, options_.alignment);
   }
 
   /// Both fields on a finer mesh.
@@ -373,6 +399,7 @@ class Aligner {
       level.warp_seconds += trying.seconds();
       if (!(error < (1 - gain_worth_a_step) * before)) break;
     }
+    if (!options_.thesis) keep_within_reach();
     progress.at(1);
     return level;
   }

@@ -17,7 +17,7 @@ enum class FlowBasis {
   vertex,    ///< one complex number per vertex; connection Laplacian
   triangle,  ///< a vector per triangle; VectorDifferences, between circumcentres but for the
              ///< thesis'
-  gradient,  ///< ∇φ_i and J∇φ_i; CurlAndDiv; no harmonic fields; closed surfaces only
+  gradient,  ///< ∇φ_i and J∇φ_i, the latter not on a boundary; CurlAndDiv; no harmonic fields
   whitney    ///< one number per edge; Hodge Laplacian
 };
 
@@ -118,8 +118,7 @@ struct MeshFlow {
 ///
 /// `source` and `target` have a row per vertex, any number of channels. Throws `InvalidInput` on
 /// sizes that differ, values that are not finite (naming the first), lengths that are not positive,
-/// `Unsupported` where a basis and a solver do not go together or the gradient basis meets a
-/// boundary.
+/// `Unsupported` where a basis and a solver do not go together.
 MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& target,
                    const MeshFlowOptions& options = {}, const Progress& progress = {});
 

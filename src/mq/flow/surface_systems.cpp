@@ -15,9 +15,11 @@ namespace mq {
 
 namespace {
 
-/// Of the mean diagonal value, so that nothing is singular where there is nothing to see.
+/// Of a usual diagonal value, so that nothing is singular where there is nothing to see.
 constexpr double trace_of_mass = 1e-9;
-constexpr double pin = 1e-8;  // of the mass, where a basis has constants that mean nothing
+constexpr double pin = 1e-8;        // of the mass, where a basis has constants that mean nothing
+constexpr double rounding = 1e-12;  // of each diagonal value, which slivers have very large
+constexpr double rest = 1e-3;       // c of `DataTerms::held`
 
 using Block = BlockMatrix<double>::Block;
 
@@ -43,6 +45,15 @@ Block between(const std::array<double, 2>& i, const DataTerms::Triangle& G,
   return {(a * d + b * t) / 9, (b * d - a * t) / 9, (e * d + f * t) / 9, (f * d - e * t) / 9};
 }
 
+/// The median of a diagonal: slivers, whose values are large beyond measure, do not move it.
+double usual_value(const SparseMatrix& A) {
+  Vector diagonal = A.diagonal();
+  if (diagonal.size() == 0) return 1;
+  double* middle = diagonal.data() + diagonal.size() / 2;
+  std::nth_element(diagonal.data(), middle, diagonal.data() + diagonal.size());
+  return *middle > 0 ? *middle : diagonal.maxCoeff();
+}
+
 /// G as a matrix on vectors per triangle.
 SparseMatrix data_matrix(const DataTerms& data) {
   Entries entries;
@@ -54,6 +65,41 @@ SparseMatrix data_matrix(const DataTerms& data) {
   }
   const int size = 2 * int(data.triangles.size());
   return sparse_matrix(size, size, entries);
+}
+
+/// Per vertex 1, or 0 on the boundary of what has area.
+Vector away_from_boundary(const Surface& surface, const std::vector<FlatTriangle>& shapes) {
+  Vector inner = Vector::Ones(surface.mesh.vertex_count());
+  for (HalfEdge h = 0; h < HalfEdge(surface.twins.size()); ++h)
+    if (const HalfEdge twin = surface.twins[h];
+        !shapes[h / 3].empty() && (twin < 0 || shapes[twin / 3].empty()))
+      for (const int k : {h % 3, (h + 1) % 3}) inner[surface.mesh.triangles[h / 3][k]] = 0;
+  return inner;
+}
+
+/// Which coefficients of the gradient basis count, κ then ξ: ξ is 0 on the boundary, where
+/// gradients and turned gradients would otherwise overlap.
+Vector kept_potentials(const Vector& inner) {
+  return (Vector(2 * inner.size()) << Vector::Ones(inner.size()), inner).finished();
+}
+
+/// `curl_and_div` with ξ = 0 on the boundary: the curl is measured at the other vertices alone.
+SparseMatrix curl_and_div_inside(const VertexSpace& space, const Vector& areas,
+                                 const Vector& inner) {
+  const SparseMatrix S = curl_and_div(space, areas);
+  if (inner.minCoeff() == 1) return S;
+  const SparseMatrix stiffness = space.stiffness();
+  const SparseMatrix held = inner.asDiagonal() * SparseMatrix(stiffness * inner.asDiagonal());
+  const SparseMatrix weighted = areas.cwiseInverse().asDiagonal() * held;
+  const SparseMatrix of_curl = held.transpose() * weighted;
+  Entries entries;
+  for (int i = 0; i < space.size(); ++i) {
+    for (SparseMatrix::InnerIterator e(S, i); e; ++e)
+      entries.emplace_back(i, int(e.col()), e.value());
+    for (SparseMatrix::InnerIterator e(of_curl, i); e; ++e)
+      entries.emplace_back(space.size() + i, space.size() + int(e.col()), e.value());
+  }
+  return sparse_matrix(2 * space.size(), 2 * space.size(), entries);
 }
 
 /// ‖D‖ of the triangle basis in the thesis' coefficients, along two edges of each triangle, whose
@@ -84,6 +130,16 @@ std::array<double, 2> DataTerms::products(const Vector& Y) const {
         return part;
       });
   return {sum[0], sum[1]};
+}
+
+DataTerms DataTerms::held(const std::vector<FlatTriangle>& shapes, double area) const {
+  DataTerms result = *this;
+  const double share = area > 0 ? rest * trace / area : 0;
+  parallel_for(std::ssize(triangles), [&](std::int64_t t) {
+    result.triangles[t].xx += share * shapes[t].area();
+    result.triangles[t].yy += share * shapes[t].area();
+  });
+  return result;
 }
 
 DataTerms data_terms(const VertexSpace& space, const Signal& difference, const Signal& gradient_of,
@@ -230,21 +286,18 @@ DirectFlowSolver::DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
                                        thesis ? DualCentre::barycentre : DualCentre::circumcentre);
       pins_ = prolongation_;
       break;
-    case FlowBasis::gradient:
-      if (surface.boundary_edges > 0)
-        throw Unsupported(
-            "gradients and turned gradients mix at a boundary, so the gradient basis "
-            "is for closed surfaces; take another basis");
-      prolongation_ = gradient_prolongation(space_);
-      smoothness_ =
-          curl_and_div(space_, stars.zero.unaryExpr([](double a) { return a > 0 ? a : 1.0; }));
+    case FlowBasis::gradient: {
+      const Vector inner = away_from_boundary(surface, shapes);
+      prolongation_ = gradient_prolongation(space_) * kept_potentials(inner).asDiagonal();
+      smoothness_ = curl_and_div_inside(
+          space_, stars.zero.unaryExpr([](double a) { return a > 0 ? a : 1.0; }), inner);
       pins_ = diagonal_matrix((Vector(2 * stars.zero.size()) << stars.zero, stars.zero).finished() /
                               space_.scale().area);
       break;
+    }
     case FlowBasis::whitney:
       prolongation_ = whitney_prolongation(edges, shapes);
-      smoothness_ = hodge_laplacian(
-          edges, stars, thesis ? diagonal_matrix(stars.one) : whitney_mass(edges, shapes));
+      smoothness_ = hodge_laplacian(edges, stars, diagonal_matrix(stars.one));
       pins_ = diagonal_matrix(Vector::Ones(edges.count()));
       break;
   }
@@ -264,9 +317,9 @@ Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progr
     weight = 0.5 * thesis_->epsilon * norm;
   }
   SparseMatrix A = D + weight * smoothness_;
-  const double mean = A.diagonal().sum() / double(std::max<Eigen::Index>(1, A.rows()));
-  const double pins = pins_.diagonal().sum() / double(std::max<Eigen::Index>(1, A.rows()));
-  A += (basis_ == FlowBasis::gradient ? pin : trace_of_mass) * mean / pins * pins_;
+  const double pins =
+      (basis_ == FlowBasis::gradient ? pin : trace_of_mass) * usual_value(A) / usual_value(pins_);
+  A += pins * pins_ + diagonal_matrix(rounding * Vector(A.diagonal()));
   A.makeCompressed();
   Vector g(2 * std::int64_t(data.triangles.size()));
   for (std::size_t t = 0; t < data.triangles.size(); ++t)

@@ -22,6 +22,11 @@ struct DataTerms {
 
   /// ⟨g, Y⟩ and ⟨Y, G·Y⟩ of a field constant per triangle.
   std::array<double, 2> products(const Vector& Y) const;
+
+  /// With c·Ḡ·∫ |Y|² dA added to the energy, Ḡ = trace / area and c = 10⁻³. Where a scan has come apart
+  /// into pieces of a few triangles smoothness says nothing, and a difference of light over hardly
+  /// any slope would move such a piece by any distance.
+  DataTerms held(const std::vector<FlatTriangle>& shapes, double area) const;
 };
 
 /// `gradient_of` is μ; with `field` differences count less the larger they are there:
@@ -57,7 +62,6 @@ struct FlowSystemCost {
 /// Any basis, by a factorisation: the minimiser as a vector per triangle.
 class DirectFlowSolver {
  public:
-  /// Throws `Unsupported` for the gradient basis on a surface with a boundary.
   DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
                    const std::optional<ThesisFlow>& thesis = {});
 
