@@ -10,6 +10,7 @@
 #include "io/folder.h"
 #include "mq/base/error.h"
 #include "mq/io/bytes.h"
+#include "mq/io/flo.h"
 #include "mq/io/image_file.h"
 
 namespace mq {

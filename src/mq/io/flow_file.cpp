@@ -3,26 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
+#include "mq/io/flo.h"
 #include "mq/io/image_file.h"
 #include "mq/io/picture_check.h"
 
 namespace mq {
 
-static_assert(std::endian::native == std::endian::little, "the format is little-endian");
-
 namespace {
 
-constexpr float magic = 202021.25F;
-constexpr float unknown_from = 1e9F;  ///< what is larger is unknown
 constexpr float unknown_mark = 1e10F;
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
@@ -30,14 +25,6 @@ constexpr float kitti_zero = 32768, kitti_steps = 64, largest_word = 65535;
 
 [[noreturn]] void fail(const std::string& name, const std::string& what) {
   throw IoError(name + ": " + what);
-}
-
-/// Both parts of each vector known, or NaN.
-void mark_unknown(Image<float>& field) {
-  for (std::size_t i = 0; i < field.values().size(); i += 2) {
-    float &u = field.values()[i], &v = field.values()[i + 1];
-    if (!(std::abs(u) <= unknown_from) || !(std::abs(v) <= unknown_from)) u = v = nan;
-  }
 }
 
 Image<float> read_kitti(const std::filesystem::path& path) {
@@ -69,7 +56,7 @@ Image<float> read_exr(const std::filesystem::path& path) {
   for (std::size_t p = 0; p < std::size_t(field.pixel_count()); ++p)
     for (std::size_t c = 0; c < 2; ++c)
       field.values()[2 * p + c] = texture.pixels.values()[std::size_t(channels) * p + c];
-  mark_unknown(field);
+  mark_unknown_flow(field);
   return field;
 }
 
@@ -102,52 +89,12 @@ std::vector<std::string> write_exr(const std::filesystem::path& path, const Imag
   return write_texture(path, texture);
 }
 
-void write_flo(const std::filesystem::path& path, const Image<float>& field) {
-  const std::int32_t size[2] = {field.width(), field.height()};
-  const std::size_t head = sizeof magic + sizeof size;
-  Bytes bytes(head + 4 * field.values().size());
-  std::memcpy(bytes.data(), &magic, sizeof magic);
-  std::memcpy(bytes.data() + sizeof magic, size, sizeof size);
-  for (std::size_t i = 0; i < field.values().size(); ++i) {
-    const float value = std::isfinite(field.values()[i]) ? field.values()[i] : unknown_mark;
-    std::memcpy(bytes.data() + head + 4 * i, &value, 4);
-  }
-  write_file(path, bytes);
-}
-
 [[noreturn]] void fail_extension(const std::filesystem::path& path) {
   throw InvalidInput(path.string() +
                      ": optical flow comes as .flo, as .png (KITTI) or as .exr (two channels)");
 }
 
 }  // namespace
-
-Image<float> flow_from_bytes(std::span<const std::byte> bytes, const std::string& name) {
-  constexpr std::size_t head = 12;
-  float found = 0;
-  std::int32_t size[2] = {0, 0};
-  if (bytes.size() < head)
-    fail(name,
-         fmt::format("has {} bytes, and the head of a .flo alone has {}: cut short, or no flow",
-                     bytes.size(), head));
-  std::memcpy(&found, bytes.data(), 4);
-  std::memcpy(size, bytes.data() + 4, 8);
-  if (found != magic)
-    fail(name,
-         fmt::format("begins with {:g}, and a .flo with {}: it is something else", found, magic));
-  if (size[0] < 1 || size[1] < 1 || size[0] > max_picture_side || size[1] > max_picture_side)
-    fail(name, fmt::format("says it has {} x {} pixels; 1 to {} a side are read", size[0], size[1],
-                           max_picture_side));
-  const std::size_t wanted = head + 8 * std::size_t(size[0]) * std::size_t(size[1]);
-  if (bytes.size() != wanted)
-    fail(name, fmt::format("says it has {} x {} pixels, which is {} bytes, and has {}: {}", size[0],
-                           size[1], wanted, bytes.size(),
-                           bytes.size() < wanted ? "cut short; copy it again" : "damaged"));
-  Image<float> field(size[0], size[1], 2);
-  std::memcpy(field.values().data(), bytes.data() + head, wanted - head);
-  mark_unknown(field);
-  return field;
-}
 
 Image<float> read_flow(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
@@ -163,7 +110,7 @@ std::vector<std::string> write_flow(const std::filesystem::path& path, const Ima
   if (extension == ".png") return write_kitti(path, field);
   if (extension == ".exr") return write_exr(path, field);
   if (extension != ".flo") fail_extension(path);
-  write_flo(path, field);
+  write_file(path, bytes_of_flow(field));
   return {};
 }
 

@@ -23,9 +23,6 @@ namespace mq {
 /// Throws `IoError` naming the file, what was found and what was wanted.
 Image<float> read_flow(const std::filesystem::path& path);
 
-/// The bytes of a .flo, as `read_flow` understands them; `name` is for messages.
-Image<float> flow_from_bytes(std::span<const std::byte> bytes, const std::string& name);
-
 /// Writes such a field by extension; what is not finite is unknown. A .png holds ±511 pixels in
 /// steps of 1/64. Returns what is worth telling. Throws `InvalidInput` where the field has other
 /// than two channels, the extension is none of these or a vector is too long for .png; `IoError`.
