@@ -21,6 +21,17 @@ Vector2 in_texture(const Atlas& atlas, int t, const Vector2& weights) {
 /// How far outside a triangle, in its weights, a centre counts as inside: rounding.
 constexpr double rim = 1e-9;
 
+/// Places of centres outside charts are single precision, which for textures of 8192² is about a part
+/// of a texel like this: what is nearer to an edge is on it, so that rounding does not say on which
+/// side paths begin.
+constexpr double on_edge = 1e-3;
+
+/// Weights of which those below `least` are 0.
+Vector3 snapped(const Vector3& weights, double least) {
+  const Vector3 kept = (weights.array() > least).select(weights, 0);
+  return kept / kept.sum();
+}
+
 }  // namespace
 
 double expected_vertices(int texels, double longest_edge) {
@@ -126,8 +137,7 @@ Vector3 RefinedTexture::in_part(int t, const Vector3& point) const {
 SurfacePoint RefinedTexture::part_at(int first, const Vector3& point) const {
   const int source = fine_.source[first];
   const auto inside = [&](int t, const Vector3& b) {
-    const Vector3 clamped = b.cwiseMax(0);
-    return SurfacePoint{t, clamped / clamped.sum()};
+    return SurfacePoint{t, snapped(b, on_edge)};
   };
   int t = first;
   for (int step = 0; step < 10'000; ++step) {
@@ -179,8 +189,7 @@ void RefinedTexture::find_inside(std::vector<SurfacePoint>& starts) const {
         if (b.minCoeff() < -rim) continue;
         const int i = unknown[grid.texel(texture, x, y)];
         if (i < 0 || starts[i].triangle >= 0) continue;
-        b = b.cwiseMax(0);
-        starts[i] = {t, b / b.sum()};
+        starts[i] = {t, snapped(b, rim)};
       }
   }
 }

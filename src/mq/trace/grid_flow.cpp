@@ -122,7 +122,7 @@ std::int64_t GridFlow::exit(int t, int corner) const {
   std::int64_t best = walk::rest;
   double fastest = 0;
   const auto offer = [&](double speed, int triangle, int k, walk::Way way) {
-    if (!(speed > fastest)) return;
+    if (!walk::faster(speed, fastest)) return;
     fastest = speed;
     best = walk::exit_code(triangle, k, way);
   };

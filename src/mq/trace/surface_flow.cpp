@@ -88,30 +88,35 @@ void require_points(const TraceMesh& mesh, std::span<const SurfacePoint> points)
 
 double SurfaceFlow::speed(int t) const { return velocity(mesh_->shape(t), rates(t)).norm(); }
 
-/// The fastest way on from a vertex.
+/// The fastest way on from a vertex, of equally fast ones that of the first triangle in the file.
 int SurfaceFlow::find_exit(int v) const {
-  std::int64_t best = walk::rest;
-  double fastest = 0;
-  const auto offer = [&](double speed, int t, int k, walk::Way way) {
-    if (!(speed > fastest)) return;
-    fastest = speed;
-    best = walk::exit_code(t, k, way);
+  const auto ways = [&](const auto& offer) {
+    for (const int* corner = mesh_->corners_begin(v); corner != mesh_->corners_end(v); ++corner) {
+      const int t = *corner / 3, k = *corner % 3, i = after(k), j = before(k);
+      const std::array<double, 3> rate = rates(t);
+      if (rate[i] >= 0 && rate[j] >= 0) offer(speed(t), t, k, walk::Way::face);
+      // On the edge to the next corner, opposite j, the rate is that of corner j + 2 = i; on the
+      // other, opposite i, that of i + 2 = k.
+      const auto presses = [&](int opposite) {
+        return rate[opposite] <= 0 && records_[t].leave[opposite] < 0;
+      };
+      if (presses(j))
+        offer(slide_rates_[t][j] * mesh_->shape(t).edge(k).norm(), t, k, walk::Way::edge_to_next);
+      if (presses(i))
+        offer(-slide_rates_[t][i] * mesh_->shape(t).edge(j).norm(), t, k,
+              walk::Way::edge_to_previous);
+    }
   };
-  for (const int* corner = mesh_->corners_begin(v); corner != mesh_->corners_end(v); ++corner) {
-    const int t = *corner / 3, k = *corner % 3, i = after(k), j = before(k);
-    const std::array<double, 3> rate = rates(t);
-    if (rate[i] >= 0 && rate[j] >= 0) offer(speed(t), t, k, walk::Way::face);
-    // On the edge to the next corner, opposite j, the rate is that of corner j + 2 = i; on the
-    // other, opposite i, that of i + 2 = k.
-    const auto presses = [&](int opposite) {
-      return rate[opposite] <= 0 && records_[t].leave[opposite] < 0;
-    };
-    if (presses(j))
-      offer(slide_rates_[t][j] * mesh_->shape(t).edge(k).norm(), t, k, walk::Way::edge_to_next);
-    if (presses(i))
-      offer(-slide_rates_[t][i] * mesh_->shape(t).edge(j).norm(), t, k,
-            walk::Way::edge_to_previous);
-  }
+  double fastest = 0;
+  ways([&](double speed, int, int, walk::Way) { fastest = std::max(fastest, speed); });
+  std::int64_t best = walk::rest;
+  int first = std::numeric_limits<int>::max();
+  if (fastest > 0)
+    ways([&](double speed, int t, int k, walk::Way way) {
+      if (walk::faster(fastest, speed) || mesh_->source_triangle(t) >= first) return;
+      first = mesh_->source_triangle(t);
+      best = walk::exit_code(t, k, way);
+    });
   return int(best);
 }
 

@@ -32,12 +32,13 @@ struct Advected {
 ///   along the edge), the path slides along it with the combination of both vectors that has no
 ///   part across (Filippov, Differential equations with discontinuous right-hand sides, 1988),
 ///   until the edge ends. Where the field leads away from an edge on both sides, a path that begins
-///   on it takes the side with the longer vector, of equal ones the triangle first in the order of
-///   `TraceMesh`.
+///   on it takes the side with the longer vector, of equal ones (to 10⁻⁹: rounding must not decide)
+///   the triangle first in the order of `TraceMesh`.
 /// - **Vertices.** Of the triangles around into which their own vector, placed at the vertex,
 /// points,
 ///   and of the edges that paths slide along away from it, the fastest is taken; of equally fast
-///   ones that of the first triangle. If there is none the path has come to rest.
+///   ones (to 10⁻⁹) that of the first triangle in the file. If there is none the path has come to
+///   rest.
 /// - **Boundaries** (also edges that the surface was cut along because they are not manifold, and
 /// those
 ///   of triangles without area): the path slides along with the part of X along the edge. It rests

@@ -36,6 +36,9 @@ inline std::int64_t exit_code(int triangle, int corner, Way way) {
 /// A weight below this is 0, so that a path that winds into a vertex arrives there.
 inline constexpr double no_way = 1e-100;
 
+/// By more than rounding: of two that are equal, as on symmetric shapes, it must not decide.
+inline bool faster(double speed, double than) { return speed > than * (1 + 1e-9); }
+
 struct Path {
   enum class On : char { face, edge, vertex } on = On::vertex;
   int id = 0;
@@ -70,7 +73,7 @@ void put_on_edge(const Field& field, Path& path, int k) {
     in_there = field.rates(there)[across & 3] > 0;
     if (in_here && in_there) {
       const double speed = field.speed(path.triangle), other = field.speed(there);
-      in_there = other > speed || (other == speed && there < path.triangle);
+      in_there = faster(other, speed) || (!faster(speed, other) && there < path.triangle);
     }
   }
   if (!in_here && !in_there) return;
