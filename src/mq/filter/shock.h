@@ -37,7 +37,7 @@ double potential_rate(const SignalSpace& space, const Vector& potential);
 struct ShockTime {
   enum class Unit {
     relative,  ///< τ: t = τ/Λ, whatever the size of the surface and of the values; 1 is mild, at 10
-               ///< little still moves
+               ///< the narrowest edges have come to rest, those w times as wide at 10 w⁴
     absolute  ///< the thesis' own: on a surface scaled to area 1, on an image with pixels of side 1
   } unit = Unit::relative;
   double value = 1;  ///< not negative
