@@ -44,7 +44,7 @@ Reread reread(Surface surface, const Unwrapped& unwrapped, const UnwrapOptions& 
 
 void expect_injective(const Surface& surface, const Unwrapped& unwrapped,
                       const UnwrapOptions& options) {
-  EXPECT_EQ(unwrapped.figures.flipped, 0);
+  EXPECT_EQ(unwrapped.figures.stretch.flipped, 0);
   EXPECT_EQ(unwrapped.figures.overlapping, 0);
   ASSERT_EQ(unwrapped.corner_uvs.size(), surface.mesh.triangles.size());
   for (const Vector2& uv : unwrapped.uvs) {
@@ -65,20 +65,20 @@ TEST(Unwrap, MakesAFewInjectiveChartsOfAnyTopology) {
     const Unwrapped unwrapped = unwrap(surface, quick);
     expect_injective(surface, unwrapped, quick);
     EXPECT_LE(unwrapped.figures.charts, 40);
-    EXPECT_LT(unwrapped.figures.l2_stretch, quick.stretch);
+    EXPECT_LT(unwrapped.figures.stretch.l2_stretch, quick.stretch);
   }
 }
 
 TEST(Unwrap, IsIsometricWhereTheSurfaceIsDevelopable) {
   const Unwrapped cylinder = unwrap(sample_surface("cylinder", 800), quick);
-  EXPECT_NEAR(cylinder.figures.l2_stretch, 1, 1e-6);
-  for (const TriangleStretch& t : cylinder.figures.triangles) EXPECT_NEAR(t.ratio, 1, 1e-3);
+  EXPECT_NEAR(cylinder.figures.stretch.l2_stretch, 1, 1e-6);
+  for (const TriangleStretch& t : cylinder.figures.stretch.triangles) EXPECT_NEAR(t.ratio, 1, 1e-3);
   // Corners of a cube are no part of a plane: with next to no stretch allowed they are cut.
   UnwrapOptions strict = quick;
   strict.stretch = 1.0001;
   const Unwrapped cube = unwrap(sample_surface("cube", 800), strict);
-  EXPECT_LT(cube.figures.l2_stretch, 1.0001);
-  for (const TriangleStretch& t : cube.figures.triangles) EXPECT_NEAR(t.ratio, 1, 0.05);
+  EXPECT_LT(cube.figures.stretch.l2_stretch, 1.0001);
+  for (const TriangleStretch& t : cube.figures.stretch.triangles) EXPECT_NEAR(t.ratio, 1, 0.05);
 }
 
 TEST(Unwrap, IsTheSameForEveryUnitOfLength) {
@@ -115,7 +115,7 @@ TEST(Unwrap, KeepsTheBoundOnStretch) {
   for (const double stretch : {1.3, 1.05, 1.005}) {
     const Unwrapped unwrapped =
         unwrap(surface, {.width = 256, .height = 256, .stretch = stretch, .trials = 2});
-    EXPECT_LE(unwrapped.figures.l2_stretch, stretch);
+    EXPECT_LE(unwrapped.figures.stretch.l2_stretch, stretch);
     EXPECT_GE(unwrapped.figures.charts, before);
     before = unwrapped.figures.charts;
   }
@@ -141,7 +141,7 @@ TEST(Unwrap, CopesWithWhatScansBring) {
   const Surface surface = make_surface(mesh);
   const Unwrapped unwrapped = unwrap(surface, quick);
   expect_injective(surface, unwrapped, quick);
-  EXPECT_NEAR(unwrapped.figures.l2_stretch, 1, 1e-6);
+  EXPECT_NEAR(unwrapped.figures.stretch.l2_stretch, 1, 1e-6);
   for (const Triangle& corners : unwrapped.corner_uvs)
     for (const int uv : corners) {
       EXPECT_GE(uv, 0);

@@ -45,17 +45,17 @@ std::int64_t overlapping_texels(const Scene& scene, int size, const Progress& pr
 
 void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
   std::vector<Weighted> ratio, conformal, authalic;
-  for (const TriangleStretch& t : figures.triangles) {
+  for (const TriangleStretch& t : figures.stretch.triangles) {
     ratio.push_back({t.ratio, t.area});
     conformal.push_back({t.conformal, t.area});
     authalic.push_back({t.authalic, t.area});
   }
   run.result = {{"charts", figures.charts},
-                {"flipped", figures.flipped},
+                {"flipped", figures.stretch.flipped},
                 {"overlapping_charts", figures.overlapping},
                 {"overlapping_texels", overlaps},
-                {"occupancy", figures.occupancy},
-                {"stretch", figures.l2_stretch},
+                {"occupancy", figures.stretch.occupancy},
+                {"stretch", figures.stretch.l2_stretch},
                 {"seam_length", figures.seam_length},
                 {"ratio", percentiles_json(ratio)},
                 {"conformal", percentiles_json(conformal)},
@@ -63,7 +63,7 @@ void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
   run.print(
       fmt::format("{}, {:.1f} % of the texture, L2 stretch {:.4f}\n"
                   "ratio of singular values: {}\n",
-                  counted(figures.charts, "chart"), 100 * figures.occupancy, figures.l2_stretch,
+                  counted(figures.charts, "chart"), 100 * figures.stretch.occupancy, figures.stretch.l2_stretch,
                   percentiles_text(run.result["ratio"])));
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <unordered_set>
@@ -122,6 +123,18 @@ SegmentChange change(const EvolvingSegment& before, const EvolvingSegment& after
   for (const int id : after.triangle_ids) ++(known.contains(id) ? result.kept : result.born);
   result.died = before.triangle_count() - result.kept;
   return result;
+}
+
+EvolvingMesh on_unit_grid(EvolvingMesh evolving) {
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const EvolvingFrame& frame : evolving.frames)
+    for (const Vector3& p : frame.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  const double size = (high - low).maxCoeff();
+  require(size > 0, "no frame of the evolving mesh has any extent");
+  for (EvolvingFrame& frame : evolving.frames)
+    for (Vector3& p : frame.positions)
+      p = ((p - low) / size * 0x1p32).array().rint().matrix() * 0x1p-32;
+  return evolving;
 }
 
 void check(const EvolvingSegment& segment) {

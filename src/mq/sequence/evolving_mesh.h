@@ -64,6 +64,10 @@ struct SegmentChange {
 };
 SegmentChange change(const EvolvingSegment& before, const EvolvingSegment& after);
 
+/// The same with all frames in a box of size 1 and positions rounded to multiples of 2⁻³² of it, so
+/// that the unit of length leaves no trace. Throws `InvalidInput` where all positions are one.
+EvolvingMesh on_unit_grid(EvolvingMesh evolving);
+
 /// Throws `InvalidInput` naming the place where sizes do not agree, an index is out of range, an id
 /// is negative or given twice in a segment, or a position is not finite.
 void check(const EvolvingSegment& segment);

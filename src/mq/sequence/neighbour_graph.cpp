@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -19,29 +18,6 @@ namespace mq {
 namespace {
 
 constexpr double one = 0x1p40;
-
-/// Maps positions to a grid of 2⁻³² of the box of all frames, so that the unit leaves no trace.
-class Normalised {
- public:
-  explicit Normalised(const EvolvingMesh& evolving) {
-    Vector3 high = Vector3::Constant(-std::numeric_limits<double>::infinity());
-    low_ = -high;
-    for (const EvolvingFrame& frame : evolving.frames)
-      for (const Vector3& p : frame.positions) low_ = low_.cwiseMin(p), high = high.cwiseMax(p);
-    size_ = (high - low_).maxCoeff();
-    require(size_ > 0, "no frame has an area, so there are no charts");
-  }
-
-  Vector3 operator()(const Vector3& p) const {
-    Vector3 q;
-    for (int k = 0; k < 3; ++k) q[k] = std::nearbyint((p[k] - low_[k]) / size_ * 0x1p32) * 0x1p-32;
-    return q;
-  }
-
- private:
-  Vector3 low_;
-  double size_ = 0;
-};
 
 /// Areas and lengths of one triangle.
 struct Shape {
@@ -86,14 +62,13 @@ std::vector<Period> periods_of(const EvolvingMesh& evolving) {
   return periods;
 }
 
-NeighbourGraph neighbour_graph(const EvolvingMesh& evolving, const Progress& progress) {
-  check(evolving);
+NeighbourGraph neighbour_graph(const EvolvingMesh& given, const Progress& progress) {
+  check(given);
+  const EvolvingMesh evolving = on_unit_grid(given);
   const std::vector<Period> periods = periods_of(evolving);
   const std::vector<Lifespan> spans = triangle_lifespans(evolving);
-  const Normalised normalised(evolving);
   const auto corners = [&](const EvolvingFrame& frame, const Triangle& t) {
-    return std::array{normalised(frame.positions[t[0]]), normalised(frame.positions[t[1]]),
-                      normalised(frame.positions[t[2]])};
+    return std::array{frame.positions[t[0]], frame.positions[t[1]], frame.positions[t[2]]};
   };
 
   double area = 0;

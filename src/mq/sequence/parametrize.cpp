@@ -37,7 +37,21 @@ double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() 
 
 // ---- Sheets ----
 
-/// The triangle laid out with its longest edge on the x-axis, then the gradients of its hats.
+/// The gradients of a triangle's hats, laid out with its longest edge, which starts at corner
+/// `first`, on the x-axis; `foot` and `height` say where the corner across from it is.
+void add_rest_shape(int first, double longest, double foot, double height, Sheet& sheet) {
+  const int second = (first + 1) % 3, third = (first + 2) % 3;
+  const double length = std::max(longest, std::numeric_limits<double>::min());
+  foot = std::clamp(foot, 0.0, length);
+  height = std::max(height, thinnest * length);
+  Eigen::Matrix<double, 3, 2> G;
+  G.row(second) = Eigen::RowVector2d(1 / length, -foot / (length * height));
+  G.row(third) = Eigen::RowVector2d(0, 1 / height);
+  G.row(first) = -G.row(second) - G.row(third);
+  sheet.areas.push_back(length * height / 2);
+  sheet.gradients.push_back(G);
+}
+
 void add_rest_shape(const Mesh& mesh, int t, Sheet& sheet) {
   int first = 0;
   double longest = -1;
@@ -45,18 +59,19 @@ void add_rest_shape(const Mesh& mesh, int t, Sheet& sheet) {
     const double length = (mesh.position(t, (k + 1) % 3) - mesh.position(t, k)).norm();
     if (length > longest) longest = length, first = k;
   }
-  const int second = (first + 1) % 3, third = (first + 2) % 3;
-  const Vector3 base = mesh.position(t, second) - mesh.position(t, first);
-  const Vector3 side = mesh.position(t, third) - mesh.position(t, first);
+  const Vector3 base = mesh.position(t, (first + 1) % 3) - mesh.position(t, first);
+  const Vector3 side = mesh.position(t, (first + 2) % 3) - mesh.position(t, first);
   const double length = std::max(longest, std::numeric_limits<double>::min());
-  const double foot = std::clamp(base.dot(side) / length, 0.0, length);
-  const double height = std::max(base.cross(side).norm() / length, thinnest * length);
-  Eigen::Matrix<double, 3, 2> G;
-  G.row(second) = Eigen::RowVector2d(1 / length, -foot / (length * height));
-  G.row(third) = Eigen::RowVector2d(0, 1 / height);
-  G.row(first) = -G.row(second) - G.row(third);
-  sheet.areas.push_back(length * height / 2);
-  sheet.gradients.push_back(G);
+  add_rest_shape(first, longest, base.dot(side) / length, base.cross(side).norm() / length, sheet);
+}
+
+void add_rest_shape(const std::array<double, 3>& edges, Sheet& sheet) {
+  const int first = int(std::ranges::max_element(edges) - edges.begin());
+  const double length = std::max(edges[first], std::numeric_limits<double>::min());
+  const double side = edges[(first + 2) % 3], opposite = edges[(first + 1) % 3];
+  const double foot = (length * length + side * side - opposite * opposite) / (2 * length);
+  const double height = std::sqrt(std::max(side * side - foot * foot, 0.0));
+  add_rest_shape(first, length, foot, height, sheet);
 }
 
 /// Follows the edges that have no partner.
@@ -251,7 +266,7 @@ bool Sheet::is_disc() const {
 }
 
 Sheet make_sheet(const Surface& surface, const std::vector<int>& triangles,
-                 const std::vector<char>& glued) {
+                 const std::vector<char>& glued, const EdgeLengths* lengths) {
   Sheet sheet;
   sheet.sources = triangles;
   sheet.triangles.resize(triangles.size());
@@ -285,7 +300,11 @@ Sheet make_sheet(const Surface& surface, const std::vector<int>& triangles,
         edges.push_back(
             {sheet.triangles[i][k], sheet.triangles[i][(k + 1) % 3], 3 * triangles[i] + k});
   find_loops(edges, sheet);
-  for (const int t : triangles) add_rest_shape(surface.mesh, t, sheet);
+  for (const int t : triangles)
+    if (lengths)
+      add_rest_shape((*lengths)[t], sheet);
+    else
+      add_rest_shape(surface.mesh, t, sheet);
   for (const double a : sheet.areas) sheet.area += a;
   return sheet;
 }

@@ -6,6 +6,7 @@
 /// the map x has the Jacobian J = Σ xᵢ Gᵢᵀ with singular values σ₁ ≥ σ₂; J maps the surface to the
 /// plane. All lengths are in the units of the positions given.
 
+#include <array>
 #include <vector>
 
 #include "mq/base/progress.h"
@@ -31,12 +32,16 @@ struct Sheet {
   bool is_disc() const;
 };
 
+/// Of every triangle the lengths of its edges, from each corner to the next.
+using EdgeLengths = std::vector<std::array<double, 3>>;
+
 /// The sheet of the surface's `triangles`; half-edges h with `glued[h]` are joined to their twins,
 /// which must be among the triangles. A triangle thinner than 1 : 10⁴ gets a rest shape of that
-/// height, so that every one has an area to lose. Throws `InvalidInput` when a boundary meets
+/// height, so that every one has an area to lose. With `lengths` of all triangles of the surface the
+/// rest shapes are those, not the surface's own. Throws `InvalidInput` when a boundary meets
 /// itself in a vertex (never where every glued fan is whole).
 Sheet make_sheet(const Surface& surface, const std::vector<int>& triangles,
-                 const std::vector<char>& glued);
+                 const std::vector<char>& glued, const EdgeLengths* lengths = nullptr);
 
 /// ½ (σ₁² + σ₂² + σ₁⁻² + σ₂⁻²) − 2 over the sheet's area: the symmetric Dirichlet energy (Smith and
 /// Schaefer, Bijective parameterization with free boundaries, 2015), 0 for isometries, infinite

@@ -7,6 +7,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/mesh/surface.h"
+#include "mq/sequence/atlas_stretch.h"
 
 namespace mq {
 
@@ -17,24 +18,12 @@ struct UnwrapOptions {
   int trials = 200;                 ///< orders of packing that are tried
 };
 
-/// The distortion of one triangle whose Jacobian from the surface, scaled to the area of the atlas,
-/// to the texture has singular values σ₁ ≥ σ₂ (thesis 5.8.4).
-struct TriangleStretch {
-  double area = 0;       ///< on the surface
-  double ratio = 1;      ///< σ₁ / σ₂
-  double authalic = 0;   ///< ½ log²(σ₁ σ₂)
-  double conformal = 0;  ///< ½ log²(σ₁ / σ₂)
-};
-
 struct UnwrapFigures {
   int charts = 0;
-  int flipped = 0;        ///< triangles turned over in the texture; collapsed ones are not counted
-  int overlapping = 0;    ///< charts that cover a place twice
-  double occupancy = 0;   ///< area of the charts / area of the texture
-  double l2_stretch = 1;  ///< of the whole (Sander, Snyder, Gortler, Hoppe, 2001), at least 1
+  int overlapping = 0;  ///< charts that cover a place twice
   double seam_length =
       0;  ///< of cuts on the surface, in square roots of its area; borders not counted
-  std::vector<TriangleStretch> triangles;  ///< of those with area on the surface
+  AtlasStretch stretch;
   struct Seconds {
     std::string step;
     double seconds;
