@@ -15,15 +15,6 @@ namespace {
 using Paint = RenderOptions::Paint;
 using Lines = RenderOptions::Lines;
 
-bool is_view(const std::string& text) {
-  try {
-    parse_view(text);
-    return true;
-  } catch (const InvalidInput&) {
-    return false;
-  }
-}
-
 bool is_place(const std::string& text) { return text == "seam" || parse_numbers(text, 3); }
 
 /// Colours at the vertices of the surface, from those of the model: copies of a vertex are one.
@@ -282,6 +273,15 @@ void add_number_and_layout_options(OptionTable& table) {
 }
 
 }  // namespace
+
+bool is_view(const std::string& text) {
+  try {
+    parse_view(text);
+    return true;
+  } catch (const InvalidInput&) {
+    return false;
+  }
+}
 
 void add_render_options(OptionTable& table) {
   add_camera_options(table);

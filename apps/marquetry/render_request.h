@@ -11,6 +11,9 @@
 
 namespace mq::app {
 
+/// Whether `parse_view` knows it.
+bool is_view(const std::string& text);
+
 /// Camera, picture, numbers and layout: everything but the model and the output.
 void add_render_options(OptionTable& table);
 

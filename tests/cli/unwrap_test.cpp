@@ -3,6 +3,9 @@
 
 #include "cli/models.h"
 #include "cli/refusal.h"
+#include "mq/io/evolving_file.h"
+#include "mq/io/image_file.h"
+#include "sequence/evolving_models.h"
 
 namespace mq::test {
 namespace {
@@ -83,6 +86,56 @@ TEST(Unwrap, RefusesWhatItCannotDo) {
       refusal(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--size", "16", "--gutter", "100"},
               "flat.obj"),
       HasSubstr("smaller gutter"));
+}
+
+TEST(Unwrap, GivesAnEvolvingMeshOneAtlas) {
+  const Folder folder;
+  const EvolvingMesh before = patched_sheet(10, 4, 5);
+  write_evolving(folder / "sheet.evolving", before, store_step(10), "{\"made\":\"here\"}",
+                 std::vector<std::string>(before.frames.size(), "{\"seen\":1}"));
+  const Result result =
+      marquetry(folder, {"unwrap", "sheet.evolving", "-o", "atlas.evolving", "--size", "128",
+                         "--trials", "2", "--coherence", "5", "--picture", "lives.png", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto found = result.json()["result"];
+  EXPECT_EQ(found["frames"].size(), before.frames.size());
+  EXPECT_EQ(found["frames"][3]["frame"], before.frames[3].number);
+  EXPECT_EQ(found["flipped"], 0);
+  EXPECT_LE(found["energy"], found["first_energy"]);
+  EXPECT_GT(picture_info(folder / "lives.png").width, 400);
+  const EvolvingReader reader(folder / "atlas.evolving");
+  EXPECT_EQ(reader.broken(), "");
+  EXPECT_THAT(reader.about(), HasSubstr("here"));
+  EXPECT_THAT(reader.frames()[2].measured, HasSubstr("seen"));
+  const EvolvingMesh after = reader.read();
+  EXPECT_NO_THROW(check(after));
+  ASSERT_EQ(after.segments.size(), before.segments.size());
+  for (std::size_t s = 0; s < after.segments.size(); ++s) {
+    EXPECT_EQ(after.segments[s].triangle_ids, before.segments[s].triangle_ids);
+    EXPECT_FALSE(after.segments[s].uvs.empty());
+  }
+  // The frames that are exported have it.
+  ASSERT_EQ(marquetry(folder, {"export", "atlas.evolving", "-o", "frame_%04d.obj"}).status, 0);
+  EXPECT_EQ(marquetry(folder, {"check", "frame_0003.obj"}).status, 0);
+}
+
+TEST(Unwrap, LeavesAStoreAloneWhereItCannot) {
+  const Folder folder;
+  write_evolving(folder / "sheet.evolving", patched_sheet(6, 2, 5), store_step(10));
+  EXPECT_THAT(refusal(folder, {"unwrap", "sheet.evolving", "-o", "sheet.obj"}, "sheet.obj"),
+              HasSubstr("ends in .evolving"));
+  EXPECT_THAT(refusal(folder,
+                      {"unwrap", "sheet.evolving", "-o", "flat.evolving", "--size", "16",
+                       "--gutter", "100"},
+                      "flat.evolving"),
+              HasSubstr("smaller gutter"));
+  EXPECT_THAT(refusal(folder, {"unwrap", "sheet.evolving", "-o", "flat.evolving", "--view", "up"},
+                      "flat.evolving"),
+              HasSubstr("--view"));
+  write_bytes(folder / "corner.obj", corner_obj);
+  EXPECT_THAT(
+      refusal(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--picture", "a.png"}, "flat.obj"),
+      HasSubstr("--picture"));
 }
 
 }  // namespace

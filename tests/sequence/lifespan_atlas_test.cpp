@@ -31,7 +31,7 @@ TEST(LifespanAtlas, HoldsTextureCoordinatesOverAChartsLife) {
   EvolvingMesh evolving = patched_sheet(14, 6, 4);
   // Corners may be named from another one on in another segment.
   for (Triangle& t : evolving.segments[2].triangles) t = {t[1], t[2], t[0]};
-  const LifespanAtlas atlas = lay_out(evolving, quick({.beta = 0.5}));
+  const LifespanAtlas atlas = lay_out(evolving, quick({.beta = 5}));
   std::map<int, std::map<int, int>> chart_of;  // per segment, per triangle
   for (std::size_t c = 0; c < atlas.charts.size(); ++c)
     for (const int id : atlas.charts[c].triangles)
@@ -85,8 +85,7 @@ TEST(LifespanAtlas, NeverGivesATexelToTwoChartsOfAFrame) {
 TEST(LifespanAtlas, HasFewerChartsThanLivesAlone) {
   EvolvingMesh evolving = patched_sheet(16, 8, 12), other = evolving;
   const LifespanAtlas found = lay_out(evolving, quick());
-  const LifespanAtlas lives =
-      lay_out(other, quick({.edits = ChartingOptions::Edits::none}));
+  const LifespanAtlas lives = lay_out(other, quick({.edits = ChartingOptions::Edits::none}));
   EXPECT_LT(found.charts_per_frame, lives.charts_per_frame);
   EXPECT_GE(lives.lifespan, found.lifespan);
 }

@@ -1,4 +1,5 @@
-// marquetry unwrap MESH -o OUT: a texture atlas for a mesh that has none, or a better one.
+// marquetry unwrap MESH -o OUT: a texture atlas for a mesh that has none, or a better one; for an
+// evolving mesh see unwrap_evolving.h.
 //
 // The report's figures are those of the new atlas, with distortion measured as in the thesis
 // (5.8.4) on the surface scaled to the area of the atlas. Percentiles weigh triangles by their area
@@ -17,6 +18,7 @@
 #include "percentiles.h"
 #include "run.h"
 #include "scene.h"
+#include "unwrap_evolving.h"
 #include "verb.h"
 
 namespace mq::app {
@@ -63,12 +65,15 @@ void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
   run.print(
       fmt::format("{}, {:.1f} % of the texture, L2 stretch {:.4f}\n"
                   "ratio of singular values: {}\n",
-                  counted(figures.charts, "chart"), 100 * figures.stretch.occupancy, figures.stretch.l2_stretch,
-                  percentiles_text(run.result["ratio"])));
+                  counted(figures.charts, "chart"), 100 * figures.stretch.occupancy,
+                  figures.stretch.l2_stretch, percentiles_text(run.result["ratio"])));
 }
 
 Exit unwrap(Run& run) {
   const OptionValues& options = run.options();
+  if (names_evolving(options.text("mesh"))) return unwrap_evolving(run);
+  require(!options.has("picture"),
+          "--picture: it is for an evolving mesh; draw a model with the verb render");
   Scene scene = read_shape(run, 0.1);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
@@ -106,13 +111,15 @@ Verb unwrap_verb() {
   OptionTable table("unwrap",
                     "Cut a mesh into few charts of little stretch, lay them flat and pack them.");
   add_scene_options(table,
-                    "the model: OBJ, PLY, glTF or GLB; texture coordinates it has are replaced");
+                    "the model: OBJ, PLY, glTF or GLB, or an evolving mesh as track makes it; "
+                    "texture coordinates it has are replaced");
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,
              .required = true,
              .metavar = "OUT",
-             .help = "the model with its new texture coordinates (.obj, .ply, .gltf or .glb)"});
+             .help = "the model with its new texture coordinates (.obj, .ply, .gltf or .glb; or "
+                     ".evolving)"});
   table.add({.name = "size",
              .letter = 's',
              .type = Type::integer,
@@ -144,6 +151,7 @@ Verb unwrap_verb() {
              .most = 100000,
              .group = "Atlas",
              .help = "orders of packing to try; more fills the texture better, and takes longer"});
+  add_evolving_atlas_options(table);
   add_frames_option(table);
   return {table, unwrap};
 }

@@ -187,13 +187,17 @@ EvolvingWriter::EvolvingWriter(const fs::path& manifest, double step, const std:
     : manifest_(manifest), blocks_(fs::path(manifest).replace_extension(".blocks")), step_(step) {
   require(manifest.extension() != ".blocks",
           manifest.string() + ": a store's name ends in .evolving; its blocks are beside it");
+  begin(blocks_.filename().string(), about);
+}
+
+void EvolvingWriter::begin(const std::string& blocks_name, const std::string& about) {
   int exponent = 0;
-  require(step > 0 && std::frexp(step, &exponent) == 0.5,
-          fmt::format("the step of a store is a power of two, not {}", step));
+  require(step_ > 0 && std::frexp(step_, &exponent) == 0.5,
+          fmt::format("the step of a store is a power of two, not {}", step_));
   write_file(blocks_, {});
   const std::string line = Json{{"format", format_name},
                                 {"version", version},
-                                {"blocks", blocks_.filename().string()},
+                                {"blocks", blocks_name},
                                 {"step_exponent", exponent - 1},
                                 {"about", parsed(about)}}
                                .dump(-1, ' ', false, Json::error_handler_t::replace) +
@@ -270,9 +274,21 @@ void EvolvingWriter::add_frame(int number, const std::vector<Vector3>& positions
   append_line(line.dump() + "\n");
 }
 
-void write_evolving(const fs::path& manifest, const EvolvingMesh& evolving, double step) {
+void write_evolving(const fs::path& manifest, const EvolvingMesh& evolving, double step,
+                    const std::string& about, const std::vector<std::string>& measured) {
   check(evolving);
-  EvolvingWriter writer(manifest, step);
+  require(measured.empty() || measured.size() == evolving.frames.size(),
+          fmt::format("{} frames were given with what was measured of {}", evolving.frames.size(),
+                      measured.size()));
+  const fs::path blocks = fs::path(manifest).replace_extension(".blocks");
+  require(manifest != blocks,
+          manifest.string() + ": a store's name ends in .evolving; its blocks are beside it");
+  AtomicFile manifest_file(manifest), blocks_file(blocks);
+  EvolvingWriter writer;
+  writer.manifest_ = manifest_file.temporary();
+  writer.blocks_ = blocks_file.temporary();
+  writer.step_ = step;
+  writer.begin(blocks.filename().string(), about);
   int open = -1;
   for (const EvolvingFrame& frame : evolving.frames) {
     // A segment without frames is kept: its number counts.
@@ -282,8 +298,12 @@ void write_evolving(const fs::path& manifest, const EvolvingMesh& evolving, doub
                                    ? frame.positions
                                    : std::vector<Vector3>(next.vertex_ids.size(), Vector3::Zero()));
     }
-    writer.add_frame(frame.number, frame.positions);
+    writer.add_frame(
+        frame.number, frame.positions,
+        measured.empty() ? std::string() : measured[std::size_t(&frame - evolving.frames.data())]);
   }
+  blocks_file.commit();
+  manifest_file.commit();
 }
 
 }  // namespace mq

@@ -98,6 +98,10 @@ class EvolvingWriter {
   double step() const { return step_; }
 
  private:
+  EvolvingWriter() = default;
+  friend void write_evolving(const std::filesystem::path&, const EvolvingMesh&, double,
+                             const std::string&, const std::vector<std::string>&);
+  void begin(const std::string& blocks_name, const std::string& about);
   StoredBlock append(const Bytes& bytes);
   void append_line(const std::string& line);
 
@@ -108,8 +112,10 @@ class EvolvingWriter {
   std::vector<std::int64_t> key_;
 };
 
-/// A whole evolving mesh at once.
+/// A whole evolving mesh at once: both files appear whole, or neither does. `measured` per frame,
+/// or empty.
 void write_evolving(const std::filesystem::path& manifest, const EvolvingMesh& evolving,
-                    double step);
+                    double step, const std::string& about = "{}",
+                    const std::vector<std::string>& measured = {});
 
 }  // namespace mq

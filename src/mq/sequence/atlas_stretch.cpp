@@ -22,9 +22,7 @@ AtlasStretch atlas_stretch(const Surface& surface, const std::vector<Vector2>& u
     const Vector3 b = mesh.position(t, 2) - mesh.position(t, 0);
     const double twice = a.cross(b).norm();
     if (surface.degenerate[t] || !(twice > 0)) continue;
-    const auto uv = [&](int k) {
-      return Vector2(uvs[corner_uvs[t][k]].cwiseProduct(size));
-    };
+    const auto uv = [&](int k) { return Vector2(uvs[corner_uvs[t][k]].cwiseProduct(size)); };
     Eigen::Matrix2d to, from;
     to << uv(1) - uv(0), uv(2) - uv(0);
     const double length = a.norm();

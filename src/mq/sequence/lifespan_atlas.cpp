@@ -1,8 +1,13 @@
+// Charts begin and end with segments, so that within a segment texture coordinates are constant,
+// and a chart's triangles are connected alike in all of its life.
+
 #include "mq/sequence/lifespan_atlas.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <unordered_map>
 
 #include "mq/base/parallel.h"
@@ -13,8 +18,8 @@
 namespace mq {
 namespace {
 
-/// Bound on the share of the whole that a union of charts may have, as in `ChartOptions`.
-const ChartOptions whole_chart;
+/// What unwraps a whole surface; a part of it gets its share.
+constexpr ChartOptions whole_chart;
 
 /// One chart's triangles at one moment, with vertices of their own.
 struct CrossSection {
@@ -134,12 +139,11 @@ Unrolled unroll(CrossSection section, double mean_area, double stretch, const Pr
   Unrolled unrolled{std::move(section), {}};
   const Surface& surface = unrolled.section.surface;
   const double share = std::clamp(surface.area / mean_area, 1e-9, 1.0);
-  const ChartOptions options{
-      .stretch = stretch,
-      .seam_cost = whole_chart.seam_cost / std::sqrt(share),
-      .largest = std::min(1.0, whole_chart.largest / share),
-      .patches = std::max(1, int(std::ceil(whole_chart.patches * share))),
-      .triangles = std::max(100, int(whole_chart.triangles * share))};
+  const ChartOptions options{.stretch = stretch,
+                             .seam_cost = whole_chart.seam_cost / std::sqrt(share),
+                             .largest = std::min(1.0, whole_chart.largest / share),
+                             .patches = std::max(1, int(std::ceil(whole_chart.patches * share))),
+                             .triangles = std::max(100, int(whole_chart.triangles * share))};
   const ChartHistory history = find_charts(surface, options, progress.step("cut", 0.5));
   Patchwork patchwork(surface, history.patches.patch, history.patches.count);
   unrolled.charts = lay_flat(surface, history, stretch, &unrolled.section.lengths, patchwork,
@@ -192,6 +196,62 @@ void measure(const EvolvingMesh& evolving, const LifespanAtlasOptions& options,
   }
 }
 
+double mean_area(const EvolvingMesh& evolving) {
+  double area = 0;
+  for (int f = 0; f < int(evolving.frames.size()); ++f)
+    for (const double a : triangle_areas(evolving.mesh(f))) area += a;
+  return area / double(evolving.frames.size());
+}
+
+/// Every chart laid flat, the large ones first, so that none is left over for one thread at the
+/// end.
+std::vector<Unrolled> unroll_all(const std::vector<LifespanChart>& charts,
+                                 const CrossSections& cross_section, double mean_area,
+                                 double stretch, const Progress& progress) {
+  std::vector<int> order(charts.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::ranges::greater{},
+                           [&](int c) { return charts[c].chains.size(); });
+  std::vector<Unrolled> unrolled(charts.size());
+  std::atomic<std::size_t> done = 0;
+  std::size_t all = 0;
+  for (const LifespanChart& chart : charts) all += chart.chains.size();
+  parallel_for(
+      std::ssize(order),
+      [&](std::int64_t i) {
+        const LifespanChart& chart = charts[order[i]];
+        progress.check();
+        unrolled[order[i]] = unroll(cross_section(chart), mean_area, stretch, {});
+        progress.at(double(done += chart.chains.size()) / double(all));
+      },
+      1);
+  return unrolled;
+}
+
+/// Gives all segments of a chart's life its texture coordinates; returns the ids of its triangles.
+std::vector<int> write_chart(const LifespanChart& chart, const Unrolled& unrolled,
+                             const FlatChart& flat, const std::vector<Vector2>& uvs,
+                             const CrossSections& cross_section, const std::vector<Period>& periods,
+                             EvolvingMesh& evolving) {
+  const EvolvingSegment& origin = evolving.segments[periods[chart.first].segment];
+  std::vector<int> ids;
+  for (const int t : flat.sheet.sources)
+    ids.push_back(origin.triangle_ids[unrolled.section.triangles[t]]);
+  for (int p = chart.first; p <= chart.last; ++p) {
+    EvolvingSegment& segment = evolving.segments[periods[p].segment];
+    const int base = int(segment.uvs.size());
+    segment.uvs.insert(segment.uvs.end(), uvs.begin(), uvs.end());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const int t = cross_section.triangle(p, ids[i]);
+      const Triangle& source = origin.triangles[unrolled.section.triangles[flat.sheet.sources[i]]];
+      for (int k = 0; k < 3; ++k)
+        segment.corner_uvs[t][corner(segment, t, origin.vertex_ids[source[k]])] =
+            base + flat.sheet.triangles[i][k];
+    }
+  }
+  return ids;
+}
+
 }  // namespace
 
 LifespanAtlas lay_out(EvolvingMesh& evolving, const LifespanAtlasOptions& options,
@@ -205,83 +265,54 @@ LifespanAtlas lay_out(EvolvingMesh& evolving, const LifespanAtlasOptions& option
     before = now;
   };
   const EvolvingMesh unit = on_unit_grid(evolving);
-  atlas.periods = periods_of(unit);
+  const std::vector<Period>& periods = atlas.periods = periods_of(unit);
   const NeighbourGraph graph = neighbour_graph(unit, progress.step("neighbours", 0.05));
   atlas.charting = find_lifespan_charts(graph, options.charting, progress.step("chart", 0.1));
   const std::vector<LifespanChart>& charts = atlas.charting.charts;
   lap("chart");
 
-  double mean_area = 0;
-  for (int f = 0; f < int(unit.frames.size()); ++f)
-    for (const double a : triangle_areas(unit.mesh(f))) mean_area += a / double(unit.frames.size());
-  const CrossSections cross_section(unit, graph, atlas.periods, options.metric_frames);
-  std::vector<int> order(charts.size());
-  for (int c = 0; c < int(order.size()); ++c) order[c] = c;
-  std::ranges::stable_sort(order, std::ranges::greater{},
-                           [&](int c) { return charts[c].chains.size(); });
-  std::vector<Unrolled> unrolled(charts.size());
-  const Progress flattening = progress.step("flatten", 0.5);
-  parallel_for(
-      std::ssize(order),
-      [&](std::int64_t i) {
-        flattening.check();
-        unrolled[order[i]] = unroll(cross_section(charts[order[i]]), mean_area,
-                                    options.unwrap.stretch, Progress());
-      },
-      1);
+  const CrossSections cross_section(unit, graph, periods, options.metric_frames);
+  const std::vector<Unrolled> unrolled =
+      unroll_all(charts, cross_section, mean_area(unit), options.unwrap.stretch,
+                 progress.step("flatten", 0.4));
   lap("flatten");
 
   std::vector<PackChart> outlines;
   for (std::size_t c = 0; c < charts.size(); ++c)
     for (const FlatChart& flat : unrolled[c].charts) {
       outlines.push_back(outline_of(flat));
-      outlines.back().first = atlas.periods[charts[c].first].first;
-      outlines.back().last = atlas.periods[charts[c].last].last;
+      outlines.back().first = periods[charts[c].first].first;
+      outlines.back().last = periods[charts[c].last].last;
     }
+  const int width = options.unwrap.width, height = options.unwrap.height;
   const Packing packing = pack(outlines,
-                               {.width = options.unwrap.width,
-                                .height = options.unwrap.height,
+                               {.width = width,
+                                .height = height,
                                 .gutter = options.unwrap.gutter,
                                 .trials = options.unwrap.trials},
-                               progress.step("pack", 0.25));
+                               progress.step("pack", 0.4));
   atlas.bound = packing.bound;
   lap("pack");
 
-  for (const Period& period : atlas.periods) {
-    EvolvingSegment& segment = evolving.segments[period.segment];
+  for (EvolvingSegment& segment : evolving.segments) {
     segment.uvs.clear();
     segment.corner_uvs.assign(segment.triangles.size(), {-1, -1, -1});
   }
   std::size_t placed = 0;
   for (std::size_t c = 0; c < charts.size(); ++c)
     for (const FlatChart& flat : unrolled[c].charts) {
-      AtlasPrism prism{outlines[placed].first, outlines[placed].last, {},
-                       outlines[placed].area * packing.scale * packing.scale};
       std::vector<Vector2> uvs;
-      append_uvs(flat, packing.places[placed], packing.scale, options.unwrap.width,
-                 options.unwrap.height, uvs);
-      const EvolvingSegment& origin = evolving.segments[atlas.periods[charts[c].first].segment];
-      for (const int t : flat.sheet.sources)
-        prism.triangles.push_back(origin.triangle_ids[unrolled[c].section.triangles[t]]);
-      for (int p = charts[c].first; p <= charts[c].last; ++p) {
-        EvolvingSegment& segment = evolving.segments[atlas.periods[p].segment];
-        const int base = int(segment.uvs.size());
-        segment.uvs.insert(segment.uvs.end(), uvs.begin(), uvs.end());
-        for (std::size_t i = 0; i < flat.sheet.sources.size(); ++i) {
-          const int source = unrolled[c].section.triangles[flat.sheet.sources[i]];
-          const int t = cross_section.triangle(p, prism.triangles[i]);
-          for (int k = 0; k < 3; ++k)
-            segment.corner_uvs[t][corner(segment, t,
-                                         origin.vertex_ids[origin.triangles[source][k]])] =
-                base + flat.sheet.triangles[i][k];
-        }
-      }
+      append_uvs(flat, packing.places[placed], packing.scale, width, height, uvs);
+      const PackChart& outline = outlines[placed++];
+      AtlasPrism prism{
+          outline.first, outline.last, {}, outline.area * packing.scale * packing.scale};
+      prism.triangles =
+          write_chart(charts[c], unrolled[c], flat, uvs, cross_section, periods, evolving);
       std::ranges::sort(prism.triangles);
       atlas.charts.push_back(std::move(prism));
-      ++placed;
     }
-  for (const Period& period : atlas.periods) place_collapsed(evolving.segments[period.segment]);
-  measure(evolving, options, progress.step("measure", 0.1), atlas);
+  for (const Period& period : periods) place_collapsed(evolving.segments[period.segment]);
+  measure(evolving, options, progress.step("measure", 0.05), atlas);
   return atlas;
 }
 

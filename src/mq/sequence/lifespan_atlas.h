@@ -37,9 +37,9 @@ struct LifespanAtlas {
   std::vector<AtlasPrism> charts;  ///< those of `charting`, cut where they do not lie flat
   std::vector<LifespanAtlasFrame> frames;
   double charts_per_frame = 0;  ///< mean
-  double lifespan = 0;   ///< frames that texture coordinates of a triangle last, mean
-  double occupancy = 0;  ///< mean over frames
-  double bound = 0;      ///< texels of the texture / area of the fullest frame
+  double lifespan = 0;          ///< frames that texture coordinates of a triangle last, mean
+  double occupancy = 0;         ///< mean over frames
+  double bound = 0;             ///< texels of the texture / area of the fullest frame
   std::vector<UnwrapFigures::Seconds> seconds;  ///< "chart", "flatten", "pack"
 };
 

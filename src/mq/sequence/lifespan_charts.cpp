@@ -63,9 +63,10 @@ Series sum(const Series& one, const Series& other, int factor, int a, int b) {
 class Energy {
  public:
   Energy(const NeighbourGraph& graph, double beta)
-      : weight_(beta * graph.radius),
-        frames_(0, std::vector<std::int64_t>(graph.frame_counts.begin(), graph.frame_counts.end())) {
-  }
+      : weight_(beta * graph.radius /
+                std::accumulate(graph.frame_counts.begin(), graph.frame_counts.end(), 0.0)),
+        frames_(0,
+                std::vector<std::int64_t>(graph.frame_counts.begin(), graph.frame_counts.end())) {}
 
   /// Area and perimeter summed over all frames of the periods from `first` to `last`.
   std::int64_t operator()(std::int64_t area, std::int64_t side, int first, int last) const {
@@ -230,10 +231,10 @@ class Charting {
   /// ΔE of making one chart of two for the periods that they have in common.
   std::int64_t change(const Prism& a, const Prism& b, const Series& common) const {
     const int first = std::max(a.first, b.first), last = std::min(a.last, b.last);
-    std::int64_t energy = energy_of_(
-        a.area.sum(first, last) + b.area.sum(first, last),
-        a.side.sum(first, last) + b.side.sum(first, last) - 2 * common.sum(first, last), first,
-        last);
+    std::int64_t energy =
+        energy_of_(a.area.sum(first, last) + b.area.sum(first, last),
+                   a.side.sum(first, last) + b.side.sum(first, last) - 2 * common.sum(first, last),
+                   first, last);
     for (const Prism* prism : {&a, &b})
       energy += energy_within(*prism, prism->first, first - 1) +
                 energy_within(*prism, last + 1, prism->last);
@@ -260,8 +261,8 @@ class Charting {
     charts_.push_back(std::move(joined));
     std::vector<int> sources = {-1};
     for (const int c : {j, k}) {
-      for (const auto& [from, to] : {std::pair(charts_[c].first, first - 1),
-                                     std::pair(last + 1, charts_[c].last)}) {
+      for (const auto& [from, to] :
+           {std::pair(charts_[c].first, first - 1), std::pair(last + 1, charts_[c].last)}) {
         if (from > to) continue;
         Prism rest;
         rest.first = from;

@@ -5,10 +5,11 @@
 /// same periods I. Its caps are twice its mean area, its sides the perimeters of all its frames:
 ///
 ///   ‖C‖_C = 2/|I| Σ_{i∈I} |C(i)|,  ‖C‖_S = Σ_{i∈I} |∂C(i)|,
-///   E(C) = ‖C‖_C / Ā + β r ‖C‖_S / ‖C‖_C
+///   E(C) = ‖C‖_C / A + β r/F ‖C‖_S / ‖C‖_C
 ///
-/// with the mean area of a frame Ā and the radius r of a triangle. (The thesis has no Ā: its energy
-/// depends on the unit of length; it is this one on a surface of unit area.)
+/// with the mean area A of a frame, the radius r of a triangle, and the number F of all frames. The
+/// thesis has neither A, so that its energy depends on the unit of length, nor F, so that it
+/// depends on how many frames show the same motion: sides grow with them, caps do not.
 
 #include <cstdint>
 #include <vector>
@@ -19,7 +20,7 @@
 namespace mq {
 
 struct ChartingOptions {
-  double beta = 10;  ///< weight of coherence in space against that in time
+  double beta = 1;  ///< weight of coherence in space against that in time
   enum class Edits {
     descend,  ///< greedy descent
     none      ///< the charts that it begins with: neighbours with equal lives
@@ -52,6 +53,6 @@ LifespanCharts find_lifespan_charts(const NeighbourGraph& graph,
 
 /// E of charts, computed from nothing but the graph.
 double charting_energy(const NeighbourGraph& graph, const std::vector<LifespanChart>& charts,
-                       double beta = 10);
+                       double beta);
 
 }  // namespace mq

@@ -113,8 +113,8 @@ NeighbourGraph neighbour_graph(const EvolvingMesh& given, const Progress& progre
           sums[t].edges[k] += std::max(std::int64_t(1), rounded(s.edges[k] * per_length));
       }
     });
-    const Surface surface = make_surface(
-        mesh_of(segment, evolving.frames[period.first].positions), {.kind = WeldOptions::Kind::none});
+    const Surface surface = make_surface(mesh_of(segment, evolving.frames[period.first].positions),
+                                         {.kind = WeldOptions::Kind::none});
     for (int t = 0; t < segment.triangle_count(); ++t) {
       const auto found = chain_of.find(segment.triangle_ids[t]);
       if (found == chain_of.end()) continue;

@@ -26,23 +26,23 @@ std::vector<Period> periods_of(const EvolvingMesh& evolving);
 /// that sums of them do not depend on their order.
 struct NeighbourGraph {
   struct Chain {
-    int triangle = 0;                    ///< its id
-    int first = 0;                       ///< period it begins in
-    std::vector<std::int64_t> area;      ///< per period, summed over its frames
+    int triangle = 0;                     ///< its id
+    int first = 0;                        ///< period it begins in
+    std::vector<std::int64_t> area;       ///< per period, summed over its frames
     std::vector<std::int64_t> perimeter;  ///< likewise
     int last() const { return first + int(area.size()) - 1; }
   };
   struct Contact {
     int one = 0, other = 0;            ///< chains, one < other
     int first = 0;                     ///< period
-    std::vector<std::int64_t> length;  ///< of common edges, per period, summed over its frames; more
-                                       ///< than 0 where there is one
+    std::vector<std::int64_t> length;  ///< of common edges, per period, summed over its frames;
+                                       ///< more than 0 where there is one
   };
   std::vector<int> frame_counts;  ///< per period
   std::vector<Chain> chains;      ///< by increasing id
   std::vector<Contact> contacts;
-  double radius = 0;  ///< of the circle around an equilateral triangle of the mean area, in roots of
-                      ///< the mean area of a frame
+  double radius = 0;  ///< of the circle around an equilateral triangle of the mean area, in roots
+                      ///< of the mean area of a frame
 };
 
 /// The graph of an evolving mesh, the same for every unit of length. Triangles with two equal

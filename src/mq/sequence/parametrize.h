@@ -37,8 +37,8 @@ using EdgeLengths = std::vector<std::array<double, 3>>;
 
 /// The sheet of the surface's `triangles`; half-edges h with `glued[h]` are joined to their twins,
 /// which must be among the triangles. A triangle thinner than 1 : 10⁴ gets a rest shape of that
-/// height, so that every one has an area to lose. With `lengths` of all triangles of the surface the
-/// rest shapes are those, not the surface's own. Throws `InvalidInput` when a boundary meets
+/// height, so that every one has an area to lose. With `lengths` of all triangles of the surface
+/// the rest shapes are those, not the surface's own. Throws `InvalidInput` when a boundary meets
 /// itself in a vertex (never where every glued fan is whole).
 Sheet make_sheet(const Surface& surface, const std::vector<int>& triangles,
                  const std::vector<char>& glued, const EdgeLengths* lengths = nullptr);
@@ -62,8 +62,8 @@ inline bool boundary_crosses(const Sheet& sheet, const Points& x) {
 }
 
 /// Whether a map that turns no triangle over covers nothing twice: no crossings, and one loop alone
-/// runs counter-clockwise, so that no point is inside two. (Without a triangle turned over a map can
-/// still wind around a vertex twice.)
+/// runs counter-clockwise, so that no point is inside two. (Without a triangle turned over a map
+/// can still wind around a vertex twice.)
 bool is_injective(const Sheet& sheet, const Points& x);
 
 /// Tutte's embedding on a circle of the sheet's area (How to draw a graph, 1963), without a fold up
@@ -71,7 +71,8 @@ bool is_injective(const Sheet& sheet, const Points& x);
 Points tutte_embedding(const Sheet& sheet, Factorisation kind = Factorisation::automatic);
 
 /// The least squares conformal map (Lévy, Petitjean, Ray, Maillot, Least squares conformal maps,
-/// 2002) with two far vertices of a boundary, of which there must be one, pinned, at the scale of the surface. It may fold.
+/// 2002) with two far vertices of a boundary, of which there must be one, pinned, at the scale of
+/// the surface. It may fold.
 Points conformal_map(const Sheet& sheet, Factorisation kind = Factorisation::automatic);
 
 /// As rigid as possible: lowers Σ A |J − R|² over x and rotations R in turn from a first guess,

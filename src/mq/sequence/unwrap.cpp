@@ -79,8 +79,8 @@ Unwrapped unwrap(const Surface& given, const UnwrapOptions& options, const Progr
       find_charts(surface, {.stretch = options.stretch}, progress.step("charts", 0.4));
   lap("charts");
   Patchwork patchwork(surface, history.patches.patch, history.patches.count);
-  std::vector<FlatChart> flats =
-      lay_flat(surface, history, options.stretch, nullptr, patchwork, progress.step("flatten", 0.4));
+  std::vector<FlatChart> flats = lay_flat(surface, history, options.stretch, nullptr, patchwork,
+                                          progress.step("flatten", 0.4));
   lap("flatten");
   std::vector<PackChart> outlines;
   for (FlatChart& flat : flats) {
@@ -111,8 +111,8 @@ Unwrapped unwrap(const Surface& given, const UnwrapOptions& options, const Progr
   place_collapsed(surface.mesh, unwrapped);
   unwrapped.figures.charts = int(flats.size());
   unwrapped.figures.seam_length = seam_length(surface, patchwork);
-  unwrapped.figures.stretch = atlas_stretch(given, unwrapped.uvs, unwrapped.corner_uvs,
-                                            options.width, options.height);
+  unwrapped.figures.stretch =
+      atlas_stretch(given, unwrapped.uvs, unwrapped.corner_uvs, options.width, options.height);
   return unwrapped;
 }
 

@@ -1,0 +1,163 @@
+#include "unwrap_evolving.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/draw/lifespans.h"
+#include "mq/image/contact_sheet.h"
+#include "mq/io/evolving_file.h"
+#include "mq/io/image_file.h"
+#include "mq/sequence/lifespan_atlas.h"
+#include "outputs.h"
+#include "render_request.h"
+
+namespace mq::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int pictured_frames = 6;
+constexpr int picture_side = 400;  // pixels
+
+LifespanAtlasOptions atlas_options(const OptionValues& options) {
+  LifespanAtlasOptions result;
+  result.unwrap.width = result.unwrap.height = int(options.integer("size"));
+  result.unwrap.gutter = int(options.integer("gutter"));
+  result.unwrap.stretch = options.number("stretch");
+  result.unwrap.trials = int(options.integer("trials"));
+  result.charting.beta = options.number("coherence");
+  return result;
+}
+
+Json frames_json(const EvolvingMesh& evolving, const LifespanAtlas& atlas) {
+  Json frames = Json::array();
+  for (std::size_t f = 0; f < atlas.frames.size(); ++f)
+    frames.push_back({{"frame", evolving.frames[f].number},
+                      {"charts", atlas.frames[f].charts},
+                      {"renewed", atlas.frames[f].renewed},
+                      {"occupancy", atlas.frames[f].occupancy},
+                      {"stretch", atlas.frames[f].stretch},
+                      {"flipped", atlas.frames[f].flipped}});
+  return frames;
+}
+
+void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) {
+  double stretch = 1;
+  int flipped = 0;
+  for (const LifespanAtlasFrame& frame : atlas.frames) {
+    stretch = std::max(stretch, frame.stretch);
+    flipped += frame.flipped;
+  }
+  run.result = {{"charts", atlas.charts.size()},
+                {"charts_per_frame", atlas.charts_per_frame},
+                {"lifespan", atlas.lifespan},
+                {"occupancy", atlas.occupancy},
+                {"bound", atlas.bound},
+                {"stretch", stretch},
+                {"flipped", flipped},
+                {"first_charts", atlas.charting.first_charts},
+                {"first_energy", atlas.charting.first_energy},
+                {"energy", atlas.charting.energy},
+                {"edits", atlas.charting.edits},
+                {"frames", frames_json(evolving, atlas)}};
+  run.print(fmt::format(
+      "{} in {}, {:.1f} in a frame; texture coordinates last for {:.1f} frames on average\n"
+      "{:.1f} % of the texture, L2 stretch {:.4f} in the worst frame\n",
+      counted(int(atlas.charts.size()), "chart"), counted(int(atlas.frames.size()), "frame"),
+      atlas.charts_per_frame, atlas.lifespan, 100 * atlas.occupancy, stretch));
+}
+
+Image<float> picture(const EvolvingMesh& evolving, const LifespanAtlas& atlas,
+                     const std::string& view, const Progress& progress) {
+  const int count = int(evolving.frames.size()), shown = std::min(count, pictured_frames);
+  std::vector<Tile> tiles;
+  for (int i = 0; i < shown; ++i) {
+    const int frame = shown == 1 ? 0 : int(std::int64_t(i) * (count - 1) / (shown - 1));
+    tiles.push_back({draw_lifespans(evolving, atlas, frame, parse_view(view), picture_side,
+                                    progress.step("draw", 1.0 / shown)),
+                     fmt::format("frame {}", evolving.frames[frame].number)});
+  }
+  return contact_sheet(tiles, {.columns = 2});
+}
+
+}  // namespace
+
+bool names_evolving(const fs::path& path) { return path.extension() == ".evolving"; }
+
+void add_evolving_atlas_options(OptionTable& table) {
+  using Type = Option::Type;
+  const std::string group = "Evolving meshes";
+  table.add({.name = "coherence",
+             .type = Type::number,
+             .default_value = "1",
+             .least = 0,
+             .most = 1e6,
+             .group = group,
+             .help = "weight of few charts against texture coordinates that stay",
+             .details = "0: neighbours that come and go together become charts, no more."});
+  table.add({.name = "picture",
+             .type = Type::path,
+             .metavar = "FILE",
+             .group = group,
+             .help = "draw some frames and their textures in colours of how long charts live"});
+  table.add({.name = "view",
+             .type = Type::text,
+             .default_value = "corner",
+             .accepts = is_view,
+             .wanted = "front, back, left, right, top, bottom, corner or AZIMUTH,ELEVATION",
+             .group = group,
+             .help = "from where: front, back, left, right, top, bottom, corner, or "
+                     "AZIMUTH,ELEVATION in degrees"});
+}
+
+Exit unwrap_evolving(Run& run) {
+  const OptionValues& options = run.options();
+  const fs::path input = options.text("mesh"), output = options.text("output");
+  require(names_evolving(output),
+          fmt::format("--output: found '{}', wanted a name that ends in .evolving, as the input's",
+                      output.string()));
+  const EvolvingReader reader(input);
+  run.will_read(input);
+  run.will_read(reader.blocks_file());
+  std::vector<fs::path> paths = {output, fs::path(output).replace_extension(".blocks")};
+  if (options.has("picture")) paths.emplace_back(options.text("picture"));
+  run.will_write(paths);
+  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  EvolvingMesh evolving;
+  {
+    const Step step(run, "read", 0.05);
+    evolving = reader.read();
+  }
+  require(!evolving.frames.empty(), input.string() + ": it holds no frame");
+  run.input = {{"frames", evolving.frames.size()}, {"segments", evolving.segments.size()}};
+  if (run.dry_run()) return Exit::done;
+  LifespanAtlas atlas;
+  {
+    const Step step(run, "unwrap", 0.85);
+    try {
+      atlas = lay_out(evolving, atlas_options(options), step);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(fmt::format("{}: {}", input.string(), error.what()));
+    }
+  }
+  for (const UnwrapFigures::Seconds& seconds : atlas.seconds)
+    run.add_seconds(seconds.step, seconds.seconds);
+  report(run, evolving, atlas);
+  const Step step(run, "write", 0.1);
+  if (options.has("picture"))
+    write_image(options.text("picture"),
+                picture(evolving, atlas, options.text("view"), step.progress().step("draw", 0.7)));
+  std::vector<std::string> measured;
+  for (const StoredFrame& frame : reader.frames()) measured.push_back(frame.measured);
+  const Json about = {{"verb", "unwrap"},
+                      {"options", options_json(options)},
+                      {"of", Json::parse(reader.about(), nullptr, false)}};
+  write_evolving(output, evolving, reader.step(), about.dump(), measured);
+  say_written(run, paths);
+  return Exit::done;
+}
+
+}  // namespace mq::app
