@@ -51,18 +51,24 @@ void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) 
     stretch = std::max(stretch, frame.stretch);
     flipped += frame.flipped;
   }
-  run.result = {{"charts", atlas.charts.size()},
-                {"charts_per_frame", atlas.charts_per_frame},
-                {"lifespan", atlas.lifespan},
-                {"occupancy", atlas.occupancy},
-                {"bound", atlas.bound},
-                {"stretch", stretch},
-                {"flipped", flipped},
-                {"first_charts", atlas.charting.first_charts},
-                {"first_energy", atlas.charting.first_energy},
-                {"energy", atlas.charting.energy},
-                {"edits", atlas.charting.edits},
-                {"frames", frames_json(evolving, atlas)}};
+  run.result.update({{"charts", atlas.charts.size()},
+                     {"charts_per_frame", atlas.charts_per_frame},
+                     {"lifespan", atlas.lifespan},
+                     {"occupancy", atlas.occupancy},
+                     {"bound", atlas.bound},
+                     {"stretch", stretch},
+                     {"flipped", flipped},
+                     {"first_charts", atlas.charting.first_charts},
+                     {"first_energy", atlas.charting.first_energy},
+                     {"energy", atlas.charting.energy},
+                     {"edits", atlas.charting.edits}});
+  Json& frames = run.result["frames"];
+  const Json found = frames_json(evolving, atlas);
+  for (std::size_t f = 0; f < found.size(); ++f)
+    if (f < frames.size())
+      frames[f].update(found[f]);
+    else
+      frames.push_back(found[f]);
   run.print(fmt::format(
       "{} in {}, {:.1f} in a frame; texture coordinates last for {:.1f} frames on average\n"
       "{:.1f} % of the texture, L2 stretch {:.4f} in the worst frame\n",
@@ -86,6 +92,41 @@ Image<float> picture(const EvolvingMesh& evolving, const LifespanAtlas& atlas,
 }  // namespace
 
 bool names_evolving(const fs::path& path) { return path.extension() == ".evolving"; }
+
+void add_atlas_options(OptionTable& table) {
+  using Type = Option::Type;
+  table.add({.name = "size",
+             .letter = 's',
+             .type = Type::integer,
+             .default_value = "2048",
+             .unit = "texels",
+             .least = 16,
+             .most = 32768,
+             .group = "Atlas",
+             .help = "side of the texture that charts are packed for"});
+  table.add({.name = "gutter",
+             .type = Type::integer,
+             .default_value = "2",
+             .unit = "texels",
+             .least = 0,
+             .most = 256,
+             .group = "Atlas",
+             .help = "that stay free between charts, and half of it at the border"});
+  table.add({.name = "stretch",
+             .type = Type::number,
+             .default_value = "1.05",
+             .least = 1.0001,
+             .most = 10,
+             .group = "Atlas",
+             .help = "the most L2 stretch that making charts fewer may cost one; 1 is none"});
+  table.add({.name = "trials",
+             .type = Type::integer,
+             .default_value = "200",
+             .least = 1,
+             .most = 100000,
+             .group = "Atlas",
+             .help = "orders of packing to try; more fills the texture better, and takes longer"});
+}
 
 void add_evolving_atlas_options(OptionTable& table) {
   using Type = Option::Type;
@@ -113,30 +154,18 @@ void add_evolving_atlas_options(OptionTable& table) {
                      "AZIMUTH,ELEVATION in degrees"});
 }
 
-Exit unwrap_evolving(Run& run) {
+void unwrap_store(Run& run, const fs::path& input, const fs::path& output, double share) {
   const OptionValues& options = run.options();
-  const fs::path input = options.text("mesh"), output = options.text("output");
-  require(names_evolving(output),
-          fmt::format("--output: found '{}', wanted a name that ends in .evolving, as the input's",
-                      output.string()));
   const EvolvingReader reader(input);
-  run.will_read(input);
-  run.will_read(reader.blocks_file());
-  std::vector<fs::path> paths = {output, fs::path(output).replace_extension(".blocks")};
-  if (options.has("picture")) paths.emplace_back(options.text("picture"));
-  run.will_write(paths);
-  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
   EvolvingMesh evolving;
   {
-    const Step step(run, "read", 0.05);
+    const Step step(run, "read", 0.05 * share);
     evolving = reader.read();
   }
   require(!evolving.frames.empty(), input.string() + ": it holds no frame");
-  run.input = {{"frames", evolving.frames.size()}, {"segments", evolving.segments.size()}};
-  if (run.dry_run()) return Exit::done;
   LifespanAtlas atlas;
   {
-    const Step step(run, "unwrap", 0.85);
+    const Step step(run, "unwrap", 0.85 * share);
     try {
       atlas = lay_out(evolving, atlas_options(options), step);
     } catch (const InvalidInput& error) {
@@ -146,17 +175,40 @@ Exit unwrap_evolving(Run& run) {
   for (const UnwrapFigures::Seconds& seconds : atlas.seconds)
     run.add_seconds(seconds.step, seconds.seconds);
   report(run, evolving, atlas);
-  const Step step(run, "write", 0.1);
+  const Step step(run, "write", 0.1 * share);
   if (options.has("picture"))
     write_image(options.text("picture"),
                 picture(evolving, atlas, options.text("view"), step.progress().step("draw", 0.7)));
   std::vector<std::string> measured;
   for (const StoredFrame& frame : reader.frames()) measured.push_back(frame.measured);
-  const Json about = {{"verb", "unwrap"},
+  const Json about = {{"verb", options.table().verb()},
                       {"options", options_json(options)},
                       {"of", Json::parse(reader.about(), nullptr, false)}};
   write_evolving(output, evolving, reader.step(), about.dump(), measured);
-  say_written(run, paths);
+}
+
+std::vector<fs::path> store_paths(const OptionValues& options) {
+  const fs::path output = options.text("output");
+  std::vector<fs::path> paths = {output, fs::path(output).replace_extension(".blocks")};
+  if (options.has("picture")) paths.emplace_back(options.text("picture"));
+  return paths;
+}
+
+Exit unwrap_evolving(Run& run) {
+  const OptionValues& options = run.options();
+  const fs::path input = options.text("mesh"), output = options.text("output");
+  require(names_evolving(output),
+          fmt::format("--output: found '{}', wanted a name that ends in .evolving, as the input's",
+                      output.string()));
+  const EvolvingReader reader(input);
+  run.will_read(input);
+  run.will_read(reader.blocks_file());
+  run.will_write(store_paths(options));
+  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  run.input = {{"frames", reader.frames().size()}, {"segments", reader.segments().size()}};
+  if (run.dry_run()) return Exit::done;
+  unwrap_store(run, input, output, 1);
+  say_written(run, store_paths(options));
   return Exit::done;
 }
 

@@ -1,5 +1,9 @@
 #pragma once
-/// unwrap X.evolving -o Y.evolving: one atlas for all frames of an evolving mesh.
+/// One atlas for all frames of an evolving mesh: unwrap X.evolving -o Y.evolving, and the end of
+/// evolve.
+
+#include <filesystem>
+#include <vector>
 
 #include "run.h"
 #include "verb.h"
@@ -9,9 +13,21 @@ namespace mq::app {
 /// Whether a file is named like the store of an evolving mesh.
 bool names_evolving(const std::filesystem::path& path);
 
+/// Adds --size, --gutter, --stretch and --trials.
+void add_atlas_options(OptionTable& table);
+
 /// Adds --coherence, --picture and --view, which only evolving meshes have.
 void add_evolving_atlas_options(OptionTable& table);
 
+/// Gives the store `input` an atlas, as `output`, which may be the same; adds to the result, and to
+/// each of its frames where there are any.
+void unwrap_store(Run& run, const std::filesystem::path& input, const std::filesystem::path& output,
+                  double share);
+
+/// All files that are written.
+std::vector<std::filesystem::path> store_paths(const OptionValues& options);
+
+/// The verb, for an evolving mesh.
 Exit unwrap_evolving(Run& run);
 
 }  // namespace mq::app

@@ -107,7 +107,6 @@ Exit unwrap(Run& run) {
 }  // namespace
 
 Verb unwrap_verb() {
-  using Type = Option::Type;
   OptionTable table("unwrap",
                     "Cut a mesh into few charts of little stretch, lay them flat and pack them.");
   add_scene_options(table,
@@ -115,42 +114,12 @@ Verb unwrap_verb() {
                     "texture coordinates it has are replaced");
   table.add({.name = "output",
              .letter = 'o',
-             .type = Type::path,
+             .type = Option::Type::path,
              .required = true,
              .metavar = "OUT",
              .help = "the model with its new texture coordinates (.obj, .ply, .gltf or .glb; or "
                      ".evolving)"});
-  table.add({.name = "size",
-             .letter = 's',
-             .type = Type::integer,
-             .default_value = "2048",
-             .unit = "texels",
-             .least = 16,
-             .most = 32768,
-             .group = "Atlas",
-             .help = "side of the texture that charts are packed for"});
-  table.add({.name = "gutter",
-             .type = Type::integer,
-             .default_value = "2",
-             .unit = "texels",
-             .least = 0,
-             .most = 256,
-             .group = "Atlas",
-             .help = "that stay free between charts, and half of it at the border"});
-  table.add({.name = "stretch",
-             .type = Type::number,
-             .default_value = "1.05",
-             .least = 1.0001,
-             .most = 10,
-             .group = "Atlas",
-             .help = "the most L2 stretch that making charts fewer may cost one; 1 is none"});
-  table.add({.name = "trials",
-             .type = Type::integer,
-             .default_value = "200",
-             .least = 1,
-             .most = 100000,
-             .group = "Atlas",
-             .help = "orders of packing to try; more fills the texture better, and takes longer"});
+  add_atlas_options(table);
   add_evolving_atlas_options(table);
   add_frames_option(table);
   return {table, unwrap};

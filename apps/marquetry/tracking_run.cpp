@@ -1,0 +1,503 @@
+// A frame is read, followed and stored before the next is looked at; what is needed to go on is in
+// the store, so that a run that was stopped can be taken up.
+#include "tracking_run.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+#include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
+#include "mq/io/evolving_file.h"
+#include "mq/io/frame_files.h"
+#include "mq/io/model.h"
+#include "mq/io/vertex_colours.h"
+#include "mq/sequence/track_template.h"
+#include "mq/sequence/track_truth.h"
+#include "mq/sequence/tracking.h"
+#include "run.h"
+
+namespace mq::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Texture coordinates that say the same lie no farther apart.
+constexpr double uv_tolerance = 1e-4;
+
+TrackOptions track_options(const OptionValues& options) {
+  TrackOptions track;
+  track.node_spacing = options.number("nodes") / 100;
+  track.elasticity = options.number("elasticity");
+  track.last_stiffness = options.number("stiffness");
+  track.first_stiffness = 1000 * track.last_stiffness;
+  track.most_angle = options.number("angle");
+  track.colour_cycles = options.flag("photometric") ? int(options.integer("cycles")) : 0;
+  if (options.flag("no-prediction")) track.prediction = TrackOptions::Prediction::none;
+  return track;
+}
+
+/// The frames of a sequence, read when they are needed.
+class Sequence {
+ public:
+  Sequence(Run& run)
+      : files_(find_frames(run.options().text("sequence"),
+                           run.options().has("frames") ? parse_frames(run.options().text("frames"))
+                                                       : std::vector<int>())),
+        textures_(run.options().has("texture") ? run.options().text("texture") : ""),
+        truth_(run.options().has("truth") ? run.options().text("truth") : ""),
+        pictures_(run.options().flag("photometric")) {
+    require(truth_.empty() || truth_ == "uv" || fs::is_directory(truth_) || has_frame_place(truth_),
+            fmt::format("--truth: found '{}', wanted uv, a folder, or a name with a place for the "
+                        "frame's number",
+                        truth_));
+    if (!truth_.empty() && truth_ != "uv") {
+      std::vector<int> numbers;
+      for (const FrameFile& file : files_) numbers.push_back(file.number);
+      truths_ = find_frames(truth_, numbers);
+    }
+  }
+
+  int count() const { return int(files_.size()); }
+  const FrameFile& file(int frame) const { return files_[std::size_t(frame)]; }
+
+  Model read(int frame) const {
+    ReadModelOptions how;
+    if (!textures_.empty()) how.textures = {frame_name(textures_, file(frame).number)};
+    if (!pictures_) how.pictures = ReadModelOptions::Pictures::skip;
+    return read_model(file(frame).path, how);
+  }
+
+  bool has_truth() const { return !truth_.empty(); }
+  double truth_tolerance(const MaterialFrame& frame) const {
+    return truth_ == "uv" ? uv_tolerance : 0.02 * bounding_box(frame.material).diagonal();
+  }
+  MaterialFrame truth(int frame, const Mesh& mesh) const {
+    if (truth_ == "uv") {
+      require(mesh.has_uvs(),
+              fmt::format("{}: --truth uv wants texture coordinates, and it has none",
+                          file(frame).path.string()));
+      return material_from_uvs(mesh);
+    }
+    MaterialFrame result{mesh, read_model(truths_[std::size_t(frame)].path).mesh};
+    require(result.material.triangles == mesh.triangles,
+            fmt::format("{}: its triangles are not those of {}",
+                        truths_[std::size_t(frame)].path.string(), file(frame).path.string()));
+    return result;
+  }
+
+  /// The material at each vertex of the template made of a frame.
+  std::vector<Vector3> material(int frame, const Mesh& mesh, const CleanMesh& clean) const {
+    const MaterialFrame truth_here = truth(frame, mesh);
+    std::vector<Vector3> result(clean.mesh.positions.size(), Vector3::Constant(1e9));
+    for (int t = 0; t < clean.mesh.triangle_count(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const int source = clean.source_from_triangle[t];
+        if (truth_ != "uv")
+          result[clean.mesh.triangles[t][k]] = truth_here.material.position(source, k);
+        else if (mesh.textured(source))
+          result[clean.mesh.triangles[t][k]] = {mesh.uv(source, k).x(), mesh.uv(source, k).y(), 0};
+      }
+    return result;
+  }
+
+ private:
+  std::vector<FrameFile> files_, truths_;
+  std::string textures_, truth_;
+  bool pictures_;
+};
+
+/// A template being followed.
+struct Follower {
+  TrackTemplate known;
+  SurfaceTracker tracker;
+  double edge;  // mean length at the segment's first frame
+
+  Follower(TrackTemplate what, const OptionValues& options)
+      : known(std::move(what)),
+        tracker(known.mesh(), known.colours, track_options(options)),
+        edge(mean_edge_length(make_surface(known.mesh(), {.kind = WeldOptions::Kind::none}))) {}
+};
+
+/// The frame's own mesh as a template.
+TrackTemplate own_template(const Sequence& sequence, int frame, const Model& model,
+                           const OptionValues& options, double step, int next_vertex,
+                           int next_triangle) {
+  CleanMesh clean = cleaned(model.mesh);
+  Signal colours;
+  if (options.flag("photometric")) {
+    const Signal all = vertex_colours(model);
+    require(all.cols() > 0, fmt::format("{}: --photometric wants colours at vertices or a texture, "
+                                        "and it has neither",
+                                        sequence.file(frame).path.string()));
+    colours.resize(clean.mesh.vertex_count(), all.cols());
+    for (int v = 0; v < clean.mesh.vertex_count(); ++v)
+      colours.row(v) = all.row(clean.source_from_vertex[v]);
+  }
+  std::vector<Vector3> material;
+  if (sequence.has_truth()) material = sequence.material(frame, model.mesh, clean);
+  clean.mesh.positions = rounded(std::move(clean.mesh.positions), step);
+  return new_template(clean.mesh, colours, material, next_vertex, next_triangle);
+}
+
+Json frame_json(const TrackedFrame& tracked) {
+  return {{"distance_mean", tracked.distance.mean},
+          {"distance_p95", tracked.distance.p95},
+          {"distance_max", tracked.distance.max},
+          {"distortion_mean", tracked.distortion.mean},
+          {"distortion_p95", tracked.distortion.p95},
+          {"matched", tracked.matched},
+          {"predicted", tracked.predicted},
+          {"seconds",
+           {{"correspond", tracked.seconds.correspond},
+            {"solve", tracked.seconds.solve},
+            {"colour", tracked.seconds.colour},
+            {"snap", tracked.seconds.snap},
+            {"measure", tracked.seconds.measure},
+            {"total", tracked.seconds.total}}}};
+}
+
+Json born_json(int triangles, int died) {
+  return {{"distance_mean", 0},   {"distance_p95", 0},           {"distance_max", 0},
+          {"triangles_kept", 0},  {"triangles_born", triangles}, {"triangles_died", died},
+          {"distortion_mean", 1}, {"distortion_p95", 1}};
+}
+
+/// The whole run, one frame after the other.
+class Tracking {
+ public:
+  Tracking(Run& run, const Sequence& sequence, Remeshing remeshing)
+      : run_(run), sequence_(sequence), remeshing_(remeshing) {}
+
+  void go(const fs::path& output, const Progress& progress) {
+    int frame = run_.options().flag("resume") && fs::exists(output) ? take_up(output) : 0;
+    if (frame > 0)
+      run_.terminal().remark(
+          fmt::format("goes on after frame {}", sequence_.file(frame - 1).number));
+    const int begun = frame;
+    for (; frame < sequence_.count(); ++frame) {
+      const Progress part = progress.step(fmt::format("frame {}", sequence_.file(frame).number),
+                                          1.0 / (sequence_.count() - begun));
+      const Stopwatch watch;
+      Model model;
+      try {
+        model = sequence_.read(frame);
+        one_frame(output, frame, model, watch, part);
+      } catch (const InvalidInput& error) {
+        throw InvalidInput(
+            fmt::format("{}: {}", sequence_.file(frame).path.string(), error.what()));
+      }
+    }
+  }
+
+  const Json& frames() const { return frames_; }
+
+ private:
+  TrackTarget target_of(const Model& model) const {
+    return TrackTarget(model.mesh,
+                       run_.options().flag("photometric") ? vertex_colours(model) : Signal());
+  }
+
+  /// The template of a segment that remeshing made of the one that is followed.
+  TrackTemplate carried_on(int frame, const Model& model, const TrackTarget& target,
+                           const EvolvingSegment& segment, const std::vector<Vector3>& positions) {
+    if (!sequence_.has_truth())
+      return carried(follower_->known, segment, positions, target, nullptr);
+    const MaterialFrame truth = sequence_.truth(frame, model.mesh);
+    return carried(follower_->known, segment, positions, target, &truth);
+  }
+
+  /// Continues a store: returns the first frame that is not in it.
+  int take_up(const fs::path& output) {
+    const EvolvingReader reader(output);
+    if (!reader.broken().empty()) run_.terminal().warning(reader.broken());
+    const int stored = int(reader.frames().size());
+    for (int f = 0; f < stored; ++f)
+      require(f < sequence_.count() && reader.frames()[f].number == sequence_.file(f).number,
+              fmt::format("{}: --resume: its frame {} is not one of these frames; track them "
+                          "without --resume",
+                          output.string(), reader.frames()[f].number));
+    if (stored == 0) return 0;
+    for (int f = 0; f < stored; ++f)
+      if (f == 0 || reader.frames()[f].segment != reader.frames()[f - 1].segment)
+        take_up_segment(reader, f);
+    writer_.emplace(reader, stored);
+    current_ = reader.positions(stored - 1);
+    if (stored > 1 && reader.frames()[stored - 2].segment == reader.frames()[stored - 1].segment)
+      previous_ = reader.positions(stored - 2);
+    for (const StoredFrame& frame : reader.frames()) frames_.push_back(Json::parse(frame.measured));
+    return stored;
+  }
+
+  /// What was known when the segment that begins with this frame was begun.
+  void take_up_segment(const EvolvingReader& reader, int frame) {
+    const EvolvingSegment segment = reader.segment(reader.frames()[frame].segment);
+    const Model model = sequence_.read(frame);
+    const bool goes_on = follower_ && change(follower_->known.segment, segment).kept > 0;
+    if (goes_on) {
+      const std::vector<Vector3> positions = reader.positions(frame);
+      previous_ = positions_before(follower_->known.segment, reader.positions(frame - 1), segment,
+                                   positions);
+      follower_.emplace(carried_on(frame, model, target_of(model), segment, positions),
+                        run_.options());
+    } else {
+      previous_.clear();
+      follower_.emplace(own_template(sequence_, frame, model, run_.options(), reader.step(),
+                                     next_vertex_, next_triangle_),
+                        run_.options());
+      require(follower_->known.segment.triangles == segment.triangles,
+              fmt::format("{}: --resume: {} is not the mesh that it was made of; track without "
+                          "--resume",
+                          reader.manifest().string(), sequence_.file(frame).path.string()));
+    }
+    count_ids(segment);
+  }
+
+  void count_ids(const EvolvingSegment& segment) {
+    for (const int id : segment.vertex_ids) next_vertex_ = std::max(next_vertex_, id + 1);
+    for (const int id : segment.triangle_ids) next_triangle_ = std::max(next_triangle_, id + 1);
+  }
+
+  void one_frame(const fs::path& output, int frame, const Model& model, const Stopwatch& watch,
+                 const Progress& progress) {
+    Json measured = {{"frame", sequence_.file(frame).number}};
+    if (!writer_)
+      writer_.emplace(
+          output, store_step(bounding_box(model.mesh).diagonal()),
+          Json{{"verb", run_.options().table().verb()}, {"options", options_json(run_.options())}}
+              .dump());
+    bool is_new = !follower_;
+    if (follower_) {
+      const TrackTarget target = target_of(model);
+      TrackedFrame tracked =
+          follower_->tracker.follow(current_, previous_, target, progress.step("follow", 0.7));
+      tracked.distortion = distortion(follower_->known, tracked.positions);
+      is_new = run_.options().has("restart") &&
+               tracked.distance.p95 > run_.options().number("restart") / 100;
+      if (!is_new) {
+        previous_ = std::move(current_);
+        current_ = rounded(std::move(tracked.positions), writer_->step());
+        measured.update(frame_json(tracked));
+        measured["triangles_kept"] = follower_->known.segment.triangle_count();
+        measured["triangles_born"] = measured["triangles_died"] = 0;
+        if (remeshing_ == Remeshing::done)
+          remesh_here(frame, model, target, measured, progress.step("remesh", 0.3));
+      }
+    }
+    if (is_new) measured.update(begin_segment(frame, model));
+    if (sequence_.has_truth()) add_truth(frame, model, measured);
+    measured["seconds"]["all"] = watch.seconds();
+    writer_->add_frame(sequence_.file(frame).number, current_, measured.dump());
+    frames_.push_back(std::move(measured));
+  }
+
+  /// Takes the frame's own mesh as the template from here on.
+  Json begin_segment(int frame, const Model& model) {
+    const int died = follower_ ? follower_->known.segment.triangle_count() : 0;
+    follower_.emplace(own_template(sequence_, frame, model, run_.options(), writer_->step(),
+                                   next_vertex_, next_triangle_),
+                      run_.options());
+    count_ids(follower_->known.segment);
+    current_ = follower_->known.rest;
+    previous_.clear();
+    writer_->add_segment(follower_->known.segment, current_);
+    return born_json(follower_->known.segment.triangle_count(), died);
+  }
+
+  /// Replaces what of the template does not show the frame.
+  void remesh_here(int frame, const Model& model, const TrackTarget& target, Json& measured,
+                   const Progress& progress) {
+    const Stopwatch watch;
+    const EvolvingSegment& before = follower_->known.segment;
+    const Surface tracked =
+        make_surface(mesh_of(before, current_), {.kind = WeldOptions::Kind::none});
+    const Remeshed remeshed =
+        remesh(tracked, target.surface(), {.birth = follower_->known.rest}, progress);
+    if (remeshed.born > 0 || remeshed.died > 0) {
+      const EvolvingSegment segment =
+          remeshed_segment(remeshed, before, next_vertex_, next_triangle_);
+      const std::vector<Vector3> positions = rounded(remeshed.mesh.positions, writer_->step());
+      previous_ = positions_before(before, previous_, segment, positions);
+      current_ = positions;
+      TrackTemplate next = carried_on(frame, model, target, segment, positions);
+      follower_.emplace(std::move(next), run_.options());
+      count_ids(segment);
+      writer_->add_segment(segment, current_);
+      const SurfaceDistance distance = surface_distance(follower_->known.mesh(), target);
+      const Distortion stretched = distortion(follower_->known, current_);
+      measured.update({{"distance_mean", distance.mean},
+                       {"distance_p95", distance.p95},
+                       {"distance_max", distance.max},
+                       {"distortion_mean", stretched.mean},
+                       {"distortion_p95", stretched.p95},
+                       {"triangles_kept", remeshed.kept},
+                       {"triangles_born", remeshed.born},
+                       {"triangles_died", remeshed.died}});
+    }
+    measured["seconds"]["remesh"] = watch.seconds();
+  }
+
+  void add_truth(int frame, const Model& model, Json& measured) {
+    const MaterialFrame truth = sequence_.truth(frame, model.mesh);
+    const DriftSummary found = summary(
+        drift(current_, follower_->known.material, truth, sequence_.truth_tolerance(truth)));
+    measured["drift"] = {{"known", found.known},
+                         {"mean", found.mean},
+                         {"p95", found.p95},
+                         {"max", found.max},
+                         {"mean_edges", found.mean / follower_->edge}};
+  }
+
+  Run& run_;
+  const Sequence& sequence_;
+  Remeshing remeshing_;
+  std::optional<EvolvingWriter> writer_;
+  std::optional<Follower> follower_;
+  std::vector<Vector3> current_, previous_;
+  int next_vertex_ = 0, next_triangle_ = 0;
+  Json frames_ = Json::array();
+};
+
+/// The worst of a number over the frames.
+double worst(const Json& frames, const char* name) {
+  double most = 0;
+  for (const Json& frame : frames) most = std::max(most, frame.at(name).get<double>());
+  return most;
+}
+
+std::string table(const Json& frames) {
+  std::string text = fmt::format("{:>7} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8}\n", "frame", "mean",
+                                 "95 %", "max", "distortion", "born", "seconds");
+  for (const Json& f : frames) {
+    text += fmt::format(
+        "{:>7} {:>9.4f}% {:>9.4f}% {:>9.4f}% {:>10.3f} {:>8} {:>8.2f}", f.at("frame").get<int>(),
+        100 * f.at("distance_mean").get<double>(), 100 * f.at("distance_p95").get<double>(),
+        100 * f.at("distance_max").get<double>(), f.at("distortion_p95").get<double>(),
+        f.at("triangles_born").get<int>(), f.at("seconds").at("all").get<double>());
+    if (f.contains("drift"))
+      text += fmt::format("   drift {:.5g} = {:.3f} edges", f["drift"]["mean"].get<double>(),
+                          f["drift"]["mean_edges"].get<double>());
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+Json track_sequence(Run& run, Remeshing remeshing, double share) {
+  const OptionValues& options = run.options();
+  const fs::path output = options.text("output");
+  require(
+      output.extension() == ".evolving",
+      fmt::format("--output: found '{}', wanted a name that ends in .evolving", output.string()));
+  const Sequence sequence(run);
+  for (int f = 0; f < sequence.count(); ++f) run.will_read(sequence.file(f).path);
+  run.will_write({output, fs::path(output).replace_extension(".blocks")});
+  run.input = {{"frames", sequence.count()},
+               {"first", sequence.file(0).path.string()},
+               {"last", sequence.file(sequence.count() - 1).path.string()}};
+  if (run.dry_run()) return nullptr;
+  Tracking tracking(run, sequence, remeshing);
+  {
+    const Step step(run, "track", share);
+    tracking.go(output, step);
+  }
+  run.print(table(tracking.frames()));
+  return {{"frames", tracking.frames()},
+          {"distance_p95", worst(tracking.frames(), "distance_p95")},
+          {"distance_max", worst(tracking.frames(), "distance_max")}};
+}
+
+void add_tracking_options(OptionTable& table) {
+  using Type = Option::Type;
+  table.add({.name = "sequence",
+             .place = Option::Place::positional,
+             .type = Type::path,
+             .required = true,
+             .help = "frame_%04d.ply, or a folder of frames: OBJ, PLY, glTF or GLB"});
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .required = true,
+             .metavar = "OUT",
+             .help = "the evolving mesh, a name that ends in .evolving",
+             .details = "Its blocks are written beside it, in a file that ends in .blocks."});
+  table.add({.name = "frames",
+             .type = Type::text,
+             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
+             .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
+             .metavar = "RANGE",
+             .group = "Sequence",
+             .help = "which frames, such as 1-100 or 1-100x2; else all there are"});
+  table.add({.name = "texture",
+             .type = Type::path,
+             .group = "Sequence",
+             .help = "pictures instead of those the frames name, %04d for the number"});
+  table.add({.name = "resume",
+             .group = "Sequence",
+             .help = "go on with OUT where it ends, if it is there",
+             .details = "The result is the same as that of one run with the same options."});
+  table.add({.name = "restart",
+             .type = Type::number,
+             .unit = "% of the diagonal",
+             .least = 0,
+             .most = 100,
+             .group = "Sequence",
+             .help = "begin anew with the frame's own mesh where 95 % are not within this"});
+  table.add({.name = "photometric",
+             .group = "Tracking",
+             .help = "let colours correct what slides along the surface",
+             .details = "Colours at vertices, or textures, of the frames."});
+  table.add({.name = "cycles",
+             .type = Type::integer,
+             .default_value = "2",
+             .least = 1,
+             .most = 20,
+             .group = "Tracking",
+             .help = "of registration by colour in each frame"});
+  table.add({.name = "nodes",
+             .type = Type::number,
+             .default_value = "5",
+             .unit = "% of the square root of the area",
+             .least = 1,
+             .most = 50,
+             .group = "Tracking",
+             .help = "how far nodes of the deformation graph are apart"});
+  table.add({.name = "stiffness",
+             .type = Type::number,
+             .default_value = "0.03",
+             .least = 1e-6,
+             .most = 1e6,
+             .group = "Tracking",
+             .help = "of the graph's edges against the distances, in the end",
+             .details = "A frame begins with a thousand times as much."});
+  table.add({.name = "elasticity",
+             .type = Type::number,
+             .default_value = "0.1",
+             .least = 0,
+             .most = 1,
+             .group = "Tracking",
+             .help = "how much of the shape at birth comes back in each frame"});
+  table.add({.name = "angle",
+             .type = Type::number,
+             .default_value = "60",
+             .unit = "degrees",
+             .least = 1,
+             .most = 90,
+             .group = "Tracking",
+             .help = "between normals of points that may correspond, at most"});
+  table.add({.name = "no-prediction",
+             .group = "Tracking",
+             .help = "begin each frame where the last one ended, not where its motion leads"});
+  table.add({.name = "truth",
+             .type = Type::text,
+             .metavar = "uv|MATERIAL",
+             .group = "Measuring",
+             .help = "say how far vertices are from where they should be",
+             .details = "MATERIAL: meshes of the same triangles whose positions are where their "
+                        "material is at rest, a folder or frame_%04d.ply; sample makes them. uv: "
+                        "texture coordinates are the same for the same material in all frames."});
+}
+
+}  // namespace mq::app

@@ -1,0 +1,18 @@
+#pragma once
+/// What track and evolve have in common: a sequence followed with one triangulation.
+
+#include "run.h"
+
+namespace mq::app {
+
+/// The sequence, the output, and how it is followed; all but whether it is remeshed.
+void add_tracking_options(OptionTable& table);
+
+/// Whether what does not show a frame is replaced by the frame's own triangles.
+enum class Remeshing { left, done };
+
+/// Follows the sequence of the options and stores it in the output, a frame at a time. Prints a
+/// table; returns what was measured: `frames`, `distance_p95`, `distance_max`; null with --dry-run.
+Json track_sequence(Run& run, Remeshing remeshing, double share);
+
+}  // namespace mq::app

@@ -1,0 +1,40 @@
+// marquetry evolve SEQUENCE -o OUT.evolving: track --remesh, then unwrap: one mesh that changes
+// only where it must, and one atlas for all of its frames.
+//
+// The store is there without texture coordinates until the sequence has been followed to its end,
+// so that --resume can go on with it.
+#include "outputs.h"
+#include "tracking_run.h"
+#include "unwrap_evolving.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+constexpr double tracking_share = 0.85;  // of the time
+
+Exit evolve(Run& run) {
+  const OptionValues& options = run.options();
+  if (options.has("picture")) run.will_write({options.text("picture")});
+  const Json measured = track_sequence(run, Remeshing::done, tracking_share);
+  if (run.dry_run()) return Exit::done;
+  run.result = measured;
+  const std::filesystem::path output = options.text("output");
+  unwrap_store(run, output, output, 1 - tracking_share);
+  say_written(run, store_paths(options));
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb evolve_verb() {
+  OptionTable table("evolve",
+                    "Make one mesh that changes only where it must of a sequence of meshes, with "
+                    "one texture atlas for all frames.");
+  add_tracking_options(table);
+  add_atlas_options(table);
+  add_evolving_atlas_options(table);
+  return {table, evolve};
+}
+
+}  // namespace mq::app
