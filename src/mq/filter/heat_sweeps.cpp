@@ -30,6 +30,12 @@ constexpr double most_change = 5;
 /// tolerances.
 constexpr double most_tolerances = 100;
 
+/// Where rows that never fit are many the tolerance is out of reach: sweeps that bring down what is
+/// missed by less than this share in `recent` of them, after as many to begin with, bring no more. Above
+/// so many tolerances that says nothing, as rows count for no more there.
+constexpr double least_progress = 0.05, near_tolerance = 10;
+constexpr std::size_t recent = 10;
+
 /// Beyond this ratio, e^8, of neighbours u is not believed.
 constexpr float most_log_ratio = 8;
 
@@ -140,8 +146,15 @@ HeatSweeps sweep_heat(const SparseMatrix& A, const std::vector<std::pair<int, do
 
   Sweep sweep(A, std::move(met), is_fixed, log_u);
   result.change = infinity;
-  while (result.sweeps < options.max_sweeps && result.change > options.tolerance) {
+  std::vector<double> missed;
+  const auto stands_still = [&] {
+    return missed.size() >= 2 * recent && missed.back() < near_tolerance * options.tolerance &&
+           missed.back() > (1 - least_progress) * missed[missed.size() - 1 - recent];
+  };
+  while (result.sweeps < options.max_sweeps && result.change > options.tolerance &&
+         !stands_still()) {
     result.change = sweep.run(most_tolerances * options.tolerance);
+    missed.push_back(result.change);
     ++result.sweeps;
     progress.at(1 - 0.9 / (1 + 0.1 * result.sweeps));
   }

@@ -11,7 +11,9 @@ namespace mq {
 
 struct HeatSweepOptions {
   double tolerance =
-      1e-4;  ///< stop when Σ_j a_ij u_j / u_i is this near to 1, on average; above 1e-8
+      1e-4;  ///< stop when Σ_j a_ij u_j / u_i is this near to 1, on average; above 1e-8. Or
+             ///< when within ten times that it gets no nearer: by less than a twentieth in ten
+             ///< sweeps, after twenty
   int max_sweeps = 200;
 };
 
