@@ -14,6 +14,7 @@
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/fem/vertex_multigrid.h"
+#include "mq/flow/surface_levels.h"
 #include "mq/flow/surface_systems.h"
 #include "mq/flow/surface_warp.h"
 #include "mq/linear/conjugate_gradients.h"
@@ -154,12 +155,8 @@ std::vector<Scale> scales_of(const MeshFlowOptions& options, const FlowMesh& fin
 /// The work on one pair.
 class Aligner {
  public:
-  Aligner(const Surface& surface, const MeshFlowOptions& options, const Progress& progress)
-      : options_(options),
-        meshes_(surface,
-                options.solver == FlowSolver::hierarchical ? coarsest_vertices
-                                                           : std::numeric_limits<int>::max(),
-                progress) {
+  Aligner(const FlowMeshes& meshes, const MeshFlowOptions& options)
+      : options_(options), meshes_(meshes) {
     if (options.solver == FlowSolver::direct)
       direct_.emplace(meshes_[0], options.basis, options.thesis);
   }
@@ -211,8 +208,6 @@ class Aligner {
     }
     return flow;
   }
-
-  const FlowMesh& finest() const { return meshes_[0]; }
 
  private:
   struct Pair {
@@ -405,7 +400,7 @@ class Aligner {
   }
 
   const MeshFlowOptions& options_;
-  FlowMeshes meshes_;
+  const FlowMeshes& meshes_;
   std::optional<DirectFlowSolver> direct_;
   std::vector<Pair> raw_;  ///< prepared signals, per mesh
   int mesh_ = 0;           ///< the one at hand
@@ -435,10 +430,9 @@ std::vector<double> MeshFlow::errors() const {
   return all;
 }
 
-MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& target,
-                   const MeshFlowOptions& options, const Progress& progress) {
-  const Stopwatch watch;
-  require_signals(surface, source, target);
+MeshFlowFinder::MeshFlowFinder(const Surface& surface, const MeshFlowOptions& options,
+                               const Progress& progress)
+    : options_(options) {
   require(options.levels >= 0 && options.levels <= 64 && options.steps > 0,
           fmt::format("{} levels of {} steps were wanted; 0 to 64 levels of at least one step are "
                       "possible",
@@ -447,19 +441,45 @@ MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& t
        {options.robust_data, options.robust_smoothness, options.gradient_constancy})
     require(value >= 0 && std::isfinite(value),
             fmt::format("a weight of {} was given; one that is not negative was wanted", value));
-  if (options.solver == FlowSolver::hierarchical && options.basis != FlowBasis::vertex)
+  const bool hierarchical = options.solver == FlowSolver::hierarchical;
+  if (hierarchical && options.basis != FlowBasis::vertex)
     throw Unsupported(
         "the hierarchical solver is for the vertex basis; take the direct solver for "
         "another");
-  Aligner aligner(surface, options, progress.step("meshes", 0.3));
-  const SurfaceScale scale = aligner.finest().space().scale();
+  meshes_ = std::make_unique<const FlowMeshes>(
+      surface, hierarchical ? coarsest_vertices : std::numeric_limits<int>::max(), progress);
+}
+
+MeshFlowFinder::~MeshFlowFinder() = default;
+MeshFlowFinder::MeshFlowFinder(MeshFlowFinder&&) noexcept = default;
+
+const FlowMesh& MeshFlowFinder::finest() const { return (*meshes_)[0]; }
+
+MeshFlow MeshFlowFinder::operator()(const Signal& source, const Signal& target,
+                                    const Progress& progress) const {
+  const Stopwatch watch;
+  require_signals(finest().surface(), source, target);
+  Aligner aligner(*meshes_, options_);
+  const SurfaceScale scale = finest().space().scale();
   aligner.take_signals(source, target,
-                       positive_length(options.detail, scale, "a length of details"));
-  const std::vector<Scale> scales = scales_of(options, aligner.finest());
+                       positive_length(options_.detail, scale, "a length of details"));
+  const std::vector<Scale> scales = scales_of(options_, finest());
   const double prepared_in = watch.seconds();
-  MeshFlow flow = aligner.run(scales, progress.step("levels", 0.7));
+  MeshFlow flow = aligner.run(scales, progress);
   flow.prepare_seconds = prepared_in;
   flow.seconds = watch.seconds();
+  return flow;
+}
+
+MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& target,
+                   const MeshFlowOptions& options, const Progress& progress) {
+  const Stopwatch watch;
+  require_signals(surface, source, target);
+  const MeshFlowFinder find(surface, options, progress.step("meshes", 0.3));
+  const double made_in = watch.seconds();
+  MeshFlow flow = find(source, target, progress.step("levels", 0.7));
+  flow.prepare_seconds += made_in;
+  flow.seconds += made_in;
   return flow;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Optical flow between two signals at the vertices of one mesh.
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,9 @@
 #include "mq/trace/trace_mesh.h"
 
 namespace mq {
+
+class FlowMesh;
+class FlowMeshes;
 
 /// Where a field has its coefficients, and what measures its smoothness (thesis 4.5).
 enum class FlowBasis {
@@ -121,6 +125,27 @@ struct MeshFlow {
 /// `Unsupported` where a basis and a solver do not go together.
 MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& target,
                    const MeshFlowOptions& options = {}, const Progress& progress = {});
+
+/// The same for many pairs on one surface, whose coarser meshes are made once. Surface must outlive
+/// it. Throws as `mesh_flow` does: what is about options when it is made, what is about signals
+/// when they come.
+class MeshFlowFinder {
+ public:
+  explicit MeshFlowFinder(const Surface& surface, const MeshFlowOptions& options = {},
+                          const Progress& progress = {});
+  ~MeshFlowFinder();
+  MeshFlowFinder(MeshFlowFinder&&) noexcept;
+
+  /// `prepare_seconds` of the result are those of the signals alone.
+  MeshFlow operator()(const Signal& source, const Signal& target,
+                      const Progress& progress = {}) const;
+
+  const FlowMesh& finest() const;  ///< surface_levels.h
+
+ private:
+  MeshFlowOptions options_;
+  std::unique_ptr<const FlowMeshes> meshes_;
+};
 
 /// The signal at time t between 0 (the source) and 1 (the target), thesis (4.26):
 ///

@@ -9,7 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/vertex_space.h"
-#include "mq/mesh/closest_point.h"
+#include "mq/flow/surface_levels.h"
 #include "mq/mesh/geometry.h"
 #include "mq/trace/surface_flow.h"
 
@@ -51,59 +51,79 @@ Vector weaker_slope(const Surface& surface, const VertexSpace& space, const Sign
 
 }  // namespace
 
-ColourRegistration register_by_colour(const Surface& source, const Signal& source_colours,
-                                      const Surface& target, const Signal& target_colours,
-                                      const MeshFlowOptions& options, const Progress& progress) {
+ColourRegistrar::ColourRegistrar(const Surface& target, const Signal& target_colours,
+                                 const MeshFlowOptions& options, const Progress& progress)
+    : target_(target),
+      colours_(target_colours),
+      flow_(target, options, progress),
+      on_target_(target.mesh) {
+  require(
+      colours_.rows() == target.mesh.vertex_count() && colours_.allFinite(),
+      fmt::format("{} rows of colours were given for {} vertices of the target, or some are not "
+                  "finite",
+                  colours_.rows(), target.mesh.vertex_count()));
+  slopes_ = weaker_slope(target, flow_.finest().space(), colours_);
+  mean_slope_ = slopes_.mean();
+  const Eigen::RowVectorXd mean = colours_.colwise().mean();
+  variance_ = (colours_.rowwise() - mean).squaredNorm() / double(colours_.rows());
+}
+
+std::vector<double> ColourRegistrar::confidences(const Surface& source,
+                                                 const Signal& source_colours,
+                                                 const ColourRegistration& found) const {
+  const std::vector<Vector3> source_normals = vertex_normals(source.mesh);
+  const std::vector<Vector3> target_normals = triangle_normals(target_.mesh);
+  std::vector<double> result(source.mesh.positions.size(), 0.0);
+  parallel_for(std::ssize(result), [&](std::int64_t v) {
+    const SurfacePoint& p = found.points[v];
+    const double difference = (at(target_.mesh, colours_, p) - source_colours.row(v)).squaredNorm();
+    const double known = at(target_.mesh, slopes_, p)[0];
+    const double facing = source_normals[v].dot(target_normals[found.closest[v].triangle]);
+    if (variance_ > 0 && mean_slope_ > 0)
+      result[v] = variance_ / (variance_ + difference) * known / (known + mean_slope_) *
+                  std::max(0.0, facing);
+  });
+  return result;
+}
+
+ColourRegistration ColourRegistrar::operator()(const Surface& source, const Signal& source_colours,
+                                               const Progress& progress) const {
   require(
       source_colours.rows() == source.mesh.vertex_count() && source_colours.allFinite(),
       fmt::format("{} rows of colours were given for {} vertices of the source, or some are not "
                   "finite",
                   source_colours.rows(), source.mesh.vertex_count()));
-  require(target_colours.cols() == source_colours.cols(),
+  require(colours_.cols() == source_colours.cols(),
           fmt::format("the source has {} channels and the target {}", source_colours.cols(),
-                      target_colours.cols()));
+                      colours_.cols()));
   ColourRegistration result;
 
   // Step 2: the source's colours on the target.
-  const ClosestPointFinder on_source(source.mesh), on_target(target.mesh);
+  const ClosestPointFinder on_source(source.mesh);
   const std::vector<ClosestPoint> seen =
-      on_source(target.mesh.positions, progress.step("project", 0.1));
-  Signal projected(target.mesh.vertex_count(), source_colours.cols());
+      on_source(target_.mesh.positions, progress.step("project", 0.1));
+  Signal projected(target_.mesh.vertex_count(), source_colours.cols());
   parallel_for(projected.rows(), [&](std::int64_t v) {
     projected.row(v) = at(source.mesh, source_colours, surface_point(seen[v]));
   });
 
   // Step 3: align them. Step 4: move the closest points.
-  result.flow = mesh_flow(target, projected, target_colours, options, progress.step("flow", 0.7));
+  result.flow = flow_(projected, colours_, progress.step("flow", 0.7));
   const std::vector<ClosestPoint> closest =
-      on_target(source.mesh.positions, progress.step("closest points", 0.1));
+      on_target_(source.mesh.positions, progress.step("closest points", 0.1));
   for (const ClosestPoint& p : closest) result.closest.push_back(surface_point(p));
-  const TraceMesh mesh(target);
-  result.points = SurfaceFlow::along(mesh, result.flow.field)
+  result.points = SurfaceFlow::along(flow_.finest().trace(), result.flow.field)
                       .trace(result.closest, 1, progress.step("move", 0.1))
                       .ends;
-
-  const VertexSpace space(target);
-  const Vector slope = weaker_slope(target, space, target_colours);
-  const double mean_slope = slope.mean();
-  const Eigen::RowVectorXd mean = target_colours.colwise().mean();
-  const double variance =
-      (target_colours.rowwise() - mean).squaredNorm() / double(target_colours.rows());
-  const std::vector<Vector3> source_normals = vertex_normals(source.mesh);
-  const std::vector<Vector3> target_normals = triangle_normals(target.mesh);
-  const Signal slopes = slope;
-  result.confidences.assign(source.mesh.positions.size(), 0.0);
-  parallel_for(std::ssize(result.confidences), [&](std::int64_t v) {
-    const SurfacePoint& p = result.points[v];
-    const double difference =
-        (at(target.mesh, target_colours, p) - source_colours.row(v)).squaredNorm();
-    const double known = at(target.mesh, slopes, p)[0];
-    const double facing = source_normals[v].dot(target_normals[result.closest[v].triangle]);
-    if (variance > 0 && mean_slope > 0)
-      result.confidences[v] =
-          variance / (variance + difference) * known / (known + mean_slope) * std::max(0.0, facing);
-  });
+  result.confidences = confidences(source, source_colours, result);
   return result;
+}
+
+ColourRegistration register_by_colour(const Surface& source, const Signal& source_colours,
+                                      const Surface& target, const Signal& target_colours,
+                                      const MeshFlowOptions& options, const Progress& progress) {
+  const ColourRegistrar registrar(target, target_colours, options, progress.step("prepare", 0.2));
+  return registrar(source, source_colours, progress.step("register", 0.8));
 }
 
 }  // namespace mq

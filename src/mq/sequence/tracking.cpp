@@ -250,11 +250,14 @@ void SurfaceTracker::State::follow_colours(std::span<const Vector3> current,
   flow.largest = options.colour_largest;
   flow.smallest = options.colour_smallest;
   std::vector<VertexPull> pulls(current.size());
+  const Stopwatch preparing;
+  const ColourRegistrar registrar(target.surface(), target.colours(), flow,
+                                  progress.step("colours' meshes", 0.2));
+  frame.seconds.colour += preparing.seconds();
   for (int cycle = 0; cycle < options.colour_cycles; ++cycle) {
     const Stopwatch colouring;
     const ColourRegistration registered =
-        register_by_colour(now, colours, target.surface(), target.colours(), flow,
-                           progress.step("colours", 1.0 / options.colour_cycles));
+        registrar(now, colours, progress.step("colours", 0.8 / options.colour_cycles));
     frame.seconds.colour += colouring.seconds();
     for (int i = 0; i < 2; ++i) {
       const Stopwatch corresponding;
