@@ -121,6 +121,28 @@ TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
     EXPECT_NEAR(halfway(28, y) - truth(28, y), halfway(35, y) - truth(35, y), 0.03) << y;
 }
 
+/// A wave, moved by a texel, under a pattern of single texels that is another each time.
+TEST(Flow, DoesNotTakeWhatIsFinerThanItsTrianglesForWaves) {
+  const Folder folder;
+  write_strip(folder);
+  for (const int second : {0, 1}) {
+    Image<float> image(64, 48, 1);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x) {
+        const double along = x < 32 ? x : x - 6.4;
+        image(x, y) = float(0.5 + 0.2 * std::sin(0.25 * (along - second)) * std::cos(0.2 * y) +
+                            0.1 * ((x + y + second) % 2 == 0 ? 1 : -1));
+      }
+    write_image(folder / (second ? "b.png" : "a.png"), image);
+  }
+  const Result result = marquetry(folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "out",
+                                           "--longest-edge", "6", "--detail", "0", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto error = result.json()["result"]["error"].get<std::vector<double>>();
+  EXPECT_LT(error.front(), 0.2);
+  EXPECT_LT(error.back(), 0.2 * error.front());
+}
+
 TEST(Interpolate, GivesBackBothEndsAndMovesBetween) {
   const Folder folder;
   write_image(folder / "a.png", blobs(60, 50, 0, 0));

@@ -16,12 +16,13 @@ struct TextureFlowOptions {
 };
 
 /// The flow of two signals of texels. Triangles are cut until no edge is longer than `longest_edge`
-/// in their chart, the textures are looked up at the vertices so made, and `mesh_flow` aligns
-/// these. Values between the two are found by following the field from the centre of each texel and
-/// looking the textures themselves up at the ends, so that what does not move loses nothing to the
-/// mesh: a texel both of whose paths rest keeps its values bit for bit. Texels whose centre lies
-/// outside their chart follow the path of the nearest point of the surface, so that lookups agree
-/// across seams. No value leaves the range of the textures.
+/// in their chart, the textures are looked up at the vertices so made (with edges above two texels:
+/// their means around them), and `mesh_flow` aligns these. Values between the two are found by
+/// following the field from the centre of each texel and looking the textures themselves up at the
+/// ends, so that what does not move loses nothing to the mesh: a texel both of whose paths rest keeps
+/// its values bit for bit. Texels whose centre lies outside their chart follow the path of the
+/// nearest point of the surface, so that lookups agree across seams. No value leaves the range of
+/// the textures.
 ///
 /// Surface, atlas and space must outlive it.
 class TextureFlow {
