@@ -14,6 +14,7 @@ bool asks_for(const OptionValues& options, const std::string& name) {
   if (!options.given(name)) return false;
   const Option& option = options.table().find(name);
   if (option.type == Option::Type::flag) return options.flag(name);
+  if (option.default_value.empty()) return true;
   if (option.type == Option::Type::number)
     return options.number(name) != OptionValues(options.table()).number(name);
   return options.text(name) != option.default_value;

@@ -105,6 +105,35 @@ TEST(TextureShock, NeverLeavesTheRangeAndKeepsConstants) {
             constant);
 }
 
+TEST(TextureShock, LeavesOutlinesAsSmoothAsTexelsAllow) {
+  const Sheet sheet({.cells = 14, .parts = 1, .jitter = 0, .scale = 0.65, .angle = odd_angle}, 160);
+  const double texel = std::sqrt(1.0 / sheet.space.size());
+  const auto beyond = [&](int i) {
+    const auto& p = sheet.space.texels().positions[i];
+    return (std::hypot(p[0] - 0.47, p[1] - 0.52) - 0.28) / texel;
+  };
+  Signal blurred(sheet.space.size(), 1);
+  for (int i = 0; i < sheet.space.size(); ++i) blurred(i, 0) = 0.5 - 0.4 * std::tanh(beyond(i) / 2);
+  EXPECT_EQ(usual_longest_edge(sheet.space.size()), 0.7);
+  EXPECT_NEAR(usual_longest_edge(600'000), 1.01, 0.01);
+  EXPECT_EQ(usual_longest_edge(5'000'000), 1.4);
+  /// How far from the outline texels have come to be on the other side of it.
+  const auto teeth = [&](double longest_edge) {
+    const Signal sharp = texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space,
+                                       blurred,
+                                       {.weights = {1e-5, 1e-5},
+                                        .time = {ShockTime::Unit::relative, 4},
+                                        .longest_edge = longest_edge})
+                             .signal;
+    double most = 0;
+    for (int i = 0; i < sheet.space.size(); ++i)
+      if ((sharp(i, 0) > 0.5) != (blurred(i, 0) > 0.5)) most = std::max(most, std::abs(beyond(i)));
+    return most;
+  };
+  EXPECT_LT(teeth(usual_longest_edge(sheet.space.size())), 0.35);
+  EXPECT_GT(teeth(1.4), 0.4);
+}
+
 TEST(TextureShock, DoesNotDependOnTheUnitOfLength) {
   // Edges and texels everywhere in line, so that rounding would have much to decide.
   const CutOptions options{.cells = 8, .parts = 2, .jitter = 0, .scale = 0.75};

@@ -247,10 +247,13 @@ Exit shock_model(Run& run) {
       report_solves(run, shocked.solves);
     } else {
       const TexelSpace& space = dynamic_cast<const TexelDomain&>(target->domain()).space();
+      const double longest_edge = options.has("longest-edge") ? options.number("longest-edge")
+                                                              : usual_longest_edge(space.size());
+      run.result["longest_edge"] = longest_edge;
       ShockedTexture shocked = texture_shock(scene.surface, *scene.atlas, space, before,
                                              {.weights = weights,
                                               .time = asked_time(options),
-                                              .longest_edge = options.number("longest-edge"),
+                                              .longest_edge = longest_edge,
                                               .solver = vertex_solver(options)},
                                              step);
       after = std::move(shocked.signal);
@@ -319,12 +322,14 @@ void add_shock_options(OptionTable& table) {
              .help = "how far the strength of edges is spread; more leaves fewer, larger regions"});
   table.add({.name = "longest-edge",
              .type = Type::number,
-             .default_value = "1.4",
              .unit = "texels",
              .least = 0.25,
              .most = 64,
              .group = "Shock",
-             .help = "triangles are cut until no edge is longer, for textures"});
+             .help = "triangles are cut until no edge is longer, for textures",
+             .details = "Without it 0.7 up to 290,000 texels in charts, more for more, and 1.4 from "
+                        "1.2 million. More than 0.7 is quicker, needs less memory and leaves edges "
+                        "serrated."});
   table.add({.name = "method",
              .type = Type::choice,
              .default_value = "transport",

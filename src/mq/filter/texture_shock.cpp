@@ -51,6 +51,11 @@ void look_up(const RefinedTexture& refined, const TexelSpace& space, const Signa
 
 }  // namespace
 
+double usual_longest_edge(int texels) {
+  constexpr double vertices = 1.5e6;
+  return std::clamp(std::sqrt(expected_vertices(texels, 1) / vertices), 0.7, 1.4);
+}
+
 ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                              const Signal& signal, const TextureShockOptions& options,
                              const Progress& progress) {

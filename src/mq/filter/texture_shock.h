@@ -14,6 +14,11 @@ namespace mq {
 /// Makes a solver for systems of vertices at these places.
 using VertexSolver = std::function<SolverFactory(std::span<const Vector3> positions)>;
 
+/// A longest edge for textures of so many texels: 0.7, with which the outline of a blurred disc becomes
+/// as smooth as texels allow (at 1.4 it has teeth of half a texel more), as long as that is 1.5 million
+/// vertices, and otherwise what is, but 1.4 at most.
+double usual_longest_edge(int texels);
+
 struct TextureShockOptions {
   ShockWeights weights;
   ShockTime time;
