@@ -1,9 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "cli/models.h"
 #include "cli/refusal.h"
 #include "mq/io/evolving_file.h"
+#include "mq/io/vertex_colours.h"
 
 namespace mq::test {
 namespace {
@@ -44,6 +48,62 @@ TEST(Evolve, FollowsRemeshesAndLaysOut) {
   EXPECT_NO_THROW(check(evolving));
   EXPECT_GT(evolving.segments.size(), 1U);
   for (const EvolvingSegment& segment : evolving.segments) EXPECT_FALSE(segment.uvs.empty());
+}
+
+/// How far a model's colours are from those of another, where that one's vertices are.
+double colour_error(const Model& shown, const Model& captured) {
+  const ColourAt at = surface_colours(shown), there = surface_colours(captured);
+  const ClosestPointFinder closest(shown.mesh), own(captured.mesh);
+  double sum = 0;
+  for (const Vector3& p : captured.mesh.positions) {
+    const auto a = at(closest(p)), b = there(own(p));
+    for (int k = 0; k < 3; ++k) sum += std::abs(a[k] - b[k]) / 3;
+  }
+  return sum / captured.mesh.vertex_count();
+}
+
+TEST(ExportFrom, WritesWhatWasCapturedAsTextures) {
+  const Folder folder;
+  make_balls(folder, "28-30");
+  ASSERT_EQ(marquetry(folder, evolve("balls.evolving")).status, 0);
+  const Result result = marquetry(folder, {"export", "balls.evolving", "-o", "out/frame_%04d.obj",
+                                           "--from", "balls", "--size", "256", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto textures = result.json()["result"]["textures"];
+  ASSERT_EQ(textures.size(), 3U);
+  EXPECT_LT(textures[0]["unseen"].get<double>(), 0.05 * textures[0]["texels"].get<double>());
+  const Model shown = read_model(folder / "out/frame_0028.obj");
+  ASSERT_EQ(shown.textures.size(), 1U);
+  EXPECT_EQ(shown.textures[0].pixels.width(), 256);
+  const Model captured = read_model(folder / "balls/frame_0028.ply");
+  // The first frame lies on what was captured; patches of colour differ by much more.
+  EXPECT_LT(colour_error(shown, captured), 0.03);
+  Model wrong = captured;
+  wrong.colors.values =
+      std::vector<float>(captured.colors.values.rbegin(), captured.colors.values.rend());
+  EXPECT_GT(colour_error(shown, wrong), 0.1);
+  // Pictures alone are the same.
+  ASSERT_EQ(marquetry(folder, {"export", "balls.evolving", "-o", "texture_%02d.png", "--frames",
+                               "28", "--from", "balls", "--size", "256"})
+                .status,
+            0);
+  const Texture alone = read_texture(folder / "texture_28.png");
+  EXPECT_TRUE(std::ranges::equal(alone.pixels.values(), shown.textures[0].pixels.values()));
+}
+
+TEST(ExportFrom, RefusesWhatItCannotDo) {
+  const Folder folder;
+  make_balls(folder, "28-29");
+  ASSERT_EQ(marquetry(folder, {"track", "balls", "-o", "bare.evolving"}).status, 0);
+  const auto refused = [&](std::vector<std::string> words, const std::string& output) {
+    words.insert(words.begin(), {"export", "bare.evolving"});
+    return refusal(folder, words, output);
+  };
+  EXPECT_THAT(refused({"-o", "t_%02d.png", "--from", "balls"}, "t_28.png"),
+              HasSubstr("no texture coordinates"));
+  EXPECT_THAT(refused({"-o", "t.png", "--from", "balls"}, "t.png"), HasSubstr("a place for the"));
+  EXPECT_THAT(refused({"-o", "t_%02d.png", "--from", "cubes"}, "t_28.png"), HasSubstr("cubes"));
+  EXPECT_THAT(refused({"--from", "balls"}, "t_28.png"), HasSubstr("--output"));
 }
 
 TEST(Evolve, GoesOnWithWhatWasFollowed) {

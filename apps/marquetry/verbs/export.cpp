@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "captured_textures.h"
 #include "mq/base/error.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/evolving_gltf.h"
@@ -156,6 +157,10 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
 Exit run_export(Run& run) {
   const OptionValues& options = run.options();
   run.will_read(options.text("evolving"));
+  require(!options.has("from") || options.has("output"),
+          "--from: what is captured is written as textures, so --output says where");
+  require(!options.has("from") || !options.has("paint"),
+          "--paint: with --from the colours are those captured");
   if (options.has("paint")) run.will_read(options.text("paint"));
   const EvolvingReader reader(options.text("evolving"));
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
@@ -164,11 +169,14 @@ Exit run_export(Run& run) {
   if (options.has("output")) {
     frames = wanted_frames(options, reader);
     const std::string output = options.text("output");
-    require(is_animation(output) || (names_model(output) && has_frame_place(output)),
+    require(options.has("from") || is_animation(output) ||
+                (names_model(output) && has_frame_place(output)),
             fmt::format("--output: found '{}', wanted an animation (.glb), or a model with a place "
                         "for the frame's number, such as frame_%04d.ply",
                         output));
-    if (is_animation(output))
+    if (options.has("from"))
+      paths = captured_texture_paths(options, reader, frames);
+    else if (is_animation(output))
       paths = {output};
     else
       for (const int f : frames)
@@ -178,7 +186,10 @@ Exit run_export(Run& run) {
   run.result = describe(reader);
   run.print(in_words(run.result, reader));
   if (run.dry_run() || paths.empty()) return Exit::done;
-  write_frames(run, reader, frames, paths);
+  if (options.has("from"))
+    write_captured_textures(run, reader, frames);
+  else
+    write_frames(run, reader, frames, paths);
   say_written(run, paths);
   return Exit::done;
 }
@@ -198,7 +209,8 @@ Verb export_verb() {
              .type = Type::path,
              .metavar = "OUT",
              .help = "frame_%04d.ply (or .obj, .gltf, .glb) for a file a frame, or .glb for an "
-                     "animation; without it nothing is written"});
+                     "animation; without it nothing is written",
+             .details = "With --from also pictures, or a video."});
   table.add({.name = "frames",
              .type = Type::text,
              .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
@@ -217,7 +229,8 @@ Verb export_verb() {
              .unit = "frames a second",
              .least = 0.001,
              .most = 100000,
-             .help = "of an animation"});
+             .help = "of an animation, or a video"});
+  add_captured_texture_options(table);
   return {table, run_export};
 }
 

@@ -50,4 +50,48 @@ Signal vertex_colours(const Model& model) {
   return sums;
 }
 
+namespace {
+
+/// The picture that a triangle shows; null: none.
+const Texture* texture_of(const Model& model, int t) {
+  const int texture = model.mesh.texture(t);
+  if (!model.mesh.textured(t) || texture < 0 || texture >= int(model.textures.size()))
+    return nullptr;
+  return model.textures[texture].pixels.empty() ? nullptr : &model.textures[texture];
+}
+
+}  // namespace
+
+bool has_colours(const Model& model) {
+  if (model.colors.channels > 0) return true;
+  for (int t = 0; t < model.mesh.triangle_count(); ++t)
+    if (texture_of(model, t)) return true;
+  return false;
+}
+
+ColourAt surface_colours(const Model& model) {
+  return [&model](const ClosestPoint& point) {
+    const Mesh& mesh = model.mesh;
+    const int t = point.triangle;
+    Eigen::RowVector3d colour = Eigen::RowVector3d::Constant(0.5);
+    if (const int stored = model.colors.channels; stored > 0) {
+      colour.setZero();
+      for (int k = 0; k < 3; ++k)
+        colour += point.barycentric[k] *
+                  colour_of(std::span(model.colors.values)
+                                .subspan(std::size_t(mesh.triangles[t][k]) * stored,
+                                         std::size_t(stored)));
+    } else if (const Texture* texture = texture_of(model, t)) {
+      Vector2 uv = Vector2::Zero();
+      for (int k = 0; k < 3; ++k) uv += point.barycentric[k] * mesh.uv(t, k);
+      const Image<float>& pixels = texture->pixels;
+      std::array<float, 16> values{};
+      sample(pixels, uv.x() * pixels.width() - 0.5, (1 - uv.y()) * pixels.height() - 0.5,
+             texture->wrap, std::span(values).first(std::size_t(pixels.channels())));
+      colour = colour_of(std::span(values).first(std::size_t(pixels.channels())));
+    }
+    return std::array{float(colour[0]), float(colour[1]), float(colour[2])};
+  };
+}
+
 }  // namespace mq

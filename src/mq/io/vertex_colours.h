@@ -1,8 +1,9 @@
 #pragma once
-/// The colours a model shows at its vertices.
+/// The colours a model shows at its vertices, and anywhere on it.
 
 #include "mq/io/model.h"
 #include "mq/linear/matrix.h"
+#include "mq/sequence/texture_frame.h"
 
 namespace mq {
 
@@ -10,5 +11,13 @@ namespace mq {
 /// mean of its textures as its corners see them, grey as three equal channels. Vertices that show
 /// nothing get the mean of the others. Without any colours there are no columns.
 Signal vertex_colours(const Model& model);
+
+/// Whether it has any: at vertices, or a texture on some triangle.
+bool has_colours(const Model& model);
+
+/// The colour a model shows at a point of its mesh: between those of the triangle's corners if it
+/// has any, else of its textures, bilinear; grey as three equal channels, and mid grey where it
+/// shows nothing. The model must stay.
+ColourAt surface_colours(const Model& model);
 
 }  // namespace mq
