@@ -112,6 +112,9 @@ TEST(Stitch, FillsWhatTheLabelsSayIsUnseen) {
       stitch(folder, "out.png", {"--labels", "labels.png", "--unseen", "#000000"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(result.json()["result"]["unseen"], 144);
+  const Result mistyped =
+      stitch(folder, "other.png", {"--labels", "labels.png", "--unseen", "#123456"});
+  EXPECT_THAT(mistyped.error, HasSubstr("--unseen #123456: no texel has this label"));
   const Image<float> after = read_texture(folder / "out.png").pixels, truth = picture(64, 48, 1);
   for (int y = 14; y < 34; ++y)
     for (int x = 6; x < 26; ++x)

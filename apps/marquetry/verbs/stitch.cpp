@@ -134,9 +134,27 @@ bool describe(Run& run, const Work& work) {
                                "stitch; check --unseen and confidences");
   run.result["regions"] = labels.size();
   run.result["unseen"] = std::ranges::count(work.labels, unseen);
+  if (run.options().has("unseen") && run.result["unseen"] == 0)
+    run.terminal().warning(
+        fmt::format("--unseen {}: no texel has this label, so every region counts as seen",
+                    run.options().text("unseen")));
   if (labels.size() > 1 || std::ranges::count(work.labels, unseen) > 0) return true;
   run.terminal().remark("there is one region only, so nothing to stitch");
   return false;
+}
+
+/// Says so where seams are not better than they were.
+void compare_seams(Run& run) {
+  const Json& seams = run.result["seams"];
+  for (const char* what : {"rms", "largest"}) {
+    const double before = seams["before"][what], after = seams["after"][what];
+    if (after > 1.01 * before && after > 1e-3)
+      run.terminal().warning(fmt::format(
+          "textures jump more across seams than before ({} {:.3g}, was {:.3g}): single texels where "
+          "charts are smaller than a few texels, or share them, are far off; look at them, and try "
+          "--space stored, or a larger texture",
+          what, after, before));
+  }
 }
 
 Exit stitch(Run& run) {
@@ -196,6 +214,7 @@ Exit stitch(Run& run) {
   const Step step(run, "write", 0.1);
   target->put(work.psi, result.signal, scene.model);
   run.result["seams"] = {{"before", seams}, {"after", seams_json(scene)}};
+  compare_seams(run);
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
