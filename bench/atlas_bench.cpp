@@ -1,7 +1,7 @@
-// What the verbs of an atlas spend their time in: the change that stitching asks for, the front of
-// distances and the sweeps of heat, noise and contrast of lines, a whole denoising, values at
-// seams; a plain filter to compare with. Each beside one pass of S over the same texels in the same
-// run.
+// What the verbs of an atlas spend their time in: the change that stitching asks for, charts that
+// overlap laid apart, the front of distances and the sweeps of heat, noise and contrast of lines, a
+// whole denoising, values at seams; a plain filter to compare with. Each beside one pass of S over
+// the same texels in the same run.
 //
 //     atlas_bench --benchmark_counters_tabular=true
 
@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "fem/cut_squares.h"
+#include "mq/atlas/lay_apart.h"
 #include "mq/base/stopwatch.h"
 #include "mq/fem/elements.h"
 #include "mq/fem/multigrid_solver.h"
@@ -27,12 +28,17 @@ namespace {
 
 /// 36 charts turned by odd angles on a square, and a signal on them.
 struct Ground {
-  explicit Ground(int side)
-      : cut(fixtures::cut("", fixtures::turned(fixtures::odd_angle, 6), {side, side})),
+  explicit Ground(int side, double scale = 0.6)
+      : cut(fixtures::cut("", scaled(fixtures::turned(fixtures::odd_angle, 6), scale), {side, side})),
         space(cut.model->surface, cut.model->atlas),
         places(fixtures::places_of(space)),
         stiffness(space.stiffness()),
         psi(solid_noise(places, 0.01).replicate(1, 3)) {}
+
+  static fixtures::CutOptions scaled(fixtures::CutOptions options, double scale) {
+    options.scale = scale;
+    return options;
+  }
 
   fixtures::Cut cut;
   TexelSpace space;
@@ -69,6 +75,14 @@ void stitch_change(benchmark::State& state) {
   compare(state, ground, [&] {
     benchmark::DoNotOptimize(stitch_regions(domain, ground.psi, ground.space.texels().chart));
   });
+}
+
+/// Charts so large in their slots that all overlap others.
+void lay_charts_apart(benchmark::State& state) {
+  const Ground ground(int(state.range(0)), 1);
+  const fixtures::Textured& model = *ground.cut.model;
+  compare(state, ground,
+          [&] { benchmark::DoNotOptimize(lay_apart(model.surface, model.atlas)); });
 }
 
 void geodesic_front(benchmark::State& state) {
@@ -131,6 +145,7 @@ void fill_seams(benchmark::State& state) {
 #define ATLAS_BENCHMARK(name) BENCHMARK(name)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond)
 ATLAS_BENCHMARK(filter_smooth);
 ATLAS_BENCHMARK(stitch_change);
+ATLAS_BENCHMARK(lay_charts_apart);
 ATLAS_BENCHMARK(geodesic_front);
 ATLAS_BENCHMARK(geodesic_sweeps);
 ATLAS_BENCHMARK(lic_noise);
