@@ -135,7 +135,7 @@ void put_positions(Run& run, Scene& scene, const std::vector<Vector3>& positions
   if (moved && leave_out_normals(scene.model))
     run.terminal().remark(
         fmt::format("{}: says normals, which are those of the shape as it was: they are left out, "
-                    "and the file is made anew",
+                    "and the file is made anew, without comments, skins or animations",
                     scene.model.path.string()));
 }
 

@@ -30,6 +30,11 @@ bool leaves_model(const fs::path& to, const fs::path& from) {
   return to.extension() != ".glb" && to.extension() != from.extension();
 }
 
+/// Whether pictures beside `from` go into `to`: a GLB that is made anew holds them.
+bool joins_model(const fs::path& to, const fs::path& from) {
+  return to.extension() == ".glb" && from.extension() != ".glb";
+}
+
 bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
 
 void refuse_collisions(const std::vector<fs::path>& paths) {
@@ -103,6 +108,10 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
   for (std::size_t i = 0; i < model.textures.size(); ++i) {
     const Texture& texture = model.textures[i];
     const fs::path own = own_name(model, i);
+    if (!texture.path.empty() && joins_model(path, model.path)) {
+      texture_names_.push_back(texture.name);
+      continue;
+    }
     const bool beside_source = fs::equivalent(path.parent_path() / own, texture.path, ignored) &&
                                !fs::equivalent(path, model.path, ignored);
     const std::string stem = path.stem().string();

@@ -143,6 +143,24 @@ TEST(Shock, SharpensColoursAtVertices) {
   EXPECT_EQ(marquetry(folder, {"shock", "sheet.ply", "-o", "sharp.png"}).status, 2);
 }
 
+TEST(Shock, PutsPicturesIntoAGlb) {
+  const Folder folder;
+  write_strip(folder);
+  const Result result =
+      marquetry(folder, {"shock", "strip.obj", "-o", "sharp.glb", "-t", "3", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["outputs"].dump(), R"(["sharp.glb"])");
+  EXPECT_EQ(folder.names(),
+            (std::vector<std::string>{"sharp.glb", "strip.mtl", "strip.obj", "strip.png"}));
+  ASSERT_EQ(marquetry(folder, {"shock", "strip.obj", "-o", "sharp.png", "-t", "3"}).status, 0);
+  const Model glb = read_model(folder / "sharp.glb");
+  ASSERT_EQ(glb.textures.size(), 1U);
+  EXPECT_EQ(glb.textures[0].pixels, read_texture(folder / "sharp.png").pixels);
+  // Once more from the GLB: at time 0 it comes back as it is.
+  ASSERT_EQ(marquetry(folder, {"shock", "sharp.glb", "-o", "same.glb", "-t", "0"}).status, 0);
+  EXPECT_EQ(file_bytes(folder / "same.glb"), file_bytes(folder / "sharp.glb"));
+}
+
 TEST(Shock, GivesTheSameBitsForAnyNumberOfThreads) {
   const Folder folder;
   write_strip(folder);
