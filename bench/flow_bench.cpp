@@ -5,6 +5,8 @@
 //     flow_bench thesis [N]       the thesis' presets beside ours, on a torus of N vertices: 27,000
 //     flow_bench size N...        time on tori of so many vertices
 //     flow_bench tables N...      of each basis the size of its systems and the time of their parts
+//     flow_bench pair FOLDER      a torus of 60,000 vertices: first.ply, second.ply, whose colours
+//                                 are turned by 10 to 30 spacings, blend.ply with both mixed
 //
 // Seconds are processor time of all threads; where only the wall's are known of a part, its share
 // of them times the processor time of the whole.
@@ -29,6 +31,7 @@
 #include "mq/flow/surface_levels.h"
 #include "mq/flow/surface_optical_flow.h"
 #include "mq/flow/surface_systems.h"
+#include "mq/io/model.h"
 #include "mq/linear/block_multigrid.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/noise.h"
@@ -175,9 +178,9 @@ void line(const std::string& name, const Pair& pair, const MeshFlow& flow, doubl
 }
 
 const std::vector<std::pair<FlowBasis, std::string>> bases = {{FlowBasis::triangle, "triangle"},
-                                                              {FlowBasis::gradient, "gradient"},
                                                               {FlowBasis::whitney, "Whitney"},
-                                                              {FlowBasis::vertex, "vertex"}};
+                                                              {FlowBasis::vertex, "vertex"},
+                                                              {FlowBasis::gradient, "gradient"}};
 
 void thesis(int vertices, double shift) {
   const Pair pair = twisted_torus(vertices, shift);
@@ -224,6 +227,22 @@ void systems(const Pair& pair) {
   const DataTerms data = data_terms(mesh.space(), difference, mean);
   const int vertices = pair.surface.mesh.vertex_count();
   const double weight = 4 * pair.spacing * pair.spacing * data.trace / mesh.area();
+  double last = processor_seconds();
+  const auto passed = [&] {
+    const double now = processor_seconds();
+    return now - std::exchange(last, now);
+  };
+  VertexSystem system = vertex_system(mesh, data, weight);
+  const double build = passed();
+  const FlowMeshes meshes(pair.surface, 100);
+  const double coarse = passed();
+  BlockMultigrid multigrid(meshes.transfers_from(0), {.tolerance = 1e-3});
+  multigrid.set_matrix(std::move(system.matrix));
+  const double set_up = passed();
+  Vector z = Vector::Zero(system.right_hand_side.size());
+  const int cycles = multigrid.solve(system.right_hand_side, z).cycles;
+  fmt::print("| {} | vertex, multigrid | 2 | | | {:.2f} | {:.2f} | {:.2f} | {:.2f} ({} cycles) |\n",
+             vertices, build, coarse, set_up, passed(), cycles);
   for (const auto& [basis, name] : bases) {
     DirectFlowSolver solver(mesh, basis);
     // Processor seconds per second on the wall, of one solve.
@@ -243,22 +262,6 @@ void systems(const Pair& pair) {
                share * cost.substitute_seconds);
     std::fflush(stdout);
   }
-  double last = processor_seconds();
-  const auto passed = [&] {
-    const double now = processor_seconds();
-    return now - std::exchange(last, now);
-  };
-  VertexSystem system = vertex_system(mesh, data, weight);
-  const double build = passed();
-  const FlowMeshes meshes(pair.surface, 100);
-  const double coarse = passed();
-  BlockMultigrid multigrid(meshes.transfers_from(0), {.tolerance = 1e-3});
-  multigrid.set_matrix(std::move(system.matrix));
-  const double set_up = passed();
-  Vector z = Vector::Zero(system.right_hand_side.size());
-  const int cycles = multigrid.solve(system.right_hand_side, z).cycles;
-  fmt::print("| {} | vertex, multigrid | 2 | | | {:.2f} | {:.2f} | {:.2f} | {:.2f} ({} cycles) |\n",
-             vertices, build, coarse, set_up, passed(), cycles);
 }
 
 /// Thesis Table 4.3: a correction pass on the mesh itself.
@@ -278,13 +281,34 @@ void passes(const Pair& pair) {
 }
 
 void tables(const std::vector<int>& sizes) {
+  fmt::print("| vertices | method | smooth | warp | estimate |\n|---|---|---|---|---|\n");
+  for (const int n : sizes) passes(twisted_torus(n, 10));
   fmt::print(
-      "| vertices | basis | unknowns per vertex | entries of S per row | entries, millions | "
+      "\n| vertices | basis | unknowns per vertex | entries of S per row | entries, millions | "
       "construct | analyse or coarsen | factor or set up | substitute or solve |\n"
       "|---|---|---|---|---|---|---|---|---|\n");
   for (const int n : sizes) systems(twisted_torus(n, 10));
-  fmt::print("\n| vertices | method | smooth | warp | estimate |\n|---|---|---|---|---|\n");
-  for (const int n : sizes) passes(twisted_torus(n, 10));
+}
+
+void write_coloured(const std::string& path, const Mesh& mesh, const Signal& colours) {
+  Model model;
+  model.mesh = mesh;
+  model.mesh.uvs.clear(), model.mesh.corner_uvs.clear();
+  model.colors.channels = int(colours.cols());
+  for (Eigen::Index v = 0; v < colours.rows(); ++v)
+    for (Eigen::Index c = 0; c < colours.cols(); ++c)
+      model.colors.values.push_back(float(0.5 + 0.4 * colours(v, c)));
+  write_model(path, model);
+}
+
+void write_pair(const std::string& folder) {
+  Pair pair = twisted_torus(60000, 20);
+  const Mesh& mesh = pair.surface.mesh;
+  // Spots with edges, which show twice when mixed.
+  for (Signal* signal : {&pair.source, &pair.target}) *signal = (8 * signal->array()).tanh();
+  write_coloured(folder + "/first.ply", mesh, pair.source);
+  write_coloured(folder + "/second.ply", mesh, pair.target);
+  write_coloured(folder + "/blend.ply", mesh, 0.5 * (pair.source + pair.target));
 }
 
 }  // namespace
@@ -297,12 +321,14 @@ int main(int count, char** arguments) {
   } else if (what == "thesis") {
     mq::thesis(count > 2 ? std::atoi(arguments[2]) : 27000,
                count > 3 ? std::atof(arguments[3]) : 8);
+  } else if (what == "pair" && count > 2) {
+    mq::write_pair(arguments[2]);
   } else if ((what == "size" || what == "tables") && count > 2) {
     std::vector<int> sizes;
     for (int i = 2; i < count; ++i) sizes.push_back(std::atoi(arguments[i]));
     what == "size" ? mq::sizes(sizes) : mq::tables(sizes);
   } else {
-    fmt::print("flow_bench motions | thesis [N [shift]] | size N... | tables N...\n");
+    fmt::print("flow_bench motions | thesis [N [shift]] | size N... | tables N... | pair FOLDER\n");
     return 2;
   }
 }

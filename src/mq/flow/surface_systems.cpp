@@ -297,6 +297,7 @@ DirectFlowSolver::DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
     }
     case FlowBasis::whitney:
       prolongation_ = whitney_prolongation(edges, shapes);
+      // With the diagonal star rows have 11 entries; with the Whitney mass 29, and dearer factors.
       smoothness_ = hodge_laplacian(edges, stars, diagonal_matrix(stars.one));
       pins_ = diagonal_matrix(Vector::Ones(edges.count()));
       break;
