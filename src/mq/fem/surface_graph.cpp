@@ -124,15 +124,46 @@ Adjacency adjacency_of(const SparseMatrix& A, const Cells& cells) {
   return result;
 }
 
+/// Where charts are crumbs that share texels a cell has thousands of neighbours, and pairs of them
+/// are millions; what is farther than so many does not hold the point.
+constexpr int most_neighbours = 48;
+
+/// Of every cell's neighbours those whose centres are nearest to its own, in order of their numbers.
+Adjacency nearest(const Adjacency& all, const SurfacePoints& points, const Cells& cells) {
+  const int count = int(cells.centres.size());
+  Adjacency result;
+  result.starts.assign(count + 1, 0);
+  for (int c = 0; c < count; ++c)
+    result.starts[c + 1] =
+        result.starts[c] + std::min(most_neighbours, all.starts[c + 1] - all.starts[c]);
+  result.cells.resize(result.starts[count]);
+  parallel_for(count, [&](std::int64_t c) {
+    const int kept = result.starts[c + 1] - result.starts[c];
+    std::vector<int> list(all.begin(int(c)), all.end(int(c)));
+    if (kept < int(list.size())) {
+      const Point origin = point(points, cells.centres[c]);
+      std::vector<std::pair<float, int>> ways;
+      for (const int other : list)
+        ways.emplace_back((point(points, cells.centres[other]) - origin).squaredNorm(), other);
+      std::ranges::nth_element(ways, ways.begin() + kept);
+      for (int k = 0; k < kept; ++k) list[k] = ways[k].second;
+      list.resize(kept);
+      std::ranges::sort(list);
+    }
+    std::ranges::copy(list, result.cells.begin() + result.starts[c]);
+  });
+  return result;
+}
+
 /// A combination of up to three cells.
 struct Combination {
   int count = 1;
   std::array<WeightedIndex, 3> entries;
 };
 
-/// Interpolates point p of cell `own` from the cells around.
+/// Interpolates point p of cell `own` from the cells around, which are `near`.
 Combination interpolate(const Point& p, int own, const SurfacePoints& points, const Cells& cells,
-                        const Adjacency& adjacency) {
+                        const Adjacency& near, const Adjacency& adjacency) {
   const Point origin = point(points, cells.centres[own]), q = p - origin;
   Combination best;
   best.entries[0] = {own, 1};
@@ -140,8 +171,8 @@ Combination interpolate(const Point& p, int own, const SurfacePoints& points, co
 
   // The triangle that holds the projection of p and is nearest to it, the smaller at a tie.
   float best_distance = std::numeric_limits<float>::infinity();
-  const int* end = adjacency.end(own);
-  for (const int* a = adjacency.begin(own); a != end; ++a) {
+  const int* end = near.end(own);
+  for (const int* a = near.begin(own); a != end; ++a) {
     const Point u = point(points, cells.centres[*a]) - origin;
     for (const int* b = a + 1; b != end; ++b) {
       if (!adjacency.adjacent(*a, *b)) continue;
@@ -161,7 +192,7 @@ Combination interpolate(const Point& p, int own, const SurfacePoints& points, co
 
   // Else the nearest edge of the own cell.
   best_distance = q.norm();
-  for (const int* a = adjacency.begin(own); a != end; ++a) {
+  for (const int* a = near.begin(own); a != end; ++a) {
     const Point u = point(points, cells.centres[*a]) - origin;
     const float uu = u.dot(u);
     if (!(uu > 0)) continue;
@@ -179,12 +210,13 @@ Combination interpolate(const Point& p, int own, const SurfacePoints& points, co
 GraphCoarsening coarsen_graph(const SparseMatrix& A, const SurfacePoints& given, double radius) {
   const SurfacePoints points{given.positions, graded(A, given), given.kept};
   const Cells cells = sample(A, points, radius);
-  const Adjacency adjacency = adjacency_of(A, cells);
+  const Adjacency adjacency = adjacency_of(A, cells), near = nearest(adjacency, points, cells);
   const int n = int(A.rows()), count = int(cells.centres.size());
 
   std::vector<Combination> rows(n);
   parallel_for(n, [&](std::int64_t i) {
-    rows[i] = interpolate(point(points, int(i)), cells.owner[i], points, cells, adjacency);
+    rows[i] = interpolate(point(points, int(i)), cells.owner[i], points, cells, near,
+                          adjacency);
   });
   std::vector<int> starts(n + 1, 0);
   for (int i = 0; i < n; ++i) starts[i + 1] = starts[i] + rows[i].count;
