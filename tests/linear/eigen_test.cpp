@@ -27,10 +27,10 @@ TEST(SmallestEigenpairs, AreThoseOfADiagonalPencil) {
 }
 
 TEST(SmallestEigenpairs, AgreeWithADenseDecomposition) {
-  const SparseMatrix A = grid_laplacian(12, 0.01), B = grid_laplacian(12, 2);
+  const SparseMatrix A = grid_laplacian(30, 0.01), B = grid_laplacian(30, 2);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> dense(
       Eigen::MatrixXd(A), Eigen::MatrixXd(B), Eigen::EigenvaluesOnly);
-  for (const int count : {1, 7, 40, 144}) {
+  for (const int count : {1, 7, 40}) {
     const EigenPairs pairs = smallest_eigenpairs(A, B, {.count = count});
     EXPECT_LE((pairs.values - dense.eigenvalues().head(count)).cwiseAbs().maxCoeff(), 1e-12) << count;
   }
@@ -47,12 +47,25 @@ TEST(SmallestEigenpairs, AreOrthonormalAndHaveNoResidual) {
 }
 
 TEST(SmallestEigenpairs, FindWholeNullSpacesAndEigenspaces) {
-  std::vector<double> a(500, 0.0);
-  for (int i = 0; i < 500; ++i) a[(i * 77) % 500] = i < 9 ? 0 : i < 24 ? 1 : i;
-  const EigenPairs pairs = smallest_eigenpairs(diagonal(a), diagonal(std::vector<double>(500, 1.0)),
+  std::vector<double> a(1000, 0.0);
+  for (int i = 0; i < 1000; ++i) a[(i * 77) % 1000] = i < 9 ? 0 : i < 24 ? 1 : i;
+  const EigenPairs pairs = smallest_eigenpairs(diagonal(a), diagonal(std::vector<double>(1000, 1.0)),
                                                {.count = 26});
   for (int k = 0; k < 26; ++k)
     EXPECT_NEAR(pairs.values[k], k < 9 ? 0 : k < 24 ? 1 : k, 1e-10) << k;
+}
+
+TEST(SmallestEigenpairs, AreFoundHoweverManyOfASmallMatrix) {
+  for (const int side : {1, 2, 5, 9}) {
+    const SparseMatrix A = grid_laplacian(side, 0), B = grid_laplacian(side, 3);
+    for (const int count : {1, side, side * side}) {
+      const EigenPairs pairs = smallest_eigenpairs(A, B, {.count = count});
+      const Eigen::MatrixXd residual =
+          A * pairs.vectors - B * pairs.vectors * pairs.values.asDiagonal();
+      EXPECT_LE(residual.cwiseAbs().maxCoeff(), 1e-12) << side << " " << count;
+      EXPECT_NEAR(pairs.values[0], 0, 1e-12);
+    }
+  }
 }
 
 TEST(SmallestEigenpairs, RefuseWhatIsNoPencil) {

@@ -17,11 +17,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
 #include "mq/base/random.h"
+#include "mq/linear/solver.h"
 
 namespace mq {
 
@@ -31,6 +33,9 @@ using Matrix = Eigen::MatrixXd;
 
 /// Directions of a block shorter than this, relative to its longest, are rounding.
 constexpr double rank_tolerance = 1e-12;
+
+/// Rows up to which a dense decomposition is taken: a second of work.
+constexpr Eigen::Index most_dense = 800;
 
 Matrix random_block(Eigen::Index rows, int columns) {
   const Random random(1);
@@ -44,6 +49,29 @@ Matrix random_block(Eigen::Index rows, int columns) {
 double shift_for(const SparseMatrix& A, const SparseMatrix& B) {
   const double trace = std::abs(A.diagonal().sum());
   return -(trace > 0 ? trace / double(A.rows()) : 1) / B.diagonal().sum();
+}
+
+/// Makes every column's largest component positive.
+void turn(Matrix& vectors) {
+  for (Eigen::Index k = 0; k < vectors.cols(); ++k) {
+    Eigen::Index largest = 0;
+    vectors.col(k).cwiseAbs().maxCoeff(&largest);
+    if (vectors(largest, k) < 0) vectors.col(k) *= -1;
+  }
+}
+
+/// All pairs at once, of which the first are returned: where a basis would nearly be the whole space,
+/// its last blocks are rounding.
+EigenPairs dense_pairs(const SparseMatrix& A, const SparseMatrix& B, int count) {
+  const Matrix dense_B(B);
+  if (Eigen::LLT<Matrix>(dense_B).info() != Eigen::Success)
+    throw NotPositiveDefinite("the second matrix of the pencil is not positive definite");
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> all(Matrix(A), dense_B);
+  if (all.eigenvalues()[0] <= shift_for(A, B))
+    throw NotPositiveDefinite("the first matrix of the pencil is not positive semidefinite");
+  EigenPairs result{all.eigenvalues().head(count), all.eigenvectors().leftCols(count)};
+  turn(result.vectors);
+  return result;
 }
 
 class BlockLanczos {
@@ -67,8 +95,8 @@ class BlockLanczos {
     }
     if (converged() < options_.count)
       throw SolverError(fmt::format("of the {} smallest eigenvalues wanted, {} were found with {} "
-                                    "vectors; ask for fewer or for a larger tolerance than {:g}",
-                                    options_.count, converged(), V_.cols(), options_.tolerance));
+                                    "vectors; ask for fewer",
+                                    options_.count, converged(), V_.cols()));
     return pairs();
   }
 
@@ -137,11 +165,7 @@ class BlockLanczos {
     for (int k = 0; k < options_.count; ++k)
       result.values[k] = shift_ + 1 / ritz_.eigenvalues()[size - 1 - k];
     result.vectors = V_ * ritz_.eigenvectors().rightCols(options_.count).rowwise().reverse();
-    for (int k = 0; k < options_.count; ++k) {
-      Eigen::Index largest = 0;
-      result.vectors.col(k).cwiseAbs().maxCoeff(&largest);
-      if (result.vectors(largest, k) < 0) result.vectors.col(k) *= -1;
-    }
+    turn(result.vectors);
     return result;
   }
 
@@ -165,6 +189,7 @@ EigenPairs smallest_eigenpairs(const SparseMatrix& A, const SparseMatrix& B,
           fmt::format("{} eigenvalues of a matrix of {} rows were asked for", options.count,
                       A.rows()));
   require(B.diagonal().sum() > 0, "the second matrix of the pencil is not positive definite");
+  if (A.rows() <= most_dense) return dense_pairs(A, B, options.count);
   BlockLanczos lanczos(A, B, options, progress);
   return lanczos.run(progress.step("iterate", 0.5));
 }

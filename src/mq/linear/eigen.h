@@ -27,8 +27,9 @@ struct EigenOptions {
 /// Block Lanczos on (A − σB)⁻¹B with σ = −tr A / (n·tr B): eigenvalues of a
 /// multiplicity up to the block's size, null spaces among them, are found whole, which a single
 /// starting vector cannot promise. Costs one factorisation and about 3·count solves, storage for as
-/// many vectors. Deterministic. Throws `InvalidInput` on sizes that do not fit,
-/// `NotPositiveDefinite`, and `SolverError` where 20·count + 400 vectors did not suffice.
+/// many vectors. Matrices of up to 800 rows are decomposed as dense ones. Deterministic. Throws
+/// `InvalidInput` on sizes that do not fit, `NotPositiveDefinite`, and `SolverError` where
+/// 20·count + 400 vectors did not suffice.
 EigenPairs smallest_eigenpairs(const SparseMatrix& A, const SparseMatrix& B,
                                const EigenOptions& options = {}, const Progress& progress = {});
 
