@@ -369,6 +369,15 @@ TEST(MeshFlow, CopesWithUglySurfaces) {
   const MeshFlow flow = mesh_flow(surface, a, b, from(10));
   EXPECT_TRUE(flow.field.allFinite());
   EXPECT_LT(flow.errors().back(), 0.3 * flow.blend_error);
+  // Vertices that only a triangle without area uses leave no row empty.
+  for (const FlowBasis basis : bases) {
+    MeshFlowOptions options = from(10);
+    options.basis = basis;
+    options.solver = FlowSolver::direct;
+    const MeshFlow direct = mesh_flow(surface, a, b, options);
+    EXPECT_TRUE(direct.field.allFinite()) << int(basis);
+    EXPECT_LE(direct.errors().back(), direct.blend_error) << int(basis);
+  }
 }
 
 TEST(MeshFlow, RefusesWhatItCannotAlign) {

@@ -289,9 +289,11 @@ DirectFlowSolver::DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
     case FlowBasis::gradient: {
       const Vector inner = away_from_boundary(surface, shapes);
       prolongation_ = gradient_prolongation(space_) * kept_potentials(inner).asDiagonal();
-      smoothness_ = curl_and_div_inside(
-          space_, stars.zero.unaryExpr([](double a) { return a > 0 ? a : 1.0; }), inner);
-      pins_ = diagonal_matrix((Vector(2 * stars.zero.size()) << stars.zero, stars.zero).finished() /
+      // Vertices of triangles without area are held like the others, so that no row is empty.
+      const double usual = space_.scale().area / double(stars.zero.size());
+      const Vector areas = stars.zero.unaryExpr([&](double a) { return a > 0 ? a : usual; });
+      smoothness_ = curl_and_div_inside(space_, areas, inner);
+      pins_ = diagonal_matrix((Vector(2 * areas.size()) << areas, areas).finished() /
                               space_.scale().area);
       break;
     }
