@@ -19,6 +19,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/draw/corner_normals.h"
 #include "mq/draw/lines.h"
 #include "mq/draw/scene.h"
 #include "mq/draw/textures.h"
@@ -43,21 +44,6 @@ std::vector<LineStyle> line_styles(const RenderOptions& options) {
   styles[end] = {{0.25f, 0.65f, 1.f}, 1, half, 0.7f * half, {0.02f, 0.03f, 0.05f}, 0.65f};
   styles[seam] = {{1.f, 0.45f, 0.05f}, 1, half, 0.7f * half, {0.05f, 0.03f, 0.02f}, 0.65f};
   return styles;
-}
-
-/// Smooth normals, except at corners that turn away from their triangle: there creases stay.
-std::vector<Eigen::Vector3f> corner_normals(const Mesh& mesh) {
-  const std::vector<Vector3> vertices = vertex_normals(mesh);
-  constexpr double crease = 0.7660444431;  // cos 40°
-  std::vector<Eigen::Vector3f> normals(std::size_t(mesh.triangle_count()) * 3);
-  parallel_for(mesh.triangle_count(), [&](std::int64_t t) {
-    const Vector3 face = triangle_normal(mesh, int(t));
-    for (int k = 0; k < 3; ++k) {
-      const Vector3& smooth = vertices[mesh.triangles[t][k]];
-      normals[3 * t + k] = (smooth.dot(face) > crease ? smooth : face).cast<float>();
-    }
-  });
-  return normals;
 }
 
 /// The edges drawn as lines, each once.

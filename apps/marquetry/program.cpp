@@ -1,0 +1,248 @@
+// It finds the verb, reads its options, shows progress, stops on Ctrl-C, writes the report and turns
+// errors into words and an exit status. The work itself is in verbs/, one file each, and in the
+// library.
+#include "program.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <new>
+#include <optional>
+#include <thread>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "mq/io/frame_files.h"
+#include "interrupt.h"
+#include "mq/base/error.h"
+#include "mq/io/atomic_file.h"
+#include "run.h"
+#include "terminal.h"
+
+namespace mq::app {
+namespace {
+
+std::string overview(const std::vector<Verb>& verbs) {
+  std::string text =
+      "usage: marquetry VERB INPUT... -o OUTPUT [options]\n\n"
+      "Signal processing on textured triangle meshes.\n\n";
+  for (const Verb& verb : verbs)
+    text += fmt::format("  {:<12}{}\n", verb.table.verb(), wrap_text(verb.table.summary(), 80, 14));
+  return text +
+         "\n'marquetry VERB -h' is short help, 'marquetry VERB --help' all there is to know.\n";
+}
+
+Verb find_verb(std::vector<Verb> verbs, const std::string& name) {
+  std::vector<std::string> names;
+  for (Verb& verb : verbs) {
+    if (verb.table.verb() == name) {
+      add_running_options(verb.table);
+      return verb;
+    }
+    names.push_back(verb.table.verb());
+  }
+  throw InvalidInput(fmt::format("there is no verb '{}'{} ('marquetry --help' lists them)", name,
+                                 did_you_mean(name, names)));
+}
+
+/// What the words ask to be told, if they do; looked for before anything can be wrong with them.
+std::optional<HelpDetail> help_wanted(const std::vector<std::string>& words) {
+  const auto end = std::ranges::find(words, "--");
+  if (std::find(words.begin(), end, "--help") != end) return HelpDetail::complete;
+  if (std::find(words.begin(), end, "-h") != end) return HelpDetail::brief;
+  return std::nullopt;
+}
+
+OptionValues read_options(const OptionTable& table, const std::vector<std::string>& words) {
+  OptionValues options = parse_arguments(table, words);
+  if (options.given("config")) read_config(options.text("config"), options);
+  options.check();
+  return options;
+}
+
+/// The options of one frame: its number put into every file name that has a place for it.
+OptionValues frame_options(const OptionValues& options, int frame) {
+  OptionValues one = options;
+  for (const Option& option : options.table().options()) {
+    if (option.type != Option::Type::path || option.scope == Option::Scope::run) continue;
+    std::vector<std::string> names = options.texts(option.name);
+    if (names.empty()) continue;
+    for (std::string& name : names) name = frame_name(name, frame);
+    one.set(option.name, names);
+  }
+  return one;
+}
+
+/// Every frame needs an output of its own.
+void check_frame_places(const OptionValues& options) {
+  for (const Option& option : options.table().options())
+    if (option.name == "output" && options.has(option.name))
+      require(has_frame_place(options.text(option.name)),
+              fmt::format("--output: with --frames the name needs a place for the number, such as "
+                          "out_%04d.png; found '{}'",
+                          options.text(option.name)));
+}
+
+struct Outcome {
+  Exit exit = Exit::done;
+  Json report;
+};
+
+Outcome run_once(const Verb& verb, const OptionValues& options, Terminal& terminal,
+                 const Progress& progress) {
+  Run run(options, terminal, progress);
+  const Exit exit = verb.run(run);
+  progress.check();
+  return {exit, run.report()};
+}
+
+/// One run, or one for each frame; the report of a sequence is that of its last frame with the
+/// options of the whole and every frame's own report under "frames".
+Outcome run_all(const Verb& verb, const OptionValues& options, Terminal& terminal) {
+  const Progress progress([&](const ProgressEvent& event) { terminal.progress(event); },
+                          &Interrupt::requested());
+  const bool sequence = std::ranges::any_of(
+      options.table().options(), [](const Option& option) { return is_frames_option(option); });
+  if (!sequence || !options.has("frames")) return run_once(verb, options, terminal, progress);
+
+  check_frame_places(options);
+  const std::vector<int> frames = parse_frames(options.text("frames"));
+  Outcome all;
+  Json reports = Json::array();
+  for (const int frame : frames) {
+    Outcome one =
+        run_once(verb, frame_options(options, frame), terminal,
+                 progress.step(fmt::format("frame {}", frame), 1.0 / double(frames.size())));
+    all.exit = std::max(all.exit, one.exit);
+    one.report["frame"] = frame;
+    reports.push_back(std::move(one.report));
+  }
+  all.report = reports.back();
+  all.report.erase("frame");
+  all.report["options"] = options_json(options);
+  all.report["frames"] = std::move(reports);
+  return all;
+}
+
+void write_report(const OptionValues& options, const Json& report) {
+  const std::string text = json_text(report);
+  if (options.given("report"))
+    write_file(options.text("report"), std::as_bytes(std::span(text.data(), text.size())));
+  if (options.flag("json")) fmt::print("{}", text);
+}
+
+Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal& terminal) {
+  if (const auto detail = help_wanted(words)) {
+    fmt::print("{}", help_text(verb.table, *detail));
+    return Exit::done;
+  }
+  const OptionValues options = read_options(verb.table, words);
+  const auto threads = options.integer("threads");
+  const tbb::global_control control(
+      tbb::global_control::max_allowed_parallelism,
+      threads > 0 ? std::size_t(threads) : std::max(1U, std::thread::hardware_concurrency()));
+  if (options.flag("quiet")) terminal.set_voice(Terminal::Voice::quiet);
+  if (options.given("report")) const AtomicFile probe(options.text("report"));
+  const Outcome outcome = run_all(verb, options, terminal);
+  if (!options.flag("dry-run")) write_report(options, outcome.report);
+  return outcome.exit;
+}
+
+Exit run_words(const std::vector<Verb>& verbs, const std::vector<std::string>& words,
+               Terminal& terminal) {
+  if (words.empty() || words[0] == "--help" || words[0] == "-h" || words[0] == "help") {
+    fmt::print("{}", overview(verbs));
+    return Exit::done;
+  }
+  if (words[0] == "--version") {
+    fmt::print("marquetry {}\n", MARQUETRY_VERSION);
+    return Exit::done;
+  }
+  return run_verb(find_verb(verbs, words[0]), {words.begin() + 1, words.end()}, terminal);
+}
+
+/// What of a word on the command line could be a file's name.
+bool names_file(const std::string& word) {
+  const std::string extension = std::filesystem::path(word).extension().string();
+  std::error_code ignored;
+  return (extension.size() > 1 && std::isalpha(static_cast<unsigned char>(extension[1]))) ||
+         word.find('/') != std::string::npos || std::filesystem::exists(word, ignored);
+}
+
+/// The file that a message begins with, if it is there, or else the longest that it names of those
+/// on the command line; null where there is none.
+Json file_of(const std::string& message, const std::vector<std::string>& words) {
+  std::error_code ignored;
+  for (const char* end : {": ", ", ", " is "})
+    if (const std::string beginning = message.substr(0, message.find(end));
+        std::filesystem::exists(beginning, ignored))
+      return beginning;
+  std::string best;
+  for (const std::string& word : words) {
+    const std::string name = word.starts_with("--") ? word.substr(word.find('=') + 1) : word;
+    if (name.size() > best.size() && message.find(name) != std::string::npos && names_file(name))
+      best = name;
+  }
+  return best.empty() ? Json() : Json(best);
+}
+
+/// Says what went wrong: in words, and where --json was asked for as an object as well.
+void say_error(const std::string& message, const std::vector<std::string>& words,
+               Terminal& terminal) {
+  terminal.error(message);
+  const auto end = std::ranges::find(words, "--");
+  if (std::find(words.begin(), end, "--json") == end) return;
+  Json error = {{"message", message}};
+  if (const Json file = file_of(message, words); !file.is_null()) error["file"] = file;
+  fmt::print("{}",
+             json_text({{"verb", words[0]}, {"version", MARQUETRY_VERSION}, {"error", error}}));
+}
+
+/// Says what went wrong and chooses the exit status.
+Exit guarded(const std::vector<Verb>& verbs, const std::vector<std::string>& words) {
+  const bool named = !words.empty() && std::ranges::any_of(verbs, [&](const Verb& verb) {
+    return verb.table.verb() == words[0];
+  });
+  Terminal terminal(named ? words[0] : "");
+  const auto fail = [&](const std::string& message) { say_error(message, words, terminal); };
+  try {
+    const Interrupt interrupt(terminal);
+    const Exit exit = run_words(verbs, words, terminal);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+      throw IoError("standard output cannot be written to (is the disk full?)");
+    return exit;
+  } catch (const Cancelled&) {
+    fail("cancelled, nothing half-written is left");
+    return Exit::cancelled;
+  } catch (const std::bad_alloc&) {
+    fail("not enough memory: use smaller textures, or a machine with more");
+  } catch (const Error& error) {
+    fail(error.what());
+  } catch (const std::exception& error) {
+    fail(fmt::format("internal error, please report it: {}", error.what()));
+  }
+  return Exit::error;
+}
+
+/// Large arrays go back to the system when they are freed: the parts of a solver are made one after
+/// another, and glibc's threshold would else grow until it keeps what the first of them held.
+void return_large_arrays() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 1 << 17);
+#endif
+}
+
+}  // namespace
+
+int run_program(const std::vector<Verb>& verbs, const std::vector<std::string>& words) {
+  return_large_arrays();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is a write error like any other
+  return int(guarded(verbs, words));
+}
+
+}  // namespace mq::app

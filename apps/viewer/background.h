@@ -1,0 +1,41 @@
+#pragma once
+/// Work on a thread of its own, so that the window never waits for it.
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "mq/base/progress.h"
+
+namespace mq::view {
+
+/// One job at a time. All calls belong to the thread that made it.
+class Background {
+ public:
+  Background() = default;
+  ~Background() { stop(); }
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+
+  /// Begins a job; none may be running. What it throws is kept for `error`, but for `Cancelled`.
+  void start(std::function<void(const Progress&)> job);
+  bool busy() const { return running_; }
+  /// Asks it to stop and waits until it has.
+  void stop();
+
+  double fraction() const { return fraction_; }
+  std::string step() const;
+  /// Why the last job failed, once; empty: it did not.
+  std::string error();
+
+ private:
+  std::thread thread_;
+  std::atomic<bool> running_ = false, cancel_ = false;
+  std::atomic<double> fraction_ = 0;
+  mutable std::mutex mutex_;
+  std::string step_, error_;
+};
+
+}  // namespace mq::view

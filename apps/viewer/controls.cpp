@@ -1,0 +1,125 @@
+#include "controls.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "mq/base/error.h"
+#include "mq/base/length.h"
+
+namespace mq::view {
+namespace {
+
+void explain(const Option& option) {
+  if (!ImGui::IsItemHovered()) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(420);
+  ImGui::TextUnformatted(("--" + option.name + ": " + option.help).c_str());
+  if (!option.details.empty()) ImGui::TextUnformatted(option.details.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
+std::string now(const OptionValues& values, const std::string& name) {
+  const auto texts = values.effective(name);
+  return texts.empty() ? "" : texts.front();
+}
+
+bool take(OptionValues& values, const std::string& name, const std::string& text) {
+  try {
+    OptionValues changed = values;
+    changed.set(name, {text});
+    values = changed;
+    return true;
+  } catch (const InvalidInput&) {
+    return false;
+  }
+}
+
+bool edit_number(OptionValues& values, const Option& option) {
+  const std::string text = now(values, option.name);
+  auto value = float(text.empty() ? 0 : std::atof(text.c_str()));
+  const bool bounded = std::isfinite(option.least) && std::isfinite(option.most);
+  bool changed = false;
+  if (option.type == Option::Type::integer) {
+    int whole = int(value);
+    changed = bounded ? ImGui::SliderInt(option.name.c_str(), &whole, int(option.least),
+                                         int(std::min(option.most, 1e6)))
+                      : ImGui::InputInt(option.name.c_str(), &whole);
+    explain(option);
+    return changed && take(values, option.name, std::to_string(whole));
+  }
+  const bool wide = bounded && option.most / std::max(option.least, 1e-3) > 200;
+  changed = bounded ? ImGui::SliderFloat(option.name.c_str(), &value, float(option.least),
+                                         float(option.most), "%.4g",
+                                         wide ? ImGuiSliderFlags_Logarithmic : 0)
+                    : ImGui::InputFloat(option.name.c_str(), &value, 0, 0, "%.4g",
+                                        ImGuiInputTextFlags_EnterReturnsTrue);
+  explain(option);
+  return changed && take(values, option.name, fmt::format("{:.4g}", value));
+}
+
+/// A slider in the unit that the length has, and texels where it has none.
+bool edit_length(OptionValues& values, const Option& option) {
+  const std::string text = now(values, option.name);
+  const Length length = text.empty() ? Length{3, Length::Unit::texels} : parse_length(text);
+  const bool percent = length.unit == Length::Unit::percent,
+             model = length.unit == Length::Unit::model;
+  auto value = float(length.value);
+  const float least = percent ? 0.01F : model ? value / 20 : 0.25F,
+              most = percent ? 50.F : model ? value * 20 : 400.F;
+  const bool changed = ImGui::SliderFloat(option.name.c_str(), &value, least, most,
+                                          percent ? "%.3g %%" : model ? "%.3g" : "%.3g tx",
+                                          ImGuiSliderFlags_Logarithmic);
+  explain(option);
+  return changed &&
+         take(values, option.name, fmt::format("{:.3g}{}", value, percent ? "%" : model ? "" : "tx"));
+}
+
+bool edit_choice(OptionValues& values, const Option& option) {
+  const std::string text = now(values, option.name);
+  bool changed = false;
+  if (ImGui::BeginCombo(option.name.c_str(), text.c_str())) {
+    for (const std::string& choice : option.choices)
+      if (ImGui::Selectable(choice.c_str(), choice == text))
+        changed = take(values, option.name, choice);
+    ImGui::EndCombo();
+  }
+  explain(option);
+  return changed;
+}
+
+bool edit_text(OptionValues& values, const Option& option) {
+  char text[512] = "";
+  std::strncpy(text, now(values, option.name).c_str(), sizeof(text) - 1);
+  const bool changed = ImGui::InputText(option.name.c_str(), text, sizeof(text),
+                                        ImGuiInputTextFlags_EnterReturnsTrue);
+  explain(option);
+  return changed && take(values, option.name, text);
+}
+
+}  // namespace
+
+bool edit(OptionValues& values, const std::string& name) {
+  const Option& option = values.table().find(name);
+  switch (option.type) {
+    case Option::Type::flag: {
+      bool on = values.flag(name);
+      const bool changed = ImGui::Checkbox(name.c_str(), &on);
+      explain(option);
+      return changed && take(values, name, on ? "true" : "false");
+    }
+    case Option::Type::integer:
+    case Option::Type::number: return edit_number(values, option);
+    case Option::Type::length: return edit_length(values, option);
+    case Option::Type::choice: return edit_choice(values, option);
+    case Option::Type::text:
+    case Option::Type::path: return edit_text(values, option);
+  }
+  return false;
+}
+
+}  // namespace mq::view

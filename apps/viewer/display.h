@@ -1,0 +1,36 @@
+#pragma once
+/// Where the viewer draws: a window, or memory.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace mq::view {
+
+/// Has an OpenGL 3.3 context, current on the thread that made it, and feeds ImGui.
+class Display {
+ public:
+  virtual ~Display() = default;
+
+  /// Takes what mouse and keyboard did; a frame of ImGui may begin.
+  virtual void begin_frame() = 0;
+  /// Shows what was drawn.
+  virtual void end_frame() = 0;
+  /// The framebuffer of its picture, and its size in pixels.
+  virtual unsigned framebuffer() const = 0;
+  virtual int width() const = 0;
+  virtual int height() const = 0;
+
+  virtual bool closing() const { return false; }
+  /// Files that were dropped on it since the last call.
+  virtual std::vector<std::string> dropped() { return {}; }
+  /// Waits for something to happen, a moment at most.
+  virtual void rest() {}
+};
+
+/// Throws `Unsupported` with the remedy where there is no screen or no OpenGL 3.3.
+std::unique_ptr<Display> open_window(int width, int height, const std::string& title);
+std::unique_ptr<Display> open_offscreen(int width, int height);
+
+}  // namespace mq::view

@@ -1,0 +1,89 @@
+// marquetry-view MESH [TEXTURE...]: what `marquetry view` becomes.
+#include <imgui.h>
+
+#include <algorithm>
+#include <backends/imgui_impl_opengl3.h>
+#include <optional>
+
+#include "arguments.h"
+#include "mq/base/error.h"
+#include "mq/io/model.h"
+#include "program.h"
+#include "scene.h"
+#include "script.h"
+#include "viewer.h"
+
+namespace mq::view {
+namespace {
+
+/// ImGui's state, as long as there is a window.
+struct Interface {
+  Interface() {
+    ImGui::CreateContext();
+    ImGui::GetIO().IniFilename = nullptr;
+    ImGui::StyleColorsDark();
+  }
+  ~Interface() { ImGui::DestroyContext(); }
+};
+
+struct Drawing {
+  Drawing() { ImGui_ImplOpenGL3_Init("#version 330 core"); }
+  ~Drawing() { ImGui_ImplOpenGL3_Shutdown(); }
+};
+
+/// Until the window is closed.
+void attend(Viewer& viewer, Session& session, Display& display) {
+  while (!display.closing()) {
+    session.run.progress().check();
+    viewer.frame();
+    if (!viewer.tool() || !viewer.tool()->busy()) display.rest();
+  }
+}
+
+app::Exit view(app::Run& run) {
+  const OptionValues& options = run.options();
+  std::optional<Script> script;
+  if (options.given("script")) script.emplace(options.text("script"));
+  const bool alone = script || options.given("screenshot");
+  require(script || !options.flag("in-window"), "--in-window shows a script's session: give --script too");
+  app::Scene scene = app::read_scene(run, app::MissingPictures::assume, 1);
+  run.warn(app::scene_defects(scene));
+  if (options.given("screenshot")) run.will_write({options.text("screenshot")});
+  if (run.dry_run()) return app::Exit::done;
+
+  const auto size = *app::parse_size(options.text("size"));
+  const Interface interface;
+  const std::unique_ptr<Display> display =
+      alone && !options.flag("in-window")
+          ? open_offscreen(size[0], size[1])
+          : open_window(size[0], size[1], scene.model.path.filename().string() + " - marquetry");
+  const Drawing drawing;
+  Session session(run, std::move(scene));
+  Viewer viewer(session, *display);
+  if (script) {
+    script->play(viewer, session);
+  } else if (alone) {
+    viewer.frame();
+    viewer.frame();
+  } else {
+    attend(viewer, session, *display);
+  }
+  if (viewer.tool()) run.result["tool"] = viewer.tool()->report();
+  if (options.given("screenshot")) {
+    write_image(options.text("screenshot"), viewer.picture());
+    run.result["outputs"] = {options.text("screenshot")};
+  }
+  return app::Exit::done;
+}
+
+}  // namespace
+}  // namespace mq::view
+
+int main(int argc, char** argv) {
+  std::vector<mq::app::Verb> verbs = mq::app::all_verbs();
+  std::erase_if(verbs, [](const mq::app::Verb& verb) { return verb.table.verb() != "view"; });
+  verbs.front().run = mq::view::view;
+  std::vector<std::string> words = {"view"};
+  words.insert(words.end(), argv + 1, argv + argc);
+  return mq::app::run_program(verbs, words);
+}

@@ -1,0 +1,99 @@
+#include "pick.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "mq/image/resample.h"
+
+namespace mq::view {
+namespace {
+
+void read_texel(const app::Scene& scene, const TextureSet* textures, Pick& pick) {
+  const TextureSize& size = scene.atlas->textures[std::size_t(pick.texture)];
+  pick.x = wrapped(std::llround(pick.column), size.width, size.wrap);
+  pick.y = wrapped(std::llround(pick.row), size.height, size.wrap);
+  if (textures != nullptr) pick.values = textures->texel(pick.texture, pick.x, pick.y);
+}
+
+}  // namespace
+
+Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const TextureSet* textures,
+                     const Ray& ray) {
+  const Hit hit = rays.hit(ray);
+  Pick pick;
+  pick.triangle = hit.triangle;
+  if (!pick) return pick;
+  pick.barycentric = hit.weights;
+  pick.point = hit.point;
+  if (!scene.atlas || scene.atlas->chart[std::size_t(hit.triangle)] < 0) return pick;
+  pick.chart = scene.atlas->chart[std::size_t(hit.triangle)];
+  pick.texture = scene.surface.mesh.texture(hit.triangle);
+  const auto& corners = scene.atlas->corners[std::size_t(hit.triangle)];
+  for (int k = 0; k < 3; ++k) {
+    pick.column += hit.weights[k] * corners[std::size_t(k)].column();
+    pick.row += hit.weights[k] * corners[std::size_t(k)].row();
+  }
+  read_texel(scene, textures, pick);
+  return pick;
+}
+
+Pick pick_in_atlas(const app::Scene& scene, const TextureSet* textures, int texture, double column,
+                   double row) {
+  Pick pick;
+  const Mesh& mesh = scene.surface.mesh;
+  const TexelPoint at{std::llround(column * double(TexelPoint::one)),
+                      std::llround(row * double(TexelPoint::one))};
+  for (int t = 0; t < mesh.triangle_count(); ++t) {
+    if (scene.atlas->chart[std::size_t(t)] < 0 || mesh.texture(t) != texture) continue;
+    const auto& [a, b, c] = scene.atlas->corners[std::size_t(t)];
+    if (std::min({a.x, b.x, c.x}) > at.x || std::max({a.x, b.x, c.x}) < at.x ||
+        std::min({a.y, b.y, c.y}) > at.y || std::max({a.y, b.y, c.y}) < at.y)
+      continue;
+    const Int128 area = orientation(a, b, c), parts[] = {orientation(b, c, at), orientation(c, a, at),
+                                                        orientation(a, b, at)};
+    if (area == 0) continue;
+    const auto outside = [&](const Int128& part) { return sign(part) * sign(area) < 0; };
+    if (outside(parts[0]) || outside(parts[1]) || outside(parts[2])) continue;
+    pick.triangle = t;
+    for (int k = 0; k < 3; ++k) pick.barycentric[k] = double(parts[k]) / double(area);
+    break;
+  }
+  if (!pick) return pick;
+  for (int k = 0; k < 3; ++k) pick.point += pick.barycentric[k] * mesh.position(pick.triangle, k);
+  pick.chart = scene.atlas->chart[std::size_t(pick.triangle)];
+  pick.texture = texture;
+  pick.column = column, pick.row = row;
+  read_texel(scene, textures, pick);
+  return pick;
+}
+
+std::string in_words(const Pick& pick) {
+  if (!pick) return "";
+  std::string text = fmt::format("face {}  bary {:.3f} {:.3f} {:.3f}  at {:.4g}, {:.4g}, {:.4g}", pick.triangle,
+                                 pick.barycentric[0], pick.barycentric[1], pick.barycentric[2],
+                                 pick.point[0], pick.point[1], pick.point[2]);
+  if (pick.chart < 0) return text + "  no texture here";
+  text += fmt::format("  chart {}  texel{} {}, {}", pick.chart,
+                      pick.texture > 0 ? std::to_string(pick.texture) : "", pick.x, pick.y);
+  if (!pick.values.empty()) text += "  value";
+  for (const float value : pick.values) text += fmt::format(" {:.4g}", value);
+  return text;
+}
+
+nlohmann::ordered_json as_json(const Pick& pick) {
+  if (!pick) return nullptr;
+  nlohmann::ordered_json json = {
+      {"face", pick.triangle},
+      {"barycentric", {pick.barycentric[0], pick.barycentric[1], pick.barycentric[2]}},
+      {"point", {pick.point[0], pick.point[1], pick.point[2]}}};
+  if (pick.chart < 0) return json;
+  json["chart"] = pick.chart;
+  json["texture"] = pick.texture;
+  json["texel"] = {pick.x, pick.y};
+  json["place"] = {pick.column, pick.row};
+  json["values"] = pick.values;
+  return json;
+}
+
+}  // namespace mq::view

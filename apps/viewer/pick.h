@@ -1,0 +1,40 @@
+#pragma once
+/// What lies under the mouse.
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "mq/draw/scene.h"
+#include "scene.h"
+#include "texture_set.h"
+
+namespace mq::view {
+
+struct Pick {
+  int triangle = -1;                        ///< -1: nothing
+  Vector3 barycentric = Vector3::Zero();    ///< weights of its corners
+  Vector3 point = Vector3::Zero();          ///< on the surface, model units
+  int chart = -1;                           ///< -1: the triangle has none, nor what follows
+  int texture = -1;
+  double column = 0, row = 0;  ///< in texels, the centre of texel (i, j) at (i, j)
+  int x = 0, y = 0;            ///< the texel nearest
+  std::vector<float> values;   ///< its values
+
+  explicit operator bool() const { return triangle >= 0; }
+};
+
+/// What a line of sight meets. `textures` may be null.
+Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const TextureSet* textures,
+                     const Ray& ray);
+
+/// The triangle that covers a place of a texture, the first where several do.
+Pick pick_in_atlas(const app::Scene& scene, const TextureSet* textures, int texture, double column,
+                   double row);
+
+/// In one line.
+std::string in_words(const Pick& pick);
+nlohmann::ordered_json as_json(const Pick& pick);
+
+}  // namespace mq::view

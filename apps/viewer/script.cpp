@@ -1,0 +1,339 @@
+#include "script.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <thread>
+
+#include "arguments.h"
+#include "mq/base/error.h"
+#include "mq/io/bytes.h"
+#include "mq/io/model.h"
+
+namespace mq::view {
+namespace {
+
+struct Command {
+  const char* name;
+  int least, most;  ///< words after it
+  const char* use;
+};
+
+constexpr int any = 1000;
+
+constexpr Command commands[] = {
+    {"view", 1, 1, "view NAME or view AZIMUTH,ELEVATION"},
+    {"home", 0, 0, "home"},
+    {"look-at", 2, 2, "look-at X,Y,Z EXTENT"},
+    {"turn", 2, 2, "turn RIGHT UP (degrees)"},
+    {"zoom", 1, 1, "zoom FACTOR"},
+    {"atlas", 1, 3, "atlas home, atlas TEXTURE or atlas TEXTURE COLUMN,ROW ZOOM"},
+    {"show", 1, 1, "show WHAT"},
+    {"overlay", 2, 2, "overlay seams|wires|charts on|off"},
+    {"light", 1, 1, "light on|off"},
+    {"exposure", 1, 1, "exposure STOPS"},
+    {"channel", 1, 1, "channel NUMBER"},
+    {"range", 1, 1, "range LOW,HIGH or range whole"},
+    {"map", 1, 1, "map sequential|diverging"},
+    {"isolines", 1, 1, "isolines COUNT"},
+    {"wipe", 1, 1, "wipe FRACTION or wipe off"},
+    {"hover", 3, 3, "hover surface|atlas X Y"},
+    {"click", 3, 3, "click surface|atlas X Y"},
+    {"drag", 5, any, "drag surface|atlas X Y X Y ..."},
+    {"turn-by-mouse", 5, 5, "turn-by-mouse surface X Y X Y"},
+    {"wheel", 4, 4, "wheel surface|atlas X Y STEPS"},
+    {"tool", 1, 1, "tool NAME"},
+    {"wait", 0, 0, "wait"},
+    {"frames", 1, 1, "frames COUNT"},
+    {"screenshot", 1, 2, "screenshot FILE [surface|atlas]"},
+    {"quit", 0, 0, "quit"},
+    // What tools do.
+    {"set", 2, any, "set OPTION VALUE"},
+    {"brush", 1, 1, "brush sharpen|smooth|erase"},
+    {"size", 1, 1, "size LENGTH"},
+    {"strength", 1, 1, "strength NUMBER"},
+    {"stroke", 1, any, "stroke X,Y,Z X,Y,Z ..."},
+    {"everywhere", 1, 1, "everywhere on|off"},
+    {"undo", 0, 0, "undo"},
+    {"redo", 0, 0, "redo"},
+    {"save-texture", 1, 1, "save-texture FILE"},
+    {"save-mask", 1, 1, "save-mask FILE"},
+    {"copy-command", 0, 1, "copy-command [FILE]"},
+};
+
+/// Words between spaces; "in quotes" is one.
+std::vector<std::string> words_of(const std::string& line) {
+  std::vector<std::string> words;
+  bool quoted = false, inside = false;
+  for (const char c : line) {
+    if (c == '"') {
+      if (!inside) words.emplace_back();
+      quoted = !quoted, inside = true;
+    } else if (!quoted && (c == ' ' || c == '\t' || c == '\r')) {
+      inside = false;
+    } else if (!quoted && !inside && c == '#') {
+      break;
+    } else {
+      if (!inside) words.emplace_back();
+      words.back() += c, inside = true;
+    }
+  }
+  require(!quoted, "a quotation mark is missing");
+  return words;
+}
+
+void check(const std::vector<std::string>& words) {
+  std::vector<std::string> names;
+  for (const Command& command : commands) {
+    names.emplace_back(command.name);
+    if (words[0] != command.name) continue;
+    const int count = int(words.size()) - 1;
+    require(count >= command.least && count <= command.most,
+            fmt::format("'{}' has {} words after it, wanted: {}", words[0], count, command.use));
+    return;
+  }
+  throw InvalidInput(fmt::format("there is no command '{}'{}", words[0], did_you_mean(words[0], names)));
+}
+
+double number(const std::string& word, double least, double most) {
+  const auto parsed = app::parse_numbers(word, 1);
+  require(parsed && parsed->front() >= least && parsed->front() <= most,
+          fmt::format("found '{}', wanted a number from {:g} to {:g}", word, least, most));
+  return parsed->front();
+}
+
+int whole(const std::string& word, int least, int most) {
+  const double value = number(word, least, most);
+  require(value == std::floor(value), fmt::format("found '{}', wanted a whole number", word));
+  return int(value);
+}
+
+std::vector<double> numbers(const std::string& word, std::size_t count, const char* wanted) {
+  const auto parsed = app::parse_numbers(word, count);
+  require(parsed.has_value(), fmt::format("found '{}', wanted {}", word, wanted));
+  return *parsed;
+}
+
+int one_of(const std::string& word, const std::vector<std::string>& choices) {
+  const auto found = std::ranges::find(choices, word);
+  std::string list;
+  for (const std::string& choice : choices) list += (list.empty() ? "" : ", ") + choice;
+  require(found != choices.end(), fmt::format("found '{}', wanted one of {}", word, list));
+  return int(found - choices.begin());
+}
+
+bool is_on(const std::string& word) { return one_of(word, {"off", "on"}) == 1; }
+
+/// The hands of the person who is not there.
+class Player {
+ public:
+  Player(Viewer& viewer, Session& session) : viewer_(viewer), session_(session) {}
+
+  void play(const ScriptLine& line) {
+    const std::vector<std::string>& words = line.words;
+    if (camera(words) || looks(words) || mouse(line) || window(words)) return;
+    require(viewer_.tool() != nullptr,
+            fmt::format("'{}' is something that a tool does: take one first, with 'tool NAME'", words[0]));
+    wait();
+    require(viewer_.tool()->command(words),
+            fmt::format("the tool {} has no '{}'", viewer_.tool()->name(), words[0]));
+    frame();
+  }
+
+  void frame() {
+    session_.run.progress().check();
+    viewer_.frame(&input_);
+    input_.wheel = 0;
+  }
+
+  /// Until the tool has nothing left to do.
+  void wait() {
+    frame();
+    while (viewer_.tool() != nullptr && viewer_.tool()->busy()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      session_.run.progress().check();
+      viewer_.tool()->frame();
+    }
+    frame();
+  }
+
+ private:
+  bool camera(const std::vector<std::string>& words) {
+    Turntable& camera = session_.camera;
+    if (words[0] == "view") {
+      viewer_.look(parse_view(words[1]));
+    } else if (words[0] == "home") {
+      viewer_.home();
+    } else if (words[0] == "look-at") {
+      const auto place = numbers(words[1], 3, "three coordinates");
+      camera.look_at({place[0], place[1], place[2]}, number(words[2], 1e-30, 1e30));
+    } else if (words[0] == "turn") {
+      camera.turn(number(words[1], -3600, 3600), number(words[2], -180, 180));
+    } else if (words[0] == "zoom") {
+      camera.approach(number(words[1], 1e-3, 1e3));
+    } else if (words[0] == "atlas") {
+      atlas(words);
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  void atlas(const std::vector<std::string>& words) {
+    require(session_.scene.atlas.has_value(), "the model has no texture coordinates, so no atlas");
+    AtlasView& view = session_.atlas;
+    if (words[1] != "home")
+      view.texture = whole(words[1], 0, int(session_.scene.atlas->textures.size()) - 1);
+    viewer_.home_atlas();
+    if (words.size() == 2) return;
+    require(words.size() == 4, "wanted: atlas TEXTURE COLUMN,ROW ZOOM");
+    const auto middle = numbers(words[2], 2, "COLUMN,ROW");
+    const Viewer::Rectangle at = viewer_.place_of(Pane::atlas);
+    view.zoom = number(words[3], 1e-3, 200);
+    view.column = middle[0] - at.width / 2.0 / view.zoom;
+    view.row = middle[1] - at.height / 2.0 / view.zoom;
+  }
+
+  bool looks(const std::vector<std::string>& words) {
+    Look& look = session_.look;
+    if (words[0] == "show") {
+      look.paint = Look::Paint(one_of(words[1], paint_names));
+    } else if (words[0] == "overlay") {
+      bool* const overlays[] = {&look.seams, &look.wires, &look.chart_tint};
+      *overlays[one_of(words[1], {"seams", "wires", "charts"})] = is_on(words[2]);
+    } else if (words[0] == "light") {
+      look.lit = is_on(words[1]);
+    } else if (words[0] == "exposure") {
+      look.exposure = number(words[1], -30, 30);
+    } else if (words[0] == "channel") {
+      look.channel = whole(words[1], 0, 3);
+    } else if (words[0] == "range") {
+      look.automatic_scale = words[1] == "whole";
+      if (look.automatic_scale) return true;
+      const auto range = numbers(words[1], 2, "two numbers, LOW,HIGH");
+      require(range[0] < range[1], fmt::format("found '{}', wanted the lower number first", words[1]));
+      look.scale.low = range[0], look.scale.high = range[1];
+    } else if (words[0] == "map") {
+      look.scale.map = FalseColour::Map(one_of(words[1], {"sequential", "diverging"}));
+    } else if (words[0] == "isolines") {
+      look.scale.isolines = whole(words[1], 0, 1000);
+    } else if (words[0] == "wipe") {
+      look.wipe = words[1] == "off" ? -1 : number(words[1], 0, 1);
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// Puts the mouse at a point of a pane.
+  void point(const std::string& pane, const std::string& x, const std::string& y) {
+    const Viewer::Rectangle at = viewer_.place_of(Pane(one_of(pane, {"surface", "atlas"})));
+    input_.x = float(at.x + whole(x, 0, at.width - 1));
+    input_.y = float(at.y + whole(y, 0, at.height - 1));
+  }
+
+  bool mouse(const ScriptLine& line) {
+    const std::vector<std::string>& words = line.words;
+    const bool drags = words[0] == "drag", turns = words[0] == "turn-by-mouse";
+    if (words[0] != "hover" && words[0] != "click" && words[0] != "wheel" && !drags && !turns)
+      return false;
+    frame();  // panes are where they are once one was drawn
+    point(words[1], words[2], words[3]);
+    frame();
+    frame();  // ImGui knows what the mouse is over from the frame before
+    if (words[0] == "hover" || words[0] == "click") {
+      nlohmann::ordered_json pick = as_json(viewer_.pick());
+      session_.run.result["picks"].push_back({{"line", line.number}, {"pane", words[1]}, {"pick", pick}});
+    }
+    if (words[0] == "wheel") input_.wheel = float(number(words[4], -100, 100));
+    if (words[0] == "click" || drags) input_.left = true;
+    if (turns) input_.right = true;
+    frame();
+    if (drags || turns) {
+      require(words.size() % 2 == 0, "wanted pairs of X Y");
+      for (std::size_t i = 4; i + 1 < words.size(); i += 2) {
+        point(words[1], words[i], words[i + 1]);
+        frame();
+      }
+    }
+    input_.left = input_.right = false;
+    frame();
+    return true;
+  }
+
+  bool window(const std::vector<std::string>& words) {
+    if (words[0] == "tool") {
+      wait();
+      viewer_.take_tool(words[1]);
+    } else if (words[0] == "wait") {
+      wait();
+    } else if (words[0] == "frames") {
+      const int count = whole(words[1], 1, 100000);
+      for (int i = 0; i < count; ++i) frame();
+    } else if (words[0] == "screenshot") {
+      screenshot(words);
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  void screenshot(const std::vector<std::string>& words) {
+    session_.run.will_write({words[1]});
+    frame();
+    frame();
+    if (words.size() == 3)
+      write_image(words[1], viewer_.picture(Pane(one_of(words[2], {"surface", "atlas"}))));
+    else
+      write_image(words[1], viewer_.picture());
+  }
+
+  Viewer& viewer_;
+  Session& session_;
+  ScriptedInput input_;
+};
+
+}  // namespace
+
+Script::Script(const std::filesystem::path& file) : file_(file) {
+  const Bytes bytes = read_file(file);
+  const std::string text(text_of(bytes));
+  int number = 0;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    ++number;
+    try {
+      ScriptLine line{number, words_of(text.substr(begin, end - begin))};
+      if (!line.words.empty()) {
+        check(line.words);
+        lines_.push_back(std::move(line));
+      }
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(fmt::format("{}, line {}: {}", file.string(), number, error.what()));
+    }
+    begin = end + 1;
+  }
+}
+
+void Script::play(Viewer& viewer, Session& session) const {
+  Player player(viewer, session);
+  player.frame();
+  for (const ScriptLine& line : lines_) {
+    if (line.words[0] == "quit") return;
+    const std::string place = fmt::format("{}, line {}: ", file_.string(), line.number);
+    try {
+      player.play(line);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(place + error.what());
+    } catch (const IoError& error) {
+      throw IoError(place + error.what());
+    } catch (const Unsupported& error) {
+      throw Unsupported(place + error.what());
+    }
+  }
+  player.wait();
+}
+
+}  // namespace mq::view

@@ -1,0 +1,337 @@
+#include "surface_pane.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "mq/base/parallel.h"
+#include "mq/draw/corner_normals.h"
+#include "mq/draw/render.h"
+#include "mq/draw/samples.h"
+#include "mq/mesh/geometry.h"
+#include "shaders.h"
+
+namespace mq::view {
+namespace {
+
+struct Corner {
+  Eigen::Vector3f position, normal;
+  Eigen::Vector2f texel;
+};
+
+std::string with_lookups(const char* fragment) {
+  return std::string("#version 330 core\n") + shaders::lookups + fragment;
+}
+
+std::uint8_t byte(float value) {
+  return std::uint8_t(std::lround(std::clamp(value, 0.F, 1.F) * 255));
+}
+
+/// The value that 99 of 100 do not exceed.
+float high_of(std::vector<float> values) {
+  std::erase_if(values, [](float v) { return !std::isfinite(v); });
+  if (values.empty()) return 1;
+  const auto at = values.begin() + std::ptrdiff_t(double(values.size() - 1) * 0.99);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+const Eigen::Vector4f seam_colour(1.F, 0.45F, 0.05F, 1.F), end_colour(0.25F, 0.65F, 1.F, 1.F);
+
+}  // namespace
+
+ModelPictures::ModelPictures(const app::Scene& scene)
+    : scene_(scene),
+      surface_(shaders::surface_vertex, with_lookups(shaders::surface_fragment)),
+      atlas_picture_(shaders::whole_vertex, with_lookups(shaders::atlas_fragment)),
+      atlas_tint_(shaders::tint_vertex, shaders::tint_fragment),
+      plain_(shaders::whole_vertex, shaders::backdrop_fragment) {
+  const int count = scene.surface.triangle_count();
+  for (int t = 0; t < count; ++t)
+    if (scene.surface.degenerate[std::size_t(t)] == 0) order_.push_back(t);
+  const Mesh& own = scene.surface.mesh;
+  std::ranges::stable_sort(order_, {}, [&](int t) { return own.texture(t); });
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const int texture = own.texture(order_[i]);
+    if (groups_.empty() || groups_.back().texture != texture)
+      groups_.push_back({texture, int(3 * i), 0});
+    groups_.back().count += 3;
+  }
+  stretch_.assign(std::size_t(count), 1);
+  density_.assign(std::size_t(count), 0);
+  if (scene.atlas) {
+    const double mean = scene.atlas->surface_area / std::max(scene.atlas->texel_area, 1e-300);
+    parallel_for(count, [&](std::int64_t t) {
+      if (scene.atlas->chart[std::size_t(t)] < 0) return;
+      const TexelMetric metric = texel_metric(scene.surface, *scene.atlas, int(t));
+      stretch_[std::size_t(t)] = float(metric.stretch);
+      density_[std::size_t(t)] = float(std::log2(metric.density / mean));
+    });
+  }
+  none_.allocate(1, 1, Picture::Kind::bytes);
+  set_positions(own);
+  moved_ = {};
+}
+
+void ModelPictures::set_positions(const Mesh& moved) {
+  ++version_;
+  if (&moved != &scene_.surface.mesh) moved_ = moved;
+  const Box box = bounding_box(moved);
+  middle_ = (box.low + box.high) / 2;
+  radius_ = std::max(box.diagonal() / 2, 1e-30);
+  const std::vector<Eigen::Vector3f> normals = corner_normals(moved);
+  std::vector<Corner> corners(order_.size() * 3);
+  parallel_for(std::ssize(order_), [&](std::int64_t i) {
+    const int t = order_[std::size_t(i)];
+    for (int k = 0; k < 3; ++k) {
+      Corner& corner = corners[std::size_t(3 * i + k)];
+      corner.position = (moved.position(t, k) - middle_).cast<float>();
+      corner.normal = normals[std::size_t(3 * t + k)];
+      corner.texel.setZero();
+      if (scene_.atlas && scene_.atlas->chart[std::size_t(t)] >= 0) {
+        const TexelPoint& at = scene_.atlas->corners[std::size_t(t)][std::size_t(k)];
+        corner.texel = {float(at.column()), float(at.row())};
+      }
+    }
+  });
+  corners_.fill(std::span<const Corner>(corners));
+  triangles_.attribute(0, corners_, {3, GL_FLOAT, sizeof(Corner), offsetof(Corner, position)});
+  triangles_.attribute(1, corners_, {3, GL_FLOAT, sizeof(Corner), offsetof(Corner, normal)});
+  triangles_.attribute(2, corners_, {2, GL_FLOAT, sizeof(Corner), offsetof(Corner, texel)});
+  fill_lines();
+}
+
+void ModelPictures::fill_lines() {
+  std::vector<Eigen::Vector3f> seams, ends;
+  std::map<int, std::vector<Eigen::Vector3f>> atlas_seams, atlas_wires;
+  const Surface& surface = scene_.surface;
+  const auto place = [&](HalfEdge h) {
+    const TexelPoint& p = scene_.atlas->corners[std::size_t(h / 3)][std::size_t(h % 3)];
+    return Eigen::Vector3f(float(p.column()), float(p.row()), 0);
+  };
+  for (const int t : order_)
+    for (HalfEdge h = 3 * t; h < 3 * t + 3; ++h) {
+      const int twin = surface.twins[std::size_t(h)];
+      const bool charted = scene_.atlas && scene_.atlas->chart[std::size_t(t)] >= 0;
+      const EdgeKind kind = charted ? scene_.atlas->edges[std::size_t(h)] : EdgeKind::inside;
+      const auto add = [&](std::vector<Eigen::Vector3f>& lines) {
+        lines.push_back((mesh().position(t, h % 3) - middle_).cast<float>());
+        lines.push_back((mesh().position(t, next(h) % 3) - middle_).cast<float>());
+      };
+      if (charted && kind == EdgeKind::seam && h < twin) add(seams);
+      if (charted ? kind == EdgeKind::boundary : twin < 0) add(ends);
+      if (!charted) continue;
+      auto& lines = kind == EdgeKind::inside ? atlas_wires : atlas_seams;
+      if (kind == EdgeKind::inside && h > twin && twin >= 0) continue;
+      lines[surface.mesh.texture(t)].push_back(place(h));
+      lines[surface.mesh.texture(t)].push_back(place(next(h)));
+    }
+  seams_.fill(seams);
+  ends_.fill(ends);
+  const auto fill = [](auto& all, const auto& found) {
+    all.clear();
+    for (const auto& [texture, points] : found) {
+      all[texture] = std::make_unique<Lines>();
+      all[texture]->fill(points);
+    }
+  };
+  fill(atlas_seams_, atlas_seams);
+  fill(atlas_wires_, atlas_wires);
+}
+
+FalseColour ModelPictures::scale_of(const Look& look, const TextureSet* textures) const {
+  FalseColour scale = look.scale;
+  if (!look.automatic_scale) return scale;
+  if (look.paint == Look::Paint::stretch) {
+    scale.map = FalseColour::Map::sequential;
+    scale.low = 1, scale.high = std::max(1.1F, high_of(stretch_));
+  } else if (look.paint == Look::Paint::density) {
+    std::vector<float> sizes = density_;
+    for (float& size : sizes) size = std::abs(size);
+    scale.map = FalseColour::Map::diverging;
+    scale.high = std::max(0.1F, high_of(std::move(sizes))), scale.low = -scale.high;
+  } else if (textures != nullptr) {
+    const auto [low, high] = textures->range(look.channel);
+    scale.low = low, scale.high = high;
+  }
+  return scale;
+}
+
+/// Colours of the triangles, three corners each; alpha 0 where there is no chart.
+void ModelPictures::paint_with(Look::Paint paint, const FalseColour& scale) {
+  const std::pair now{paint, std::array{scale.low, scale.high}};
+  if (painted_ == now) return;
+  painted_ = now;
+  std::vector<std::uint8_t> colours(order_.size() * 12);
+  const VertexSignal& at_vertices = scene_.model.colors;
+  parallel_for(std::ssize(order_), [&](std::int64_t i) {
+    const int t = order_[std::size_t(i)];
+    const int chart = scene_.atlas ? scene_.atlas->chart[std::size_t(t)] : -1;
+    for (int k = 0; k < 3; ++k) {
+      Colour colour = {0.8F, 0.79F, 0.765F};
+      if (paint == Look::Paint::stretch) colour = false_colour(stretch_[std::size_t(t)], scale);
+      if (paint == Look::Paint::density) colour = false_colour(density_[std::size_t(t)], scale);
+      if (paint == Look::Paint::vertex_colours && at_vertices.channels > 0) {
+        const int v = scene_.surface.source_from_vertex[std::size_t(
+            scene_.surface.mesh.triangles[std::size_t(t)][std::size_t(k)])];
+        for (int c = 0; c < 3; ++c)
+          colour[std::size_t(c)] = at_vertices.values[std::size_t(v) * at_vertices.channels +
+                                                      (at_vertices.channels < 3 ? 0 : c)];
+      } else if (chart >= 0 && paint != Look::Paint::stretch && paint != Look::Paint::density) {
+        colour = chart_colour(chart);
+      }
+      std::uint8_t* const out = &colours[std::size_t(12 * i + 4 * k)];
+      for (int c = 0; c < 3; ++c) out[c] = byte(colour[std::size_t(c)]);
+      out[3] = chart >= 0 ? 255 : 0;
+    }
+  });
+  colours_.fill(std::span<const std::uint8_t>(colours));
+  triangles_.attribute(3, colours_, {4, GL_UNSIGNED_BYTE, 4, 0});
+}
+
+void ModelPictures::show_scale(const FalseColour& scale) {
+  const std::vector<double> now = {double(scale.map), scale.low, scale.high};
+  if (now == shown_scale_) return;
+  shown_scale_ = now;
+  Image<float> colours(1024, 1, 3);
+  for (int i = 0; i < 1024; ++i)
+    std::ranges::copy(false_colour(scale.low + (scale.high - scale.low) * i / 1023, scale),
+                      colours.pixel(i, 0).begin());
+  colours_of_scale_.show(colours);
+}
+
+void ModelPictures::draw_backdrop(int width, int height) {
+  if (backdrop_.width() != width || backdrop_.height() != height) {
+    Image<float> picture(width, height, 3);
+    const Backdrop backdrop;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        std::ranges::copy(backdrop.at(x, y, width, height), picture.pixel(x, y).begin());
+    backdrop_.show(picture);
+  }
+  plain_.use();
+  backdrop_.bind(0);
+  plain_.set("picture", 0);
+  nothing_.bind();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+namespace {
+
+/// What both panes say of textures and numbers.
+void set_values(const Shader& shader, const ModelPictures::Shown& shown, int texture,
+                const app::Scene& scene, const Picture& none, const Picture& scale) {
+  const bool there = shown.before != nullptr && texture >= 0 && texture < shown.before->size();
+  const TextureSet* after = shown.after != nullptr ? shown.after : shown.before;
+  (there ? shown.before->picture(texture) : none).bind(0);
+  (there ? after->picture(texture) : none).bind(1);
+  scale.bind(2);
+  shader.set("before", 0);
+  shader.set("after", 1);
+  shader.set("scale_colours", 2);
+  shader.set("scale_range", Eigen::Vector2f(float(shown.scale.low), float(shown.scale.high)));
+  shader.set("isolines", shown.scale.isolines);
+  shader.set("has_texture", int(there));
+  shader.set("channels", there ? shown.before->channels(texture) : 3);
+  shader.set("channel", std::min(shown.look.channel, 3));
+  shader.set("light_values", int(there && shown.before->holds_light(texture)));
+  shader.set("exposure", float(std::exp2(shown.look.exposure)));
+  const bool repeats =
+      scene.atlas && there && scene.atlas->textures[std::size_t(texture)].wrap == Wrap::repeat;
+  shader.set("paint", int(shown.look.paint));
+  shader.set("repeats", int(repeats));
+}
+
+}  // namespace
+
+void ModelPictures::draw_surface(const Turntable& camera, const Shown& shown,
+                                 const Canvas& canvas) {
+  const int width = canvas.width(), height = canvas.height();
+  paint_with(shown.look.paint, shown.scale);
+  show_scale(shown.scale);
+  canvas.begin();
+  glClear(GL_DEPTH_BUFFER_BIT);
+  glDisable(GL_DEPTH_TEST);
+  draw_backdrop(width, height);
+  glEnable(GL_DEPTH_TEST);
+  const Eigen::Matrix4f clip = camera.clip(middle_, radius_);
+  surface_.use();
+  surface_.set("clip", clip);
+  surface_.set("eye", Eigen::Vector3f((camera.eye() - middle_).cast<float>()));
+  surface_.set("up", Eigen::Vector3f(camera.up().cast<float>()));
+  const Vector3 key = -0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward();
+  surface_.set("key_light", Eigen::Vector3f(key.normalized().cast<float>()));
+  surface_.set("lit", int(shown.look.lit));
+  surface_.set("wires", shown.look.wires ? 1.F : 0.F);
+  surface_.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
+  for (const Group& group : groups_) {
+    set_values(surface_, shown, group.texture, scene_, none_, colours_of_scale_);
+    triangles_.bind();
+    glDrawArrays(GL_TRIANGLES, group.first, group.count);
+  }
+  if (shown.look.seams) {
+    glDepthMask(GL_FALSE);
+    const Eigen::Vector2f viewport{float(width), float(height)};
+    ends_.draw({clip, viewport, end_colour, 2, 1e-3F});
+    seams_.draw({clip, viewport, seam_colour, 2, 1e-3F});
+    glDepthMask(GL_TRUE);
+  }
+  glDisable(GL_DEPTH_TEST);
+  canvas.resolve();
+}
+
+void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const Canvas& canvas) {
+  const float width = float(canvas.width()), height = float(canvas.height());
+  paint_with(shown.look.paint, shown.scale);
+  show_scale(shown.scale);
+  canvas.begin();
+  glDisable(GL_DEPTH_TEST);
+  if (!scene_.atlas) {
+    draw_backdrop(canvas.width(), canvas.height());
+    canvas.resolve();
+    return;
+  }
+  const TextureSize& size = scene_.atlas->textures[std::size_t(view.texture)];
+  const Eigen::Vector2f corner{float(view.column), float(view.row)};
+  atlas_picture_.use();
+  set_values(atlas_picture_, shown, view.texture, scene_, none_, colours_of_scale_);
+  atlas_picture_.set("corner", corner);
+  atlas_picture_.set("size", Eigen::Vector2f(float(size.width), float(size.height)));
+  atlas_picture_.set("zoom", float(view.zoom));
+  atlas_picture_.set("height", height);
+  atlas_picture_.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
+  nothing_.bind();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+
+  using enum Look::Paint;
+  const Look::Paint paint = shown.look.paint;
+  const bool painted = paint == charts || paint == stretch || paint == density;
+  if (painted || shown.look.chart_tint) {
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    atlas_tint_.use();
+    atlas_tint_.set("corner", corner);
+    atlas_tint_.set("pane", Eigen::Vector2f(width, height));
+    atlas_tint_.set("zoom", float(view.zoom));
+    atlas_tint_.set("strength", painted ? 1.F : 0.4F);
+    triangles_.bind();
+    for (const Group& group : groups_)
+      if (group.texture == view.texture) glDrawArrays(GL_TRIANGLES, group.first, group.count);
+    glDisable(GL_BLEND);
+  }
+  Eigen::Matrix4f clip = Eigen::Matrix4f::Identity();
+  clip(0, 0) = 2 * float(view.zoom) / width;
+  clip(1, 1) = -2 * float(view.zoom) / height;
+  clip(0, 3) = -corner.x() * clip(0, 0) - 1;
+  clip(1, 3) = -corner.y() * clip(1, 1) + 1;
+  const auto draw = [&](const auto& lines, const Eigen::Vector4f& colour, float pixels) {
+    const auto found = lines.find(view.texture);
+    if (found != lines.end()) found->second->draw({clip, {width, height}, colour, pixels, 0});
+  };
+  if (shown.look.wires) draw(atlas_wires_, {0.05F, 0.05F, 0.07F, 0.4F}, 1);
+  if (shown.look.seams) draw(atlas_seams_, seam_colour, 1.5F);
+  canvas.resolve();
+}
+
+}  // namespace mq::view

@@ -1,0 +1,93 @@
+#pragma once
+/// One version of a model's textures as the graphics card shows it, and as it can be read back.
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "gl.h"
+#include "mq/base/parallel.h"
+#include "mq/fem/texels.h"
+#include "mq/io/model.h"
+
+namespace mq::view {
+
+/// Values are held as the textures' files hold them, 8 bits where these have 8, and uploaded by tiles
+/// of which a texel changed. Any thread may change texels while it holds `lock`; the one with the
+/// context uploads.
+class TextureSet {
+ public:
+  /// Sizes, channels and depths of these, and their values. Throws `Unsupported` where the graphics
+  /// card takes none so large.
+  explicit TextureSet(const std::vector<Texture>& textures);
+
+  int size() const { return int(textures_.size()); }
+  int width(int i) const { return textures_[std::size_t(i)]->width; }
+  int height(int i) const { return textures_[std::size_t(i)]->height; }
+  int channels(int i) const { return textures_[std::size_t(i)]->channels; }
+  bool holds_light(int i) const { return textures_[std::size_t(i)]->light; }
+
+  std::unique_lock<std::mutex> lock() const { return std::unique_lock(mutex_); }
+
+  /// All values of a texture, from pixels of the same size and channels.
+  void show(int i, const Image<float>& pixels);
+
+  /// value(k, channel) at the places of texels, in parallel; unchanged ones cost no upload.
+  template <class Value>
+  void change(const Texels& texels, const Value& value) {
+    parallel_for(texels.size(), [&](std::int64_t k) {
+      const Texels::Place& at = texels.places[std::size_t(k)];
+      Held& held = *textures_[std::size_t(at.texture)];
+      const std::size_t first = (std::size_t(at.y) * held.width + at.x) * 4;
+      bool differs = false;
+      for (int c = 0; c < std::min(held.channels, 4); ++c) differs |= held.put(first + c, float(value(k, c)));
+      if (differs) held.mark(at.x, at.y);
+    });
+  }
+
+  /// The values of one texel, as they would be stored; at most four channels.
+  std::vector<float> texel(int i, int x, int y) const;
+
+  /// Smallest and largest value of a channel, over all textures.
+  std::array<float, 2> range(int channel) const;
+
+  /// Sends what changed to the graphics card. Returns how many texels.
+  std::int64_t upload();
+  const Picture& picture(int i) const { return textures_[std::size_t(i)]->picture; }
+
+ private:
+  static constexpr int tile = 128;  ///< texels a side
+
+  struct Held {
+    int width = 0, height = 0, channels = 0;
+    bool light = false;
+    bool bytes = true;  ///< 8 bits a value
+    std::vector<std::uint8_t> small;
+    std::vector<float> large;
+    std::vector<std::uint8_t> changed;  ///< per tile
+    Picture picture;
+
+    int columns() const { return (width + tile - 1) / tile; }
+    void mark(int x, int y) {
+      std::atomic_ref(changed[std::size_t(y / tile) * columns() + x / tile])
+          .store(1, std::memory_order_relaxed);
+    }
+    /// Whether the value is another now.
+    bool put(std::size_t at, float value) {
+      if (!bytes) return std::exchange(large[at], value) != value;
+      const auto byte = std::uint8_t(std::lround(std::clamp(value, 0.F, 1.F) * 255));
+      return std::exchange(small[at], byte) != byte;
+    }
+    float get(std::size_t at) const { return bytes ? float(small[at]) / 255 : large[at]; }
+  };
+
+  std::vector<std::unique_ptr<Held>> textures_;
+  mutable std::mutex mutex_;
+};
+
+}  // namespace mq::view

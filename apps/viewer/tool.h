@@ -1,0 +1,42 @@
+#pragma once
+/// Something to do with the model, by mouse and sliders or by a script.
+
+#include <string>
+#include <vector>
+
+#include "pick.h"
+
+namespace mq::view {
+
+class Tool {
+ public:
+  virtual ~Tool() = default;
+
+  virtual std::string name() const = 0;
+  /// Sliders and buttons.
+  virtual void panel() = 0;
+
+  /// The left button on the surface: down, while it is down, up. `pick` may be nothing.
+  virtual void press(const Pick& pick) = 0;
+  virtual void drag(const Pick& pick) = 0;
+  virtual void release() = 0;
+  /// Model units around the mouse that a press changes; 0: it changes a place.
+  virtual double brush_radius() const { return 0; }
+
+  /// One command of a script that is the tool's; false where it knows no such one. Throws
+  /// `InvalidInput`.
+  virtual bool command(const std::vector<std::string>& words) = 0;
+
+  /// Once per frame: begins what there is to do and takes over what is done.
+  virtual void frame() = 0;
+  /// Whether something is still worked out.
+  virtual bool busy() const = 0;
+  virtual double fraction() const = 0;
+  virtual std::string step() const = 0;
+  virtual void stop() = 0;
+
+  /// What it did, for the report.
+  virtual nlohmann::ordered_json report() const { return nullptr; }
+};
+
+}  // namespace mq::view

@@ -1,0 +1,410 @@
+#include "viewer.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <backends/imgui_impl_opengl3.h>
+#include <cmath>
+#include <utility>
+
+#include "mq/base/error.h"
+#include "mq/image/resample.h"
+#include "tools.h"
+
+namespace mq::view {
+namespace {
+
+constexpr float panel_width = 300, status_height = 24;
+constexpr ImGuiWindowFlags fixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                                   ImGuiWindowFlags_NoBringToFrontOnFocus;
+
+/// A window without borders that a picture fills; whether the mouse is in it.
+bool picture_window(const char* name, const Viewer::Rectangle& at, GLuint picture) {
+  ImGui::SetNextWindowPos({float(at.x), float(at.y)});
+  ImGui::SetNextWindowSize({float(at.width), float(at.height)});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+  ImGui::Begin(name, nullptr, fixed | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
+  ImGui::PopStyleVar(3);
+  const ImVec2 size{float(at.width), float(at.height)};
+  const ImVec2 corner = ImGui::GetCursorPos();
+  ImGui::Image(reinterpret_cast<void*>(std::intptr_t(picture)), size, {0, 1}, {1, 0});
+  ImGui::SetCursorPos(corner);
+  ImGui::InvisibleButton("mouse", size,
+                         ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight |
+                             ImGuiButtonFlags_MouseButtonMiddle);
+  return ImGui::IsItemHovered() || ImGui::IsItemActive();
+}
+
+/// The middle of the pixel of a pane that the mouse is on.
+ImVec2 mouse_in(const Viewer::Rectangle& at) {
+  const ImVec2 mouse = ImGui::GetIO().MousePos;
+  return {mouse.x - float(at.x) + 0.5F, mouse.y - float(at.y) + 0.5F};
+}
+
+void outlined_text(ImDrawList* list, ImVec2 at, const char* text) {
+  list->AddText({at.x + 1, at.y + 1}, IM_COL32(255, 255, 255, 200), text);
+  list->AddText(at, IM_COL32(20, 20, 24, 255), text);
+}
+
+}  // namespace
+
+Viewer::Viewer(Session& session, Display& display) : session_(session), display_(display) {}
+
+Viewer::~Viewer() {
+  if (tool_) tool_->stop();
+}
+
+const std::vector<std::string>& Viewer::tool_names() { return view::tool_names(); }
+
+void Viewer::take_tool(const std::string& name) {
+  if (name == tool_name_) return;
+  std::unique_ptr<Tool> taken = make_tool(name, session_);
+  if (tool_) tool_->stop();
+  tool_ = std::move(taken);
+  tool_name_ = name;
+}
+
+void Viewer::frame(const ScriptedInput* scripted) {
+  display_.begin_frame();
+  ImGuiIO& io = ImGui::GetIO();
+  if (scripted != nullptr) {
+    io.MousePos = {scripted->x, scripted->y};
+    io.MouseDown[0] = scripted->left;
+    io.MouseDown[1] = scripted->right;
+    io.MouseDown[2] = scripted->middle;
+    io.MouseWheel = scripted->wheel;
+  }
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui::NewFrame();
+  layout();
+  ImGui::Render();
+  draw();
+  display_.end_frame();
+}
+
+/// Also for a picture of what is shown: a window's framebuffer holds nothing once it was shown.
+void Viewer::draw() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, display_.framebuffer());
+  glViewport(0, 0, display_.width(), display_.height());
+  glClearColor(0.16F, 0.16F, 0.17F, 1);
+  glClear(GL_COLOR_BUFFER_BIT);
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+void Viewer::layout() {
+  const auto width = float(display_.width()), height = float(display_.height());
+  const float free = width - panel_width, top = height - status_height;
+  const bool with_atlas = session_.scene.atlas.has_value();
+  const int left = int(panel_width), split = with_atlas ? int(panel_width + 0.6F * free) : int(width);
+  surface_at_ = {left, 0, std::max(1, split - left - (with_atlas ? 2 : 0)), std::max(1, int(top))};
+  atlas_at_ = {split, 0, std::max(1, int(width) - split), std::max(1, int(top))};
+  if (!opened_) {
+    home();
+    home_atlas();
+    opened_ = true;
+  }
+  session_.camera.resize(surface_at_.width, surface_at_.height);
+  if (tool_) tool_->frame();
+  if (session_.after) {
+    const auto lock = session_.after->lock();
+    uploads_ += session_.before->upload() > 0 ? 1 : 0;
+    uploads_ += session_.after->upload() > 0 ? 1 : 0;
+  }
+  panel(panel_width, top);
+  surface_pane();
+  if (with_atlas) atlas_pane();
+  status_line(top, width);
+}
+
+void Viewer::panel(float width, float height) {
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize({width - 2, height});
+  ImGui::Begin("panel", nullptr, fixed);
+  ImGui::PushItemWidth(width * 0.5F);
+  const app::Scene& scene = session_.scene;
+  ImGui::TextUnformatted(scene.model.path.filename().string().c_str());
+  ImGui::Text("%d triangles, %d vertices", scene.surface.triangle_count(),
+              scene.surface.mesh.vertex_count());
+  if (scene.atlas)
+    ImGui::Text("%d charts, %d seam edges", int(scene.atlas->charts.size()), scene.atlas->seam_count);
+  ImGui::Separator();
+  view_controls();
+  ImGui::Separator();
+  if (ImGui::BeginCombo("tool", tool_name_.c_str())) {
+    for (const std::string& name : tool_names())
+      if (ImGui::Selectable(name.c_str(), name == tool_name_)) {
+        try {
+          take_tool(name);
+        } catch (const Error& error) {
+          session_.say(error.what());
+        }
+      }
+    ImGui::EndCombo();
+  }
+  if (tool_) {
+    tool_->panel();
+    if (tool_->busy()) {
+      ImGui::ProgressBar(float(tool_->fraction()), {-1, 0}, tool_->step().c_str());
+      if (ImGui::Button("stop")) tool_->stop();
+    }
+  }
+  ImGui::PopItemWidth();
+  ImGui::End();
+}
+
+void Viewer::view_controls() {
+  Look& look = session_.look;
+  for (const char* name : {"front", "right", "back", "left", "top"}) {
+    if (ImGui::SmallButton(name)) this->look(parse_view(name));
+    ImGui::SameLine();
+  }
+  if (ImGui::SmallButton("home")) {
+    home();
+    home_atlas();
+  }
+  int paint = int(look.paint);
+  if (ImGui::BeginCombo("show", paint_names[std::size_t(paint)].c_str())) {
+    for (std::size_t i = 0; i < paint_names.size(); ++i)
+      if (ImGui::Selectable(paint_names[i].c_str(), int(i) == paint)) look.paint = Look::Paint(i);
+    ImGui::EndCombo();
+  }
+  ImGui::Checkbox("light", &look.lit);
+  ImGui::SameLine();
+  ImGui::Checkbox("seams", &look.seams);
+  ImGui::SameLine();
+  ImGui::Checkbox("wires", &look.wires);
+  ImGui::SameLine();
+  ImGui::Checkbox("charts", &look.chart_tint);
+  if (session_.before && session_.before->holds_light(session_.atlas.texture)) {
+    auto stops = float(look.exposure);
+    if (ImGui::SliderFloat("exposure", &stops, -10, 10, "%.2f stops")) look.exposure = stops;
+  }
+  if (shows_numbers(look)) number_controls();
+  if (session_.before) {
+    bool wiping = look.wipe >= 0;
+    if (ImGui::Checkbox("before | after", &wiping)) look.wipe = wiping ? 0.5 : -1;
+    if (wiping) {
+      auto wipe = float(look.wipe);
+      if (ImGui::SliderFloat("wipe", &wipe, 0, 1, "%.2f")) look.wipe = wipe;
+    }
+    if (session_.before->size() > 1) {
+      int texture = session_.atlas.texture;
+      if (ImGui::SliderInt("texture", &texture, 0, session_.before->size() - 1)) {
+        session_.atlas.texture = texture;
+        home_atlas();
+      }
+    }
+  }
+}
+
+void Viewer::number_controls() {
+  Look& look = session_.look;
+  if (look.paint == Look::Paint::numbers && session_.before)
+    ImGui::SliderInt("channel", &look.channel, 0,
+                     std::max(0, std::min(session_.before->channels(0), 4) - 1));
+  ImGui::Checkbox("whole range", &look.automatic_scale);
+  if (!look.automatic_scale) {
+    float range[2] = {float(look.scale.low), float(look.scale.high)};
+    if (ImGui::DragFloat2("range", range, 0.01F) && range[0] < range[1])
+      look.scale.low = range[0], look.scale.high = range[1];
+  }
+  ImGui::SliderInt("isolines", &look.scale.isolines, 0, 100);
+}
+
+/// All that both panes show depends on.
+std::vector<double> Viewer::state_of_look(const FalseColour& scale) const {
+  const Look& look = session_.look;
+  return {double(look.paint), double(look.lit),  double(look.seams),     double(look.wires),
+          double(look.chart_tint), look.exposure, double(look.channel), look.wipe,
+          double(scale.map), scale.low, scale.high, double(scale.isolines), double(uploads_),
+          double(session_.pictures.version())};
+}
+
+void Viewer::surface_pane() {
+  const Look& look = session_.look;
+  const FalseColour scale =
+      shows_numbers(look) ? session_.pictures.scale_of(look, session_.shown()) : FalseColour{};
+  surface_canvas_.resize(surface_at_.width, surface_at_.height);
+  const bool here = picture_window("surface", surface_at_, surface_canvas_.picture());
+  if (here || dragging_ == Dragging::turning) use_surface_mouse();
+  std::vector<double> state = state_of_look(scale);
+  const Vector3 eye = session_.camera.eye(), back = session_.camera.backward();
+  state.insert(state.end(), {eye.x(), eye.y(), eye.z(), back.x(), back.y(), back.z(),
+                             session_.camera.view().azimuth, double(surface_at_.width),
+                             double(surface_at_.height)});
+  if (std::exchange(surface_of_, state) != state)
+    session_.pictures.draw_surface(
+        session_.camera, {look, scale, session_.before.get(), session_.shown()}, surface_canvas_);
+  mark(pick_);
+  if (shows_numbers(look)) show_legend();
+  ImGui::End();
+}
+
+void Viewer::use_surface_mouse() {
+  const ImGuiIO& io = ImGui::GetIO();
+  const ImVec2 mouse = mouse_in(surface_at_);
+  Turntable& camera = session_.camera;
+  pick_ = pick_on_surface(session_.scene, session_.rays, session_.shown(), camera.ray(mouse.x, mouse.y));
+  if (pick_.chart >= 0 && pick_.texture != session_.atlas.texture &&
+      dragging_ == Dragging::nothing) {
+    session_.atlas.texture = pick_.texture;
+    home_atlas();
+  }
+  if (io.MouseWheel != 0) camera.approach(std::exp(0.15 * double(io.MouseWheel)));
+  const float wipe = float(session_.look.wipe) * float(surface_at_.width);
+  if (ImGui::IsItemClicked(0)) {
+    const bool on_wipe = session_.look.wipe >= 0 && std::abs(mouse.x - wipe) < 5;
+    dragging_ = on_wipe                               ? Dragging::wiping
+                : io.KeyShift                         ? Dragging::moving
+                : tool_ && pick_ && !tool_->name().empty() ? Dragging::working
+                                                      : Dragging::turning;
+    if (dragging_ == Dragging::working) tool_->press(pick_);
+  } else if (ImGui::IsItemClicked(1)) {
+    dragging_ = Dragging::turning;
+  } else if (ImGui::IsItemClicked(2)) {
+    dragging_ = Dragging::moving;
+  }
+  const bool held = io.MouseDown[0] || io.MouseDown[1] || io.MouseDown[2];
+  const bool moved = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
+  if (dragging_ == Dragging::working && moved && held) tool_->drag(pick_);
+  if (dragging_ == Dragging::wiping && held)
+    session_.look.wipe = std::clamp(double(mouse.x) / surface_at_.width, 0.0, 1.0);
+  constexpr double degrees_per_pixel = 0.4;
+  if (dragging_ == Dragging::turning && moved)
+    camera.turn(-degrees_per_pixel * io.MouseDelta.x, degrees_per_pixel * io.MouseDelta.y);
+  if (dragging_ == Dragging::moving && moved) camera.move(io.MouseDelta.x, io.MouseDelta.y);
+  if (!held) {
+    if (dragging_ == Dragging::working) tool_->release();
+    dragging_ = Dragging::nothing;
+  }
+}
+
+void Viewer::home_atlas() {
+  if (!session_.scene.atlas) return;
+  AtlasView& view = session_.atlas;
+  const TextureSize& size = session_.scene.atlas->textures[std::size_t(view.texture)];
+  view.zoom = 0.96 * std::min(atlas_at_.width / double(size.width), atlas_at_.height / double(size.height));
+  view.column = size.width / 2.0 - 0.5 - atlas_at_.width / 2.0 / view.zoom;
+  view.row = size.height / 2.0 - 0.5 - atlas_at_.height / 2.0 / view.zoom;
+}
+
+void Viewer::atlas_pane() {
+  const Look& look = session_.look;
+  const FalseColour scale =
+      shows_numbers(look) ? session_.pictures.scale_of(look, session_.shown()) : FalseColour{};
+  atlas_canvas_.resize(atlas_at_.width, atlas_at_.height);
+  if (picture_window("atlas", atlas_at_, atlas_canvas_.picture())) use_atlas_mouse();
+  const AtlasView& view = session_.atlas;
+  std::vector<double> state = state_of_look(scale);
+  state.insert(state.end(), {double(view.texture), view.column, view.row, view.zoom,
+                             double(atlas_at_.width), double(atlas_at_.height)});
+  if (std::exchange(atlas_of_, state) != state)
+    session_.pictures.draw_atlas(
+        view, {look, scale, session_.before.get(), session_.shown()}, atlas_canvas_);
+  if (pick_.chart >= 0 && pick_.texture == view.texture) {
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    const auto at = [&](double column, double row) {
+      return ImVec2(float(atlas_at_.x + (column - view.column) * view.zoom),
+                    float(atlas_at_.y + (row - view.row) * view.zoom));
+    };
+    const auto half = std::max(0.5, 2 / view.zoom);
+    list->AddRect(at(pick_.x - half, pick_.y - half), at(pick_.x + half, pick_.y + half),
+                  IM_COL32(20, 20, 24, 255), 0, 0, 3);
+    list->AddRect(at(pick_.x - half, pick_.y - half), at(pick_.x + half, pick_.y + half),
+                  IM_COL32(255, 255, 255, 255), 0, 0, 1);
+    list->AddCircle(at(pick_.column, pick_.row), 7, IM_COL32(20, 20, 24, 255), 24, 3);
+    list->AddCircle(at(pick_.column, pick_.row), 7, IM_COL32(255, 255, 255, 255), 24, 1);
+  }
+  ImGui::End();
+}
+
+void Viewer::use_atlas_mouse() {
+  const ImGuiIO& io = ImGui::GetIO();
+  const ImVec2 mouse = mouse_in(atlas_at_);
+  AtlasView& view = session_.atlas;
+  const double column = view.column + mouse.x / view.zoom, row = view.row + mouse.y / view.zoom;
+  pick_ = pick_in_atlas(session_.scene, session_.shown(), view.texture, column, row);
+  if (io.MouseWheel != 0) {
+    const double factor = std::exp(0.15 * double(io.MouseWheel));
+    view.zoom = std::clamp(view.zoom * factor, 1e-3, 200.0);
+    view.column = column - mouse.x / view.zoom;
+    view.row = row - mouse.y / view.zoom;
+  }
+  if (ImGui::IsItemActive()) {
+    view.column -= io.MouseDelta.x / view.zoom;
+    view.row -= io.MouseDelta.y / view.zoom;
+  }
+}
+
+/// The place on the surface, the brush around it, and the wipe.
+void Viewer::mark(const Pick& pick) const {
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  double x = 0, y = 0;
+  if (pick && session_.camera.shows(pick.point, x, y)) {
+    const ImVec2 at{float(surface_at_.x + x), float(surface_at_.y + y)};
+    const double depth = (pick.point - session_.camera.eye()).norm();
+    const double brush = tool_ ? tool_->brush_radius() : 0;
+    const float radius =
+        brush > 0 ? float(brush / session_.camera.pixel() * session_.camera.distance() / depth) : 5;
+    list->AddCircle(at, radius, IM_COL32(20, 20, 24, 255), 64, 3);
+    list->AddCircle(at, radius, IM_COL32(255, 255, 255, 255), 64, 1);
+  }
+  if (session_.look.wipe >= 0 && session_.before) {
+    const float column = float(surface_at_.x) + float(session_.look.wipe) * float(surface_at_.width);
+    const auto bottom = float(surface_at_.y + surface_at_.height);
+    list->AddLine({column, float(surface_at_.y)}, {column, bottom}, IM_COL32(20, 20, 24, 255), 1);
+    outlined_text(list, {column - 48, float(surface_at_.y) + 6}, "before");
+    outlined_text(list, {column + 8, float(surface_at_.y) + 6}, "after");
+  }
+}
+
+void Viewer::show_legend() {
+  const Look& look = session_.look;
+  const FalseColour scale = session_.pictures.scale_of(look, session_.shown());
+  const std::vector<double> now = {double(look.paint), double(look.channel), double(scale.map), scale.low,
+                                   scale.high, double(scale.isolines)};
+  if (now != legend_of_) {
+    legend_of_ = now;
+    LegendOptions wanted;
+    wanted.height = std::max(120, surface_at_.height * 3 / 5);
+    wanted.text_scale = 1;
+    wanted.title = look.paint == Look::Paint::stretch   ? "stretch"
+                   : look.paint == Look::Paint::density ? "log2 of area"
+                                                        : fmt::format("channel {}", look.channel);
+    legend_.show(legend(scale, wanted));
+  }
+  const ImVec2 corner{float(surface_at_.x + surface_at_.width - legend_.width() - 10),
+                      float(surface_at_.y + (surface_at_.height - legend_.height()) / 2)};
+  ImGui::GetWindowDrawList()->AddImage(
+      reinterpret_cast<void*>(std::intptr_t(legend_.id())), corner,
+      {corner.x + float(legend_.width()), corner.y + float(legend_.height())});
+}
+
+void Viewer::status_line(float y, float width) {
+  ImGui::SetNextWindowPos({0, y});
+  ImGui::SetNextWindowSize({width, status_height});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(8, 5));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
+  ImGui::Begin("status", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
+  ImGui::PopStyleVar(2);
+  const std::string words = in_words(pick_);
+  ImGui::TextUnformatted((words.empty() ? session_.message : words).c_str());
+  ImGui::End();
+}
+
+Image<float> Viewer::picture() const {
+  draw();
+  return read_pixels(display_.width(), display_.height());
+}
+
+Image<float> Viewer::picture(Pane pane) const {
+  const Image<float> all = picture();
+  const Rectangle at = place_of(pane);
+  return cropped(all, at.x, at.y, at.width, at.height);
+}
+
+}  // namespace mq::view

@@ -1,0 +1,87 @@
+#pragma once
+/// The window: a panel with what can be set, the surface, the texture, and a line about what is under
+/// the mouse.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "display.h"
+#include "gl.h"
+#include "session.h"
+#include "tool.h"
+
+namespace mq::view {
+
+/// What a script does with mouse and wheel, in place of a person.
+struct ScriptedInput {
+  float x = -1, y = -1;  ///< pixels of the window
+  bool left = false, right = false, middle = false;
+  float wheel = 0;
+};
+
+enum class Pane { surface, atlas };
+
+class Viewer {
+ public:
+  /// ImGui has a context, and the display's OpenGL context is current.
+  Viewer(Session& session, Display& display);
+  ~Viewer();
+
+  /// Takes input, lets the tool work, draws everything.
+  void frame(const ScriptedInput* scripted = nullptr);
+
+  /// What the last frame drew, and what of it is one pane.
+  Image<float> picture() const;
+  Image<float> picture(Pane pane) const;
+
+  struct Rectangle {
+    int x = 0, y = 0, width = 1, height = 1;
+  };
+  Rectangle place_of(Pane pane) const { return pane == Pane::surface ? surface_at_ : atlas_at_; }
+
+  void home() { session_.camera.look(session_.scene.surface.mesh, {}, surface_at_.width, surface_at_.height); }
+  void look(const View& view) {
+    session_.camera.look(session_.scene.surface.mesh, view, surface_at_.width, surface_at_.height);
+  }
+  /// The whole texture.
+  void home_atlas();
+
+  const Pick& pick() const { return pick_; }
+
+  /// Names of the tools; "none" is looking alone.
+  static const std::vector<std::string>& tool_names();
+  void take_tool(const std::string& name);
+  Tool* tool() { return tool_.get(); }
+
+ private:
+  void layout();
+  std::vector<double> state_of_look(const FalseColour& scale) const;
+  void draw() const;
+  void panel(float width, float height);
+  void view_controls();
+  void number_controls();
+  void surface_pane();
+  void atlas_pane();
+  void status_line(float y, float width);
+  void use_surface_mouse();
+  void use_atlas_mouse();
+  void mark(const Pick& pick) const;
+  void show_legend();
+
+  Session& session_;
+  Display& display_;
+  Canvas surface_canvas_, atlas_canvas_;
+  Picture legend_;
+  std::vector<double> legend_of_, surface_of_, atlas_of_;  ///< what is drawn there
+  int uploads_ = 0;  ///< how often textures changed
+  Rectangle surface_at_, atlas_at_;
+  Pick pick_;
+  enum class Dragging { nothing, turning, moving, working, moving_atlas, wiping } dragging_ = Dragging::nothing;
+  std::unique_ptr<Tool> tool_;
+  std::string tool_name_ = "none";
+  bool opened_ = false;
+};
+
+}  // namespace mq::view

@@ -1,0 +1,88 @@
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <utility>
+
+#include <epoxy/gl.h>
+
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+
+#include "display.h"
+#include "mq/base/error.h"
+
+namespace mq::view {
+namespace {
+
+std::string last_words() {
+  const char* words = nullptr;
+  glfwGetError(&words);
+  return words == nullptr ? "no reason is given" : words;
+}
+
+class Window : public Display {
+ public:
+  Window(int width, int height, const std::string& title) {
+    if (glfwInit() == GLFW_FALSE)
+      throw Unsupported(fmt::format(
+          "no window can be opened ({}): 'marquetry view' needs a screen, X11's by its DISPLAY; "
+          "with --script FILE it needs none, and 'marquetry render' draws pictures without",
+          last_words()));
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+    if (window_ == nullptr) {
+      const std::string words = last_words();
+      glfwTerminate();
+      throw Unsupported(fmt::format(
+          "the window cannot be opened ({}): the viewer needs OpenGL 3.3; with Mesa's drivers "
+          "(libgl1-mesa-dri) any machine has it, LIBGL_ALWAYS_SOFTWARE=1 if need be",
+          words));
+    }
+    glfwMakeContextCurrent(window_);
+    glfwSwapInterval(1);
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** names) {
+      auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
+      self->dropped_.assign(names, names + count);
+    });
+    ImGui_ImplGlfw_InitForOpenGL(window_, true);
+  }
+
+  ~Window() override {
+    ImGui_ImplGlfw_Shutdown();
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+  }
+
+  void begin_frame() override {
+    glfwPollEvents();
+    ImGui_ImplGlfw_NewFrame();
+  }
+  void end_frame() override { glfwSwapBuffers(window_); }
+  unsigned framebuffer() const override { return 0; }
+  int width() const override { return size(0); }
+  int height() const override { return size(1); }
+  bool closing() const override { return glfwWindowShouldClose(window_) != 0; }
+  std::vector<std::string> dropped() override { return std::exchange(dropped_, {}); }
+  void rest() override { glfwWaitEventsTimeout(0.05); }
+
+ private:
+  int size(int side) const {
+    int sides[2] = {0, 0};
+    glfwGetFramebufferSize(window_, &sides[0], &sides[1]);
+    return sides[side];
+  }
+
+  GLFWwindow* window_ = nullptr;
+  std::vector<std::string> dropped_;
+};
+
+}  // namespace
+
+std::unique_ptr<Display> open_window(int width, int height, const std::string& title) {
+  return std::make_unique<Window>(width, height, title);
+}
+
+}  // namespace mq::view
