@@ -68,7 +68,10 @@ app::Exit view(app::Run& run) {
   } else {
     attend(viewer, session, *display);
   }
-  if (viewer.tool()) run.result["tool"] = viewer.tool()->report();
+  if (viewer.tool()) {
+    viewer.tool()->stop();
+    run.result["tool"] = viewer.tool()->report();
+  }
   if (options.given("screenshot")) {
     write_image(options.text("screenshot"), viewer.picture());
     run.result["outputs"] = {options.text("screenshot")};

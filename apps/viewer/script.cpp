@@ -55,7 +55,7 @@ constexpr Command commands[] = {
     {"size", 1, 1, "size LENGTH"},
     {"strength", 1, 1, "strength NUMBER"},
     {"stroke", 1, any, "stroke X,Y,Z X,Y,Z ..."},
-    {"everywhere", 1, 1, "everywhere on|off"},
+    {"fill", 1, 1, "fill everywhere|nowhere"},
     {"undo", 0, 0, "undo"},
     {"redo", 0, 0, "redo"},
     {"save-texture", 1, 1, "save-texture FILE"},
@@ -139,6 +139,7 @@ class Player {
     wait();
     require(viewer_.tool()->command(words),
             fmt::format("the tool {} has no '{}'", viewer_.tool()->name(), words[0]));
+    if (words[0].starts_with("save-")) wait();  // what goes wrong with it is this line's affair
     frame();
   }
 
@@ -146,11 +147,13 @@ class Player {
     session_.run.progress().check();
     viewer_.frame(&input_);
     input_.wheel = 0;
+    if (const std::string error = viewer_.error(); !error.empty()) throw SolverError(error);
   }
 
   /// Until the tool has nothing left to do.
   void wait() {
-    frame();
+    if (viewer_.tool() == nullptr || !viewer_.tool()->busy()) return;
+    viewer_.tool()->frame();
     while (viewer_.tool() != nullptr && viewer_.tool()->busy()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
       session_.run.progress().check();
@@ -331,6 +334,8 @@ void Script::play(Viewer& viewer, Session& session) const {
       throw IoError(place + error.what());
     } catch (const Unsupported& error) {
       throw Unsupported(place + error.what());
+    } catch (const SolverError& error) {
+      throw SolverError(place + error.what());
     }
   }
   player.wait();

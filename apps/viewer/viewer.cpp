@@ -108,7 +108,14 @@ void Viewer::layout() {
     opened_ = true;
   }
   session_.camera.resize(surface_at_.width, surface_at_.height);
-  if (tool_) tool_->frame();
+  if (tool_) {
+    try {
+      tool_->frame();
+    } catch (const Error& error) {
+      error_ = error.what();
+      session_.say(error_);
+    }
+  }
   if (session_.after) {
     const auto lock = session_.after->lock();
     uploads_ += session_.before->upload() > 0 ? 1 : 0;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "display.h"
@@ -50,6 +51,9 @@ class Viewer {
 
   const Pick& pick() const { return pick_; }
 
+  /// What went wrong in a tool since the last call; empty: nothing.
+  std::string error() { return std::exchange(error_, {}); }
+
   /// Names of the tools; "none" is looking alone.
   static const std::vector<std::string>& tool_names();
   void take_tool(const std::string& name);
@@ -81,6 +85,7 @@ class Viewer {
   enum class Dragging { nothing, turning, moving, working, moving_atlas, wiping } dragging_ = Dragging::nothing;
   std::unique_ptr<Tool> tool_;
   std::string tool_name_ = "none";
+  std::string error_;
   bool opened_ = false;
 };
 

@@ -46,8 +46,21 @@ TEST(LiveModulation, EndsWhereASolveFromTheStartEnds) {
   const double change = (exact - p.psi).cwiseAbs().maxCoeff();
   for (int i = 0; i < 4; ++i) live.follow();
   EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 0.02 * change);  // e^-4, the reach
-  EXPECT_TRUE(live.settle(1e-9).converged);
+  EXPECT_TRUE(live.settle({.tolerance = 1e-9}).converged);
   EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 1e-6 * change);
+}
+
+TEST(LiveModulation, SettlesInFewCyclesAtATimeToo) {
+  const Painted p;
+  LiveModulation live(p.space, p.weight, p.psi);
+  const std::vector<int> texels = p.under(0.5, 0.5, 0.3);
+  live.modulate(texels, std::vector<double>(texels.size(), 3.0));
+  int rounds = 0;
+  while (!live.settle({.tolerance = 1e-8, .max_cycles = 2}).converged) ASSERT_LT(++rounds, 40);
+  EXPECT_GT(rounds, 0);
+  const Signal exact = ScreenedPoisson(p.space, p.weight).solve(p.psi, live.beta()).signal;
+  const double change = (exact - p.psi).cwiseAbs().maxCoeff();
+  EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 1e-5 * change);
 }
 
 TEST(LiveModulation, ReturnsWhenTheModulationIsTakenBack) {

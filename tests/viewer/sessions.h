@@ -24,9 +24,9 @@ inline Result view(const Folder& folder, const std::string& script, std::vector<
   return marquetry(folder, words, options);
 }
 
-/// sphere.obj and sphere.png: six charts, 256 texels a side.
-inline void write_sphere(const Folder& folder) {
-  marquetry(folder, {"sample", "sphere", "-o", "sphere.obj", "--size", "256"});
+/// sphere.obj and sphere.png: six charts, so many texels a side.
+inline void write_sphere(const Folder& folder, const std::string& size = "256") {
+  marquetry(folder, {"sample", "sphere", "-o", "sphere.obj", "--size", size});
 }
 
 inline Image<float> picture(const Folder& folder, const std::string& name) {

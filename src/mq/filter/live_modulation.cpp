@@ -72,6 +72,8 @@ struct LiveModulation::Data {
   std::vector<int> changed;   ///< since the last `follow`
   std::vector<int> local;     ///< per unknown its number in the neighbourhood, or −1
   Neighbourhood near;
+  std::unique_ptr<LinearSolver> everywhere;  ///< null before the first `settle`
+  SettleOptions everywhere_until;
 
   Data(const TexelSpace& s, double weight_, Signal psi_, const LiveOptions& options_,
        const Progress& progress)
@@ -211,14 +213,24 @@ SolveReport LiveModulation::follow() {
   return report;
 }
 
-SolveReport LiveModulation::settle(double tolerance, const Progress& progress) {
+SolveReport LiveModulation::settle(const SettleOptions& options, const Progress& progress) {
   Data& d = *data_;
-  const std::unique_ptr<LinearSolver> solver = multigrid_solver(
-      d.space.texels(), {.tolerance = tolerance})(d.A, progress.step("prepare", 0.5));
+  const Progress prepare = progress.step("prepare", 0.5);
+  if (!d.everywhere || d.everywhere_until.tolerance != options.tolerance ||
+      d.everywhere_until.max_cycles != options.max_cycles) {
+    d.everywhere.reset();
+    d.everywhere = multigrid_solver(d.space.texels(), {.tolerance = options.tolerance,
+                                                       .max_cycles = options.max_cycles})(d.A, prepare);
+    d.everywhere_until = options;
+  }
   Signal delta = d.phi - d.psi;
-  const SolveReport report = solver->solve(d.b, delta, progress.step("solve", 0.5));
+  const SolveReport report = d.everywhere->solve(d.b, delta, progress.step("solve", 0.5));
   d.phi = d.psi + delta;
-  d.r = d.b - d.A * delta;
+  parallel_for(d.r.rows(), [&](std::int64_t i) {
+    d.r.row(i) = d.b.row(i);
+    for (SparseMatrix::InnerIterator entry(d.A, i); entry; ++entry)
+      d.r.row(i) -= entry.value() * delta.row(entry.col());
+  });
   return report;
 }
 

@@ -20,6 +20,11 @@ struct LiveOptions {
   double reach = 4;
 };
 
+struct SettleOptions {
+  double tolerance = 1e-6;  ///< relative to the right-hand side
+  int max_cycles = 60;      ///< few, again and again: the solution can be looked at on its way
+};
+
 /// The solution of `ScreenedPoisson` for a modulation per texel,
 ///
 ///     (M + w·S)·(φ − ψ) = w·S_{β−1}·ψ,
@@ -49,8 +54,9 @@ class LiveModulation {
   /// did so last if nothing was.
   SolveReport follow();
 
-  /// Solves everywhere, to a tolerance (relative to the right-hand side).
-  SolveReport settle(double tolerance = 1e-6, const Progress& progress = {});
+  /// Solves everywhere. The solver is kept for the next time with the same options. Stopped by
+  /// `progress`, it leaves everything as it was.
+  SolveReport settle(const SettleOptions& options = {}, const Progress& progress = {});
 
   /// β per unknown.
   std::span<const double> beta() const;

@@ -1,0 +1,561 @@
+// The equation is linear in β − 1 = (beta − 1)·mask. What is solved for is therefore β − 1 = mask, and
+// what is shown, ψ + (beta − 1)·δ, follows the slider of beta at once.
+//
+// The mask is held in 65535ths, which a picture of 16 bits keeps: a saved mask is the painted one.
+#include "filter_tool.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "arguments.h"
+#include "command_words.h"
+#include "controls.h"
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
+#include "mq/filter/modulation.h"
+#include "mq/image/resample.h"
+#include "mq/io/atomic_file.h"
+#include "outputs.h"
+#include "signal_options.h"
+
+namespace mq::view {
+namespace {
+
+constexpr std::uint16_t full = 65535;
+
+/// A change of more texels than this share of all is solved for everywhere at once.
+constexpr double most_to_follow = 0.25;
+
+/// Cycles between two looks at a solution on its way.
+constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
+
+}  // namespace
+
+FilterTool::FilterTool(Session& session)
+    : session_(session), options_(options_for("filter", session)) {
+  require(session.before != nullptr,
+          session.scene.model.path.string() +
+              ": has no textures, and the tool filter paints on textures; 'marquetry filter' works on "
+              "colours at vertices too");
+  app::require_usable(app::scene_defects(session.scene), session.scene.model.path.string());
+  options_.set("beta", {"3"});
+  options_.set("output", {"filtered.png"});
+  area_ = session.scene.surface.area;
+  texel_spacing_ = session.scene.atlas->texel_spacing();
+  want();
+}
+
+// ---- what a person does
+
+void FilterTool::panel() {
+  const bool is_ready = ready_;
+  if (!is_ready) {
+    ImGui::TextUnformatted("preparing ...");
+    return;
+  }
+  bool changed = edit(options_, "beta");
+  if (options_.given("length")) {
+    changed |= edit(options_, "length");
+  } else {
+    changed |= edit(options_, "alpha");
+    if (ImGui::SmallButton("as a length")) {
+      set("length", fmt::format("{:.3g}tx", std::sqrt(options_.number("alpha") * area_) / texel_spacing_));
+      changed = true;
+    }
+  }
+  if (changed) {
+    saved_texture_.clear();
+    want();
+  }
+  int brush = int(brush_);
+  ImGui::RadioButton("sharpen", &brush, 0);
+  ImGui::SameLine();
+  ImGui::RadioButton("smooth", &brush, 1);
+  ImGui::SameLine();
+  ImGui::RadioButton("erase", &brush, 2);
+  if (brush != int(brush_)) {
+    try {
+      choose(Brush(brush));
+    } catch (const InvalidInput& error) {
+      session_.say(error.what());
+    }
+  }
+  auto size = float(brush_radius() / std::sqrt(area_) * 100);
+  if (ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%", ImGuiSliderFlags_Logarithmic))
+    size_ = {size, Length::Unit::percent};
+  auto strength = float(strength_);
+  if (ImGui::SliderFloat("strength", &strength, 0.01F, 1, "%.2f")) strength_ = strength;
+  if (ImGui::Button("undo")) undo();
+  ImGui::SameLine();
+  if (ImGui::Button("redo")) redo();
+  ImGui::SameLine();
+  if (ImGui::Button("everywhere")) fill(full);
+  ImGui::SameLine();
+  if (ImGui::Button("nowhere")) fill(0);
+  const auto tried = [&](const auto& what) {
+    try {
+      what();
+    } catch (const Error& error) {
+      session_.say(error.what());
+    }
+  };
+  ImGui::InputText("##mask", mask_name_.data(), mask_name_.size());
+  ImGui::SameLine();
+  if (ImGui::Button("save mask")) tried([&] { save_mask(mask_name_.data()); });
+  ImGui::InputText("##texture", texture_name_.data(), texture_name_.size());
+  ImGui::SameLine();
+  if (ImGui::Button("save texture")) tried([&] { save_texture(texture_name_.data()); });
+  if (ImGui::Button("copy as command"))
+    tried([&] {
+      const std::string line = as_command();
+      ImGui::SetClipboardText(line.c_str());
+      session_.say(line);
+    });
+  ImGui::Text("%lld texels painted%s", static_cast<long long>(painted_), settled_ ? "" : ", solving");
+}
+
+void FilterTool::press(const Pick& pick) {
+  if (!ready_) return;
+  begin_stroke();
+  last_dab_.reset();
+  if (pick) dabs_to(pick.point);
+}
+
+void FilterTool::drag(const Pick& pick) {
+  if (ready_ && pick) dabs_to(pick.point);
+}
+
+void FilterTool::release() { end_stroke(); }
+
+double FilterTool::brush_radius() const {
+  return std::sqrt(weight_from_length(size_, {area_, texel_spacing_}));
+}
+
+/// Along a straight line from the last one, a third of the radius apart.
+void FilterTool::dabs_to(const Vector3& place) {
+  const double apart = brush_radius() / 3;
+  if (!last_dab_) {
+    dab(place);
+    last_dab_ = place;
+    return;
+  }
+  const double way = (place - *last_dab_).norm();
+  const Vector3 start = *last_dab_;
+  for (double at = apart; at <= way; at += apart) {
+    last_dab_ = start + at / way * (place - start);
+    dab(*last_dab_);
+  }
+}
+
+void FilterTool::dab(const Vector3& place) {
+  const double radius = brush_radius();
+  const Texels& texels = target_->domain().space().texels();
+  constexpr int block = 16384;
+  std::vector<std::vector<int>> near((std::size_t(texels.size()) + block - 1) / block);
+  parallel_blocks(texels.size(), block, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t k = begin; k < end; ++k) {
+      const auto& [x, y, z] = texels.positions[std::size_t(k)];
+      if ((Vector3(x, y, z) - place).squaredNorm() < radius * radius)
+        near[std::size_t(begin / block)].push_back(int(k));
+    }
+  });
+  std::vector<int> unknowns;
+  for (const std::vector<int>& some : near) unknowns.insert(unknowns.end(), some.begin(), some.end());
+  std::vector<Vector3> places;
+  std::vector<double> values;
+  for (const int k : unknowns) {
+    const auto& [x, y, z] = texels.positions[std::size_t(k)];
+    places.emplace_back(x, y, z);
+    values.push_back(double(mask_[std::size_t(k)]) / full);
+  }
+  const Spot spot{place, radius, brush_ == Brush::erase ? -strength_ : strength_};
+  add_spots(std::span(&spot, 1), places, values);
+  std::vector<std::uint16_t> after;
+  for (const double value : values) after.push_back(std::uint16_t(std::lround(value * full)));
+  change(unknowns, after);
+}
+
+void FilterTool::fill(std::uint16_t value) {
+  if (!ready_) return;
+  begin_stroke();
+  std::vector<int> unknowns;
+  for (std::size_t k = 0; k < mask_.size(); ++k)
+    if (mask_[k] != value) unknowns.push_back(int(k));
+  change(unknowns, std::vector<std::uint16_t>(unknowns.size(), value));
+  end_stroke();
+}
+
+/// Part of a stroke.
+void FilterTool::change(const std::vector<int>& unknowns, const std::vector<std::uint16_t>& values) {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    std::uint16_t& mask = mask_[std::size_t(unknowns[i])];
+    if (mask == values[i]) continue;
+    stroke_.unknowns.push_back(unknowns[i]);
+    stroke_.before.push_back(mask);
+    stroke_.after.push_back(values[i]);
+    painted_ += int(values[i] != 0) - int(mask != 0);
+    mask = values[i];
+    wanted_.mask.emplace_back(unknowns[i], values[i]);
+    settled_ = false;
+  }
+  stopped_ = false;
+  hurry_ = true;
+  saved_mask_.clear();
+  saved_texture_.clear();
+}
+
+void FilterTool::end_stroke() {
+  last_dab_.reset();
+  if (stroke_.unknowns.empty()) return;
+  undo_.push_back(std::move(stroke_));
+  redo_.clear();
+  begin_stroke();
+}
+
+void FilterTool::undo() {
+  if (undo_.empty()) return;
+  Stroke stroke = std::move(undo_.back());
+  undo_.pop_back();
+  begin_stroke();
+  // The last change of a texel is taken back first: a stroke may meet it several times.
+  std::ranges::reverse(stroke.unknowns);
+  std::ranges::reverse(stroke.before);
+  change(stroke.unknowns, stroke.before);
+  std::ranges::reverse(stroke.unknowns);
+  std::ranges::reverse(stroke.before);
+  begin_stroke();
+  redo_.push_back(std::move(stroke));
+}
+
+void FilterTool::redo() {
+  if (redo_.empty()) return;
+  Stroke stroke = std::move(redo_.back());
+  redo_.pop_back();
+  begin_stroke();
+  change(stroke.unknowns, stroke.after);
+  begin_stroke();
+  undo_.push_back(std::move(stroke));
+}
+
+/// One mask has one beta, so a picture sharpens or smooths.
+void FilterTool::choose(Brush brush) {
+  const double beta = options_.number("beta");
+  const bool other_way = (brush == Brush::sharpen && beta < 1) || (brush == Brush::smooth && beta > 1);
+  require(!other_way || nothing_painted(),
+          fmt::format("what is painted {} (beta is {:g}), and one mask goes one way: change beta, or save "
+                      "the texture and open it for the other",
+                      beta > 1 ? "sharpens" : "smooths", beta));
+  brush_ = brush;
+  if (other_way) set("beta", brush == Brush::sharpen ? "3" : "0");
+}
+
+void FilterTool::set(const std::string& name, const std::string& value) {
+  require(name == "beta" || name == "alpha" || name == "length",
+          fmt::format("the tool filter has beta, alpha and length to set; found '{}'", name));
+  OptionValues changed = options_;
+  if (name != "beta") {
+    // The other way of saying it is forgotten.
+    changed = options_for("filter", session_);
+    for (const char* kept : {"beta", "output"}) changed.set(kept, options_.texts(kept));
+  }
+  changed.set(name, {value});
+  options_ = changed;
+  saved_texture_.clear();
+  want();
+}
+
+void FilterTool::want() {
+  const std::lock_guard lock(mutex_);
+  wanted_.weight = app::spread_weight(options_, {area_, texel_spacing_});
+  require(wanted_.weight > 0 && std::isfinite(wanted_.weight),
+          "the tool filter wants an alpha or a length above 0 and below infinity");
+  wanted_.gain = options_.number("beta") - 1;
+  stopped_ = false;
+  hurry_ = true;
+}
+
+bool FilterTool::command(const std::vector<std::string>& words) {
+  const std::string& what = words[0];
+  const auto numbers = [&](const std::string& word, std::size_t count) {
+    const auto parsed = app::parse_numbers(word, count);
+    require(parsed.has_value(), fmt::format("found '{}', wanted {} numbers", word, count));
+    return *parsed;
+  };
+  require_ready();
+  if (what == "set") {
+    set(words[1], words[2]);
+  } else if (what == "brush") {
+    require(words[1] == "sharpen" || words[1] == "smooth" || words[1] == "erase",
+            fmt::format("found '{}', wanted sharpen, smooth or erase", words[1]));
+    choose(words[1] == "sharpen" ? Brush::sharpen : words[1] == "smooth" ? Brush::smooth : Brush::erase);
+  } else if (what == "size") {
+    const Length size = parse_length(words[1]);
+    require(size.value > 0, fmt::format("found '{}', wanted a length above 0", words[1]));
+    size_ = size;
+  } else if (what == "strength") {
+    const double strength = numbers(words[1], 1)[0];
+    require(strength > 0 && strength <= 1, fmt::format("found '{}', wanted above 0, at most 1", words[1]));
+    strength_ = strength;
+  } else if (what == "stroke") {
+    std::vector<Vector3> places;
+    for (std::size_t i = 1; i < words.size(); ++i) {
+      const auto place = numbers(words[i], 3);
+      places.emplace_back(place[0], place[1], place[2]);
+    }
+    begin_stroke();
+    last_dab_.reset();
+    for (const Vector3& place : places) dabs_to(place);
+    end_stroke();
+  } else if (what == "fill") {
+    fill(words[1] == "everywhere" ? full : 0);
+  } else if (what == "undo") {
+    undo();
+  } else if (what == "redo") {
+    redo();
+  } else if (what == "save-texture") {
+    save_texture(words[1]);
+  } else if (what == "save-mask") {
+    save_mask(words[1]);
+  } else if (what == "copy-command") {
+    const std::string line = as_command() + "\n";
+    if (words.size() == 1) {
+      session_.say(line);
+    } else {
+      session_.run.will_write({words[1]});
+      write_file(words[1], std::as_bytes(std::span(line.data(), line.size())));
+    }
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void FilterTool::save_texture(const std::string& path) {
+  require_ready();
+  const app::Outputs outputs(path, session_.scene.model, app::Outputs::Kind::pictures);
+  session_.run.will_write(outputs.paths(), outputs.folder());
+  const std::lock_guard lock(mutex_);
+  to_save_ = path;
+  stopped_ = false;
+}
+
+void FilterTool::save_mask(const std::string& path) {
+  require_ready();
+  std::vector<Image<float>> pictures;
+  for (const TextureSize& size : session_.scene.texture_sizes)
+    pictures.emplace_back(size.width, size.height, 1);
+  const Texels& texels = target_->domain().space().texels();
+  for (int k = 0; k < texels.size(); ++k) {
+    const Texels::Place& at = texels.places[std::size_t(k)];
+    pictures[std::size_t(at.texture)](at.x, at.y) = float(mask_[std::size_t(k)]) / full;
+  }
+  const app::Outputs outputs(path, session_.scene.model, app::Outputs::Kind::pictures);
+  for (const auto& file : outputs.paths()) {
+    const std::string extension = file.extension().string();
+    require(extension == ".png" || extension == ".tif" || extension == ".tiff",
+            fmt::format("{}: a mask wants 16 bits and no loss: name a .png or a .tif", file.string()));
+  }
+  session_.run.will_write(outputs.paths(), outputs.folder());
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    write_image(outputs.paths()[i], pictures[i], Depth::u16);
+    names.push_back(outputs.paths()[i].string());
+  }
+  options_.set("mask", names);
+  saved_mask_ = path;
+  session_.say("wrote " + path);
+}
+
+std::string FilterTool::as_command() {
+  const bool whole = painted_ == std::ssize(mask_);
+  const bool everywhere = whole && std::ranges::all_of(mask_, [](std::uint16_t m) { return m == full; });
+  require(everywhere || !saved_mask_.empty(),
+          "the command names the mask's file, and the mask is not saved as it is now: save it first");
+  if (!everywhere) return app::command_line(options_);
+  OptionValues without = options_for("filter", session_);
+  for (const char* kept : {"beta", "output", "alpha", "length"})
+    if (options_.given(kept)) without.set(kept, options_.texts(kept));
+  return app::command_line(without);
+}
+
+void FilterTool::require_ready() const {
+  require(ready_, "the tool filter is still being prepared: wait");
+}
+
+/// Of what the work behind has not seen or not ended; while it goes on only it knows.
+bool FilterTool::is_settled() const {
+  const std::lock_guard lock(mutex_);
+  return ready_ && settled_ && wanted_.mask.empty() && wanted_.gain == gain_ &&
+         wanted_.weight == weight_ && to_save_.empty();
+}
+
+bool FilterTool::has_work() const { return !stopped_ && !is_settled(); }
+
+void FilterTool::frame() {
+  if (background_.busy()) return;
+  if (const std::string error = background_.error(); !error.empty()) {
+    stopped_ = true;
+    throw SolverError(error);
+  }
+  if (has_work())
+    background_.start([this](const Progress& progress) { work(progress); });
+}
+
+void FilterTool::stop() {
+  background_.stop();
+  stopped_ = true;
+}
+
+nlohmann::ordered_json FilterTool::report() const {
+  nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
+  for (const Timing& t : timings_)
+    strokes.push_back({{"texels", t.texels}, {"update", t.update}, {"solve", t.solve}, {"cycles", t.cycles}, {"show", t.show}});
+  return {{"name", name()},
+          {"unknowns", mask_.size()},
+          {"painted", painted_},
+          {"settled", is_settled()},
+          {"prepare_seconds", preparing_},
+          {"settle_seconds", settling_},
+          {"settle_rounds", rounds_},
+          {"strokes", strokes}};
+}
+
+// ---- the work behind it
+
+void FilterTool::prepare(const Progress& progress) {
+  const Stopwatch watch;
+  run_ = std::make_unique<app::Run>(options_, session_.run.terminal(), progress);
+  app::about(session_.scene.model, [&] {
+    target_ = std::make_unique<app::TextureTarget>(*run_, session_.scene, app::ValueSpace{},
+                                                   progress.step("assemble", 0.8));
+  });
+  before_ = target_->values();
+  mask_.assign(std::size_t(target_->space().size()), 0);
+  followed_ = mask_;
+  preparing_ = watch.seconds();
+  settled_ = true;
+  ready_ = true;
+}
+
+void FilterTool::work(const Progress& progress) {
+  if (!ready_) prepare(progress);
+  for (;;) {
+    Wanted wanted;
+    {
+      const std::lock_guard lock(mutex_);
+      wanted = wanted_;
+      wanted_.mask.clear();
+      hurry_ = false;
+    }
+    if (!step_on(std::move(wanted), progress)) return;
+  }
+}
+
+/// Does the most urgent thing; false where there is nothing to do.
+bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
+  const bool other_gain = std::exchange(gain_, wanted.gain) != wanted.gain;
+  if (!live_ || weight_ != wanted.weight) {
+    const Stopwatch watch;
+    for (const auto& [unknown, value] : wanted.mask) followed_[std::size_t(unknown)] = value;
+    live_.reset();
+    live_.emplace(target_->domain().space(), wanted.weight, before_, LiveOptions{},
+                  progress.step("system", 0));
+    weight_ = wanted.weight;
+    Wanted all;
+    for (std::size_t k = 0; k < followed_.size(); ++k)
+      if (followed_[k] != 0) all.mask.emplace_back(int(k), followed_[k]);
+    settled_ = all.mask.empty();
+    if (!all.mask.empty()) follow(all);
+    show();
+    preparing_ += watch.seconds();
+    return true;
+  }
+  if (!wanted.mask.empty()) {
+    follow(wanted);
+    show();
+    return true;
+  }
+  if (other_gain) {
+    show();
+    return true;
+  }
+  if (!settled_) {
+    if (std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; })) {
+      settled_ = true;
+      show();
+      return true;
+    }
+    const Stopwatch watch;
+    try {
+      const SolveReport report = live_->settle(settling, Progress({}, &hurry_));
+      progress.check();
+      ++rounds_;
+      const std::lock_guard lock(mutex_);
+      if (wanted_.mask.empty()) settled_ = report.converged;
+    } catch (const Cancelled&) {
+      progress.check();
+    }
+    show();
+    settling_ += watch.seconds();
+    return true;
+  }
+  std::string path;
+  {
+    const std::lock_guard lock(mutex_);
+    path = std::exchange(to_save_, {});
+  }
+  if (path.empty()) return false;
+  Model model = session_.scene.model;
+  const bool nothing = std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; });
+  if (!nothing) target_->put(before_, before_ + gain_ * (live_->signal() - before_), model);
+  const app::Outputs outputs(path, model, app::Outputs::Kind::pictures);
+  for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
+    session_.run.terminal().remark(note);
+  session_.run.terminal().remark("wrote " + path);
+  return true;
+}
+
+void FilterTool::follow(const Wanted& wanted) {
+  Timing timing{.texels = wanted.mask.size()};
+  std::vector<int> texels;
+  std::vector<double> beta;
+  for (const auto& [unknown, value] : wanted.mask) {
+    followed_[std::size_t(unknown)] = value;
+    texels.push_back(unknown);
+  }
+  std::ranges::sort(texels);
+  texels.erase(std::unique(texels.begin(), texels.end()), texels.end());
+  for (const int k : texels) beta.push_back(1 + double(followed_[std::size_t(k)]) / full);
+  {
+    const Stopwatch watch;
+    live_->modulate(texels, beta);
+    timing.update = watch.seconds();
+  }
+  if (double(texels.size()) < most_to_follow * double(followed_.size())) {
+    const Stopwatch watch;
+    timing.cycles = live_->follow().cycles;
+    timing.solve = watch.seconds();
+  }
+  const Stopwatch watch;
+  show();
+  timing.show = watch.seconds();
+  timings_.push_back(timing);
+}
+
+void FilterTool::show() {
+  const Signal& now = live_->signal();
+  const bool nothing = settled_ && std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; });
+  const auto lock = session_.after->lock();
+  session_.after->change(target_->domain().space().texels(), [&](std::int64_t k, int c) {
+    const double was = before_(k, c);
+    return nothing ? was : was + gain_ * (now(k, c) - was);
+  });
+}
+
+}  // namespace mq::view

@@ -1,0 +1,122 @@
+#pragma once
+/// Sharpening and smoothing by a brush (thesis 5.9.1): where it painted, and how strongly, is a mask,
+/// and the texture is what `marquetry filter --mask` makes of it.
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "background.h"
+#include "mq/base/length.h"
+#include "mq/filter/live_modulation.h"
+#include "session.h"
+#include "signal_target.h"
+#include "tool.h"
+
+namespace mq::view {
+
+class FilterTool : public Tool {
+ public:
+  /// Throws `InvalidInput` where the model has no textures, or has refused defects.
+  explicit FilterTool(Session& session);
+  ~FilterTool() override { background_.stop(); }
+
+  std::string name() const override { return "filter"; }
+  void panel() override;
+  void press(const Pick& pick) override;
+  void drag(const Pick& pick) override;
+  void release() override;
+  double brush_radius() const override;
+  bool command(const std::vector<std::string>& words) override;
+  void frame() override;
+  bool busy() const override { return background_.busy() || has_work(); }
+  double fraction() const override { return background_.fraction(); }
+  std::string step() const override { return background_.step(); }
+  void stop() override;
+  nlohmann::ordered_json report() const override;
+
+ private:
+  /// Unknowns whose mask changed, and its values before and after, in 65535ths.
+  struct Stroke {
+    std::vector<int> unknowns;
+    std::vector<std::uint16_t> before, after;
+  };
+  enum class Brush { sharpen, smooth, erase };
+
+  /// What the window wants of the work behind it.
+  struct Wanted {
+    double weight = 0;  ///< of the equation
+    double gain = 0;    ///< beta − 1
+    std::vector<std::pair<int, std::uint16_t>> mask;  ///< changes, in order
+  };
+
+  /// Seconds that one change of the mask took.
+  struct Timing {
+    std::size_t texels = 0;
+    double update = 0, solve = 0, show = 0;
+    int cycles = 0;
+  };
+
+  // On the window's thread.
+  void want();
+  void change(const std::vector<int>& unknowns, const std::vector<std::uint16_t>& values);
+  void dab(const Vector3& place);
+  void dabs_to(const Vector3& place);
+  void fill(std::uint16_t value);
+  void begin_stroke() { stroke_ = Stroke(); }
+  void end_stroke();
+  void undo();
+  void redo();
+  void choose(Brush brush);
+  void set(const std::string& name, const std::string& value);
+  void save_texture(const std::string& path);
+  void save_mask(const std::string& path);
+  std::string as_command();
+  void require_ready() const;
+  bool is_settled() const;
+  bool has_work() const;
+  bool nothing_painted() const { return painted_ == 0; }
+
+  // On the other one.
+  void prepare(const Progress& progress);
+  void work(const Progress& progress);
+  bool step_on(Wanted wanted, const Progress& progress);
+  void follow(const Wanted& wanted);
+  void show();
+
+  Session& session_;
+  OptionValues options_;  ///< of the verb
+  std::unique_ptr<app::Run> run_;
+  double area_, texel_spacing_;
+
+  Brush brush_ = Brush::sharpen;
+  Length size_{3, Length::Unit::percent};
+  double strength_ = 0.5;
+  std::vector<std::uint16_t> mask_;  ///< per unknown
+  std::int64_t painted_ = 0;         ///< how many of them are not 0
+  Stroke stroke_;
+  std::optional<Vector3> last_dab_;
+  std::vector<Stroke> undo_, redo_;
+  std::string saved_mask_, saved_texture_;  ///< where the mask was saved as it is now; empty: nowhere
+  std::array<char, 256> mask_name_{"mask.png"}, texture_name_{"filtered.png"};
+
+  std::atomic<bool> ready_ = false, settled_ = false, stopped_ = false;
+  std::atomic<bool> hurry_ = false;  ///< something new is wanted while the whole is being solved
+  mutable std::mutex mutex_;
+  Wanted wanted_;  ///< guarded
+  std::vector<Timing> timings_;
+  int rounds_ = 0;
+  double settling_ = 0, preparing_ = 0;
+
+  std::unique_ptr<app::TextureTarget> target_;
+  Signal before_;
+  std::optional<LiveModulation> live_;  ///< of β = 1 + mask
+  std::vector<std::uint16_t> followed_;
+  double weight_ = 0, gain_ = 0;
+  std::string to_save_;  ///< guarded; a texture, once all is solved
+  Background background_;  ///< last: it ends before what it works on
+};
+
+}  // namespace mq::view
