@@ -56,6 +56,7 @@ constexpr Command commands[] = {
     {"strength", 1, 1, "strength NUMBER"},
     {"stroke", 1, any, "stroke X,Y,Z X,Y,Z ..."},
     {"fill", 1, 1, "fill everywhere|nowhere"},
+    {"source", 1, 1, "source X,Y,Z"},
     {"undo", 0, 0, "undo"},
     {"redo", 0, 0, "redo"},
     {"save-texture", 1, 1, "save-texture FILE"},

@@ -30,6 +30,13 @@ Session::Session(app::Run& the_run, app::Scene the_scene)
                                                   : clay;
 }
 
+void Session::reset_shown() {
+  result.reset();
+  if (!after) return;
+  const auto lock = after->lock();
+  for (int i = 0; i < after->size(); ++i) after->show(i, scene.model.textures[std::size_t(i)].pixels);
+}
+
 void Session::say(const std::string& text) {
   message = text;
   run.terminal().remark(text);

@@ -20,6 +20,7 @@ struct Session {
   app::Scene scene;
   mq::Scene rays;
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
+  std::unique_ptr<TextureSet> result;         ///< other pictures in place of `after`; null: none
   ModelPictures pictures;
   Turntable camera;
   AtlasView atlas;
@@ -27,7 +28,9 @@ struct Session {
   std::string message;  ///< the last thing that was done, or why not
 
   /// What of the textures is in front: `after` right of the wipe.
-  const TextureSet* shown() const { return after.get(); }
+  const TextureSet* shown() const { return result ? result.get() : after.get(); }
+  /// The textures as they were opened.
+  void reset_shown();
   /// Says something at the bottom of the window and on standard error.
   void say(const std::string& text);
 };

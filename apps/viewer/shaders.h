@@ -38,11 +38,14 @@ vec3 false_colour(float value) {
   return colour;
 }
 float srgb(float v) { return v <= 0.0031308 ? v * 12.92 : 1.055 * pow(v, 1 / 2.4) - 0.055; }
-uniform int channels, channel, light_values;
+uniform vec2 channels, light_values;  // of the textures before and after
+uniform int channel;
 uniform float exposure;
+uniform float wipe;  // pixels: before on the left of it; < 0: after alone
 vec3 displayed(vec4 values) {
-  vec3 rgb = channels < 3 ? values.rrr : values.rgb;
-  if (light_values == 0) return rgb;
+  int side = gl_FragCoord.x < wipe ? 0 : 1;
+  vec3 rgb = channels[side] < 3 ? values.rrr : values.rgb;
+  if (light_values[side] == 0) return rgb;
   rgb = max(rgb, 0) * exposure;
   return vec3(srgb(rgb.r), srgb(rgb.g), srgb(rgb.b));
 }
@@ -72,7 +75,7 @@ uniform sampler2D before, after;
 uniform vec3 eye, up, key_light;
 uniform int paint;         // Look::Paint
 uniform int has_texture, lit;
-uniform float wires, wipe; // pixels; wipe < 0: after alone
+uniform float wires; // pixels
 out vec4 shown;
 const vec3 clay = vec3(0.80, 0.79, 0.765);
 
@@ -140,7 +143,7 @@ void main() {
 inline constexpr const char* atlas_fragment = R"(
 uniform sampler2D before, after;
 uniform vec2 corner, size;   // place of the pane's upper left, texels of the texture
-uniform float zoom, height, wipe;
+uniform float zoom, height;
 uniform int paint, has_texture;
 out vec4 shown;
 void main() {

@@ -222,9 +222,10 @@ namespace {
 /// What both panes say of textures and numbers.
 void set_values(const Shader& shader, const ModelPictures::Shown& shown, int texture,
                 const app::Scene& scene, const Picture& none, const Picture& scale) {
-  const bool there = shown.before != nullptr && texture >= 0 && texture < shown.before->size();
-  const TextureSet* after = shown.after != nullptr ? shown.after : shown.before;
-  (there ? shown.before->picture(texture) : none).bind(0);
+  const TextureSet* const before = shown.before != nullptr ? shown.before : shown.after;
+  const TextureSet* const after = shown.after != nullptr ? shown.after : shown.before;
+  const bool there = before != nullptr && texture >= 0 && texture < std::min(before->size(), after->size());
+  (there ? before->picture(texture) : none).bind(0);
   (there ? after->picture(texture) : none).bind(1);
   scale.bind(2);
   shader.set("before", 0);
@@ -233,9 +234,12 @@ void set_values(const Shader& shader, const ModelPictures::Shown& shown, int tex
   shader.set("scale_range", Eigen::Vector2f(float(shown.scale.low), float(shown.scale.high)));
   shader.set("isolines", shown.scale.isolines);
   shader.set("has_texture", int(there));
-  shader.set("channels", there ? shown.before->channels(texture) : 3);
+  const auto both = [&](const auto& value) {
+    return there ? Eigen::Vector2f(float(value(*before)), float(value(*after))) : Eigen::Vector2f(0, 0);
+  };
+  shader.set("channels", both([&](const TextureSet& set) { return set.channels(texture); }));
+  shader.set("light_values", both([&](const TextureSet& set) { return set.holds_light(texture); }));
   shader.set("channel", std::min(shown.look.channel, 3));
-  shader.set("light_values", int(there && shown.before->holds_light(texture)));
   shader.set("exposure", float(std::exp2(shown.look.exposure)));
   const bool repeats =
       scene.atlas && there && scene.atlas->textures[std::size_t(texture)].wrap == Wrap::repeat;

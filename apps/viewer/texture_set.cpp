@@ -27,7 +27,7 @@ TextureSet::TextureSet(const std::vector<Texture>& textures) {
     else
       held->large.assign(values, 1.F);
     held->changed.assign(
-        std::size_t(held->columns()) * std::size_t((pixels.height() + tile - 1) / tile), 0);
+        std::size_t(held->columns()) * std::size_t((pixels.height() + tile - 1) / tile), 1);
     held->picture.allocate(std::max(1, pixels.width()), std::max(1, pixels.height()),
                            held->bytes ? Picture::Kind::bytes : Picture::Kind::halves);
     textures_.push_back(std::move(held));
@@ -46,12 +46,14 @@ void TextureSet::show(int i, const Image<float>& pixels) {
   parallel_for(
       held.height,
       [&](std::int64_t y) {
-        for (int x = 0; x < held.width; ++x)
+        for (int x = 0; x < held.width; ++x) {
+          bool differs = false;
           for (int c = 0; c < std::min(held.channels, 4); ++c)
-            held.put((std::size_t(y) * held.width + x) * 4 + c, pixels(x, int(y), c));
+            differs |= held.put((std::size_t(y) * held.width + x) * 4 + c, pixels(x, int(y), c));
+          if (differs) held.mark(x, int(y));
+        }
       },
       16);
-  std::ranges::fill(held.changed, std::uint8_t(1));
 }
 
 std::vector<float> TextureSet::texel(int i, int x, int y) const {

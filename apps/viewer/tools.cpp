@@ -2,20 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "filter_tool.h"
 #include "mq/base/error.h"
 #include "mq/base/options.h"
+#include "verb_tool.h"
 
 namespace mq::view {
 
 const std::vector<std::string>& tool_names() {
-  static const std::vector<std::string> names = {"none", "filter"};
+  static const std::vector<std::string> names = {"none",  "filter", "geodesic", "lic",
+                                                 "shock", "denoise", "stitch", "react", "seams"};
   return names;
 }
 
 std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "none") return nullptr;
   if (name == "filter") return std::make_unique<FilterTool>(session);
+  if (name == "geodesic") return make_geodesic_tool(session);
+  if (std::ranges::count(tool_names(), name) > 0) return std::make_unique<VerbTool>(name, session);
   throw InvalidInput(fmt::format("there is no tool '{}'{}", name, did_you_mean(name, tool_names())));
 }
 

@@ -64,6 +64,8 @@ void Viewer::take_tool(const std::string& name) {
   if (name == tool_name_) return;
   std::unique_ptr<Tool> taken = make_tool(name, session_);
   if (tool_) tool_->stop();
+  tool_.reset();
+  session_.reset_shown();
   tool_ = std::move(taken);
   tool_name_ = name;
 }
@@ -120,6 +122,10 @@ void Viewer::layout() {
     const auto lock = session_.after->lock();
     uploads_ += session_.before->upload() > 0 ? 1 : 0;
     uploads_ += session_.after->upload() > 0 ? 1 : 0;
+  }
+  if (session_.result) {
+    const auto lock = session_.result->lock();
+    uploads_ += session_.result->upload() > 0 ? 1 : 0;
   }
   panel(panel_width, top);
   surface_pane();
@@ -228,7 +234,7 @@ std::vector<double> Viewer::state_of_look(const FalseColour& scale) const {
   return {double(look.paint), double(look.lit),  double(look.seams),     double(look.wires),
           double(look.chart_tint), look.exposure, double(look.channel), look.wipe,
           double(scale.map), scale.low, scale.high, double(scale.isolines), double(uploads_),
-          double(session_.pictures.version())};
+          double(session_.pictures.version()), double(session_.result != nullptr)};
 }
 
 void Viewer::surface_pane() {

@@ -1,0 +1,114 @@
+// What the verb geodesic does, with its equations kept between one source and the next.
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "arguments.h"
+#include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
+#include "mq/filter/geodesic.h"
+#include "mq/image/false_colour.h"
+#include "sources.h"
+#include "verb_tool.h"
+
+namespace mq::view {
+namespace {
+
+class GeodesicTool : public VerbTool {
+ public:
+  explicit GeodesicTool(Session& session) : VerbTool("geodesic", session) {}
+  ~GeodesicTool() override { background_.stop(); }
+
+  void press(const Pick& pick) override {
+    if (pick.chart >= 0) from(pick.point);
+  }
+  void drag(const Pick& pick) override { press(pick); }
+
+  bool command(const std::vector<std::string>& words) override {
+    if (words[0] != "source") return VerbTool::command(words);
+    const auto place = app::parse_numbers(words[1], 3);
+    require(place.has_value(), fmt::format("found '{}', wanted X,Y,Z", words[1]));
+    from({(*place)[0], (*place)[1], (*place)[2]});
+    return true;
+  }
+
+  nlohmann::ordered_json report() const override {
+    nlohmann::ordered_json report = VerbTool::report();
+    report["prepare_seconds"] = preparing_;
+    report["solve_seconds"] = solving_;
+    return report;
+  }
+
+ private:
+  void from(const Vector3& place) {
+    change("from", {fmt::format("{},{},{}", place.x(), place.y(), place.z())});
+  }
+
+  bool complete() const override {
+    return !options_.texts("from").empty() || !options_.texts("from-mask").empty();
+  }
+
+  void prepare(const OptionValues& options, const Progress& progress) {
+    const std::vector<std::string> asked = {options.text("time"), options.text("solver"),
+                                            options.text("tolerance")};
+    if (geodesic_ && asked == prepared_for_) return;
+    const Stopwatch watch;
+    app::Run run(options, session_.run.terminal(), progress);
+    if (!domain_)
+      domain_ = std::make_unique<app::TexelDomain>(run, session_.scene, TexelSpaceOptions{},
+                                                   progress.step("assemble", 0.3),
+                                                   app::TexelDomain::SharedTexels::one_for_each);
+    const SolverFactory solver = domain_->space().size() > 30'000 && options.text("solver") != "direct"
+                                     ? domain_->multigrid({.tolerance = options.number("tolerance")})
+                                     : direct_solver();
+    geodesic_.emplace(domain_->space(), solver, GeodesicOptions{.time = options.number("time")},
+                      progress.step("prepare", 0.4));
+    geodesic_->set_places(domain_->places());
+    geodesic_->set_boundary(domain_->boundary());
+    prepared_for_ = asked;
+    preparing_ = watch.seconds();
+  }
+
+  void make(const OptionValues& options, const Progress& progress) override {
+    prepare(options, progress);
+    const Stopwatch watch;
+    app::Terminal silence("view");
+    silence.set_voice(app::Terminal::Voice::quiet);
+    app::Run run(options, silence, progress);
+    const auto places = app::source_places(run, session_.scene);
+    const Geodesic found = geodesic_->from(app::sources_at(run, session_.scene, *domain_, places),
+                                           progress.step("distances", 0.3));
+    const double most = domain_->largest_shown(found.distance);
+    const DistanceColours scale{.most = most,
+                                .lines = int(options.integer("isolines")),
+                                .line_width = 1.5 * domain_->scale().texel_spacing};
+    Signal colours(found.distance.size(), 3);
+    for (Eigen::Index i = 0; i < colours.rows(); ++i) {
+      const Colour colour = distance_colour(found.distance[i], scale);
+      colours.row(i) << colour[0], colour[1], colour[2];
+    }
+    std::vector<Image<float>> pixels;
+    for (const TextureSize& size : session_.scene.texture_sizes)
+      pixels.emplace_back(size.width, size.height, 3);
+    domain_->put(colours, pixels);
+    std::vector<Texture> pictures(pixels.size());
+    for (std::size_t i = 0; i < pixels.size(); ++i) pictures[i].pixels = std::move(pixels[i]);
+    found_ = {{"max", most}};
+    solving_.push_back(watch.seconds());
+    show(std::move(pictures));
+  }
+
+  std::unique_ptr<app::TexelDomain> domain_;
+  std::optional<GeodesicDistance> geodesic_;
+  std::vector<std::string> prepared_for_;
+  double preparing_ = 0;
+  std::vector<double> solving_;
+};
+
+}  // namespace
+
+std::unique_ptr<Tool> make_geodesic_tool(Session& session) {
+  return std::make_unique<GeodesicTool>(session);
+}
+
+}  // namespace mq::view

@@ -1,0 +1,65 @@
+#pragma once
+/// Any verb that makes textures: its options as sliders, its result beside the textures as they were.
+
+#include <array>
+#include <filesystem>
+#include <string>
+
+#include "background.h"
+#include "session.h"
+#include "tool.h"
+
+namespace mq::view {
+
+/// The verb itself runs, behind the window, whenever an option was changed.
+class VerbTool : public Tool {
+ public:
+  /// Throws `InvalidInput` where the model has no textures.
+  VerbTool(const std::string& verb, Session& session);
+  ~VerbTool() override;
+
+  std::string name() const override { return verb_; }
+  void panel() override;
+  void press(const Pick&) override {}
+  void drag(const Pick&) override {}
+  void release() override {}
+  bool command(const std::vector<std::string>& words) override;
+  void frame() override;
+  bool busy() const override { return background_.busy() || (stale_ && !stopped_); }
+  double fraction() const override { return background_.fraction(); }
+  std::string step() const override { return background_.step(); }
+  void stop() override;
+  nlohmann::ordered_json report() const override;
+
+ protected:
+  /// What is shown for these options; on the other thread.
+  virtual void make(const OptionValues& options, const Progress& progress);
+  /// Options have changed: what is shown is not theirs any more.
+  void change(const std::string& name, const std::vector<std::string>& values);
+  /// Whether all is there that the verb wants.
+  virtual bool complete() const;
+  void show(std::vector<Texture> pictures);
+
+  Session& session_;
+  OptionValues options_;
+  nlohmann::ordered_json found_;  ///< the verb's result
+
+ private:
+  void save(const std::string& path);
+  std::vector<std::string> shown_options() const;
+
+  std::string verb_;
+  std::filesystem::path folder_;  ///< for results on their way to the window
+  bool stale_ = true, stopped_ = false;
+  std::string to_save_;
+  std::vector<Texture> made_;  ///< not yet shown
+  std::array<char, 256> texture_name_{"out.png"};
+
+ protected:
+  Background background_;
+};
+
+/// Distances from where the mouse is.
+std::unique_ptr<Tool> make_geodesic_tool(Session& session);
+
+}  // namespace mq::view
