@@ -4,6 +4,7 @@
 //     flow_bench motions          end point errors on sphere, torus and plane, as Markdown
 //     flow_bench thesis [N]       the thesis' presets beside ours, on a torus of N vertices: 27,000
 //     flow_bench size N...        time on tori of so many vertices
+//     flow_bench levels N         the same level by level, seconds on the wall
 //     flow_bench tables N...      of each basis the size of its systems and the time of their parts
 //     flow_bench pair FOLDER      a torus of 60,000 vertices: first.ply, second.ply, whose colours
 //                                 are turned by 10 to 30 spacings, blend.ply with both mixed
@@ -220,6 +221,20 @@ void sizes(const std::vector<int>& all) {
   }
 }
 
+void levels(int vertices) {
+  const Pair pair = twisted_torus(vertices, 10);
+  const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target);
+  fmt::print(
+      "| l | vertices | steps | cycles | error | smooth | matrices | solve | warp |\n"
+      "|---|---|---|---|---|---|---|---|---|\n");
+  for (const MeshFlowLevel& level : flow.levels)
+    fmt::print("| {:.3g} | {} | {} | {} | {:.5f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n",
+               level.length, level.vertices, level.steps, level.cycles,
+               level.error / flow.blend_error, level.smooth_seconds, level.build_seconds,
+               level.solve_seconds, level.warp_seconds);
+  fmt::print("\n{:.2f} s, of which preparing {:.2f} s\n", flow.seconds, flow.prepare_seconds);
+}
+
 /// Thesis Tables 4.4 to 4.6: one system of the last level, by basis, and ours beside them.
 void systems(const Pair& pair) {
   const FlowMesh mesh(pair.surface);
@@ -321,6 +336,8 @@ int main(int count, char** arguments) {
   } else if (what == "thesis") {
     mq::thesis(count > 2 ? std::atoi(arguments[2]) : 27000,
                count > 3 ? std::atof(arguments[3]) : 8);
+  } else if (what == "levels" && count > 2) {
+    mq::levels(std::atoi(arguments[2]));
   } else if (what == "pair" && count > 2) {
     mq::write_pair(arguments[2]);
   } else if ((what == "size" || what == "tables") && count > 2) {
@@ -328,7 +345,7 @@ int main(int count, char** arguments) {
     for (int i = 2; i < count; ++i) sizes.push_back(std::atoi(arguments[i]));
     what == "size" ? mq::sizes(sizes) : mq::tables(sizes);
   } else {
-    fmt::print("flow_bench motions | thesis [N [shift]] | size N... | tables N... | pair FOLDER\n");
+    fmt::print("flow_bench motions | thesis [N [shift]] | size N... | levels N | tables N... | pair FOLDER\n");
     return 2;
   }
 }

@@ -214,6 +214,37 @@ TEST(MeshFlow, NeverRaisesTheError) {
 }
 
 /// (4.8): smoothness shortens a field, never lengthens it.
+/// Errors of coarser levels are taken at fewer places, but no level's is said to be below what is
+/// left in the end.
+TEST(MeshFlow, EstimatesTheErrorOfCoarserLevels) {
+  const Pair pair = turned_torus(4, 160);
+  MeshFlowOptions options = from(20);
+  const MeshFlow whole = mesh_flow(pair.surface, pair.source, pair.target, options);
+  options.probes = 1000;
+  const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
+  EXPECT_EQ(flow.field, whole.field);
+  EXPECT_EQ(flow.levels.back().error, whole.levels.back().error);
+  ASSERT_EQ(flow.levels.size(), whole.levels.size());
+  EXPECT_NE(flow.levels[0].error, whole.levels[0].error);
+  EXPECT_LT(flow.levels[0].vertices, pair.source.rows());
+  double before = flow.blend_error;
+  for (std::size_t l = 0; l < flow.levels.size(); ++l) {
+    EXPECT_NEAR(flow.levels[l].error, whole.levels[l].error,
+                0.1 * whole.levels[l].error + 0.005 * flow.blend_error);
+    EXPECT_LE(flow.levels[l].error, before);
+    before = flow.levels[l].error;
+  }
+  // Nothing to align: what coarse levels find counts only if it holds on the mesh itself.
+  const Noise noise(3);
+  Signal other = pair.target;
+  for (int v = 0; v < other.rows(); ++v)
+    other.row(v).setConstant(noise(9 * pair.surface.mesh.positions[v]));
+  options.levels = 2;
+  const MeshFlow none = mesh_flow(pair.surface, pair.source, other, options);
+  EXPECT_LT(none.levels.back().vertices, pair.source.rows());
+  EXPECT_LE(none.levels.back().error, none.blend_error);
+}
+
 TEST(MeshFlow, ScalesCorrectionsUp) {
   const Pair pair = turned_torus(3);
   for (const FlowBasis basis : bases)
@@ -245,11 +276,15 @@ TEST(MeshFlow, TurnsAroundWhenSignalsAreSwapped) {
 TEST(MeshFlow, DoesNotSeeTheUnitOfTheModelNorOfTheValues) {
   const Pair pair = turned_torus(3, 60);
   const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, from(15));
-  Mesh larger = pair.surface.mesh;
-  for (Vector3& p : larger.positions) p *= 1024;
-  const MeshFlow far = mesh_flow(make_surface(larger), pair.source, pair.target, from(15));
-  EXPECT_LE((far.field / 1024 - flow.field).cwiseAbs().maxCoeff(),
-            1e-9 * flow.field.cwiseAbs().maxCoeff());
+  EXPECT_GT(flow.field.cwiseAbs().maxCoeff(), 0);
+  for (const double unit : {1024.0, 1000.0, 0.0254, 1e-30, 1e30}) {
+    Mesh scaled = pair.surface.mesh;
+    for (Vector3& p : scaled.positions) p *= unit;
+    const MeshFlow same = mesh_flow(make_surface(scaled), pair.source, pair.target, from(15));
+    EXPECT_LE((same.field / unit - flow.field).cwiseAbs().maxCoeff(),
+              (unit == 1024 ? 1e-9 : 1e-6) * flow.field.cwiseAbs().maxCoeff())
+        << unit;
+  }
   const MeshFlow bright = mesh_flow(pair.surface, 256 * pair.source, 256 * pair.target, from(15));
   EXPECT_LE((bright.field - flow.field).cwiseAbs().maxCoeff(),
             1e-9 * flow.field.cwiseAbs().maxCoeff());

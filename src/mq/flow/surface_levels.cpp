@@ -184,6 +184,14 @@ Signal FlowMeshes::prolongated(int m, const Signal& signal) const {
   return fine;
 }
 
+std::vector<int> FlowMeshes::on_finest(int m) const {
+  std::vector<int> result(meshes_[m]->vertex_count());
+  std::iota(result.begin(), result.end(), 0);
+  for (int k = m; k > 0; --k)
+    for (int& v : result) v = coarser_[k - 1]->source[v];
+  return result;
+}
+
 std::vector<std::shared_ptr<const BlockTransfer>> FlowMeshes::transfers_from(int m) const {
   return {transfers_.begin() + m, transfers_.end()};
 }

@@ -77,6 +77,9 @@ class FlowMeshes {
   /// A signal on mesh m + 1 at the vertices of mesh m.
   Signal prolongated(int m, const Signal& signal) const;
 
+  /// Per vertex of mesh m that vertex of the finest mesh which it is.
+  std::vector<int> on_finest(int m) const;
+
   /// From mesh m on, as many as there are.
   std::vector<std::shared_ptr<const BlockTransfer>> transfers_from(int m) const;
 

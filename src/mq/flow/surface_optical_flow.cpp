@@ -13,36 +13,19 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
-#include "mq/fem/vertex_multigrid.h"
 #include "mq/flow/surface_levels.h"
+#include "mq/flow/surface_signals.h"
 #include "mq/flow/surface_systems.h"
 #include "mq/flow/surface_warp.h"
-#include "mq/linear/conjugate_gradients.h"
 
 namespace mq {
 
 namespace {
 
-constexpr double spacings_per_length = 1.75;  // of the mesh a scale is solved on, at least
-constexpr double spacings_per_light = 3;      // and of the one on which light is taken off
+constexpr double spacings_per_length = 1.3;  // of the mesh a scale is solved on, at least
 constexpr int coarsest_vertices = 200;
 constexpr double gain_worth_a_step = 0.05;
 constexpr double largest_scale = 4;  // of α*
-
-/// Smooth: (M + w·S)⁻¹·M·φ.
-Signal smoothed(const FlowMesh& mesh, const Signal& signal, double weight, double tolerance) {
-  if (!(weight > 0)) return signal;
-  const SparseMatrix A = mesh.space().system(1, weight);
-  const Signal change = -weight * mesh.space().stiffness_times(signal);
-  Signal correction = Signal::Zero(signal.rows(), signal.cols());
-  const double spacing = mesh.spacing();
-  if (weight > 100 * spacing * spacing)
-    vertex_multigrid_solver(mesh.surface().mesh.positions, {.tolerance = tolerance})(A, {})->solve(
-        change, correction);
-  else
-    conjugate_gradients(A, change, correction, jacobi_preconditioner(A), {.tolerance = tolerance});
-  return signal + correction;
-}
 
 void require_signals(const Surface& surface, const Signal& source, const Signal& target) {
   require(source.rows() == surface.mesh.vertex_count() && target.rows() == source.rows() &&
@@ -63,66 +46,6 @@ double positive_length(const Length& length, const SurfaceScale& scale, const ch
           fmt::format("{} of {} was given; a length that is not negative was wanted", what,
                       length.value));
   return std::sqrt(weight_from_length(length, scale));
-}
-
-/// Means and variances of the channels.
-struct Moments {
-  Eigen::RowVectorXd mean, variance;
-
-  Moments(const Vector& mass, const Signal& signal) {
-    const double total = mass.sum();
-    mean = mass.transpose() * signal / total;
-    variance = mass.transpose() * (signal.rowwise() - mean).array().square().matrix() / total;
-  }
-};
-
-/// A signal less what varies slowly.
-Signal without_light(const FlowMeshes& meshes, const Signal& signal, double detail, bool thesis) {
-  if (!(detail > 0)) return signal;
-  int m = 0;
-  while (!thesis && m + 1 < meshes.count() &&
-         meshes[m + 1].spacing() * spacings_per_light <= detail)
-    ++m;
-  Signal low = signal;
-  for (int k = 0; k < m; ++k) low = meshes.restricted(k, low);
-  low = smoothed(meshes[m], low, detail * detail, thesis ? 1e-6 : 1e-4);
-  for (int k = m; k > 0; --k) low = meshes.prolongated(k - 1, low);
-  return signal - low;
-}
-
-/// The channels, and |∇φ_c| times `factor` behind them: the root mean square over the triangles
-/// around each vertex.
-Signal with_slopes(const FlowMesh& mesh, const Signal& signal, double factor) {
-  const Signal gradients = mesh.space().gradient(signal);
-  const Eigen::Index channels = signal.cols();
-  Signal result(signal.rows(), 2 * channels);
-  result.leftCols(channels) = signal;
-  parallel_for(signal.rows(), [&](std::int64_t v) {
-    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(channels);
-    double area = 0;
-    for (const int* c = mesh.space().corners_begin(int(v)); c != mesh.space().corners_end(int(v));
-         ++c) {
-      const double share = mesh.space().shapes()[*c / 3].area();
-      sum += share * gradients.middleRows(2 * (*c / 3), 2).colwise().squaredNorm();
-      area += share;
-    }
-    result.row(v).tail(channels) = factor * (sum / (area > 0 ? area : 1)).cwiseSqrt();
-  });
-  return result;
-}
-
-/// To a variance of 1 over all channels; of the thesis, each channel to its variance in `original`.
-void bring_to_scale(const FlowMesh& mesh, Signal& details, const Signal& original, bool thesis) {
-  const Moments moments(mesh.lumped_mass(), details);
-  if (thesis) {
-    const Moments before(mesh.lumped_mass(), original);
-    for (Eigen::Index c = 0; c < details.cols(); ++c)
-      if (moments.variance[c] > 0)
-        details.col(c) *= std::sqrt(before.variance[c] / moments.variance[c]);
-    return;
-  }
-  const double variance = moments.variance.mean();
-  if (variance > 0) details /= std::sqrt(variance);
 }
 
 /// A level: ℓ, and the weight by which signals are smoothed.
@@ -180,32 +103,30 @@ class Aligner {
     now_.z = Vector::Zero(2 * std::int64_t(meshes_[mesh_].vertex_count()));
     now_.field = Vector::Zero(2 * std::int64_t(meshes_[mesh_].surface().triangle_count()));
     best_ = now_;
-    flow.field = Vector::Zero(2 * std::int64_t(meshes_[0].surface().triangle_count()));
-    flow.blend_error = error_of(0, raw_[0], {});
-    double best = flow.blend_error;
+    flow.blend_error = best_error_ = error_of(0, raw_[0], {});
+    if (mesh_ > 0) place_probes();
     double work = 0;
     for (const Scale& s : scales) work += meshes_[mesh_for(s)].vertex_count();
     for (const Scale& s : scales) {
       const double share = meshes_[mesh_for(s)].vertex_count() / work;
       MeshFlowLevel level =
-          run_level(s, progress.step(fmt::format("length {:.3g}", s.length), share));
+          run_level(s, flow, progress.step(fmt::format("length {:.3g}", s.length), share));
       const Stopwatch watch;
-      Vector fine = now_.z;
-      for (int m = mesh_; m > 0; --m) fine = meshes_.transfer(m - 1)->prolongated(fine);
-      const Vector field = mesh_ == 0 ? now_.field : meshes_[0].triangle_field(fine);
-      const double error =
-          error_of(0, raw_[0],
-                   mesh_ == 0 ? ends_ : warp_ends(meshes_[0].trace(), field, options_.alignment));
-      astray_ = !(error < best) && !options_.thesis;
+      const double error = mesh_ == 0 ? error_of(0, raw_[0], ends_)
+                                      : error_from_coarse(now_.z, flow.blend_error);
+      astray_ = !(error < best_error_) && !options_.thesis;
       if (!astray_) {
-        best = error;
+        best_error_ = error;
         best_ = now_;
-        flow.field = field;
+        estimated_ = mesh_ > 0 && !probes_.starts.empty();
       }
-      level.error = best;
+      level.error = best_error_;
       level.warp_seconds += watch.seconds();
       flow.levels.push_back(level);
     }
+    move_to(0);
+    if (estimated_) settle(flow, warp_ends(meshes_[0].trace(), best_.field, options_.alignment));
+    flow.field = std::move(best_.field);
     return flow;
   }
 
@@ -232,6 +153,64 @@ class Aligner {
     const Mesh& mesh = meshes_[m].surface().mesh;
     return mean_square_difference(meshes_[m].lumped_mass(), sampled(mesh, pair.source, ends.source),
                                   sampled(mesh, pair.target, ends.target));
+  }
+
+  /// Points of the finest mesh at which errors of fields on coarser ones are taken.
+  struct Probes {
+    std::vector<SurfacePoint> starts;
+    Vector mass;
+    double blend_error = 0;
+  };
+
+  /// At the vertices of the coarsest mesh that has enough of them; none where that is the finest.
+  void place_probes() {
+    int m = 0;
+    while (m + 1 < meshes_.count() && meshes_[m + 1].vertex_count() >= options_.probes) ++m;
+    if (m == 0) return;
+    probes_.mass = meshes_[m].lumped_mass();
+    for (const int v : meshes_.on_finest(m)) {
+      const int corner = *meshes_[0].space().corners_begin(v);
+      SurfacePoint start{corner / 3, Vector3::Zero()};
+      start.barycentric[corner % 3] = 1;
+      probes_.starts.push_back(start);
+    }
+    probes_.blend_error = probe({});
+  }
+
+  /// The error at the probes.
+  double probe(const WarpEnds& ends) const {
+    const Mesh& mesh = meshes_[0].surface().mesh;
+    const auto at = [&](const Signal& signal, const std::vector<SurfacePoint>& points) {
+      return sampled(mesh, signal, points.empty() ? probes_.starts : points);
+    };
+    return mean_square_difference(probes_.mass, at(raw_[0].source, ends.source),
+                                  at(raw_[0].target, ends.target));
+  }
+
+  /// The error on the finest mesh of a field on a coarser one: of the blend's, the share that is left
+  /// at the probes.
+  double error_from_coarse(Vector z, double blend_error) const {
+    for (int m = mesh_; m > 0; --m) z = meshes_.transfer(m - 1)->prolongated(z);
+    const FlowMesh& finest = meshes_[0];
+    const Vector field = finest.triangle_field(z);
+    if (probes_.starts.empty())
+      return error_of(0, raw_[0], warp_ends(finest.trace(), field, options_.alignment));
+    const double left =
+        probe(warp_ends(finest.trace(), field, options_.alignment, &probes_.starts));
+    return probes_.blend_error > 0 ? left / probes_.blend_error * blend_error : left;
+  }
+
+  /// The error of the best field on the mesh itself, known by estimates till now: none that is above
+  /// the blend's is kept, and no earlier level is said to have been better.
+  void settle(MeshFlow& flow, const WarpEnds& ends) {
+    estimated_ = false;
+    best_error_ = error_of(0, raw_[0], ends);
+    if (!(best_error_ < flow.blend_error)) {
+      best_error_ = flow.blend_error;
+      best_.z.setZero();
+      best_.field.setZero();
+    }
+    for (MeshFlowLevel& level : flow.levels) level.error = std::max(level.error, best_error_);
   }
 
   /// X or a correction Y on the mesh at hand: per triangle, and in the vertex basis (hierarchical
@@ -335,7 +314,7 @@ class Aligner {
     for (Field* X : {&now_, &best_}) X->field = meshes_[m].triangle_field(X->z);
   }
 
-  MeshFlowLevel run_level(const Scale& s, const Progress& progress) {
+  MeshFlowLevel run_level(const Scale& s, MeshFlow& flow, const Progress& progress) {
     MeshFlowLevel level;
     level.length = s.length;
     const int m = mesh_for(s);
@@ -355,14 +334,18 @@ class Aligner {
     level.smooth_seconds = smoothing.seconds();
     const Stopwatch warping;
     BlockMultigrid multigrid(meshes_.transfers_from(m), {.tolerance = options_.tolerance});
+    bool same = !astray_;  // both fields
     if (astray_) {
       // A level that raised the error may have been on the way to a large motion: this one decides.
       const auto error_along = [&](const Field& X) {
         return error_of(m, signals, warp_ends(mesh.trace(), X.field, options_.alignment));
       };
-      if (error_along(best_) <= error_along(now_)) now_ = best_;
+      same = error_along(best_) <= error_along(now_);
+      if (same) now_ = best_;
     }
     ends_ = warp_ends(mesh.trace(), now_.field, options_.alignment);
+    if (m == 0 && estimated_)
+      settle(flow, same ? ends_ : warp_ends(mesh.trace(), best_.field, options_.alignment));
     Pair now = warped(signals, ends_);
     double error = mean_square_difference(mesh.lumped_mass(), now.source, now.target);
     level.warp_seconds += warping.seconds();
@@ -406,6 +389,9 @@ class Aligner {
   int mesh_ = 0;           ///< the one at hand
   Field now_, best_;       ///< X there, and the one of the least error on the finest mesh
   bool astray_ = false;    ///< they differ
+  double best_error_ = 0;
+  bool estimated_ = false;  ///< at the probes
+  Probes probes_;
   WarpEnds ends_;          ///< of paths along X
 };
 

@@ -73,6 +73,8 @@ struct MeshFlowOptions {
   /// none.
   double gradient_constancy = 0;
   double tolerance = 1e-3;  ///< of the multigrid solver: relative residual
+  /// At how many places, at least, errors of fields on coarser meshes are taken, see `MeshFlow`.
+  int probes = 25000;
   std::optional<ThesisFlow> thesis;
 };
 

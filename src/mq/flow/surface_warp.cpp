@@ -8,23 +8,23 @@
 namespace mq {
 
 WarpEnds warp_ends(const TraceMesh& mesh, const Vector& field, FlowAlignment alignment,
-                   const Progress& progress) {
+                   const std::vector<SurfacePoint>* starts, const Progress& progress) {
+  const auto ends_along = [&](const Vector& X, double time, const Progress& step) {
+    const SurfaceFlow flow = SurfaceFlow::along(mesh, X);
+    return (starts ? flow.trace(*starts, time, step) : flow.trace_vertices(time, step)).ends;
+  };
+  if (alignment == FlowAlignment::forward)
+    return {{}, ends_along(field, 1, progress.step("paths", 1))};
   WarpEnds ends;
-  if (alignment == FlowAlignment::forward) {
-    ends.target = SurfaceFlow::along(mesh, field).trace_vertices(1, progress.step("paths", 1)).ends;
-    return ends;
-  }
-  ends.source =
-      SurfaceFlow::along(mesh, -field).trace_vertices(0.5, progress.step("paths", 0.5)).ends;
-  ends.target =
-      SurfaceFlow::along(mesh, field).trace_vertices(0.5, progress.step("paths", 0.5)).ends;
+  ends.source = ends_along(-field, 0.5, progress.step("paths", 0.5));
+  ends.target = ends_along(field, 0.5, progress.step("paths", 0.5));
   return ends;
 }
 
 Signal sampled(const Mesh& mesh, const Signal& signal, const std::vector<SurfacePoint>& points) {
   if (points.empty()) return signal;
-  Signal values(signal.rows(), signal.cols());
-  parallel_for(signal.rows(), [&](std::int64_t v) {
+  Signal values(std::ssize(points), signal.cols());
+  parallel_for(values.rows(), [&](std::int64_t v) {
     const SurfacePoint& p = points[v];
     if (p.triangle < 0) {
       values.row(v) = signal.row(v);

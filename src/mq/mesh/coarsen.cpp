@@ -3,6 +3,9 @@
 /// triangles are then still those that were judged; only whether the topology stays (the link
 /// condition of Dey, Edelsbrunner, Guha and Nekhayev, Topology preserving edge contraction, 1999)
 /// must be asked again.
+///
+/// All of that is decided for the surface in a cube of side 1, at places rounded to 2⁻³²: in any unit
+/// the same vertices go, also of regular surfaces, where many would leave equally good triangles.
 
 #include "mq/mesh/coarsen.h"
 
@@ -27,6 +30,7 @@ constexpr double least_quality = 0.25;  // 4√3·area / Σ length²; 1: equilat
 constexpr double least_turn = 0.3;      // cosine between a new triangle and the old ones' mean
 constexpr double least_straight = 0.8;  // cosine of the bend of a boundary where it loses a vertex
 constexpr int most_rounds = 24;
+constexpr double grid = 4294967296;  // steps along the longest side of the box
 
 /// The triangles and neighbours around a vertex, counter-clockwise.
 struct Ring {
@@ -44,7 +48,7 @@ struct Collapse {
 };
 
 struct Candidate {
-  float size;  ///< share of the area, relative to what is wanted
+  float size;  ///< share of the area
   int vertex;
   Collapse collapse;
 
@@ -53,10 +57,26 @@ struct Candidate {
   }
 };
 
+/// Positions in a cube of side 1, on the grid.
+struct InCube {
+  std::vector<Vector3> positions;
+  double side = 1;  ///< model units
+
+  explicit InCube(const std::vector<Vector3>& from) : positions(from.size()) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& p : from) box.extend(p);
+    if (!from.empty()) side = box.sizes().maxCoeff();
+    if (!(side > 0)) side = 1;
+    parallel_for(std::ssize(from), [&](std::int64_t v) {
+      positions[v] = ((from[v] - box.min()) / side * grid).array().round() / grid;
+    });
+  }
+};
+
 class Collapser {
  public:
-  explicit Collapser(const Surface& surface)
-      : positions_(surface.mesh.positions),
+  Collapser(const Surface& surface, const std::vector<Vector3>& positions)
+      : positions_(positions),
         triangles_(surface.mesh.triangles),
         twins_(surface.twins),
         out_(positions_.size(), -1),
@@ -170,7 +190,7 @@ class Collapser {
       area += n.norm() / 6;
     }
     if (!ring.closed) area *= 2;  // as if the surface went on
-    candidate.size = float(area / wanted_area);
+    candidate.size = float(area);
     if (!(area < wanted_area) || !(mean.norm() > 0)) return candidate;
     mean.normalize();
     candidate.collapse = best_collapse(v, ring, mean, [](HalfEdge) { return true; });
@@ -263,7 +283,7 @@ class Collapser {
     out_[v] = -1;
   }
 
-  std::vector<Vector3> positions_;
+  const std::vector<Vector3>& positions_;
   std::vector<Triangle> triangles_;
   std::vector<HalfEdge> twins_;
   std::vector<HalfEdge> out_;  ///< per vertex one half-edge from it; −1: gone, or never used
@@ -316,8 +336,10 @@ ClosestPoint nearest_around(const Mesh& mesh, const Corners& around, int vertex,
 CoarsenedSurface coarsen(const Surface& surface, double spacing, const Progress& progress) {
   require(spacing > 0 && std::isfinite(spacing),
           fmt::format("vertices cannot be {} apart; a positive length was wanted", spacing));
-  const double wanted_area = std::sqrt(3.0) / 2 * spacing * spacing * 0.75;
-  Collapser collapser(surface);
+  const InCube cube(surface.mesh.positions);
+  const double wanted = spacing / cube.side;
+  const double wanted_area = std::sqrt(3.0) / 2 * wanted * wanted * 0.75;
+  Collapser collapser(surface, cube.positions);
   for (int round = 0; round < most_rounds; ++round) {
     const int before = collapser.alive();
     progress.at(0.6 * round / most_rounds);
@@ -349,14 +371,21 @@ CoarsenedSurface coarsen(const Surface& surface, double spacing, const Progress&
   for (const int v : result.surface.source_from_vertex) result.source.push_back(fine[v]);
   std::vector<int> coarse(surface.mesh.positions.size(), -1);
   for (int c = 0; c < int(result.source.size()); ++c) coarse[result.source[c]] = c;
-  const Corners around(result.surface.mesh);
+  Mesh in_cube;
+  in_cube.triangles = result.surface.mesh.triangles;
+  for (const int v : result.source) in_cube.positions.push_back(cube.positions[v]);
+  const Corners around(in_cube);
   result.places.resize(surface.mesh.positions.size());
   parallel_for(std::ssize(result.places), [&](std::int64_t v) {
     const int c = coarse[collapser.survivor(int(v))];
     if (c < 0) return;
-    result.places[v] = result.source[c] == v ? at_corner(around.corners[around.starts[c]])
-                                             : nearest_around(result.surface.mesh, around, c,
-                                                              surface.mesh.positions[v]);
+    ClosestPoint& place = result.places[v];
+    if (result.source[c] == v) {
+      place = at_corner(around.corners[around.starts[c]]);
+      return;
+    }
+    place = nearest_around(in_cube, around, c, cube.positions[v]);
+    place.squared_distance *= cube.side * cube.side;
   });
   progress.at(1);
   return result;

@@ -130,7 +130,8 @@ void SurfaceFlow::finish(const SlideRate& slide_rate) {
       const int across = mesh_->across(int(t), k);
       const bool leads_on = across >= 0 && rates(across >> 2)[across & 3] > 0;
       records_[t].leave[k] = leads_on ? across : -1;
-      slide_rates_[t][k] = leads_on ? 0 : slide_rate(int(t), k);  // nobody slides where it leads on
+      // Nobody slides where the field leads on, nor where it leads away from the edge.
+      slide_rates_[t][k] = leads_on || rates(int(t))[k] > 0 ? 0 : slide_rate(int(t), k);
     }
   });
   exits_.resize(mesh_->vertex_count());
