@@ -345,7 +345,9 @@ int main(int count, char** arguments) {
     for (int i = 2; i < count; ++i) sizes.push_back(std::atoi(arguments[i]));
     what == "size" ? mq::sizes(sizes) : mq::tables(sizes);
   } else {
-    fmt::print("flow_bench motions | thesis [N [shift]] | size N... | levels N | tables N... | pair FOLDER\n");
+    fmt::print(
+        "flow_bench motions | thesis [N [shift]] | size N... | levels N | tables N... | pair "
+        "FOLDER\n");
     return 2;
   }
 }

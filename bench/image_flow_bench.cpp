@@ -1,6 +1,7 @@
 // Optical flow on images: what it finds of known motions, and how long it takes.
 //
 //   image_flow_bench --benchmark_filter=Translation    endpoint errors, pixels
+//   image_flow_bench --benchmark_filter=Exposure       the same in other light
 //   image_flow_bench --benchmark_filter=Megapixel      a pair of 1024 x 1024 pixels, three channels
 #include <benchmark/benchmark.h>
 
@@ -39,6 +40,32 @@ void Translation(benchmark::State& state) {
 BENCHMARK(Translation)
     ->ArgNames({"shift", "forward", "scales"})
     ->ArgsProduct({{1, 5, 10, 20, 40}, {0, 1}, {1, 0}})
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(1);
+
+/// The second has 0.6 of the contrast and is brighter by 0.2 (or not: `light` 0).
+void Exposure(benchmark::State& state) {
+  const int size = 512;
+  const double u = 6, v = -3;
+  const test::Waves waves(8, 192);
+  const Image<float> source = drawn(size, size, [&](double x, double y) { return waves(x, y); });
+  const bool other = state.range(0) == 1;
+  const Image<float> target = drawn(size, size, [&](double x, double y) {
+    return (other ? 0.6 : 1) * waves(x - u, y - v) + (other ? 0.2 : 0);
+  });
+  ImageFlowOptions options;
+  options.light = state.range(1) ? ImageLight::matched : ImageLight::kept;
+  options.gradient_weight = double(state.range(2));
+  ImageFlow flow;
+  for (auto _ : state) flow = image_flow(source, target, options);
+  state.counters["endpoint_error"] =
+      test::endpoint_error(forward_displacement(flow), 16, [&](double, double) {
+        return std::array{u, v};
+      });
+}
+BENCHMARK(Exposure)
+    ->ArgNames({"light", "matched", "gradients"})
+    ->ArgsProduct({{0, 1}, {0, 1}, {0, 5}})
     ->Unit(benchmark::kMillisecond)
     ->Iterations(1);
 

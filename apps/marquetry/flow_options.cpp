@@ -117,6 +117,15 @@ void add_flow_options(OptionTable& table) {
        .most = 1000,
        .group = group,
        .help = "weight of the signal's slopes beside itself, which change less with the light"});
+  table.add({.name = "light",
+             .type = Type::choice,
+             .choices = {"kept", "matched"},
+             .group = "Pictures",
+             .help =
+                 "matched: each channel of both is brought to one mean and variance first, where "
+                 "exposure or contrast differ [default kept]",
+             .details = "What moves into a picture or out of it changes them too, so only where "
+                        "light did change."});
   table.add({.name = "paths",
              .type = Type::choice,
              .choices = {"integrated", "straight"},
@@ -158,13 +167,29 @@ ImageFlowOptions image_flow_options(const OptionValues& options) {
   }
   if (options.has("paths"))
     flow.path = options.text("paths") == "straight" ? FlowPath::straight : FlowPath::integrated;
+  if (options.has("light"))
+    flow.light = options.text("light") == "matched" ? ImageLight::matched : ImageLight::kept;
   take_common(options, flow);
   take_number(options, "gradients", flow.gradient_weight);
   return flow;
 }
 
+void require_scales(const OptionValues& options, const ImageFlowOptions& flow, int width,
+                    int height) {
+  if (!options.has("smallest") || flow.scales == ImageFlowOptions::Scales::single) return;
+  const SurfaceScale scale{.area = double(width) * height, .texel_spacing = 1};
+  const double smallest = std::sqrt(weight_from_length(flow.smallest, scale));
+  const double largest = std::sqrt(weight_from_length(flow.largest, scale));
+  require(smallest <= largest * 1.001,
+          fmt::format("--smallest: found {:.4g} pixels, which is above the largest scale, {:.4g} "
+                      "pixels: give --largest at least that",
+                      smallest, largest));
+}
+
 TextureFlowOptions texture_flow_options(const OptionValues& options) {
   refuse(options, "paths", "pictures; on a model they always follow the field");
+  refuse(options, "light",
+         "pictures; on a model --detail leaves light out, and each signal has variance 1");
   const std::string name = options.text("basis");
   const FlowBasis basis = name == "triangle"   ? FlowBasis::triangle
                           : name == "gradient" ? FlowBasis::gradient

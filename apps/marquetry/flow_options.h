@@ -14,6 +14,10 @@ void add_flow_options(OptionTable& table);
 /// What the options say of pictures. Throws `InvalidInput` where one is for models only.
 ImageFlowOptions image_flow_options(const OptionValues& options);
 
+/// Throws `InvalidInput` where --smallest is above the largest scale of pictures of this size.
+void require_scales(const OptionValues& options, const ImageFlowOptions& flow, int width,
+                    int height);
+
 /// What they say of models. Throws `InvalidInput` where one is for pictures only.
 TextureFlowOptions texture_flow_options(const OptionValues& options);
 

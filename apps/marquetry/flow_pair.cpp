@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "flow_options.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/fem/flat_triangle.h"
@@ -35,6 +36,30 @@ void divide_by_alpha(Image<float>& picture) {
         if (picture(x, y, alpha) > 0) picture(x, y, c) /= picture(x, y, alpha);
 }
 
+/// A range below this share of the largest value is rounding.
+constexpr double least_range = 1e-6;
+
+bool is_constant(std::span<const float> values, int channels) {
+  std::vector<float> low(values.begin(),
+                         values.begin() + std::min<std::ptrdiff_t>(channels, std::ssize(values)));
+  std::vector<float> high = low;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t c = i % std::size_t(channels);
+    low[c] = std::min(low[c], values[i]);
+    high[c] = std::max(high[c], values[i]);
+  }
+  for (std::size_t c = 0; c < low.size(); ++c)
+    if (high[c] - low[c] > least_range * std::max(std::abs(low[c]), std::abs(high[c])))
+      return false;
+  return true;
+}
+
+bool is_constant(const Signal& signal) {
+  if (signal.rows() == 0) return true;
+  const Eigen::RowVectorXd low = signal.colwise().minCoeff(), high = signal.colwise().maxCoeff();
+  return ((high - low).array() <= least_range * low.array().abs().max(high.array().abs())).all();
+}
+
 std::string described(const Texture& texture) {
   return fmt::format("{} x {} pixels with {}", texture.pixels.width(), texture.pixels.height(),
                      counted(texture.pixels.channels(), "channel"));
@@ -48,6 +73,18 @@ void require_second(const std::vector<std::string>& names, const std::string& fi
 }
 
 }  // namespace
+
+void warn_of_nothing(Run& run, bool first_constant, bool second_constant) {
+  if (first_constant || second_constant)
+    run.terminal().warning(fmt::format("{} of one colour, so nothing says what moves where",
+                                       first_constant && second_constant ? "both signals are"
+                                       : first_constant                  ? "the first signal is"
+                                                                         : "the second signal is"));
+  else if (run.result["longest"] == 0 && run.result["error"].front().get<double>() > 0)
+    run.terminal().warning(
+        "no motion brings the two nearer to each other, so the field is 0: try another --largest, "
+        "or --detail 0 where shades are broad");
+}
 
 bool is_picture_pair(const OptionValues& options) { return !names_model(options.text("mesh")); }
 
@@ -81,6 +118,16 @@ PicturePair::PicturePair(Run& run) : values_(value_space(run.options())) {
   second_ = decoded(second, values_);
   multiply_by_alpha(first_);
   multiply_by_alpha(second_);
+}
+
+ImageFlow PicturePair::align(Run& run, const ImageFlowOptions& options,
+                             const Progress& progress) const {
+  ImageFlow flow;
+  about(model_, [&] { flow = image_flow(first_, second_, options, progress); });
+  run.result = flow_json(flow);
+  warn_of_nothing(run, is_constant(first_.values(), first_.channels()),
+                  is_constant(second_.values(), second_.channels()));
+  return flow;
 }
 
 Texture PicturePair::stored(const Image<float>& picture) const {
@@ -200,7 +247,7 @@ Model ModelPair::with(const Signal& values, double t) const {
   return model;
 }
 
-void ModelPair::align(const TextureFlowOptions& options, const Progress& progress) {
+void ModelPair::align(Run& run, const TextureFlowOptions& options, const Progress& progress) {
   about(scene_.model, [&] {
     if (vertices_) {
       flow_ =
@@ -212,6 +259,9 @@ void ModelPair::align(const TextureFlowOptions& options, const Progress& progres
     textures_ = std::make_unique<TextureFlow>(scene_.surface, *scene_.atlas, space, first_, second_,
                                               options, progress);
   });
+  run.result = flow_json(flow());
+  run.result["vertices"] = flow_vertices();
+  warn_of_nothing(run, is_constant(first_), is_constant(second_));
 }
 
 Meeting ModelPair::meet(double t, const Progress& progress) const {

@@ -13,6 +13,9 @@ namespace mq::app {
 /// Whether the options name two pictures, and no model.
 bool is_picture_pair(const OptionValues& options);
 
+/// Warns of a pair, aligned as `run.result` says, that is of one colour or did not come nearer.
+void warn_of_nothing(Run& run, bool first_constant, bool second_constant);
+
 /// Two pictures of one size. Colours are worked on multiplied by alpha, so that what is transparent
 /// has none.
 class PicturePair {
@@ -22,6 +25,9 @@ class PicturePair {
 
   const Image<float>& first() const { return first_; }
   const Image<float>& second() const { return second_; }
+
+  /// Their flow, with `run.result` of it.
+  ImageFlow align(Run& run, const ImageFlowOptions& options, const Progress& progress) const;
 
   /// A picture in these values as the first file holds its own.
   Texture stored(const Image<float>& picture) const;
@@ -47,7 +53,8 @@ class ModelPair {
   const Signal& second() const { return second_; }
   bool at_vertices() const { return vertices_; }
 
-  void align(const TextureFlowOptions& options, const Progress& progress);
+  /// Puts `run.result` as well.
+  void align(Run& run, const TextureFlowOptions& options, const Progress& progress);
   const MeshFlow& flow() const { return textures_ ? textures_->flow() : flow_; }
   int flow_vertices() const { return textures_ ? textures_->vertices() : target_->space().size(); }
   Meeting meet(double t, const Progress& progress) const;

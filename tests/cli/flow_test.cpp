@@ -13,6 +13,7 @@ namespace mq::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// Soft blobs, moved to the right and down; the same in every channel but for its strength.
 Image<float> blobs(int width, int height, double u, double v, int channels = 3) {
@@ -271,6 +272,11 @@ TEST(Flow, SaysWhatItCannotAlign) {
       {{"flow", "a.png", "a.png", "-o", "out.png"}, "wanted a folder"},
       {{"flow", "a.png", "a.png", "-o", "out", "--basis", "whitney"}, "--basis is for models"},
       {{"flow", "a.png", "a.png", "-o", "out", "--smallest", "0"}, "smallest length"},
+      {{"flow", "a.png", "a.png", "-o", "out", "--largest", "2tx", "--smallest", "5tx"},
+       "above the largest scale, 2 pixels"},
+      {{"flow", "a.png", "a.png", "-o", "out", "--smallest", "50%", "--dry-run"}, "is above"},
+      {{"interpolate", "a.png", "a.png", "-o", "x.png", "--smallest", "50%"}, "is above"},
+      {{"flow", "a.ply", "a.ply", "-o", "out", "--light", "matched"}, "--light is for pictures"},
       {{"flow", "strip.obj", "a.png", "-o", "out"}, "come in pairs"},
       {{"flow", "strip.obj", "strip.png", "a.png", "-o", "out"}, "20 x 20"},
       {{"flow", "strip.obj", "strip.png", "strip.png", "-o", "out", "--paths", "straight"},
@@ -292,6 +298,39 @@ TEST(Flow, SaysWhatItCannotAlign) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out/field.flo"));
   EXPECT_EQ(marquetry(folder, {"flow", "a.png", "a.png", "-o", "dry", "--dry-run"}).status, 0);
   EXPECT_FALSE(std::filesystem::exists(folder / "dry"));
+}
+
+TEST(Flow, WarnsWhereNothingCanBeAligned) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "a.png", blobs(20, 20, 0, 0));
+  write_image(folder / "grey.png", Image<float>(20, 20, 3, 0.5F));
+  write_bytes(folder / "a.ply", coloured_ply);
+  std::string even = coloured_ply;
+  even.replace(even.find("200 200 200"), 11, "100 100 100");
+  write_bytes(folder / "even.ply", even);
+  const auto says = [&](const std::vector<std::string>& words) {
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.error;
+  };
+  EXPECT_THAT(says({"flow", "a.png", "grey.png", "-o", "out"}),
+              HasSubstr("the second signal is of one colour"));
+  EXPECT_THAT(says({"flow", "grey.png", "a.png", "-o", "out"}),
+              HasSubstr("the first signal is of one colour"));
+  EXPECT_THAT(says({"flow", "a.ply", "even.ply", "-o", "out"}),
+              HasSubstr("the second signal is of one colour"));
+  EXPECT_THAT(says({"interpolate", "grey.png", "grey.png", "-o", "x.png"}),
+              HasSubstr("both signals are of one colour"));
+  EXPECT_THAT(says({"flow", "a.png", "a.png", "-o", "out"}), Not(HasSubstr("of one colour")));
+  // Of two pixels there is nothing between.
+  Image<float> two(2, 1, 1);
+  two(1, 0) = 1;
+  write_image(folder / "two.png", two);
+  std::swap(two(0, 0), two(1, 0));
+  write_image(folder / "swapped.png", two);
+  EXPECT_THAT(says({"flow", "two.png", "swapped.png", "-o", "out"}),
+              HasSubstr("no motion brings the two nearer"));
 }
 
 TEST(Flow, StopsWhenAskedTo) {

@@ -198,6 +198,31 @@ TEST(ImageFlow, SeesThroughChangesOfLight) {
   EXPECT_LT(error_of(pair, by_slopes, 3, -2, 16), 0.5 * plain);
 }
 
+TEST(ImageFlow, SeesThroughAnotherExposureWhenAsked) {
+  Pair pair = translated(160, 6, -3);
+  ImageFlowOptions matched;
+  matched.light = ImageLight::matched;
+  const ImageFlow same = image_flow(pair.source, pair.target, matched);
+  for (float& value : pair.target.values()) value = 0.6F * value + 0.2F;
+  const double plain = error_of(pair, {}, 6, -3, 16);
+  EXPECT_LT(error_of(pair, matched, 6, -3, 16), 0.3 * plain);
+  ImageFlowOptions slopes_too = matched;
+  slopes_too.gradient_weight = 5;
+  EXPECT_LT(error_of(pair, slopes_too, 6, -3, 16), 0.1 * plain);
+  const ImageFlow flow = image_flow(pair.source, pair.target, matched);
+  // What exposure was does not matter, and who is first does not either.
+  double largest = 0;
+  for (std::size_t i = 0; i < flow.field.values().size(); ++i)
+    largest = std::max(largest, std::abs(double(flow.field.values()[i]) - same.field.values()[i]));
+  EXPECT_LT(largest, 0.01);
+  const ImageFlow back = image_flow(pair.target, pair.source, matched);
+  for (std::size_t i = 0; i < flow.field.values().size(); ++i)
+    ASSERT_EQ(back.field.values()[i], -flow.field.values()[i]);
+  // A constant picture has no contrast to match.
+  const Image<float> grey(160, 160, 1, 0.5F);
+  EXPECT_NO_THROW(image_flow(pair.source, grey, matched));
+}
+
 TEST(ImageFlow, HasThePublishedScalesAndOneStepOfEach) {
   const Pair pair = translated(64, 1.5, 1);
   const ImageFlow flow = image_flow(pair.source, pair.target, ImageFlowOptions::thesis());

@@ -80,6 +80,7 @@ Exit flow_pictures(Run& run) {
   const ImageFlowOptions how = image_flow_options(options);
   const fs::path folder = folder_of(options);
   const PicturePair pair(run);
+  require_scales(options, how, pair.first().width(), pair.first().height());
   const std::vector<fs::path> paths = {folder / ("field." + options.text("format")),
                                        folder / "colours.png",
                                        folder / "error.png",
@@ -92,11 +93,10 @@ Exit flow_pictures(Run& run) {
   ImageFlow flow;
   {
     const Step step(run, "align", 0.8);
-    about(pair.model(), [&] { flow = image_flow(pair.first(), pair.second(), how, step); });
+    flow = pair.align(run, how, step);
   }
   const Step step(run, "write", 0.1);
   const AlignedImages met = aligned(flow, pair.first(), pair.second());
-  run.result = flow_json(flow);
   const double before = root_mean_square(pair.first().values(), pair.second().values());
   const double after = root_mean_square(met.source.values(), met.target.values());
   run.result["difference"] = {before, after};
@@ -160,11 +160,9 @@ Exit flow_model(Run& run) {
 
   {
     const Step step(run, "align", 0.5);
-    pair.align(how, step);
+    pair.align(run, how, step);
   }
   const Step step(run, "write", 0.2);
-  run.result = flow_json(pair.flow());
-  run.result["vertices"] = pair.flow_vertices();
   const Meeting met = pair.meet(0.5, step.progress().step("meet", 0.5));
   const Vector before = distances(pair.first(), pair.second()),
                after = distances(met.source, met.target);

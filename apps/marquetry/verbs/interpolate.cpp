@@ -111,6 +111,7 @@ Exit interpolate_pictures(Run& run) {
   const OptionValues& options = run.options();
   const ImageFlowOptions how = image_flow_options(options);
   const PicturePair pair(run);
+  require_scales(options, how, pair.first().width(), pair.first().height());
   require(!names_model(options.text("output")),
           fmt::format("--output: found '{}', wanted a picture: what is read are pictures",
                       options.text("output")));
@@ -119,9 +120,8 @@ Exit interpolate_pictures(Run& run) {
   ImageFlow flow;
   {
     const Step step(run, "align", 0.6);
-    about(pair.model(), [&] { flow = image_flow(pair.first(), pair.second(), how, step); });
+    flow = pair.align(run, how, step);
   }
-  run.result = flow_json(flow);
   const Step step(run, "write", 0.3);
   const double share = 1.0 / double(results.all().size());
   for (std::size_t i = 0; i < results.all().size(); ++i) {
@@ -144,10 +144,8 @@ Exit interpolate_model(Run& run) {
   if (run.dry_run()) return Exit::done;
   {
     const Step step(run, "align", 0.4);
-    pair.align(how, step);
+    pair.align(run, how, step);
   }
-  run.result = flow_json(pair.flow());
-  run.result["vertices"] = pair.flow_vertices();
   const Step step(run, "write", 0.3);
   const double share = 1.0 / double(results.all().size());
   for (std::size_t i = 0; i < results.all().size(); ++i) {

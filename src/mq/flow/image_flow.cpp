@@ -427,7 +427,7 @@ ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
   const int width = source.width(), height = source.height();
   const SurfaceScale scale{.area = double(source.pixel_count()), .texel_spacing = 1};
   const double detail = pixels(options.detail, scale);
-  const auto [first, second] = flow_signals(source, target, detail);
+  const auto [first, second] = flow_signals(source, target, detail, options.light);
   progress.step("prepare", 0.05).at(1);
 
   ImageFlow flow;

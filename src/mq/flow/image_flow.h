@@ -5,6 +5,7 @@
 
 #include "mq/base/length.h"
 #include "mq/base/progress.h"
+#include "mq/flow/image_signals.h"
 #include "mq/flow/image_warp.h"
 #include "mq/image/image.h"
 
@@ -36,6 +37,10 @@ struct ImageFlowOptions {
   /// 0: nothing is. Near the border Smooth sees other things in the one image than in the other,
   /// so that lighting which stays is better left in.
   Length detail = {0, Length::Unit::texels};
+
+  /// Whether another exposure or contrast of the one image is made good. Not by itself: what moves
+  /// into the images or out of them changes their means too.
+  ImageLight light = ImageLight::kept;
 
   /// Weight of the signals' derivatives beside themselves, which change less with the light: the
   /// ratio of their mean squares.

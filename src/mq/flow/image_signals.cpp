@@ -52,6 +52,38 @@ void take_means_off(std::vector<double>& first, std::vector<double>& second, int
   }
 }
 
+struct Moments {
+  double mean = 0, variance = 0;
+};
+
+Moments moments(const std::vector<double>& values, int channel, int channels) {
+  Moments result;
+  const double count = double(values.size()) / channels;
+  for (std::size_t i = std::size_t(channel); i < values.size(); i += std::size_t(channels))
+    result.mean += values[i] / count;
+  for (std::size_t i = std::size_t(channel); i < values.size(); i += std::size_t(channels)) {
+    const double off = values[i] - result.mean;
+    result.variance += off * off / count;
+  }
+  return result;
+}
+
+/// Each channel of both to mean 0 and one variance.
+void match(std::vector<double>& first, std::vector<double>& second, int channels, double least) {
+  for (int c = 0; c < channels; ++c) {
+    const Moments a = moments(first, c, channels), b = moments(second, c, channels);
+    if (!(a.variance > least && b.variance > least)) continue;
+    const double variance = (a.variance + b.variance) / 2;
+    const auto bring = [&](std::vector<double>& values, const Moments& from) {
+      const double factor = std::sqrt(variance / from.variance);
+      for (std::size_t i = std::size_t(c); i < values.size(); i += std::size_t(channels))
+        values[i] = factor * (values[i] - from.mean);
+    };
+    bring(first, a);
+    bring(second, b);
+  }
+}
+
 Image<float> scaled(const std::vector<double>& values, double factor, const Image<float>& like) {
   Image<float> signal(like.width(), like.height(), like.channels());
   for (std::size_t i = 0; i < values.size(); ++i) signal.values()[i] = float(factor * values[i]);
@@ -74,7 +106,8 @@ double mean_square(const Image<float>& signal) {
   return signal.empty() ? 0 : sum_of_squares(signal.values()) / double(signal.values().size());
 }
 
-SignalPair flow_signals(const Image<float>& source, const Image<float>& target, double length) {
+SignalPair flow_signals(const Image<float>& source, const Image<float>& target, double length,
+                        ImageLight light) {
   std::vector<double> first(source.values().begin(), source.values().end());
   std::vector<double> second(target.values().begin(), target.values().end());
   const double largest = std::sqrt(std::max(largest_square(first), largest_square(second)));
@@ -84,6 +117,8 @@ SignalPair flow_signals(const Image<float>& source, const Image<float>& target, 
   } else {
     take_means_off(first, second, source.channels());
   }
+  if (light == ImageLight::matched)
+    match(first, second, source.channels(), std::pow(least_contrast * largest, 2));
   const double deviation =
       std::sqrt((sum_of_squares(first) + sum_of_squares(second)) / double(2 * first.size()));
   const bool constant = !(deviation > least_contrast * largest);

@@ -10,12 +10,23 @@ struct SignalPair {
   Image<float> source, target;
 };
 
+/// What is done about images taken in different light.
+enum class ImageLight {
+  kept,    ///< nothing: values that differ are differences
+  matched  ///< each channel of both is brought to the same mean and variance
+};
+
 /// (φ − Smooth(φ)) / σ of thesis 4.4.2, of both images: Smooth is a Gaussian that damps as
 /// 1 / (1 + length²·k²) does at first, σ² the mean square of what remains over all pixels and
 /// channels of both, so that neither is made stronger against the other by what only it shows. With
 /// length 0 each channel's mean over both is taken off instead. All 0 where the images are constant
 /// to six digits. In double precision until the end, so that c·φ gives the same values.
-SignalPair flow_signals(const Image<float>& source, const Image<float>& target, double length);
+///
+/// With light `matched` each channel of each image first loses its own mean and is scaled to the
+/// mean of its variances in both, so that a·φ + b in place of one image, a > 0, changes nothing else
+/// than σ; a channel that is constant in one of them stays as it is.
+SignalPair flow_signals(const Image<float>& source, const Image<float>& target, double length,
+                        ImageLight light = ImageLight::kept);
 
 /// The mean square over all pixels and channels.
 double mean_square(const Image<float>& signal);

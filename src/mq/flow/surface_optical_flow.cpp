@@ -88,10 +88,15 @@ class Aligner {
     const bool thesis = options_.thesis.has_value();
     Signal both(source.rows(), 2 * source.cols());
     both << source, target;
-    both = without_light(meshes_, both, detail, thesis);
+    both = without_light(meshes_, both, detail, thesis ? LightOn::finest : LightOn::coarser_mesh);
     raw_.push_back({both.leftCols(source.cols()), both.rightCols(source.cols())});
-    bring_to_scale(meshes_[0], raw_[0].source, source, thesis);
-    bring_to_scale(meshes_[0], raw_[0].target, target, thesis);
+    auto& [first, second] = raw_[0];
+    if (thesis) {
+      bring_to_scale_of(meshes_[0], first, source);
+      bring_to_scale_of(meshes_[0], second, target);
+    } else {
+      bring_to_scale(meshes_[0], first, second);
+    }
     for (int m = 0; m + 1 < meshes_.count(); ++m)
       raw_.push_back(
           {meshes_.restricted(m, raw_[m].source), meshes_.restricted(m, raw_[m].target)});
@@ -112,8 +117,8 @@ class Aligner {
       MeshFlowLevel level =
           run_level(s, flow, progress.step(fmt::format("length {:.3g}", s.length), share));
       const Stopwatch watch;
-      const double error = mesh_ == 0 ? error_of(0, raw_[0], ends_)
-                                      : error_from_coarse(now_.z, flow.blend_error);
+      const double error =
+          mesh_ == 0 ? error_of(0, raw_[0], ends_) : error_from_coarse(now_.z, flow.blend_error);
       astray_ = !(error < best_error_) && !options_.thesis;
       if (!astray_) {
         best_error_ = error;
@@ -187,8 +192,8 @@ class Aligner {
                                   at(raw_[0].target, ends.target));
   }
 
-  /// The error on the finest mesh of a field on a coarser one: of the blend's, the share that is left
-  /// at the probes.
+  /// The error on the finest mesh of a field on a coarser one: of the blend's, the share that is
+  /// left at the probes.
   double error_from_coarse(Vector z, double blend_error) const {
     for (int m = mesh_; m > 0; --m) z = meshes_.transfer(m - 1)->prolongated(z);
     const FlowMesh& finest = meshes_[0];
@@ -200,8 +205,8 @@ class Aligner {
     return probes_.blend_error > 0 ? left / probes_.blend_error * blend_error : left;
   }
 
-  /// The error of the best field on the mesh itself, known by estimates till now: none that is above
-  /// the blend's is kept, and no earlier level is said to have been better.
+  /// The error of the best field on the mesh itself, known by estimates till now: none that is
+  /// above the blend's is kept, and no earlier level is said to have been better.
   void settle(MeshFlow& flow, const WarpEnds& ends) {
     estimated_ = false;
     best_error_ = error_of(0, raw_[0], ends);
@@ -392,7 +397,7 @@ class Aligner {
   double best_error_ = 0;
   bool estimated_ = false;  ///< at the probes
   Probes probes_;
-  WarpEnds ends_;          ///< of paths along X
+  WarpEnds ends_;  ///< of paths along X
 };
 
 }  // namespace

@@ -96,13 +96,19 @@ struct MeshFlowLevel {
 /// The field and how it came about.
 ///
 /// Errors are ∫ Σ_c |φ₀(p − X/2) − φ₁(p + X/2)|² dA / (area · channels) of the prepared signals,
-/// unsmoothed, on the mesh itself (thesis (4.27) at t = ½): those without light, brought to
-/// variance
-/// 1. Within a level a step is taken as far as the error of that level falls (1, ½ or ¼ of α*). Of
-/// all fields at the ends of levels the best is returned, so the list never rises. A level that did
-/// not lower the error may yet have been on the way to a large motion: the next one goes on from
-/// its field or from the best so far, whichever has the lower error at its own scale. (The thesis
-/// takes every step whole and returns the last field; its errors are of that.)
+/// unsmoothed, on the mesh itself (thesis (4.27) at t = ½): those without light, each brought to
+/// variance 1. Of fields on coarser meshes the error is taken at the vertices of one of them
+/// that has `MeshFlowOptions::probes` or more, along paths on the mesh itself, as a share of the
+/// blend's there: within a few percent of what all vertices would say, at a fraction of the time.
+/// Before the first level on the mesh itself, and at the end, the best such field is measured at
+/// all vertices; it stays only if its error is below the blend's, and no earlier level's is then
+/// listed as lower.
+///
+/// Within a level a step is taken as far as the error of that level falls (1, ½ or ¼ of α*). Of all
+/// fields at the ends of levels the best is returned, so the list never rises. A level that did not
+/// lower the error may yet have been on the way to a large motion: the next one goes on from its
+/// field or from the best so far, whichever has the lower error at its own scale. (The thesis takes
+/// every step whole and returns the last field; its errors are of that.)
 struct MeshFlow {
   Vector field;            ///< X: 2 per triangle in its frame (`FlatTriangle`), model units
   double blend_error = 0;  ///< with X = 0

@@ -1,4 +1,5 @@
-/// Light is what varies slowly: Smooth(φ, length²), found on the coarsest mesh that shows the length.
+/// Light is what varies slowly: Smooth(φ, length²), found on the coarsest mesh that shows the
+/// length.
 
 #include "mq/flow/surface_signals.h"
 
@@ -41,15 +42,15 @@ Signal smoothed(const FlowMesh& mesh, const Signal& signal, double weight, doubl
   return signal + correction;
 }
 
-Signal without_light(const FlowMeshes& meshes, const Signal& signal, double detail, bool thesis) {
+Signal without_light(const FlowMeshes& meshes, const Signal& signal, double detail, LightOn where) {
   if (!(detail > 0)) return signal;
   int m = 0;
-  while (!thesis && m + 1 < meshes.count() &&
-         meshes[m + 1].spacing() * spacings_per_light <= detail)
+  const bool exact = where == LightOn::finest;
+  while (!exact && m + 1 < meshes.count() && meshes[m + 1].spacing() * spacings_per_light <= detail)
     ++m;
   Signal low = signal;
   for (int k = 0; k < m; ++k) low = meshes.restricted(k, low);
-  low = smoothed(meshes[m], low, detail * detail, thesis ? 1e-6 : 1e-3);
+  low = smoothed(meshes[m], low, detail * detail, exact ? 1e-6 : 1e-3);
   for (int k = m; k > 0; --k) low = meshes.prolongated(k - 1, low);
   return signal - low;
 }
@@ -73,17 +74,21 @@ Signal with_slopes(const FlowMesh& mesh, const Signal& signal, double factor) {
   return result;
 }
 
-void bring_to_scale(const FlowMesh& mesh, Signal& details, const Signal& original, bool thesis) {
-  const Moments moments(mesh.lumped_mass(), details);
-  if (thesis) {
-    const Moments before(mesh.lumped_mass(), original);
-    for (Eigen::Index c = 0; c < details.cols(); ++c)
-      if (moments.variance[c] > 0)
-        details.col(c) *= std::sqrt(before.variance[c] / moments.variance[c]);
-    return;
-  }
-  const double variance = moments.variance.mean();
-  if (variance > 0) details /= std::sqrt(variance);
+void bring_to_scale(const FlowMesh& mesh, Signal& source, Signal& target) {
+  const Moments of_source(mesh.lumped_mass(), source), of_target(mesh.lumped_mass(), target);
+  const Eigen::RowVectorXd mean = (of_source.mean + of_target.mean) / 2;
+  const auto bring = [&](Signal& signal, double variance) {
+    signal.rowwise() -= mean;
+    if (variance > 0) signal /= std::sqrt(variance);
+  };
+  bring(source, of_source.variance.mean());
+  bring(target, of_target.variance.mean());
+}
+
+void bring_to_scale_of(const FlowMesh& mesh, Signal& details, const Signal& original) {
+  const Moments before(mesh.lumped_mass(), original), after(mesh.lumped_mass(), details);
+  for (Eigen::Index c = 0; c < details.cols(); ++c)
+    if (after.variance[c] > 0) details.col(c) *= std::sqrt(before.variance[c] / after.variance[c]);
 }
 
 }  // namespace mq

@@ -8,15 +8,24 @@ namespace mq {
 /// Smooth: (M + weight·S)⁻¹·M·φ.
 Signal smoothed(const FlowMesh& mesh, const Signal& signal, double weight, double tolerance);
 
-/// A signal less what varies slowly, φ − Smooth(φ, detail²); of the thesis exactly, otherwise found on
-/// the coarsest mesh that shows it.
-Signal without_light(const FlowMeshes& meshes, const Signal& signal, double detail, bool thesis);
+/// Where what varies slowly is found.
+enum class LightOn {
+  finest,       ///< the mesh itself, exactly (the thesis)
+  coarser_mesh  ///< the coarsest that shows it
+};
+
+/// A signal less what varies slowly, φ − Smooth(φ, detail²).
+Signal without_light(const FlowMeshes& meshes, const Signal& signal, double detail, LightOn where);
 
 /// The channels, and |∇φ_c| times `factor` behind them: the root mean square over the triangles
 /// around each vertex.
 Signal with_slopes(const FlowMesh& mesh, const Signal& signal, double factor);
 
-/// To a variance of 1 over all channels; of the thesis, each channel to its variance in `original`.
-void bring_to_scale(const FlowMesh& mesh, Signal& details, const Signal& original, bool thesis);
+/// Each to a variance of 1 over all channels, less the mean of both, channel by channel. Not each less
+/// its own: what moves over a boundary changes it.
+void bring_to_scale(const FlowMesh& mesh, Signal& source, Signal& target);
+
+/// Each channel to its variance in `original`, as the thesis' program does.
+void bring_to_scale_of(const FlowMesh& mesh, Signal& details, const Signal& original);
 
 }  // namespace mq

@@ -4,8 +4,9 @@
 /// condition of Dey, Edelsbrunner, Guha and Nekhayev, Topology preserving edge contraction, 1999)
 /// must be asked again.
 ///
-/// All of that is decided for the surface in a cube of side 1, at places rounded to 2⁻³²: in any unit
-/// the same vertices go, also of regular surfaces, where many would leave equally good triangles.
+/// All of that is decided for the surface in a cube of side 1, at places rounded to 2⁻³²: in any
+/// unit the same vertices go, also of regular surfaces, where many would leave equally good
+/// triangles.
 
 #include "mq/mesh/coarsen.h"
 
