@@ -2,47 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <memory>
-
+#include "evolving_frames.h"
+#include "frame_textures.h"
 #include "mq/base/error.h"
-#include "mq/image/colour.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
-#include "mq/io/video.h"
 #include "mq/sequence/texture_frame.h"
-#include "outputs.h"
 
 namespace mq::app {
-namespace {
-
-namespace fs = std::filesystem;
-
-/// The pictures that can be written.
-constexpr std::array picture_endings = {".png", ".exr",  ".tif", ".tiff",
-                                        ".jpg", ".jpeg", ".bmp", ".tga"};
-
-bool names_picture(const fs::path& path) {
-  return std::ranges::find(picture_endings, path.extension().string()) != picture_endings.end();
-}
-
-/// Of a model's file, that of its picture.
-fs::path picture_of(fs::path model) { return model.replace_extension(".png"); }
-
-Texture as_texture(const Image<float>& pixels, bool light, const std::string& name,
-                   const fs::path& path) {
-  Texture texture;
-  texture.name = name;
-  const bool as_light = light && path.extension() == ".exr";
-  texture.pixels =
-      light && !as_light ? encode(pixels, ColourSpace::linear, Transfer::srgb) : pixels;
-  texture.format.depth = path.extension() == ".exr" ? Depth::half : Depth::u8;
-  return texture;
-}
-
-}  // namespace
 
 void add_captured_texture_options(OptionTable& table) {
   using Type = Option::Type;
@@ -78,36 +46,17 @@ void add_captured_texture_options(OptionTable& table) {
              .help = "per texel and direction"});
 }
 
-std::vector<fs::path> captured_texture_paths(const OptionValues& options,
-                                             const EvolvingReader& reader,
-                                             const std::vector<int>& frames) {
-  const std::string output = options.text("output");
-  if (names_video(output)) return {output};
-  require((names_model(output) || names_picture(output)) && has_frame_place(output),
-          fmt::format("--output: found '{}', wanted a model or a picture with a place for the "
-                      "frame's number, such as frame_%04d.obj or texture_%04d.png, or a video",
-                      output));
-  std::vector<fs::path> paths;
-  for (const int f : frames) {
-    paths.emplace_back(frame_name(output, reader.frames()[std::size_t(f)].number));
-    if (names_model(output)) paths.push_back(picture_of(paths.back()));
-  }
-  return paths;
-}
-
 void write_captured_textures(Run& run, const EvolvingReader& reader,
                              const std::vector<int>& frames) {
   const OptionValues& options = run.options();
-  const std::string output = options.text("output");
-  std::vector<int> numbers;
-  for (const int f : frames) numbers.push_back(reader.frames()[std::size_t(f)].number);
+  FrameTextures output(options.text("output"));
+  const std::vector<int> numbers = numbers_of(reader, frames);
   const std::vector<FrameFile> files = find_frames(options.text("from"), numbers);
   for (const FrameFile& file : files) run.will_read(file.path);
   const int size = int(options.integer("size"));
   const TextureFrameOptions how{
       .width = size, .height = size, .samples = int(options.integer("samples"))};
   const Step step(run, "textures", 0.9);
-  std::unique_ptr<VideoWriter> video;
   run.result["textures"] = Json::array();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Progress part =
@@ -123,29 +72,17 @@ void write_captured_textures(Run& run, const EvolvingReader& reader,
     require(has_colours(captured),
             fmt::format("{}: --from wants colours at vertices or a texture, and it has neither",
                         files[i].path.string()));
-    Model model;
-    model.mesh = mesh_of(segment, reader.positions(frames[i]));
+    const Mesh mesh = mesh_of(segment, reader.positions(frames[i]));
     const TextureFrame frame =
-        resample_texture(model.mesh, captured.mesh, surface_colours(captured), how, part);
+        resample_texture(mesh, captured.mesh, surface_colours(captured), how, part);
     run.result["textures"].push_back(
         {{"frame", numbers[i]}, {"texels", frame.texels}, {"unseen", frame.unseen}});
     const bool light = captured.colors.channels == 0 && holds_light(captured.textures[0].format);
-    if (names_video(output)) {
-      if (!video)
-        video = std::make_unique<VideoWriter>(output, size, size,
-                                              VideoOptions{.rate = options.number("rate")});
-      video->write(as_texture(frame.picture, light, "", output).pixels);
-      continue;
-    }
-    const fs::path path = frame_name(output, numbers[i]);
-    if (names_model(output)) {
-      const fs::path picture = picture_of(path);
-      model.textures = {as_texture(frame.picture, light, picture.filename().string(), picture)};
-      write_model(path, model);
-    } else
-      write_texture(path, as_texture(frame.picture, light, "", path));
+    output.write(numbers[i], mesh, frame.picture,
+                 light ? FrameTextures::Values::light : FrameTextures::Values::display,
+                 options.number("rate"));
   }
-  if (video) video->finish();
+  output.finish();
 }
 
 }  // namespace mq::app

@@ -1,7 +1,6 @@
 #pragma once
 /// export X.evolving --from SEQUENCE: what was captured, as textures of an evolving mesh's atlas.
 
-#include <filesystem>
 #include <vector>
 
 #include "mq/io/evolving_file.h"
@@ -11,12 +10,6 @@ namespace mq::app {
 
 /// Adds --from, --texture, --size and --samples.
 void add_captured_texture_options(OptionTable& table);
-
-/// What --output names: a model a frame with its picture beside it, a picture a frame, a video.
-/// Throws `InvalidInput` for anything else.
-std::vector<std::filesystem::path> captured_texture_paths(const OptionValues& options,
-                                                          const EvolvingReader& reader,
-                                                          const std::vector<int>& frames);
 
 /// Resamples the captured frames one by one and writes them; adds `textures` to the result: of each
 /// frame its number, texels of charts and those of them that nothing was captured for.

@@ -11,6 +11,7 @@
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
 #include "mq/sequence/lifespan_atlas.h"
+#include "mq/sequence/renewed.h"
 #include "outputs.h"
 #include "render_request.h"
 
@@ -139,6 +140,15 @@ void add_evolving_atlas_options(OptionTable& table) {
              .group = group,
              .help = "weight of few charts against texture coordinates that stay",
              .details = "0: neighbours that come and go together become charts, no more."});
+  table.add({.name = "renew",
+             .type = Type::choice,
+             .default_value = "never",
+             .choices = {"never", "segments", "frames"},
+             .metavar = "WHEN",
+             .group = group,
+             .help = "never, segments or frames: an atlas that forgets, to compare with",
+             .details = "segments: all of it is made anew wherever triangles are replaced, as for "
+                        "keyframes. frames: in every frame. Triangles get new ids then."});
   table.add({.name = "picture",
              .type = Type::path,
              .metavar = "FILE",
@@ -163,6 +173,9 @@ void unwrap_store(Run& run, const fs::path& input, const fs::path& output, doubl
     evolving = reader.read();
   }
   require(!evolving.frames.empty(), input.string() + ": it holds no frame");
+  if (options.text("renew") != "never")
+    evolving = renewed(evolving, options.text("renew") == "frames" ? Renewal::frames
+                                                                    : Renewal::segments);
   LifespanAtlas atlas;
   {
     const Step step(run, "unwrap", 0.85 * share);

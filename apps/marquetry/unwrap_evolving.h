@@ -16,7 +16,7 @@ bool names_evolving(const std::filesystem::path& path);
 /// Adds --size, --gutter, --stretch and --trials.
 void add_atlas_options(OptionTable& table);
 
-/// Adds --coherence, --picture and --view, which only evolving meshes have.
+/// Adds --coherence, --renew, --picture and --view, which only evolving meshes have.
 void add_evolving_atlas_options(OptionTable& table);
 
 /// Gives the store `input` an atlas, as `output`, which may be the same; adds to the result, and to

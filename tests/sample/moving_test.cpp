@@ -61,11 +61,45 @@ TEST(Moving, MergesTwoBallsAndPartsThem) {
   EXPECT_EQ(components(99), 2);
 }
 
+TEST(Moving, IsLitFromOneSideThatGoesAround) {
+  MovingOptions lit = coarse;
+  lit.light = 0.5;
+  const auto shade = [&](int frame, const Vector3& side) {
+    const MovingFrame dark = make_moving_frame("spinning", frame, lit),
+                      plain = make_moving_frame("spinning", frame, coarse);
+    EXPECT_EQ(dark.mesh.positions, plain.mesh.positions);
+    double sum = 0, all = 0;
+    for (int v = 0; v < dark.mesh.vertex_count(); ++v) {
+      if (dark.mesh.positions[v].dot(side) < 0.3) continue;
+      sum += dark.colors[v].sum();
+      all += plain.colors[v].sum();
+    }
+    return sum / all;
+  };
+  EXPECT_GT(shade(0, {1, 0, 0}), 0.85);
+  EXPECT_LT(shade(0, {-1, 0, 0}), 0.65);
+  EXPECT_LT(shade(light_period / 2, {1, 0, 0}), 0.65);
+  EXPECT_GT(shade(light_period / 2, {-1, 0, 0}), 0.85);
+}
+
+TEST(Moving, HasNoiseOfTheDeviationAskedFor) {
+  MovingOptions noisy = coarse;
+  noisy.noise = 0.02;
+  const MovingFrame made = make_moving_frame("bending", 3, noisy),
+                    plain = make_moving_frame("bending", 3, coarse);
+  double sum = 0;
+  for (int v = 0; v < made.mesh.vertex_count(); ++v)
+    sum += (made.colors[v] - plain.colors[v]).squaredNorm() / (3 * made.mesh.vertex_count());
+  EXPECT_NEAR(std::sqrt(sum), 0.02, 0.001);
+}
+
 TEST(Moving, RefusesWhatThereIsNot) {
   EXPECT_THROW(make_moving_frame("bendign", 0), InvalidInput);
   EXPECT_THROW(make_moving_frame("bending", -1), InvalidInput);
   EXPECT_THROW(make_moving_frame("bending", 0, {.period = 0}), InvalidInput);
   EXPECT_THROW(make_moving_frame("bending", 0, {.triangles = 10}), InvalidInput);
+  EXPECT_THROW(make_moving_frame("bending", 0, {.light = 2}), InvalidInput);
+  EXPECT_THROW(make_moving_frame("bending", 0, {.noise = -1}), InvalidInput);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "mq/base/error.h"
+#include "mq/sequence/renewed.h"
 
 namespace mq {
 namespace {
@@ -100,6 +101,25 @@ TEST(EvolvingMesh, RefusesWhatDoesNotFitTogether) {
   refused([](EvolvingMesh& e) {
     e.frames[0].positions[0].x() = std::numeric_limits<double>::quiet_NaN();
   });
+}
+
+TEST(Renewed, KeepsShapesAndForgetsTriangles) {
+  const EvolvingMesh evolving = square_cut_late();
+  const EvolvingMesh by_segment = renewed(evolving, Renewal::segments),
+                     by_frame = renewed(evolving, Renewal::frames);
+  EXPECT_EQ(by_segment.segments.size(), 2U);
+  EXPECT_EQ(by_frame.segments.size(), 3U);
+  for (const EvolvingMesh* mesh : {&by_segment, &by_frame}) {
+    EXPECT_NO_THROW(check(*mesh));
+    for (int f = 0; f < 3; ++f) {
+      EXPECT_EQ(mesh->mesh(f).positions, evolving.mesh(f).positions);
+      EXPECT_EQ(mesh->mesh(f).triangles, evolving.mesh(f).triangles);
+      EXPECT_EQ(mesh->frames[f].number, evolving.frames[f].number);
+    }
+  }
+  for (const Lifespan& span : triangle_lifespans(by_segment))
+    EXPECT_EQ(span.last - span.first, span.id < 2 ? 1 : 0);
+  for (const Lifespan& span : triangle_lifespans(by_frame)) EXPECT_EQ(span.first, span.last);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "captured_textures.h"
+#include "evolving_frames.h"
+#include "frame_textures.h"
 #include "mq/base/error.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/evolving_gltf.h"
@@ -22,23 +24,6 @@ namespace mq::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Indices of the frames that are wanted, in their order.
-std::vector<int> wanted_frames(const OptionValues& options, const EvolvingReader& reader) {
-  const auto& stored = reader.frames();
-  std::vector<int> frames;
-  if (!options.has("frames"))
-    for (int f = 0; f < int(stored.size()); ++f) frames.push_back(f);
-  else
-    for (const int number : parse_frames(options.text("frames"))) {
-      const auto found = std::ranges::find(stored, number, &StoredFrame::number);
-      require(found != stored.end(),
-              fmt::format("--frames: {} has no frame {}", options.text("evolving"), number));
-      frames.push_back(int(found - stored.begin()));
-    }
-  require(!frames.empty(), options.text("evolving") + ": it holds no frame");
-  return frames;
-}
 
 Json describe(const EvolvingReader& reader) {
   EvolvingMesh connectivity;
@@ -175,7 +160,7 @@ Exit run_export(Run& run) {
                         "for the frame's number, such as frame_%04d.ply",
                         output));
     if (options.has("from"))
-      paths = captured_texture_paths(options, reader, frames);
+      paths = FrameTextures(output).paths(numbers_of(reader, frames));
     else if (is_animation(output))
       paths = {output};
     else
@@ -211,25 +196,14 @@ Verb export_verb() {
              .help = "frame_%04d.ply (or .obj, .gltf, .glb) for a file a frame, or .glb for an "
                      "animation; without it nothing is written",
              .details = "With --from also pictures, or a video."});
-  table.add({.name = "frames",
-             .type = Type::text,
-             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
-             .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
-             .metavar = "RANGE",
-             .help = "which frames, by their numbers; else all"});
+  add_evolving_frames_option(table);
   table.add({.name = "paint",
              .type = Type::path,
              .metavar = "MODEL",
              .help = "the first frame's own model: its colours, carried along, so that one sees "
                      "whether they stay where they belong",
              .details = "What was born later is grey."});
-  table.add({.name = "rate",
-             .type = Type::number,
-             .default_value = "30",
-             .unit = "frames a second",
-             .least = 0.001,
-             .most = 100000,
-             .help = "of an animation, or a video"});
+  add_rate_option(table);
   add_captured_texture_options(table);
   return {table, run_export};
 }

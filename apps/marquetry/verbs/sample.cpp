@@ -122,7 +122,9 @@ Exit sample_sequence(Run& run) {
   const int triangles = int(options.integer("triangles"));
   const MovingOptions how{.period = int(options.integer("period")),
                           .triangles = triangles > 0 ? triangles : MovingOptions().triangles,
-                          .seed = std::uint64_t(options.integer("seed"))};
+                          .seed = std::uint64_t(options.integer("seed")),
+                          .light = options.number("light"),
+                          .noise = options.number("noise")};
   const Step step(run, "frames", 1);
   Json counts = Json::array();
   for (std::size_t f = 0; f < numbers.size(); ++f) {
@@ -145,7 +147,7 @@ Exit sample_sequence(Run& run) {
 Exit sample(Run& run) {
   const OptionValues& options = run.options();
   if (is_moving(options.text("name"))) return sample_sequence(run);
-  for (const char* name : {"frames", "period"})
+  for (const char* name : {"frames", "period", "light", "noise"})
     require(!options.given(name),
             fmt::format("--{}: '{}' does not move", name, options.text("name")));
   const std::vector<fs::path> meshes = mesh_paths(options.text("output"), options.text("name"));
@@ -175,7 +177,8 @@ Exit sample(Run& run) {
 
 Verb sample_verb() {
   using Type = Option::Type;
-  OptionTable table("sample", "Make a textured model, or a body in motion, to try things out with.");
+  OptionTable table("sample",
+                    "Make a textured model, or a body in motion, to try things out with.");
   table.add({.name = "name",
              .place = Option::Place::positional,
              .type = Type::choice,
@@ -228,6 +231,21 @@ Verb sample_verb() {
              .most = 1000000,
              .group = "Sequences made",
              .help = "how long a motion takes; then it begins again"});
+  table.add({.name = "light",
+             .type = Type::number,
+             .default_value = "0",
+             .least = 0,
+             .most = 1,
+             .group = "Sequences made",
+             .help = "how dark a place gets that faces away from a light, which goes around in 16 "
+                     "frames"});
+  table.add({.name = "noise",
+             .type = Type::number,
+             .default_value = "0",
+             .least = 0,
+             .most = 1,
+             .group = "Sequences made",
+             .help = "standard deviation of noise on colours, another in every frame"});
   return {table, sample};
 }
 

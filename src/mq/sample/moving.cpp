@@ -18,6 +18,7 @@
 #include "mq/base/options.h"
 #include "mq/base/parallel.h"
 #include "mq/base/random.h"
+#include "mq/mesh/geometry.h"
 #include "mq/sample/implicit.h"
 #include "mq/sample/paint.h"
 
@@ -143,6 +144,27 @@ Mesh mesh_at(const Motion& motion, double s, int frame, const MovingOptions& opt
   return {};
 }
 
+/// Where a light comes from: around the axis of the body, from a little above.
+Vector3 light_direction(int frame) {
+  const double angle = turn * frame / light_period, height = 0.4;
+  return Vector3(std::cos(angle), height, std::sin(angle)).normalized();
+}
+
+void light(const Mesh& mesh, int frame, double strength, std::vector<Vector3>& colors) {
+  const std::vector<Vector3> normals = vertex_normals(mesh);
+  const Vector3 direction = light_direction(frame);
+  for (std::size_t v = 0; v < colors.size(); ++v)
+    colors[v] *= 1 - strength * 0.5 * (1 - normals[v].dot(direction));
+}
+
+/// Evenly distributed, a different one in every frame.
+void add_noise(int frame, const MovingOptions& options, std::vector<Vector3>& colors) {
+  const Random random(options.seed, 1000 + std::uint64_t(frame));
+  const double width = options.noise * std::sqrt(3.0);
+  for (std::size_t v = 0; v < colors.size(); ++v)
+    for (int c = 0; c < 3; ++c) colors[v][c] += random.uniform(3 * v + c, -width, width);
+}
+
 }  // namespace
 
 const std::vector<SampleInfo>& moving_names() {
@@ -163,6 +185,10 @@ MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOp
   require(
       options.triangles >= 500 && options.triangles <= 20000000,
       fmt::format("{} triangles were asked for: 500 to 20 million are made", options.triangles));
+  require(options.light >= 0 && options.light <= 1 && options.noise >= 0,
+          fmt::format("light of {} and noise of {} were asked for: light is from 0 to 1, noise at "
+                      "least 0",
+                      options.light, options.noise));
   const double s = phase(frame, options);
   MovingFrame result;
   result.mesh = mesh_at(motion, s, frame, options, progress);
@@ -173,6 +199,9 @@ MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOp
     result.material[v] = motion.to_rest(result.mesh.positions[v], s);
     result.colors[v] = field(result.material[v], 0).cwiseMax(0).cwiseMin(1);
   });
+  if (options.light > 0) light(result.mesh, frame, options.light, result.colors);
+  if (options.noise > 0) add_noise(frame, options, result.colors);
+  for (Vector3& color : result.colors) color = color.cwiseMax(0).cwiseMin(1);
   return result;
 }
 

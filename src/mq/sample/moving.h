@@ -21,17 +21,24 @@ struct MovingOptions {
   int period = 100;       ///< frames of the whole motion, which then begins again
   int triangles = 12000;  ///< of each frame, about
   std::uint64_t seed = 1;
+  /// How much darker than its own colour a place may be that faces away from a light which circles
+  /// around the body in `light_period` frames: colours times 1 − light · ½(1 − ⟨n, l⟩).
+  double light = 0;
+  double noise = 0;  ///< standard deviation of what is added to every value of every frame
 };
+
+/// Frames in which a light goes around.
+inline constexpr int light_period = 16;
 
 struct MovingFrame {
   Mesh mesh;                      ///< closed, without texture coordinates
   std::vector<Vector3> material;  ///< per vertex where its material is at rest
-  std::vector<Vector3> colors;    ///< per vertex, 0 to 1: those of its material
+  std::vector<Vector3> colors;    ///< per vertex, 0 to 1: those of its material, lit, with noise
 };
 
 /// One frame. No two frames have a vertex or a triangle in common but by chance. Equal options give
 /// equal bits. Throws `InvalidInput` for an unknown name and for options out of range (period from
-/// 1, triangles from 500).
+/// 1, triangles from 500, light from 0 to 1, noise from 0).
 MovingFrame make_moving_frame(const std::string& name, int frame, const MovingOptions& options = {},
                               const Progress& progress = {});
 

@@ -1,0 +1,43 @@
+#include "evolving_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mq/base/error.h"
+#include "mq/io/frame_files.h"
+
+namespace mq::app {
+
+void add_evolving_frames_option(OptionTable& table) {
+  table.add({.name = "frames",
+             .type = Option::Type::text,
+             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
+             .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
+             .metavar = "RANGE",
+             .help = "which frames, by their numbers; else all"});
+}
+
+std::vector<int> wanted_frames(const OptionValues& options, const EvolvingReader& reader) {
+  const auto& stored = reader.frames();
+  std::vector<int> frames;
+  if (!options.has("frames"))
+    for (int f = 0; f < int(stored.size()); ++f) frames.push_back(f);
+  else
+    for (const int number : parse_frames(options.text("frames"))) {
+      const auto found = std::ranges::find(stored, number, &StoredFrame::number);
+      require(found != stored.end(),
+              fmt::format("--frames: {} has no frame {}", options.text("evolving"), number));
+      frames.push_back(int(found - stored.begin()));
+    }
+  require(!frames.empty(), options.text("evolving") + ": it holds no frame");
+  return frames;
+}
+
+std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>& frames) {
+  std::vector<int> numbers;
+  for (const int f : frames) numbers.push_back(reader.frames()[std::size_t(f)].number);
+  return numbers;
+}
+
+}  // namespace mq::app

@@ -1,0 +1,21 @@
+#pragma once
+/// Which frames of an evolving mesh are meant.
+
+#include <vector>
+
+#include "mq/io/evolving_file.h"
+#include "run.h"
+
+namespace mq::app {
+
+/// Adds --frames.
+void add_evolving_frames_option(OptionTable& table);
+
+/// Indices of the frames that --frames says, in that order, or of all. Throws `InvalidInput` where
+/// there is none of them.
+std::vector<int> wanted_frames(const OptionValues& options, const EvolvingReader& reader);
+
+/// The numbers of frames.
+std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>& frames);
+
+}  // namespace mq::app

@@ -1,0 +1,421 @@
+// marquetry relight EVOLVING TEXTURES -o OUT: filters in time for the textures of an evolving mesh:
+// lighting that comes and goes taken out, or all frames filtered at once.
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+
+#include "evolving_frames.h"
+#include "frame_textures.h"
+#include "mq/base/error.h"
+#include "mq/image/spread.h"
+#include "mq/io/frame_files.h"
+#include "mq/io/image_file.h"
+#include "mq/sequence/flicker.h"
+#include "mq/sequence/light_removal.h"
+#include "mq/sequence/temporal_poisson.h"
+#include "outputs.h"
+#include "run.h"
+#include "signal_options.h"
+#include "signal_target.h"
+#include "solving.h"
+#include "verb.h"
+
+namespace mq::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// How near signals are to one that is known, up to one factor for all of them.
+class Comparison {
+ public:
+  void add(const SignalSpace& space, const std::vector<char>& counted, const Signal& signal,
+           const Signal& truth) {
+    for (int t = 0; t < signal.rows(); ++t) {
+      if (!counted[t]) continue;
+      products_ += signal.row(t).dot(truth.row(t));
+      squares_ += signal.row(t).squaredNorm();
+      truths_ += truth.row(t).squaredNorm();
+      values_ += double(signal.cols());
+    }
+    const Signal gradient = space.stiffness_times(truth);
+    gradients_ += signal.cwiseProduct(gradient).sum();
+    true_gradients_ += truth.cwiseProduct(gradient).sum();
+  }
+
+  Json json() const {
+    const double factor = products_ / squares_;
+    return {{"factor", factor},
+            {"error", std::sqrt(std::max(0.0, truths_ - factor * products_) / values_)},
+            {"sharpness", gradients_ / true_gradients_}};
+  }
+
+ private:
+  double products_ = 0, squares_ = 0, truths_ = 0, values_ = 0;
+  double gradients_ = 0, true_gradients_ = 0;
+};
+
+/// What is measured of all frames, before and after.
+class Measures {
+ public:
+  struct Side {
+    FlickerMeter flicker;
+    Comparison comparison;
+    double gradients = 0;
+  };
+
+  void add(const TemporalFrame& frame, const Signal& was, const Signal& is, const Signal* truth) {
+    add(frame, was, truth, before_);
+    add(frame, is, truth, after_);
+    compared_ = truth != nullptr;
+  }
+
+  Json json() {
+    Json result;
+    const Flicker was = before_.flicker.finish(), is = after_.flicker.finish();
+    result["flicker"] = {{"before", {{"deviation", was.deviation}, {"step", was.step}}},
+                         {"after", {{"deviation", is.deviation}, {"step", is.step}}},
+                         {"values", was.values}};
+    result["gradients"] = std::sqrt(after_.gradients / before_.gradients);
+    if (compared_)
+      result["truth"] = {{"before", before_.comparison.json()},
+                         {"after", after_.comparison.json()}};
+    return result;
+  }
+
+ private:
+  static void add(const TemporalFrame& frame, const Signal& signal, const Signal* truth,
+                  Side& side) {
+    side.flicker.add(frame.links, frame.texels->interior, signal);
+    side.gradients += signal.cwiseProduct(frame.space->stiffness_times(signal)).sum();
+    if (truth) side.comparison.add(*frame.space, frame.texels->interior, signal, *truth);
+  }
+
+  Side before_, after_;
+  bool compared_ = false;
+};
+
+/// The frames that are asked for, read as they are wanted and written as they are done.
+class Film {
+ public:
+  Film(Run& run, const EvolvingReader& reader, std::vector<int> frames)
+      : run_(run),
+        reader_(reader),
+        frames_(std::move(frames)),
+        numbers_(numbers_of(reader, frames_)),
+        output_(run.options().text("output")),
+        values_(value_space(run.options())) {}
+
+  const std::vector<int>& numbers() const { return numbers_; }
+  std::vector<fs::path> outputs() const { return output_.paths(numbers_); }
+
+  std::vector<fs::path> inputs() const {
+    std::vector<fs::path> paths;
+    for (const char* option : {"textures", "truth"})
+      if (run_.options().has(option))
+        for (const int number : numbers_)
+          paths.emplace_back(frame_name(run_.options().text(option), number));
+    return paths;
+  }
+
+  TemporalFrame load(int i) {
+    Frame frame;
+    frame.texture = read("textures", i);
+    const Image<float>& pixels = frame.texture.pixels;
+    const StoredFrame& stored = reader_.frames()[frames_[i]];
+    const EvolvingSegment segment = reader_.segment(stored.segment);
+    require(!segment.uvs.empty(),
+            fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap",
+                        reader_.manifest().string()));
+    frame.atlas = std::make_shared<AtlasFrame>(segment, reader_.positions(frames_[i]),
+                                               pixels.width(), pixels.height());
+    const TexelSpace& space = frame.atlas->space();
+    const std::vector<Image<float>> decoded_pixels = {decoded(frame.texture, values_)};
+    TemporalFrame result{std::shared_ptr<const SignalSpace>(frame.atlas, &space),
+                         &space.texels(),
+                         space.gather(decoded_pixels),
+                         {}};
+    if (last_) result.links = texel_links(*last_, *frame.atlas);
+    last_ = frame.atlas;
+    open_[i] = std::move(frame);
+    return result;
+  }
+
+  void store(int i, const TemporalFrame& frame, const Signal& phi) {
+    Frame& open = open_.at(i);
+    const TexelSpace& space = open.atlas->space();
+    std::vector<Image<float>> pixels = {decoded(open.texture, values_)};
+    space.scatter(phi, pixels);
+    pixels[0] = encoded(pixels[0], open.texture, values_);
+    const Signal was = space.gather(std::vector{open.texture.pixels}), is = space.gather(pixels);
+    Signal truth;
+    if (run_.options().has("truth")) truth = space.gather(std::vector{read("truth", i).pixels});
+    measures_.add(frame, was, is, truth.size() > 0 ? &truth : nullptr);
+    spread_outside(space.texels(), pixels[0]);
+    output_.write(numbers_[i], open.atlas->surface().mesh, pixels[0],
+                  holds_light(open.texture.format) ? FrameTextures::Values::light
+                                                   : FrameTextures::Values::display,
+                  run_.options().number("rate"));
+    open_.erase(i);
+  }
+
+  void finish() {
+    output_.finish();
+    run_.result.update(measures_.json());
+  }
+
+ private:
+  struct Frame {
+    Texture texture;
+    std::shared_ptr<AtlasFrame> atlas;
+  };
+
+  Texture read(const char* option, int i) {
+    const std::string name = frame_name(run_.options().text(option), numbers_[i]);
+    Texture texture = read_texture(name);
+    const Image<float>& pixels = texture.pixels;
+    if (width_ == 0) {
+      width_ = pixels.width();
+      height_ = pixels.height();
+      channels_ = pixels.channels();
+    }
+    require(
+        pixels.width() == width_ && pixels.height() == height_ && pixels.channels() == channels_,
+        fmt::format("{}: it has {} × {} texels of {} channels, and the first texture {} × {} "
+                    "of {}",
+                    name, pixels.width(), pixels.height(), pixels.channels(), width_, height_,
+                    channels_));
+    return texture;
+  }
+
+  /// Texels outside charts get the values of the nearest ones inside.
+  static void spread_outside(const Texels& texels, Image<float>& pixels) {
+    Image<char> known(pixels.width(), pixels.height(), 1);
+    for (const Texels::Place& place : texels.places) known(place.x, place.y) = 1;
+    spread(known, std::numeric_limits<double>::infinity(), pixels);
+  }
+
+  Run& run_;
+  const EvolvingReader& reader_;
+  std::vector<int> frames_, numbers_;
+  FrameTextures output_;
+  ValueSpace values_;
+  int width_ = 0, height_ = 0, channels_ = 0;
+  std::map<int, Frame> open_;
+  std::shared_ptr<AtlasFrame> last_;
+  Measures measures_;
+};
+
+/// The weight of gradients, from the area of the first frame.
+double weight_of(const OptionValues& options, const EvolvingReader& reader, int frame) {
+  const PictureInfo info = picture_info(
+      frame_name(options.text("textures"), reader.frames()[std::size_t(frame)].number));
+  const EvolvingSegment segment = reader.segment(reader.frames()[frame].segment);
+  const Surface surface =
+      make_surface(mesh_of(segment, reader.positions(frame)), {.kind = WeldOptions::Kind::none});
+  SurfaceScale scale{surface.area, 0};
+  if (!segment.uvs.empty())
+    scale.texel_spacing =
+        make_atlas(surface, {{.width = info.width, .height = info.height}}).texel_spacing();
+  return spread_weight(options, scale);
+}
+
+TemporalReport filter(const OptionValues& options, Film& film, double weight,
+                      const Progress& progress) {
+  const auto load = [&](int i) { return film.load(i); };
+  const auto store = [&](int i, const TemporalFrame& frame, const Signal& phi) {
+    film.store(i, frame, phi);
+  };
+  const int count = int(film.numbers().size());
+  if (options.text("method") == "mean")
+    return remove_lighting(count, load, store,
+                           {.weight = weight,
+                            .radius = int(options.integer("radius")),
+                            .tolerance = options.number("tolerance")},
+                           progress);
+  return temporal_poisson(count, load, store,
+                          {.weight = weight,
+                           .beta = options.number("beta"),
+                           .gamma = options.number("gamma"),
+                           .change = options.number("change"),
+                           .window = int(options.integer("hold")),
+                           .accuracy = options.number("accuracy"),
+                           .solver = {.tolerance = options.number("tolerance")}},
+                          progress);
+}
+
+void refuse_of_other_method(const OptionValues& options) {
+  const bool mean = options.text("method") == "mean";
+  for (const char* name : {"gamma", "beta", "change", "hold", "accuracy"})
+    require(!mean || !asks_for(options, name),
+            fmt::format("--{}: only --method poisson has it", name));
+  require(mean || !asks_for(options, "radius"), "--radius: only --method mean has it");
+}
+
+std::string in_words(const Json& result, const TemporalReport& report) {
+  const Json& flicker = result["flicker"];
+  std::string text = fmt::format(
+      "flicker {:.5f} before, {:.5f} after (from frame to frame {:.5f} and {:.5f}); gradients "
+      "times {:.3f}\n{} at most held at once; {:.2f} times the residual per cycle, {} at most\n",
+      flicker["before"]["deviation"].get<double>(), flicker["after"]["deviation"].get<double>(),
+      flicker["before"]["step"].get<double>(), flicker["after"]["step"].get<double>(),
+      result["gradients"].get<double>(), report.held, report.factor, report.solve.cycles);
+  if (result.contains("truth"))
+    text += fmt::format("error against the truth {:.5f} before, {:.5f} after\n",
+                        result["truth"]["before"]["error"].get<double>(),
+                        result["truth"]["after"]["error"].get<double>());
+  return text;
+}
+
+Exit relight(Run& run) {
+  const OptionValues& options = run.options();
+  refuse_of_other_method(options);
+  for (const char* name : {"textures", "truth"})
+    require(!options.has(name) || has_frame_place(options.text(name)),
+            fmt::format("{}: found '{}', wanted pictures with a place for the frame's number, such "
+                        "as texture_%04d.png",
+                        name, options.has(name) ? options.text(name) : ""));
+  const EvolvingReader reader(options.text("evolving"));
+  run.will_read(options.text("evolving"));
+  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  const std::vector<int> frames = wanted_frames(options, reader);
+  Film film(run, reader, frames);
+  for (const fs::path& path : film.inputs()) {
+    run.will_read(path);
+    picture_info(path);
+  }
+  run.will_write(film.outputs(), fs::path(options.text("output")).parent_path());
+  run.input = {{"frames", frames.size()}, {"segments", reader.segments().size()}};
+  const double weight = weight_of(options, reader, frames.front());
+  if (run.dry_run()) return Exit::done;
+  TemporalReport report;
+  {
+    const Step step(run, "filter", 1);
+    report = filter(options, film, weight, step);
+  }
+  film.finish();
+  run.result.update({{"weight", weight},
+                     {"windows", report.windows},
+                     {"held", report.held},
+                     {"look_ahead", report.look_ahead},
+                     {"factor", report.factor}});
+  run.solve = solve_json(report.solve);
+  run.add_seconds("solver set-up", report.solve.setup_seconds);
+  run.add_seconds("solver", report.solve.solve_seconds);
+  run.print(in_words(run.result, report));
+  if (!report.solve.converged)
+    run.terminal().warning(
+        "a solve did not reach --tolerance: the result is less accurate than "
+        "asked for");
+  say_written(run, film.outputs());
+  return Exit::done;
+}
+
+void add_time_options(OptionTable& table) {
+  using Type = Option::Type;
+  table.add({.name = "method",
+             .type = Type::choice,
+             .default_value = "mean",
+             .choices = {"mean", "poisson"},
+             .metavar = "HOW",
+             .group = "Filter",
+             .help = "mean or poisson",
+             .details = "mean: each frame keeps its gradients and gets the low frequencies of the "
+                        "frames around it, which takes out light that comes and goes. poisson: all "
+                        "frames at once, gradients in space and changes in time multiplied by what "
+                        "--beta and --change say, which takes out flicker."});
+  add_spread_options(table, "5e-6", "Filter",
+                     "weight of gradients in space against values of the mean or the frame");
+  table.add({.name = "radius",
+             .type = Type::integer,
+             .default_value = "10",
+             .unit = "frames",
+             .least = 0,
+             .most = 1000,
+             .group = "Mean",
+             .help = "how far a mean reaches to either side"});
+  table.add({.name = "gamma",
+             .type = Type::number,
+             .default_value = "4",
+             .unit = "frames squared",
+             .least = 0,
+             .most = 1e6,
+             .group = "Poisson",
+             .help = "weight of changes in time against values",
+             .details = "Values spread over about its square root to either side."});
+  table.add({.name = "beta",
+             .type = Type::number,
+             .default_value = "1",
+             .least = -1000,
+             .most = 1000,
+             .group = "Poisson",
+             .help = "gradients in space times this: below 1 smooths, above sharpens"});
+  table.add({.name = "change",
+             .type = Type::number,
+             .default_value = "0",
+             .least = -1000,
+             .most = 1000,
+             .group = "Poisson",
+             .help = "changes in time times this: 0 takes them out, 1 leaves them"});
+  table.add({.name = "accuracy",
+             .type = Type::number,
+             .default_value = "0.01",
+             .least = 1e-12,
+             .most = 0.9,
+             .group = "Poisson",
+             .help = "what may be lost of values in frames that are too far ahead to be held"});
+  table.add({.name = "hold",
+             .type = Type::integer,
+             .default_value = "0",
+             .unit = "frames",
+             .least = 0,
+             .most = 1000000,
+             .group = "Poisson",
+             .help = "how many are held at once, 0: what --accuracy needs, twice, and 8"});
+}
+
+}  // namespace
+
+Verb relight_verb() {
+  using Type = Option::Type;
+  OptionTable table(
+      "relight",
+      "Take light that comes and goes, or flicker, out of the textures of an evolving "
+      "mesh.");
+  table.add({.name = "evolving",
+             .place = Option::Place::positional,
+             .type = Type::path,
+             .required = true,
+             .help = "the evolving mesh, with an atlas"});
+  table.add({.name = "textures",
+             .place = Option::Place::positional,
+             .type = Type::path,
+             .required = true,
+             .help = "texture_%04d.png: a picture for each frame, as export --from writes them"});
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .required = true,
+             .metavar = "OUT",
+             .help = "a model a frame, a picture a frame, such as lit_%04d.png, or a video (.mp4, "
+                     ".mov, .webm, .mkv)"});
+  add_evolving_frames_option(table);
+  add_rate_option(table);
+  add_time_options(table);
+  add_space_option(table);
+  table.add({.name = "tolerance",
+             .type = Type::number,
+             .default_value = "1e-5",
+             .least = 1e-14,
+             .most = 0.1,
+             .group = "Solver",
+             .help = "relative residual at which iterations stop"});
+  table.add({.name = "truth",
+             .type = Type::path,
+             .group = "Measuring",
+             .help = "true_%04d.png: what the textures should be; the report says how near they "
+                     "come, up to one factor"});
+  return {table, relight};
+}
+
+}  // namespace mq::app

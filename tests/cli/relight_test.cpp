@@ -1,0 +1,139 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/models.h"
+#include "cli/refusal.h"
+#include "mq/base/random.h"
+#include "mq/io/evolving_file.h"
+#include "mq/io/image_file.h"
+#include "sequence/evolving_models.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// A waving sheet that is renewed here and there, with an atlas, and pictures of its twelve frames:
+/// one that stays where it is, and `disturbed` by what a frame adds to a pixel.
+template <class Disturbance>
+void make_film(const Folder& folder, const Disturbance& disturbance) {
+  write_evolving(folder / "bare.evolving", patched_sheet(10, 4, 5), store_step(10));
+  ASSERT_EQ(marquetry(folder, {"unwrap", "bare.evolving", "-o", "sheet.evolving", "--size", "64",
+                               "--trials", "2"})
+                .status,
+            0);
+  const Image<float> still = busy_picture(64, 64);
+  for (int f = 0; f < 12; ++f) {
+    Image<float> picture = still;
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (int c = 0; c < picture.channels(); ++c)
+          picture(x, y, c) = 0.2F + 0.6F * picture(x, y, c);
+    write_image(folder / ("still_" + std::to_string(f) + ".png"), picture);
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (int c = 0; c < picture.channels(); ++c)
+          picture(x, y, c) += float(disturbance(f, x, y, c));
+    write_image(folder / ("film_" + std::to_string(f) + ".png"), picture);
+  }
+}
+
+std::vector<std::string> relight(const std::vector<std::string>& more,
+                                 const std::string& output = "out_%d.png") {
+  std::vector<std::string> words = {"relight", "sheet.evolving", "film_%d.png", "-o", output};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+double noise(int f, int x, int y, int c) {
+  static const Random random(3);
+  return random.uniform(std::uint64_t(((f * 64 + y) * 64 + x) * 3 + c), -0.1, 0.1);
+}
+
+TEST(Relight, TakesFlickerOutAndKeepsWhatIsSharp) {
+  const Folder folder;
+  make_film(folder, noise);
+  const Result result = marquetry(folder, relight({"--method", "poisson", "--gamma", "4", "--truth",
+                                                   "still_%d.png", "--json"}));
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto report = result.json();
+  EXPECT_TRUE(report["solve"]["converged"]);
+  const auto found = report["result"];
+  const auto flicker = found["flicker"];
+  EXPECT_NEAR(flicker["before"]["deviation"].get<double>(), 0.1 / std::sqrt(3), 0.003);
+  // Lives of three frames at least; of a long one 0.36 would be left.
+  EXPECT_LT(flicker["after"]["deviation"].get<double>(),
+            0.5 * flicker["before"]["deviation"].get<double>());
+  EXPECT_LT(flicker["after"]["step"].get<double>(), 0.2 * flicker["before"]["step"].get<double>());
+  EXPECT_NEAR(found["truth"]["after"]["sharpness"].get<double>(), 1, 0.03);
+  EXPECT_LT(found["truth"]["after"]["error"].get<double>(),
+            0.6 * found["truth"]["before"]["error"].get<double>());
+  EXPECT_EQ(picture_info(folder / "out_11.png").width, 64);
+}
+
+TEST(Relight, TakesLightOutThatComesAndGoes) {
+  const Folder folder;
+  make_film(folder, [](int f, int x, int, int) { return f % 2 == 0 ? 0.002 * x : 0.0; });
+  const Result result = marquetry(folder, relight({"--length", "10tx", "--json"}));
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto flicker = result.json()["result"]["flicker"];
+  EXPECT_LT(flicker["after"]["step"].get<double>(), 0.4 * flicker["before"]["step"].get<double>());
+}
+
+TEST(Relight, GivesBackWhatIsToStay) {
+  const Folder folder;
+  make_film(folder, noise);
+  ASSERT_EQ(
+      marquetry(folder, relight({"--method", "poisson", "--change", "1", "--space", "log"})).status,
+      0);
+  const EvolvingReader reader(folder / "sheet.evolving");
+  const EvolvingMesh evolving = reader.read();
+  const Image<float> was = read_texture(folder / "film_4.png").pixels,
+                     is = read_texture(folder / "out_4.png").pixels;
+  const EvolvingSegment& segment = evolving.segments[evolving.frames[4].segment];
+  for (int t = 0; t < segment.triangle_count(); ++t) {
+    Vector2 centre = Vector2::Zero();
+    for (const int uv : segment.corner_uvs[t]) centre += segment.uvs[uv] / 3;
+    const int x = int(centre.x() * 64), y = int((1 - centre.y()) * 64);
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(is(x, y, c), was(x, y, c));
+  }
+}
+
+TEST(Relight, WritesModelsAndVideosToo) {
+  const Folder folder;
+  make_film(folder, noise);
+  ASSERT_EQ(marquetry(folder, relight({"--frames", "2-5"}, "lit_%d.obj")).status, 0);
+  EXPECT_EQ(marquetry(folder, {"check", "lit_4.obj"}).status, 0);
+  ASSERT_EQ(marquetry(folder, relight({"--frames", "2-5"}, "lit.mkv")).status, 0);
+  EXPECT_GT(std::filesystem::file_size(folder / "lit.mkv"), 1000U);
+}
+
+TEST(Relight, RefusesWhatItCannotDo) {
+  const Folder folder;
+  make_film(folder, noise);
+  EXPECT_THAT(refusal(folder, relight({"--gamma", "2"}), "out_0.png"), HasSubstr("poisson"));
+  EXPECT_THAT(refusal(folder, relight({"--method", "poisson", "--radius", "2"}), "out_0.png"),
+              HasSubstr("mean"));
+  EXPECT_THAT(refusal(folder, relight({"--frames", "40"}), "out_0.png"), HasSubstr("no frame 40"));
+  EXPECT_THAT(refusal(folder, relight({}, "out.png"), "out.png"), HasSubstr("place for"));
+  EXPECT_THAT(refusal(folder, relight({"--method", "poisson", "--gamma", "100", "--hold", "8"}),
+                      "out_0.png"),
+              HasSubstr("wants more than"));
+  EXPECT_THAT(
+      refusal(folder, {"relight", "sheet.evolving", "film_3.png", "-o", "o_%d.png"}, "o_0.png"),
+      HasSubstr("place for"));
+  EXPECT_THAT(
+      refusal(folder, {"relight", "sheet.evolving", "none_%d.png", "-o", "o_%d.png"}, "o_0.png"),
+      HasSubstr("none_0.png"));
+  EXPECT_THAT(
+      refusal(folder, {"relight", "bare.evolving", "film_%d.png", "-o", "o_%d.png"}, "o_0.png"),
+      HasSubstr("no texture coordinates"));
+  write_image(folder / "film_7.png", busy_picture(32, 32));
+  EXPECT_THAT(refusal(folder, relight({}), "out_11.png"), HasSubstr("film_7.png"));
+}
+
+}  // namespace
+}  // namespace mq::test
