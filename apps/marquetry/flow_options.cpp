@@ -142,12 +142,13 @@ void add_flow_options(OptionTable& table) {
              .details = "All but vertex are solved by factorisations at the full resolution."});
   table.add({.name = "longest-edge",
              .type = Type::number,
-             .default_value = "2",
              .unit = "texels",
              .least = 0.25,
              .most = 64,
              .group = "Models",
-             .help = "triangles are cut until no edge is longer, for textures"});
+             .help =
+                 "triangles are cut until no edge is longer, for textures [default 2, more where "
+                 "that makes more than 1.5 million vertices]"});
   add_vertices_option(table, "colours at vertices, though there are textures");
   add_space_option(table);
 }
@@ -215,7 +216,7 @@ TextureFlowOptions texture_flow_options(const OptionValues& options) {
   }
   take_common(options, flow);
   take_number(options, "gradients", flow.gradient_constancy);
-  all.longest_edge = options.number("longest-edge");
+  if (options.has("longest-edge")) all.longest_edge = options.number("longest-edge");
   return all;
 }
 

@@ -39,6 +39,9 @@ void divide_by_alpha(Image<float>& picture) {
 /// A range below this share of the largest value is rounding.
 constexpr double least_range = 1e-6;
 
+/// Without --longest-edge triangles are not cut to more vertices than about this: half a minute.
+constexpr double most_vertices = 1.5e6;
+
 bool is_constant(std::span<const float> values, int channels) {
   std::vector<float> low(values.begin(),
                          values.begin() + std::min<std::ptrdiff_t>(channels, std::ssize(values)));
@@ -247,7 +250,22 @@ Model ModelPair::with(const Signal& values, double t) const {
   return model;
 }
 
-void ModelPair::align(Run& run, const TextureFlowOptions& options, const Progress& progress) {
+double ModelPair::edge_for(Run& run, double longest_edge) const {
+  double texels = 0;  // also of charts that lie upon each other
+  for (const Chart& chart : scene_.atlas->charts) texels += chart.texel_area;
+  const double vertices = expected_vertices(int(std::min(texels, 2e9)), longest_edge);
+  if (run.options().has("longest-edge") || !(vertices > most_vertices)) return longest_edge;
+  const double edge = longest_edge * std::sqrt(vertices / most_vertices);
+  run.terminal().remark(
+      fmt::format("triangles are cut to {:.1f} texels, which makes about {:.1f} million vertices; "
+                  "--longest-edge {:g} sees finer and takes {:.1f} times the time and memory",
+                  edge, most_vertices * 1e-6, longest_edge, vertices / most_vertices));
+  return edge;
+}
+
+void ModelPair::align(Run& run, const TextureFlowOptions& given, const Progress& progress) {
+  TextureFlowOptions options = given;
+  if (!vertices_) options.longest_edge = edge_for(run, given.longest_edge);
   about(scene_.model, [&] {
     if (vertices_) {
       flow_ =
@@ -261,6 +279,7 @@ void ModelPair::align(Run& run, const TextureFlowOptions& options, const Progres
   });
   run.result = flow_json(flow());
   run.result["vertices"] = flow_vertices();
+  if (!vertices_) run.result["longest_edge"] = options.longest_edge;
   warn_of_nothing(run, is_constant(first_), is_constant(second_));
 }
 

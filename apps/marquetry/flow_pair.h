@@ -70,6 +70,9 @@ class ModelPair {
   TangentField field() const;
 
  private:
+  /// The edges to cut to: as given, longer where --longest-edge is not and that would be too many.
+  double edge_for(Run& run, double longest_edge) const;
+
   Scene scene_;
   bool vertices_ = false;
   std::unique_ptr<Target> target_;

@@ -104,6 +104,8 @@ TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
   const auto error = result.json()["result"]["error"].get<std::vector<double>>();
   for (std::size_t i = 1; i < error.size(); ++i) EXPECT_LE(error[i], error[i - 1]);
   EXPECT_LT(error.back(), 0.1 * error.front());
+  EXPECT_EQ(result.json()["result"]["longest_edge"], 2);
+  EXPECT_THAT(result.error, Not(HasSubstr("triangles are cut to")));
   for (const char* name : {"field.vf", "report.json", "halfway/a.png", "error/a.png"})
     EXPECT_TRUE(std::filesystem::exists(folder / (std::string("out/") + name))) << name;
   const Image<float> halfway = read_texture(folder / "out/halfway/a.png").pixels,
