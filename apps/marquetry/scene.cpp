@@ -88,7 +88,7 @@ void register_inputs(Run& run, const Model& model) {
       run.will_read(model.path.parent_path() / part.name);
   for (const Option& option : run.options().table().options())
     if (option.type == Option::Type::path && option.name != "output" && option.name != "report" &&
-        option.name != "cameras")
+        option.name != "cameras" && option.name != "screenshot")
       for (const std::string& name : run.options().texts(option.name)) run.will_read(name);
 }
 

@@ -153,6 +153,7 @@ void FilterTool::dabs_to(const Vector3& place) {
 }
 
 void FilterTool::dab(const Vector3& place) {
+  const Stopwatch watch;
   const double radius = brush_radius();
   const Texels& texels = target_->domain().space().texels();
   constexpr int block = 16384;
@@ -178,6 +179,7 @@ void FilterTool::dab(const Vector3& place) {
   std::vector<std::uint16_t> after;
   for (const double value : values) after.push_back(std::uint16_t(std::lround(value * full)));
   change(unknowns, after);
+  touches_.push_back(watch.seconds());
 }
 
 void FilterTool::fill(std::uint16_t value) {
@@ -423,6 +425,7 @@ nlohmann::ordered_json FilterTool::report() const {
           {"prepare_seconds", preparing_},
           {"settle_seconds", settling_},
           {"settle_rounds", rounds_},
+          {"touches", touches_},
           {"strokes", strokes}};
 }
 
@@ -472,23 +475,23 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
       if (followed_[k] != 0) all.mask.emplace_back(int(k), followed_[k]);
     settled_ = all.mask.empty();
     if (!all.mask.empty()) follow(all);
-    show();
+    show(Extent::all);
     preparing_ += watch.seconds();
     return true;
   }
   if (!wanted.mask.empty()) {
     follow(wanted);
-    show();
+    if (other_gain) show(Extent::all);
     return true;
   }
   if (other_gain) {
-    show();
+    show(Extent::all);
     return true;
   }
   if (!settled_) {
     if (std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; })) {
       settled_ = true;
-      show();
+      show(Extent::all);
       return true;
     }
     const Stopwatch watch;
@@ -501,7 +504,7 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     } catch (const Cancelled&) {
       progress.check();
     }
-    show();
+    show(Extent::all);
     settling_ += watch.seconds();
     return true;
   }
@@ -537,25 +540,31 @@ void FilterTool::follow(const Wanted& wanted) {
     live_->modulate(texels, beta);
     timing.update = watch.seconds();
   }
-  if (double(texels.size()) < most_to_follow * double(followed_.size())) {
+  const bool small = double(texels.size()) < most_to_follow * double(followed_.size());
+  if (small) {
     const Stopwatch watch;
     timing.cycles = live_->follow().cycles;
     timing.solve = watch.seconds();
   }
   const Stopwatch watch;
-  show();
+  show(small ? Extent::followed : Extent::all);
   timing.show = watch.seconds();
   timings_.push_back(timing);
 }
 
-void FilterTool::show() {
+void FilterTool::show(Extent extent) {
   const Signal& now = live_->signal();
   const bool nothing = settled_ && std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; });
-  const auto lock = session_.after->lock();
-  session_.after->change(target_->domain().space().texels(), [&](std::int64_t k, int c) {
+  const auto value = [&](std::int64_t k, int c) {
     const double was = before_(k, c);
     return nothing ? was : was + gain_ * (now(k, c) - was);
-  });
+  };
+  const Texels& texels = target_->domain().space().texels();
+  const auto lock = session_.after->lock();
+  if (extent == Extent::followed)
+    session_.after->change(texels, live_->followed(), value);
+  else
+    session_.after->change(texels, value);
 }
 
 }  // namespace mq::view

@@ -84,7 +84,8 @@ class FilterTool : public Tool {
   void work(const Progress& progress);
   bool step_on(Wanted wanted, const Progress& progress);
   void follow(const Wanted& wanted);
-  void show();
+  enum class Extent { all, followed };
+  void show(Extent extent);
 
   Session& session_;
   OptionValues options_;  ///< of the verb
@@ -107,6 +108,7 @@ class FilterTool : public Tool {
   mutable std::mutex mutex_;
   Wanted wanted_;  ///< guarded
   std::vector<Timing> timings_;
+  std::vector<double> touches_;  ///< seconds, of finding the texels under the brush
   int rounds_ = 0;
   double settling_ = 0, preparing_ = 0;
 

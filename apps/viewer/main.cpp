@@ -72,6 +72,9 @@ app::Exit view(app::Run& run) {
     viewer.tool()->stop();
     run.result["tool"] = viewer.tool()->report();
   }
+  for (const Session::Upload& upload : session.uploads) {
+    run.result["uploads"].push_back({{"texels", upload.texels}, {"seconds", upload.seconds}});
+  }
   if (options.given("screenshot")) {
     write_image(options.text("screenshot"), viewer.picture());
     run.result["outputs"] = {options.text("screenshot")};

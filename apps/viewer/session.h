@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "look.h"
 #include "pick.h"
@@ -25,6 +26,12 @@ struct Session {
   Turntable camera;
   AtlasView atlas;
   Look look;
+  /// Changed texels on their way to the graphics card, where a script asks: it waits for them then.
+  struct Upload {
+    double seconds;
+    std::int64_t texels;
+  };
+  std::vector<Upload> uploads;
   std::string message;  ///< the last thing that was done, or why not
 
   /// What of the textures is in front: `after` right of the wipe.

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "gl.h"
@@ -37,16 +39,17 @@ class TextureSet {
   /// All values of a texture, from pixels of the same size and channels.
   void show(int i, const Image<float>& pixels);
 
-  /// value(k, channel) at the places of texels, in parallel; unchanged ones cost no upload.
+  /// value(k, channel) at the places of texels, in parallel; unchanged ones cost no upload. Of `some`
+  /// of them, each once, or of all.
   template <class Value>
   void change(const Texels& texels, const Value& value) {
-    parallel_for(texels.size(), [&](std::int64_t k) {
-      const Texels::Place& at = texels.places[std::size_t(k)];
-      Held& held = *textures_[std::size_t(at.texture)];
-      const std::size_t first = (std::size_t(at.y) * held.width + at.x) * 4;
-      bool differs = false;
-      for (int c = 0; c < std::min(held.channels, 4); ++c) differs |= held.put(first + c, float(value(k, c)));
-      if (differs) held.mark(at.x, at.y);
+    parallel_for(texels.size(), [&](std::int64_t k) { change_texel(texels.places[std::size_t(k)], k, value); });
+  }
+  template <class Value>
+  void change(const Texels& texels, std::span<const int> some, const Value& value) {
+    parallel_for(std::ssize(some), [&](std::int64_t i) {
+      const int k = some[std::size_t(i)];
+      change_texel(texels.places[std::size_t(k)], k, value);
     });
   }
 
@@ -85,6 +88,15 @@ class TextureSet {
     }
     float get(std::size_t at) const { return bytes ? float(small[at]) / 255 : large[at]; }
   };
+
+  template <class Value>
+  void change_texel(const Texels::Place& at, std::int64_t k, const Value& value) {
+    Held& held = *textures_[std::size_t(at.texture)];
+    const std::size_t first = (std::size_t(at.y) * held.width + at.x) * 4;
+    bool differs = false;
+    for (int c = 0; c < std::min(held.channels, 4); ++c) differs |= held.put(first + c, float(value(k, c)));
+    if (differs) held.mark(at.x, at.y);
+  }
 
   std::vector<std::unique_ptr<Held>> textures_;
   mutable std::mutex mutex_;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
 #include "mq/image/resample.h"
 #include "tools.h"
 
@@ -73,6 +74,7 @@ void Viewer::take_tool(const std::string& name) {
 void Viewer::frame(const ScriptedInput* scripted) {
   display_.begin_frame();
   ImGuiIO& io = ImGui::GetIO();
+  scripted_ = scripted != nullptr;
   if (scripted != nullptr) {
     io.MousePos = {scripted->x, scripted->y};
     io.MouseDown[0] = scripted->left;
@@ -118,19 +120,23 @@ void Viewer::layout() {
       session_.say(error_);
     }
   }
-  if (session_.after) {
-    const auto lock = session_.after->lock();
-    uploads_ += session_.before->upload() > 0 ? 1 : 0;
-    uploads_ += session_.after->upload() > 0 ? 1 : 0;
-  }
-  if (session_.result) {
-    const auto lock = session_.result->lock();
-    uploads_ += session_.result->upload() > 0 ? 1 : 0;
-  }
+  for (TextureSet* set : {session_.before.get(), session_.after.get(), session_.result.get()})
+    if (set != nullptr) upload(*set);
   panel(panel_width, top);
   surface_pane();
   if (with_atlas) atlas_pane();
   status_line(top, width);
+}
+
+void Viewer::upload(TextureSet& set) {
+  const Stopwatch watch;
+  const auto lock = set.lock();
+  const std::int64_t texels = set.upload();
+  if (texels == 0) return;
+  ++uploads_;
+  if (!scripted_) return;
+  glFinish();
+  session_.uploads.push_back({watch.seconds(), texels});
 }
 
 void Viewer::panel(float width, float height) {

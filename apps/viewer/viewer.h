@@ -61,6 +61,7 @@ class Viewer {
 
  private:
   void layout();
+  void upload(TextureSet& set);
   std::vector<double> state_of_look(const FalseColour& scale) const;
   void draw() const;
   void panel(float width, float height);
@@ -86,7 +87,7 @@ class Viewer {
   std::unique_ptr<Tool> tool_;
   std::string tool_name_ = "none";
   std::string error_;
-  bool opened_ = false;
+  bool opened_ = false, scripted_ = false;
 };
 
 }  // namespace mq::view

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -48,6 +49,21 @@ TEST(LiveModulation, EndsWhereASolveFromTheStartEnds) {
   EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 0.02 * change);  // e^-4, the reach
   EXPECT_TRUE(live.settle({.tolerance = 1e-9}).converged);
   EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 1e-6 * change);
+}
+
+TEST(LiveModulation, SaysWhichTexelsItChanged) {
+  const Painted p;
+  LiveModulation live(p.space, p.weight, p.psi);
+  const std::vector<int> texels = p.under(0.5, 0.5, 0.1);
+  live.modulate(texels, std::vector<double>(texels.size(), 3.0));
+  live.follow();
+  const std::span<const int> followed = live.followed();
+  ASSERT_LT(followed.size(), std::size_t(p.space.size()));
+  EXPECT_TRUE(std::ranges::is_sorted(followed));
+  for (int k = 0; k < p.space.size(); ++k)
+    if (!std::ranges::binary_search(followed, k)) {
+      ASSERT_EQ((live.signal().row(k) - p.psi.row(k)).cwiseAbs().maxCoeff(), 0) << k;
+    }
 }
 
 TEST(LiveModulation, SettlesInFewCyclesAtATimeToo) {

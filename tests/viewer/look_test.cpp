@@ -242,7 +242,8 @@ TEST(View, ShowsInAWindowWhatItShowsWithoutOne) {
   const Folder folder;
   write_sphere(folder);
   const std::string script = "hover surface 180 200\noverlay seams on\n";
-  ASSERT_EQ(view(folder, script, {"sphere.obj", "--screenshot", "memory.png"}).status, 0);
+  for (int again = 0; again < 2; ++again)
+    ASSERT_EQ(view(folder, script, {"sphere.obj", "--screenshot", "memory.png"}).status, 0);
   const std::string command =
       "cd '" + folder.path().string() + "' && xvfb-run -a -s '-screen 0 1280x800x24' '" +
       places::program().string() +

@@ -234,6 +234,8 @@ SolveReport LiveModulation::settle(const SettleOptions& options, const Progress&
   return report;
 }
 
+std::span<const int> LiveModulation::followed() const { return data_->near.members; }
+
 std::span<const double> LiveModulation::beta() const { return data_->beta; }
 
 const Signal& LiveModulation::signal() const { return data_->phi; }

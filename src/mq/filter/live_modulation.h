@@ -54,6 +54,9 @@ class LiveModulation {
   /// did so last if nothing was.
   SolveReport follow();
 
+  /// The texels that the last `follow` may have changed, increasing.
+  std::span<const int> followed() const;
+
   /// Solves everywhere. The solver is kept for the next time with the same options. Stopped by
   /// `progress`, it leaves everything as it was.
   SolveReport settle(const SettleOptions& options = {}, const Progress& progress = {});
