@@ -123,6 +123,7 @@ void FilterTool::press(const Pick& pick) {
   if (!ready_) return;
   begin_stroke();
   last_dab_.reset();
+  brushing_ = true;
   if (pick) dabs_to(pick.point);
 }
 
@@ -130,7 +131,10 @@ void FilterTool::drag(const Pick& pick) {
   if (ready_ && pick) dabs_to(pick.point);
 }
 
-void FilterTool::release() { end_stroke(); }
+void FilterTool::release() {
+  brushing_ = false;
+  end_stroke();
+}
 
 double FilterTool::brush_radius() const {
   return std::sqrt(weight_from_length(size_, {area_, texel_spacing_}));
@@ -393,7 +397,7 @@ void FilterTool::require_ready() const {
 /// Of what the work behind has not seen or not ended; while it goes on only it knows.
 bool FilterTool::is_settled() const {
   const std::lock_guard lock(mutex_);
-  return ready_ && settled_ && wanted_.mask.empty() && wanted_.gain == gain_ &&
+  return ready_ && (settled_ || brushing_) && wanted_.mask.empty() && wanted_.gain == gain_ &&
          wanted_.weight == weight_ && to_save_.empty();
 }
 
@@ -421,7 +425,7 @@ nlohmann::ordered_json FilterTool::report() const {
   return {{"name", name()},
           {"unknowns", mask_.size()},
           {"painted", painted_},
-          {"settled", is_settled()},
+          {"settled", is_settled() && !brushing_},
           {"prepare_seconds", preparing_},
           {"settle_seconds", settling_},
           {"settle_rounds", rounds_},
@@ -469,6 +473,14 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     live_.reset();
     live_.emplace(target_->domain().space(), wanted.weight, before_, LiveOptions{},
                   progress.step("system", 0));
+    try {
+      // Nothing is painted yet: it makes the solver, for which no stroke has to wait later.
+      live_->settle(settling, Progress({}, &hurry_));
+    } catch (const Cancelled&) {
+      progress.check();
+      live_.reset();
+      return true;  // another weight is wanted by now, perhaps
+    }
     weight_ = wanted.weight;
     Wanted all;
     for (std::size_t k = 0; k < followed_.size(); ++k)
@@ -488,6 +500,7 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     show(Extent::all);
     return true;
   }
+  if (!settled_ && brushing_) return false;  // the next touch comes soon
   if (!settled_) {
     if (std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; })) {
       settled_ = true;

@@ -104,6 +104,7 @@ class FilterTool : public Tool {
   std::array<char, 256> mask_name_{"mask.png"}, texture_name_{"filtered.png"};
 
   std::atomic<bool> ready_ = false, settled_ = false, stopped_ = false;
+  std::atomic<bool> brushing_ = false;  ///< the button is down: what is far from the brush can wait
   std::atomic<bool> hurry_ = false;  ///< something new is wanted while the whole is being solved
   mutable std::mutex mutex_;
   Wanted wanted_;  ///< guarded

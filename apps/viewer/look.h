@@ -20,6 +20,7 @@ struct Look {
     vertex_colours,
     normals,          ///< the texture is a map of normals in the model's axes
     tangent_normals,  ///< ... in axes along the texture
+    lifespans,        ///< of a sequence's triangles
   } paint = Paint::texture;
   bool lit = true;
   bool seams = false, wires = false, chart_tint = false;
@@ -32,7 +33,8 @@ struct Look {
 
 inline const std::vector<std::string> paint_names = {
     "texture", "clay",           "charts",  "stretch",        "density",
-    "numbers", "vertex-colours", "normals", "tangent-normals"};
+    "numbers", "vertex-colours", "normals", "tangent-normals",
+    "lifespans"};
 
 inline bool shows_numbers(const Look& look) {
   using enum Look::Paint;

@@ -36,7 +36,7 @@ void attend(Viewer& viewer, Session& session, Display& display) {
   while (!display.closing()) {
     session.run.progress().check();
     viewer.frame();
-    if (!viewer.tool() || !viewer.tool()->busy()) display.rest();
+    if (!session.playing && (!viewer.tool() || !viewer.tool()->busy())) display.rest();
   }
 }
 
@@ -46,7 +46,9 @@ app::Exit view(app::Run& run) {
   if (options.given("script")) script.emplace(options.text("script"));
   const bool alone = script || options.given("screenshot");
   require(script || !options.flag("in-window"), "--in-window shows a script's session: give --script too");
-  app::Scene scene = app::read_scene(run, app::MissingPictures::assume, 1);
+  std::unique_ptr<Sequence> sequence;
+  if (names_sequence(options.text("mesh"))) sequence = open_sequence(run);
+  app::Scene scene = sequence ? sequence->scene(0) : app::read_scene(run, app::MissingPictures::assume, 1);
   run.warn(app::scene_defects(scene));
   if (options.given("screenshot")) run.will_write({options.text("screenshot")});
   if (run.dry_run()) return app::Exit::done;
@@ -59,6 +61,8 @@ app::Exit view(app::Run& run) {
           : open_window(size[0], size[1], scene.model.path.filename().string() + " - marquetry");
   const Drawing drawing;
   Session session(run, std::move(scene));
+  session.sequence = std::move(sequence);
+  if (session.sequence) session.open_frame(0);
   Viewer viewer(session, *display);
   if (script) {
     script->play(viewer, session);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
+#include <climits>
 #include <cmath>
 #include <thread>
 
@@ -45,6 +45,9 @@ constexpr Command commands[] = {
     {"turn-by-mouse", 5, 5, "turn-by-mouse surface X Y X Y"},
     {"wheel", 4, 4, "wheel surface|atlas X Y STEPS"},
     {"tool", 1, 1, "tool NAME"},
+    {"frame", 1, 1, "frame NUMBER"},
+    {"play", 1, 1, "play COUNT"},
+    {"open", 1, any, "open FILE ..."},
     {"wait", 0, 0, "wait"},
     {"frames", 1, 1, "frames COUNT"},
     {"screenshot", 1, 2, "screenshot FILE [surface|atlas]"},
@@ -271,6 +274,11 @@ class Player {
     if (words[0] == "tool") {
       wait();
       viewer_.take_tool(words[1]);
+    } else if (words[0] == "open") {
+      wait();
+      viewer_.open({words.begin() + 1, words.end()});
+    } else if (words[0] == "frame" || words[0] == "play") {
+      sequence(words);
     } else if (words[0] == "wait") {
       wait();
     } else if (words[0] == "frames") {
@@ -282,6 +290,22 @@ class Player {
       return false;
     }
     return true;
+  }
+
+  void sequence(const std::vector<std::string>& words) {
+    const Sequence* const frames = session_.sequence.get();
+    require(frames != nullptr, "the model does not move: view NAME.evolving or frame_%04d.ply");
+    const int number = whole(words[1], words[0] == "play" ? 1 : INT_MIN, INT_MAX);
+    if (words[0] == "play") {
+      session_.playing = true;
+      for (int i = 0; i < number; ++i) frame();
+      session_.playing = false;
+      return;
+    }
+    for (int i = 0; i < frames->count(); ++i)
+      if (frames->number(i) == number) return viewer_.open_frame(i);
+    throw InvalidInput(fmt::format("there is no frame {}: {} to {} are there", number, frames->number(0),
+                                   frames->number(frames->count() - 1)));
   }
 
   void screenshot(const std::vector<std::string>& words) {

@@ -16,18 +16,32 @@ std::unique_ptr<TextureSet> textures_of(const app::Scene& scene) {
 
 }  // namespace
 
-Session::Session(app::Run& the_run, app::Scene the_scene)
-    : run(the_run),
-      scene(std::move(the_scene)),
-      rays(scene.surface),
-      before(textures_of(scene)),
-      after(textures_of(scene)),
-      pictures(scene) {
+Session::Session(app::Run& the_run, app::Scene first) : run(the_run), opened(the_run.options()) {
+  open(std::move(first));
   using enum Look::Paint;
   look.paint = before != nullptr                  ? texture
                : scene.model.colors.channels > 0 ? vertex_colours
                : scene.atlas                      ? charts
                                                   : clay;
+}
+
+void Session::open(app::Scene other) {
+  ++openings;
+  pictures.reset();
+  rays.reset();
+  result.reset();
+  scene = std::move(other);
+  rays = std::make_unique<mq::Scene>(scene.surface);
+  before = textures_of(scene);
+  after = textures_of(scene);
+  pictures = std::make_unique<ModelPictures>(scene);
+  if (scene.atlas) atlas.texture = std::min(atlas.texture, int(scene.atlas->textures.size()) - 1);
+}
+
+void Session::open_frame(int wanted) {
+  open(sequence->scene(wanted));
+  pictures->set_triangle_colours(sequence->lifespans(wanted));
+  frame = wanted;
 }
 
 void Session::reset_shown() {
@@ -50,7 +64,7 @@ OptionValues options_for(const std::string& verb, const Session& session) {
   app::add_running_options(found->table);
   OptionValues values(found->table);
   for (const char* name : {"mesh", "texture", "weld", "flipped"})
-    if (session.run.options().given(name)) values.set(name, session.run.options().texts(name));
+    if (session.opened.given(name)) values.set(name, session.opened.texts(name));
   for (const char* name : {"overwrite", "no-clobber", "quiet"})
     if (session.run.options().flag(name)) values.set(name, {"true"});
   return values;

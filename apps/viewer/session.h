@@ -8,6 +8,7 @@
 #include "look.h"
 #include "pick.h"
 #include "run.h"
+#include "sequence.h"
 #include "surface_pane.h"
 #include "texture_set.h"
 #include "turntable.h"
@@ -15,14 +16,26 @@
 namespace mq::view {
 
 struct Session {
-  Session(app::Run& the_run, app::Scene the_scene);
+  Session(app::Run& the_run, app::Scene first);
 
-  app::Run& run;  ///< of the verb view
+  /// Another model in place of this one; camera and what is shown of it stay.
+  void open(app::Scene other);
+
+  /// One of the sequence's frames, counted from 0.
+  void open_frame(int frame);
+
+  std::unique_ptr<Sequence> sequence;  ///< null: the model stands still
+  int frame = 0;
+  bool playing = false;
+
+  app::Run& run;          ///< of the verb view
+  OptionValues opened;    ///< its options, with the files that are open now
+  int openings = 0;       ///< how often another model took the place of one
   app::Scene scene;
-  mq::Scene rays;
+  std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
   std::unique_ptr<TextureSet> result;         ///< other pictures in place of `after`; null: none
-  ModelPictures pictures;
+  std::unique_ptr<ModelPictures> pictures;
   Turntable camera;
   AtlasView atlas;
   Look look;

@@ -97,7 +97,7 @@ void main() {
   if (paint == 0 && textured) colour = displayed(values), is_clay = false;
   if ((paint == 2 || paint == 3 || paint == 4) && painted.a > 0.5) colour = painted.rgb, is_clay = false;
   if (paint == 5 && textured) colour = false_colour(values[channel]), is_clay = false;
-  if (paint == 6) colour = painted.rgb, is_clay = false;
+  if (paint == 6 || paint == 9) colour = painted.rgb, is_clay = false;
   if (paint == 7 && textured) normal = normalize(values.rgb * 2 - 1);
   if (paint == 8 && textured) {
     // Axes along the texture's columns and against its rows, from how place changes on the screen.

@@ -70,23 +70,21 @@ ModelPictures::ModelPictures(const app::Scene& scene)
     });
   }
   none_.allocate(1, 1, Picture::Kind::bytes);
-  set_positions(own);
-  moved_ = {};
+  fill_triangles();
 }
 
-void ModelPictures::set_positions(const Mesh& moved) {
-  ++version_;
-  if (&moved != &scene_.surface.mesh) moved_ = moved;
-  const Box box = bounding_box(moved);
+void ModelPictures::fill_triangles() {
+  const Mesh& mesh = scene_.surface.mesh;
+  const Box box = bounding_box(mesh);
   middle_ = (box.low + box.high) / 2;
   radius_ = std::max(box.diagonal() / 2, 1e-30);
-  const std::vector<Eigen::Vector3f> normals = corner_normals(moved);
+  const std::vector<Eigen::Vector3f> normals = corner_normals(mesh);
   std::vector<Corner> corners(order_.size() * 3);
   parallel_for(std::ssize(order_), [&](std::int64_t i) {
     const int t = order_[std::size_t(i)];
     for (int k = 0; k < 3; ++k) {
       Corner& corner = corners[std::size_t(3 * i + k)];
-      corner.position = (moved.position(t, k) - middle_).cast<float>();
+      corner.position = (mesh.position(t, k) - middle_).cast<float>();
       corner.normal = normals[std::size_t(3 * t + k)];
       corner.texel.setZero();
       if (scene_.atlas && scene_.atlas->chart[std::size_t(t)] >= 0) {
@@ -116,8 +114,8 @@ void ModelPictures::fill_lines() {
       const bool charted = scene_.atlas && scene_.atlas->chart[std::size_t(t)] >= 0;
       const EdgeKind kind = charted ? scene_.atlas->edges[std::size_t(h)] : EdgeKind::inside;
       const auto add = [&](std::vector<Eigen::Vector3f>& lines) {
-        lines.push_back((mesh().position(t, h % 3) - middle_).cast<float>());
-        lines.push_back((mesh().position(t, next(h) % 3) - middle_).cast<float>());
+        lines.push_back((surface.mesh.position(t, h % 3) - middle_).cast<float>());
+        lines.push_back((surface.mesh.position(t, next(h) % 3) - middle_).cast<float>());
       };
       if (charted && kind == EdgeKind::seam && h < twin) add(seams);
       if (charted ? kind == EdgeKind::boundary : twin < 0) add(ends);
@@ -170,6 +168,8 @@ void ModelPictures::paint_with(Look::Paint paint, const FalseColour& scale) {
     const int chart = scene_.atlas ? scene_.atlas->chart[std::size_t(t)] : -1;
     for (int k = 0; k < 3; ++k) {
       Colour colour = {0.8F, 0.79F, 0.765F};
+      const bool lives = paint == Look::Paint::lifespans && !triangle_colours_.empty();
+      if (lives) colour = triangle_colours_[std::size_t(t)];
       if (paint == Look::Paint::stretch) colour = false_colour(stretch_[std::size_t(t)], scale);
       if (paint == Look::Paint::density) colour = false_colour(density_[std::size_t(t)], scale);
       if (paint == Look::Paint::vertex_colours && at_vertices.channels > 0) {
@@ -178,7 +178,7 @@ void ModelPictures::paint_with(Look::Paint paint, const FalseColour& scale) {
         for (int c = 0; c < 3; ++c)
           colour[std::size_t(c)] = at_vertices.values[std::size_t(v) * at_vertices.channels +
                                                       (at_vertices.channels < 3 ? 0 : c)];
-      } else if (chart >= 0 && paint != Look::Paint::stretch && paint != Look::Paint::density) {
+      } else if (chart >= 0 && !lives && paint != Look::Paint::stretch && paint != Look::Paint::density) {
         colour = chart_colour(chart);
       }
       std::uint8_t* const out = &colours[std::size_t(12 * i + 4 * k)];
@@ -310,7 +310,7 @@ void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const 
 
   using enum Look::Paint;
   const Look::Paint paint = shown.look.paint;
-  const bool painted = paint == charts || paint == stretch || paint == density;
+  const bool painted = paint == charts || paint == stretch || paint == density || paint == lifespans;
   if (painted || shown.look.chart_tint) {
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);

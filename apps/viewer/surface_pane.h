@@ -25,8 +25,8 @@ class ModelPictures {
  public:
   explicit ModelPictures(const app::Scene& scene);
 
-  /// The triangles somewhere else, of the same connectivity (frames of a sequence).
-  void set_positions(const Mesh& mesh);
+  /// What `Look::Paint::lifespans` shows, one per triangle; empty: clay.
+  void set_triangle_colours(std::vector<Colour> colours) { triangle_colours_ = std::move(colours); }
 
   /// The legend of what is shown, as `legend` draws it; its scale where there are numbers.
   FalseColour scale_of(const Look& look, const TextureSet* textures) const;
@@ -40,8 +40,6 @@ class ModelPictures {
   void draw_surface(const Turntable& camera, const Shown& shown, const Canvas& canvas);
   void draw_atlas(const AtlasView& view, const Shown& shown, const Canvas& canvas);
 
-  /// Another number whenever the triangles are somewhere else.
-  int version() const { return version_; }
   const Vector3& middle() const { return middle_; }
   double radius() const { return radius_; }
 
@@ -50,20 +48,18 @@ class ModelPictures {
     int texture, first, count;  ///< vertices
   };
 
+  void fill_triangles();
   void fill_lines();
   void paint_with(Look::Paint paint, const FalseColour& scale);
   void show_scale(const FalseColour& scale);
   void draw_backdrop(int width, int height);
 
   const app::Scene& scene_;
-  Mesh moved_;  ///< empty: where the scene has it
-  const Mesh& mesh() const { return moved_.positions.empty() ? scene_.surface.mesh : moved_; }
-
   Vector3 middle_;
   double radius_ = 1;
-  int version_ = 0;
   std::vector<int> order_;  ///< triangles, by texture
   std::vector<Group> groups_;
+  std::vector<Colour> triangle_colours_;
   std::vector<float> stretch_, density_;  ///< per triangle
   std::optional<std::pair<Look::Paint, std::array<double, 2>>> painted_;
 

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "mq/base/error.h"
-#include "mq/base/stopwatch.h"
 #include "mq/image/resample.h"
+#include "outputs.h"
 #include "tools.h"
 
 namespace mq::view {
@@ -112,12 +112,20 @@ void Viewer::layout() {
     opened_ = true;
   }
   session_.camera.resize(surface_at_.width, surface_at_.height);
+  play();
   if (tool_) {
     try {
       tool_->frame();
     } catch (const Error& error) {
       error_ = error.what();
       session_.say(error_);
+    }
+  }
+  if (const std::vector<std::string> files = display_.dropped(); !files.empty()) {
+    try {
+      open(files);
+    } catch (const Error& error) {
+      session_.say(error.what());
     }
   }
   for (TextureSet* set : {session_.before.get(), session_.after.get(), session_.result.get()})
@@ -152,6 +160,7 @@ void Viewer::panel(float width, float height) {
     ImGui::Text("%d charts, %d seam edges", int(scene.atlas->charts.size()), scene.atlas->seam_count);
   ImGui::Separator();
   view_controls();
+  if (session_.sequence) sequence_controls();
   ImGui::Separator();
   if (ImGui::BeginCombo("tool", tool_name_.c_str())) {
     for (const std::string& name : tool_names())
@@ -220,6 +229,58 @@ void Viewer::view_controls() {
   }
 }
 
+void Viewer::sequence_controls() {
+  const Sequence& sequence = *session_.sequence;
+  int frame = session_.frame;
+  ImGui::Separator();
+  const std::string number = std::to_string(sequence.number(frame));
+  if (ImGui::SliderInt("frame", &frame, 0, sequence.count() - 1, number.c_str())) {
+    try {
+      open_frame(frame);
+    } catch (const Error& error) {
+      session_.say(error.what());
+    }
+  }
+  if (ImGui::Button(session_.playing ? "pause" : "play")) session_.playing = !session_.playing;
+}
+
+void Viewer::open_frame(int frame) {
+  require(tool_ == nullptr, "a tool works on one frame: put it away, with the tool none, to go to another");
+  pick_ = {};
+  session_.open_frame(frame);
+}
+
+void Viewer::open(const std::vector<std::string>& files) {
+  std::vector<std::string> meshes, pictures;
+  for (const std::string& file : files) (app::names_model(file) ? meshes : pictures).push_back(file);
+  require(meshes.size() <= 1, fmt::format("{} models were given, and one is shown", meshes.size()));
+  OptionValues options(session_.opened.table());
+  for (const Option& option : options.table().options())
+    if (session_.opened.given(option.name) && option.name != "texture")
+      options.set(option.name, session_.opened.texts(option.name));
+  if (!meshes.empty()) options.set("mesh", meshes);
+  if (!pictures.empty()) options.set("texture", pictures);
+  app::Run reading(options, session_.run.terminal(), {});
+  app::Scene scene = app::read_scene(reading, app::MissingPictures::assume, 1);
+  take_tool("none");
+  session_.sequence.reset();
+  session_.playing = false;
+  session_.opened = options;
+  session_.open(std::move(scene));
+  session_.say("opened " + session_.scene.model.path.string());
+  pick_ = {};
+  if (!meshes.empty()) home();
+  home_atlas();
+}
+
+/// The next frame of what is played, 25 a second; in scripts one for each picture.
+void Viewer::play() {
+  if (!session_.playing || tool_) return;
+  if (!scripted_ && played_.seconds() < 0.04) return;
+  played_ = Stopwatch();
+  open_frame((session_.frame + 1) % session_.sequence->count());
+}
+
 void Viewer::number_controls() {
   Look& look = session_.look;
   if (look.paint == Look::Paint::numbers && session_.before)
@@ -240,23 +301,23 @@ std::vector<double> Viewer::state_of_look(const FalseColour& scale) const {
   return {double(look.paint), double(look.lit),  double(look.seams),     double(look.wires),
           double(look.chart_tint), look.exposure, double(look.channel), look.wipe,
           double(scale.map), scale.low, scale.high, double(scale.isolines), double(uploads_),
-          double(session_.pictures.version()), double(session_.result != nullptr)};
+          double(session_.openings), double(session_.result != nullptr)};
 }
 
 void Viewer::surface_pane() {
   const Look& look = session_.look;
   const FalseColour scale =
-      shows_numbers(look) ? session_.pictures.scale_of(look, session_.shown()) : FalseColour{};
+      shows_numbers(look) ? session_.pictures->scale_of(look, session_.shown()) : FalseColour{};
   surface_canvas_.resize(surface_at_.width, surface_at_.height);
   const bool here = picture_window("surface", surface_at_, surface_canvas_.picture());
-  if (here || dragging_ == Dragging::turning) use_surface_mouse();
+  if (here || dragging_ != Dragging::nothing) use_surface_mouse();
   std::vector<double> state = state_of_look(scale);
   const Vector3 eye = session_.camera.eye(), back = session_.camera.backward();
   state.insert(state.end(), {eye.x(), eye.y(), eye.z(), back.x(), back.y(), back.z(),
                              session_.camera.view().azimuth, double(surface_at_.width),
                              double(surface_at_.height)});
   if (std::exchange(surface_of_, state) != state)
-    session_.pictures.draw_surface(
+    session_.pictures->draw_surface(
         session_.camera, {look, scale, session_.before.get(), session_.shown()}, surface_canvas_);
   mark(pick_);
   if (shows_numbers(look)) show_legend();
@@ -267,7 +328,7 @@ void Viewer::use_surface_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 mouse = mouse_in(surface_at_);
   Turntable& camera = session_.camera;
-  pick_ = pick_on_surface(session_.scene, session_.rays, session_.shown(), camera.ray(mouse.x, mouse.y));
+  pick_ = pick_on_surface(session_.scene, *session_.rays, session_.shown(), camera.ray(mouse.x, mouse.y));
   if (pick_.chart >= 0 && pick_.texture != session_.atlas.texture &&
       dragging_ == Dragging::nothing) {
     session_.atlas.texture = pick_.texture;
@@ -314,7 +375,7 @@ void Viewer::home_atlas() {
 void Viewer::atlas_pane() {
   const Look& look = session_.look;
   const FalseColour scale =
-      shows_numbers(look) ? session_.pictures.scale_of(look, session_.shown()) : FalseColour{};
+      shows_numbers(look) ? session_.pictures->scale_of(look, session_.shown()) : FalseColour{};
   atlas_canvas_.resize(atlas_at_.width, atlas_at_.height);
   if (picture_window("atlas", atlas_at_, atlas_canvas_.picture())) use_atlas_mouse();
   const AtlasView& view = session_.atlas;
@@ -322,7 +383,7 @@ void Viewer::atlas_pane() {
   state.insert(state.end(), {double(view.texture), view.column, view.row, view.zoom,
                              double(atlas_at_.width), double(atlas_at_.height)});
   if (std::exchange(atlas_of_, state) != state)
-    session_.pictures.draw_atlas(
+    session_.pictures->draw_atlas(
         view, {look, scale, session_.before.get(), session_.shown()}, atlas_canvas_);
   if (pick_.chart >= 0 && pick_.texture == view.texture) {
     ImDrawList* list = ImGui::GetWindowDrawList();
@@ -383,7 +444,7 @@ void Viewer::mark(const Pick& pick) const {
 
 void Viewer::show_legend() {
   const Look& look = session_.look;
-  const FalseColour scale = session_.pictures.scale_of(look, session_.shown());
+  const FalseColour scale = session_.pictures->scale_of(look, session_.shown());
   const std::vector<double> now = {double(look.paint), double(look.channel), double(scale.map), scale.low,
                                    scale.high, double(scale.isolines)};
   if (now != legend_of_) {

@@ -10,6 +10,7 @@
 
 #include "display.h"
 #include "gl.h"
+#include "mq/base/stopwatch.h"
 #include "session.h"
 #include "tool.h"
 
@@ -49,6 +50,12 @@ class Viewer {
   /// The whole texture.
   void home_atlas();
 
+  /// A model, or other textures for the one that is open. What was open stays where this throws.
+  void open(const std::vector<std::string>& files);
+
+  /// A frame of the session's sequence, counted from 0. Throws `InvalidInput` while a tool is in hand.
+  void open_frame(int frame);
+
   const Pick& pick() const { return pick_; }
 
   /// What went wrong in a tool since the last call; empty: nothing.
@@ -67,6 +74,8 @@ class Viewer {
   void panel(float width, float height);
   void view_controls();
   void number_controls();
+  void sequence_controls();
+  void play();
   void surface_pane();
   void atlas_pane();
   void status_line(float y, float width);
@@ -80,6 +89,7 @@ class Viewer {
   Canvas surface_canvas_, atlas_canvas_;
   Picture legend_;
   std::vector<double> legend_of_, surface_of_, atlas_of_;  ///< what is drawn there
+  Stopwatch played_;  ///< since the last frame that was played
   int uploads_ = 0;  ///< how often textures changed
   Rectangle surface_at_, atlas_at_;
   Pick pick_;

@@ -1,0 +1,100 @@
+// Sequences by frame, and other models in place of the one that is open.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mq/draw/camera.h"
+#include "mq/draw/lifespans.h"
+#include "mq/io/evolving_file.h"
+#include "viewer/sessions.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// A square of two triangles; the second is another one from frame 12 on. Four frames, 10 to 13.
+EvolvingMesh square_in_time() {
+  EvolvingMesh evolving;
+  for (const int second : {1, 2}) {
+    EvolvingSegment segment;
+    segment.vertex_ids = {0, 1, 2, 3};
+    segment.triangles = {{0, 1, 2}, {0, 2, 3}};
+    segment.triangle_ids = {0, second};
+    evolving.segments.push_back(segment);
+  }
+  for (int f = 0; f < 4; ++f)
+    evolving.frames.push_back({10 + f, f / 2, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}});
+  return evolving;
+}
+
+/// Without an atlas the surface pane is as wide as both.
+constexpr int whole_width = 600;
+
+void expect_colour(const Image<float>& shown, const Mesh& mesh, const Vector3& place,
+                   const Colour& wanted) {
+  const Camera camera(mesh, parse_view("front"), whole_width, surface_height);
+  const auto at = camera.project(place);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(shown(int(at.x), int(at.y), c), wanted[std::size_t(c)], 1.5 / 255);
+}
+
+TEST(Sequences, ShowLifespansInTheirColours) {
+  const Folder folder;
+  const EvolvingMesh evolving = square_in_time();
+  write_evolving(folder / "square.evolving", evolving, store_step(1.5));
+  const Result result = view(folder,
+                             "view front\nlight off\nshow lifespans\n"
+                             "frame 11\nscreenshot 11.png surface\n"
+                             "frame 12\nscreenshot 12.png surface\n"
+                             "frame 10\nplay 3\nscreenshot 13.png surface\n",
+                             {"square.evolving"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Mesh mesh = evolving.mesh(0);
+  const Vector3 lower(0.7, 0.3, 0), upper(0.3, 0.7, 0);
+  const Image<float> early = picture(folder, "11.png"), late = picture(folder, "12.png");
+  ASSERT_EQ(early.width(), whole_width);
+  expect_colour(early, mesh, lower, lifespan_colour(0, 3, 4));
+  expect_colour(early, mesh, upper, lifespan_colour(0, 1, 4));
+  expect_colour(late, mesh, lower, lifespan_colour(0, 3, 4));
+  expect_colour(late, mesh, upper, lifespan_colour(2, 3, 4));
+  EXPECT_EQ(file_bytes(folder / "13.png"), file_bytes(folder / "12.png"));  // of the same segment
+}
+
+TEST(Sequences, RefuseFramesThatAreNotThere) {
+  const Folder folder;
+  write_evolving(folder / "square.evolving", square_in_time(), store_step(1.5));
+  const Result result = view(folder, "frame 14\n", {"square.evolving"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("session.txt, line 1: there is no frame 14: 10 to 13 are there"));
+  EXPECT_EQ(view(folder, "", {"frame_%04d.ply"}).status, 2);  // there are none
+}
+
+TEST(Sequences, OfFilesShowEachFile) {
+  const Folder folder;
+  std::string other = coloured_ply;
+  other.replace(other.find("200 200 200"), 11, "50 150 250");
+  write_bytes(folder / "frame_0003.ply", coloured_ply);
+  write_bytes(folder / "frame_0004.ply", other);
+  const Result result =
+      view(folder, "view front\nlight off\nframe 4\nscreenshot 4.png surface\n", {"frame_%04d.ply"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> shown = picture(folder, "4.png");
+  EXPECT_NEAR(shown(shown.width() / 2, shown.height() / 2, 2), 250 / 255.0, 0.02);
+}
+
+TEST(Opening, PutsAnotherModelInPlaceAndKeepsTheOldOneWhereItCannot) {
+  const Folder folder;
+  write_strip(folder);
+  write_sphere(folder);
+  const Result result = view(folder,
+                             "open sphere.obj\nhover surface 180 200\nscreenshot opened.png atlas\n"
+                             "open nothing.obj\n",
+                             {"strip.obj"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("session.txt, line 4: cannot read nothing.obj"));
+  ASSERT_EQ(view(folder, "hover surface 180 200\nscreenshot first.png atlas\n", {"sphere.obj"}).status, 0);
+  EXPECT_EQ(file_bytes(folder / "opened.png"), file_bytes(folder / "first.png"));
+}
+
+}  // namespace
+}  // namespace mq::test
