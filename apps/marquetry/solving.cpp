@@ -32,10 +32,11 @@ SolverFactory solver(const OptionValues& options, const Domain& domain) {
 }
 
 std::string reached(const SolveReport& report) {
-  return fmt::format("{} stopped after {} at a relative residual of {:.1e} and an error of about {:.1e} "
-                     "of the largest change",
-                     report.method, counted(report.cycles, "cycle"),
-                     report.residuals.empty() ? 1 : report.residuals.back(), report.error);
+  return fmt::format(
+      "{} stopped after {} at a relative residual of {:.1e} and an error of about {:.1e} "
+      "of the largest change",
+      report.method, counted(report.cycles, "cycle"),
+      report.residuals.empty() ? 1 : report.residuals.back(), report.error);
 }
 
 /// Whether there is memory for a factorisation; otherwise says so of the result that is kept.
@@ -72,8 +73,9 @@ SolveReport solve_and_fall_back(Run& run, const Domain& domain, const Attempt& a
   const std::string what_happened = reached(first);
   if (run.options().has("cycles")) {
     if (!first.residuals.empty() && first.residuals.back() >= 1)
-      run.terminal().warning(what_happened + ": no better than where it began; leave --cycles out, "
-                                             "or try --solver direct");
+      run.terminal().warning(what_happened +
+                             ": no better than where it began; leave --cycles out, "
+                             "or try --solver direct");
     return first;
   }
   if (!free_to_choose) {
@@ -121,17 +123,19 @@ void add_solver_options(OptionTable& table, const std::string& tolerance) {
              .most = 0.1,
              .group = "Solver",
              .help = "relative residual at which iterations stop",
-             .details = "And their error as their last steps tell it: four times this, relative to the "
-                        "largest change. By default a quarter of a step of 16 bits where values change "
-                        "from 0 to 1."});
+             .details =
+                 "And their error as their last steps tell it: four times this, relative to the "
+                 "largest change. By default a quarter of a step of 16 bits where values change "
+                 "from 0 to 1."});
   table.add({.name = "cycles",
              .type = Type::integer,
              .least = 1,
              .most = 10000,
              .group = "Solver",
              .help = "stop iterations after so many cycles, converged or not",
-             .details = "Else multigrid gives up after 60 and reference after 200, with a warning; with "
-                        "this, automatic does not factorise where the tolerance was not reached."});
+             .details =
+                 "Else multigrid gives up after 60 and reference after 200, with a warning; with "
+                 "this, automatic does not factorise where the tolerance was not reached."});
 }
 
 WhenToStop when_to_stop(const OptionValues& options) {
@@ -163,6 +167,16 @@ Solution solve_poisson(Run& run, const Target& target, double weight, const Pois
         return solution.filtered.report;
       });
   return solution;
+}
+
+Signal solve_at_seams(Run& run, const TexelSpace& space, const Signal& before,
+                      const std::vector<char>& free, Smooth what, const Progress& progress) {
+  Filtered found = smooth_at_seams(space, before, free, what, economical_solver(), progress);
+  run.solve = solve_json(found.report);
+  if (!found.report.converged)
+    run.terminal().warning(reached(found.report) +
+                           ": seams may be left where a lower --weight has none");
+  return std::move(found.signal);
 }
 
 Json change_json(const Signal& before, const Signal& after, ColourSpace space) {

@@ -6,6 +6,7 @@
 
 #include "domain.h"
 #include "mq/filter/screened_poisson.h"
+#include "mq/filter/seam_values.h"
 #include "run.h"
 #include "signal_target.h"
 
@@ -43,6 +44,10 @@ using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, con
 /// `solve_as_asked` of a screened Poisson equation. The signal is taken once the solver stands,
 /// whose making needs most memory.
 Solution solve_poisson(Run& run, const Target& target, double weight, const PoissonSolve& solve);
+
+/// `smooth_at_seams`, which chooses its own solver, with what it did in `run.solve`.
+Signal solve_at_seams(Run& run, const TexelSpace& space, const Signal& before,
+                      const std::vector<char>& free, Smooth what, const Progress& progress);
 
 /// Unknowns, channels, how much changed in the values of `space`, and how many values are below 0 and
 /// above 1 as they will be stored.

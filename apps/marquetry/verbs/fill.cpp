@@ -75,8 +75,7 @@ Exit fill(Run& run) {
     }
     const Step step(run, "solve", 0.3);
     before = target->values();
-    after = smooth_at_seams(target->domain().space(), before, free, Smooth::values, direct_solver(),
-                            step);
+    after = solve_at_seams(run, target->domain().space(), before, free, Smooth::values, step);
     // Nothing lies beyond what was given: a border may extrapolate, a picture should not.
     const Eigen::RowVectorXd low = before.colwise().minCoeff(), high = before.colwise().maxCoeff();
     for (Eigen::Index i = 0; i < after.rows(); ++i)

@@ -46,8 +46,7 @@ Exit seams(Run& run) {
     }
     const Step step(run, "solve", 0.4);
     before = target->values();
-    after = smooth_at_seams(target->domain().space(), before, free, Smooth::change, direct_solver(),
-                            step);
+    after = solve_at_seams(run, target->domain().space(), before, free, Smooth::change, step);
   });
   run.result = change_json(before, after);
   run.result["seam_texels"] = std::ranges::count(free, 1);

@@ -94,14 +94,14 @@ Signal imbalance(const TexelSpace& space, const SparseMatrix& A, const Signal& p
 
 }  // namespace
 
-Signal smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::vector<char>& free,
-                       Smooth what, const SolverFactory& factory, const Progress& progress) {
+Filtered smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::vector<char>& free,
+                         Smooth what, const SolverFactory& factory, const Progress& progress) {
   require(psi.rows() == space.size() && std::ssize(free) == space.size(),
           fmt::format("a signal of {} rows and {} marks were given for {} texels", psi.rows(),
                       free.size(), space.size()));
   const SparseMatrix A = space.solvable(0, 1, progress.step("assemble", 0.3));
   const std::vector<int> rows = solvable_rows(A, free);
-  if (rows.empty()) return psi;
+  if (rows.empty()) return {psi, nothing_to_solve()};
   std::vector<int> number(free.size(), -1);
   for (std::size_t k = 0; k < rows.size(); ++k) number[rows[k]] = int(k);
   const Signal all = imbalance(space, A, psi, rows, what);
@@ -109,9 +109,8 @@ Signal smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::ve
   for (std::size_t k = 0; k < rows.size(); ++k) right.row(Eigen::Index(k)) = all.row(rows[k]);
   const auto solver = factory(submatrix(A, rows, number), progress.step("prepare", 0.5));
   Signal delta = Signal::Zero(right.rows(), right.cols());
-  solver->solve(right, delta, progress.step("solve", 0.2));
-  Signal result = psi;
-  for (std::size_t k = 0; k < rows.size(); ++k) result.row(rows[k]) += delta.row(Eigen::Index(k));
+  Filtered result{psi, solver->solve(right, delta, progress.step("solve", 0.2))};
+  for (std::size_t k = 0; k < rows.size(); ++k) result.signal.row(rows[k]) += delta.row(Eigen::Index(k));
   return result;
 }
 

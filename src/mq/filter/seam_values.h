@@ -6,7 +6,8 @@
 
 #include "mq/atlas/atlas.h"
 #include "mq/fem/texel_space.h"
-#include "mq/linear/direct_solver.h"
+#include "mq/filter/screened_poisson.h"
+#include "mq/linear/economical_solver.h"
 
 namespace mq {
 
@@ -29,10 +30,11 @@ enum class Smooth {
 ///
 /// where the others stay as they are. The space must have been made with `soft_seams`. Texels that
 /// hardly meet the surface are held to their neighbours (`TexelSpace::solvable`). A component whose
-/// texels are all free has no value to start from and stays as it is. Throws `InvalidInput` where
+/// texels are all free has no value to start from and stays as it is. Charts whose texels are all near
+/// seams, and shared, make factors too large: the default goes on by conjugate gradients there. Throws `InvalidInput` where
 /// sizes differ.
-Signal smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::vector<char>& free,
-                       Smooth what, const SolverFactory& factory = direct_solver(),
-                       const Progress& progress = {});
+Filtered smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::vector<char>& free,
+                         Smooth what, const SolverFactory& factory = economical_solver(),
+                         const Progress& progress = {});
 
 }  // namespace mq

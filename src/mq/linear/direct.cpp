@@ -233,13 +233,17 @@ std::vector<Factorisation> factorisations() {
 #endif
 }
 
-DirectSolver::DirectSolver(const SparseMatrix& A, Factorisation kind, const Progress& progress)
+DirectSolver::DirectSolver(const SparseMatrix& A, Factorisation kind, const Progress& progress,
+                           std::int64_t most_entries)
     : backend_(make_backend(kind)) {
   backend_->A = lower_triangle(A);
   progress.check();
   const Progress step = progress.step("analysis", 0.3);
   const Stopwatch watch;
   const Index entries = A.rows() > 0 ? backend_->analyse(backend_->A) : 0;
+  if (entries > most_entries)
+    throw OutOfMemory(fmt::format("the factor of the matrix of {} rows would hold {} entries; at most "
+                                  "{} were asked for", A.rows(), entries, most_entries));
   constexpr Index bytes_per_entry = 9;  // the value, and indices that supernodes share
   require_memory(bytes_per_entry * entries,
                  fmt::format("the factor of the matrix of {} rows", A.rows()),

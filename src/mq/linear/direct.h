@@ -1,6 +1,7 @@
 #pragma once
 /// Direct factorisation of symmetric positive definite matrices, behind one small interface.
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,9 +25,11 @@ class DirectSolver {
  public:
   /// Analyses (fill-reducing order) and factors `A`, which is stored whole; only its lower triangle
   /// is read. Throws `NotPositiveDefinite` naming the row, `InvalidInput` when A is not square or
-  /// holds a NaN, `OutOfMemory` when the factor will not fit, and `Cancelled` between the two steps.
+  /// holds a NaN, `OutOfMemory` when the factor will not fit or would hold more than `most_entries`,
+  /// and `Cancelled` between the two steps.
   explicit DirectSolver(const SparseMatrix& A, Factorisation kind = Factorisation::automatic,
-                        const Progress& progress = {});
+                        const Progress& progress = {},
+                        std::int64_t most_entries = std::numeric_limits<std::int64_t>::max());
   ~DirectSolver();
   DirectSolver(DirectSolver&&) noexcept;
   DirectSolver& operator=(DirectSolver&&) noexcept;

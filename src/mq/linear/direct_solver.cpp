@@ -13,8 +13,9 @@ namespace {
 
 class Direct final : public LinearSolver {
  public:
-  Direct(const SparseMatrix& A, Factorisation kind, const Progress& progress)
-      : A_(A), solver_(A, kind, progress) {
+  Direct(const SparseMatrix& A, Factorisation kind, std::int64_t most_entries,
+         const Progress& progress)
+      : A_(A), solver_(A, kind, progress, most_entries) {
     setup_seconds_ = watch_.seconds();
   }
 
@@ -58,9 +59,9 @@ class Direct final : public LinearSolver {
 
 }  // namespace
 
-SolverFactory direct_solver(Factorisation kind) {
-  return [kind](const SparseMatrix& A, const Progress& progress) -> std::unique_ptr<LinearSolver> {
-    return std::make_unique<Direct>(A, kind, progress);
+SolverFactory direct_solver(Factorisation kind, std::int64_t most_entries) {
+  return [kind, most_entries](const SparseMatrix& A, const Progress& progress) -> std::unique_ptr<LinearSolver> {
+    return std::make_unique<Direct>(A, kind, most_entries, progress);
   };
 }
 

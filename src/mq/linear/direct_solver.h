@@ -16,6 +16,7 @@ namespace mq {
 ///
 /// The solver keeps a copy of A. A must be symmetric positive definite; making the solver, and
 /// `update`, throw what `DirectSolver` throws.
-SolverFactory direct_solver(Factorisation kind = Factorisation::automatic);
+SolverFactory direct_solver(Factorisation kind = Factorisation::automatic,
+                            std::int64_t most_entries = std::numeric_limits<std::int64_t>::max());
 
 }  // namespace mq
