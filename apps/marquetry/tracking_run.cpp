@@ -13,6 +13,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
+#include "mq/mesh/refine.h"
 #include "mq/sequence/track_template.h"
 #include "mq/sequence/track_truth.h"
 #include "mq/sequence/tracking.h"
@@ -38,6 +39,39 @@ TrackOptions track_options(const OptionValues& options) {
   return track;
 }
 
+/// A frame as it is tracked: a graph can only follow, and be pulled by, vertices, so triangles that
+/// are long beside the way from node to node are cut.
+struct Captured : Model {
+  std::vector<Triangle> uncut;  ///< the file's triangles; empty: none were cut
+  /// Per vertex where it lies in the file's mesh; empty: none were cut.
+  std::vector<RefinedMesh::Place> places;
+};
+
+Captured cut_for_nodes(Model model, double node_spacing) {
+  const Surface surface = make_surface(model.mesh, {.kind = WeldOptions::Kind::none});
+  const double most = node_spacing * std::sqrt(surface.area) / 2;
+  Captured captured{std::move(model), {}, {}};
+  if (!(most > 0) || mean_edge_length(surface) <= most) return captured;
+  RefinedMesh fine = refined(captured.mesh, most);
+  VertexSignal& colours = captured.colors;
+  std::vector<float> values;
+  for (const RefinedMesh::Place& at : fine.places)
+    for (int c = 0; c < colours.channels; ++c) {
+      double value = 0;
+      for (int k = 0; k < 3; ++k)
+        value +=
+            at.barycentric[k] *
+            colours.values[std::size_t(captured.mesh.triangles[at.triangle][k]) * colours.channels +
+                           c];
+      values.push_back(float(value));
+    }
+  colours.values = std::move(values);
+  captured.uncut = std::move(captured.mesh.triangles);
+  captured.mesh = std::move(fine.mesh);
+  captured.places = std::move(fine.places);
+  return captured;
+}
+
 /// The frames of a sequence, read when they are needed.
 class Sequence {
  public:
@@ -47,7 +81,8 @@ class Sequence {
                                                        : std::vector<int>())),
         textures_(run.options().has("texture") ? run.options().text("texture") : ""),
         truth_(run.options().has("truth") ? run.options().text("truth") : ""),
-        pictures_(run.options().flag("photometric")) {
+        pictures_(run.options().flag("photometric")),
+        node_spacing_(run.options().number("nodes") / 100) {
     require(truth_.empty() || truth_ == "uv" || fs::is_directory(truth_) || has_frame_place(truth_),
             fmt::format("--truth: found '{}', wanted uv, a folder, or a name with a place for the "
                         "frame's number",
@@ -62,34 +97,44 @@ class Sequence {
   int count() const { return int(files_.size()); }
   const FrameFile& file(int frame) const { return files_[std::size_t(frame)]; }
 
-  Model read(int frame) const {
+  Captured read(int frame) const {
     ReadModelOptions how;
     if (!textures_.empty()) how.textures = {frame_name(textures_, file(frame).number)};
     if (!pictures_) how.pictures = ReadModelOptions::Pictures::skip;
-    return read_model(file(frame).path, how);
+    return cut_for_nodes(read_model(file(frame).path, how), node_spacing_);
   }
 
   bool has_truth() const { return !truth_.empty(); }
   double truth_tolerance(const MaterialFrame& frame) const {
     return truth_ == "uv" ? uv_tolerance : 0.02 * bounding_box(frame.material).diagonal();
   }
-  MaterialFrame truth(int frame, const Mesh& mesh) const {
+  MaterialFrame truth(int frame, const Captured& captured) const {
     if (truth_ == "uv") {
-      require(mesh.has_uvs(),
+      require(captured.mesh.has_uvs(),
               fmt::format("{}: --truth uv wants texture coordinates, and it has none",
                           file(frame).path.string()));
-      return material_from_uvs(mesh);
+      return material_from_uvs(captured.mesh);
     }
-    MaterialFrame result{mesh, read_model(truths_[std::size_t(frame)].path).mesh};
-    require(result.material.triangles == mesh.triangles,
-            fmt::format("{}: its triangles are not those of {}",
-                        truths_[std::size_t(frame)].path.string(), file(frame).path.string()));
-    return result;
+    Mesh material = read_model(truths_[std::size_t(frame)].path).mesh;
+    require(
+        material.triangles == (captured.uncut.empty() ? captured.mesh.triangles : captured.uncut),
+        fmt::format("{}: its triangles are not those of {}",
+                    truths_[std::size_t(frame)].path.string(), file(frame).path.string()));
+    if (captured.uncut.empty()) return {captured.mesh, std::move(material)};
+    Mesh cut = captured.mesh;
+    for (std::size_t v = 0; v < cut.positions.size(); ++v) {
+      const auto& [triangle, b] = captured.places[v];
+      cut.positions[v] = b[0] * material.position(triangle, 0) +
+                         b[1] * material.position(triangle, 1) +
+                         b[2] * material.position(triangle, 2);
+    }
+    return {captured.mesh, std::move(cut)};
   }
 
   /// The material at each vertex of the template made of a frame.
-  std::vector<Vector3> material(int frame, const Mesh& mesh, const CleanMesh& clean) const {
-    const MaterialFrame truth_here = truth(frame, mesh);
+  std::vector<Vector3> material(int frame, const Captured& captured, const CleanMesh& clean) const {
+    const Mesh& mesh = captured.mesh;
+    const MaterialFrame truth_here = truth(frame, captured);
     std::vector<Vector3> result(clean.mesh.positions.size(), Vector3::Constant(1e9));
     for (int t = 0; t < clean.mesh.triangle_count(); ++t)
       for (int k = 0; k < 3; ++k) {
@@ -106,6 +151,7 @@ class Sequence {
   std::vector<FrameFile> files_, truths_;
   std::string textures_, truth_;
   bool pictures_;
+  double node_spacing_;
 };
 
 /// A template being followed.
@@ -121,7 +167,7 @@ struct Follower {
 };
 
 /// The frame's own mesh as a template.
-TrackTemplate own_template(const Sequence& sequence, int frame, const Model& model,
+TrackTemplate own_template(const Sequence& sequence, int frame, const Captured& model,
                            const OptionValues& options, double step, int next_vertex,
                            int next_triangle) {
   CleanMesh clean = cleaned(model.mesh);
@@ -136,7 +182,7 @@ TrackTemplate own_template(const Sequence& sequence, int frame, const Model& mod
       colours.row(v) = all.row(clean.source_from_vertex[v]);
   }
   std::vector<Vector3> material;
-  if (sequence.has_truth()) material = sequence.material(frame, model.mesh, clean);
+  if (sequence.has_truth()) material = sequence.material(frame, model, clean);
   clean.mesh.positions = rounded(std::move(clean.mesh.positions), step);
   return new_template(clean.mesh, colours, material, next_vertex, next_triangle);
 }
@@ -180,10 +226,8 @@ class Tracking {
       const Progress part = progress.step(fmt::format("frame {}", sequence_.file(frame).number),
                                           1.0 / (sequence_.count() - begun));
       const Stopwatch watch;
-      Model model;
       try {
-        model = sequence_.read(frame);
-        one_frame(output, frame, model, watch, part);
+        one_frame(output, frame, sequence_.read(frame), watch, part);
       } catch (const InvalidInput& error) {
         throw InvalidInput(
             fmt::format("{}: {}", sequence_.file(frame).path.string(), error.what()));
@@ -194,17 +238,17 @@ class Tracking {
   const Json& frames() const { return frames_; }
 
  private:
-  TrackTarget target_of(const Model& model) const {
+  TrackTarget target_of(const Captured& model) const {
     return TrackTarget(model.mesh,
                        run_.options().flag("photometric") ? vertex_colours(model) : Signal());
   }
 
   /// The template of a segment that remeshing made of the one that is followed.
-  TrackTemplate carried_on(int frame, const Model& model, const TrackTarget& target,
+  TrackTemplate carried_on(int frame, const Captured& model, const TrackTarget& target,
                            const EvolvingSegment& segment, const std::vector<Vector3>& positions) {
     if (!sequence_.has_truth())
       return carried(follower_->known, segment, positions, target, nullptr);
-    const MaterialFrame truth = sequence_.truth(frame, model.mesh);
+    const MaterialFrame truth = sequence_.truth(frame, model);
     return carried(follower_->known, segment, positions, target, &truth);
   }
 
@@ -233,7 +277,7 @@ class Tracking {
   /// What was known when the segment that begins with this frame was begun.
   void take_up_segment(const EvolvingReader& reader, int frame) {
     const EvolvingSegment segment = reader.segment(reader.frames()[frame].segment);
-    const Model model = sequence_.read(frame);
+    const Captured model = sequence_.read(frame);
     const bool goes_on = follower_ && change(follower_->known.segment, segment).kept > 0;
     if (goes_on) {
       const std::vector<Vector3> positions = reader.positions(frame);
@@ -259,7 +303,7 @@ class Tracking {
     for (const int id : segment.triangle_ids) next_triangle_ = std::max(next_triangle_, id + 1);
   }
 
-  void one_frame(const fs::path& output, int frame, const Model& model, const Stopwatch& watch,
+  void one_frame(const fs::path& output, int frame, const Captured& model, const Stopwatch& watch,
                  const Progress& progress) {
     Json measured = {{"frame", sequence_.file(frame).number}};
     if (!writer_)
@@ -293,7 +337,7 @@ class Tracking {
   }
 
   /// Takes the frame's own mesh as the template from here on.
-  Json begin_segment(int frame, const Model& model) {
+  Json begin_segment(int frame, const Captured& model) {
     const int died = follower_ ? follower_->known.segment.triangle_count() : 0;
     follower_.emplace(own_template(sequence_, frame, model, run_.options(), writer_->step(),
                                    next_vertex_, next_triangle_),
@@ -306,7 +350,7 @@ class Tracking {
   }
 
   /// Replaces what of the template does not show the frame.
-  void remesh_here(int frame, const Model& model, const TrackTarget& target, Json& measured,
+  void remesh_here(int frame, const Captured& model, const TrackTarget& target, Json& measured,
                    const Progress& progress) {
     const Stopwatch watch;
     const EvolvingSegment& before = follower_->known.segment;
@@ -338,8 +382,8 @@ class Tracking {
     measured["seconds"]["remesh"] = watch.seconds();
   }
 
-  void add_truth(int frame, const Model& model, Json& measured) {
-    const MaterialFrame truth = sequence_.truth(frame, model.mesh);
+  void add_truth(int frame, const Captured& model, Json& measured) {
+    const MaterialFrame truth = sequence_.truth(frame, model);
     const DriftSummary found = summary(
         drift(current_, follower_->known.material, truth, sequence_.truth_tolerance(truth)));
     measured["drift"] = {{"known", found.known},

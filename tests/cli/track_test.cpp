@@ -72,6 +72,21 @@ TEST(Track, FollowsASequenceAndSaysHowWell) {
   EXPECT_EQ(evolving.frames[3].number, 3);
 }
 
+TEST(Track, CutsTrianglesThatAreLongBesideTheWayFromNodeToNode) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder,
+                      {"sample", "bending", "-o", "body/", "--triangles", "500", "--frames", "0-1"})
+                .status,
+            0);
+  const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving", "--truth",
+                                           "body/material", "--nodes", "10", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto frame = result.json()["result"]["frames"][1];
+  EXPECT_GT(frame["triangles_kept"], 2 * 492);
+  EXPECT_LT(frame["distance_p95"], 0.005);  // 0.0100 with the triangles as they come
+  EXPECT_GT(frame["drift"]["known"], 900);  // vertices; 247 as they come
+}
+
 TEST(Track, GoesOnWhereItWasStopped) {
   const Folder folder;
   make_body(folder, "bending", 3);

@@ -66,5 +66,54 @@ TEST(Refine, LeavesShortEdgesAndTakesOnlyWhatIsKept) {
   EXPECT_THROW(refine(surface, {}, in_space(surface), 1), InvalidInput);
 }
 
+TEST(RefinedMesh, KeepsTextureCoordinatesWhereTheyWere) {
+  Mesh mesh = flat_square(2);
+  mesh.uvs.clear();
+  mesh.corner_uvs.clear();
+  const auto uv_at = [](const Vector3& p) {
+    return Vector2(0.1 + 0.5 * p.x() - 0.2 * p.y(), p.y());
+  };
+  for (int t = 0; t < mesh.triangle_count(); ++t) {
+    mesh.textures.push_back(t % 2);
+    Triangle corners{-1, -1, -1};
+    if (t != 3)
+      for (int k = 0; k < 3; ++k) {
+        corners[k] = int(mesh.uvs.size());
+        mesh.uvs.push_back(uv_at(mesh.position(t, k)));
+      }
+    mesh.corner_uvs.push_back(corners);
+  }
+  mesh.positions.emplace_back(5, 5, 5);  // which no triangle uses
+  const RefinedMesh fine = refined(mesh, 0.2);
+  ASSERT_GT(fine.mesh.triangle_count(), 3 * mesh.triangle_count());
+  ASSERT_EQ(std::ssize(fine.places), fine.mesh.vertex_count());
+  for (std::size_t v = 0; v < fine.places.size(); ++v) {
+    Vector3 there = Vector3::Zero();
+    for (int k = 0; k < 3; ++k)
+      there += fine.places[v].barycentric[k] * mesh.position(fine.places[v].triangle, k);
+    EXPECT_LT((fine.mesh.positions[v] - there).norm(), 1e-14);
+  }
+  int without = 0;
+  for (int t = 0; t < fine.mesh.triangle_count(); ++t) {
+    EXPECT_EQ(fine.mesh.texture(t), fine.source[t] % 2);
+    if (!fine.mesh.textured(t)) {
+      EXPECT_EQ(fine.source[t], 3);
+      ++without;
+      continue;
+    }
+    for (int k = 0; k < 3; ++k)
+      EXPECT_LT((fine.mesh.uv(t, k) - uv_at(fine.mesh.position(t, k))).norm(), 1e-14);
+  }
+  EXPECT_GT(without, 1);
+}
+
+TEST(RefinedMesh, LeavesOutTrianglesThatUseAVertexTwice) {
+  Mesh mesh = flat_square(1);
+  mesh.triangles.push_back({0, 0, 1});
+  mesh.corner_uvs.clear();
+  const RefinedMesh fine = refined(mesh, 10);
+  EXPECT_EQ(fine.mesh.triangle_count(), mesh.triangle_count() - 1);
+}
+
 }  // namespace
 }  // namespace mq

@@ -206,4 +206,43 @@ RefinedSurface refine(const Surface& surface, std::span<const char> keep, const 
   }
 }
 
+RefinedMesh refined(const Mesh& mesh, double most) {
+  const Surface surface = make_surface(mesh, {.kind = WeldOptions::Kind::none});
+  std::vector<char> keep;
+  for (const Triangle& t : mesh.triangles)
+    keep.push_back(t[0] != t[1] && t[1] != t[2] && t[2] != t[0]);
+  const auto length = [&](int t, const Vector2& from, const Vector2& to) {
+    const Vector2 d = to - from;
+    return (d[0] * (mesh.position(t, 1) - mesh.position(t, 0)) +
+            d[1] * (mesh.position(t, 2) - mesh.position(t, 0)))
+        .norm();
+  };
+  RefinedSurface fine = refine(surface, keep, length, most);
+
+  RefinedMesh result{std::move(fine.surface.mesh), std::move(fine.source), {}};
+  result.places.resize(std::size_t(result.mesh.vertex_count()));
+  result.mesh.uvs = mesh.uvs;
+  for (int t = 0; t < result.mesh.triangle_count(); ++t) {
+    const int source = result.source[t];
+    if (!mesh.textures.empty()) result.mesh.textures.push_back(mesh.textures[source]);
+    Triangle corners{-1, -1, -1};
+    for (int k = 0; k < 3; ++k) {
+      const std::array<float, 6>& c = fine.corners[t];
+      const Vector3 b(1 - double(c[2 * k]) - c[2 * k + 1], c[2 * k], c[2 * k + 1]);
+      result.places[result.mesh.triangles[t][k]] = {source, b};
+      if (!mesh.textured(source)) continue;
+      int corner = 0;
+      if (b.maxCoeff(&corner) == 1) {
+        corners[k] = mesh.corner_uvs[source][corner];
+      } else {
+        corners[k] = int(result.mesh.uvs.size());
+        result.mesh.uvs.push_back(b[0] * mesh.uv(source, 0) + b[1] * mesh.uv(source, 1) +
+                                  b[2] * mesh.uv(source, 2));
+      }
+    }
+    if (mesh.has_uvs()) result.mesh.corner_uvs.push_back(corners);
+  }
+  return result;
+}
+
 }  // namespace mq

@@ -33,4 +33,19 @@ using LineLength = std::function<double(int triangle, const Vector2& from, const
 RefinedSurface refine(const Surface& surface, std::span<const char> keep, const LineLength& length,
                       double most, const Progress& progress = {});
 
+/// A mesh refined, with its texture coordinates.
+struct RefinedMesh {
+  struct Place {
+    int triangle = -1;
+    Vector3 barycentric = Vector3::Zero();
+  };
+  Mesh mesh;
+  std::vector<int> source;    ///< per triangle the one it is a part of
+  std::vector<Place> places;  ///< per vertex where it lies in the mesh that was refined
+};
+
+/// Halves the edges that are longer than `most` in space. Triangles that use a vertex twice, and
+/// vertices of no triangle, are left out.
+RefinedMesh refined(const Mesh& mesh, double most);
+
 }  // namespace mq

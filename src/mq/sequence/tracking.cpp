@@ -33,9 +33,9 @@ constexpr double tangential_share = 1e-2;
 constexpr int prediction_samples = 1000;
 /// Nodes that move less than this part of their spacing have arrived.
 constexpr double arrived = 2e-3;
-/// Of a pair of points that do not find each other: how far apart both ways may end, in mean edges
+/// Of a pair of points that do not find each other: how far apart both ways may end, in reaches
 /// and in the distance itself.
-constexpr double mutual_edges = 2, mutual_part = 0.5;
+constexpr double mutual_reaches = 2, mutual_part = 0.5;
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -98,6 +98,7 @@ struct SurfaceTracker::State {
         space(birth),
         spacing(options.node_spacing * std::sqrt(birth.area)),
         edge(mean_edge_length(birth)),
+        reach(std::max(edge, spacing / 2)),
         graph(birth, spacing) {
     require(colours.size() == 0 || colours.rows() == birth.mesh.vertex_count(),
             fmt::format("{} rows of colours were given for {} vertices", colours.rows(),
@@ -127,6 +128,9 @@ struct SurfaceTracker::State {
   std::vector<double> shares;
   VertexSpace space;
   double spacing, edge;
+  /// How far a surface may be off that a node cannot follow any better: half the way to the next,
+  /// or an edge, as points between vertices are not known.
+  double reach;
   DeformationGraph graph;
   std::unique_ptr<DirectSolver> snap_solver;
   SparseMatrix stiffness;
@@ -151,7 +155,7 @@ std::vector<Match> SurfaceTracker::State::matches(const TrackTarget& target) {
     const int corner = nearest_corner(other, p);
     const Vector3 returned = point_at(mesh, back[corner]);
     const double distance = std::sqrt(p.squared_distance);
-    if ((returned - mesh.positions[v]).norm() > mutual_edges * edge + mutual_part * distance)
+    if ((returned - mesh.positions[v]).norm() > mutual_reaches * reach + mutual_part * distance)
       return;
     all[v] = {int(v), point_at(other, p) - mesh.positions[v], normal, shares[v]};
   });
@@ -165,12 +169,12 @@ std::vector<Match> SurfaceTracker::State::matches(const TrackTarget& target) {
   return all;
 }
 
-/// Welsch's weights exp(−d²/2ν²), ν so many medians of d but no less than half an edge.
+/// Welsch's weights exp(−d²/2ν²), ν so many medians of d but no less than the reach.
 void SurfaceTracker::State::weigh(std::vector<Match>& found, double widths) const {
   std::vector<double> distances;
   for (const Match& m : found)
     if (m.vertex >= 0) distances.push_back(m.move.norm());
-  const double width = std::max(widths * median(distances), 0.5 * edge);
+  const double width = std::max(widths * median(distances), reach);
   for (Match& m : found) m.weight = std::exp(-m.move.squaredNorm() / (2 * width * width));
 }
 
