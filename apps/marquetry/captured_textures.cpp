@@ -78,8 +78,11 @@ void write_captured_textures(Run& run, const EvolvingReader& reader,
     run.result["textures"].push_back(
         {{"frame", numbers[i]}, {"texels", frame.texels}, {"unseen", frame.unseen}});
     const bool light = captured.colors.channels == 0 && holds_light(captured.textures[0].format);
-    output.write(numbers[i], mesh, frame.picture,
-                 light ? FrameTextures::Values::light : FrameTextures::Values::display,
+    output.write({.number = numbers[i],
+                  .mesh = mesh,
+                  .inside = frame.inside,
+                  .pixels = frame.picture,
+                  .values = light ? FrameTextures::Values::light : FrameTextures::Values::display},
                  options.number("rate"));
   }
   output.finish();

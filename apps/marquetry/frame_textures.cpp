@@ -9,6 +9,7 @@
 #include "mq/image/colour.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
+#include "mq/sequence/gutter.h"
 #include "outputs.h"
 
 namespace mq::app {
@@ -60,24 +61,27 @@ std::vector<fs::path> FrameTextures::paths(const std::vector<int>& numbers) cons
   return paths;
 }
 
-void FrameTextures::write(int number, const Mesh& mesh, const Image<float>& pixels, Values values,
-                          double rate) {
+void FrameTextures::write(const Frame& frame, double rate) {
   if (is_video()) {
+    Image<float> pixels = as_texture(frame.pixels, frame.values, "", output_).pixels;
     if (!video_)
       video_ = std::make_unique<VideoWriter>(output_, pixels.width(), pixels.height(),
                                              VideoOptions{.rate = rate});
-    video_->write(as_texture(pixels, values, "", output_).pixels);
+    else
+      hold_gutter(frame.inside, seen_margin, shown_, pixels);
+    video_->write(pixels);
+    shown_ = std::move(pixels);
     return;
   }
-  const fs::path path = frame_name(output_, number);
+  const fs::path path = frame_name(output_, frame.number);
   if (!names_model(output_)) {
-    write_texture(path, as_texture(pixels, values, "", path));
+    write_texture(path, as_texture(frame.pixels, frame.values, "", path));
     return;
   }
   const fs::path picture = picture_of(path);
   Model model;
-  model.mesh = mesh;
-  model.textures = {as_texture(pixels, values, picture.filename().string(), picture)};
+  model.mesh = frame.mesh;
+  model.textures = {as_texture(frame.pixels, frame.values, picture.filename().string(), picture)};
   write_model(path, model);
 }
 

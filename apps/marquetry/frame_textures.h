@@ -29,8 +29,16 @@ class FrameTextures {
   /// display values.
   enum class Values { display, light };
 
-  /// The next frame. `mesh` is only of interest where models are written.
-  void write(int number, const Mesh& mesh, const Image<float>& pixels, Values values, double rate);
+  struct Frame {
+    int number = 0;
+    const Mesh& mesh;           ///< of interest where models are written
+    const Image<char>& inside;  ///< texels of charts; in a video others keep what they showed
+    const Image<float>& pixels;
+    Values values = Values::display;
+  };
+
+  /// The next frame; `rate` is that of a video.
+  void write(const Frame& frame, double rate);
 
   /// After the last.
   void finish();
@@ -38,6 +46,7 @@ class FrameTextures {
  private:
   std::string output_;
   std::unique_ptr<VideoWriter> video_;
+  Image<float> shown_;  ///< the frame before, of a video
 };
 
 /// Adds --rate.

@@ -164,9 +164,9 @@ void add_evolving_atlas_options(OptionTable& table) {
                      "AZIMUTH,ELEVATION in degrees"});
 }
 
-void unwrap_store(Run& run, const fs::path& input, const fs::path& output, double share) {
+void unwrap_store(Run& run, const EvolvingReader& reader, const fs::path& output, double share) {
   const OptionValues& options = run.options();
-  const EvolvingReader reader(input);
+  const fs::path input = reader.manifest();
   EvolvingMesh evolving;
   {
     const Step step(run, "read", 0.05 * share);
@@ -220,7 +220,7 @@ Exit unwrap_evolving(Run& run) {
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
   run.input = {{"frames", reader.frames().size()}, {"segments", reader.segments().size()}};
   if (run.dry_run()) return Exit::done;
-  unwrap_store(run, input, output, 1);
+  unwrap_store(run, reader, output, 1);
   say_written(run, store_paths(options));
   return Exit::done;
 }

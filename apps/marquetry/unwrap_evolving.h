@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "mq/io/evolving_file.h"
 #include "run.h"
 #include "verb.h"
 
@@ -19,9 +20,9 @@ void add_atlas_options(OptionTable& table);
 /// Adds --coherence, --renew, --picture and --view, which only evolving meshes have.
 void add_evolving_atlas_options(OptionTable& table);
 
-/// Gives the store `input` an atlas, as `output`, which may be the same; adds to the result, and to
-/// each of its frames where there are any.
-void unwrap_store(Run& run, const std::filesystem::path& input, const std::filesystem::path& output,
+/// Gives a store an atlas, as `output`, which may be the same; adds to the result, and to each of its
+/// frames where there are any.
+void unwrap_store(Run& run, const EvolvingReader& reader, const std::filesystem::path& output,
                   double share);
 
 /// All files that are written.

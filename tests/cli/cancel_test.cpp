@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "cli/models.h"
+#include "mq/io/evolving_file.h"
+#include "mq/io/image_file.h"
+#include "sequence/evolving_models.h"
 
 namespace mq::test {
 namespace {
@@ -26,13 +29,74 @@ TEST(Cancelling, EndsAtOnceWhenAskedAgain) {
   write_strip(folder, 2000, 1500);
   const auto before = folder.names();
   // No factorisation looks up; this one takes longer than the test.
-  const Result result =
-      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "0", "--solver", "direct"},
-                {.interrupt_at = {"analysis", "press Ctrl-C again"}});
+  const Result result = marquetry(
+      folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "0", "--solver", "direct"},
+      {.interrupt_at = {"analysis", "press Ctrl-C again"}});
   EXPECT_EQ(result.status, 130) << result.error;
   EXPECT_THAT(result.error, testing::HasSubstr("finishing the analysis; press Ctrl-C again"));
   EXPECT_THAT(result.error, testing::HasSubstr("stopped at once"));
   EXPECT_EQ(folder.names(), before);
+}
+
+/// A run that is stopped once it speaks of its progress, and leaves nothing but folders behind.
+void expect_stopped(const Folder& folder, std::vector<std::string> words) {
+  const auto before = folder.names();
+  words.insert(words.end(), {"--threads", "1"});
+  const Result result = marquetry(folder, words, {.interrupt_at = {"%"}});
+  EXPECT_EQ(result.status, 130) << words[0] << ": " << result.error;
+  EXPECT_THAT(result.error, testing::HasSubstr("cancelled"));
+  for (const std::string& name : folder.names())
+    EXPECT_TRUE(std::filesystem::is_directory(folder / name) || std::ranges::count(before, name))
+        << words[0] << ": " << name;
+}
+
+TEST(Cancelling, StopsUnwrappingOfEvolvingMeshes) {
+  const Folder folder;
+  write_evolving(folder / "sheet.evolving", patched_sheet(60, 12, 5), store_step(60));
+  expect_stopped(folder, {"unwrap", "sheet.evolving", "-o", "atlas.evolving", "--size", "2048",
+                          "--trials", "100000"});
+}
+
+TEST(Cancelling, StopsTextureVideosAndTheirFilters) {
+  const Folder folder;
+  write_evolving(folder / "sheet.evolving", patched_sheet(10, 8, 5), store_step(10));
+  ASSERT_EQ(marquetry(folder, {"unwrap", "sheet.evolving", "-o", "atlas.evolving", "--size", "64",
+                               "--trials", "2"})
+                .status,
+            0);
+  ASSERT_EQ(marquetry(folder, {"sample", "bending", "-o", "captured/f_%02d.ply", "--frames", "0-23",
+                               "--triangles", "600"})
+                .status,
+            0);
+  expect_stopped(folder, {"export", "atlas.evolving", "-o", "film.mkv", "--from",
+                          "captured/f_%02d.ply", "--size", "1024", "--samples", "4"});
+  for (int f = 0; f < 24; ++f)
+    write_image(folder / ("t_" + std::to_string(f) + ".png"), busy_picture(512, 512));
+  for (const char* method : {"mean", "poisson"})
+    expect_stopped(folder,
+                   {"relight", "atlas.evolving", "t_%d.png", "-o", "lit.mkv", "--method", method});
+}
+
+/// What was followed until then is a store that --resume goes on with.
+TEST(Cancelling, KeepsWhatEvolveHasFollowed) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "merging", "-o", "balls/", "--triangles", "4000",
+                               "--frames", "0-7"})
+                .status,
+            0);
+  const std::vector<std::string> words = {"evolve", "balls",    "-o", "balls.evolving", "--size",
+                                          "128",    "--trials", "2",  "--resume"};
+  std::vector<std::string> one_thread = words;
+  one_thread.insert(one_thread.end(), {"--threads", "1"});
+  const Result result = marquetry(folder, one_thread, {.interrupt_at = {"%"}});
+  EXPECT_EQ(result.status, 130) << result.error;
+  if (std::filesystem::exists(folder / "balls.evolving")) {
+    EXPECT_EQ(EvolvingReader(folder / "balls.evolving").broken(), "");
+  }
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  const EvolvingMesh evolving = EvolvingReader(folder / "balls.evolving").read();
+  EXPECT_EQ(evolving.frames.size(), 8U);
+  for (const EvolvingSegment& segment : evolving.segments) EXPECT_FALSE(segment.uvs.empty());
 }
 
 }  // namespace

@@ -119,6 +119,21 @@ TEST(Unwrap, GivesAnEvolvingMeshOneAtlas) {
   EXPECT_EQ(marquetry(folder, {"check", "frame_0003.obj"}).status, 0);
 }
 
+TEST(Unwrap, ForgetsWhereItIsToldTo) {
+  const Folder folder;
+  write_evolving(folder / "sheet.evolving", patched_sheet(6, 3, 5), store_step(6));
+  const auto lifespan = [&](const char* when) {
+    const Result result =
+        marquetry(folder, {"unwrap", "sheet.evolving", "-o", "atlas.evolving", "--size", "64",
+                           "--trials", "1", "--renew", when, "--json", "--overwrite"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.json()["result"]["lifespan"].get<double>();
+  };
+  EXPECT_DOUBLE_EQ(lifespan("frames"), 1);
+  EXPECT_DOUBLE_EQ(lifespan("segments"), 3);
+  EXPECT_GT(lifespan("never"), 3);
+}
+
 TEST(Unwrap, LeavesAStoreAloneWhereItCannot) {
   const Folder folder;
   write_evolving(folder / "sheet.evolving", patched_sheet(6, 2, 5), store_step(10));

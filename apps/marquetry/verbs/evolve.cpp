@@ -20,7 +20,7 @@ Exit evolve(Run& run) {
   if (run.dry_run()) return Exit::done;
   run.result = measured;
   const std::filesystem::path output = options.text("output");
-  unwrap_store(run, output, output, 1 - tracking_share);
+  unwrap_store(run, EvolvingReader(output), output, 1 - tracking_share);
   say_written(run, store_paths(options));
   return Exit::done;
 }

@@ -151,10 +151,13 @@ class Film {
     Signal truth;
     if (run_.options().has("truth")) truth = space.gather(std::vector{read("truth", i).pixels});
     measures_.add(frame, was, is, truth.size() > 0 ? &truth : nullptr);
-    spread_outside(space.texels(), pixels[0]);
-    output_.write(numbers_[i], open.atlas->surface().mesh, pixels[0],
-                  holds_light(open.texture.format) ? FrameTextures::Values::light
-                                                   : FrameTextures::Values::display,
+    const Image<char> inside = spread_outside(space.texels(), pixels[0]);
+    output_.write({.number = numbers_[i],
+                   .mesh = open.atlas->surface().mesh,
+                   .inside = inside,
+                   .pixels = pixels[0],
+                   .values = holds_light(open.texture.format) ? FrameTextures::Values::light
+                                                              : FrameTextures::Values::display},
                   run_.options().number("rate"));
     open_.erase(i);
   }
@@ -188,11 +191,12 @@ class Film {
     return texture;
   }
 
-  /// Texels outside charts get the values of the nearest ones inside.
-  static void spread_outside(const Texels& texels, Image<float>& pixels) {
+  /// Gives texels outside charts the values of the nearest ones inside, which it returns.
+  static Image<char> spread_outside(const Texels& texels, Image<float>& pixels) {
     Image<char> known(pixels.width(), pixels.height(), 1);
     for (const Texels::Place& place : texels.places) known(place.x, place.y) = 1;
     spread(known, std::numeric_limits<double>::infinity(), pixels);
+    return known;
   }
 
   Run& run_;

@@ -11,9 +11,9 @@
 #include <unordered_map>
 
 #include "mq/base/parallel.h"
-#include "mq/base/stopwatch.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sequence/flat_charts.h"
+#include "mq/sequence/laps.h"
 
 namespace mq {
 namespace {
@@ -257,13 +257,7 @@ std::vector<int> write_chart(const LifespanChart& chart, const Unrolled& unrolle
 LifespanAtlas lay_out(EvolvingMesh& evolving, const LifespanAtlasOptions& options,
                       const Progress& progress) {
   LifespanAtlas atlas;
-  Stopwatch watch;
-  double before = 0;
-  const auto lap = [&](const char* step) {
-    const double now = watch.seconds();
-    atlas.seconds.push_back({step, now - before});
-    before = now;
-  };
+  Laps lap(atlas.seconds);
   const EvolvingMesh unit = on_unit_grid(evolving);
   const std::vector<Period>& periods = atlas.periods = periods_of(unit);
   const NeighbourGraph graph = neighbour_graph(unit, progress.step("neighbours", 0.05));

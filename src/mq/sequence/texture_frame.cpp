@@ -74,6 +74,7 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
     }
   progress.at(0.95);
   spread(known, std::numeric_limits<double>::infinity(), frame.picture);
+  frame.inside = std::move(inside);
   return frame;
 }
 

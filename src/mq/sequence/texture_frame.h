@@ -21,6 +21,7 @@ struct TextureFrameOptions {
 
 struct TextureFrame {
   Image<float> picture;     ///< red, green and blue
+  Image<char> inside;       ///< 1: a texel of a chart
   std::int64_t texels = 0;  ///< of charts: those whose square a triangle touches
   std::int64_t unseen = 0;  ///< of these: nothing was captured near enough, facing alike
 };

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "mq/base/error.h"
-#include "mq/base/stopwatch.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sequence/chart_surface.h"
 #include "mq/sequence/flat_charts.h"
+#include "mq/sequence/laps.h"
 
 namespace mq {
 namespace {
@@ -68,13 +68,7 @@ Unwrapped unwrap(const Surface& given, const UnwrapOptions& options, const Progr
           fmt::format("the bound on stretch: found {}, wanted more than 1", options.stretch));
   const Surface surface = normalised(given);
   Unwrapped unwrapped;
-  Stopwatch watch;
-  double before = 0;
-  const auto lap = [&](const char* step) {
-    const double now = watch.seconds();
-    unwrapped.figures.seconds.push_back({step, now - before});
-    before = now;
-  };
+  Laps lap(unwrapped.figures.seconds);
   const ChartHistory history =
       find_charts(surface, {.stretch = options.stretch}, progress.step("charts", 0.4));
   lap("charts");

@@ -1,0 +1,36 @@
+// Charts in space and time of long sequences: a waving sheet, three discs of which are replaced
+// after every third frame.
+#include <benchmark/benchmark.h>
+#include <sys/resource.h>
+
+#include "mq/sequence/lifespan_charts.h"
+#include "mq/sequence/neighbour_graph.h"
+#include "sequence/evolving_models.h"
+
+namespace mq {
+namespace {
+
+/// Squares a side, frames.
+void charts(benchmark::State& state) {
+  const EvolvingMesh evolving = patched_sheet(int(state.range(0)), int(state.range(1)) / 3, 5);
+  for (auto _ : state) {
+    const NeighbourGraph graph = neighbour_graph(evolving);
+    const LifespanCharts found = find_lifespan_charts(graph);
+    state.counters["triangles"] = 2 * double(state.range(0) * state.range(0));
+    state.counters["frames"] = double(evolving.frames.size());
+    state.counters["chains"] = double(graph.chains.size());
+    state.counters["first"] = found.first_charts;
+    state.counters["charts"] = double(found.charts.size());
+    state.counters["edits"] = double(found.edits);
+  }
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  state.counters["peak_MB"] = double(usage.ru_maxrss) / 1e3;
+}
+
+BENCHMARK(charts)->Args({45, 90})->Args({141, 300})->Unit(benchmark::kSecond)->Iterations(1);
+
+}  // namespace
+}  // namespace mq
+
+BENCHMARK_MAIN();
