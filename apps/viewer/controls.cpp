@@ -69,14 +69,23 @@ bool edit_length(OptionValues& values, const Option& option) {
   const bool percent = length.unit == Length::Unit::percent,
              model = length.unit == Length::Unit::model;
   auto value = float(length.value);
-  const float least = percent ? 0.01F : model ? value / 20 : 0.25F,
-              most = percent ? 50.F : model ? value * 20 : 400.F;
+  const float least = percent ? 0.01F
+                      : model ? value / 20
+                              : 0.25F,
+              most = percent ? 50.F
+                     : model ? value * 20
+                             : 400.F;
   const bool changed = ImGui::SliderFloat(option.name.c_str(), &value, least, most,
-                                          percent ? "%.3g %%" : model ? "%.3g" : "%.3g tx",
+                                          percent ? "%.3g %%"
+                                          : model ? "%.3g"
+                                                  : "%.3g tx",
                                           ImGuiSliderFlags_Logarithmic);
   explain(option);
-  return changed &&
-         take(values, option.name, fmt::format("{:.3g}{}", value, percent ? "%" : model ? "" : "tx"));
+  return changed && take(values, option.name,
+                         fmt::format("{:.3g}{}", value,
+                                     percent ? "%"
+                                     : model ? ""
+                                             : "tx"));
 }
 
 bool edit_choice(OptionValues& values, const Option& option) {

@@ -1,5 +1,5 @@
-// The equation is linear in β − 1 = (beta − 1)·mask. What is solved for is therefore β − 1 = mask, and
-// what is shown, ψ + (beta − 1)·δ, follows the slider of beta at once.
+// The equation is linear in β − 1 = (beta − 1)·mask. What is solved for is therefore β − 1 = mask,
+// and what is shown, ψ + (beta − 1)·δ, follows the slider of beta at once.
 //
 // The mask is held in 65535ths, which a picture of 16 bits keeps: a saved mask is the painted one.
 #include "filter_tool.h"
@@ -38,10 +38,11 @@ constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
 
 FilterTool::FilterTool(Session& session)
     : session_(session), options_(options_for("filter", session)) {
-  require(session.before != nullptr,
-          session.scene.model.path.string() +
-              ": has no textures, and the tool filter paints on textures; 'marquetry filter' works on "
-              "colours at vertices too");
+  require(
+      session.before != nullptr,
+      session.scene.model.path.string() +
+          ": has no textures, and the tool filter paints on textures; 'marquetry filter' works on "
+          "colours at vertices too");
   app::require_usable(app::scene_defects(session.scene), session.scene.model.path.string());
   options_.set("beta", {"3"});
   options_.set("output", {"filtered.png"});
@@ -64,7 +65,8 @@ void FilterTool::panel() {
   } else {
     changed |= edit(options_, "alpha");
     if (ImGui::SmallButton("as a length")) {
-      set("length", fmt::format("{:.3g}tx", std::sqrt(options_.number("alpha") * area_) / texel_spacing_));
+      set("length",
+          fmt::format("{:.3g}tx", std::sqrt(options_.number("alpha") * area_) / texel_spacing_));
       changed = true;
     }
   }
@@ -116,7 +118,8 @@ void FilterTool::panel() {
       ImGui::SetClipboardText(line.c_str());
       session_.say(line);
     });
-  ImGui::Text("%lld texels painted%s", static_cast<long long>(painted_), settled_ ? "" : ", solving");
+  ImGui::Text("%lld texels painted%s", static_cast<long long>(painted_),
+              settled_ ? "" : ", solving");
 }
 
 void FilterTool::press(const Pick& pick) {
@@ -170,7 +173,8 @@ void FilterTool::dab(const Vector3& place) {
     }
   });
   std::vector<int> unknowns;
-  for (const std::vector<int>& some : near) unknowns.insert(unknowns.end(), some.begin(), some.end());
+  for (const std::vector<int>& some : near)
+    unknowns.insert(unknowns.end(), some.begin(), some.end());
   std::vector<Vector3> places;
   std::vector<double> values;
   for (const int k : unknowns) {
@@ -197,7 +201,8 @@ void FilterTool::fill(std::uint16_t value) {
 }
 
 /// Part of a stroke.
-void FilterTool::change(const std::vector<int>& unknowns, const std::vector<std::uint16_t>& values) {
+void FilterTool::change(const std::vector<int>& unknowns,
+                        const std::vector<std::uint16_t>& values) {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     std::uint16_t& mask = mask_[std::size_t(unknowns[i])];
@@ -252,11 +257,13 @@ void FilterTool::redo() {
 /// One mask has one beta, so a picture sharpens or smooths.
 void FilterTool::choose(Brush brush) {
   const double beta = options_.number("beta");
-  const bool other_way = (brush == Brush::sharpen && beta < 1) || (brush == Brush::smooth && beta > 1);
+  const bool other_way =
+      (brush == Brush::sharpen && beta < 1) || (brush == Brush::smooth && beta > 1);
   require(!other_way || nothing_painted(),
-          fmt::format("what is painted {} (beta is {:g}), and one mask goes one way: change beta, or save "
-                      "the texture and open it for the other",
-                      beta > 1 ? "sharpens" : "smooths", beta));
+          fmt::format(
+              "what is painted {} (beta is {:g}), and one mask goes one way: change beta, or save "
+              "the texture and open it for the other",
+              beta > 1 ? "sharpens" : "smooths", beta));
   brush_ = brush;
   if (other_way) set("beta", brush == Brush::sharpen ? "3" : "0");
 }
@@ -299,14 +306,17 @@ bool FilterTool::command(const std::vector<std::string>& words) {
   } else if (what == "brush") {
     require(words[1] == "sharpen" || words[1] == "smooth" || words[1] == "erase",
             fmt::format("found '{}', wanted sharpen, smooth or erase", words[1]));
-    choose(words[1] == "sharpen" ? Brush::sharpen : words[1] == "smooth" ? Brush::smooth : Brush::erase);
+    choose(words[1] == "sharpen"  ? Brush::sharpen
+           : words[1] == "smooth" ? Brush::smooth
+                                  : Brush::erase);
   } else if (what == "size") {
     const Length size = parse_length(words[1]);
     require(size.value > 0, fmt::format("found '{}', wanted a length above 0", words[1]));
     size_ = size;
   } else if (what == "strength") {
     const double strength = numbers(words[1], 1)[0];
-    require(strength > 0 && strength <= 1, fmt::format("found '{}', wanted above 0, at most 1", words[1]));
+    require(strength > 0 && strength <= 1,
+            fmt::format("found '{}', wanted above 0, at most 1", words[1]));
     strength_ = strength;
   } else if (what == "stroke") {
     std::vector<Vector3> places;
@@ -364,8 +374,9 @@ void FilterTool::save_mask(const std::string& path) {
   const app::Outputs outputs(path, session_.scene.model, app::Outputs::Kind::pictures);
   for (const auto& file : outputs.paths()) {
     const std::string extension = file.extension().string();
-    require(extension == ".png" || extension == ".tif" || extension == ".tiff",
-            fmt::format("{}: a mask wants 16 bits and no loss: name a .png or a .tif", file.string()));
+    require(
+        extension == ".png" || extension == ".tif" || extension == ".tiff",
+        fmt::format("{}: a mask wants 16 bits and no loss: name a .png or a .tif", file.string()));
   }
   session_.run.will_write(outputs.paths(), outputs.folder());
   std::vector<std::string> names;
@@ -380,9 +391,11 @@ void FilterTool::save_mask(const std::string& path) {
 
 std::string FilterTool::as_command() {
   const bool whole = painted_ == std::ssize(mask_);
-  const bool everywhere = whole && std::ranges::all_of(mask_, [](std::uint16_t m) { return m == full; });
-  require(everywhere || !saved_mask_.empty(),
-          "the command names the mask's file, and the mask is not saved as it is now: save it first");
+  const bool everywhere =
+      whole && std::ranges::all_of(mask_, [](std::uint16_t m) { return m == full; });
+  require(
+      everywhere || !saved_mask_.empty(),
+      "the command names the mask's file, and the mask is not saved as it is now: save it first");
   if (!everywhere) return app::command_line(options_);
   OptionValues without = options_for("filter", session_);
   for (const char* kept : {"beta", "output", "alpha", "length"})
@@ -409,8 +422,7 @@ void FilterTool::frame() {
     stopped_ = true;
     throw SolverError(error);
   }
-  if (has_work())
-    background_.start([this](const Progress& progress) { work(progress); });
+  if (has_work()) background_.start([this](const Progress& progress) { work(progress); });
 }
 
 void FilterTool::stop() {
@@ -421,7 +433,11 @@ void FilterTool::stop() {
 nlohmann::ordered_json FilterTool::report() const {
   nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
   for (const Timing& t : timings_)
-    strokes.push_back({{"texels", t.texels}, {"update", t.update}, {"solve", t.solve}, {"cycles", t.cycles}, {"show", t.show}});
+    strokes.push_back({{"texels", t.texels},
+                       {"update", t.update},
+                       {"solve", t.solve},
+                       {"cycles", t.cycles},
+                       {"show", t.show}});
   return {{"name", name()},
           {"unknowns", mask_.size()},
           {"painted", painted_},
@@ -567,7 +583,8 @@ void FilterTool::follow(const Wanted& wanted) {
 
 void FilterTool::show(Extent extent) {
   const Signal& now = live_->signal();
-  const bool nothing = settled_ && std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; });
+  const bool nothing =
+      settled_ && std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; });
   const auto value = [&](std::int64_t k, int c) {
     const double was = before_(k, c);
     return nothing ? was : was + gain_ * (now(k, c) - was);

@@ -1,6 +1,6 @@
 #pragma once
-/// Sharpening and smoothing by a brush (thesis 5.9.1): where it painted, and how strongly, is a mask,
-/// and the texture is what `marquetry filter --mask` makes of it.
+/// Sharpening and smoothing by a brush (thesis 5.9.1): where it painted, and how strongly, is a
+/// mask, and the texture is what `marquetry filter --mask` makes of it.
 
 #include <array>
 #include <atomic>
@@ -47,8 +47,8 @@ class FilterTool : public Tool {
 
   /// What the window wants of the work behind it.
   struct Wanted {
-    double weight = 0;  ///< of the equation
-    double gain = 0;    ///< beta − 1
+    double weight = 0;                                ///< of the equation
+    double gain = 0;                                  ///< beta − 1
     std::vector<std::pair<int, std::uint16_t>> mask;  ///< changes, in order
   };
 
@@ -100,12 +100,13 @@ class FilterTool : public Tool {
   Stroke stroke_;
   std::optional<Vector3> last_dab_;
   std::vector<Stroke> undo_, redo_;
-  std::string saved_mask_, saved_texture_;  ///< where the mask was saved as it is now; empty: nowhere
+  std::string saved_mask_,
+      saved_texture_;  ///< where the mask was saved as it is now; empty: nowhere
   std::array<char, 256> mask_name_{"mask.png"}, texture_name_{"filtered.png"};
 
   std::atomic<bool> ready_ = false, settled_ = false, stopped_ = false;
   std::atomic<bool> brushing_ = false;  ///< the button is down: what is far from the brush can wait
-  std::atomic<bool> hurry_ = false;  ///< something new is wanted while the whole is being solved
+  std::atomic<bool> hurry_ = false;     ///< something new is wanted while the whole is being solved
   mutable std::mutex mutex_;
   Wanted wanted_;  ///< guarded
   std::vector<Timing> timings_;
@@ -118,7 +119,7 @@ class FilterTool : public Tool {
   std::optional<LiveModulation> live_;  ///< of β = 1 + mask
   std::vector<std::uint16_t> followed_;
   double weight_ = 0, gain_ = 0;
-  std::string to_save_;  ///< guarded; a texture, once all is solved
+  std::string to_save_;    ///< guarded; a texture, once all is solved
   Background background_;  ///< last: it ends before what it works on
 };
 

@@ -58,9 +58,10 @@ class GeodesicTool : public VerbTool {
       domain_ = std::make_unique<app::TexelDomain>(run, session_.scene, TexelSpaceOptions{},
                                                    progress.step("assemble", 0.3),
                                                    app::TexelDomain::SharedTexels::one_for_each);
-    const SolverFactory solver = domain_->space().size() > 30'000 && options.text("solver") != "direct"
-                                     ? domain_->multigrid({.tolerance = options.number("tolerance")})
-                                     : direct_solver();
+    const SolverFactory solver =
+        domain_->space().size() > 30'000 && options.text("solver") != "direct"
+            ? domain_->multigrid({.tolerance = options.number("tolerance")})
+            : direct_solver();
     geodesic_.emplace(domain_->space(), solver, GeodesicOptions{.time = options.number("time")},
                       progress.step("prepare", 0.4));
     geodesic_->set_places(domain_->places());

@@ -65,7 +65,8 @@ const Shader& line_shader() {
 
 Shader::Shader(const std::string& vertex, const std::string& fragment)
     : program_(glCreateProgram()) {
-  const GLuint parts[] = {compiled(GL_VERTEX_SHADER, vertex), compiled(GL_FRAGMENT_SHADER, fragment)};
+  const GLuint parts[] = {compiled(GL_VERTEX_SHADER, vertex),
+                          compiled(GL_FRAGMENT_SHADER, fragment)};
   for (const GLuint part : parts) glAttachShader(program_, part);
   glLinkProgram(program_);
   for (const GLuint part : parts) glDeleteShader(part);
@@ -85,8 +86,8 @@ void VertexArray::attribute(int index, const Buffer& buffer, const Layout& layou
   glBindBuffer(GL_ARRAY_BUFFER, buffer.id());
   glEnableVertexAttribArray(GLuint(index));
   glVertexAttribPointer(GLuint(index), layout.size, layout.type,
-                        layout.type == GL_UNSIGNED_BYTE ? GL_TRUE : GL_FALSE, GLsizei(layout.stride),
-                        reinterpret_cast<const void*>(layout.offset));
+                        layout.type == GL_UNSIGNED_BYTE ? GL_TRUE : GL_FALSE,
+                        GLsizei(layout.stride), reinterpret_cast<const void*>(layout.offset));
   glVertexAttribDivisor(GLuint(index), GLuint(layout.divisor));
 }
 
@@ -123,9 +124,9 @@ void Picture::show(const Image<float>& rgb) {
   for (int y = 0; y < rgb.height(); ++y)
     for (int x = 0; x < rgb.width(); ++x)
       for (int c = 0; c < 4; ++c)
-        bytes.push_back(c >= rgb.channels() ? 255
-                                            : std::uint8_t(std::lround(
-                                                  std::clamp(rgb(x, y, c), 0.F, 1.F) * 255)));
+        bytes.push_back(c >= rgb.channels()
+                            ? 255
+                            : std::uint8_t(std::lround(std::clamp(rgb(x, y, c), 0.F, 1.F) * 255)));
   allocate(rgb.width(), rgb.height(), Kind::bytes);
   put(0, 0, rgb.width(), rgb.height(), bytes.data(), rgb.width());
 }

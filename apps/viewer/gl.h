@@ -26,7 +26,9 @@ class Shader {
   void use() const { glUseProgram(program_); }
   void set(const char* name, int value) const { glUniform1i(at(name), value); }
   void set(const char* name, float value) const { glUniform1f(at(name), value); }
-  void set(const char* name, const Eigen::Vector2f& v) const { glUniform2f(at(name), v.x(), v.y()); }
+  void set(const char* name, const Eigen::Vector2f& v) const {
+    glUniform2f(at(name), v.x(), v.y());
+  }
   void set(const char* name, const Eigen::Vector3f& v) const {
     glUniform3f(at(name), v.x(), v.y(), v.z());
   }
@@ -70,7 +72,7 @@ class VertexArray {
 
   void bind() const { glBindVertexArray(id_); }
   struct Layout {
-    int size;       ///< components
+    int size;  ///< components
     GLenum type;
     std::size_t stride, offset;  ///< bytes
     int divisor = 0;             ///< 1: one per instance

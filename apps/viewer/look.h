@@ -28,13 +28,12 @@ struct Look {
   int channel = 0;      ///< of numbers
   FalseColour scale = {};
   bool automatic_scale = true;  ///< from the smallest to the largest value
-  double wipe = -1;             ///< before on the left of this fraction of the pane; < 0: after alone
+  double wipe = -1;  ///< before on the left of this fraction of the pane; < 0: after alone
 };
 
 inline const std::vector<std::string> paint_names = {
-    "texture", "clay",           "charts",  "stretch",        "density",
-    "numbers", "vertex-colours", "normals", "tangent-normals",
-    "lifespans"};
+    "texture", "clay",           "charts",  "stretch",         "density",
+    "numbers", "vertex-colours", "normals", "tangent-normals", "lifespans"};
 
 inline bool shows_numbers(const Look& look) {
   using enum Look::Paint;

@@ -1,8 +1,8 @@
 // marquetry-view MESH [TEXTURE...]: what `marquetry view` becomes.
 #include <imgui.h>
 
-#include <algorithm>
 #include <backends/imgui_impl_opengl3.h>
+#include <algorithm>
 #include <optional>
 
 #include "arguments.h"
@@ -45,10 +45,12 @@ app::Exit view(app::Run& run) {
   std::optional<Script> script;
   if (options.given("script")) script.emplace(options.text("script"));
   const bool alone = script || options.given("screenshot");
-  require(script || !options.flag("in-window"), "--in-window shows a script's session: give --script too");
+  require(script || !options.flag("in-window"),
+          "--in-window shows a script's session: give --script too");
   std::unique_ptr<Sequence> sequence;
   if (names_sequence(options.text("mesh"))) sequence = open_sequence(run);
-  app::Scene scene = sequence ? sequence->scene(0) : app::read_scene(run, app::MissingPictures::assume, 1);
+  app::Scene scene =
+      sequence ? sequence->scene(0) : app::read_scene(run, app::MissingPictures::assume, 1);
   run.warn(app::scene_defects(scene));
   if (options.given("screenshot")) run.will_write({options.text("screenshot")});
   if (run.dry_run()) return app::Exit::done;

@@ -29,10 +29,10 @@ EGLDisplay first_display() {
 }
 
 [[noreturn]] void refuse(const std::string& what) {
-  throw Unsupported(fmt::format(
-      "there is no OpenGL 3.3 without a screen ({}): install Mesa's drivers (libegl1, "
-      "libgl1-mesa-dri)",
-      what));
+  throw Unsupported(
+      fmt::format("there is no OpenGL 3.3 without a screen ({}): install Mesa's drivers (libegl1, "
+                  "libgl1-mesa-dri)",
+                  what));
 }
 
 class Offscreen : public Display {
@@ -46,12 +46,15 @@ class Offscreen : public Display {
     EGLConfig config = nullptr;
     EGLint count = 0;
     eglChooseConfig(display_, wanted, &config, 1, &count);
-    const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION, 3,
-                              EGL_CONTEXT_MINOR_VERSION, 3,
+    const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION,
+                              3,
+                              EGL_CONTEXT_MINOR_VERSION,
+                              3,
                               EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                              EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
-    context_ = count > 0 ? eglCreateContext(display_, config, EGL_NO_CONTEXT, version)
-                         : EGL_NO_CONTEXT;
+                              EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                              EGL_NONE};
+    context_ =
+        count > 0 ? eglCreateContext(display_, config, EGL_NO_CONTEXT, version) : EGL_NO_CONTEXT;
     if (context_ == EGL_NO_CONTEXT ||
         !eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
       eglTerminate(display_);

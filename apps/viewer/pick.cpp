@@ -50,8 +50,8 @@ Pick pick_in_atlas(const app::Scene& scene, const TextureSet* textures, int text
     if (std::min({a.x, b.x, c.x}) > at.x || std::max({a.x, b.x, c.x}) < at.x ||
         std::min({a.y, b.y, c.y}) > at.y || std::max({a.y, b.y, c.y}) < at.y)
       continue;
-    const Int128 area = orientation(a, b, c), parts[] = {orientation(b, c, at), orientation(c, a, at),
-                                                        orientation(a, b, at)};
+    const Int128 area = orientation(a, b, c),
+                 parts[] = {orientation(b, c, at), orientation(c, a, at), orientation(a, b, at)};
     if (area == 0) continue;
     const auto outside = [&](const Int128& part) { return sign(part) * sign(area) < 0; };
     if (outside(parts[0]) || outside(parts[1]) || outside(parts[2])) continue;
@@ -70,9 +70,9 @@ Pick pick_in_atlas(const app::Scene& scene, const TextureSet* textures, int text
 
 std::string in_words(const Pick& pick) {
   if (!pick) return "";
-  std::string text = fmt::format("face {}  bary {:.3f} {:.3f} {:.3f}  at {:.4g}, {:.4g}, {:.4g}", pick.triangle,
-                                 pick.barycentric[0], pick.barycentric[1], pick.barycentric[2],
-                                 pick.point[0], pick.point[1], pick.point[2]);
+  std::string text = fmt::format("face {}  bary {:.3f} {:.3f} {:.3f}  at {:.4g}, {:.4g}, {:.4g}",
+                                 pick.triangle, pick.barycentric[0], pick.barycentric[1],
+                                 pick.barycentric[2], pick.point[0], pick.point[1], pick.point[2]);
   if (pick.chart < 0) return text + "  no texture here";
   text += fmt::format("  chart {}  texel{} {}, {}", pick.chart,
                       pick.texture > 0 ? std::to_string(pick.texture) : "", pick.x, pick.y);

@@ -13,10 +13,10 @@
 namespace mq::view {
 
 struct Pick {
-  int triangle = -1;                        ///< -1: nothing
-  Vector3 barycentric = Vector3::Zero();    ///< weights of its corners
-  Vector3 point = Vector3::Zero();          ///< on the surface, model units
-  int chart = -1;                           ///< -1: the triangle has none, nor what follows
+  int triangle = -1;                      ///< -1: nothing
+  Vector3 barycentric = Vector3::Zero();  ///< weights of its corners
+  Vector3 point = Vector3::Zero();        ///< on the surface, model units
+  int chart = -1;                         ///< -1: the triangle has none, nor what follows
   int texture = -1;
   double column = 0, row = 0;  ///< in texels, the centre of texel (i, j) at (i, j)
   int x = 0, y = 0;            ///< the texel nearest

@@ -98,7 +98,8 @@ void check(const std::vector<std::string>& words) {
             fmt::format("'{}' has {} words after it, wanted: {}", words[0], count, command.use));
     return;
   }
-  throw InvalidInput(fmt::format("there is no command '{}'{}", words[0], did_you_mean(words[0], names)));
+  throw InvalidInput(
+      fmt::format("there is no command '{}'{}", words[0], did_you_mean(words[0], names)));
 }
 
 double number(const std::string& word, double least, double most) {
@@ -139,7 +140,8 @@ class Player {
     const std::vector<std::string>& words = line.words;
     if (camera(words) || looks(words) || mouse(line) || window(words)) return;
     require(viewer_.tool() != nullptr,
-            fmt::format("'{}' is something that a tool does: take one first, with 'tool NAME'", words[0]));
+            fmt::format("'{}' is something that a tool does: take one first, with 'tool NAME'",
+                        words[0]));
     wait();
     require(viewer_.tool()->command(words),
             fmt::format("the tool {} has no '{}'", viewer_.tool()->name(), words[0]));
@@ -220,7 +222,8 @@ class Player {
       look.automatic_scale = words[1] == "whole";
       if (look.automatic_scale) return true;
       const auto range = numbers(words[1], 2, "two numbers, LOW,HIGH");
-      require(range[0] < range[1], fmt::format("found '{}', wanted the lower number first", words[1]));
+      require(range[0] < range[1],
+              fmt::format("found '{}', wanted the lower number first", words[1]));
       look.scale.low = range[0], look.scale.high = range[1];
     } else if (words[0] == "map") {
       look.scale.map = FalseColour::Map(one_of(words[1], {"sequential", "diverging"}));
@@ -252,7 +255,8 @@ class Player {
     frame();  // ImGui knows what the mouse is over from the frame before
     if (words[0] == "hover" || words[0] == "click") {
       nlohmann::ordered_json pick = as_json(viewer_.pick());
-      session_.run.result["picks"].push_back({{"line", line.number}, {"pane", words[1]}, {"pick", pick}});
+      session_.run.result["picks"].push_back(
+          {{"line", line.number}, {"pane", words[1]}, {"pick", pick}});
     }
     if (words[0] == "wheel") input_.wheel = float(number(words[4], -100, 100));
     if (words[0] == "click" || drags) input_.left = true;
@@ -304,8 +308,8 @@ class Player {
     }
     for (int i = 0; i < frames->count(); ++i)
       if (frames->number(i) == number) return viewer_.open_frame(i);
-    throw InvalidInput(fmt::format("there is no frame {}: {} to {} are there", number, frames->number(0),
-                                   frames->number(frames->count() - 1)));
+    throw InvalidInput(fmt::format("there is no frame {}: {} to {} are there", number,
+                                   frames->number(0), frames->number(frames->count() - 1)));
   }
 
   void screenshot(const std::vector<std::string>& words) {

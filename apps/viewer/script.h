@@ -1,6 +1,6 @@
 #pragma once
-/// Sessions without a person: a text file with one command a line, done by the same viewer. docs/view.md
-/// lists the commands.
+/// Sessions without a person: a text file with one command a line, done by the same viewer.
+/// docs/view.md lists the commands.
 
 #include <filesystem>
 #include <string>
@@ -18,8 +18,8 @@ struct ScriptLine {
 
 class Script {
  public:
-  /// Reads a file. Throws `IoError` where it cannot be read, `InvalidInput` naming file and line where
-  /// a command is not known or has not as many words as it wants.
+  /// Reads a file. Throws `IoError` where it cannot be read, `InvalidInput` naming file and line
+  /// where a command is not known or has not as many words as it wants.
   explicit Script(const std::filesystem::path& file);
 
   /// Does all of it. Throws what a line throws, with file and line before it.

@@ -13,7 +13,8 @@ namespace {
 
 class Evolving : public Sequence {
  public:
-  explicit Evolving(const std::filesystem::path& path) : path_(path), evolving_(EvolvingReader(path).read()) {
+  explicit Evolving(const std::filesystem::path& path)
+      : path_(path), evolving_(EvolvingReader(path).read()) {
     if (evolving_.frames.empty()) throw IoError(path.string() + ": it holds no frame");
     for (const Lifespan& life : triangle_lifespans(evolving_)) lives_[life.id] = life;
   }
@@ -35,7 +36,9 @@ class Evolving : public Sequence {
 
   std::vector<Colour> lifespans(int frame) const override {
     std::vector<Colour> colours;
-    for (const int id : evolving_.segments[std::size_t(evolving_.frames[std::size_t(frame)].segment)].triangle_ids) {
+    for (const int id :
+         evolving_.segments[std::size_t(evolving_.frames[std::size_t(frame)].segment)]
+             .triangle_ids) {
       const Lifespan& life = lives_.at(id);
       colours.push_back(lifespan_colour(life.first, life.last, count()));
     }

@@ -19,10 +19,10 @@ std::unique_ptr<TextureSet> textures_of(const app::Scene& scene) {
 Session::Session(app::Run& the_run, app::Scene first) : run(the_run), opened(the_run.options()) {
   open(std::move(first));
   using enum Look::Paint;
-  look.paint = before != nullptr                  ? texture
+  look.paint = before != nullptr                 ? texture
                : scene.model.colors.channels > 0 ? vertex_colours
-               : scene.atlas                      ? charts
-                                                  : clay;
+               : scene.atlas                     ? charts
+                                                 : clay;
 }
 
 void Session::open(app::Scene other) {
@@ -48,7 +48,8 @@ void Session::reset_shown() {
   result.reset();
   if (!after) return;
   const auto lock = after->lock();
-  for (int i = 0; i < after->size(); ++i) after->show(i, scene.model.textures[std::size_t(i)].pixels);
+  for (int i = 0; i < after->size(); ++i)
+    after->show(i, scene.model.textures[std::size_t(i)].pixels);
 }
 
 void Session::say(const std::string& text) {
@@ -58,8 +59,8 @@ void Session::say(const std::string& text) {
 
 OptionValues options_for(const std::string& verb, const Session& session) {
   std::vector<app::Verb> verbs = app::all_verbs();
-  const auto found = std::ranges::find_if(
-      verbs, [&](const app::Verb& v) { return v.table.verb() == verb; });
+  const auto found =
+      std::ranges::find_if(verbs, [&](const app::Verb& v) { return v.table.verb() == verb; });
   if (found == verbs.end()) throw std::logic_error("no verb " + verb);
   app::add_running_options(found->table);
   OptionValues values(found->table);

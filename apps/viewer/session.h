@@ -28,9 +28,9 @@ struct Session {
   int frame = 0;
   bool playing = false;
 
-  app::Run& run;          ///< of the verb view
-  OptionValues opened;    ///< its options, with the files that are open now
-  int openings = 0;       ///< how often another model took the place of one
+  app::Run& run;        ///< of the verb view
+  OptionValues opened;  ///< its options, with the files that are open now
+  int openings = 0;     ///< how often another model took the place of one
   app::Scene scene;
   std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
@@ -55,7 +55,8 @@ struct Session {
   void say(const std::string& text);
 };
 
-/// The options of a verb at their defaults, with those that name the session's files as given to it.
+/// The options of a verb at their defaults, with those that name the session's files as given to
+/// it.
 OptionValues options_for(const std::string& verb, const Session& session);
 
 }  // namespace mq::view

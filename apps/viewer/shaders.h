@@ -3,7 +3,8 @@
 
 namespace mq::view::shaders {
 
-/// Values between texels as the texel spaces see them, and means where texels are smaller than pixels.
+/// Values between texels as the texel spaces see them, and means where texels are smaller than
+/// pixels.
 inline constexpr const char* lookups = R"(
 uniform int repeats;   // 1: the texture again outside it
 vec4 texel(sampler2D picture, ivec2 at) {

@@ -178,7 +178,8 @@ void ModelPictures::paint_with(Look::Paint paint, const FalseColour& scale) {
         for (int c = 0; c < 3; ++c)
           colour[std::size_t(c)] = at_vertices.values[std::size_t(v) * at_vertices.channels +
                                                       (at_vertices.channels < 3 ? 0 : c)];
-      } else if (chart >= 0 && !lives && paint != Look::Paint::stretch && paint != Look::Paint::density) {
+      } else if (chart >= 0 && !lives && paint != Look::Paint::stretch &&
+                 paint != Look::Paint::density) {
         colour = chart_colour(chart);
       }
       std::uint8_t* const out = &colours[std::size_t(12 * i + 4 * k)];
@@ -224,7 +225,8 @@ void set_values(const Shader& shader, const ModelPictures::Shown& shown, int tex
                 const app::Scene& scene, const Picture& none, const Picture& scale) {
   const TextureSet* const before = shown.before != nullptr ? shown.before : shown.after;
   const TextureSet* const after = shown.after != nullptr ? shown.after : shown.before;
-  const bool there = before != nullptr && texture >= 0 && texture < std::min(before->size(), after->size());
+  const bool there =
+      before != nullptr && texture >= 0 && texture < std::min(before->size(), after->size());
   (there ? before->picture(texture) : none).bind(0);
   (there ? after->picture(texture) : none).bind(1);
   scale.bind(2);
@@ -235,7 +237,8 @@ void set_values(const Shader& shader, const ModelPictures::Shown& shown, int tex
   shader.set("isolines", shown.scale.isolines);
   shader.set("has_texture", int(there));
   const auto both = [&](const auto& value) {
-    return there ? Eigen::Vector2f(float(value(*before)), float(value(*after))) : Eigen::Vector2f(0, 0);
+    return there ? Eigen::Vector2f(float(value(*before)), float(value(*after)))
+                 : Eigen::Vector2f(0, 0);
   };
   shader.set("channels", both([&](const TextureSet& set) { return set.channels(texture); }));
   shader.set("light_values", both([&](const TextureSet& set) { return set.holds_light(texture); }));
@@ -310,7 +313,8 @@ void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const 
 
   using enum Look::Paint;
   const Look::Paint paint = shown.look.paint;
-  const bool painted = paint == charts || paint == stretch || paint == density || paint == lifespans;
+  const bool painted =
+      paint == charts || paint == stretch || paint == density || paint == lifespans;
   if (painted || shown.look.chart_tint) {
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);

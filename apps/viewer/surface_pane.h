@@ -33,9 +33,9 @@ class ModelPictures {
 
   struct Shown {
     const Look& look;
-    FalseColour scale;           ///< of numbers
-    const TextureSet* before;    ///< null: there are no pictures
-    const TextureSet* after;     ///< null: the same as before
+    FalseColour scale;         ///< of numbers
+    const TextureSet* before;  ///< null: there are no pictures
+    const TextureSet* after;   ///< null: the same as before
   };
   void draw_surface(const Turntable& camera, const Shown& shown, const Canvas& canvas);
   void draw_atlas(const AtlasView& view, const Shown& shown, const Canvas& canvas);

@@ -18,7 +18,8 @@ TextureSet::TextureSet(const std::vector<Texture>& textures) {
           "{}: is {} × {}, and this machine's graphics show at most {} a side: view a smaller copy",
           texture.path.string(), pixels.width(), pixels.height(), most));
     auto held = std::make_unique<Held>();
-    held->width = pixels.width(), held->height = pixels.height(), held->channels = pixels.channels();
+    held->width = pixels.width(), held->height = pixels.height(),
+    held->channels = pixels.channels();
     held->light = mq::holds_light(texture.format);
     held->bytes = texture.format.depth == Depth::u8;
     const std::size_t values = std::size_t(pixels.pixel_count()) * 4;
@@ -39,10 +40,11 @@ void TextureSet::show(int i, const Image<float>& pixels) {
   Held& held = *textures_[std::size_t(i)];
   require(pixels.width() == held.width && pixels.height() == held.height &&
               pixels.channels() == held.channels,
-          fmt::format("a picture of {} × {} with {} channels is shown for texture {}, which has {} × {} "
-                      "with {}",
-                      pixels.width(), pixels.height(), pixels.channels(), i, held.width, held.height,
-                      held.channels));
+          fmt::format(
+              "a picture of {} × {} with {} channels is shown for texture {}, which has {} × {} "
+              "with {}",
+              pixels.width(), pixels.height(), pixels.channels(), i, held.width, held.height,
+              held.channels));
   parallel_for(
       held.height,
       [&](std::int64_t y) {
@@ -89,7 +91,8 @@ std::int64_t TextureSet::upload() {
       int width = std::min(tile, held->width - x);
       const int height = std::min(tile, held->height - y);
       // Tiles beside it that changed too go along.
-      for (; t + 1 < held->changed.size() && int(t + 1) % columns != 0 && held->changed[t + 1] != 0; ++t) {
+      for (; t + 1 < held->changed.size() && int(t + 1) % columns != 0 && held->changed[t + 1] != 0;
+           ++t) {
         held->changed[t + 1] = 0;
         width = std::min(width + tile, held->width - x);
       }

@@ -19,9 +19,9 @@
 
 namespace mq::view {
 
-/// Values are held as the textures' files hold them, 8 bits where these have 8, and uploaded by tiles
-/// of which a texel changed. Any thread may change texels while it holds `lock`; the one with the
-/// context uploads.
+/// Values are held as the textures' files hold them, 8 bits where these have 8, and uploaded by
+/// tiles of which a texel changed. Any thread may change texels while it holds `lock`; the one with
+/// the context uploads.
 class TextureSet {
  public:
   /// Sizes, channels and depths of these, and their values. Throws `Unsupported` where the graphics
@@ -39,11 +39,12 @@ class TextureSet {
   /// All values of a texture, from pixels of the same size and channels.
   void show(int i, const Image<float>& pixels);
 
-  /// value(k, channel) at the places of texels, in parallel; unchanged ones cost no upload. Of `some`
-  /// of them, each once, or of all.
+  /// value(k, channel) at the places of texels, in parallel; unchanged ones cost no upload. Of
+  /// `some` of them, each once, or of all.
   template <class Value>
   void change(const Texels& texels, const Value& value) {
-    parallel_for(texels.size(), [&](std::int64_t k) { change_texel(texels.places[std::size_t(k)], k, value); });
+    parallel_for(texels.size(),
+                 [&](std::int64_t k) { change_texel(texels.places[std::size_t(k)], k, value); });
   }
   template <class Value>
   void change(const Texels& texels, std::span<const int> some, const Value& value) {
@@ -94,7 +95,8 @@ class TextureSet {
     Held& held = *textures_[std::size_t(at.texture)];
     const std::size_t first = (std::size_t(at.y) * held.width + at.x) * 4;
     bool differs = false;
-    for (int c = 0; c < std::min(held.channels, 4); ++c) differs |= held.put(first + c, float(value(k, c)));
+    for (int c = 0; c < std::min(held.channels, 4); ++c)
+      differs |= held.put(first + c, float(value(k, c)));
     if (differs) held.mark(at.x, at.y);
   }
 

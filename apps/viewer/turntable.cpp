@@ -54,9 +54,7 @@ Vector3 Turntable::right() const {
   return direction_of(level);
 }
 
-double Turntable::pixel() const {
-  return distance_ * pixel_at_depth_1(view_, width_, height_);
-}
+double Turntable::pixel() const { return distance_ * pixel_at_depth_1(view_, width_, height_); }
 
 Ray Turntable::ray(double x, double y) const {
   const double side = pixel_at_depth_1(view_, width_, height_);

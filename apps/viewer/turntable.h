@@ -28,7 +28,7 @@ class Turntable {
   Vector3 right() const;
   Vector3 up() const { return backward().cross(right()); }
   Vector3 backward() const { return direction_of(view_); }  ///< from the model to the viewer
-  double distance() const { return distance_; }             ///< from the eye to what it turns around
+  double distance() const { return distance_; }  ///< from the eye to what it turns around
   /// The side of a pixel at the target, model units.
   double pixel() const;
 

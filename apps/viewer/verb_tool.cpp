@@ -34,9 +34,8 @@ app::Verb verb_named(const std::string& name) {
 
 VerbTool::VerbTool(const std::string& verb, Session& session)
     : session_(session), options_(options_for(verb, session)), verb_(verb) {
-  require(session.before != nullptr,
-          fmt::format("{}: has no textures for the tool {} to work on", session.scene.model.path.string(),
-                      verb));
+  require(session.before != nullptr, fmt::format("{}: has no textures for the tool {} to work on",
+                                                 session.scene.model.path.string(), verb));
   app::require_usable(app::scene_defects(session.scene), session.scene.model.path.string());
   folder_ = temporary_folder();
 }
@@ -51,9 +50,9 @@ VerbTool::~VerbTool() {
 std::vector<std::string> VerbTool::shown_options() const {
   std::vector<std::string> names;
   for (const Option& option : options_.table().options())
-    if (option.place == Option::Place::named && option.group != "Running" && option.group != "Model" &&
-        option.group != "Sequences" && option.name != "output" && option.name != "vertices" &&
-        option.name != "geometry" && option.group != "Shape")
+    if (option.place == Option::Place::named && option.group != "Running" &&
+        option.group != "Model" && option.group != "Sequences" && option.name != "output" &&
+        option.name != "vertices" && option.name != "geometry" && option.group != "Shape")
       names.push_back(option.name);
   return names;
 }
@@ -170,9 +169,10 @@ void VerbTool::frame() {
 
 void VerbTool::make(const OptionValues& options, const Progress& progress) {
   OptionValues making = options;
-  const bool numbers = std::ranges::any_of(session_.scene.model.textures, [](const Texture& texture) {
-    return texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
-  });
+  const bool numbers =
+      std::ranges::any_of(session_.scene.model.textures, [](const Texture& texture) {
+        return texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
+      });
   making.set("output", {(folder_ / (numbers ? "%s.exr" : "%s.png")).string()});
   making.set("json", {"true"});
   app::Terminal silence("view");
@@ -182,7 +182,8 @@ void VerbTool::make(const OptionValues& options, const Progress& progress) {
   found_ = run.result;
   found_.erase("outputs");
   std::vector<Texture> pictures;
-  const app::Outputs outputs(making.text("output"), session_.scene.model, app::Outputs::Kind::pictures);
+  const app::Outputs outputs(making.text("output"), session_.scene.model,
+                             app::Outputs::Kind::pictures);
   for (const fs::path& path : outputs.paths()) pictures.push_back(read_texture(path));
   show(std::move(pictures));
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// Any verb that makes textures: its options as sliders, its result beside the textures as they were.
+/// Any verb that makes textures: its options as sliders, its result beside the textures as they
+/// were.
 
 #include <array>
 #include <filesystem>

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include <algorithm>
 #include <backends/imgui_impl_opengl3.h>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -28,7 +28,8 @@ bool picture_window(const char* name, const Viewer::Rectangle& at, GLuint pictur
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
-  ImGui::Begin(name, nullptr, fixed | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
+  ImGui::Begin(name, nullptr,
+               fixed | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
   ImGui::PopStyleVar(3);
   const ImVec2 size{float(at.width), float(at.height)};
   const ImVec2 corner = ImGui::GetCursorPos();
@@ -103,7 +104,8 @@ void Viewer::layout() {
   const auto width = float(display_.width()), height = float(display_.height());
   const float free = width - panel_width, top = height - status_height;
   const bool with_atlas = session_.scene.atlas.has_value();
-  const int left = int(panel_width), split = with_atlas ? int(panel_width + 0.6F * free) : int(width);
+  const int left = int(panel_width),
+            split = with_atlas ? int(panel_width + 0.6F * free) : int(width);
   surface_at_ = {left, 0, std::max(1, split - left - (with_atlas ? 2 : 0)), std::max(1, int(top))};
   atlas_at_ = {split, 0, std::max(1, int(width) - split), std::max(1, int(top))};
   if (!opened_) {
@@ -157,7 +159,8 @@ void Viewer::panel(float width, float height) {
   ImGui::Text("%d triangles, %d vertices", scene.surface.triangle_count(),
               scene.surface.mesh.vertex_count());
   if (scene.atlas)
-    ImGui::Text("%d charts, %d seam edges", int(scene.atlas->charts.size()), scene.atlas->seam_count);
+    ImGui::Text("%d charts, %d seam edges", int(scene.atlas->charts.size()),
+                scene.atlas->seam_count);
   ImGui::Separator();
   view_controls();
   if (session_.sequence) sequence_controls();
@@ -245,14 +248,16 @@ void Viewer::sequence_controls() {
 }
 
 void Viewer::open_frame(int frame) {
-  require(tool_ == nullptr, "a tool works on one frame: put it away, with the tool none, to go to another");
+  require(tool_ == nullptr,
+          "a tool works on one frame: put it away, with the tool none, to go to another");
   pick_ = {};
   session_.open_frame(frame);
 }
 
 void Viewer::open(const std::vector<std::string>& files) {
   std::vector<std::string> meshes, pictures;
-  for (const std::string& file : files) (app::names_model(file) ? meshes : pictures).push_back(file);
+  for (const std::string& file : files)
+    (app::names_model(file) ? meshes : pictures).push_back(file);
   require(meshes.size() <= 1, fmt::format("{} models were given, and one is shown", meshes.size()));
   OptionValues options(session_.opened.table());
   for (const Option& option : options.table().options())
@@ -298,10 +303,21 @@ void Viewer::number_controls() {
 /// All that both panes show depends on.
 std::vector<double> Viewer::state_of_look(const FalseColour& scale) const {
   const Look& look = session_.look;
-  return {double(look.paint), double(look.lit),  double(look.seams),     double(look.wires),
-          double(look.chart_tint), look.exposure, double(look.channel), look.wipe,
-          double(scale.map), scale.low, scale.high, double(scale.isolines), double(uploads_),
-          double(session_.openings), double(session_.result != nullptr)};
+  return {double(look.paint),
+          double(look.lit),
+          double(look.seams),
+          double(look.wires),
+          double(look.chart_tint),
+          look.exposure,
+          double(look.channel),
+          look.wipe,
+          double(scale.map),
+          scale.low,
+          scale.high,
+          double(scale.isolines),
+          double(uploads_),
+          double(session_.openings),
+          double(session_.result != nullptr)};
 }
 
 void Viewer::surface_pane() {
@@ -328,7 +344,8 @@ void Viewer::use_surface_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 mouse = mouse_in(surface_at_);
   Turntable& camera = session_.camera;
-  pick_ = pick_on_surface(session_.scene, *session_.rays, session_.shown(), camera.ray(mouse.x, mouse.y));
+  pick_ = pick_on_surface(session_.scene, *session_.rays, session_.shown(),
+                          camera.ray(mouse.x, mouse.y));
   if (pick_.chart >= 0 && pick_.texture != session_.atlas.texture &&
       dragging_ == Dragging::nothing) {
     session_.atlas.texture = pick_.texture;
@@ -338,10 +355,10 @@ void Viewer::use_surface_mouse() {
   const float wipe = float(session_.look.wipe) * float(surface_at_.width);
   if (ImGui::IsItemClicked(0)) {
     const bool on_wipe = session_.look.wipe >= 0 && std::abs(mouse.x - wipe) < 5;
-    dragging_ = on_wipe                               ? Dragging::wiping
-                : io.KeyShift                         ? Dragging::moving
+    dragging_ = on_wipe                                    ? Dragging::wiping
+                : io.KeyShift                              ? Dragging::moving
                 : tool_ && pick_ && !tool_->name().empty() ? Dragging::working
-                                                      : Dragging::turning;
+                                                           : Dragging::turning;
     if (dragging_ == Dragging::working) tool_->press(pick_);
   } else if (ImGui::IsItemClicked(1)) {
     dragging_ = Dragging::turning;
@@ -367,7 +384,8 @@ void Viewer::home_atlas() {
   if (!session_.scene.atlas) return;
   AtlasView& view = session_.atlas;
   const TextureSize& size = session_.scene.atlas->textures[std::size_t(view.texture)];
-  view.zoom = 0.96 * std::min(atlas_at_.width / double(size.width), atlas_at_.height / double(size.height));
+  view.zoom =
+      0.96 * std::min(atlas_at_.width / double(size.width), atlas_at_.height / double(size.height));
   view.column = size.width / 2.0 - 0.5 - atlas_at_.width / 2.0 / view.zoom;
   view.row = size.height / 2.0 - 0.5 - atlas_at_.height / 2.0 / view.zoom;
 }
@@ -383,8 +401,8 @@ void Viewer::atlas_pane() {
   state.insert(state.end(), {double(view.texture), view.column, view.row, view.zoom,
                              double(atlas_at_.width), double(atlas_at_.height)});
   if (std::exchange(atlas_of_, state) != state)
-    session_.pictures->draw_atlas(
-        view, {look, scale, session_.before.get(), session_.shown()}, atlas_canvas_);
+    session_.pictures->draw_atlas(view, {look, scale, session_.before.get(), session_.shown()},
+                                  atlas_canvas_);
   if (pick_.chart >= 0 && pick_.texture == view.texture) {
     ImDrawList* list = ImGui::GetWindowDrawList();
     const auto at = [&](double column, double row) {
@@ -434,7 +452,8 @@ void Viewer::mark(const Pick& pick) const {
     list->AddCircle(at, radius, IM_COL32(255, 255, 255, 255), 64, 1);
   }
   if (session_.look.wipe >= 0 && session_.before) {
-    const float column = float(surface_at_.x) + float(session_.look.wipe) * float(surface_at_.width);
+    const float column =
+        float(surface_at_.x) + float(session_.look.wipe) * float(surface_at_.width);
     const auto bottom = float(surface_at_.y + surface_at_.height);
     list->AddLine({column, float(surface_at_.y)}, {column, bottom}, IM_COL32(20, 20, 24, 255), 1);
     outlined_text(list, {column - 48, float(surface_at_.y) + 6}, "before");
@@ -445,8 +464,9 @@ void Viewer::mark(const Pick& pick) const {
 void Viewer::show_legend() {
   const Look& look = session_.look;
   const FalseColour scale = session_.pictures->scale_of(look, session_.shown());
-  const std::vector<double> now = {double(look.paint), double(look.channel), double(scale.map), scale.low,
-                                   scale.high, double(scale.isolines)};
+  const std::vector<double> now = {double(look.paint), double(look.channel),
+                                   double(scale.map),  scale.low,
+                                   scale.high,         double(scale.isolines)};
   if (now != legend_of_) {
     legend_of_ = now;
     LegendOptions wanted;

@@ -1,6 +1,6 @@
 #pragma once
-/// The window: a panel with what can be set, the surface, the texture, and a line about what is under
-/// the mouse.
+/// The window: a panel with what can be set, the surface, the texture, and a line about what is
+/// under the mouse.
 
 #include <memory>
 #include <optional>
@@ -43,7 +43,9 @@ class Viewer {
   };
   Rectangle place_of(Pane pane) const { return pane == Pane::surface ? surface_at_ : atlas_at_; }
 
-  void home() { session_.camera.look(session_.scene.surface.mesh, {}, surface_at_.width, surface_at_.height); }
+  void home() {
+    session_.camera.look(session_.scene.surface.mesh, {}, surface_at_.width, surface_at_.height);
+  }
   void look(const View& view) {
     session_.camera.look(session_.scene.surface.mesh, view, surface_at_.width, surface_at_.height);
   }
@@ -53,7 +55,8 @@ class Viewer {
   /// A model, or other textures for the one that is open. What was open stays where this throws.
   void open(const std::vector<std::string>& files);
 
-  /// A frame of the session's sequence, counted from 0. Throws `InvalidInput` while a tool is in hand.
+  /// A frame of the session's sequence, counted from 0. Throws `InvalidInput` while a tool is in
+  /// hand.
   void open_frame(int frame);
 
   const Pick& pick() const { return pick_; }
@@ -89,11 +92,18 @@ class Viewer {
   Canvas surface_canvas_, atlas_canvas_;
   Picture legend_;
   std::vector<double> legend_of_, surface_of_, atlas_of_;  ///< what is drawn there
-  Stopwatch played_;  ///< since the last frame that was played
-  int uploads_ = 0;  ///< how often textures changed
+  Stopwatch played_;                                       ///< since the last frame that was played
+  int uploads_ = 0;                                        ///< how often textures changed
   Rectangle surface_at_, atlas_at_;
   Pick pick_;
-  enum class Dragging { nothing, turning, moving, working, moving_atlas, wiping } dragging_ = Dragging::nothing;
+  enum class Dragging {
+    nothing,
+    turning,
+    moving,
+    working,
+    moving_atlas,
+    wiping
+  } dragging_ = Dragging::nothing;
   std::unique_ptr<Tool> tool_;
   std::string tool_name_ = "none";
   std::string error_;

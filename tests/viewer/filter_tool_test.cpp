@@ -1,4 +1,5 @@
-// Painting with the filter: what is shown and saved is what the command line makes of the saved mask.
+// Painting with the filter: what is shown and saved is what the command line makes of the saved
+// mask.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -49,27 +50,32 @@ std::vector<std::string> words_of(const std::string& line) {
 TEST(FilterTool, MakesTheTextureThatFilterMakesOfTheSavedMask) {
   const Folder folder;
   write_sphere(folder);
-  const Result result = view(folder,
-                             "tool filter\n"
-                             "set length 2tx\nset beta 4\nsize 15%\nstrength 0.8\n"
-                             "stroke 1,0,0.2 0.6,0.2,0.8 0,0.3,1\n"
-                             "brush erase\nstrength 0.5\nstroke 0.6,0.3,0.8\n"
-                             "save-mask mask.png\nsave-texture painted.png\ncopy-command command.txt\n"
-                             "set beta 0.25\nset length 1%\n"
-                             "save-texture smoothed.png\n"
-                             "fill everywhere\nsave-texture all.png\ncopy-command all.txt\n",
-                             {"sphere.obj"});
+  const Result result =
+      view(folder,
+           "tool filter\n"
+           "set length 2tx\nset beta 4\nsize 15%\nstrength 0.8\n"
+           "stroke 1,0,0.2 0.6,0.2,0.8 0,0.3,1\n"
+           "brush erase\nstrength 0.5\nstroke 0.6,0.3,0.8\n"
+           "save-mask mask.png\nsave-texture painted.png\ncopy-command command.txt\n"
+           "set beta 0.25\nset length 1%\n"
+           "save-texture smoothed.png\n"
+           "fill everywhere\nsave-texture all.png\ncopy-command all.txt\n",
+           {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const Image<float> painted = picture(folder, "painted.png");
   EXPECT_GT(difference(painted, picture(folder, "sphere.png")).values, 3000);
 
   const std::string line = file_bytes(folder / "command.txt");
-  EXPECT_EQ(line, "marquetry filter --output=filtered.png --beta=4 --mask=mask.png --length=2tx sphere.obj\n");
+  EXPECT_EQ(
+      line,
+      "marquetry filter --output=filtered.png --beta=4 --mask=mask.png --length=2tx sphere.obj\n");
   ASSERT_EQ(marquetry(folder, words_of(line)).status, 0);
   expect_the_same(painted, picture(folder, "filtered.png"));
 
-  ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "0.25", "--length", "1%",
-                               "--mask", "mask.png"}).status, 0);
+  ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "0.25",
+                               "--length", "1%", "--mask", "mask.png"})
+                .status,
+            0);
   expect_the_same(picture(folder, "smoothed.png"), picture(folder, "cli.png"));
 
   const std::string everywhere = file_bytes(folder / "all.txt");
@@ -81,34 +87,38 @@ TEST(FilterTool, MakesTheTextureThatFilterMakesOfTheSavedMask) {
 TEST(FilterTool, TakesStrokesBackAndDoesThemAgain) {
   const Folder folder;
   write_sphere(folder);
-  const Result result = view(folder,
-                             "tool filter\nset length 2tx\nsize 20%\nstrength 0.3\n"
-                             "stroke 0,0,1 0.3,0,0.95 0,0.3,0.95\nwait\nsave-texture one.png\nsave-mask one_mask.png\n"
-                             "stroke 1,0,0 0.9,0.4,0\nundo\nsave-texture one_again.png\nsave-mask again_mask.png\n"
-                             "undo\nwait\nsave-texture none.png\nscreenshot none_shown.png atlas\n"
-                             "redo\nwait\nsave-texture redone.png\n"
-                             "undo\ntool none\nscreenshot untouched.png atlas\n",
-                             {"sphere.obj"});
+  const Result result = view(
+      folder,
+      "tool filter\nset length 2tx\nsize 20%\nstrength 0.3\n"
+      "stroke 0,0,1 0.3,0,0.95 0,0.3,0.95\nwait\nsave-texture one.png\nsave-mask one_mask.png\n"
+      "stroke 1,0,0 0.9,0.4,0\nundo\nsave-texture one_again.png\nsave-mask again_mask.png\n"
+      "undo\nwait\nsave-texture none.png\nscreenshot none_shown.png atlas\n"
+      "redo\nwait\nsave-texture redone.png\n"
+      "undo\ntool none\nscreenshot untouched.png atlas\n",
+      {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const Image<float> original = picture(folder, "sphere.png");
   EXPECT_EQ(difference(picture(folder, "none.png"), original).values, 0);
   EXPECT_GT(difference(picture(folder, "one.png"), original).values, 3000);
-  EXPECT_EQ(difference(picture(folder, "one_mask.png"), picture(folder, "again_mask.png")).values, 0);
+  EXPECT_EQ(difference(picture(folder, "one_mask.png"), picture(folder, "again_mask.png")).values,
+            0);
   expect_the_same(picture(folder, "one.png"), picture(folder, "one_again.png"));
   expect_the_same(picture(folder, "one.png"), picture(folder, "redone.png"));
-  EXPECT_EQ(difference(picture(folder, "none_shown.png"), picture(folder, "untouched.png")).values, 0);
+  EXPECT_EQ(difference(picture(folder, "none_shown.png"), picture(folder, "untouched.png")).values,
+            0);
 }
 
 TEST(FilterTool, PaintsWhereTheMouseGoesAndShowsBeforeAndAfter) {
   const Folder folder;
   write_sphere(folder);
-  const Result result = view(folder,
-                             "view front\nlight off\nscreenshot before.png surface\n"
-                             "tool filter\nset length 2tx\nbrush smooth\nsize 20%\nstrength 1\nwait\n"
-                             "drag surface 120 200 150 200 180 210 210 220\nwait\nhover surface 1 1\n"
-                             "screenshot after.png surface\n"
-                             "wipe 0.5\nscreenshot wiped.png surface\n",
-                             {"sphere.obj"});
+  const Result result =
+      view(folder,
+           "view front\nlight off\nscreenshot before.png surface\n"
+           "tool filter\nset length 2tx\nbrush smooth\nsize 20%\nstrength 1\nwait\n"
+           "drag surface 120 200 150 200 180 210 210 220\nwait\nhover surface 1 1\n"
+           "screenshot after.png surface\n"
+           "wipe 0.5\nscreenshot wiped.png surface\n",
+           {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_GT(result.json()["result"]["tool"]["painted"].get<int>(), 500);
   const Image<float> before = picture(folder, "before.png"), after = picture(folder, "after.png"),
@@ -137,8 +147,10 @@ TEST(FilterTool, LosesNothingThatWasSavedWhenItIsClosedInTheMiddle) {
   EXPECT_FALSE(result.json()["result"]["tool"]["settled"].get<bool>());
   EXPECT_THAT(folder.names(), ElementsAre("mask.png", "painted.png", "session.txt", "sphere.mtl",
                                           "sphere.obj", "sphere.png"));
-  ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "3", "--length", "2tx",
-                               "--mask", "mask.png"}).status, 0);
+  ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "3", "--length",
+                               "2tx", "--mask", "mask.png"})
+                .status,
+            0);
   expect_the_same(picture(folder, "painted.png"), picture(folder, "cli.png"));
 }
 
@@ -152,11 +164,15 @@ TEST(FilterTool, RefusesWhatItCannotDo) {
     return result.error;
   };
   EXPECT_THAT(refused("", "fan.ply"), HasSubstr("session.txt, line 1: fan.ply: has no textures"));
-  EXPECT_THAT(refused("fill everywhere\nbrush smooth\n"), HasSubstr("line 3: what is painted sharpens"));
-  EXPECT_THAT(refused("stroke 0.5,0.5,0\ncopy-command\n"), HasSubstr("line 3: the command names the mask's file"));
+  EXPECT_THAT(refused("fill everywhere\nbrush smooth\n"),
+              HasSubstr("line 3: what is painted sharpens"));
+  EXPECT_THAT(refused("stroke 0.5,0.5,0\ncopy-command\n"),
+              HasSubstr("line 3: the command names the mask's file"));
   EXPECT_THAT(refused("save-mask mask.jpg\n"), HasSubstr("line 2: mask.jpg: a mask wants 16 bits"));
-  EXPECT_THAT(refused("save-texture strip.png\n"), HasSubstr("line 2: strip.png: --output would replace it"));
-  EXPECT_THAT(folder.names(), ElementsAre("fan.ply", "session.txt", "strip.mtl", "strip.obj", "strip.png"));
+  EXPECT_THAT(refused("save-texture strip.png\n"),
+              HasSubstr("line 2: strip.png: --output would replace it"));
+  EXPECT_THAT(folder.names(),
+              ElementsAre("fan.ply", "session.txt", "strip.mtl", "strip.obj", "strip.png"));
 }
 
 }  // namespace

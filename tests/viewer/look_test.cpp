@@ -62,8 +62,8 @@ TEST(SurfacePane, ShowsWhatRenderDraws) {
   ASSERT_EQ(result.status, 0) << result.error;
   const std::string size = std::to_string(surface_width) + "x" + std::to_string(surface_height);
   marquetry(folder, {"render", "sphere.obj", "-o", "r_texture.png", "--size", size});
-  marquetry(folder, {"render", "sphere.obj", "-o", "r_charts.png", "--size", size, "--view", "front",
-                     "--paint", "charts"});
+  marquetry(folder, {"render", "sphere.obj", "-o", "r_charts.png", "--size", size, "--view",
+                     "front", "--paint", "charts"});
   for (const char* what : {"texture", "charts"}) {
     const Image<float> shown = picture(folder, std::string(what) + ".png"),
                        drawn = picture(folder, "r_" + std::string(what) + ".png");
@@ -116,13 +116,15 @@ TEST(Hovering, LinksTheTwoPanes) {
   const Known known;
   const Hit hit = known.hit(180.5, 200.5);
   const Vector2 place = known.place(hit);
-  // The place is in the middle of the pane, two pixels a texel; the mouse a quarter of a texel from it.
-  const Result result = view(
-      known.folder,
-      "atlas 0 " + std::to_string(place.x()) + "," + std::to_string(place.y()) + " 2\n" +
-          "hover atlas " + std::to_string(atlas_width / 2) + " " + std::to_string(atlas_height / 2) +
-          "\nscreenshot linked.png surface\nhover surface 1 1\nscreenshot alone.png surface\n",
-      {"sphere.obj"});
+  // The place is in the middle of the pane, two pixels a texel; the mouse a quarter of a texel from
+  // it.
+  const Result result =
+      view(known.folder,
+           "atlas 0 " + std::to_string(place.x()) + "," + std::to_string(place.y()) + " 2\n" +
+               "hover atlas " + std::to_string(atlas_width / 2) + " " +
+               std::to_string(atlas_height / 2) +
+               "\nscreenshot linked.png surface\nhover surface 1 1\nscreenshot alone.png surface\n",
+           {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const auto pick = result.json()["result"]["picks"][0]["pick"];
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(pick["point"][k].get<double>(), hit.point[k], 0.02);
@@ -134,7 +136,8 @@ TEST(Hovering, LinksTheTwoPanes) {
       if (std::hypot(x - 180, y - 200) > 9) {
         ASSERT_EQ(linked(x, y), alone(x, y)) << x << ", " << y;
       }
-  EXPECT_GT(mean_difference(cropped(linked, 170, 190, 20, 20), cropped(alone, 170, 190, 20, 20)), 0.02);
+  EXPECT_GT(mean_difference(cropped(linked, 170, 190, 20, 20), cropped(alone, 170, 190, 20, 20)),
+            0.02);
 }
 
 TEST(Overlays, AreInTheColoursTheyAreSaidToHave) {
@@ -160,11 +163,14 @@ TEST(Overlays, AreInTheColoursTheyAreSaidToHave) {
   const Camera camera(known.surface.mesh, {}, surface_width, surface_height);
   int orange = 0, looked_at = 0;
   for (HalfEdge h = 0; h < 3 * known.surface.triangle_count(); ++h) {
-    if (known.atlas.edges[std::size_t(h)] != EdgeKind::seam || h > known.surface.twins[std::size_t(h)])
+    if (known.atlas.edges[std::size_t(h)] != EdgeKind::seam ||
+        h > known.surface.twins[std::size_t(h)])
       continue;
     const Vector3 middle = (known.surface.mesh.position(h / 3, h % 3) +
-                            known.surface.mesh.position(h / 3, next(h) % 3)) / 2;
-    if (middle.dot(camera.towards_viewer(middle)) < 0.5) continue;  // the unit sphere's far side and rim
+                            known.surface.mesh.position(h / 3, next(h) % 3)) /
+                           2;
+    if (middle.dot(camera.towards_viewer(middle)) < 0.5)
+      continue;  // the unit sphere's far side and rim
     const auto at = camera.project(middle);
     ++looked_at;
     const int x = int(at.x), y = int(at.y);
@@ -201,14 +207,20 @@ TEST(Scripts, AreRefusedWithFileAndLine) {
     EXPECT_FALSE(std::filesystem::exists(folder / "end.png")) << script;
     return result.error;
   };
-  EXPECT_THAT(refused("home\nscrenshot a.png\n"),
-              HasSubstr("session.txt, line 2: there is no command 'screnshot', did you mean 'screenshot'?"));
-  EXPECT_THAT(refused("# a remark\n\nhover surface 1\n"), HasSubstr("session.txt, line 3: 'hover' has 2 words"));
+  EXPECT_THAT(
+      refused("home\nscrenshot a.png\n"),
+      HasSubstr(
+          "session.txt, line 2: there is no command 'screnshot', did you mean 'screenshot'?"));
+  EXPECT_THAT(refused("# a remark\n\nhover surface 1\n"),
+              HasSubstr("session.txt, line 3: 'hover' has 2 words"));
   EXPECT_THAT(refused("screenshot \"a.png\n"), HasSubstr("line 1: a quotation mark is missing"));
-  EXPECT_THAT(refused("show shape\n"), HasSubstr("line 1: found 'shape', wanted one of texture, clay"));
+  EXPECT_THAT(refused("show shape\n"),
+              HasSubstr("line 1: found 'shape', wanted one of texture, clay"));
   EXPECT_THAT(refused("hover surface 5000 1\n"), HasSubstr("line 1: found '5000'"));
-  EXPECT_THAT(refused("stroke 0,0,0\n"), HasSubstr("line 1: 'stroke' is something that a tool does"));
-  EXPECT_THAT(refused("screenshot strip.png\n"), HasSubstr("line 1: strip.png: --output would replace it"));
+  EXPECT_THAT(refused("stroke 0,0,0\n"),
+              HasSubstr("line 1: 'stroke' is something that a tool does"));
+  EXPECT_THAT(refused("screenshot strip.png\n"),
+              HasSubstr("line 1: strip.png: --output would replace it"));
 }
 
 TEST(View, SaysWhatIsMissingWhereThereIsNoScreen) {
@@ -224,16 +236,21 @@ TEST(View, SaysWhatIsMissingWhereThereIsNoScreen) {
 TEST(View, ShowsModelsWithoutPicturesAndWithoutTextureCoordinates) {
   const Folder folder;
   write_bytes(folder / "fan.ply", coloured_ply);
-  write_bytes(folder / "bare.obj", std::string(strip_obj).substr(std::string(strip_obj).find("v 0")));
+  write_bytes(folder / "bare.obj",
+              std::string(strip_obj).substr(std::string(strip_obj).find("v 0")));
   write_bytes(folder / "shape.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   for (const char* name : {"fan.ply", "bare.obj", "shape.obj"}) {
-    const Result result = view(folder, "show texture\nshow numbers\nshow normals\nwipe 0.5\nhover surface 150 250\n", {name});
+    const Result result =
+        view(folder, "show texture\nshow numbers\nshow normals\nwipe 0.5\nhover surface 150 250\n",
+             {name});
     EXPECT_EQ(result.status, 0) << name << result.error;
   }
-  const Result result = view(folder, "view front\nlight off\nscreenshot fan.png surface\n", {"fan.ply"});
+  const Result result =
+      view(folder, "view front\nlight off\nscreenshot fan.png surface\n", {"fan.ply"});
   ASSERT_EQ(result.status, 0) << result.error;
   const Image<float> fan = picture(folder, "fan.png");
-  EXPECT_NEAR(fan(fan.width() / 2, fan.height() / 2), 200 / 255.0, 0.02);  // the vertex in the middle
+  EXPECT_NEAR(fan(fan.width() / 2, fan.height() / 2), 200 / 255.0,
+              0.02);  // the vertex in the middle
 }
 
 /// The same session in a window, of a screen in memory.
@@ -244,10 +261,11 @@ TEST(View, ShowsInAWindowWhatItShowsWithoutOne) {
   const std::string script = "hover surface 180 200\noverlay seams on\n";
   for (int again = 0; again < 2; ++again)
     ASSERT_EQ(view(folder, script, {"sphere.obj", "--screenshot", "memory.png"}).status, 0);
-  const std::string command =
-      "cd '" + folder.path().string() + "' && xvfb-run -a -s '-screen 0 1280x800x24' '" +
-      places::program().string() +
-      "' view sphere.obj --size 900x460 --script session.txt --in-window --screenshot window.png -q";
+  const std::string command = "cd '" + folder.path().string() +
+                              "' && xvfb-run -a -s '-screen 0 1280x800x24' '" +
+                              places::program().string() +
+                              "' view sphere.obj --size 900x460 --script session.txt --in-window "
+                              "--screenshot window.png -q";
   ASSERT_EQ(std::system(command.c_str()), 0);
   const Image<float> memory = picture(folder, "memory.png"), window = picture(folder, "window.png");
   ASSERT_EQ(window.width(), memory.width());

@@ -65,7 +65,8 @@ TEST(Sequences, RefuseFramesThatAreNotThere) {
   write_evolving(folder / "square.evolving", square_in_time(), store_step(1.5));
   const Result result = view(folder, "frame 14\n", {"square.evolving"});
   EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.error, HasSubstr("session.txt, line 1: there is no frame 14: 10 to 13 are there"));
+  EXPECT_THAT(result.error,
+              HasSubstr("session.txt, line 1: there is no frame 14: 10 to 13 are there"));
   EXPECT_EQ(view(folder, "", {"frame_%04d.ply"}).status, 2);  // there are none
 }
 
@@ -75,8 +76,8 @@ TEST(Sequences, OfFilesShowEachFile) {
   other.replace(other.find("200 200 200"), 11, "50 150 250");
   write_bytes(folder / "frame_0003.ply", coloured_ply);
   write_bytes(folder / "frame_0004.ply", other);
-  const Result result =
-      view(folder, "view front\nlight off\nframe 4\nscreenshot 4.png surface\n", {"frame_%04d.ply"});
+  const Result result = view(folder, "view front\nlight off\nframe 4\nscreenshot 4.png surface\n",
+                             {"frame_%04d.ply"});
   ASSERT_EQ(result.status, 0) << result.error;
   const Image<float> shown = picture(folder, "4.png");
   EXPECT_NEAR(shown(shown.width() / 2, shown.height() / 2, 2), 250 / 255.0, 0.02);
@@ -92,7 +93,9 @@ TEST(Opening, PutsAnotherModelInPlaceAndKeepsTheOldOneWhereItCannot) {
                              {"strip.obj"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.error, HasSubstr("session.txt, line 4: cannot read nothing.obj"));
-  ASSERT_EQ(view(folder, "hover surface 180 200\nscreenshot first.png atlas\n", {"sphere.obj"}).status, 0);
+  ASSERT_EQ(
+      view(folder, "hover surface 180 200\nscreenshot first.png atlas\n", {"sphere.obj"}).status,
+      0);
   EXPECT_EQ(file_bytes(folder / "opened.png"), file_bytes(folder / "first.png"));
 }
 

@@ -30,7 +30,8 @@ TEST(GeodesicTool, ShowsTheDistancesThatTheVerbWrites) {
                              "copy-command command.txt\n",
                              {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
-  ASSERT_EQ(view(folder, "screenshot verb_shown.png atlas\n", {"sphere.obj", "verb.png"}).status, 0);
+  ASSERT_EQ(view(folder, "screenshot verb_shown.png atlas\n", {"sphere.obj", "verb.png"}).status,
+            0);
   // The tool's equations are prepared as the verb's are: the same bits.
   expect_nearly_equal(picture(folder, "shown.png"), picture(folder, "verb_shown.png"), 0);
 
@@ -39,8 +40,10 @@ TEST(GeodesicTool, ShowsTheDistancesThatTheVerbWrites) {
   const Colour first = distance_colour(0, {});
   for (int c = 0; c < 3; ++c)
     EXPECT_NEAR(pick["values"][c].get<double>(), first[std::size_t(c)], 0.02);
-  EXPECT_THAT(file_bytes(folder / "command.txt"), HasSubstr("marquetry geodesic --output=out.png --from="));
-  EXPECT_GT(result.json()["result"]["tool"]["found"]["max"].get<double>(), 2.9);  // half a great circle
+  EXPECT_THAT(file_bytes(folder / "command.txt"),
+              HasSubstr("marquetry geodesic --output=out.png --from="));
+  EXPECT_GT(result.json()["result"]["tool"]["found"]["max"].get<double>(),
+            2.9);  // half a great circle
 }
 
 TEST(VerbTool, ShowsWhatTheVerbWrites) {
@@ -54,7 +57,10 @@ TEST(VerbTool, ShowsWhatTheVerbWrites) {
   ASSERT_EQ(result.status, 0) << result.error;
   const std::string line = file_bytes(folder / "command.txt");
   EXPECT_EQ(line, "marquetry denoise --output=out.png --length=2tx --edge=0.1 sphere.obj\n");
-  ASSERT_EQ(marquetry(folder, {"denoise", "--output=out.png", "--length=2tx", "--edge=0.1", "sphere.obj"}).status, 0);
+  ASSERT_EQ(
+      marquetry(folder, {"denoise", "--output=out.png", "--length=2tx", "--edge=0.1", "sphere.obj"})
+          .status,
+      0);
   ASSERT_EQ(view(folder, "screenshot verb.png atlas\n", {"sphere.obj", "out.png"}).status, 0);
   ASSERT_EQ(view(folder, "screenshot plain.png atlas\n", {"sphere.obj"}).status, 0);
   expect_nearly_equal(picture(folder, "shown.png"), picture(folder, "verb.png"), 0);

@@ -46,16 +46,18 @@ Exit become_viewer(Run& run) {
 
 Verb view_verb() {
   using Type = Option::Type;
-  OptionTable table("view",
-                    "Look at a model in a window, and work on its textures with a brush, sliders and "
-                    "the mouse.");
+  OptionTable table(
+      "view",
+      "Look at a model in a window, and work on its textures with a brush, sliders and "
+      "the mouse.");
   add_scene_options(table);
   table.add({.name = "script",
              .type = Type::path,
              .group = "Without a person",
              .help = "do what this file says, one command a line, and end",
-             .details = "Nothing is shown on a screen, and none is needed. The page of this verb lists "
-                        "the commands."});
+             .details =
+                 "Nothing is shown on a screen, and none is needed. The page of this verb lists "
+                 "the commands."});
   table.add({.name = "screenshot",
              .type = Type::path,
              .group = "Without a person",
