@@ -29,8 +29,9 @@ TEST(SeamValues, KeepConstantsAndAllThatIsNotFree) {
     const Signal constant = Signal::Constant(space.size(), 2, 0.4);
     const Signal noise = test::random_signal(space.size(), 2);
     for (const Smooth what : {Smooth::values, Smooth::change}) {
-      EXPECT_LT((smooth_at_seams(space, constant, free, what).signal - constant).cwiseAbs().maxCoeff(),
-                1e-12)
+      EXPECT_LT(
+          (smooth_at_seams(space, constant, free, what).signal - constant).cwiseAbs().maxCoeff(),
+          1e-12)
           << cut.name;
       const Signal found = smooth_at_seams(space, noise, free, what).signal;
       for (int i = 0; i < space.size(); ++i)
@@ -51,7 +52,13 @@ TEST(SeamValues, MakeBothSidesAgree) {
     const double before = seam_energy(cut, space, noise);
     for (const Smooth what : {Smooth::values, Smooth::change}) {
       const Signal found = smooth_at_seams(space, noise, free, what).signal;
-      EXPECT_LT(seam_energy(cut, space, found), 0.1 * before) << cut.name;
+      // Noise asks for values far beyond those around, of which there are fewer to go by where what
+      // is free means nothing.
+      EXPECT_LT(seam_energy(cut, space, found), (what == Smooth::change ? 0.1 : 0.25) * before)
+          << cut.name;
+      const double low = noise.minCoeff(), high = noise.maxCoeff(), more = 0.25 * (high - low);
+      EXPECT_GE(found.minCoeff(), low - more - 1e-12) << cut.name;
+      EXPECT_LE(found.maxCoeff(), high + more + 1e-12) << cut.name;
     }
     ++tried;
   }

@@ -2,10 +2,11 @@
 //
 // First those that lookups at the borders of charts read: the smoothest for which the two sides of
 // each seam agree, with everything inside charts as it is. Then all others, each from the nearest
-// that has a value, so that no level of a mipmap mixes in what was there before.
+// that a triangle covers, so that no level of a mipmap mixes in what was there before.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -33,21 +34,34 @@ std::vector<char> outside(const TexelSpace& space, const std::vector<Coverage>& 
   return result;
 }
 
-/// Spreads from texels that charts use, and from covered ones; returns how many got a value.
+/// Gives the texels that no chart uses, as far as `distance` from one that a chart does, the values
+/// of the nearest covered one: those of borders go on across a seam, and nowhere else. Returns how
+/// many no chart uses.
 std::int64_t spread_all(const TexelSpace& space, const std::vector<Coverage>& coverage,
                         double distance, Model& model) {
-  std::int64_t filled = 0;
+  std::int64_t outside = 0;
   for (std::size_t k = 0; k < model.textures.size(); ++k) {
     Image<float>& picture = model.textures[k].pixels;
-    Image<char> known(picture.width(), picture.height(), 1);
-    for (int y = 0; y < picture.height(); ++y)
-      for (int x = 0; x < picture.width(); ++x) known(x, y) = coverage[k].count(x, y) > 0;
+    const int width = picture.width(), height = picture.height();
+    Image<char> covered(width, height, 1);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) covered(x, y) = coverage[k].count(x, y) > 0;
+    Image<char> used = covered;
     for (const Texels::Place& at : space.texels().places)
-      if (std::size_t(at.texture) == k) known(at.x, at.y) = 1;
-    filled += std::ranges::count(known.values(), 0);
-    spread(known, distance, picture);
+      if (std::size_t(at.texture) == k) used(at.x, at.y) = 1;
+    outside += std::ranges::count(used.values(), 0);
+    const Image<int> nearest_used = nearest_known(used);
+    const Image<int> nearest_covered = nearest_known(covered);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const int near = nearest_used(x, y);
+        if (near < 0 || used(x, y)) continue;
+        if (std::hypot(near % width - x, near / width - y) > distance) continue;
+        const int from = nearest_covered(x, y) >= 0 ? nearest_covered(x, y) : near;
+        std::ranges::copy(picture.pixel(from % width, from / width), picture.pixel(x, y).begin());
+      }
   }
-  return filled;
+  return outside;
 }
 
 Exit fill(Run& run) {

@@ -44,6 +44,13 @@ Exit seams(Run& run) {
                                           soft_seams(*scene.atlas, options.number("weight")), step);
       free = seam_texels(scene.surface, *scene.atlas, target->domain().space());
     }
+    const auto at_seams = std::ranges::count(free, 1);
+    if (2 * at_seams > std::ssize(free))
+      run.terminal().warning(
+          fmt::format("{} of {} texels are at seams: the picture changes as a whole and loses "
+                      "contrast; a larger "
+                      "texture has more texels between its seams",
+                      at_seams, std::ssize(free)));
     const Step step(run, "solve", 0.4);
     before = target->values();
     after = solve_at_seams(run, target->domain().space(), before, free, Smooth::change, step);

@@ -1,5 +1,6 @@
 // A_FF δ = −A_F· ψ,  φ_F = ψ_F + δ,  with A the stiffness with soft seams and F the free texels;
-// where the change is to be smooth, only the seams' part of A stands on the right.
+// where the change is to be smooth, only the seams' part of A stands on the right. What goes too
+// far beyond its neighbours then is brought back and held, and the others are solved for once more.
 
 #include "mq/filter/seam_values.h"
 
@@ -92,6 +93,74 @@ Signal imbalance(const TexelSpace& space, const SparseMatrix& A, const Signal& p
   return result;
 }
 
+/// The least and the greatest of ψ at some texels.
+struct Range {
+  Eigen::RowVectorXd low, high;
+
+  bool any() const { return low.size() > 0; }
+
+  void extend(const Eigen::RowVectorXd& values) {
+    low = any() ? Eigen::RowVectorXd(low.cwiseMin(values)) : values;
+    high = high.size() > 0 ? Eigen::RowVectorXd(high.cwiseMax(values)) : values;
+  }
+
+  /// By those that count (1) among i and its neighbours.
+  void extend(const SparseMatrix& A, const Signal& psi, const std::vector<char>& counts, int i) {
+    for (SparseMatrix::InnerIterator it(A, i); it; ++it)
+      if (counts[std::size_t(it.col())]) extend(psi.row(it.col()));
+  }
+};
+
+/// Where what came out goes beyond what a texel and its neighbours (or theirs, or all) showed, by
+/// more than a part of their range, it is brought back; returns which texels those are. Texels that
+/// hardly count can otherwise go anywhere for a little agreement.
+std::vector<int> bring_back(const SparseMatrix& A, const Signal& psi,
+                            const std::vector<char>& counts, const std::vector<int>& rows,
+                            Signal& phi) {
+  constexpr double beyond = 0.25;  // of the range: a border goes on where its neighbours lead
+  std::vector<int> brought;
+  Range everywhere;
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    if (counts[i]) everywhere.extend(psi.row(std::int64_t(i)));
+  for (const int i : rows) {
+    Range range;
+    range.extend(A, psi, counts, i);
+    if (!range.any())
+      for (SparseMatrix::InnerIterator it(A, i); it; ++it)
+        range.extend(A, psi, counts, int(it.col()));
+    if (!range.any()) range = everywhere;
+    if (!range.any()) continue;
+    const Eigen::RowVectorXd more = beyond * (range.high - range.low);
+    const Eigen::RowVectorXd within =
+        phi.row(i).cwiseMax(range.low - more).cwiseMin(range.high + more);
+    if (within == phi.row(i)) continue;
+    phi.row(i) = within;
+    brought.push_back(i);
+  }
+  return brought;
+}
+
+/// Solves for the rows, with what φ − ψ is at all others.
+SolveReport solve_rows(const SparseMatrix& A, const Signal& psi, const Signal& right,
+                       const std::vector<int>& rows, const SolverFactory& factory, Signal& phi,
+                       const Progress& progress) {
+  std::vector<int> number(std::size_t(psi.rows()), -1);
+  for (std::size_t k = 0; k < rows.size(); ++k) number[rows[k]] = int(k);
+  Signal b(std::ssize(rows), psi.cols()), delta(std::ssize(rows), psi.cols());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    b.row(std::int64_t(k)) = right.row(rows[k]);
+    delta.row(std::int64_t(k)) = phi.row(rows[k]) - psi.row(rows[k]);
+    for (SparseMatrix::InnerIterator it(A, rows[k]); it; ++it)
+      if (number[it.col()] < 0)
+        b.row(std::int64_t(k)) -= it.value() * (phi.row(it.col()) - psi.row(it.col()));
+  }
+  const auto solver = factory(submatrix(A, rows, number), progress.step("prepare", 0.7));
+  SolveReport report = solver->solve(b, delta, progress.step("solve", 0.3));
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    phi.row(rows[k]) = psi.row(rows[k]) + delta.row(std::int64_t(k));
+  return report;
+}
+
 }  // namespace
 
 Filtered smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::vector<char>& free,
@@ -100,17 +169,25 @@ Filtered smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::
           fmt::format("a signal of {} rows and {} marks were given for {} texels", psi.rows(),
                       free.size(), space.size()));
   const SparseMatrix A = space.solvable(0, 1, progress.step("assemble", 0.3));
-  const std::vector<int> rows = solvable_rows(A, free);
+  std::vector<int> rows = solvable_rows(A, free);
   if (rows.empty()) return {psi, nothing_to_solve()};
-  std::vector<int> number(free.size(), -1);
-  for (std::size_t k = 0; k < rows.size(); ++k) number[rows[k]] = int(k);
-  const Signal all = imbalance(space, A, psi, rows, what);
-  Signal right(Eigen::Index(rows.size()), psi.cols());
-  for (std::size_t k = 0; k < rows.size(); ++k) right.row(Eigen::Index(k)) = all.row(rows[k]);
-  const auto solver = factory(submatrix(A, rows, number), progress.step("prepare", 0.5));
-  Signal delta = Signal::Zero(right.rows(), right.cols());
-  Filtered result{psi, solver->solve(right, delta, progress.step("solve", 0.2))};
-  for (std::size_t k = 0; k < rows.size(); ++k) result.signal.row(rows[k]) += delta.row(Eigen::Index(k));
+  const Signal right = imbalance(space, A, psi, rows, what);
+  Filtered result{psi, {}};
+  result.report =
+      solve_rows(A, psi, right, rows, factory, result.signal, progress.step("free", 0.35));
+  std::vector<char> counts(free.size(), 1);  // whose ψ means something
+  if (what == Smooth::values)
+    for (std::size_t i = 0; i < free.size(); ++i) counts[i] = !free[i];
+  const std::vector<int> held = bring_back(A, psi, counts, rows, result.signal);
+  if (held.empty()) return result;
+  std::vector<char> still_free = free;
+  for (const int i : held) still_free[i] = 0;
+  rows = solvable_rows(A, still_free);
+  if (rows.empty()) return result;
+  const SolveReport again =
+      solve_rows(A, psi, right, rows, factory, result.signal, progress.step("bounded", 0.35));
+  result.report.converged = result.report.converged && again.converged;
+  bring_back(A, psi, counts, rows, result.signal);
   return result;
 }
 
