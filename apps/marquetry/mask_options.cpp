@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <numeric>
@@ -179,8 +180,7 @@ void check_mask(Run& run, const Scene& scene) {
   const std::vector<std::string> files = run.options().texts("mask");
   if (files.empty() || !names_model(files.front()))
     return check_pictures(run.options(), scene, {"mask"});
-  require(files.size() == 1,
-          "--mask: one model is enough; found " + std::to_string(files.size()));
+  require(files.size() == 1, "--mask: one model is enough; found " + std::to_string(files.size()));
   if (run.dry_run()) colours_of_mask(files.front());
 }
 
@@ -195,7 +195,17 @@ std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, cons
   } else if (!files.empty()) {
     mask = picture_mask(run, files, scene, target);
   }
-  add_spots(asked_spots(options, scene, target), target.domain().places(), mask);
+  for (const Spot& spot : asked_spots(options, scene, target)) {
+    const std::vector<double> before = mask;
+    add_spots(std::array{spot}, target.domain().places(), mask);
+    if (mask == before)
+      run.terminal().warning(
+          fmt::format("--spot at {:.4g}, {:.4g}, {:.4g} changes nothing: no part of {} is within "
+                      "{:.4g} of it, or "
+                      "the mask is full there",
+                      spot.center.x(), spot.center.y(), spot.center.z(), scene.model.path.string(),
+                      spot.radius));
+  }
   const double count = double(std::max<std::size_t>(1, mask.size()));
   run.result["mask"] = {
       {"mean", std::accumulate(mask.begin(), mask.end(), 0.0) / count},

@@ -77,6 +77,25 @@ Image<float> encoded(const Image<float>& picture, const Texture& texture,
   return encode(picture, values.space, transfer(texture));
 }
 
+namespace {
+
+/// The logarithm of light is a straight line below `log_threshold`: values there change by other
+/// rules than the rest.
+void warn_of_no_light(Run& run, const Model& model) {
+  for (const Texture& texture : model.textures) {
+    const auto negative =
+        std::ranges::count_if(texture.pixels.values(), [](float v) { return v < 0; });
+    if (negative > 0)
+      run.terminal().warning(
+          fmt::format("{}: {} of {} values are below 0, where light has no logarithm, and may end "
+                      "far from where "
+                      "they are: --space log is for light; take --space linear or stored",
+                      texture.path.string(), negative, texture.pixels.values().size()));
+  }
+}
+
+}  // namespace
+
 TextureTarget::TextureTarget(Run& run, const Scene& scene, const ValueSpace& values,
                              const TexelSpaceOptions& space, const Progress& progress)
     : model_(scene.model),
@@ -84,6 +103,7 @@ TextureTarget::TextureTarget(Run& run, const Scene& scene, const ValueSpace& val
       channels_(common_channels(scene.model)),
       domain_(run, scene, space, progress) {
   if (values.meaning == ValueSpace::Meaning::normals) refuse_tangent_space(scene);
+  if (values.space == ColourSpace::log) warn_of_no_light(run, scene.model);
 }
 
 /// The pictures in the values that are worked on. Not kept: on large textures they would stand
@@ -148,10 +168,11 @@ Signal VertexTarget::values_of(const VertexSignal& colors) const {
     copies[unknown] += 1;
     for (int c = 0; c < colors.channels; ++c) {
       const float value = colors.values[std::size_t(v) * colors.channels + c];
-      require(std::isfinite(value),
-              fmt::format("{}: channel {} of the colour of vertex {} (counted from 0) is {}; it must "
-                          "be finite",
-                          scene_.model.path.string(), c, v, value));
+      require(
+          std::isfinite(value),
+          fmt::format("{}: channel {} of the colour of vertex {} (counted from 0) is {}; it must "
+                      "be finite",
+                      scene_.model.path.string(), c, v, value));
       sum(unknown, c) += value;
     }
   }
