@@ -20,7 +20,7 @@
 namespace mq {
 namespace {
 
-constexpr int frames = 46, side = 256;
+constexpr int frames = 46, texels_across = 256;
 constexpr double noise = 0.05, light = 0.6;
 
 double peak_megabytes() {
@@ -52,7 +52,7 @@ struct Made {
     }
     rest.assign(2, mesh.positions);
     LifespanAtlasOptions options;
-    options.unwrap.width = options.unwrap.height = side;
+    options.unwrap.width = options.unwrap.height = texels_across;
     options.unwrap.trials = 20;
     lay_out(evolving, options);
   }
@@ -77,7 +77,7 @@ Signal albedo(const Texels& texels) {
 Vector brightness(const AtlasFrame& frame, int f) {
   const Mesh& mesh = frame.surface().mesh;
   const std::vector<Vector3> normals = vertex_normals(mesh);
-  const TexelOwners owners(mesh, side, side, 1, 3);
+  const TexelOwners owners(mesh, texels_across, texels_across, 1, 3);
   const double angle = 2 * std::numbers::pi * f / light_period;
   const Vector3 from = Vector3(std::cos(angle), 0.4, std::sin(angle)).normalized();
   const Texels& texels = frame.space().texels();
@@ -107,9 +107,10 @@ class Film {
   TemporalFrame load(int f) {
     const EvolvingFrame& stored = made_->evolving.frames[f];
     const EvolvingSegment& segment = made_->evolving.segments[stored.segment];
-    const auto atlas = std::make_shared<AtlasFrame>(segment, stored.positions, side, side);
+    const auto atlas =
+        std::make_shared<AtlasFrame>(segment, stored.positions, texels_across, texels_across);
     const Texels& texels = atlas->space().texels();
-    const AtlasFrame at_rest(segment, made_->rest[stored.segment], side, side);
+    const AtlasFrame at_rest(segment, made_->rest[stored.segment], texels_across, texels_across);
     TemporalFrame frame{std::shared_ptr<const SignalSpace>(atlas, &atlas->space()),
                         &texels,
                         albedo(at_rest.space().texels()),

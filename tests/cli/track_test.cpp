@@ -291,10 +291,18 @@ TEST(Export, CarriesTheColoursOfTheFirstFrameAlong) {
         best = v;
     return best;
   };
-  for (int v = 0; v < first.mesh.vertex_count(); ++v)
+  // Of a mesh so coarse there are more of them: those on the way from one to another are in
+  // between.
+  int same = 0;
+  for (int v = 0; v < first.mesh.vertex_count(); ++v) {
+    const int u = near(first.mesh.positions[v]);
+    if ((first.mesh.positions[v] - source.mesh.positions[u]).norm() > 1e-3) continue;
+    ++same;
     for (int c = 0; c < 3; ++c)
       ASSERT_NEAR(first.colors.values[std::size_t(3 * v + c)],
-                  source.colors.values[std::size_t(3 * near(first.mesh.positions[v]) + c)], 0.01);
+                  source.colors.values[std::size_t(3 * u + c)], 0.01);
+  }
+  EXPECT_EQ(same, source.mesh.vertex_count());
   EXPECT_NE(first.mesh.positions, second.mesh.positions);
   EXPECT_EQ(first.colors.values, second.colors.values);
   // The third frame is a mesh of its own.
