@@ -201,8 +201,7 @@ std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, cons
     if (mask == before)
       run.terminal().warning(
           fmt::format("--spot at {:.4g}, {:.4g}, {:.4g} changes nothing: no part of {} is within "
-                      "{:.4g} of it, or "
-                      "the mask is full there",
+                      "{:.4g} of it, or the mask is full there",
                       spot.center.x(), spot.center.y(), spot.center.z(), scene.model.path.string(),
                       spot.radius));
   }

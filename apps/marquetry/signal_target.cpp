@@ -88,8 +88,7 @@ void warn_of_no_light(Run& run, const Model& model) {
     if (negative > 0)
       run.terminal().warning(
           fmt::format("{}: {} of {} values are below 0, where light has no logarithm, and may end "
-                      "far from where "
-                      "they are: --space log is for light; take --space linear or stored",
+                      "far from where they are: --space log is for light; take --space linear or stored",
                       texture.path.string(), negative, texture.pixels.values().size()));
   }
 }

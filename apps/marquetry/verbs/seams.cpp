@@ -48,8 +48,7 @@ Exit seams(Run& run) {
     if (2 * at_seams > std::ssize(free))
       run.terminal().warning(
           fmt::format("{} of {} texels are at seams: the picture changes as a whole and loses "
-                      "contrast; a larger "
-                      "texture has more texels between its seams",
+                      "contrast; a larger texture has more texels between its seams",
                       at_seams, std::ssize(free)));
     const Step step(run, "solve", 0.4);
     before = target->values();

@@ -100,8 +100,9 @@ struct Range {
   bool any() const { return low.size() > 0; }
 
   void extend(const Eigen::RowVectorXd& values) {
-    low = any() ? Eigen::RowVectorXd(low.cwiseMin(values)) : values;
-    high = high.size() > 0 ? Eigen::RowVectorXd(high.cwiseMax(values)) : values;
+    if (!any()) low = high = values;
+    low = low.cwiseMin(values);
+    high = high.cwiseMax(values);
   }
 
   /// By those that count (1) among i and its neighbours.
@@ -119,16 +120,19 @@ std::vector<int> bring_back(const SparseMatrix& A, const Signal& psi,
                             Signal& phi) {
   constexpr double beyond = 0.25;  // of the range: a border goes on where its neighbours lead
   std::vector<int> brought;
-  Range everywhere;
-  for (std::size_t i = 0; i < counts.size(); ++i)
-    if (counts[i]) everywhere.extend(psi.row(std::int64_t(i)));
+  Range everywhere;  // which few need
   for (const int i : rows) {
     Range range;
     range.extend(A, psi, counts, i);
     if (!range.any())
       for (SparseMatrix::InnerIterator it(A, i); it; ++it)
         range.extend(A, psi, counts, int(it.col()));
-    if (!range.any()) range = everywhere;
+    if (!range.any()) {
+      if (!everywhere.any())
+        for (std::size_t j = 0; j < counts.size(); ++j)
+          if (counts[j]) everywhere.extend(psi.row(std::int64_t(j)));
+      range = everywhere;
+    }
     if (!range.any()) continue;
     const Eigen::RowVectorXd more = beyond * (range.high - range.low);
     const Eigen::RowVectorXd within =
