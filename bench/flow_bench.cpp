@@ -6,6 +6,7 @@
 //     flow_bench size N...        time on tori of so many vertices
 //     flow_bench levels N         the same level by level, seconds on the wall
 //     flow_bench tables N...      of each basis the size of its systems and the time of their parts
+//     flow_bench system N BASIS   the row of one basis: triangle, Whitney, vertex or gradient
 //     flow_bench pair FOLDER      a torus of 60,000 vertices: first.ply, second.ply, whose colours
 //                                 are turned by 10 to 30 spacings, blend.ply with both mixed
 //
@@ -176,6 +177,7 @@ void line(const std::string& name, const Pair& pair, const MeshFlow& flow, doubl
   fmt::print("| {} | {} | {:.4f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", name,
              flow.levels.back().unknowns, halfway_error(pair, flow.field), seconds,
              flow.prepare_seconds, build, solve, warp);
+  std::fflush(stdout);
 }
 
 const std::vector<std::pair<FlowBasis, std::string>> bases = {{FlowBasis::triangle, "triangle"},
@@ -235,13 +237,51 @@ void levels(int vertices) {
   fmt::print("\n{:.2f} s, of which preparing {:.2f} s\n", flow.seconds, flow.prepare_seconds);
 }
 
+/// The same system in one basis, by a factorisation.
+void factored(const FlowMesh& mesh, const DataTerms& data, double weight, FlowBasis basis,
+              const std::string& name) {
+  DirectFlowSolver solver(mesh, basis);
+  // Processor seconds per second on the wall, of one solve.
+  const auto busy = [&] {
+    const Stopwatch wall;
+    const double start = processor_seconds();
+    solver.solve(data, weight);
+    return (processor_seconds() - start) / wall.seconds();
+  };
+  const double first = busy(), analysis = first * solver.cost().analyse_seconds;
+  const double share = busy();
+  const FlowSystemCost cost = solver.cost();
+  const int vertices = mesh.vertex_count();
+  fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n",
+             vertices, name, double(cost.unknowns) / vertices,
+             double(cost.smoothness_entries) / double(cost.unknowns), double(cost.entries) * 1e-6,
+             share * cost.build_seconds, analysis, share * cost.factor_seconds,
+             share * cost.substitute_seconds);
+  std::fflush(stdout);
+}
+
+DataTerms last_data(const Pair& pair, const FlowMesh& mesh) {
+  const Signal difference = pair.target - pair.source, mean = 0.5 * (pair.source + pair.target);
+  return data_terms(mesh.space(), difference, mean);
+}
+
+double last_weight(const Pair& pair, const FlowMesh& mesh, const DataTerms& data) {
+  return 4 * pair.spacing * pair.spacing * data.trace / mesh.area();
+}
+
+void system_of(const Pair& pair, const std::string& name) {
+  const FlowMesh mesh(pair.surface);
+  const DataTerms data = last_data(pair, mesh);
+  for (const auto& [basis, own] : bases)
+    if (own == name) factored(mesh, data, last_weight(pair, mesh, data), basis, name);
+}
+
 /// Thesis Tables 4.4 to 4.6: one system of the last level, by basis, and ours beside them.
 void systems(const Pair& pair) {
   const FlowMesh mesh(pair.surface);
-  const Signal difference = pair.target - pair.source, mean = 0.5 * (pair.source + pair.target);
-  const DataTerms data = data_terms(mesh.space(), difference, mean);
+  const DataTerms data = last_data(pair, mesh);
   const int vertices = pair.surface.mesh.vertex_count();
-  const double weight = 4 * pair.spacing * pair.spacing * data.trace / mesh.area();
+  const double weight = last_weight(pair, mesh, data);
   double last = processor_seconds();
   const auto passed = [&] {
     const double now = processor_seconds();
@@ -258,25 +298,7 @@ void systems(const Pair& pair) {
   const int cycles = multigrid.solve(system.right_hand_side, z).cycles;
   fmt::print("| {} | vertex, multigrid | 2 | | | {:.2f} | {:.2f} | {:.2f} | {:.2f} ({} cycles) |\n",
              vertices, build, coarse, set_up, passed(), cycles);
-  for (const auto& [basis, name] : bases) {
-    DirectFlowSolver solver(mesh, basis);
-    // Processor seconds per second on the wall, of one solve.
-    const auto busy = [&] {
-      const Stopwatch wall;
-      const double start = processor_seconds();
-      solver.solve(data, weight);
-      return (processor_seconds() - start) / wall.seconds();
-    };
-    const double first = busy(), analysis = first * solver.cost().analyse_seconds;
-    const double share = busy();
-    const FlowSystemCost cost = solver.cost();
-    fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n",
-               vertices, name, double(cost.unknowns) / vertices,
-               double(cost.smoothness_entries) / double(cost.unknowns), double(cost.entries) * 1e-6,
-               share * cost.build_seconds, analysis, share * cost.factor_seconds,
-               share * cost.substitute_seconds);
-    std::fflush(stdout);
-  }
+  for (const auto& [basis, name] : bases) factored(mesh, data, weight, basis, name);
 }
 
 /// Thesis Table 4.3: a correction pass on the mesh itself.
@@ -338,6 +360,8 @@ int main(int count, char** arguments) {
                count > 3 ? std::atof(arguments[3]) : 8);
   } else if (what == "levels" && count > 2) {
     mq::levels(std::atoi(arguments[2]));
+  } else if (what == "system" && count > 3) {
+    mq::system_of(mq::twisted_torus(std::atoi(arguments[2]), 10), arguments[3]);
   } else if (what == "pair" && count > 2) {
     mq::write_pair(arguments[2]);
   } else if ((what == "size" || what == "tables") && count > 2) {
@@ -346,8 +370,8 @@ int main(int count, char** arguments) {
     what == "size" ? mq::sizes(sizes) : mq::tables(sizes);
   } else {
     fmt::print(
-        "flow_bench motions | thesis [N [shift]] | size N... | levels N | tables N... | pair "
-        "FOLDER\n");
+        "flow_bench motions | thesis [N [shift]] | size N... | levels N | tables N... | system N "
+        "BASIS | pair FOLDER\n");
     return 2;
   }
 }

@@ -132,6 +132,13 @@ void add_flow_options(OptionTable& table) {
              .group = "Pictures",
              .help = "whether pixels follow the field or go straight along their vector [default "
                      "integrated]"});
+  table.add({.name = "flow",
+             .type = Type::path,
+             .metavar = "FILE",
+             .group = "Pictures",
+             .help = "follow this field and look for none: .flo (Middlebury), .png (KITTI) or .exr",
+             .details = "It says where each pixel of the first goes; where it is not known that of "
+                        "the nearest pixel counts."});
   table.add({.name = "basis",
              .type = Type::choice,
              .default_value = "vertex",
@@ -156,6 +163,11 @@ void add_flow_options(OptionTable& table) {
 ImageFlowOptions image_flow_options(const OptionValues& options) {
   for (const char* name : {"basis", "longest-edge", "vertices", "weld", "flipped"})
     refuse(options, name, "models, and these are pictures");
+  if (options.has("flow"))
+    for (const char* name : {"preset", "alignment", "largest", "smallest", "robust-smoothness",
+                             "steps", "scales", "gradients", "paths"})
+      require(!asks_for(options, name),
+              fmt::format("--{}: says how a field is looked for, and --flow gives one", name));
   const bool thesis = options.text("preset") == "thesis";
   ImageFlowOptions flow = thesis ? ImageFlowOptions::thesis() : ImageFlowOptions();
   flow.alignment = options.text("alignment") == "forward" ? ImageFlowOptions::Alignment::forward
@@ -189,6 +201,7 @@ void require_scales(const OptionValues& options, const ImageFlowOptions& flow, i
 
 TextureFlowOptions texture_flow_options(const OptionValues& options) {
   refuse(options, "paths", "pictures; on a model they always follow the field");
+  refuse(options, "flow", "pictures; on a model the field is always looked for");
   refuse(options, "light",
          "pictures; on a model --detail leaves light out, and each signal has variance 1");
   const std::string name = options.text("basis");

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/fem/flat_triangle.h"
+#include "mq/io/flow_file.h"
 #include "outputs.h"
 #include "signal_options.h"
 
@@ -121,11 +122,37 @@ PicturePair::PicturePair(Run& run) : values_(value_space(run.options())) {
   second_ = decoded(second, values_);
   multiply_by_alpha(first_);
   multiply_by_alpha(second_);
+  given_ = field_of(run, "flow");
+}
+
+std::optional<Image<float>> PicturePair::field_of(Run& run, const std::string& option) const {
+  if (!run.options().has(option)) return {};
+  const std::string name = run.options().text(option);
+  run.will_read(name);
+  Image<float> field = read_flow(name);
+  if (field.width() != first_.width() || field.height() != first_.height())
+    throw IoError(fmt::format(
+        "{}: has {} x {} pixels, and the pictures have {} x {}: a field of these is wanted", name,
+        field.width(), field.height(), first_.width(), first_.height()));
+  if (std::ranges::none_of(field.values(), [](float value) { return std::isfinite(value); }))
+    throw IoError(name + ": says of no pixel where it goes: all are marked as unknown");
+  run.input["files"].push_back(name);
+  return field;
 }
 
 ImageFlow PicturePair::align(Run& run, const ImageFlowOptions& options,
                              const Progress& progress) const {
   ImageFlow flow;
+  if (given_) {
+    about(model_, [&] { flow = known_flow(first_, second_, *given_, options, progress); });
+    run.result = flow_json(flow);
+    if (!(flow.error.back() < flow.error.front()))
+      run.terminal().warning(fmt::format(
+          "{}: brings the two no nearer to each other (error {:.4g}, mixed as they lie {:.4g}): it "
+          "may be of another pair, or from the second to the first",
+          run.options().text("flow"), flow.error.back(), flow.error.front()));
+    return flow;
+  }
   about(model_, [&] { flow = image_flow(first_, second_, options, progress); });
   run.result = flow_json(flow);
   warn_of_nothing(run, is_constant(first_.values(), first_.channels()),

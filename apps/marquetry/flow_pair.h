@@ -2,6 +2,7 @@
 /// Two signals to align: two pictures, or two textures or colourings of one model.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "mq/flow/image_flow.h"
@@ -26,8 +27,12 @@ class PicturePair {
   const Image<float>& first() const { return first_; }
   const Image<float>& second() const { return second_; }
 
-  /// Their flow, with `run.result` of it.
+  /// Their flow, or that of --flow, with `run.result` of it.
   ImageFlow align(Run& run, const ImageFlowOptions& options, const Progress& progress) const;
+
+  /// The field in the file that this option names, of the pictures' size; none where it names none.
+  /// Throws `IoError` naming it.
+  std::optional<Image<float>> field_of(Run& run, const std::string& option) const;
 
   /// A picture in these values as the first file holds its own.
   Texture stored(const Image<float>& picture) const;
@@ -39,6 +44,7 @@ class PicturePair {
   ValueSpace values_;
   Model model_;
   Image<float> first_, second_;
+  std::optional<Image<float>> given_;  ///< of --flow
 };
 
 /// Two signals on one model. Their flow, once it is found, gives what lies between.

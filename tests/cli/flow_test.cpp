@@ -335,6 +335,120 @@ TEST(Flow, WarnsWhereNothingCanBeAligned) {
               HasSubstr("no motion brings the two nearer"));
 }
 
+Image<float> constant_field(int width, int height, float u, float v) {
+  Image<float> field(width, height, 2);
+  for (std::size_t i = 0; i < field.values().size(); i += 2)
+    field.values()[i] = u, field.values()[i + 1] = v;
+  return field;
+}
+
+TEST(Flow, SaysHowFarItIsFromTheTruth) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(70, 60, 0, 0), Depth::u16);
+  write_image(folder / "b.png", blobs(70, 60, 2, -1), Depth::u16);
+  Image<float> truth = constant_field(70, 60, 2, -1);
+  // Of the margin, from which pixels leave, nothing is known.
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 70; ++x)
+      if (x < 8 || y < 8 || x >= 62 || y >= 52) truth(x, y, 0) = NAN;
+  for (const std::string format : {"flo", "png", "exr"}) {
+    write_flow(folder / ("truth." + format), truth);
+    const Result result = marquetry(
+        folder, {"flow", "a.png", "b.png", "-o", "out", "--truth", "truth." + format, "--json"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    const auto errors = result.json()["result"]["truth"];
+    EXPECT_EQ(errors["pixels"], 54 * 44);
+    EXPECT_LT(errors["endpoint"].get<double>(), 0.05);
+    EXPECT_LT(errors["angular"].get<double>(), 1);
+    EXPECT_EQ(errors["outliers"], 0);
+    EXPECT_GT(read_texture(folder / "out/truth.png").pixels.width(), 140);
+    EXPECT_EQ(result.json()["input"]["files"].back(), "truth." + format);
+  }
+  // Of a field of another's making.
+  write_flow(folder / "given.flo", constant_field(70, 60, 2, 3));
+  const Result result = marquetry(folder, {"flow", "a.png", "b.png", "-o", "other", "--flow",
+                                           "given.flo", "--truth", "truth.flo", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_DOUBLE_EQ(result.json()["result"]["truth"]["endpoint"], 4);
+  EXPECT_DOUBLE_EQ(result.json()["result"]["truth"]["outliers"], 1);
+  EXPECT_EQ(file_bytes(folder / "other/field.flo"), file_bytes(folder / "given.flo"));
+  EXPECT_THAT(result.error, HasSubstr("brings the two no nearer"));
+}
+
+TEST(Interpolate, FollowsAFieldThatIsGiven) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(60, 50, 0, 0));
+  write_image(folder / "b.png", blobs(60, 50, 4, -2));
+  for (const std::string format : {"flo", "png", "exr"}) {
+    Image<float> field = constant_field(60, 50, 4, -2);
+    field(30, 20, 0) = NAN;
+    write_flow(folder / ("f." + format), field);
+    const Result result = marquetry(folder, {"interpolate", "a.png", "b.png", "-o", "q.png", "-t",
+                                             "0.25", "--flow", "f." + format, "--json"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_THAT(result.error, Not(HasSubstr("warning")));
+    const auto error = result.json()["result"]["error"];
+    EXPECT_LT(error[1].get<double>(), 0.3 * error[0].get<double>());
+    const Image<float> between = read_texture(folder / "q.png").pixels,
+                       truth = blobs(60, 50, 1, -0.5);
+    for (int y = 4; y < 46; ++y)
+      for (int x = 5; x < 55; ++x) EXPECT_NEAR(between(x, y), truth(x, y), 0.01);
+  }
+}
+
+TEST(Flow, RefusesFieldsThatAreNone) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "a.png", blobs(20, 20, 0, 0));
+  write_flow(folder / "good.flo", Image<float>(20, 20, 2));
+  const std::string good = file_bytes(folder / "good.flo");
+  write_bytes(folder / "cut.flo", good.substr(0, 900));
+  write_bytes(folder / "empty.flo", "");
+  write_bytes(folder / "other.flo", "PNG?" + good.substr(4));
+  std::string huge = good;
+  huge[7] = char(0x7f);
+  write_bytes(folder / "huge.flo", huge);
+  write_flow(folder / "wide.flo", Image<float>(21, 20, 2));
+  write_flow(folder / "unknown.flo", Image<float>(20, 20, 2, NAN));
+  const std::vector<std::pair<std::string, std::string>> files = {
+      {"cut.flo", "cut short"},
+      {"empty.flo", "has 0 bytes"},
+      {"other.flo", "something else"},
+      {"huge.flo", "2130706452 x 20"},
+      {"wide.flo", "21 x 20"},
+      {"unknown.flo", "marked as unknown"},
+      {"a.png", "three of 16 (KITTI)"},
+      {"none.flo", "none.flo"},
+      {"strip.obj", "optical flow comes"}};
+  for (const std::string option : {"--flow", "--truth"})
+    for (const auto& [file, message] : files) {
+      const Result result =
+          marquetry(folder, {"flow", "a.png", "a.png", "-o", "out", option, file});
+      EXPECT_EQ(result.status, 2) << option << ' ' << file;
+      EXPECT_THAT(result.error, HasSubstr(message)) << option;
+      EXPECT_THAT(result.error, HasSubstr(file)) << option;
+    }
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"flow", "a.png", "a.png", "-o", "out", "--flow", "good.flo", "--steps", "2"}, "--steps"},
+      {{"flow", "strip.obj", "strip.png", "strip.png", "-o", "out", "--flow", "good.flo"},
+       "--flow is for pictures"},
+      {{"flow", "strip.obj", "strip.png", "strip.png", "-o", "out", "--truth", "good.flo"},
+       "--truth is for pictures"},
+      {{"interpolate", "a.png", "a.png", "-o", "good.flo", "--flow", "good.flo"}, "good.flo"}};
+  for (const auto& [words, message] : cases) {
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2) << words.back();
+    EXPECT_THAT(result.error, HasSubstr(message));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  // What is read is not written over.
+  const Result result = marquetry(
+      folder, {"flow", "a.png", "a.png", "-o", ".", "--flow", "good.flo", "--format", "flo"});
+  EXPECT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(marquetry(folder, {"flow", "a.png", "a.png", "-o", ".", "--flow", "field.flo"}).status,
+            2);
+}
+
 TEST(Flow, StopsWhenAskedTo) {
   const Folder folder;
   write_image(folder / "a.png", blobs(900, 900, 0, 0));

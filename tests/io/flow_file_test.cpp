@@ -9,6 +9,7 @@
 
 #include "io/folder.h"
 #include "mq/base/error.h"
+#include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/io/flo.h"
 #include "mq/io/image_file.h"
@@ -100,7 +101,30 @@ TEST_F(FlowFile, IsRefusedWhereverItIsCutOrChanged) {
   Bytes wild = whole;
   for (std::size_t i = 12; i < wild.size(); ++i) wild[i] = std::byte(37 * i * i + i / 3);
   const Image<float> any = flow_from_bytes(wild, "a.flo");
-  for (const float value : any.values()) EXPECT_TRUE(std::isnan(value) || std::abs(value) <= 1e9F);
+  for (const float value : any.values()) EXPECT_TRUE(std::isnan(value) || std::abs(value) < 1e9F);
+}
+
+TEST_F(FlowFile, IsUnknownWhereItIsMarkedInAnyOfTheWaysInUse) {
+  for (const float mark : {1e9F, -1e9F, 1e10F, 1.6666667e9F, INFINITY, -INFINITY, NAN}) {
+    Image<float> field(2, 1, 2, 3.5F);
+    field(1, 0, 1) = mark;
+    Bytes bytes = bytes_of_flow(field);
+    std::memcpy(bytes.data() + 12 + 3 * 4, &mark, 4);
+    const Image<float> read = flow_from_bytes(bytes, "a.flo");
+    EXPECT_EQ(read(0, 0), 3.5F);
+    EXPECT_TRUE(std::isnan(read(1, 0, 0)) && std::isnan(read(1, 0, 1))) << mark;
+  }
+}
+
+TEST_F(FlowFile, InPicturesIsRefusedWhereTheyAreCut) {
+  for (const char* name : {"a.png", "a.exr"}) {
+    write_flow(folder / name, example());
+    const Bytes whole = read_file(folder / name);
+    for (const double part : {0.0, 0.3, 0.7}) {
+      write_file(folder / name, ByteView(whole).first(std::size_t(part * double(whole.size()))));
+      EXPECT_THAT(error_of(folder / name), HasSubstr(name)) << part;
+    }
+  }
 }
 
 TEST_F(FlowFile, SaysWhatItFoundAndWanted) {

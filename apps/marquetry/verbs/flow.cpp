@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include "field.h"
 #include "flow_options.h"
 #include "flow_pair.h"
 #include "mq/base/error.h"
+#include "mq/flow/flow_errors.h"
 #include "mq/image/contact_sheet.h"
 #include "mq/image/false_colour.h"
 #include "mq/image/flow_colour.h"
@@ -65,6 +68,35 @@ Image<float> error_sheet(const Image<float>& before, const Image<float>& after) 
                        {.columns = 3});
 }
 
+/// The field and the true one in the same colours, and how far their ends lie apart.
+Image<float> truth_sheet(const Image<float>& field, const Image<float>& truth) {
+  const double most = std::max(longest(field), longest(truth));
+  const Image<float> errors = endpoint_errors(field, truth);
+  std::vector<float> known;
+  std::ranges::copy_if(errors.values(), std::back_inserter(known),
+                       [](float value) { return std::isfinite(value); });
+  // A few pixels at edges must not decide for all.
+  const auto high = known.begin() + std::ssize(known) * 99 / 100;
+  std::ranges::nth_element(known, high);
+  const FalseColour scale{.low = 0, .high = *high > 0 ? *high : 1};
+  LegendOptions legend_options;
+  legend_options.height = std::clamp(field.height(), 160, 500);
+  return contact_sheet({{flow_picture(field, most), "field"},
+                        {flow_picture(truth, most), "truth"},
+                        {flow_wheel(most), ""},
+                        {false_colour(errors, scale), "apart, pixels"},
+                        {legend(scale, legend_options), ""}},
+                       {.columns = 3});
+}
+
+Json truth_json(const FlowErrors& errors) {
+  return {{"pixels", errors.pixels},
+          {"endpoint", errors.endpoint},
+          {"endpoint_rms", errors.endpoint_root_mean_square},
+          {"angular", errors.angular},
+          {"outliers", errors.outliers}};
+}
+
 /// What people want to know at once.
 void print_result(Run& run, double before, double after) {
   const Json& error = run.result["error"];
@@ -81,12 +113,14 @@ Exit flow_pictures(Run& run) {
   const fs::path folder = folder_of(options);
   const PicturePair pair(run);
   require_scales(options, how, pair.first().width(), pair.first().height());
-  const std::vector<fs::path> paths = {folder / ("field." + options.text("format")),
-                                       folder / "colours.png",
-                                       folder / "error.png",
-                                       folder / "blend.png",
-                                       folder / "halfway.png",
-                                       folder / "report.json"};
+  const std::optional<Image<float>> truth = pair.field_of(run, "truth");
+  std::vector<fs::path> paths = {folder / ("field." + options.text("format")),
+                                 folder / "colours.png",
+                                 folder / "error.png",
+                                 folder / "blend.png",
+                                 folder / "halfway.png",
+                                 folder / "report.json"};
+  if (truth) paths.push_back(folder / "truth.png");
   run.will_write(paths, folder);
   if (run.dry_run()) return Exit::done;
 
@@ -113,6 +147,16 @@ Exit flow_pictures(Run& run) {
     middle.format.tags = nullptr;
     write_texture(paths[moved ? 4 : 3], middle);
   }
+  if (truth) {
+    const FlowErrors errors = flow_errors(field, *truth);
+    run.result["truth"] = truth_json(errors);
+    write_image(paths[6], truth_sheet(field, *truth));
+    run.print(
+        fmt::format("beside the true field: endpoint error {:.4g} pixels, angular error {:.4g} "
+                    "degrees, {:.2f} % "
+                    "of {} pixels off by more than 3 and 5 %\n",
+                    errors.endpoint, errors.angular, 100 * errors.outliers, errors.pixels));
+  }
   say_written(run, paths);
   write_report(run, paths[5]);
   print_result(run, before, after);
@@ -138,6 +182,7 @@ Exit flow_model(Run& run) {
   const OptionValues& options = run.options();
   require(!asks_for(options, "format"),
           "--format is for pictures; on a model fields are .vf files");
+  require(!options.has("truth"), "--truth is for pictures");
   const TextureFlowOptions how = texture_flow_options(options);
   const fs::path folder = folder_of(options);
   ModelPair pair(run);
@@ -169,6 +214,12 @@ Exit flow_model(Run& run) {
   const double mean_before = std::sqrt(before.squaredNorm() / double(before.size()));
   const double mean_after = std::sqrt(after.squaredNorm() / double(after.size()));
   run.result["difference"] = {mean_before, mean_after};
+  if (mean_after > mean_before)
+    run.terminal().warning(fmt::format(
+        "along the field the two differ by more than mixed as they lie ({:.4g} of white, {:.4g}): "
+        "{}",
+        mean_after, mean_before,
+        vertices ? "try another --largest, or --detail 0" : "give a smaller --longest-edge"));
   write_vector_field(paths[0], pair.scene().surface.mesh, pair.field());
   halfway.write(pair.with(0.5 * (met.source + met.target), 0.5),
                 step.progress().step("halfway", 0.2));
@@ -212,6 +263,12 @@ Verb flow_verb() {
              .choices = {"flo", "png", "exr"},
              .group = "Pictures",
              .help = "of the field: .flo (Middlebury), .png (KITTI) or .exr"});
+  table.add({.name = "truth",
+             .type = Type::path,
+             .metavar = "FILE",
+             .group = "Pictures",
+             .help = "the true field, .flo, .png (KITTI) or .exr: the report says how far the one "
+                     "found is from it"});
   add_frames_option(table);
   return {table, run_flow};
 }

@@ -19,6 +19,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
+#include "mq/flow/image_carry.h"
 #include "mq/flow/image_signals.h"
 #include "mq/flow/image_system.h"
 
@@ -470,6 +471,33 @@ ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
   return flow;
 }
 
+ImageFlow known_flow(const Image<float>& source, const Image<float>& target,
+                     const Image<float>& displacement, const ImageFlowOptions& options,
+                     const Progress& progress) {
+  require_images(source, target);
+  require(
+      displacement.width() == source.width() && displacement.height() == source.height(),
+      fmt::format("a flow of {} x {} pixels was given for images of {} x {}", displacement.width(),
+                  displacement.height(), source.width(), source.height()));
+  const SurfaceScale scale{.area = double(source.pixel_count()), .texel_spacing = 1};
+  const auto [first, second] =
+      flow_signals(source, target, pixels(options.detail, scale), options.light);
+  progress.at(0.3);
+  ImageFlow flow;
+  flow.alignment = Alignment::forward;
+  flow.path = FlowPath::straight;
+  flow.field = completed(displacement);
+  ImageFlowOptions measured = options;
+  measured.alignment = flow.alignment;
+  const Scale whole{first, second, 1, {options.robust_data}};
+  const Aligner judge(whole, measured);
+  const Moved blend = judge.move(Image<float>(source.width(), source.height(), 2));
+  progress.at(0.6);
+  flow.error = {error_of(blend, blend), error_of(judge.move(flow.field), blend)};
+  progress.at(1);
+  return flow;
+}
+
 AlignedImages aligned(const ImageFlow& flow, const Image<float>& source,
                       const Image<float>& target) {
   if (flow.alignment == Alignment::forward)
@@ -491,6 +519,26 @@ Image<float> forward_displacement(const ImageFlow& flow) {
   return moved;
 }
 
+/// How unlike the pixels of the source are to those of the target they go to.
+static Image<float> disagreement(const Image<float>& displacement, const Image<float>& source,
+                                 const Image<float>& target) {
+  const Image<float> arrived = displaced(target, displacement);
+  Image<float> costs(source.width(), source.height(), 1);
+  parallel_for(
+      source.height(),
+      [&](std::int64_t y) {
+        for (int x = 0; x < source.width(); ++x) {
+          const auto a = source.pixel(x, int(y)), b = arrived.pixel(x, int(y));
+          double sum = 0;
+          for (std::size_t c = 0; c < a.size(); ++c)
+            sum += (double(b[c]) - a[c]) * (double(b[c]) - a[c]);
+          costs(x, int(y)) = float(sum);
+        }
+      },
+      row_block);
+  return costs;
+}
+
 Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
                           const Image<float>& target, double t) {
   require_images(source, target);
@@ -499,8 +547,12 @@ Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
           "the flow is that of images of another size");
   if (t == 0) return source;
   if (t == 1) return target;
-  const Image<float> back = displacement(flow.field, -t, flow.path);
-  const Image<float> forth = displacement(flow.field, 1 - t, flow.path);
+  const bool forward = flow.alignment == Alignment::forward;
+  const CarriedField on_the_way =
+      forward ? carried(flow.field, t, disagreement(flow.field, source, target)) : CarriedField();
+  const Image<float>& X = forward ? on_the_way.field : flow.field;
+  const Image<float> back = displacement(X, -t, flow.path);
+  const Image<float> forth = displacement(X, 1 - t, flow.path);
   Image<float> between = displaced(source, back);
   const Image<float> other = displaced(target, forth);
   parallel_for(
@@ -508,7 +560,8 @@ Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
       [&](std::int64_t row) {
         const int y = int(row);
         for (int x = 0; x < between.width(); ++x) {
-          const bool in_source = lands_inside(back, x, y), in_target = lands_inside(forth, x, y);
+          const bool in_source = lands_inside(back, x, y) && (!forward || on_the_way.seen(x, y));
+          const bool in_target = lands_inside(forth, x, y);
           const float part = in_source == in_target ? float(t) : in_target ? 1.0F : 0.0F;
           const auto value = between.pixel(x, y);
           for (std::size_t c = 0; c < value.size(); ++c)

@@ -110,6 +110,15 @@ struct ImageFlow {
 ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
                      const ImageFlowOptions& options = {}, const Progress& progress = {});
 
+/// A field that is known, as a flow: `displacement` is what flow files hold (forward alignment, see
+/// `forward_displacement`); where it is not known, NaN, it is that of the nearest pixel where it is.
+/// Of `options` only what measures counts: `detail`, `light` and `robust_data`. `error` is the
+/// linear blend's and that along the field. Throws `InvalidInput` where sizes differ or the flow of
+/// no pixel is known, and as `image_flow` does.
+ImageFlow known_flow(const Image<float>& source, const Image<float>& target,
+                     const Image<float>& displacement, const ImageFlowOptions& options = {},
+                     const Progress& progress = {});
+
 /// φ̃₀ and φ̃₁: the images where they meet.
 struct AlignedImages {
   Image<float> source, target;
@@ -124,7 +133,8 @@ Image<float> forward_displacement(const ImageFlow& flow);
 
 /// Equation (4.26): (1 − t)·Advect(φ₀, −X, t) + t·Advect(φ₁, X, 1 − t), 0 ≤ t ≤ 1. At t = 0 and 1
 /// the images themselves. Where one of the two places lies outside its image, the other alone
-/// counts.
+/// counts. A forward field says where the source's pixels go: it is carried along to time t first
+/// (`image_carry.h`), and where nothing of the source comes to, the target alone counts.
 Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
                           const Image<float>& target, double t);
 

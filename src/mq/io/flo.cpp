@@ -17,7 +17,8 @@ static_assert(std::endian::native == std::endian::little, "the format is little-
 namespace {
 
 constexpr float magic = 202021.25F;
-constexpr float unknown_from = 1e9F;  ///< what is larger is unknown
+constexpr float unknown_from = 1e9F;  ///< this and what is larger is unknown: the benchmark's own
+                                      ///< 10¹⁰, and what others write
 constexpr float unknown_mark = 1e10F;
 
 [[noreturn]] void fail(const std::string& name, const std::string& what) {
@@ -30,7 +31,7 @@ void mark_unknown_flow(Image<float>& field) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   for (std::size_t i = 0; i < field.values().size(); i += 2) {
     float &u = field.values()[i], &v = field.values()[i + 1];
-    if (!(std::abs(u) <= unknown_from) || !(std::abs(v) <= unknown_from)) u = v = nan;
+    if (!(std::abs(u) < unknown_from) || !(std::abs(v) < unknown_from)) u = v = nan;
   }
 }
 

@@ -16,7 +16,7 @@ Image<float> flow_from_bytes(std::span<const std::byte> bytes, const std::string
 /// The same bytes again; what is not finite is unknown.
 Bytes bytes_of_flow(const Image<float>& field);
 
-/// Vectors of which a part is beyond 10⁹, or not a number, are unknown: both parts NaN.
+/// Vectors of which a part is 10⁹ or beyond, or not a number, are unknown: both parts NaN.
 void mark_unknown_flow(Image<float>& field);
 
 }  // namespace mq

@@ -14,11 +14,11 @@ namespace mq {
 ///
 /// - .flo: Baker et al. (A database and evaluation methodology for optical flow, 2011): the float
 ///   202021.25, width and height (32-bit integers), pairs of floats row by row, little-endian;
-///   beyond 10⁹, or not a number, is unknown;
+///   10⁹ and beyond, or not a number, is unknown;
 /// - .png: KITTI (Menze and Geiger, Object scene flow for autonomous vehicles, 2015): 16 bits, red
 ///   and green (value − 2¹⁵)/64, blue 0 where unknown;
-/// - .exr: two or three channels, of which the first two count (U and V, or R and G); beyond 10⁹
-///   is unknown.
+/// - .exr: two or three channels, of which the first two count (U and V, or R and G); unknown as
+///   in .flo.
 ///
 /// Throws `IoError` naming the file, what was found and what was wanted.
 Image<float> read_flow(const std::filesystem::path& path);
