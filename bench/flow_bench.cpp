@@ -174,7 +174,7 @@ std::array<double, 3> parts(const MeshFlow& flow) {
 
 void line(const std::string& name, const Pair& pair, const MeshFlow& flow, double seconds) {
   const auto [build, solve, warp] = parts(flow);
-  fmt::print("| {} | {} | {:.4f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", name,
+  fmt::print("| {} | {} | {:.5f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", name,
              flow.levels.back().unknowns, halfway_error(pair, flow.field), seconds,
              flow.prepare_seconds, build, solve, warp);
   std::fflush(stdout);
