@@ -4,12 +4,14 @@
 #include <sys/resource.h>
 
 #include <cmath>
+#include <functional>
 
 #include "mq/io/frame_files.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
+#include "mq/io/json_read.h"
 
 namespace mq::app {
 namespace {
@@ -226,42 +228,40 @@ bool overridden(const OptionValues& given, const std::string& name) {
   return given.given(name);
 }
 
-void apply_config(const Json& config, OptionValues& options) {
-  const std::string verb = config.value("verb", options.table().verb());
-  require(verb == options.table().verb(),
-          fmt::format("it was written by 'marquetry {}', not by 'marquetry {}'", verb,
-                      options.table().verb()));
-  const OptionValues given = options;
-  const Json& rows = config.contains("options") ? config.at("options") : config;
-  require(rows.is_object(), "its options are not an object");
-  for (const auto& [name, value] : rows.items()) {
-    if (name == "verb" && &rows == &config) continue;
-    if (options.table().find(name).name != name || overridden(given, name)) continue;
-    std::vector<std::string> texts;
-    if (value.is_array())
-      for (const Json& one : value) texts.push_back(typed_text(one));
-    else
-      texts.push_back(typed_text(value));
-    options.set(name, texts);
-  }
+void apply_option(const std::string& name, const Json& value, OptionValues& options) {
+  std::vector<std::string> texts;
+  if (value.is_array())
+    for (const Json& one : value) texts.push_back(typed_text(one));
+  else
+    texts.push_back(typed_text(value));
+  options.set(name, texts);
 }
 
-/// Throws `IoError` naming the line.
-Json parse_config(std::string_view text, const std::string& name) {
-  Json config;
-  try {
-    config = Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    const std::string reason = error.what();
-    const bool encoding = reason.find("UTF-8") != std::string::npos;
-    throw IoError(fmt::format("{}, line {}: {} (--config takes what --report wrote)", name,
-                              Scanner::line(text, error.byte > 0 ? error.byte - 1 : 0),
-                              encoding ? "holds bytes that are not UTF-8: save it as UTF-8"
-                                       : "not JSON from here on"));
+/// `place` says where a value stands, for messages.
+void apply_config(const Json& config, OptionValues& options,
+                  const std::function<std::string(const std::vector<JsonStep>&)>& place) {
+  const std::string& own = options.table().verb();
+  const Json verb = config.value("verb", Json(own));
+  if (verb != Json(own))
+    throw InvalidInput(fmt::format("{}: it was written by 'marquetry {}', not by 'marquetry {}'",
+                                   place({"verb"}),
+                                   verb.is_string() ? verb.get<std::string>() : verb.dump(), own));
+  const OptionValues given = options;
+  const bool nested = config.contains("options");
+  const Json& rows = nested ? config.at("options") : config;
+  if (!rows.is_object())
+    throw InvalidInput(place({"options"}) + ": found no object, wanted one of options");
+  for (const auto& [name, value] : rows.items()) {
+    if (name == "verb" && !nested) continue;
+    try {
+      if (options.table().find(name).name != name || overridden(given, name)) continue;
+      apply_option(name, value, options);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(place(nested ? std::vector<JsonStep>{"options", name}
+                                      : std::vector<JsonStep>{name}) +
+                         ": " + error.what());
+    }
   }
-  if (!config.is_object())
-    throw IoError(name + ": not a JSON object (--config takes what --report wrote)");
-  return config;
 }
 
 }  // namespace
@@ -280,13 +280,16 @@ Json options_json(const OptionValues& options) {
 }
 
 void read_config(const std::filesystem::path& path, OptionValues& options) {
+  const std::string file = path.string(), wanted = "what --report wrote, or an object of options";
   const Bytes bytes = read_file(path);
-  const Json config = parse_config(text_of(bytes), path.string());
-  try {
-    apply_config(config, options);
-  } catch (const InvalidInput& error) {
-    throw InvalidInput(path.string() + ": " + error.what());
-  }
+  const std::string_view text = text_of(bytes);
+  const Json config = parse_json<Json>(file, text, wanted);
+  if (!config.is_object())
+    throw IoError(fmt::format("{}: found no JSON object (wanted {})", json_place(file, text, {}),
+                              wanted));
+  apply_config(config, options, [&](const std::vector<JsonStep>& steps) {
+    return json_place(file, text, steps);
+  });
 }
 
 Json defects_json(const Defects& defects) {

@@ -270,7 +270,13 @@ class Tracking {
     current_ = reader.positions(stored - 1);
     if (stored > 1 && reader.frames()[stored - 2].segment == reader.frames()[stored - 1].segment)
       previous_ = reader.positions(stored - 2);
-    for (const StoredFrame& frame : reader.frames()) frames_.push_back(Json::parse(frame.measured));
+    for (const StoredFrame& frame : reader.frames()) {
+      require(!frame.measured.empty(),
+              fmt::format("{}: --resume: nothing is written of what was measured at frame {}, as "
+                          "tracking writes it: track them without --resume",
+                          output.string(), frame.number));
+      frames_.push_back(Json::parse(frame.measured));
+    }
     return stored;
   }
 

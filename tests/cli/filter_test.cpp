@@ -195,11 +195,14 @@ TEST(Filter, RefusesConfigurationsItDoesNotUnderstand) {
     return marquetry(folder, {"filter", "strip.obj", "-o", "o.png", "--config", "c.json"});
   };
   EXPECT_THAT(with("{\"bta\": 1}").error, HasSubstr("did you mean '--beta'?"));
-  EXPECT_THAT(with("{\"beta\": \"much\"}").error, HasSubstr("c.json: --beta: found 'much'"));
+  EXPECT_THAT(with("{\"beta\": \"much\"}").error, HasSubstr("c.json, line 1, column 10: --beta: found 'much'"));
   EXPECT_THAT(with("{\"verb\": \"inspect\", \"options\": {}}").error, HasSubstr("inspect"));
   EXPECT_THAT(with("{\"beta\": [1, 2]}").error, HasSubstr("takes one value"));
-  EXPECT_THAT(with("[1]").error, HasSubstr("not a JSON object"));
-  EXPECT_THAT(with("{\n\"beta\"").error, HasSubstr("c.json, line 2: not JSON"));
+  EXPECT_THAT(with("[1]").error, HasSubstr("c.json, line 1, column 1: found no JSON object"));
+  EXPECT_THAT(with("{\n\"beta\"").error, HasSubstr("c.json, line 2, column 7: not JSON from here on: found the "
+                                                 "end of the file, wanted ':'"));
+  EXPECT_THAT(with("{\"verb\": 3}").error, HasSubstr("written by 'marquetry 3'"));
+  EXPECT_THAT(with("{\"options\": 3}").error, HasSubstr("wanted one of options"));
   EXPECT_EQ(with("{\"beta\": null}").status, 2);
   EXPECT_EQ(with("{\"beta\": 1}").status, 0);
 }

@@ -66,7 +66,7 @@ TEST(Program, NamesTheLineOfAConfigurationThatIsNotUtf8) {
   write_bytes(folder / "c.json", "{\n\"mesh\": \"gr\xfc\xdf.obj\"}\n");
   const Result result = marquetry(folder, {"inspect", "--config", "c.json"});
   EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.error, HasSubstr("c.json, line 2: holds bytes that are not UTF-8"));
+  EXPECT_THAT(result.error, HasSubstr("c.json, line 2, column 12: holds bytes that are not UTF-8"));
 }
 
 }  // namespace

@@ -64,9 +64,20 @@ TEST_F(Cameras, AreRefusedWithTheirPlace) {
     return fixtures::error_of<Error>([&] { read_cameras(folder / "c.json"); });
   };
   const std::string head = R"({"cameras":[{"image":"a.png","width":9,"height":9,"fx":5,)";
-  EXPECT_THAT(json("{"), HasSubstr("c.json"));
+  EXPECT_THAT(json("{\n  \"cameras\" [\n"), HasSubstr("c.json, line 2, column 13: not JSON from here on"));
+  EXPECT_THAT(json("[]"), HasSubstr("c.json, line 1, column 1: found a list of 0, wanted"));
+  EXPECT_THAT(json("{}"), HasSubstr("found no \"cameras\", wanted a list of objects there"));
+  EXPECT_THAT(json("{\"cameras\": [3]}"), HasSubstr("column 14: cameras[0]: found 3, wanted"));
+  EXPECT_THAT(json("{\"cameras\": [{\"width\": 9, \"height\": 9,\n\"fx\": \"5\"}]}"),
+              HasSubstr("c.json, line 2, column 7: cameras[0].fx: found \"5\", wanted a number"));
+  EXPECT_THAT(json("{\"cameras\": [{\"width\": 9.5}]}"),
+              HasSubstr("cameras[0].width: found 9.5, wanted a whole number"));
+  EXPECT_THAT(json("{\"cameras\": [{\"width\": 1e999}]}"),
+              HasSubstr("line 1, column 24: found a number too large"));
   EXPECT_THAT(json("{\"cameras\":[]}"), HasSubstr("holds no camera"));
-  EXPECT_THAT(json(head + "\"rotation\":[[1,0,0],[0,1,0],[0,0,1]]}]}"), HasSubstr("camera 0"));
+  EXPECT_THAT(json(head + "\"rotation\":[[1,0,0],[0,1,0],[0,0,1]]}]}"), HasSubstr("c.json, line 1, column 13: cameras[0]: found no \"translation\", wanted 3 numbers"));
+  EXPECT_THAT(json(head + "\"rotation\":[[1,0,0],[0,1],[0,0,1]]}]}"),
+              HasSubstr("cameras[0].rotation[1]: found a list of 2, wanted a row of 3 numbers"));
   EXPECT_THAT(json(head + "\"rotation\":[[2,0,0],[0,1,0],[0,0,1]],\"translation\":[0,0,0]}]}"),
               HasSubstr("no rotation"));
   EXPECT_THAT(

@@ -12,12 +12,14 @@
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
+#include "mq/io/json_read.h"
 
 namespace mq {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+
+constexpr int most_pixels = 1'000'000;  ///< of a side of a picture
 
 Eigen::Matrix3d rotation_of(double w, double x, double y, double z, const std::string& where) {
   const Eigen::Quaterniond q(w, x, y, z);
@@ -32,9 +34,10 @@ void check(const PinholeCamera& camera, const std::string& where) {
   const double sum = camera.fx + camera.fy + camera.cx + camera.cy + camera.k1 + camera.k2 +
                      camera.k3 + camera.p1 + camera.p2 + camera.translation.sum();
   if (!sizes || !std::isfinite(sum) || !camera.rotation.allFinite())
-    throw IoError(where +
-                  ": a camera needs a width, a height and focal lengths above 0, and finite "
-                  "numbers");
+    throw IoError(fmt::format(
+        "{}: found a width of {}, a height of {} and focal lengths of {} and {}; a camera needs all "
+        "of them above 0, and finite numbers",
+        where, camera.width, camera.height, camera.fx, camera.fy));
   const Eigen::Matrix3d& R = camera.rotation;
   if ((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() > 1e-4 || R.determinant() < 0)
     throw IoError(where +
@@ -59,7 +62,7 @@ struct Line {
   /// A number of pixels; 0, which is refused later, where it is none.
   int pixels(std::size_t k) const {
     const double value = number(k);
-    return value >= 1 && value <= 1e6 ? int(value) : 0;
+    return value >= 1 && value <= most_pixels ? int(value) : 0;
   }
 
   double number(std::size_t k) const {
@@ -149,47 +152,41 @@ std::vector<Photograph> read_colmap(const fs::path& folder) {
   return photographs;
 }
 
-Photograph photograph_of(const Json& json, const fs::path& path, const std::string& where) {
+Photograph photograph_of(const JsonObject& json, const fs::path& folder) {
   Photograph photograph;
   PinholeCamera& camera = photograph.camera;
-  camera.width = json.at("width"), camera.height = json.at("height");
-  camera.fx = json.at("fx"), camera.fy = json.value("fy", camera.fx);
-  camera.cx = json.value("cx", camera.width / 2.0),
-  camera.cy = json.value("cy", camera.height / 2.0);
-  camera.k1 = json.value("k1", 0.0), camera.k2 = json.value("k2", 0.0);
-  camera.k3 = json.value("k3", 0.0);
-  camera.p1 = json.value("p1", 0.0), camera.p2 = json.value("p2", 0.0);
-  if (json.contains("quaternion")) {
-    const std::array<double, 4> q = json.at("quaternion");
-    camera.rotation = rotation_of(q[0], q[1], q[2], q[3], where);
+  camera.width = json.whole("width", 1, most_pixels);
+  camera.height = json.whole("height", 1, most_pixels);
+  camera.fx = json.number("fx"), camera.fy = json.number("fy", camera.fx);
+  camera.cx = json.number("cx", camera.width / 2.0);
+  camera.cy = json.number("cy", camera.height / 2.0);
+  camera.k1 = json.number("k1", 0), camera.k2 = json.number("k2", 0);
+  camera.k3 = json.number("k3", 0);
+  camera.p1 = json.number("p1", 0), camera.p2 = json.number("p2", 0);
+  if (json.has("quaternion")) {
+    const std::vector<double> q = json.numbers("quaternion", 4);
+    camera.rotation = rotation_of(q[0], q[1], q[2], q[3], json.place());
   } else {
-    const std::array<std::array<double, 3>, 3> rows = json.at("rotation");
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) camera.rotation(r, c) = rows[std::size_t(r)][std::size_t(c)];
+    const std::vector<double> R = json.rows("rotation", 3, 3);
+    for (int k = 0; k < 9; ++k) camera.rotation(k / 3, k % 3) = R[std::size_t(k)];
   }
-  const std::array<double, 3> t = json.at("translation");
+  const std::vector<double> t = json.numbers("translation", 3);
   camera.translation = Vector3(t[0], t[1], t[2]);
-  check(camera, where);
-  photograph.picture = find_picture(path.parent_path(), json.at("image"), where);
+  check(camera, json.place());
+  photograph.picture = find_picture(folder, json.text("image"), json.place());
   return photograph;
 }
 
 std::vector<Photograph> read_json(const fs::path& path) {
+  const std::string wanted =
+      "an object with \"cameras\", a list of objects with image, width, height, fx, rotation and "
+      "translation, or a folder of COLMAP's text export";
   const Bytes bytes = read_file(path);
+  const JsonFile file{path.string(), text_of(bytes),
+                      parse_json(path.string(), text_of(bytes), wanted)};
   std::vector<Photograph> photographs;
-  std::string where = path.string();
-  try {
-    const Json json = Json::parse(text_of(bytes));
-    for (const Json& camera : json.at("cameras")) {
-      where = fmt::format("{}, camera {}", path.string(), photographs.size());
-      photographs.push_back(photograph_of(camera, path, where));
-    }
-  } catch (const Json::exception& error) {
-    throw IoError(
-        fmt::format("{}: {} (wanted \"cameras\", a list of objects with image, width, "
-                    "height, fx, rotation and translation)",
-                    where, error.what()));
-  }
+  for (const JsonObject& camera : JsonObject(file, wanted).objects("cameras"))
+    photographs.push_back(photograph_of(camera, path.parent_path()));
   return photographs;
 }
 

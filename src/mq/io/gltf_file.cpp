@@ -10,6 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/gltf.h"
+#include "mq/io/json_read.h"
 #include "mq/io/uri.h"
 
 namespace mq {
@@ -174,12 +175,7 @@ void GltfFile::open_glb() {
 }
 
 void GltfFile::parse_json() {
-  try {
-    json_ = Json::parse(json_text_);
-  } catch (const Json::exception& error) {
-    throw IoError(
-        fmt::format("{} is not glTF: its JSON cannot be read ({})", document_.name, error.what()));
-  }
+  json_ = mq::parse_json(document_.name, json_text_, "glTF");
   if (!json_.is_object() || !json_object(json_, "asset"))
     throw IoError(document_.name + " is not glTF: its JSON has no asset");
   const std::string version = json_text_of(json_["asset"], "version");

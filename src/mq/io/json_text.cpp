@@ -10,7 +10,7 @@ class Walker {
  public:
   explicit Walker(std::string_view text) : text_(text) {}
 
-  std::optional<JsonPlace> find(std::initializer_list<JsonStep> steps) {
+  std::optional<JsonPlace> find(std::span<const JsonStep> steps) {
     for (const JsonStep& step : steps) {
       skip_space();
       const bool found = step.index() == 0 ? enter_member(std::get<std::string>(step))
@@ -96,7 +96,7 @@ class Walker {
 
 }  // namespace
 
-std::optional<JsonPlace> find_json(std::string_view text, std::initializer_list<JsonStep> steps) {
+std::optional<JsonPlace> find_json(std::string_view text, std::span<const JsonStep> steps) {
   return Walker(text).find(steps);
 }
 

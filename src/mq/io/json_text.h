@@ -4,6 +4,7 @@
 
 #include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -21,7 +22,11 @@ using JsonStep = std::variant<std::string, std::size_t>;
 
 /// Where the value lies that `steps` lead to from the root. `text` must be valid JSON. Nothing when
 /// there is no such value. Of members with one name the last counts, as it does for parsers.
-std::optional<JsonPlace> find_json(std::string_view text, std::initializer_list<JsonStep> steps);
+std::optional<JsonPlace> find_json(std::string_view text, std::span<const JsonStep> steps);
+inline std::optional<JsonPlace> find_json(std::string_view text,
+                                          std::initializer_list<JsonStep> steps) {
+  return find_json(text, std::span(steps.begin(), steps.size()));
+}
 
 /// A string as JSON spells it, with its quotation marks.
 std::string json_string(std::string_view text);
