@@ -65,6 +65,20 @@ Transfer common_transfer(const Model& model) {
   return transfer(model.textures.at(0));
 }
 
+/// The camera of a photograph for its file as it is, which may have been made smaller or larger as a
+/// whole since the camera was found.
+PinholeCamera camera_of_size(const Photograph& photograph, int width, int height) {
+  const PinholeCamera& camera = photograph.camera;
+  try {
+    return scaled(camera, width, height);
+  } catch (const InvalidInput&) {
+    throw InvalidInput(fmt::format(
+        "{}: is {} × {}, and its camera is of pictures of {} × {}: wanted that size, or another of "
+        "the same proportions; has it been cropped or turned since?",
+        photograph.picture.string(), width, height, camera.width, camera.height));
+  }
+}
+
 }  // namespace
 
 void add_partial_options(OptionTable& table) {
@@ -130,7 +144,10 @@ void check_partials(const OptionValues& options, const Scene& scene) {
               counted(std::int64_t(partials), "picture")));
   check_pictures(options, scene, {"confidence", Count::many_sets});
   for (const std::string& file : options.texts("views"))
-    for (const Photograph& photograph : read_cameras(file)) picture_info(photograph.picture);
+    for (const Photograph& photograph : read_cameras(file)) {
+      const PictureInfo info = picture_info(photograph.picture);
+      camera_of_size(photograph, info.width, info.height);
+    }
 }
 
 void add_missing_pictures(Scene& scene) {
@@ -192,12 +209,13 @@ std::vector<Partial> project_views(Run& run, const Scene& scene, const TextureTa
     Texture texture = read_texture(photograph.picture);
     if (stored) restore(texture, wanted);
     const Image<float> values = photograph_values(texture, space, target.channels());
-    PinholeCamera camera;
-    try {
-      camera = scaled(photograph.camera, values.width(), values.height());
-    } catch (const InvalidInput& error) {
-      throw InvalidInput(photograph.picture.string() + ": " + error.what());
-    }
+    const PinholeCamera camera = camera_of_size(photograph, values.width(), values.height());
+    if (camera.width != photograph.camera.width || camera.height != photograph.camera.height)
+      run.terminal().remark(fmt::format(
+          "{}: is {} × {}, and its camera is of pictures of {} × {}: it is taken for the same "
+          "picture at another size",
+          photograph.picture.string(), camera.width, camera.height, photograph.camera.width,
+          photograph.camera.height));
     Partial partial = projector.project(camera, values, projecting,
                                         progress.step(name, 0.7 / double(photographs.size())));
     partial.values = widened(partial.values, target.channels());

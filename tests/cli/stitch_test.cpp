@@ -181,6 +181,18 @@ TEST(Stitch, TakesPartialTexturesOfExrAsThoseOfPng) {
     ASSERT_NEAR(found[0].values()[i], found[1].values()[i], 2e-3) << i;
 }
 
+/// Means of two by two pixels.
+Image<float> halved(const Image<float>& image) {
+  Image<float> half(image.width() / 2, image.height() / 2, image.channels());
+  for (int y = 0; y < half.height(); ++y)
+    for (int x = 0; x < half.width(); ++x)
+      for (int c = 0; c < half.channels(); ++c)
+        half(x, y, c) = (image(2 * x, 2 * y, c) + image(2 * x + 1, 2 * y, c) +
+                         image(2 * x, 2 * y + 1, c) + image(2 * x + 1, 2 * y + 1, c)) /
+                        4;
+  return half;
+}
+
 /// A model without a picture, and pictures of it from all sides.
 TEST(Stitch, MakesATextureOfPhotographsWithCameras) {
   const Folder folder;
@@ -205,6 +217,19 @@ TEST(Stitch, MakesATextureOfPhotographsWithCameras) {
   EXPECT_EQ(result.json()["result"]["views"].size(), 6U);
   EXPECT_EQ(result.json()["result"]["unseen"], 0);
   EXPECT_EQ(read_texture(folder / "out.png").pixels.width(), 1024);
+
+  // A picture made smaller since is taken for what it is, one of other proportions refused.
+  const Image<float> whole = read_texture(folder / "view0.png").pixels;
+  write_image(folder / "view0.png", halved(whole));
+  const Result remarked = marquetry(folder, words);
+  EXPECT_EQ(remarked.status, 0) << remarked.error;
+  EXPECT_THAT(remarked.error, HasSubstr("view0.png: is 250 × 250, and its camera is of pictures of "
+                                        "500 × 500: it is taken for the same picture"));
+  write_image(folder / "view0.png", Image<float>(500, 400, 3, 0.5F));
+  EXPECT_THAT(refusal(folder, {"stitch", "bare.obj", "-o", "other.png", "--views", "view0.json"},
+                      "other.png"),
+              HasSubstr("view0.png: is 500 × 400, and its camera is of pictures of 500 × 500"));
+  write_image(folder / "view0.png", whole);
 
   // With the model's own picture in its place: near to what was photographed.
   words[1] = "ball.obj";
