@@ -195,16 +195,14 @@ std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, cons
   } else if (!files.empty()) {
     mask = picture_mask(run, files, scene, target);
   }
-  for (const Spot& spot : asked_spots(options, scene, target)) {
-    const std::vector<double> before = mask;
-    add_spots(std::array{spot}, target.domain().places(), mask);
-    if (mask == before)
+  const std::vector<Vector3> places = target.domain().places();
+  for (const Spot& spot : asked_spots(options, scene, target))
+    if (add_spots(std::array{spot}, places, mask) == 0)
       run.terminal().warning(
           fmt::format("--spot at {:.4g}, {:.4g}, {:.4g} changes nothing: no part of {} is within "
                       "{:.4g} of it, or the mask is full there",
                       spot.center.x(), spot.center.y(), spot.center.z(), scene.model.path.string(),
                       spot.radius));
-  }
   const double count = double(std::max<std::size_t>(1, mask.size()));
   run.result["mask"] = {
       {"mean", std::accumulate(mask.begin(), mask.end(), 0.0) / count},

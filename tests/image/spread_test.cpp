@@ -47,5 +47,22 @@ TEST(Spread, StopsAtItsDistanceAndCopesWithNothing) {
   EXPECT_EQ(picture(4, 7), 0.25F);
 }
 
+TEST(Spread, TakesValuesFromSourcesOnlyWhereThereAreAny) {
+  Image<char> source(9, 1, 1), known(9, 1, 1);
+  Image<float> picture(9, 1, 1, 0.25F);
+  known(6, 0) = 1;
+  picture(6, 0) = 0.5F;
+  spread(source, known, 1, picture);
+  EXPECT_EQ(picture(5, 0), 0.5F);
+  EXPECT_EQ(picture(4, 0), 0.25F);
+  known(0, 0) = source(0, 0) = 1;
+  picture(0, 0) = 1;
+  spread(source, known, 2, picture);
+  EXPECT_EQ(picture(6, 0), 0.5F);
+  EXPECT_EQ(picture(4, 0), 1);
+  EXPECT_EQ(picture(8, 0), 1);
+  EXPECT_EQ(picture(3, 0), 0.25F);
+}
+
 }  // namespace
 }  // namespace mq

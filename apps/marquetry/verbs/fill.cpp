@@ -50,16 +50,7 @@ std::int64_t spread_all(const TexelSpace& space, const std::vector<Coverage>& co
     for (const Texels::Place& at : space.texels().places)
       if (std::size_t(at.texture) == k) used(at.x, at.y) = 1;
     outside += std::ranges::count(used.values(), 0);
-    const Image<int> nearest_used = nearest_known(used);
-    const Image<int> nearest_covered = nearest_known(covered);
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x) {
-        const int near = nearest_used(x, y);
-        if (near < 0 || used(x, y)) continue;
-        if (std::hypot(near % width - x, near / width - y) > distance) continue;
-        const int from = nearest_covered(x, y) >= 0 ? nearest_covered(x, y) : near;
-        std::ranges::copy(picture.pixel(from % width, from / width), picture.pixel(x, y).begin());
-      }
+    spread(covered, used, distance, picture);
   }
   return outside;
 }

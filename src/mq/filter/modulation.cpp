@@ -74,9 +74,10 @@ std::vector<double> mask_of_vertices(const Mesh& mesh, std::span<const double> v
   return mask;
 }
 
-void add_spots(std::span<const Spot> spots, std::span<const Vector3> places,
-               std::vector<double>& mask) {
+std::int64_t add_spots(std::span<const Spot> spots, std::span<const Vector3> places,
+                       std::vector<double>& mask) {
   require(mask.size() == places.size(), "a mask needs one place for each of its values");
+  std::int64_t changes = 0;
   for (const Spot& spot : spots) {
     require(
         spot.center.allFinite() && std::isfinite(spot.radius) && spot.radius > 0 &&
@@ -84,12 +85,20 @@ void add_spots(std::span<const Spot> spots, std::span<const Vector3> places,
         fmt::format("a spot at ({}, {}, {}) has radius {} and strength {}: the radius must be "
                     "positive, all numbers finite",
                     spot.center.x(), spot.center.y(), spot.center.z(), spot.radius, spot.strength));
-    parallel_for(std::ssize(places), [&](std::int64_t i) {
-      const double inside =
-          1 - (places[i] - spot.center).squaredNorm() / (spot.radius * spot.radius);
-      if (inside > 0) mask[i] = std::clamp(mask[i] + spot.strength * inside * inside, 0.0, 1.0);
+    changes += parallel_sum(std::ssize(places), std::int64_t(0), [&](auto begin, auto end) {
+      std::int64_t count = 0;
+      for (auto i = begin; i < end; ++i) {
+        const double inside =
+            1 - (places[i] - spot.center).squaredNorm() / (spot.radius * spot.radius);
+        if (!(inside > 0)) continue;
+        const double before = mask[i];
+        mask[i] = std::clamp(before + spot.strength * inside * inside, 0.0, 1.0);
+        count += mask[i] != before;
+      }
+      return count;
     });
   }
+  return changes;
 }
 
 }  // namespace mq

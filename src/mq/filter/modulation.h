@@ -2,6 +2,7 @@
 /// How strongly a filter works where: a mask of one number per unknown, 0 (not at all) to 1
 /// (fully), painted in a texture, at the vertices of a mesh, or sprayed on in spots.
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -40,8 +41,9 @@ struct Spot {
 };
 
 /// Adds spots to a mask, in order, clamping to [0, 1] after each; `places` are those of the
-/// unknowns. Throws `InvalidInput` on a radius that is not positive or a number that is not finite.
-void add_spots(std::span<const Spot> spots, std::span<const Vector3> places,
-               std::vector<double>& mask);
+/// unknowns. Returns how many changes of a value that made. Throws `InvalidInput` on a radius that is
+/// not positive or a number that is not finite.
+std::int64_t add_spots(std::span<const Spot> spots, std::span<const Vector3> places,
+                       std::vector<double>& mask);
 
 }  // namespace mq

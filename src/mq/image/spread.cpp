@@ -86,21 +86,37 @@ Image<int> nearest_known(const Image<char>& known) {
   return result;
 }
 
-void spread(const Image<char>& known, double distance, Image<float>& picture) {
-  const Image<int> nearest = nearest_known(known);
-  const int width = known.width();
+namespace {
+
+/// Both as `nearest_known` finds them.
+void spread_from(const Image<int>& nearest_source, const Image<int>& nearest_known_one,
+                 double distance, Image<float>& picture) {
+  const int width = picture.width();
   parallel_for(
-      known.height(),
+      picture.height(),
       [&](std::int64_t row) {
         const int y = int(row);
         for (int x = 0; x < width; ++x) {
-          const int from = nearest(x, y);
-          if (known(x, y) > 0 || from < 0) continue;
-          if (std::hypot(from % width - x, from / width - y) > distance) continue;
+          const int known = nearest_known_one(x, y);
+          if (known < 0 || known == y * width + x) continue;
+          if (std::hypot(known % width - x, known / width - y) > distance) continue;
+          const int from = nearest_source(x, y) >= 0 ? nearest_source(x, y) : known;
           std::ranges::copy(picture.pixel(from % width, from / width), picture.pixel(x, y).begin());
         }
       },
       16);
+}
+
+}  // namespace
+
+void spread(const Image<char>& known, double distance, Image<float>& picture) {
+  const Image<int> nearest = nearest_known(known);
+  spread_from(nearest, nearest, distance, picture);
+}
+
+void spread(const Image<char>& source, const Image<char>& known, double distance,
+            Image<float>& picture) {
+  spread_from(nearest_known(source), nearest_known(known), distance, picture);
 }
 
 }  // namespace mq

@@ -15,4 +15,9 @@ Image<int> nearest_known(const Image<char>& known);
 /// the values of the nearest known one.
 void spread(const Image<char>& known, double distance, Image<float>& picture);
 
+/// The same where only some known pixels, the `source`, give their values away: what is not known
+/// gets those of the nearest of them, or where there is none, of the nearest known one.
+void spread(const Image<char>& source, const Image<char>& known, double distance,
+            Image<float>& picture);
+
 }  // namespace mq
