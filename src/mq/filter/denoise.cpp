@@ -52,19 +52,25 @@ void stop_at_edges(const SignalSpace& space, const Signal& guide, double edge,
   });
 }
 
-/// ψ with noise from one unknown to the next taken off. Where rounding leaves the matrix not quite
-/// positive definite, the solver of the other steps does it, which knows what to do.
+/// ψ with noise from one unknown to the next taken off: (M + w S)·δ = −w S·ψ, φ = ψ + δ. Where
+/// rounding leaves the matrix not quite positive definite, the solver of the other steps does it,
+/// which knows what to do.
 Signal slightly_smoothed(const SignalSpace& space, const Signal& psi, double most_weight,
                          const SolverFactory& factory, const Progress& progress) {
   const double weight = std::min(most_weight, std::pow(first_spacings * mean_spacing(space), 2));
-  const auto smoothed = [&](const SolverFactory& solver) {
-    const ScreenedPoisson equation(space, weight, solver, progress.step("prepare", 0.2));
-    return equation.solve(psi, 0, progress.step("solve", 0.4)).signal;
-  };
+  Signal change = space.stiffness_times(psi);
+  if (change.isZero(0)) return psi;
   try {
-    return smoothed(conjugate_gradient_solver(slight));
+    const SparseMatrix A = space.solvable(1, weight, progress.step("assemble", 0.2));
+    change *= -weight;
+    Signal smoothed = Signal::Zero(psi.rows(), psi.cols());
+    conjugate_gradients(A, change, smoothed, jacobi_preconditioner(A), slight,
+                        progress.step("solve", 0.8));
+    smoothed += psi;
+    return smoothed;
   } catch (const NotPositiveDefinite&) {
-    return smoothed(factory);
+    const ScreenedPoisson equation(space, weight, factory, progress.step("prepare", 0.2));
+    return equation.solve(psi, 0, progress.step("solve", 0.4)).signal;
   }
 }
 
@@ -74,14 +80,22 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
                  const DenoiseOptions& options, const SolverFactory& factory,
                  const Progress& progress) {
   require(options.steps >= 1, "denoising takes at least one step");
-  std::vector<float> of_guides(std::size_t(space.element_count()), 1.0F);
+  require(psi.rows() == space.size() && psi.allFinite(),
+          fmt::format("a signal of {} rows was given for {} unknowns, or it is not finite",
+                      psi.rows(), space.size()));
+  std::vector<float> of_guides;  // none: no guide, 1 everywhere
+  if (!guides.empty()) of_guides.assign(std::size_t(space.element_count()), 1.0F);
   for (const Guide& guide : guides) stop_at_edges(space, guide.values, guide.edge, of_guides);
   require(options.edge > 0, fmt::format("an edge is {}; it must be more than 0", options.edge));
   const bool own_edges = !std::isinf(options.edge);
-  ConductingSpace conducting(space, of_guides);
+  std::optional<ConductingSpace> conducting;
+  if (!guides.empty()) conducting.emplace(space, of_guides);
+  const auto guided = [&]() -> const SignalSpace& {
+    return conducting ? static_cast<const SignalSpace&>(*conducting) : space;
+  };
   Filtered result{psi, {}};
   if (own_edges)
-    result.signal = slightly_smoothed(conducting, psi, options.weight, factory,
+    result.signal = slightly_smoothed(guided(), psi, options.weight, factory,
                                       progress.step("look for edges", 0.2));
   std::optional<ScreenedPoisson> equation;
   const int steps = own_edges ? options.steps : 1;
@@ -90,14 +104,18 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
         progress.step(fmt::format("step {}", k + 1), (own_edges ? 0.8 : 1) / steps);
     if (own_edges) {
       std::vector<float> conductivity = of_guides;
+      conductivity.resize(std::size_t(space.element_count()), 1.0F);
       stop_at_edges(space, result.signal, options.edge, conductivity);
-      conducting.set_conductivity(std::move(conductivity));
+      if (conducting)
+        conducting->set_conductivity(std::move(conductivity));
+      else
+        conducting.emplace(space, std::move(conductivity));
     }
     const Progress preparing = step.step("prepare", 0.6);
     if (equation)
       equation->set_weight(options.weight, preparing);
     else
-      equation.emplace(conducting, options.weight, factory, preparing);
+      equation.emplace(guided(), options.weight, factory, preparing);
     result = equation->solve(psi, 0, step.step("solve", 0.4));
   }
   return result;
