@@ -18,6 +18,9 @@ namespace {
 /// memory.
 constexpr int most_for_direct = 30'000;
 
+/// A quarter of it, in values from 0 to 1: the tolerance that most verbs have.
+constexpr const char* step_of_16_bits = "1e-6";
+
 /// What --solver automatic begins with.
 bool begins_with_multigrid(const Domain& domain) {
   return domain.has_multigrid() && domain.space().size() > most_for_direct;
@@ -123,10 +126,12 @@ void add_solver_options(OptionTable& table, const std::string& tolerance) {
              .most = 0.1,
              .group = "Solver",
              .help = "relative residual at which iterations stop",
-             .details =
-                 "And their error as their last steps tell it: four times this, relative to the "
-                 "largest change. By default a quarter of a step of 16 bits where values change "
-                 "from 0 to 1."});
+             .details = std::string(
+                            "And their error as their last steps tell it: four times this, "
+                            "relative to the largest change.") +
+                        (tolerance == step_of_16_bits ? " By default a quarter of a step of 16 bits "
+                                                   "where values change from 0 to 1."
+                                                 : "")});
   table.add({.name = "cycles",
              .type = Type::integer,
              .least = 1,
