@@ -21,9 +21,7 @@ void add_captured_texture_options(OptionTable& table) {
              .group = group,
              .help = "the captured frames: what they show is written as textures",
              .details = "frame_%04d.ply, or a folder, with the numbers of the evolving mesh's "
-                        "frames. The evolving mesh must have an atlas (unwrap, evolve). OUT is a "
-                        "model a frame, a picture a frame, such as texture_%04d.png, or a video "
-                        "(.mp4, .mov, .webm, .mkv)."});
+                        "frames. The evolving mesh must have an atlas (unwrap, evolve)."});
   table.add({.name = "texture",
              .type = Type::path,
              .group = group,
@@ -47,9 +45,9 @@ void add_captured_texture_options(OptionTable& table) {
 }
 
 void write_captured_textures(Run& run, const EvolvingReader& reader,
-                             const std::vector<int>& frames) {
+                             const std::vector<int>& frames, const std::string& to) {
   const OptionValues& options = run.options();
-  FrameTextures output(options.text("output"));
+  FrameTextures output(to);
   const std::vector<int> numbers = numbers_of(reader, frames);
   const std::vector<FrameFile> files = find_frames(options.text("from"), numbers);
   for (const FrameFile& file : files) run.will_read(file.path);

@@ -172,7 +172,7 @@ Exit run_export(Run& run) {
   run.print(in_words(run.result, reader));
   if (run.dry_run() || paths.empty()) return Exit::done;
   if (options.has("from"))
-    write_captured_textures(run, reader, frames);
+    write_captured_textures(run, reader, frames, options.text("output"));
   else
     write_frames(run, reader, frames, paths);
   say_written(run, paths);
@@ -195,7 +195,8 @@ Verb export_verb() {
              .metavar = "OUT",
              .help = "frame_%04d.ply (or .obj, .gltf, .glb) for a file a frame, or .glb for an "
                      "animation; without it nothing is written",
-             .details = "With --from also pictures, or a video."});
+             .details = "With --from a model a frame, a picture a frame, such as texture_%04d.png, or a "
+                        "video (.mp4, .mov, .webm, .mkv)."});
   add_evolving_frames_option(table);
   table.add({.name = "paint",
              .type = Type::path,

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "mq/base/error.h"
@@ -115,6 +117,42 @@ std::vector<Lifespan> triangle_lifespans(const EvolvingMesh& evolving) {
   spans.reserve(lives.size());
   for (const auto& [id, life] : lives) spans.push_back(life.span);
   return spans;
+}
+
+std::vector<std::vector<Lifespan>> coordinate_lifespans(const EvolvingMesh& evolving) {
+  struct Stay {
+    Lifespan span;
+    std::array<Vector2, 3> uvs;
+  };
+  std::vector<Stay> stays;
+  std::unordered_map<int, int> latest;  // of a triangle's id
+  std::vector<std::vector<int>> stay_of(evolving.segments.size());
+  const int frame_count = int(evolving.frames.size());
+  for (int first = 0; first < frame_count;) {
+    const int s = evolving.frames[first].segment;
+    int last = first;
+    while (last + 1 < frame_count && evolving.frames[last + 1].segment == s) ++last;
+    const EvolvingSegment& segment = evolving.segments.at(std::size_t(s));
+    for (int t = 0; t < segment.triangle_count(); ++t) {
+      const int id = segment.triangle_ids[t];
+      std::array<Vector2, 3> uvs{Vector2::Zero(), Vector2::Zero(), Vector2::Zero()};
+      for (int k = 0; k < 3 && !segment.corner_uvs.empty(); ++k)
+        if (const int uv = segment.corner_uvs[t][k]; uv >= 0) uvs[k] = segment.uvs[uv];
+      const auto [place, is_new] = latest.try_emplace(id, -1);
+      if (is_new || stays[place->second].span.last != first - 1 ||
+          stays[place->second].uvs != uvs) {
+        place->second = int(stays.size());
+        stays.push_back({{id, first, last}, uvs});
+      }
+      stays[place->second].span.last = last;
+      stay_of[s].push_back(place->second);
+    }
+    first = last + 1;
+  }
+  std::vector<std::vector<Lifespan>> result(evolving.segments.size());
+  for (std::size_t s = 0; s < result.size(); ++s)
+    for (const int stay : stay_of[s]) result[s].push_back(stays[stay].span);
+  return result;
 }
 
 SegmentChange change(const EvolvingSegment& before, const EvolvingSegment& after) {

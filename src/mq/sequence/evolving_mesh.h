@@ -58,6 +58,11 @@ struct Lifespan {
 /// Throws `InvalidInput` where a triangle comes back after it was gone, or with other vertices.
 std::vector<Lifespan> triangle_lifespans(const EvolvingMesh& evolving);
 
+/// Of each segment's triangles, the frames around it in which they have the texture coordinates
+/// they have there, equal to the bit; without texture coordinates the frames in which they live. Of
+/// a segment without frames, nothing.
+std::vector<std::vector<Lifespan>> coordinate_lifespans(const EvolvingMesh& evolving);
+
 /// How triangles fare from one segment to the next.
 struct SegmentChange {
   int kept = 0, born = 0, died = 0;
