@@ -60,6 +60,7 @@ constexpr Command commands[] = {
     {"stroke", 1, any, "stroke X,Y,Z X,Y,Z ..."},
     {"fill", 1, 1, "fill everywhere|nowhere"},
     {"source", 1, 1, "source X,Y,Z"},
+    {"with", 1, any, "with FILE ..."},
     {"undo", 0, 0, "undo"},
     {"redo", 0, 0, "redo"},
     {"save-texture", 1, 1, "save-texture FILE"},

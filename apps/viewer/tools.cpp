@@ -12,8 +12,9 @@
 namespace mq::view {
 
 const std::vector<std::string>& tool_names() {
-  static const std::vector<std::string> names = {"none",    "filter", "geodesic", "lic",  "shock",
-                                                 "denoise", "stitch", "react",    "seams"};
+  static const std::vector<std::string> names = {"none",  "filter",     "geodesic", "lic",
+                                                 "shock", "denoise",    "stitch",   "react",
+                                                 "seams", "interpolate"};
   return names;
 }
 
@@ -21,6 +22,7 @@ std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "none") return nullptr;
   if (name == "filter") return std::make_unique<FilterTool>(session);
   if (name == "geodesic") return make_geodesic_tool(session);
+  if (name == "interpolate") return make_interpolate_tool(session);
   if (std::ranges::count(tool_names(), name) > 0) return std::make_unique<VerbTool>(name, session);
   throw InvalidInput(
       fmt::format("there is no tool '{}'{}", name, did_you_mean(name, tool_names())));

@@ -52,7 +52,8 @@ std::vector<std::string> VerbTool::shown_options() const {
   for (const Option& option : options_.table().options())
     if (option.place == Option::Place::named && option.group != "Running" &&
         option.group != "Model" && option.group != "Sequences" && option.name != "output" &&
-        option.name != "vertices" && option.name != "geometry" && option.group != "Shape")
+        option.name != "vertices" && option.name != "geometry" && option.group != "Shape" &&
+        shows(option))
       names.push_back(option.name);
   return names;
 }

@@ -39,6 +39,8 @@ class VerbTool : public Tool {
   void change(const std::string& name, const std::vector<std::string>& values);
   /// Whether all is there that the verb wants.
   virtual bool complete() const;
+  /// Whether an option that says what is computed is in the panel.
+  virtual bool shows(const Option&) const { return true; }
   void show(std::vector<Texture> pictures);
 
   Session& session_;
@@ -62,5 +64,8 @@ class VerbTool : public Tool {
 
 /// Distances from where the mouse is.
 std::unique_ptr<Tool> make_geodesic_tool(Session& session);
+
+/// Moments between the textures and others.
+std::unique_ptr<Tool> make_interpolate_tool(Session& session);
 
 }  // namespace mq::view

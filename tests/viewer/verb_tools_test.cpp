@@ -67,6 +67,44 @@ TEST(VerbTool, ShowsWhatTheVerbWrites) {
   expect_nearly_equal(picture(folder, "none.png"), picture(folder, "plain.png"), 0);
 }
 
+TEST(InterpolateTool, ShowsTheMomentsThatTheVerbWrites) {
+  const Folder folder;
+  write_sphere(folder, "128");
+  ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "--beta", "0", "--length", "3tx", "-o",
+                               "smooth.png"})
+                .status,
+            0);
+  const Result result =
+      view(folder,
+           "tool interpolate\nwith smooth.png\nset time 0\nwait\nscreenshot first.png atlas\n"
+           "set time 0.4\nwait\nscreenshot shown.png atlas\ncopy-command command.txt\n"
+           "set time 1\nwait\nscreenshot second.png atlas\n",
+           {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["tool"]["between_seconds"].size(), 4U);  // once at the default
+  EXPECT_THAT(file_bytes(folder / "command.txt"),
+              HasSubstr("marquetry interpolate --output=out.png"));
+  ASSERT_EQ(marquetry(folder, {"interpolate", "sphere.obj", "sphere.png", "smooth.png", "--time",
+                               "0.4", "-o", "between.png"})
+                .status,
+            0);
+  const auto shown_alone = [&](const std::string& texture) {
+    EXPECT_EQ(view(folder, "screenshot alone.png atlas\n", {"sphere.obj", texture}).status, 0);
+    return picture(folder, "alone.png");
+  };
+  expect_nearly_equal(picture(folder, "first.png"), shown_alone("sphere.png"), 0);
+  expect_nearly_equal(picture(folder, "shown.png"), shown_alone("between.png"), 0);
+  expect_nearly_equal(picture(folder, "second.png"), shown_alone("smooth.png"), 0);
+}
+
+TEST(InterpolateTool, SaysWhichPicturesItWants) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  const Result result = view(folder, "tool interpolate\nwith a.png b.png\n", {"sphere.obj"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("wanted one for each of the 1 textures"));
+}
+
 TEST(VerbTool, SaysWhatTheVerbSays) {
   const Folder folder;
   write_strip(folder);
