@@ -30,6 +30,7 @@ LifespanAtlasOptions atlas_options(const OptionValues& options) {
   result.unwrap.stretch = options.number("stretch");
   result.unwrap.trials = int(options.integer("trials"));
   result.charting.beta = options.number("coherence");
+  if (options.has("look-ahead")) result.look_ahead = int(options.integer("look-ahead"));
   return result;
 }
 
@@ -38,6 +39,7 @@ Json frames_json(const EvolvingMesh& evolving, const LifespanAtlas& atlas) {
   for (std::size_t f = 0; f < atlas.frames.size(); ++f)
     frames.push_back({{"frame", evolving.frames[f].number},
                       {"charts", atlas.frames[f].charts},
+                      {"born", atlas.frames[f].born},
                       {"renewed", atlas.frames[f].renewed},
                       {"occupancy", atlas.frames[f].occupancy},
                       {"stretch", atlas.frames[f].stretch},
@@ -47,11 +49,14 @@ Json frames_json(const EvolvingMesh& evolving, const LifespanAtlas& atlas) {
 
 void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) {
   double stretch = 1;
-  int flipped = 0;
+  int flipped = 0, moved = 0;
   for (const LifespanAtlasFrame& frame : atlas.frames) {
     stretch = std::max(stretch, frame.stretch);
     flipped += frame.flipped;
+    moved += frame.renewed - frame.born;
   }
+  Json cleared = Json::array();
+  for (const int frame : atlas.cleared) cleared.push_back(evolving.frames[frame].number);
   run.result.update({{"charts", atlas.charts.size()},
                      {"charts_per_frame", atlas.charts_per_frame},
                      {"lifespan", atlas.lifespan},
@@ -62,6 +67,10 @@ void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) 
                      {"first_charts", atlas.charting.first_charts},
                      {"first_energy", atlas.charting.first_energy},
                      {"energy", atlas.charting.energy},
+                     {"energy_of_whole", atlas.energy_of_whole},
+                     {"moved", moved},
+                     {"plans", atlas.plans},
+                     {"cleared", cleared},
                      {"edits", atlas.charting.edits}});
   Json& frames = run.result["frames"];
   const Json found = frames_json(evolving, atlas);
@@ -75,6 +84,11 @@ void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) 
       "{:.1f} % of the texture, L2 stretch {:.4f} in the worst frame\n",
       counted(int(atlas.charts.size()), "chart"), counted(int(atlas.frames.size()), "frame"),
       atlas.charts_per_frame, atlas.lifespan, 100 * atlas.occupancy, stretch));
+  if (run.options().has("look-ahead"))
+    run.print(fmt::format("energy {:.3f} times that with the whole sequence known; planned {}, "
+                          "the texture made anew {}\n",
+                          atlas.charting.energy / atlas.energy_of_whole,
+                          counted(atlas.plans, "time"), counted(int(atlas.cleared.size()), "time")));
 }
 
 Image<float> picture(const EvolvingMesh& evolving, const LifespanAtlas& atlas,
@@ -140,6 +154,16 @@ void add_evolving_atlas_options(OptionTable& table) {
              .group = group,
              .help = "weight of few charts against texture coordinates that stay",
              .details = "0: neighbours that come and go together become charts, no more."});
+  table.add({.name = "look-ahead",
+             .type = Type::integer,
+             .unit = "frames",
+             .least = 0,
+             .most = 1000000,
+             .metavar = "N",
+             .group = group,
+             .help = "give a frame its texture coordinates knowing only so many after it",
+             .details = "As for a sequence that goes on while its atlas is made. Without it the "
+                        "whole sequence is known."});
   table.add({.name = "renew",
              .type = Type::choice,
              .default_value = "never",

@@ -136,5 +136,150 @@ TEST(LifespanAtlas, PlacesCollapsedTriangles) {
   EXPECT_NO_THROW(check(evolving));
 }
 
+// ---- With a look-ahead ----
+
+LifespanAtlasOptions known(int look_ahead, int trials = 2) {
+  LifespanAtlasOptions options = quick();
+  options.unwrap.trials = trials;
+  options.look_ahead = look_ahead;
+  return options;
+}
+
+void expect_equal_coordinates(const EvolvingMesh& one, const EvolvingMesh& other, int segments) {
+  for (int s = 0; s < segments; ++s) {
+    EXPECT_EQ(one.segments[s].uvs, other.segments[s].uvs) << "segment " << s;
+    EXPECT_EQ(one.segments[s].corner_uvs, other.segments[s].corner_uvs) << "segment " << s;
+  }
+}
+
+TEST(LookAhead, IsTheWholeSequencesAtlasWhereItShowsAll) {
+  EvolvingMesh whole = patched_sheet(14, 7, 3), ahead = whole;
+  const LifespanAtlas one = lay_out(whole, quick());
+  const LifespanAtlas other = lay_out(ahead, known(int(ahead.frames.size()) - 1));
+  expect_equal_coordinates(whole, ahead, 7);
+  EXPECT_EQ(other.plans, 1);
+  EXPECT_TRUE(other.cleared.empty());
+  // Charts lived as those of the whole sequence are found to.
+  const NeighbourGraph graph = neighbour_graph(whole);
+  const LifespanCharts found = find_lifespan_charts(graph);
+  EXPECT_EQ(other.charting.energy, found.energy);
+  std::map<int, std::map<int, std::pair<int, int>>> life;  // per triangle, per first frame
+  for (const LifespanChart& chart : found.charts)
+    for (const int c : chart.chains)
+      life[graph.chains[c].triangle][one.periods[chart.first].first] = {
+          one.periods[chart.first].first, one.periods[chart.last].last};
+  for (const LifespanAtlas* atlas : {&one, &other})
+    for (const AtlasPrism& prism : atlas->charts)
+      for (const int id : prism.triangles)
+        EXPECT_EQ(life[id][prism.first], std::pair(prism.first, prism.last));
+}
+
+TEST(LookAhead, DependsOnNothingThatIsFartherAhead) {
+  // The same for 21 frames, then another sequence: what can be known by then must be the same.
+  const int same = 7;
+  const EvolvingMesh all = patched_sheet(14, 10, 5);
+  EvolvingMesh one = all, other = all;
+  other.frames.resize(3 * same);
+  other.segments.resize(same);
+  for (EvolvingFrame frame : all.frames)
+    if (frame.segment >= same) {  // the first connectivity again, with new ids, and much larger
+      if (frame.segment == int(other.segments.size())) {
+        other.segments.push_back(all.segments[0]);
+        for (int& id : other.segments.back().triangle_ids) id += 100000 * frame.segment;
+      }
+      for (Vector3& p : frame.positions) p *= 3;
+      other.frames.push_back(frame);
+    }
+  for (const int look_ahead : {0, 2, 4, 7}) {
+    lay_out(one, known(look_ahead));
+    lay_out(other, known(look_ahead));
+    // Segment s is given its coordinates when frame 3 s + look_ahead is known.
+    expect_equal_coordinates(one, other, (3 * same - 1 - look_ahead) / 3 + 1);
+  }
+}
+
+TEST(LookAhead, KeepsTextureCoordinatesOfChartsThatGoOn) {
+  for (const int look_ahead : {0, 4, 9}) {
+    EvolvingMesh evolving = patched_sheet(16, 9, 8);
+    const LifespanAtlas atlas = lay_out(evolving, known(look_ahead));
+    std::map<std::pair<int, int>, int> chart_of;  // of triangle and frame
+    for (std::size_t c = 0; c < atlas.charts.size(); ++c)
+      for (const int id : atlas.charts[c].triangles)
+        for (int f = atlas.charts[c].first; f <= atlas.charts[c].last; ++f)
+          EXPECT_TRUE(chart_of.try_emplace({id, f}, int(c)).second);
+    int kept = 0, moved = 0, reported = 0;
+    for (std::size_t s = 1; s < evolving.segments.size(); ++s) {
+      const EvolvingSegment &before = evolving.segments[s - 1], &now = evolving.segments[s];
+      std::map<int, int> index;
+      for (int t = 0; t < before.triangle_count(); ++t) index[before.triangle_ids[t]] = t;
+      for (int t = 0; t < now.triangle_count(); ++t) {
+        const int id = now.triangle_ids[t], f = 3 * int(s);
+        ASSERT_TRUE(chart_of.contains({id, f}));
+        if (!index.contains(id)) continue;
+        const bool stays = chart_of[{id, f}] == chart_of[{id, f - 1}];
+        EXPECT_EQ(corners(now, t) == corners(before, index[id]), stays);
+        ++(stays ? kept : moved);
+      }
+      reported += atlas.frames[3 * s].renewed - atlas.frames[3 * s].born;
+    }
+    EXPECT_GT(kept, moved);
+    EXPECT_EQ(reported, moved);
+    EXPECT_GT(atlas.charting.energy, 0.5 * atlas.energy_of_whole);
+    EXPECT_GT(atlas.plans, 3);
+  }
+}
+
+TEST(LookAhead, NeverGivesATexelToTwoChartsOfAFrame) {
+  for (const int look_ahead : {0, 5}) {
+    EvolvingMesh evolving = patched_sheet(14, 8, 2);
+    const LifespanAtlas atlas = lay_out(evolving, known(look_ahead));
+    for (int f = 0; f < int(evolving.frames.size()); f += 3) {
+      EXPECT_EQ(atlas.frames[f].flipped, 0);
+      const Surface surface = make_surface(evolving.mesh(f));
+      const Coverage coverage =
+          texel_coverage(surface, make_atlas(surface, {{size, size}}, {}), {}).front();
+      for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) EXPECT_LE(coverage.count(x, y), 1) << f;
+    }
+  }
+}
+
+TEST(LookAhead, MakesTheTextureAnewWhereItIsFull) {
+  // A sheet that grows to four times its area, by triangles that are new.
+  EvolvingMesh evolving;
+  for (int s = 0; s < 6; ++s) {
+    EvolvingSegment segment;
+    EvolvingFrame frame{s, s, {}};
+    const int across = 4 + 2 * s;
+    for (int v = 0; v < 5 * (across + 1); ++v) {
+      segment.vertex_ids.push_back(v);
+      frame.positions.emplace_back(v / 5, v % 5, 0);
+    }
+    for (int x = 0; x < across; ++x)
+      for (int y = 0; y < 4; ++y) {
+        const int v = 5 * x + y;
+        segment.triangles.push_back({v, v + 5, v + 6});
+        segment.triangles.push_back({v, v + 6, v + 1});
+        segment.triangle_ids.push_back(2 * v);
+        segment.triangle_ids.push_back(2 * v + 1);
+      }
+    evolving.segments.push_back(segment);
+    evolving.frames.push_back(frame);
+  }
+  const LifespanAtlas atlas = lay_out(evolving, known(0));
+  EXPECT_GE(atlas.cleared.size(), 1U);
+  EXPECT_LE(atlas.cleared.size(), 5U);
+  for (const int f : atlas.cleared)
+    EXPECT_EQ(atlas.frames[f].renewed, evolving.segments[f].triangle_count());
+  for (const LifespanAtlasFrame& frame : atlas.frames) EXPECT_GT(frame.occupancy, 0.3);
+}
+
+TEST(LookAhead, IsTheSameInEveryUnitOfLength) {
+  EvolvingMesh one = patched_sheet(10, 5, 5), other = patched_sheet(10, 5, 5, 100);
+  lay_out(one, known(4));
+  lay_out(other, known(4));
+  expect_equal_coordinates(one, other, 5);
+}
+
 }  // namespace
 }  // namespace mq

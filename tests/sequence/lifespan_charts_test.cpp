@@ -80,6 +80,61 @@ TEST(LifespanCharts, KeepTheEnergyThatTheyHave) {
   }
 }
 
+/// A plane of 2 × 1 squares over three periods; the right square is there in the first only.
+NeighbourGraph two_squares() {
+  EvolvingMesh evolving = patched_sheet(2, 1, 1);
+  for (EvolvingFrame& frame : evolving.frames)
+    for (Vector3& p : frame.positions) p.z() = 0;
+  EvolvingSegment& segment = evolving.segments[0];
+  segment.triangles.resize(4);
+  segment.triangle_ids.resize(4);
+  EvolvingSegment left = segment;
+  left.triangles.resize(2);
+  left.triangle_ids.resize(2);
+  evolving.segments.push_back(left);
+  evolving.frames[1].segment = evolving.frames[2].segment = 1;
+  return neighbour_graph(evolving);
+}
+
+TEST(WaningCharts, HaveTheCapsOfTheirTrianglesAndTheSidesThatAreThere) {
+  const NeighbourGraph graph = two_squares();  // of a mean area of 4/3, squares of 1
+  ASSERT_EQ(graph.frame_counts, (std::vector<int>{1, 2}));
+  const double area = 4.0 / 3, cap = 2 * 2 / area, sides = (6 + 2 * 4) / std::sqrt(area);
+  EXPECT_NEAR(charting_energy(graph, {WaningChart{0, {0, 1, 2, 3}, {1, 1, 0, 0}}}, 1),
+              cap + graph.radius / 3 * sides / cap, 1e-6);
+  // Nothing lost: as a prism.
+  EXPECT_EQ(charting_energy(graph, {WaningChart{0, {0, 1}, {1, 1}}}, 1),
+            charting_energy(graph, {LifespanChart{{0, 1}, 0, 1}}, 1));
+}
+
+TEST(LifespanCharts, LeaveThePastAsItWas) {
+  for (int seed = 1; seed <= 4; ++seed) {
+    const NeighbourGraph graph = neighbour_graph(patched_sheet(14, 8, seed));
+    ChartingOptions options{.past = 1};
+    // The past: the left and the right half of what was there.
+    for (std::size_t c = 0; c < graph.chains.size(); ++c)
+      options.chart_of.push_back(graph.chains[c].first > 0 ? -1
+                                 : graph.chains[c].triangle % 28 < 14 ? 10
+                                                                      : 20);
+    const LifespanCharts found = find_lifespan_charts(graph, options);
+    EXPECT_LT(found.energy, found.first_energy);
+    EXPECT_EQ(found.energy, charting_energy(graph, found.charts, 1));
+    std::map<std::pair<int, int>, int> times;  // of chain and period
+    for (const LifespanChart& chart : found.charts)
+      for (const int c : chart.chains) {
+        if (chart.first == 0)
+          EXPECT_EQ(chart.goes_on, options.chart_of[c]);
+        else
+          EXPECT_EQ(chart.goes_on, -1);
+        for (int i = chart.first; i <= chart.last; ++i) ++times[{c, i}];
+      }
+    std::size_t nodes = 0;
+    for (const auto& chain : graph.chains) nodes += chain.area.size();
+    EXPECT_EQ(times.size(), nodes);
+    for (const auto& [place, count] : times) EXPECT_EQ(count, 1);
+  }
+}
+
 TEST(LifespanCharts, AreConnectedAndEqualLivesNeverMeet) {
   const NeighbourGraph graph = neighbour_graph(patched_sheet(16, 8, 11));
   const LifespanCharts found = find_lifespan_charts(graph);

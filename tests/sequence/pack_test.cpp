@@ -190,5 +190,61 @@ TEST(PackVolume, FindsTheFirstFreePlaceAmongThoseWhoLiveThen) {
   EXPECT_EQ(volume.find(shape, 8, 0), -1);
 }
 
+/// The outline of a placed chart in texels from the lower left corner.
+std::vector<Vector2> placed(const PackChart& chart, const Placement& place, double scale) {
+  std::vector<Vector2> polygon;
+  const double c = std::cos(place.angle), s = std::sin(place.angle);
+  for (const Vector2& p : chart.loops[0])
+    polygon.push_back(scale * Vector2(c * p.x() - s * p.y(), s * p.x() + c * p.y()) + place.shift);
+  return polygon;
+}
+
+TEST(PackBeside, LeavesTheGutterFreeToWhatIsThere) {
+  const PackOptions options{.width = 200, .height = 160, .gutter = 3, .trials = 12};
+  const std::vector<PackChart> charts = stars(14, 1);
+  const std::vector<PackChart> first(charts.begin(), charts.begin() + 6),
+      second(charts.begin() + 6, charts.end());
+  const double scale = 0.8 * pack(charts, options).scale;
+  const auto before = pack_beside(first, scale, {}, options);
+  for (const auto& place : before) ASSERT_TRUE(place.has_value());
+  std::vector<std::vector<Vector2>> taken;
+  for (std::size_t c = 0; c < first.size(); ++c)
+    taken.push_back(placed(first[c], *before[c], scale));
+  const auto after = pack_beside(second, scale, taken, options);
+  for (const auto& place : after) ASSERT_TRUE(place.has_value());
+  std::vector<std::vector<char>> texels;
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    texels.push_back(touched_texels(charts[c], c < 6 ? *before[c] : *after[c - 6], scale,
+                                    options.width, options.height));
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    EXPECT_GT(std::ranges::count(texels[c], 1), 0);
+    for (std::size_t d = c + 1; d < charts.size(); ++d)
+      EXPECT_EQ(conflicts(texels[c], texels[d], options.width, options.height, options.gutter), 0)
+          << c << " and " << d;
+  }
+}
+
+TEST(PackBeside, FillsAHoleAndSaysWhereThereIsNone) {
+  // A frame of 100 × 100 texels around a hole of 40 × 40.
+  const std::vector<std::vector<Vector2>> taken = {{{0, 0}, {100, 0}, {100, 30}, {0, 30}},
+                                                   {{0, 70}, {100, 70}, {100, 100}, {0, 100}},
+                                                   {{0, 30}, {30, 30}, {30, 70}, {0, 70}},
+                                                   {{70, 30}, {100, 30}, {100, 70}, {70, 70}}};
+  const PackOptions options{.width = 100, .height = 100, .gutter = 2};
+  const auto places = pack_beside({rectangle(1, 1)}, 33, taken, options);
+  ASSERT_TRUE(places[0].has_value());
+  for (const Vector2& p : placed(rectangle(1, 1), *places[0], 33)) {
+    EXPECT_GT(p.minCoeff(), 32);
+    EXPECT_LT(p.maxCoeff(), 68);
+  }
+  EXPECT_FALSE(pack_beside({rectangle(1, 1)}, 37, taken, options)[0].has_value());
+  // The larger one first, then what there is room for beside it.
+  const auto three =
+      pack_beside({rectangle(0.1, 0.2), rectangle(1, 0.8), rectangle(1, 0.7)}, 33, taken, options);
+  EXPECT_TRUE(three[0].has_value());
+  EXPECT_TRUE(three[1].has_value());
+  EXPECT_FALSE(three[2].has_value());
+}
+
 }  // namespace
 }  // namespace mq

@@ -163,16 +163,25 @@ SegmentChange change(const EvolvingSegment& before, const EvolvingSegment& after
   return result;
 }
 
-EvolvingMesh on_unit_grid(EvolvingMesh evolving) {
+UnitGrid unit_grid(const EvolvingMesh& evolving) {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const EvolvingFrame& frame : evolving.frames)
     for (const Vector3& p : frame.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
   const double size = (high - low).maxCoeff();
   require(size > 0, "no frame of the evolving mesh has any extent");
+  return {low, size};
+}
+
+EvolvingMesh on_unit_grid(EvolvingMesh evolving, const UnitGrid& grid) {
   for (EvolvingFrame& frame : evolving.frames)
     for (Vector3& p : frame.positions)
-      p = ((p - low) / size * 0x1p32).array().rint().matrix() * 0x1p-32;
+      p = ((p - grid.low) / grid.size * 0x1p32).array().rint().matrix() * 0x1p-32;
   return evolving;
+}
+
+EvolvingMesh on_unit_grid(EvolvingMesh evolving) {
+  const UnitGrid grid = unit_grid(evolving);
+  return on_unit_grid(std::move(evolving), grid);
 }
 
 void check(const EvolvingSegment& segment) {

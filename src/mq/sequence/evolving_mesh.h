@@ -69,8 +69,19 @@ struct SegmentChange {
 };
 SegmentChange change(const EvolvingSegment& before, const EvolvingSegment& after);
 
-/// The same with all frames in a box of size 1 and positions rounded to multiples of 2⁻³² of it, so
-/// that the unit of length leaves no trace. Throws `InvalidInput` where all positions are one.
+/// A box of `size` in which positions are multiples of 2⁻³² of it, so that the unit of length leaves
+/// no trace.
+struct UnitGrid {
+  Vector3 low = Vector3::Zero();
+  double size = 1;
+};
+
+/// That of all frames. Throws `InvalidInput` where all positions are one.
+UnitGrid unit_grid(const EvolvingMesh& evolving);
+
+/// The same with the box at size 1 and positions rounded. What lies outside of the box is rounded
+/// alike. Without a grid: on its own.
+EvolvingMesh on_unit_grid(EvolvingMesh evolving, const UnitGrid& grid);
 EvolvingMesh on_unit_grid(EvolvingMesh evolving);
 
 /// Throws `InvalidInput` naming the place where sizes do not agree, an index is out of range, an id

@@ -2,6 +2,7 @@
 /// One texture atlas for an evolving mesh, in space and time (thesis 6.4): texture coordinates that
 /// stay where they are as long as a chart lives.
 
+#include <limits>
 #include <vector>
 
 #include "mq/base/progress.h"
@@ -14,6 +15,9 @@ struct LifespanAtlasOptions {
   UnwrapOptions unwrap;
   ChartingOptions charting;
   int metric_frames = 16;  ///< of a chart's life, over which lengths are averaged
+
+  /// How many frames after one are known when it gets its texture coordinates.
+  int look_ahead = std::numeric_limits<int>::max();
 };
 
 /// A chart in the texture, a right prism through space and time.
@@ -24,15 +28,19 @@ struct AtlasPrism {
 };
 
 struct LifespanAtlasFrame {
-  int charts = 0;
-  int renewed = 0;  ///< triangles whose texture coordinates are not those of the frame before
+  int charts = 0;   ///< connected pieces of the surface in the texture
+  int born = 0;     ///< triangles that were not there in the frame before
+  int renewed = 0;  ///< these, and triangles whose texture coordinates are not those they had
   double occupancy = 0;
   double stretch = 1;  ///< L²
   int flipped = 0;
 };
 
 struct LifespanAtlas {
-  LifespanCharts charting;
+  LifespanCharts charting;     ///< its charts: none where they were not all planned at once
+  double energy_of_whole = 0;  ///< that of the charts found when the whole sequence is known
+  int plans = 0;               ///< how often charts were planned
+  std::vector<int> cleared;    ///< frames from which on all of the texture is new
   std::vector<Period> periods;
   std::vector<AtlasPrism> charts;  ///< those of `charting`, cut where they do not lie flat
   std::vector<LifespanAtlasFrame> frames;
@@ -50,6 +58,20 @@ struct LifespanAtlas {
 /// its frames (the thesis takes the first frame alone, which later ones may differ from), and cut
 /// into several where it does not lie flat; all are packed with `pack`, each in the frames it lives
 /// in, at one density of texels. Texture coordinates are equal to the bit in all frames of a chart.
+///
+/// With a look-ahead texture coordinates of a frame depend on no frame farther ahead: an atlas for a
+/// sequence that goes on while it is made. Before each segment whose look-ahead has shown something
+/// new, charts are planned once more for all that is known, with what was given in the past as it
+/// was, and no more of it counting than its last frame. Where the plan lets a chart go on its
+/// triangles keep their texture coordinates, those that are left when others die too. Charts that
+/// begin with the segment are laid flat by the frames known of them and placed beside those that go
+/// on, at the density there is; what finds no room is halved. Where a piece of a few triangles finds
+/// none, everything is planned and packed anew (`cleared`), at the density that then fits. As long
+/// as the end is not known a sixteenth of the texture's height is left free in that, and at first. F
+/// is the number of frames from the first to the last one known. A look-ahead that shows the whole
+/// sequence at once gives the atlas that none gives.
+///
+/// `charting.energy` is that of charts which lose triangles (`WaningChart`).
 ///
 /// Triangles with two equal vertices collapse in a chart at one of them. The same for every unit of
 /// length and every number of threads. Throws as `neighbour_graph`, `find_charts` and `pack` do.

@@ -62,16 +62,26 @@ Series sum(const Series& one, const Series& other, int factor, int a, int b) {
 /// Energy of a chart as said in the header.
 class Energy {
  public:
-  Energy(const NeighbourGraph& graph, double beta)
+  Energy(const NeighbourGraph& graph, double beta, int frames)
       : weight_(beta * graph.radius /
-                std::accumulate(graph.frame_counts.begin(), graph.frame_counts.end(), 0.0)),
+                (frames > 0 ? double(frames)
+                            : std::accumulate(graph.frame_counts.begin(), graph.frame_counts.end(),
+                                              0.0))),
         frames_(0,
                 std::vector<std::int64_t>(graph.frame_counts.begin(), graph.frame_counts.end())) {}
 
   /// Area and perimeter summed over all frames of the periods from `first` to `last`.
   std::int64_t operator()(std::int64_t area, std::int64_t side, int first, int last) const {
-    const double frames = double(frames_.sum(first, last));
-    const double cap = std::max(2 * double(area) * 0x1p-40 / frames, least_cap);
+    return of_cap(cap(area, first, last), side);
+  }
+
+  /// Twice the mean area.
+  double cap(std::int64_t area, int first, int last) const {
+    return 2 * double(area) * 0x1p-40 / double(frames_.sum(first, last));
+  }
+
+  std::int64_t of_cap(double cap, std::int64_t side) const {
+    cap = std::max(cap, least_cap);
     const double energy = cap + weight_ * (double(side) * 0x1p-40) / cap;
     return std::int64_t(std::nearbyint(std::min(energy, most_energy) * energy_unit));
   }
@@ -86,12 +96,13 @@ struct Prism {
   Series area, side;
   std::map<int, Series> neighbours;  // length in common; only those with some
   int members = 0;                   // a node of the tree of unions
+  int goes_on = -1;                  // the chart of the past that it is a part of
   bool is_alive = true;
   std::int64_t energy = 0;
 };
 
-/// Groups of chains in contact with equal lives: each one's lowest chain.
-std::vector<int> equal_lives(const NeighbourGraph& graph) {
+/// Groups of chains in contact with equal lives, of one chart of the past: each one's lowest chain.
+std::vector<int> equal_lives(const NeighbourGraph& graph, const std::vector<int>& chart_of) {
   std::vector<int> parent(graph.chains.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](int c) {
@@ -102,6 +113,7 @@ std::vector<int> equal_lives(const NeighbourGraph& graph) {
     const auto& one = graph.chains[contact.one];
     const auto& other = graph.chains[contact.other];
     if (one.first != other.first || one.last() != other.last()) continue;
+    if (!chart_of.empty() && chart_of[contact.one] != chart_of[contact.other]) continue;
     const int a = root(contact.one), b = root(contact.other);
     parent[std::max(a, b)] = std::min(a, b);
   }
@@ -122,8 +134,9 @@ void add(const std::vector<std::int64_t>& values, int from, int first, int last,
 
 class Charting {
  public:
-  Charting(const NeighbourGraph& graph, double beta) : energy_of_(graph, beta) {
-    const std::vector<int> group = equal_lives(graph);
+  Charting(const NeighbourGraph& graph, const ChartingOptions& options)
+      : energy_of_(graph, options.beta, options.frames), past_(options.past) {
+    const std::vector<int> group = equal_lives(graph, options.chart_of);
     std::vector<int> chart(graph.chains.size());
     std::vector<Sums> sums;
     for (int c = 0; c < int(group.size()); ++c) {
@@ -134,6 +147,7 @@ class Charting {
         charts_.back().first = chain.first;
         charts_.back().last = chain.last();
         charts_.back().members = chart[c];
+        if (!options.chart_of.empty()) charts_.back().goes_on = options.chart_of[c];
         leaves_.emplace_back();
         sums.push_back({std::vector<std::int64_t>(chain.area.size()),
                         std::vector<std::int64_t>(chain.area.size())});
@@ -193,7 +207,7 @@ class Charting {
     std::vector<LifespanChart> result;
     for (const Prism& prism : charts_) {
       if (!prism.is_alive) continue;
-      result.push_back({{}, prism.first, prism.last});
+      result.push_back({{}, prism.first, prism.last, prism.goes_on});
       std::vector<int> open = {prism.members};
       while (!open.empty()) {
         const int node = open.back();
@@ -228,9 +242,14 @@ class Charting {
     return energy_of_(prism.area.sum(first, last), prism.side.sum(first, last), first, last);
   }
 
+  /// The periods in which two may become one.
+  std::pair<int, int> in_common(const Prism& a, const Prism& b) const {
+    return {std::max({a.first, b.first, past_}), std::min(a.last, b.last)};
+  }
+
   /// ΔE of making one chart of two for the periods that they have in common.
   std::int64_t change(const Prism& a, const Prism& b, const Series& common) const {
-    const int first = std::max(a.first, b.first), last = std::min(a.last, b.last);
+    const auto [first, last] = in_common(a, b);
     std::int64_t energy =
         energy_of_(a.area.sum(first, last) + b.area.sum(first, last),
                    a.side.sum(first, last) + b.side.sum(first, last) - 2 * common.sum(first, last),
@@ -242,13 +261,15 @@ class Charting {
   }
 
   void offer(int j, int k) {
+    if (charts_[j].goes_on >= 0 && charts_[j].goes_on == charts_[k].goes_on) return;
+    const auto [first, last] = in_common(charts_[j], charts_[k]);
+    if (first > last) return;
     const std::int64_t gain = change(charts_[j], charts_[k], charts_[j].neighbours.at(k));
     if (gain < 0) offers_.push({gain, std::min(j, k), std::max(j, k)});
   }
 
   void edit(int j, int k) {
-    const int first = std::max(charts_[j].first, charts_[k].first);
-    const int last = std::min(charts_[j].last, charts_[k].last);
+    const auto [first, last] = in_common(charts_[j], charts_[k]);
     const int begin = int(charts_.size());
     Prism joined;
     joined.first = first;
@@ -270,6 +291,7 @@ class Charting {
         rest.area = charts_[c].area;
         rest.side = charts_[c].side;
         rest.members = charts_[c].members;
+        if (from < past_) rest.goes_on = charts_[c].goes_on;
         charts_.push_back(std::move(rest));
         sources.push_back(c);
       }
@@ -309,6 +331,7 @@ class Charting {
   }
 
   Energy energy_of_;
+  int past_;                              // periods that are over
   std::vector<Prism> charts_;             // every one there ever was
   std::vector<std::vector<int>> leaves_;  // chains of the first charts
   std::vector<std::array<int, 2>> unions_;
@@ -321,7 +344,7 @@ class Charting {
 
 LifespanCharts find_lifespan_charts(const NeighbourGraph& graph, const ChartingOptions& options,
                                     const Progress& progress) {
-  Charting charting(graph, options.beta);
+  Charting charting(graph, options);
   LifespanCharts result;
   result.first_energy = charting.energy();
   result.first_charts = charting.living();
@@ -333,30 +356,47 @@ LifespanCharts find_lifespan_charts(const NeighbourGraph& graph, const ChartingO
 
 double charting_energy(const NeighbourGraph& graph, const std::vector<LifespanChart>& charts,
                        double beta) {
-  const Energy energy_of(graph, beta);
-  // Of each chain the charts that it is in.
-  std::vector<std::vector<int>> charts_of(graph.chains.size());
-  std::vector<std::int64_t> area(charts.size()), side(charts.size());
-  const auto within = [&](const LifespanChart& chart, const std::vector<std::int64_t>& values,
-                          int from) {
+  std::vector<WaningChart> all;
+  for (const LifespanChart& chart : charts)
+    all.push_back({chart.first, chart.chains, std::vector<int>(chart.chains.size(), chart.last)});
+  return charting_energy(graph, all, beta);
+}
+
+double charting_energy(const NeighbourGraph& graph, const std::vector<WaningChart>& charts,
+                       double beta) {
+  const Energy energy_of(graph, beta, 0);
+  const auto within = [](const std::vector<std::int64_t>& values, int from, int first, int last) {
     std::int64_t total = 0;
-    for (int i = std::max(chart.first, from); i <= chart.last && i - from < int(values.size()); ++i)
+    for (int i = std::max(first, from); i <= last && i - from < int(values.size()); ++i)
       total += values[i - from];
     return total;
   };
-  for (std::size_t c = 0; c < charts.size(); ++c)
-    for (const int chain : charts[c].chains) {
-      charts_of[chain].push_back(int(c));
-      area[c] += within(charts[c], graph.chains[chain].area, graph.chains[chain].first);
-      side[c] += within(charts[c], graph.chains[chain].perimeter, graph.chains[chain].first);
+  struct Stay {
+    int chart, last;
+  };
+  std::vector<std::vector<Stay>> stays(graph.chains.size());  // of each chain
+  std::vector<std::map<int, std::int64_t>> area(charts.size());  // by last period
+  std::vector<std::int64_t> side(charts.size());
+  for (int c = 0; c < int(charts.size()); ++c)
+    for (std::size_t i = 0; i < charts[c].chains.size(); ++i) {
+      const NeighbourGraph::Chain& chain = graph.chains[charts[c].chains[i]];
+      const int first = charts[c].first, last = charts[c].last[i];
+      stays[charts[c].chains[i]].push_back({c, last});
+      area[c][last] += within(chain.area, chain.first, first, last);
+      side[c] += within(chain.perimeter, chain.first, first, last);
     }
   for (const NeighbourGraph::Contact& contact : graph.contacts)
-    for (const int c : charts_of[contact.one])
-      if (std::ranges::find(charts_of[contact.other], c) != charts_of[contact.other].end())
-        side[c] -= 2 * within(charts[c], contact.length, contact.first);
+    for (const Stay& one : stays[contact.one])
+      for (const Stay& other : stays[contact.other])
+        if (one.chart == other.chart)
+          side[one.chart] -= 2 * within(contact.length, contact.first, charts[one.chart].first,
+                                        std::min(one.last, other.last));
   std::int64_t total = 0;
-  for (std::size_t c = 0; c < charts.size(); ++c)
-    total += energy_of(area[c], side[c], charts[c].first, charts[c].last);
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    double cap = 0;
+    for (const auto& [last, sum] : area[c]) cap += energy_of.cap(sum, charts[c].first, last);
+    total += energy_of.of_cap(cap, side[c]);
+  }
   return double(total) / energy_unit;
 }
 

@@ -25,11 +25,18 @@ struct ChartingOptions {
     descend,  ///< greedy descent
     none      ///< the charts that it begins with: neighbours with equal lives
   } edits = Edits::descend;
+  int frames = 0;  ///< F; 0: those of the graph
+
+  /// What is over and cannot be changed: so many periods, and per chain that begins in one of them
+  /// a number of the chart it is in, equal for those that are in one; −1 for all others.
+  int past = 0;
+  std::vector<int> chart_of = {};
 };
 
 struct LifespanChart {
   std::vector<int> chains;  ///< of the graph, increasing
   int first = 0, last = 0;  ///< periods, both included
+  int goes_on = -1;         ///< the number of the chart of the past that it is a part of; −1: it is new
 };
 
 struct LifespanCharts {
@@ -45,6 +52,11 @@ struct LifespanCharts {
 /// periods that they have in common, what is left of either before and after becomes a chart of
 /// its own. Two neighbours with equal lives never remain.
 ///
+/// With a past, charts that began in it begin as they are, parted by how long their triangles live
+/// on, and edits concern the periods after it: a chart that is joined to another is left as it was
+/// in the past and ends there; parts of one chart, whose texture coordinates agree as long as they
+/// are left alone, are not joined.
+///
 /// Energies are whole multiples of 2⁻²⁴, so that the sum kept over all edits is that of the charts
 /// found, exactly. About 2 µs per edit and neighbour; the same bits for any number of threads.
 LifespanCharts find_lifespan_charts(const NeighbourGraph& graph,
@@ -53,6 +65,18 @@ LifespanCharts find_lifespan_charts(const NeighbourGraph& graph,
 
 /// E of charts, computed from nothing but the graph.
 double charting_energy(const NeighbourGraph& graph, const std::vector<LifespanChart>& charts,
+                       double beta);
+
+/// A chart that loses triangles while it lives: no prism.
+struct WaningChart {
+  int first = 0;              ///< period
+  std::vector<int> chains;    ///< of the graph
+  std::vector<int> last = {};  ///< period, per chain
+};
+
+/// The same of such charts: caps are those of triangles, each for as long as it is there, 2 Σ mean
+/// area; sides the perimeters of what is there. So it is E where nothing is lost.
+double charting_energy(const NeighbourGraph& graph, const std::vector<WaningChart>& charts,
                        double beta);
 
 }  // namespace mq

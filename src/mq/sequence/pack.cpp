@@ -49,10 +49,13 @@ struct Grid {
 
 class Packer {
  public:
-  Packer(const std::vector<PackChart>& charts, const std::vector<double>& angles, const Grid& grid)
+  /// `taken`: cells that no chart may have, in any frame.
+  Packer(const std::vector<PackChart>& charts, const std::vector<double>& angles, const Grid& grid,
+         std::vector<CellRun> taken = {})
       : charts_(charts),
         angles_(angles),
         grid_(grid),
+        taken_(std::move(taken)),
         shapes_(charts.size()),
         scales_(charts.size()) {
     for (const PackChart& chart : charts) frames_ = std::max(frames_, chart.last + 1);
@@ -73,6 +76,23 @@ class Packer {
       const auto place = best_place(volume, c, plan.loss);
       if (!place) return {};
       put(volume, c, places[c] = *place);
+    }
+    return places;
+  }
+
+  /// Places of those charts that fit at this scale, the largest first.
+  std::vector<std::optional<Place>> place_what_fits(double scale, const Progress& progress) {
+    std::vector<int> order = everything();
+    std::ranges::stable_sort(order, std::ranges::greater{},
+                             [&](int c) { return charts_[c].area; });
+    PackVolume volume = empty();
+    std::vector<std::optional<Place>> places(charts_.size());
+    for (const int c : order) {
+      progress.check();
+      make_all_shapes(c, scale);
+      volume.look(charts_[c].first, charts_[c].last);
+      places[c] = best_place(volume, c, Plan::Loss::height);
+      if (places[c]) put(volume, c, *places[c]);
     }
     return places;
   }
@@ -130,7 +150,9 @@ class Packer {
   int slack() const { return grid_.gutter - grid_.margin; }
 
   PackVolume empty() const {
-    return {grid_.width + 2 * slack(), grid_.height + 2 * slack(), frames_};
+    PackVolume volume(grid_.width + 2 * slack(), grid_.height + 2 * slack(), frames_);
+    if (!taken_.empty()) volume.take(taken_, slack(), slack(), 0, frames_ - 1);
+    return volume;
   }
 
   std::vector<int> everything() const {
@@ -217,6 +239,7 @@ class Packer {
   const std::vector<PackChart>& charts_;
   const std::vector<double>& angles_;
   Grid grid_;
+  std::vector<CellRun> taken_;
   int frames_ = 1;
   std::vector<Shapes> shapes_;
   std::vector<std::array<double, directions>> scales_;  // at which shapes were made
@@ -308,24 +331,34 @@ std::pair<double, Places> try_plans(Packer& packer, const std::vector<PackChart>
   return {scale, std::move(places)};
 }
 
+/// The texture at full resolution, and how many texels wide its cells are.
+std::pair<Grid, int> fine_grid(const PackOptions& options) {
+  require(options.width >= 1 && options.height >= 1 && options.gutter >= 0,
+          "a texture needs at least one texel, and a gutter no less than none");
+  const int cell = (std::max(options.width, options.height) + most_cells - 1) / most_cells;
+  const auto cells = [&](int texels) { return (texels + cell - 1) / cell; };
+  return {{options.width / cell, options.height / cell, cells(options.gutter),
+           cells((options.gutter + 1) / 2), 0},
+          cell};
+}
+
+std::vector<double> smallest_box_angles(const std::vector<PackChart>& charts) {
+  std::vector<double> angles;
+  for (const PackChart& chart : charts) angles.push_back(smallest_box_angle(chart));
+  return angles;
+}
+
 }  // namespace
 
 Packing pack(const std::vector<PackChart>& charts, const PackOptions& options,
              const Progress& progress) {
-  require(options.width >= 1 && options.height >= 1 && options.gutter >= 0,
-          "a texture needs at least one texel, and a gutter no less than none");
+  const auto [fine, cell] = fine_grid(options);
   for (const PackChart& chart : charts)
     require(chart.first >= 0 && chart.last >= chart.first,
             "a chart lives from a frame to a later one");
   const Contents contents = contents_of(charts);
   require(contents.fullest > 0, "there is no chart with area to place");
-  std::vector<double> angles;
-  for (const PackChart& chart : charts) angles.push_back(smallest_box_angle(chart));
-
-  const int cell = (std::max(options.width, options.height) + most_cells - 1) / most_cells;
-  const auto cells = [&](int texels) { return (texels + cell - 1) / cell; };
-  const Grid fine{options.width / cell, options.height / cell, cells(options.gutter),
-                  cells((options.gutter + 1) / 2), 0};
+  const std::vector<double> angles = smallest_box_angles(charts);
   const double perfect = std::sqrt(double(fine.width) * fine.height / contents.fullest);
 
   const double enough =
@@ -381,6 +414,27 @@ Packing pack(const std::vector<PackChart>& charts, const PackOptions& options,
   packing.bound = texels / (contents.fullest * square);
   progress.at(1);
   return packing;
+}
+
+std::vector<std::optional<Placement>> pack_beside(const std::vector<PackChart>& charts,
+                                                  double scale,
+                                                  const std::vector<std::vector<Vector2>>& taken,
+                                                  const PackOptions& options,
+                                                  const Progress& progress) {
+  const auto [grid, cell] = fine_grid(options);
+  std::vector<std::vector<Vector2>> polygons = taken;
+  for (auto& polygon : polygons)
+    for (Vector2& p : polygon) p /= cell;
+  const std::vector<double> angles = smallest_box_angles(charts);
+  Packer packer(charts, angles, grid, touched_cells(polygons, grid.width, grid.height));
+  const std::vector<std::optional<Place>> places = packer.place_what_fits(scale / cell, progress);
+  std::vector<std::optional<Placement>> result(charts.size());
+  for (int c = 0; c < int(charts.size()); ++c)
+    if (places[c]) {
+      result[c] = packer.placement(c, *places[c], scale / cell);
+      result[c]->shift *= cell;
+    }
+  return result;
 }
 
 std::vector<char> touched_texels(const PackChart& chart, const Placement& place, double scale,

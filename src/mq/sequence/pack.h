@@ -1,6 +1,7 @@
 #pragma once
 /// Places for flat charts in a texture, or in a texture video (thesis 6.4.4).
 
+#include <optional>
 #include <vector>
 
 #include "mq/base/progress.h"
@@ -52,6 +53,15 @@ struct Packing {
 /// texture (it says which size would do).
 Packing pack(const std::vector<PackChart>& charts, const PackOptions& options = {},
              const Progress& progress = {});
+
+/// Places for charts of one frame at this scale (texels per unit), the largest first, beside what is
+/// `taken`: polygons in texels from the lower left corner, y upward, which keep all texels that they
+/// touch. `gutter` and borders are as above. None: there is no room for a chart. `first` and `last`
+/// of the charts must be equal.
+std::vector<std::optional<Placement>> pack_beside(const std::vector<PackChart>& charts, double scale,
+                                                  const std::vector<std::vector<Vector2>>& taken,
+                                                  const PackOptions& options = {},
+                                                  const Progress& progress = {});
 
 /// Texels that a placed chart touches: per texel of the texture, row 0 on top, 1 or 0.
 std::vector<char> touched_texels(const PackChart& chart, const Placement& place, double scale,

@@ -126,6 +126,16 @@ PackShape make_shape(const PackChart& chart, double angle, double scale, double 
   return shape;
 }
 
+std::vector<CellRun> touched_cells(const std::vector<std::vector<Vector2>>& polygons, int width,
+                                   int height) {
+  Cells cells(width, height);
+  for (const auto& polygon : polygons)
+    for (std::size_t i = 0; i < polygon.size(); ++i)
+      touch(polygon[i], polygon[(i + 1) % polygon.size()], 0, cells);
+  fill(polygons, cells);
+  return runs_of(cells);
+}
+
 double smallest_box_angle(const PackChart& chart) {
   const double right = std::numbers::pi / 2;
   constexpr int steps = 45;

@@ -28,6 +28,10 @@ struct PackShape {
 /// all around, any number. Cells that are touched in rounding only are touched.
 PackShape make_shape(const PackChart& chart, double angle, double scale, double pad, int gutter);
 
+/// The cells of a texture that polygons touch, which do not overlap; corners in cells.
+std::vector<CellRun> touched_cells(const std::vector<std::vector<Vector2>>& polygons, int width,
+                                   int height);
+
 /// The angle at which the chart's box is smallest, lying.
 double smallest_box_angle(const PackChart& chart);
 
