@@ -2,6 +2,7 @@
 // colour is known: what they leave of noise and of light that goes around, and how multigrid in
 // space and time converges.
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <cmath>
@@ -198,6 +199,40 @@ void noise_filtered(benchmark::State& state) {
   }
 }
 
+/// Bytes in use, of all that was asked for.
+double allocated() {
+  const struct mallinfo2 info = mallinfo2();
+  return double(info.uordblks) + double(info.hblkhd);
+}
+
+/// Bytes a texel and frame of a window of 28 frames, while its first frame is handed out: of the
+/// frames as they were loaded, and of all.
+void window_memory(benchmark::State& state) {
+  for (auto _ : state) {
+    Film film(Disturbed::by_noise);
+    const double before = allocated();
+    double loaded = 0, all = 0, texels = 0;
+    const TemporalReport report = temporal_poisson(
+        28,
+        [&](int f) {
+          loaded = std::max(loaded, allocated() - before);
+          TemporalFrame frame = film.load(f);
+          texels += frame.psi.rows();
+          return frame;
+        },
+        [&](int f, const TemporalFrame& frame, const Signal& phi) {
+          if (f == 0) all = allocated() - before;
+          film.store(f, frame, phi);
+        },
+        {.weight = 8e-6, .beta = 0, .gamma = 4, .window = 28, .solver = {.tolerance = 1e-5}});
+    state.counters["loaded_B"] = loaded / (texels * 27 / 28);
+    state.counters["all_B"] = all / texels;
+    state.counters["peak_MB"] = peak_megabytes();
+    state.counters["texels"] = texels;
+    state.counters["held"] = report.held;
+  }
+}
+
 /// Windows of a radius, alpha = 10⁻⁶ · the second.
 void light_removed(benchmark::State& state) {
   for (auto _ : state) {
@@ -254,6 +289,7 @@ BENCHMARK(noise_filtered)
     ->Args({2, 16})
     ->Unit(benchmark::kSecond)
     ->Iterations(1);
+BENCHMARK(window_memory)->Unit(benchmark::kSecond)->Iterations(1);
 BENCHMARK(light_removed)
     ->Args({10, 5})
     ->Args({10, 200})

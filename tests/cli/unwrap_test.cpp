@@ -134,6 +134,32 @@ TEST(Unwrap, ForgetsWhereItIsToldTo) {
   EXPECT_GT(lifespan("never"), 3);
 }
 
+TEST(Unwrap, MakesAnAtlasThatKnowsOnlySoManyFrames) {
+  const Folder folder;
+  write_evolving(folder / "sheet.evolving", patched_sheet(8, 4, 5), store_step(8));
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"unwrap", "sheet.evolving", "-o", "atlas.evolving",
+                                      "--size", "64", "--trials", "1", "--json", "--overwrite"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return std::pair(result.json()["result"], read_bytes(folder / "atlas.blocks"));
+  };
+  const auto [whole, whole_blocks] = run({});
+  const auto [known, known_blocks] = run({"--look-ahead", "11"});
+  EXPECT_EQ(known_blocks, whole_blocks);
+  EXPECT_EQ(known["energy"], whole["energy"]);
+  const auto [online, online_blocks] = run({"--look-ahead", "2"});
+  EXPECT_NE(online_blocks, whole_blocks);
+  EXPECT_EQ(whole["plans"], 1);
+  EXPECT_EQ(online["plans"], 4);
+  EXPECT_EQ(online["energy_of_whole"], whole["energy"]);
+  write_bytes(folder / "corner.obj", corner_obj);
+  EXPECT_THAT(refusal(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--look-ahead", "3"},
+                      "flat.obj"),
+              HasSubstr("--look-ahead"));
+}
+
 TEST(Unwrap, LeavesAStoreAloneWhereItCannot) {
   const Folder folder;
   write_evolving(folder / "sheet.evolving", patched_sheet(6, 2, 5), store_step(10));

@@ -74,6 +74,8 @@ Exit unwrap(Run& run) {
   if (names_evolving(options.text("mesh"))) return unwrap_evolving(run);
   require(!options.has("picture"),
           "--picture: it is for an evolving mesh; draw a model with the verb render");
+  require(!options.has("look-ahead"), "--look-ahead: it is for an evolving mesh, whose frames come "
+                                      "one after the other");
   Scene scene = read_shape(run, 0.1);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
