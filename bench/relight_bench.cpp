@@ -108,12 +108,11 @@ class Film {
   TemporalFrame load(int f) {
     const EvolvingFrame& stored = made_->evolving.frames[f];
     const EvolvingSegment& segment = made_->evolving.segments[stored.segment];
-    const auto atlas =
-        std::make_shared<AtlasFrame>(segment, stored.positions, texels_across, texels_across);
+    const auto atlas = atlas_of(f);
     const Texels& texels = atlas->space().texels();
     const AtlasFrame at_rest(segment, made_->rest[stored.segment], texels_across, texels_across);
     TemporalFrame frame{std::shared_ptr<const SignalSpace>(atlas, &atlas->space()),
-                        &texels,
+                        std::make_shared<Texels>(texels),
                         albedo(at_rest.space().texels()),
                         {}};
     truth_[f] = frame.psi;
@@ -132,8 +131,13 @@ class Film {
 
   void store(int f, const TemporalFrame& frame, const Signal& phi) {
     const Signal& truth = truth_.at(f);
-    add(frame, truth, frame.psi, was_);
-    add(frame, truth, phi, is_);
+    std::shared_ptr<const SignalSpace> space = frame.space;
+    if (!space) {
+      const auto atlas = atlas_of(f);
+      space = {atlas, &atlas->space()};
+    }
+    add(frame, *space, truth, frame.psi, was_);
+    add(frame, *space, truth, phi, is_);
     truth_.erase(f);
   }
 
@@ -162,10 +166,16 @@ class Film {
     double error() const { return std::sqrt((truth - product * product / square) / values); }
   };
 
-  static void add(const TemporalFrame& frame, const Signal& truth, const Signal& signal,
-                  Side& side) {
+  std::shared_ptr<AtlasFrame> atlas_of(int f) const {
+    const EvolvingFrame& stored = made_->evolving.frames[f];
+    return std::make_shared<AtlasFrame>(made_->evolving.segments[stored.segment], stored.positions,
+                                        texels_across, texels_across);
+  }
+
+  static void add(const TemporalFrame& frame, const SignalSpace& space, const Signal& truth,
+                  const Signal& signal, Side& side) {
     side.meter.add(frame.links, frame.texels->interior, signal);
-    const Signal gradient = frame.space->stiffness_times(truth);
+    const Signal gradient = space.stiffness_times(truth);
     side.gradients += signal.cwiseProduct(gradient).sum();
     side.true_gradients += truth.cwiseProduct(gradient).sum();
     for (int t = 0; t < signal.rows(); ++t) {
@@ -184,14 +194,17 @@ class Film {
   Side was_, is_;
 };
 
-/// Smoothing in space by alpha = 10⁻⁶ · arg, γ = the second.
+/// Weights of gradients in square model units, 4 · 10⁻⁶ times a number; the body's area is 3.91.
+double weight_of(std::int64_t number) { return 4e-6 * double(number); }
+
+/// Smoothing in space with the weight of the first, γ = the second.
 void noise_filtered(benchmark::State& state) {
   for (auto _ : state) {
     Film film(Disturbed::by_noise);
     const TemporalReport report = temporal_poisson(
         frames, [&](int f) { return film.load(f); },
         [&](int f, const TemporalFrame& frame, const Signal& phi) { film.store(f, frame, phi); },
-        {.weight = 1e-6 * double(state.range(0)) * 4.0,  // of an area of 4
+        {.weight = weight_of(state.range(0)),
          .beta = 0,
          .gamma = double(state.range(1)),
          .solver = {.tolerance = 1e-5}});
@@ -233,14 +246,14 @@ void window_memory(benchmark::State& state) {
   }
 }
 
-/// Windows of a radius, alpha = 10⁻⁶ · the second.
+/// Windows of a radius, the weight of the second.
 void light_removed(benchmark::State& state) {
   for (auto _ : state) {
     Film film(Disturbed::by_light);
     const TemporalReport report = remove_lighting(
         frames, [&](int f) { return film.load(f); },
         [&](int f, const TemporalFrame& frame, const Signal& phi) { film.store(f, frame, phi); },
-        {.weight = 1e-6 * double(state.range(1)) * 4.0, .radius = int(state.range(0))});
+        {.weight = weight_of(state.range(1)), .radius = int(state.range(0))});
     film.count(report, state);
   }
 }
@@ -249,7 +262,7 @@ void light_removed(benchmark::State& state) {
 /// coarsening in time.
 void cycle_factor(benchmark::State& state) {
   Film film(Disturbed::by_noise);
-  const double weight = 1e-6 * double(state.range(0)) * 4.0, gamma = double(state.range(1));
+  const double weight = weight_of(state.range(0)), gamma = double(state.range(1));
   std::vector<TemporalFrame> held;
   std::vector<TimePlane> planes;
   Vector before;

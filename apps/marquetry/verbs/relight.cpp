@@ -64,9 +64,10 @@ class Measures {
     double gradients = 0;
   };
 
-  void add(const TemporalFrame& frame, const Signal& was, const Signal& is, const Signal* truth) {
-    add(frame, was, truth, before_);
-    add(frame, is, truth, after_);
+  void add(const TemporalFrame& frame, const SignalSpace& space, const Signal& was,
+           const Signal& is, const Signal* truth) {
+    add(frame, space, was, truth, before_);
+    add(frame, space, is, truth, after_);
     compared_ = truth != nullptr;
   }
 
@@ -84,11 +85,11 @@ class Measures {
   }
 
  private:
-  static void add(const TemporalFrame& frame, const Signal& signal, const Signal* truth,
-                  Side& side) {
+  static void add(const TemporalFrame& frame, const SignalSpace& space, const Signal& signal,
+                  const Signal* truth, Side& side) {
     side.flicker.add(frame.links, frame.texels->interior, signal);
-    side.gradients += signal.cwiseProduct(frame.space->stiffness_times(signal)).sum();
-    if (truth) side.comparison.add(*frame.space, frame.texels->interior, signal, *truth);
+    side.gradients += signal.cwiseProduct(space.stiffness_times(signal)).sum();
+    if (truth) side.comparison.add(space, frame.texels->interior, signal, *truth);
   }
 
   Side before_, after_;
@@ -121,39 +122,35 @@ class Film {
   TemporalFrame load(int i) {
     Frame frame;
     frame.texture = read("textures", i);
-    const Image<float>& pixels = frame.texture.pixels;
-    const StoredFrame& stored = reader_.frames()[frames_[i]];
-    const EvolvingSegment segment = reader_.segment(stored.segment);
-    require(!segment.uvs.empty(),
-            fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap",
-                        reader_.manifest().string()));
-    frame.atlas = std::make_shared<AtlasFrame>(segment, reader_.positions(frames_[i]),
-                                               pixels.width(), pixels.height());
-    const TexelSpace& space = frame.atlas->space();
+    const std::shared_ptr<AtlasFrame> atlas = atlas_of(i);
+    frame.atlas = atlas;
+    const TexelSpace& space = atlas->space();
     const std::vector<Image<float>> decoded_pixels = {decoded(frame.texture, values_)};
-    TemporalFrame result{std::shared_ptr<const SignalSpace>(frame.atlas, &space),
-                         &space.texels(),
+    TemporalFrame result{std::shared_ptr<const SignalSpace>(atlas, &space),
+                         std::make_shared<Texels>(space.texels()),
                          space.gather(decoded_pixels),
                          {}};
-    if (last_) result.links = texel_links(*last_, *frame.atlas);
-    last_ = frame.atlas;
+    if (last_) result.links = texel_links(*last_, *atlas);
+    last_ = atlas;
     open_[i] = std::move(frame);
     return result;
   }
 
   void store(int i, const TemporalFrame& frame, const Signal& phi) {
     Frame& open = open_.at(i);
-    const TexelSpace& space = open.atlas->space();
+    std::shared_ptr<AtlasFrame> atlas = open.atlas.lock();
+    if (!atlas) atlas = atlas_of(i);
+    const TexelSpace& space = atlas->space();
     std::vector<Image<float>> pixels = {decoded(open.texture, values_)};
     space.scatter(phi, pixels);
     pixels[0] = encoded(pixels[0], open.texture, values_);
     const Signal was = space.gather(std::vector{open.texture.pixels}), is = space.gather(pixels);
     Signal truth;
     if (run_.options().has("truth")) truth = space.gather(std::vector{read("truth", i).pixels});
-    measures_.add(frame, was, is, truth.size() > 0 ? &truth : nullptr);
+    measures_.add(frame, space, was, is, truth.size() > 0 ? &truth : nullptr);
     const Image<char> inside = spread_outside(space.texels(), pixels[0]);
     output_.write({.number = numbers_[i],
-                   .mesh = open.atlas->surface().mesh,
+                   .mesh = atlas->surface().mesh,
                    .inside = inside,
                    .pixels = pixels[0],
                    .values = holds_light(open.texture.format) ? FrameTextures::Values::light
@@ -170,8 +167,18 @@ class Film {
  private:
   struct Frame {
     Texture texture;
-    std::shared_ptr<AtlasFrame> atlas;
+    std::weak_ptr<AtlasFrame> atlas;  ///< made again where the filter has let it go: it is large
   };
+
+  /// Once the first texture was read.
+  std::shared_ptr<AtlasFrame> atlas_of(int i) const {
+    const StoredFrame& stored = reader_.frames()[frames_[i]];
+    const EvolvingSegment segment = reader_.segment(stored.segment);
+    require(!segment.uvs.empty(),
+            fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap",
+                        reader_.manifest().string()));
+    return std::make_shared<AtlasFrame>(segment, reader_.positions(frames_[i]), width_, height_);
+  }
 
   Texture read(const char* option, int i) {
     const std::string name = frame_name(run_.options().text(option), numbers_[i]);

@@ -37,6 +37,14 @@ class Hierarchy {
   /// Takes the values of another matrix of the same pattern.
   void set_values(const SparseMatrix& A, const Progress& progress = {});
 
+  /// Lets go of what only conjugate gradients in mixed precision need: no solver can be made of it any
+  /// more.
+  void keep_cycle_only() {
+    low_ = {};
+    components_ = {};
+    coarsest_component_ = {};
+  }
+
   const MultigridOptions& options() const { return options_; }
   const Multigrid& multigrid() const { return multigrid_; }
   const StencilMatrix& high() const { return multigrid_.levels.front()->matrix; }

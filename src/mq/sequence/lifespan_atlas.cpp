@@ -35,8 +35,7 @@ void compare_with_whole(const EvolvingMesh& evolving, const ChartingOptions& opt
                         LifespanAtlas& atlas) {
   const NeighbourGraph graph = neighbour_graph(evolving, progress.step("neighbours", 0.5));
   const LifespanCharts whole = find_lifespan_charts(graph, options, progress.step("chart", 0.5));
-  atlas.charting.energy =
-      charting_energy(graph, charts_of(rolling.lived(), graph), options.beta);
+  atlas.charting.energy = charting_energy(graph, charts_of(rolling.lived(), graph), options.beta);
   atlas.charting.first_charts = whole.first_charts;
   atlas.charting.first_energy = whole.first_energy;
   atlas.charting.edits = rolling.edits();
@@ -59,14 +58,15 @@ void measure(const EvolvingMesh& evolving, const LifespanAtlasOptions& options,
     for (int f = prism.first; f <= prism.last; ++f) area[f] += prism.area;
   }
   atlas.lifespan = frames_lived / lives;
-  atlas.bound = double(options.unwrap.width) * options.unwrap.height / *std::ranges::max_element(area);
+  atlas.bound =
+      double(options.unwrap.width) * options.unwrap.height / *std::ranges::max_element(area);
   for (std::size_t p = 0; p < atlas.periods.size(); ++p) {
     const Period& period = atlas.periods[p];
     for (int f = period.first; f <= period.last; ++f) atlas.frames[f].charts = pieces_of_period[p];
     if (p > 0)
-      atlas.frames[period.first].born = change(evolving.segments[atlas.periods[p - 1].segment],
-                                               evolving.segments[period.segment])
-                                            .born;
+      atlas.frames[period.first].born =
+          change(evolving.segments[atlas.periods[p - 1].segment], evolving.segments[period.segment])
+              .born;
   }
   for (int f = 0; f < count; ++f) {
     LifespanAtlasFrame& frame = atlas.frames[f];

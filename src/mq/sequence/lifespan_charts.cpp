@@ -64,9 +64,9 @@ class Energy {
  public:
   Energy(const NeighbourGraph& graph, double beta, int frames)
       : weight_(beta * graph.radius /
-                (frames > 0 ? double(frames)
-                            : std::accumulate(graph.frame_counts.begin(), graph.frame_counts.end(),
-                                              0.0))),
+                (frames > 0
+                     ? double(frames)
+                     : std::accumulate(graph.frame_counts.begin(), graph.frame_counts.end(), 0.0))),
         frames_(0,
                 std::vector<std::int64_t>(graph.frame_counts.begin(), graph.frame_counts.end())) {}
 
@@ -374,7 +374,7 @@ double charting_energy(const NeighbourGraph& graph, const std::vector<WaningChar
   struct Stay {
     int chart, last;
   };
-  std::vector<std::vector<Stay>> stays(graph.chains.size());  // of each chain
+  std::vector<std::vector<Stay>> stays(graph.chains.size());     // of each chain
   std::vector<std::map<int, std::int64_t>> area(charts.size());  // by last period
   std::vector<std::int64_t> side(charts.size());
   for (int c = 0; c < int(charts.size()); ++c)

@@ -83,8 +83,7 @@ class Packer {
   /// Places of those charts that fit at this scale, the largest first.
   std::vector<std::optional<Place>> place_what_fits(double scale, const Progress& progress) {
     std::vector<int> order = everything();
-    std::ranges::stable_sort(order, std::ranges::greater{},
-                             [&](int c) { return charts_[c].area; });
+    std::ranges::stable_sort(order, std::ranges::greater{}, [&](int c) { return charts_[c].area; });
     PackVolume volume = empty();
     std::vector<std::optional<Place>> places(charts_.size());
     for (const int c : order) {

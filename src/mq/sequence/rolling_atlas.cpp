@@ -120,7 +120,7 @@ struct RollingAtlas::Plan {
     FlatChart flat;
     Placement place;
   };
-  std::vector<Part> parts;         // that have a place, by charts
+  std::vector<Part> parts;  // that have a place, by charts
   bool is_packed_together = false;
 
   /// Charts, each with some of its chains, as flat parts.
@@ -218,8 +218,8 @@ void RollingAtlas::plan(Past past, const Progress& progress) {
   if (has_past) {
     charting.past = 1;
     for (const NeighbourGraph::Chain& chain : plan->graph.chains)
-      charting.chart_of.push_back(
-          chain.first == 0 ? pieces_[homes_.at(chain.triangle).piece].chart : -1);
+      charting.chart_of.push_back(chain.first == 0 ? pieces_[homes_.at(chain.triangle).piece].chart
+                                                   : -1);
   }
   plan->charting = find_lifespan_charts(plan->graph, charting, progress.step("chart", 0.2));
   for (int c = 0; c < int(plan->graph.chains.size()); ++c)
@@ -300,11 +300,9 @@ bool RollingAtlas::place_new(const Progress& progress) {
     for (const Plan::Part& part : open) {
       outlines.push_back(outline_of(part.flat));
     }
-    const auto places = pack_beside(outlines, scale_, taken,
-                                    {.width = unwrap.width,
-                                     .height = unwrap.height,
-                                     .gutter = unwrap.gutter},
-                                    progress);
+    const auto places = pack_beside(
+        outlines, scale_, taken,
+        {.width = unwrap.width, .height = unwrap.height, .gutter = unwrap.gutter}, progress);
     lap("pack");
     std::vector<std::pair<int, std::vector<int>>> halves;
     for (std::size_t i = 0; i < open.size(); ++i) {

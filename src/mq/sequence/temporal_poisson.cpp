@@ -23,6 +23,7 @@ namespace {
 /// A frame while it is held.
 struct Held {
   TemporalFrame frame;
+  std::weak_ptr<const SignalSpace> space;
   Vector mass, strength;
   SparseMatrix K;
   Signal right;  // of the spatial part
@@ -103,6 +104,8 @@ class Stream {
           held.right *= options_.weight * (options_.beta - 1);
         }
       }
+      held.space = frame.space;
+      held.frame.space.reset();
       mass_before_ = held.mass;
       held_.push_back(std::move(held));
     }
@@ -111,10 +114,21 @@ class Stream {
   int held() const { return int(held_.size()); }
   const TemporalFrame& frame(int i) const { return held_[i].frame; }
 
-  std::vector<TimePlane> planes() const {
+  /// A frame to be given back.
+  const TemporalFrame& whole_frame(int i) {
+    held_[i].frame.space = held_[i].space.lock();
+    return held_[i].frame;
+  }
+
+  /// The system's; the first frames are not needed again, and hand their matrices over.
+  std::vector<TimePlane> planes(int last_time) {
     std::vector<TimePlane> result;
     for (std::size_t f = 0; f < held_.size(); ++f) {
-      TimePlane plane{held_[f].K, held_[f].frame.links, held_[f].strength};
+      TimePlane plane{{}, held_[f].frame.links, held_[f].strength};
+      if (int(f) < last_time)
+        plane.K = std::move(held_[f].K);
+      else
+        plane.K = held_[f].K;
       if (f == 0) {
         for (int t = 0; t < plane.strength.size(); ++t) plane.K.coeffRef(t, t) += plane.strength[t];
         plane.K.makeCompressed();
@@ -230,9 +244,9 @@ TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(in
                                         double(keep) / frames);
     stream.hold(end, part.step("read", 0.3));
     report.held = std::max(report.held, stream.held());
-    const bool texels = stream.frame(0).texels != nullptr;
+    const bool texels = bool(stream.frame(0).texels);
     const TimeMultigrid system(
-        stream.planes(),
+        stream.planes(keep),
         texels ? texel_planes([&](int f) -> const Texels& { return *stream.frame(f).texels; })
                : factored_planes(),
         options.solver, part.step("prepare", 0.2));
@@ -243,7 +257,7 @@ TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(in
     report.add(solved);
     Signal last;
     for (int f = 0; f < keep; ++f) {
-      const TemporalFrame& frame = stream.frame(f);
+      const TemporalFrame& frame = stream.whole_frame(f);
       last = delta.middleRows(system.offset(f), frame.psi.rows());
       store(begin + f, frame, frame.psi + last);
     }

@@ -26,7 +26,7 @@ struct TemporalOptions {
 /// A frame's signal: ψ, size() × channels.
 struct TemporalFrame {
   std::shared_ptr<const SignalSpace> space;
-  const Texels* texels = nullptr;  ///< of the space, for multigrid; none: planes are factored
+  std::shared_ptr<const Texels> texels;  ///< of the space, for multigrid; none: planes are factored
   Signal psi;
   TimeLinks links;  ///< to the frame before; no rows in the first
 };
@@ -65,10 +65,10 @@ double decay_in_time(double gamma);
 /// comes back bit for bit.
 ///
 /// Frames are asked for in their order, once each, and given back in their order; `window` of them
-/// are held. Each window begins with the last value that was given back and is solved to
+/// are held. A frame's space is let go when its matrix is made: it is given back where somebody else
+/// has kept it, else there is none. Each window begins with the last value that was given back and is solved to
 /// `look_ahead` frames beyond what is kept of it, so that of a value farther away at most
-/// `accuracy` is missed. Memory is about 2 kB a texel and held frame, the spaces of
-/// the frames included.
+/// `accuracy` is missed. Memory is less than 2 kB a texel and held frame.
 ///
 /// Throws `InvalidInput` for weights that are negative or not finite, for a window that is no
 /// longer than the look-ahead, and where links or signals do not fit their spaces.

@@ -11,7 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -88,18 +88,33 @@ std::vector<TimeLinks> coarse_links(const std::vector<TimeLinks>& links) {
   return result;
 }
 
-SparseMatrix block_diagonal(const std::vector<SparseMatrix>& blocks,
-                            const std::vector<int>& offsets) {
+/// blockdiag(K_f) + T, row by row.
+SparseMatrix with_links(const std::vector<SparseMatrix>& blocks, const SparseMatrix& T,
+                        const std::vector<int>& offsets) {
+  const auto merged = [&](const auto& visit) {  // visit(row, column, value), columns increasing
+    for (std::size_t f = 0; f < blocks.size(); ++f)
+      for (int row = 0; row < blocks[f].rows(); ++row) {
+        SparseMatrix::InnerIterator own(blocks[f], row), link(T, offsets[f] + row);
+        while (own || link) {
+          const int i = own ? int(own.col()) + offsets[f] : std::numeric_limits<int>::max();
+          const int j = link ? int(link.col()) : std::numeric_limits<int>::max();
+          const double value = (i <= j ? own.value() : 0) + (j <= i ? link.value() : 0);
+          visit(offsets[f] + row, std::min(i, j), value);
+          if (i <= j) ++own;
+          if (j <= i) ++link;
+        }
+      }
+  };
   std::int64_t entries = 0;
-  for (const SparseMatrix& K : blocks) entries += K.nonZeros();
+  merged([&](int, int, double) { ++entries; });
   SparseMatrix result(offsets.back(), offsets.back());
   result.reserve(entries);
-  for (std::size_t f = 0; f < blocks.size(); ++f)
-    for (int row = 0; row < blocks[f].rows(); ++row) {
-      result.startVec(offsets[f] + row);
-      for (SparseMatrix::InnerIterator entry(blocks[f], row); entry; ++entry)
-        result.insertBack(offsets[f] + row, offsets[f] + entry.col()) = entry.value();
-    }
+  int open = -1;
+  merged([&](int row, int column, double value) {
+    while (open < row) result.startVec(++open);
+    result.insertBack(row, column) = value;
+  });
+  while (open + 1 < offsets.back()) result.startVec(++open);
   result.finalize();
   return result;
 }
@@ -150,7 +165,9 @@ void residual_rows(const SparseMatrix& A, const Signal& b, const Signal& x, int 
 
 PlaneSolver texel_planes(std::function<const Texels&(int frame)> texels) {
   return [texels](int frame, const SparseMatrix& B) -> Preconditioner {
-    const auto hierarchy = std::make_shared<const Hierarchy>(texel_hierarchy(B, texels(frame)));
+    Hierarchy levels = texel_hierarchy(B, texels(frame));
+    levels.keep_cycle_only();
+    const auto hierarchy = std::make_shared<const Hierarchy>(std::move(levels));
     return [hierarchy](const Signal& R, Signal& Z) {
       Z.resize(R.rows(), R.cols());
       const Scaling& scaling = hierarchy->scaling();
@@ -217,7 +234,7 @@ TimeMultigrid::TimeMultigrid(std::vector<TimePlane> planes, const PlaneSolver& s
           progress.at(1 - left - share + share * ++done / double(frames.size()));
         },
         1);
-    level.A = SparseMatrix(block_diagonal(K, offsets) + T);
+    level.A = with_links(K, T, offsets);
     if (coarsest) {
       levels_.push_back(std::move(level));
       break;
@@ -228,6 +245,7 @@ TimeMultigrid::TimeMultigrid(std::vector<TimePlane> planes, const PlaneSolver& s
       coarse_K.push_back(std::move(K[f]));
       coarse_frames.push_back(frames[f]);
     }
+    K.clear();
     const std::vector<int> coarse_offsets = offsets_of(coarse_K);
     level.P = interpolation(links, offsets, coarse_offsets);
     level.R = level.P.transpose();

@@ -51,7 +51,7 @@ UnrolledChart unroll(CrossSection section, double mean_area, double stretch) {
 }  // namespace
 
 CrossSections::CrossSections(const EvolvingMesh& evolving, const NeighbourGraph& graph,
-              const std::vector<Period>& periods, int metric_frames)
+                             const std::vector<Period>& periods, int metric_frames)
     : evolving_(evolving), graph_(graph), periods_(periods), metric_frames_(metric_frames) {
   for (const Period& period : periods) {
     triangle_of_.push_back(index_of_ids(evolving.segments[period.segment].triangle_ids));
@@ -93,8 +93,7 @@ CrossSection CrossSections::operator()(const LifespanChart& chart) const {
   for (int i = 0; i < count; ++i) {
     double difference = 0;
     for (std::size_t t = 0; t < section.lengths.size(); ++t)
-      for (int k = 0; k < 3; ++k)
-        difference += std::abs(squares[i][t][k] - section.lengths[t][k]);
+      for (int k = 0; k < 3; ++k) difference += std::abs(squares[i][t][k] - section.lengths[t][k]);
     if (difference < least) least = difference, mesh.positions = frames[i];
   }
   for (auto& edges : section.lengths)
