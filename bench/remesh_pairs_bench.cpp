@@ -3,6 +3,8 @@
 //
 //     remesh_pairs_bench            the table, as Markdown
 //     remesh_pairs_bench FOLDER     the pairs as NAME_before.ply and NAME_after.ply
+//     remesh_pairs_bench 0 1000     random pairs (tests/sequence/remesh_models.h) with numbers from 0
+//                                   to 999: what is wrong with any result, and how many have nothing
 //
 // Seconds are processor time of the library alone, of all threads together.
 
@@ -12,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "mq/base/error.h"
 #include "mq/io/model.h"
 #include "sequence/remesh_models.h"
 
@@ -62,7 +65,34 @@ void print_row(const std::string& what, const Mesh& before, const Mesh& after) {
              found.from_target.max / diagonal, wrong.empty() ? "yes" : wrong, seconds);
 }
 
+/// Random pairs of surfaces, results that are none or have triangles turned over along their seams.
+int fuzz(std::uint64_t first, std::uint64_t last) {
+  int sound = 0, turned_pairs = 0, wrong_pairs = 0, refused = 0;
+  for (std::uint64_t seed = first; seed < last; ++seed) {
+    const auto [before, after] = test::random_pair(seed);
+    const Surface from = make_surface(before), to = make_surface(after);
+    try {
+      const Remeshed found = remesh(from, to);
+      const std::string wrong = test::problems(from, to, found);
+      const int turned = test::turned_triangles(from, to, found);
+      if (!wrong.empty() || turned > 0)
+        fmt::print("pair {}: {} + {} triangles, {} kept, {} born, {} rounds: {}{} turned\n", seed,
+                   from.triangle_count(), to.triangle_count(), found.kept, found.born, found.rounds,
+                   wrong, turned);
+      wrong_pairs += !wrong.empty();
+      turned_pairs += turned > 0;
+      sound += wrong.empty() && turned == 0;
+    } catch (const InvalidInput& error) {
+      ++refused;
+    }
+  }
+  fmt::print("{} sound, {} with triangles turned over, {} no surface, {} refused\n", sound,
+             turned_pairs, wrong_pairs, refused);
+  return wrong_pairs;
+}
+
 int run(int count, char** words) {
+  if (count > 2) return fuzz(std::stoull(words[1]), std::stoull(words[2]));
   if (count > 1) {
     for (const Pair& pair : pairs()) {
       const std::string start = std::string(words[1]) + "/" + pair.name;

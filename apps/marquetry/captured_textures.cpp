@@ -2,15 +2,120 @@
 
 #include <fmt/format.h>
 
+#include <map>
+#include <optional>
+
 #include "evolving_frames.h"
 #include "frame_textures.h"
 #include "mq/base/error.h"
+#include "mq/image/colour.h"
+#include "mq/io/evolving_gltf.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
+#include "mq/mesh/closest_point.h"
 #include "mq/sequence/texture_frame.h"
+#include "outputs.h"
 
 namespace mq::app {
+namespace {
+
+/// Whether frames have texture coordinates: all of a store do, or none.
+bool has_atlas(const EvolvingReader& reader) {
+  return !reader.frames().empty() &&
+         !reader.segment(reader.frames().front().segment).uvs.empty();
+}
+
+void require_atlas_unless_models(const EvolvingReader& reader, const std::string& to) {
+  require(has_atlas(reader) || (names_model(to) && !names_animation(to)),
+          fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap, or "
+                      "export models (frame_%04d.ply), which get colours at vertices",
+                      reader.manifest().string()));
+}
+
+/// The captured frames, and what a store's frames show of them.
+class Captured {
+ public:
+  Captured(Run& run, const EvolvingReader& reader, const std::vector<int>& frames)
+      : run_(run), reader_(reader) {
+    const std::vector<FrameFile> files =
+        find_frames(run.options().text("from"), numbers_of(reader, frames));
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      run.will_read(files[i].path);
+      files_[frames[i]] = files[i].path;
+    }
+    run.result["textures"] = Json::array();
+  }
+
+  /// The texture of a frame; says in the result how much of it was seen.
+  const TextureFrame& texture(int frame, const Progress& progress = {}) {
+    const OptionValues& options = run_.options();
+    const int size = int(options.integer("size"));
+    read(frame);
+    texture_ = resample_texture(
+        mesh_, model_.mesh, surface_colours(model_),
+        {.width = size, .height = size, .samples = int(options.integer("samples"))}, progress);
+    run_.result["textures"].push_back({{"frame", reader_.frames()[frame].number},
+                                       {"texels", texture_.texels},
+                                       {"unseen", texture_.unseen}});
+    return texture_;
+  }
+
+  /// The same as files want it; valid until the next is asked for.
+  FrameTextures::Frame frame(int frame, const Progress& progress) {
+    texture(frame, progress);
+    return {.number = reader_.frames()[frame].number,
+            .mesh = mesh_,
+            .inside = texture_.inside,
+            .pixels = texture_.picture,
+            .values = is_light() ? FrameTextures::Values::light : FrameTextures::Values::display};
+  }
+
+  /// The same as display values.
+  Image<float> displayed(int frame) {
+    const Image<float>& picture = texture(frame).picture;
+    return is_light() ? encode(picture, ColourSpace::linear, Transfer::srgb) : picture;
+  }
+
+  /// The mesh of a frame with what is captured nearest to each vertex.
+  Model at_vertices(int frame) {
+    read(frame);
+    const ColourAt colour = surface_colours(model_);
+    Model shown;
+    shown.colors.channels = 3;
+    for (const ClosestPoint& place : ClosestPointFinder(model_.mesh)(mesh_.positions))
+      for (const float value : colour(place)) shown.colors.values.push_back(value);
+    shown.mesh = mesh_;
+    return shown;
+  }
+
+ private:
+  bool is_light() const {
+    return model_.colors.channels == 0 && holds_light(model_.textures[0].format);
+  }
+
+  void read(int frame) {
+    const OptionValues& options = run_.options();
+    ReadModelOptions reading;
+    if (options.has("texture"))
+      reading.textures = {frame_name(options.text("texture"), reader_.frames()[frame].number)};
+    const std::filesystem::path& path = files_.at(frame);
+    model_ = read_model(path, reading);
+    require(has_colours(model_),
+            fmt::format("{}: --from wants colours at vertices or a texture, and it has neither",
+                        path.string()));
+    mesh_ = mesh_of(reader_.segment(reader_.frames()[frame].segment), reader_.positions(frame));
+  }
+
+  Run& run_;
+  const EvolvingReader& reader_;
+  std::map<int, std::filesystem::path> files_;
+  Model model_;
+  Mesh mesh_;
+  TextureFrame texture_;
+};
+
+}  // namespace
 
 void add_captured_texture_options(OptionTable& table) {
   using Type = Option::Type;
@@ -21,7 +126,8 @@ void add_captured_texture_options(OptionTable& table) {
              .group = group,
              .help = "the captured frames: what they show is written as textures",
              .details = "frame_%04d.ply, or a folder, with the numbers of the evolving mesh's "
-                        "frames. The evolving mesh must have an atlas (unwrap, evolve)."});
+                        "frames. Without an atlas (unwrap, evolve) models get colours at "
+                        "vertices, and nothing else can be written."});
   table.add({.name = "texture",
              .type = Type::path,
              .group = group,
@@ -44,46 +150,46 @@ void add_captured_texture_options(OptionTable& table) {
              .help = "per texel and direction"});
 }
 
+std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
+                                                  const EvolvingReader& reader,
+                                                  const std::vector<int>& numbers) {
+  const std::string output = options.text("output");
+  if (!names_animation(output)) {
+    const FrameTextures files(output);
+    if (has_atlas(reader)) return files.paths(numbers);
+  }
+  require_atlas_unless_models(reader, output);
+  if (names_animation(output)) return {output};
+  std::vector<std::filesystem::path> paths;
+  for (const int number : numbers) paths.emplace_back(frame_name(output, number));
+  return paths;
+}
+
 void write_captured_textures(Run& run, const EvolvingReader& reader,
                              const std::vector<int>& frames, const std::string& to) {
   const OptionValues& options = run.options();
-  FrameTextures output(to);
-  const std::vector<int> numbers = numbers_of(reader, frames);
-  const std::vector<FrameFile> files = find_frames(options.text("from"), numbers);
-  for (const FrameFile& file : files) run.will_read(file.path);
-  const int size = int(options.integer("size"));
-  const TextureFrameOptions how{
-      .width = size, .height = size, .samples = int(options.integer("samples"))};
+  require_atlas_unless_models(reader, to);
   const Step step(run, "textures", 0.9);
-  run.result["textures"] = Json::array();
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const Progress part =
-        step.progress().step(fmt::format("frame {}", numbers[i]), 1.0 / double(frames.size()));
-    const EvolvingSegment segment = reader.segment(reader.frames()[frames[i]].segment);
-    require(!segment.uvs.empty(),
-            fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap",
-                        reader.manifest().string()));
-    ReadModelOptions reading;
-    if (options.has("texture"))
-      reading.textures = {frame_name(options.text("texture"), numbers[i])};
-    const Model captured = read_model(files[i].path, reading);
-    require(has_colours(captured),
-            fmt::format("{}: --from wants colours at vertices or a texture, and it has neither",
-                        files[i].path.string()));
-    const Mesh mesh = mesh_of(segment, reader.positions(frames[i]));
-    const TextureFrame frame =
-        resample_texture(mesh, captured.mesh, surface_colours(captured), how, part);
-    run.result["textures"].push_back(
-        {{"frame", numbers[i]}, {"texels", frame.texels}, {"unseen", frame.unseen}});
-    const bool light = captured.colors.channels == 0 && holds_light(captured.textures[0].format);
-    output.write({.number = numbers[i],
-                  .mesh = mesh,
-                  .inside = frame.inside,
-                  .pixels = frame.picture,
-                  .values = light ? FrameTextures::Values::light : FrameTextures::Values::display},
-                 options.number("rate"));
+  Captured captured(run, reader, frames);
+  if (names_animation(to)) {
+    const Progress all = step.progress().step("write", 1);
+    write_animation(
+        to, reader, frames.front(), frames.back(), options.number("rate"),
+        [&](int frame) { return captured.displayed(frame); }, all);
+    return;
   }
-  output.finish();
+  std::optional<FrameTextures> files;
+  if (has_atlas(reader)) files.emplace(to);
+  for (const int f : frames) {
+    const int number = reader.frames()[f].number;
+    const Progress part =
+        step.progress().step(fmt::format("frame {}", number), 1.0 / double(frames.size()));
+    if (files)
+      files->write(captured.frame(f, part), options.number("rate"));
+    else
+      write_model(frame_name(to, number), captured.at_vertices(f));
+  }
+  if (files) files->finish();
 }
 
 }  // namespace mq::app

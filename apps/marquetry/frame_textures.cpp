@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
@@ -16,14 +14,6 @@ namespace mq::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The pictures that can be written.
-constexpr std::array picture_endings = {".png", ".exr",  ".tif", ".tiff",
-                                        ".jpg", ".jpeg", ".bmp", ".tga"};
-
-bool names_picture(const fs::path& path) {
-  return std::ranges::find(picture_endings, path.extension().string()) != picture_endings.end();
-}
 
 /// Of a model's file, that of its picture.
 fs::path picture_of(fs::path model) { return model.replace_extension(".png"); }

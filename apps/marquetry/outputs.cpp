@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/io/frame_files.h"
 
 namespace mq::app {
 namespace {
@@ -48,27 +49,35 @@ void refuse_collisions(const std::vector<fs::path>& paths) {
 
 /// Before any work: the writer would refuse it after all of it.
 void refuse_unknown_formats(const std::vector<fs::path>& paths) {
-  static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".tif",
-                                             ".tiff", ".exr", ".bmp",  ".tga"};
-  for (const fs::path& path : paths) {
-    std::string extension = path.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](unsigned char c) { return char(std::tolower(c)); });
-    require(std::ranges::count(pictures, extension) > 0,
+  for (const fs::path& path : paths)
+    require(names_picture(path),
             fmt::format("--output: found '{}', wanted a picture (.png, .jpg, .tif, .exr, .bmp or "
                         ".tga), a model (.obj, .ply, .gltf or .glb) or a folder",
                         path.string()));
-  }
+}
+
+std::string lower_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  return extension;
 }
 
 }  // namespace
 
 bool names_model(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
   static constexpr const char* models[] = {".obj", ".ply", ".gltf", ".glb"};
-  return std::ranges::count(models, extension) > 0;
+  return std::ranges::count(models, lower_extension(path)) > 0;
+}
+
+bool names_picture(const fs::path& path) {
+  static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".tif",
+                                             ".tiff", ".exr", ".bmp",  ".tga"};
+  return std::ranges::count(pictures, lower_extension(path)) > 0;
+}
+
+bool names_animation(const fs::path& path) {
+  return lower_extension(path) == ".glb" && !has_frame_place(path.filename().string());
 }
 
 Outputs::Outputs(const std::string& name, const Model& model, Kind kind)

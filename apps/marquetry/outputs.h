@@ -49,7 +49,11 @@ void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress
 /// Remarks that these files were written and puts them into the result as "outputs".
 void say_written(Run& run, const std::vector<std::filesystem::path>& paths);
 
-/// Whether a name ends like a model file.
+/// Whether a name ends like a model file, or like a picture.
 bool names_model(const std::filesystem::path& path);
+bool names_picture(const std::filesystem::path& path);
+
+/// Whether it is a GLB for all frames, without a place for their numbers.
+bool names_animation(const std::filesystem::path& path);
 
 }  // namespace mq::app

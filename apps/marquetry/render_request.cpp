@@ -283,6 +283,17 @@ bool is_view(const std::string& text) {
   }
 }
 
+void add_view_option(OptionTable& table, const std::string& group) {
+  table.add({.name = "view",
+             .type = Option::Type::text,
+             .default_value = "corner",
+             .accepts = is_view,
+             .wanted = "front, back, left, right, top, bottom, corner or AZIMUTH,ELEVATION",
+             .group = group,
+             .help = "from where pictures are drawn: front, back, left, right, top, bottom, "
+                     "corner, or AZIMUTH,ELEVATION in degrees"});
+}
+
 void add_render_options(OptionTable& table) {
   add_camera_options(table);
   add_paint_options(table);

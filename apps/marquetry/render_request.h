@@ -14,6 +14,9 @@ namespace mq::app {
 /// Whether `parse_view` knows it.
 bool is_view(const std::string& text);
 
+/// --view with one view: from where pictures are that a verb draws beside its work.
+void add_view_option(OptionTable& table, const std::string& group);
+
 /// Camera, picture, numbers and layout: everything but the model and the output.
 void add_render_options(OptionTable& table);
 

@@ -4,26 +4,36 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
+#include "mq/base/words.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/refine.h"
+#include "mq/sequence/birth_shape.h"
 #include "mq/sequence/track_template.h"
 #include "mq/sequence/track_truth.h"
 #include "mq/sequence/tracking.h"
 #include "run.h"
+#include "sequence_pictures.h"
 
 namespace mq::app {
 namespace {
 
 namespace fs = std::filesystem;
 
+/// How far points may be that are the farthest, and are in flat and open places, of a remeshed
+/// frame, in the distance that 95 % of them are to keep.
+constexpr double farthest_in_within = 5;
+constexpr std::array accuracies_in_within = {4.0, 2.0, 1.0, 0.5};
 /// Texture coordinates that say the same lie no farther apart.
 constexpr double uv_tolerance = 1e-4;
 
@@ -92,6 +102,7 @@ class Sequence {
       for (const FrameFile& file : files_) numbers.push_back(file.number);
       truths_ = find_frames(truth_, numbers);
     }
+    remark_gaps(run.terminal());
   }
 
   int count() const { return int(files_.size()); }
@@ -102,6 +113,13 @@ class Sequence {
     if (!textures_.empty()) how.textures = {frame_name(textures_, file(frame).number)};
     if (!pictures_) how.pictures = ReadModelOptions::Pictures::skip;
     return cut_for_nodes(read_model(file(frame).path, how), node_spacing_);
+  }
+
+  /// As the file says it, for people to look at.
+  Model with_pictures(int frame) const {
+    ReadModelOptions how;
+    if (!textures_.empty()) how.textures = {frame_name(textures_, file(frame).number)};
+    return read_model(file(frame).path, how);
   }
 
   bool has_truth() const { return !truth_.empty(); }
@@ -148,6 +166,20 @@ class Sequence {
   }
 
  private:
+  /// Says where steps between numbers are longer than the shortest.
+  void remark_gaps(Terminal& terminal) const {
+    int shortest = std::numeric_limits<int>::max(), gaps = 0, first = -1;
+    for (int f = 1; f < count(); ++f)
+      shortest = std::min(shortest, file(f).number - file(f - 1).number);
+    for (int f = 1; f < count(); ++f)
+      if (file(f).number - file(f - 1).number > shortest && gaps++ == 0) first = f;
+    if (gaps > 0)
+      terminal.remark(fmt::format(
+          "frames are missing in {}, the first between {} and {}; what moves far in between may be "
+          "lost",
+          counted(gaps, "place"), file(first - 1).number, file(first).number));
+  }
+
   std::vector<FrameFile> files_, truths_;
   std::string textures_, truth_;
   bool pictures_;
@@ -162,7 +194,8 @@ struct Follower {
 
   Follower(TrackTemplate what, const OptionValues& options)
       : known(std::move(what)),
-        tracker(known.mesh(), known.colours, track_options(options)),
+        tracker(mesh_of(known.segment, birth_shape(known.mesh(), known.birth)), known.colours,
+                track_options(options)),
         edge(mean_edge_length(make_surface(known.mesh(), {.kind = WeldOptions::Kind::none}))) {}
 };
 
@@ -270,12 +303,12 @@ class Tracking {
     current_ = reader.positions(stored - 1);
     if (stored > 1 && reader.frames()[stored - 2].segment == reader.frames()[stored - 1].segment)
       previous_ = reader.positions(stored - 2);
-    for (const StoredFrame& frame : reader.frames()) {
-      require(!frame.measured.empty(),
-              fmt::format("{}: --resume: nothing is written of what was measured at frame {}, as "
-                          "tracking writes it: track them without --resume",
-                          output.string(), frame.number));
-      frames_.push_back(Json::parse(frame.measured));
+    for (Json& frame : measured_of(reader)) {
+      require(frame.contains("triangles_born"),
+              fmt::format("{}: --resume: it does not say how its frame {} was followed; track "
+                          "without --resume",
+                          output.string(), frame["frame"].get<int>()));
+      frames_.push_back(std::move(frame));
     }
     return stored;
   }
@@ -355,6 +388,22 @@ class Tracking {
     return born_json(follower_->known.segment.triangle_count(), died);
   }
 
+  /// Replaces what of the template does not show the frame: at first what is two edges off, and
+  /// less and less where too many points are farther than --within.
+  Remeshed remeshed_within(const Surface& tracked, const TrackTarget& target,
+                           const Progress& progress) const {
+    const double within = run_.options().number("within") / 100 * target.diagonal();
+    RemeshOptions how{.farthest = farthest_in_within * within, .birth = follower_->known.birth};
+    Remeshed found = remesh(tracked, target.surface(), how, progress.step("remesh", 0.5));
+    for (const double part : accuracies_in_within) {
+      if (std::max(found.to_target.p95, found.from_target.p95) <= within) break;
+      how.accuracy = part * within;
+      if (how.accuracy < found.tolerance)
+        found = remesh(tracked, target.surface(), how, progress.step("remesh", 0.1));
+    }
+    return found;
+  }
+
   /// Replaces what of the template does not show the frame.
   void remesh_here(int frame, const Captured& model, const TrackTarget& target, Json& measured,
                    const Progress& progress) {
@@ -362,8 +411,7 @@ class Tracking {
     const EvolvingSegment& before = follower_->known.segment;
     const Surface tracked =
         make_surface(mesh_of(before, current_), {.kind = WeldOptions::Kind::none});
-    const Remeshed remeshed =
-        remesh(tracked, target.surface(), {.birth = follower_->known.rest}, progress);
+    const Remeshed remeshed = remeshed_within(tracked, target, progress);
     if (remeshed.born > 0 || remeshed.died > 0) {
       const EvolvingSegment segment =
           remeshed_segment(remeshed, before, next_vertex_, next_triangle_);
@@ -435,6 +483,26 @@ std::string table(const Json& frames) {
 
 }  // namespace
 
+void add_remeshing_options(OptionTable& table) {
+  table.add({.name = "within",
+             .type = Option::Type::number,
+             .default_value = "0.2",
+             .unit = "% of the diagonal",
+             .least = 0.001,
+             .most = 100,
+             .group = "Sequence",
+             .help = "how far 95 % of the points may be from a frame that is remeshed",
+             .details = "Where more are, smaller differences are replaced too; what is five times "
+                        "as far is replaced wherever it is."});
+}
+
+std::vector<fs::path> followed_paths(const OptionValues& options) {
+  const fs::path output = options.text("output");
+  std::vector<fs::path> paths = {output, fs::path(output).replace_extension(".blocks")};
+  std::ranges::copy(sequence_picture_paths(options), std::back_inserter(paths));
+  return paths;
+}
+
 Json track_sequence(Run& run, Remeshing remeshing, double share) {
   const OptionValues& options = run.options();
   const fs::path output = options.text("output");
@@ -443,15 +511,21 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
       fmt::format("--output: found '{}', wanted a name that ends in .evolving", output.string()));
   const Sequence sequence(run);
   for (int f = 0; f < sequence.count(); ++f) run.will_read(sequence.file(f).path);
-  run.will_write({output, fs::path(output).replace_extension(".blocks")});
+  run.will_write(followed_paths(options));
   run.input = {{"frames", sequence.count()},
                {"first", sequence.file(0).path.string()},
                {"last", sequence.file(sequence.count() - 1).path.string()}};
   if (run.dry_run()) return nullptr;
   Tracking tracking(run, sequence, remeshing);
   {
-    const Step step(run, "track", share);
+    const Step step(run, "track", options.has("strip") ? 0.9 * share : share);
     tracking.go(output, step);
+  }
+  write_plot(run, tracking.frames());
+  if (options.has("strip")) {
+    const Step step(run, "draw", 0.1 * share);
+    write_strip(run, EvolvingReader(output),
+                [&](int frame) { return sequence.with_pictures(frame); }, step);
   }
   run.print(table(tracking.frames()));
   return {{"frames", tracking.frames()},
@@ -548,6 +622,7 @@ void add_tracking_options(OptionTable& table) {
              .details = "MATERIAL: meshes of the same triangles whose positions are where their "
                         "material is at rest, a folder or frame_%04d.ply; sample makes them. uv: "
                         "texture coordinates are the same for the same material in all frames."});
+  add_sequence_picture_options(table);
 }
 
 }  // namespace mq::app

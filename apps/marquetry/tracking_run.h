@@ -8,8 +8,14 @@ namespace mq::app {
 /// The sequence, the output, and how it is followed; all but whether it is remeshed.
 void add_tracking_options(OptionTable& table);
 
+/// How well a remeshed frame must be shown; for verbs that remesh.
+void add_remeshing_options(OptionTable& table);
+
 /// Whether what does not show a frame is replaced by the frame's own triangles.
 enum class Remeshing { left, done };
+
+/// The files that following makes: the store's two, and the pictures asked for.
+std::vector<std::filesystem::path> followed_paths(const OptionValues& options);
 
 /// Follows the sequence of the options and stores it in the output, a frame at a time. Prints a
 /// table; returns what was measured: `frames`, `distance_p95`, `distance_max`; null with --dry-run.

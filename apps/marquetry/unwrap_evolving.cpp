@@ -178,14 +178,7 @@ void add_evolving_atlas_options(OptionTable& table) {
              .metavar = "FILE",
              .group = group,
              .help = "draw some frames and their textures in colours of how long charts live"});
-  table.add({.name = "view",
-             .type = Type::text,
-             .default_value = "corner",
-             .accepts = is_view,
-             .wanted = "front, back, left, right, top, bottom, corner or AZIMUTH,ELEVATION",
-             .group = group,
-             .help = "from where: front, back, left, right, top, bottom, corner, or "
-                     "AZIMUTH,ELEVATION in degrees"});
+  add_view_option(table, group);
 }
 
 void unwrap_store(Run& run, const EvolvingReader& reader, const fs::path& output, double share) {

@@ -91,6 +91,50 @@ TEST(ExportFrom, WritesWhatWasCapturedAsTextures) {
   EXPECT_TRUE(std::ranges::equal(alone.pixels.values(), shown.textures[0].pixels.values()));
 }
 
+TEST(ExportFrom, GivesColoursAtVerticesWhereThereIsNoAtlas) {
+  const Folder folder;
+  make_balls(folder, "28-29");
+  ASSERT_EQ(marquetry(folder, {"track", "balls", "-o", "bare.evolving"}).status, 0);
+  ASSERT_EQ(
+      marquetry(folder, {"export", "bare.evolving", "-o", "f_%02d.ply", "--from", "balls"}).status,
+      0);
+  EXPECT_FALSE(std::filesystem::exists(folder / "f_28.png"));
+  for (const std::string number : {"28", "29"}) {
+    const Model shown = read_model(folder / ("f_" + number + ".ply"));
+    const Model captured = read_model(folder / ("balls/frame_00" + number + ".ply"));
+    ASSERT_EQ(shown.colors.channels, 3);
+    const Signal own = vertex_colours(shown), there = vertex_colours(captured);
+    const std::vector<ClosestPoint> places =
+        ClosestPointFinder(captured.mesh)(shown.mesh.positions);
+    for (int v = 0; v < shown.mesh.vertex_count(); ++v) {
+      Eigen::RowVector3d wanted = Eigen::RowVector3d::Zero();
+      for (int k = 0; k < 3; ++k)
+        wanted +=
+            places[v].barycentric[k] * there.row(captured.mesh.triangles[places[v].triangle][k]);
+      ASSERT_LT((own.row(v) - wanted).norm(), 0.01) << "frame " << number << ", vertex " << v;
+    }
+  }
+}
+
+TEST(ExportFrom, PutsTexturesIntoAnAnimation) {
+  const Folder folder;
+  make_balls(folder, "28-30");
+  ASSERT_EQ(marquetry(folder, evolve("balls.evolving")).status, 0);
+  const std::size_t segments = EvolvingReader(folder / "balls.evolving").segments().size();
+  const Result result = marquetry(
+      folder, {"export", "balls.evolving", "-o", "a.glb", "--from", "balls", "--size", "128"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Model shown = read_model(folder / "a.glb");
+  ASSERT_EQ(shown.textures.size(), segments);
+  // What is shown first lies on the first frame, in its colours.
+  ASSERT_EQ(marquetry(folder, {"export", "balls.evolving", "-o", "f_%02d.obj", "--frames", "28",
+                               "--from", "balls", "--size", "128"})
+                .status,
+            0);
+  EXPECT_TRUE(std::ranges::equal(shown.textures[0].pixels.values(),
+                                 read_model(folder / "f_28.obj").textures[0].pixels.values()));
+}
+
 TEST(ExportFrom, RefusesWhatItCannotDo) {
   const Folder folder;
   make_balls(folder, "28-29");
@@ -102,7 +146,7 @@ TEST(ExportFrom, RefusesWhatItCannotDo) {
   EXPECT_THAT(refused({"-o", "t_%02d.png", "--from", "balls"}, "t_28.png"),
               HasSubstr("no texture coordinates"));
   EXPECT_THAT(refused({"-o", "t.png", "--from", "balls"}, "t.png"), HasSubstr("a place for the"));
-  EXPECT_THAT(refused({"-o", "t_%02d.png", "--from", "cubes"}, "t_28.png"), HasSubstr("cubes"));
+  EXPECT_THAT(refused({"-o", "t_%02d.ply", "--from", "cubes"}, "t_28.ply"), HasSubstr("cubes"));
   EXPECT_THAT(refused({"--from", "balls"}, "t_28.png"), HasSubstr("--output"));
 }
 

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "cli/models.h"
@@ -69,13 +70,72 @@ TEST(Remesh, PaintsWhatWasBorn) {
   EXPECT_EQ(reds, (std::set<float>{72, 93}));
 }
 
+/// A square with its picture, all of one colour, and texture coordinates that are x and y; dented
+/// in one place by `depth`.
+void write_sheet(const Folder& folder, const std::string& name, int squares, double depth,
+                 const std::array<float, 3>& colour) {
+  Model model;
+  model.path = folder / (name + ".obj");
+  model.mesh = fixtures::flat_square(squares);
+  model.mesh.uvs.clear();
+  for (const Vector3& p : model.mesh.positions) model.mesh.uvs.emplace_back(p.x(), p.y());
+  model.mesh.corner_uvs = model.mesh.triangles;
+  for (Vector3& p : model.mesh.positions)
+    p.z() -= depth * std::exp(-60 * (p - Vector3(0.6, 0.6, 0)).squaredNorm());
+  Texture texture;
+  texture.name = std::filesystem::path(name).filename().string() + ".png";
+  texture.pixels = Image<float>(4, 4, 3);
+  for (int i = 0; i < 16; ++i) std::ranges::copy(colour, texture.pixels.pixel(i % 4, i / 4).begin());
+  model.textures = {texture};
+  write_model(model.path, model);
+}
+
+TEST(Remesh, CarriesTheTexturesOfBoth) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "out");
+  write_sheet(folder, "red", 24, 0, {1, 0, 0});
+  write_sheet(folder, "blue", 40, 0.3, {0, 0, 1});
+  for (const std::string output : {"out/o.obj", "out/o.ply", "out/o.glb"}) {
+    ASSERT_EQ(marquetry(folder, {"remesh", "red.obj", "blue.obj", "-o", output}).status, 0);
+    const Model after = read_model(folder / output);
+    ASSERT_EQ(after.textures.size(), 2U) << output;
+    int red = 0, blue = 0;
+    for (int t = 0; t < after.mesh.triangle_count(); ++t) {
+      ASSERT_TRUE(after.mesh.textured(t)) << output;
+      const Image<float>& picture = after.textures[after.mesh.texture(t)].pixels;
+      (picture(0, 0, 0) > 0.5F ? red : blue)++;
+      double deepest = 0;
+      for (int k = 0; k < 3; ++k) {
+        deepest = std::min(deepest, after.mesh.position(t, k).z());
+        // Exact but between the two, where corners are those of a triangle nearby.
+        EXPECT_LT((after.mesh.uv(t, k) - after.mesh.position(t, k).head<2>()).norm(), 0.05);
+      }
+      if (deepest < -0.1) EXPECT_GT(picture(0, 0, 2), 0.5F) << output;
+    }
+    EXPECT_GT(red, 300) << output;
+    EXPECT_GT(blue, 300) << output;
+  }
+}
+
+TEST(Remesh, GivesPicturesOfOneNameOthers) {
+  const Folder folder;
+  for (const std::string sub : {"a", "b", "out"}) std::filesystem::create_directory(folder / sub);
+  write_sheet(folder, "a/sheet", 24, 0, {1, 0, 0});
+  write_sheet(folder, "b/sheet", 40, 0.3, {0, 0, 1});
+  ASSERT_EQ(
+      marquetry(folder, {"remesh", "a/sheet.obj", "b/sheet.obj", "-o", "out/o.obj"}).status, 0);
+  const Model after = read_model(folder / "out/o.obj");
+  ASSERT_EQ(after.textures.size(), 2U);
+  EXPECT_NE(after.textures[0].pixels.pixel(0, 0)[0], after.textures[1].pixels.pixel(0, 0)[0]);
+}
+
 TEST(Remesh, LeavesOutColoursAndTexturesThatDoNotFit) {
   const Folder folder;
   write_ball(folder, "a.ply", 3, 0, 0.25F);
   write_strip(folder);
   const Result result = marquetry(folder, {"remesh", "strip.obj", "a.ply", "-o", "o.ply"});
   ASSERT_EQ(result.status, 0) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("texture coordinates and pictures are left out"));
+  EXPECT_THAT(result.error, HasSubstr("a.ply: has no texture coordinates"));
   EXPECT_THAT(result.error, HasSubstr("colours at vertices are left out"));
   EXPECT_EQ(read_model(folder / "o.ply").mesh.triangle_count(),
             read_model(folder / "a.ply").mesh.triangle_count());

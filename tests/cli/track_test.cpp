@@ -72,6 +72,25 @@ TEST(Track, FollowsASequenceAndSaysHowWell) {
   EXPECT_EQ(evolving.frames[3].number, 3);
 }
 
+TEST(Track, DrawsWhatItMeasuredAndSomeOfTheFrames) {
+  const Folder folder;
+  make_body(folder, "bending", 3);
+  const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving", "--plot",
+                                           "plot.png", "--strip", "strip.png", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["outputs"].size(), 4U);
+  const Texture plot = read_texture(folder / "plot.png");
+  const Texture strip = read_texture(folder / "strip.png");
+  EXPECT_GT(plot.pixels.height(), 4 * 200);  // distances, triangles, distortion and time
+  EXPECT_GT(strip.pixels.width(), strip.pixels.height());
+  // A store that is there is drawn by export, with the same figures.
+  ASSERT_EQ(marquetry(folder, {"export", "body.evolving", "--plot", "again.png"}).status, 0);
+  EXPECT_TRUE(std::ranges::equal(read_texture(folder / "again.png").pixels.values(),
+                                 plot.pixels.values()));
+  EXPECT_EQ(marquetry(folder, {"track", "body", "-o", "b.evolving", "--plot", "plot.docx"}).status,
+            2);
+}
+
 TEST(Track, CutsTrianglesThatAreLongBesideTheWayFromNodeToNode) {
   const Folder folder;
   ASSERT_EQ(marquetry(folder,

@@ -173,14 +173,50 @@ TEST(Remesh, ReplacesTrianglesDistortedSinceTheirBirth) {
     return Vector3(p.normalized());
   });
   const Surface surface = make_surface(now);
-  std::vector<Vector3> birth;
-  for (const int v : surface.source_from_vertex) birth.push_back(born.positions[std::size_t(v)]);
+  const auto birth = corner_positions(born);
   const Mesh target = fixtures::sphere(5);
   EXPECT_EQ(remeshed(now, target).born, 0);
   const Remeshed found = remesh(surface, make_surface(target), {.birth = birth});
   EXPECT_GT(found.born, 0);
   EXPECT_GT(found.kept, surface.triangle_count() / 2);
   EXPECT_EQ(problems(surface, make_surface(target), found), "");
+}
+
+TEST(Remesh, ReplacesSmallerDifferencesWhereItIsToBeMoreAccurate) {
+  // A dent of 0.6 tolerances.
+  const Mesh sheet = fixtures::flat_square(30, 0.2);
+  const Mesh dented = mapped(fixtures::flat_square(40, 0.2), [](const Vector3& p) {
+    return Vector3(
+        p - Vector3(0, 0, 0.03 * std::exp(-60 * (p - Vector3(0.5, 0.5, 0)).squaredNorm())));
+  });
+  const RemeshOptions roughly{.tolerance = 0.05, .curvature = 0};
+  EXPECT_EQ(remeshed(sheet, dented, roughly).born, 0);
+  RemeshOptions finely = roughly;
+  finely.accuracy = 0.01;
+  const Surface before = make_surface(sheet), after = make_surface(dented);
+  const Remeshed found = remesh(before, after, finely);
+  EXPECT_GT(found.kept, before.triangle_count() / 2);
+  EXPECT_LT(found.from_target.max, 0.02);
+  EXPECT_EQ(problems(before, after, found), "");
+}
+
+TEST(Remesh, ReplacesWhatIsFarHoweverHiddenItIs) {
+  // A ball in a shell, which sees nothing but the shell, is a smaller ball in the target.
+  const Mesh shell = fixtures::beside(
+      fixtures::sphere(4),
+      mapped(fixtures::sphere(3), [](const Vector3& p) { return Vector3(0.5 * p); }));
+  const Mesh target = fixtures::beside(
+      fixtures::sphere(4),
+      mapped(fixtures::sphere(3), [](const Vector3& p) { return Vector3(0.4 * p); }));
+  const Surface before = make_surface(shell), after = make_surface(target);
+  const RemeshOptions how{.tolerance = 0.05, .occlusion = 1, .curvature = 0};
+  EXPECT_EQ(remesh(before, after, how).born, 0);
+  RemeshOptions farthest = how;
+  farthest.farthest = 0.09;
+  const Remeshed found = remesh(before, after, farthest);
+  EXPECT_LT(found.to_target.max, 0.01);
+  EXPECT_LT(found.from_target.max, 0.01);
+  EXPECT_EQ(found.kept, fixtures::sphere(4).triangle_count());
 }
 
 TEST(Remesh, RefusesWhatItCannotWorkWith) {
@@ -285,9 +321,9 @@ TEST(Mismatch, IsTheDistanceInTolerancesWhereNothingIsBentOrHidden) {
 TEST(Distortion, IsToldByStretchAndByArea) {
   const Mesh triangle = fixtures::one_triangle();
   const auto distorted = [&](double x, double y) {
-    std::vector<Vector3> birth = triangle.positions;
-    for (Vector3& p : birth) p = {p.x() * x, p.y() * y, 0};
-    return distorted_triangles(triangle, birth)[0] != 0;
+    const Mesh birth =
+        mapped(triangle, [&](const Vector3& p) { return Vector3(p.x() * x, p.y() * y, 0); });
+    return distorted_triangles(triangle, corner_positions(birth))[0] != 0;
   };
   EXPECT_FALSE(distorted(1, 1));
   EXPECT_FALSE(distorted(1.7, 0.6));

@@ -21,7 +21,9 @@ Exit evolve(Run& run) {
   run.result = measured;
   const std::filesystem::path output = options.text("output");
   unwrap_store(run, EvolvingReader(output), output, 1 - tracking_share);
-  say_written(run, store_paths(options));
+  std::vector<std::filesystem::path> paths = followed_paths(options);
+  if (options.has("picture")) paths.emplace_back(options.text("picture"));
+  say_written(run, paths);
   return Exit::done;
 }
 
@@ -32,6 +34,7 @@ Verb evolve_verb() {
                     "Make one mesh that changes only where it must of a sequence of meshes, with "
                     "one texture atlas for all frames.");
   add_tracking_options(table);
+  add_remeshing_options(table);
   add_atlas_options(table);
   add_evolving_atlas_options(table);
   return {table, evolve};

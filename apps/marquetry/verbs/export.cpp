@@ -18,6 +18,7 @@
 #include "mq/mesh/closest_point.h"
 #include "outputs.h"
 #include "run.h"
+#include "sequence_pictures.h"
 #include "verb.h"
 
 namespace mq::app {
@@ -108,20 +109,20 @@ class CarriedColours {
   std::map<int, Eigen::RowVector3f> colours_;
 };
 
-bool is_animation(const fs::path& output) {
-  return output.extension() == ".glb" && !has_frame_place(output.filename().string());
+/// Throws where frames are not one after the other.
+void require_consecutive(const std::vector<int>& frames) {
+  for (std::size_t i = 1; i < frames.size(); ++i)
+    require(frames[i] == frames[i - 1] + 1,
+            "--frames: an animation takes all frames between its first and its last");
 }
 
 void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
                   const std::vector<fs::path>& paths) {
   const Step step(run, "write", 0.9);
-  if (is_animation(paths.front())) {
+  if (names_animation(paths.front())) {
     require(!run.options().has("paint"), "--paint: an animation has no colours at vertices");
-    for (std::size_t i = 1; i < frames.size(); ++i)
-      require(frames[i] == frames[i - 1] + 1,
-              "--frames: an animation takes all frames between its first and its last");
     write_animation(paths.front(), reader, frames.front(), frames.back(),
-                    run.options().number("rate"), step);
+                    run.options().number("rate"), {}, step);
     return;
   }
   std::optional<CarriedColours> colours;
@@ -154,23 +155,30 @@ Exit run_export(Run& run) {
   if (options.has("output")) {
     frames = wanted_frames(options, reader);
     const std::string output = options.text("output");
-    require(options.has("from") || is_animation(output) ||
+    require(options.has("from") || names_animation(output) ||
                 (names_model(output) && has_frame_place(output)),
             fmt::format("--output: found '{}', wanted an animation (.glb), or a model with a place "
                         "for the frame's number, such as frame_%04d.ply",
                         output));
+    if (names_animation(output)) require_consecutive(frames);
     if (options.has("from"))
-      paths = FrameTextures(output).paths(numbers_of(reader, frames));
-    else if (is_animation(output))
+      paths = captured_paths(options, reader, numbers_of(reader, frames));
+    else if (names_animation(output))
       paths = {output};
     else
       for (const int f : frames)
         paths.emplace_back(frame_name(output, reader.frames()[std::size_t(f)].number));
     run.will_write(paths, fs::path(output).parent_path());
   }
+  if (options.has("plot")) run.will_write({options.text("plot")});
   run.result = describe(reader);
   run.print(in_words(run.result, reader));
-  if (run.dry_run() || paths.empty()) return Exit::done;
+  if (run.dry_run()) return Exit::done;
+  if (options.has("plot")) {
+    write_plot(run, measured_of(reader));
+    if (paths.empty()) say_written(run, {options.text("plot")});
+  }
+  if (paths.empty()) return Exit::done;
   if (options.has("from"))
     write_captured_textures(run, reader, frames, options.text("output"));
   else
@@ -206,6 +214,7 @@ Verb export_verb() {
              .details = "What was born later is grey."});
   add_rate_option(table);
   add_captured_texture_options(table);
+  add_plot_option(table);
   return {table, run_export};
 }
 

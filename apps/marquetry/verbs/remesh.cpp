@@ -13,6 +13,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sequence/remesh.h"
+#include "mq/sequence/remesh_texture.h"
 #include "outputs.h"
 #include "scene.h"
 #include "verb.h"
@@ -22,16 +23,21 @@ namespace {
 
 const ReadModelOptions shape_alone{.textures = {}, .pictures = ReadModelOptions::Pictures::skip};
 
+bool wants_textures(const OptionValues& options) {
+  return !options.flag("no-textures") && !options.flag("paint");
+}
+
 struct Side {
   Model model;
   Surface surface;
 };
 
-/// Shape and colours of a model, its defects in the report.
+/// A model, its defects in the report.
 Side read_side(Run& run, const std::string& option, double share) {
   Side side;
   const Step step(run, "read", share);
-  side.model = read_model(run.options().text(option), shape_alone, step);
+  side.model = read_model(run.options().text(option),
+                          wants_textures(run.options()) ? ReadModelOptions{} : shape_alone, step);
   const std::string file = side.model.path.string();
   run.will_read(side.model.path);
   for (const std::string& note : side.model.notes) run.terminal().remark(file + ": " + note);
@@ -55,8 +61,8 @@ Side read_side(Run& run, const std::string& option, double share) {
   return side;
 }
 
-/// Positions at the template's birth, for the vertices of its surface.
-std::vector<Vector3> read_birth(Run& run, const Side& side) {
+/// Corners of the template's triangles at their birth.
+std::vector<std::array<Vector3, 3>> read_birth(Run& run, const Side& side) {
   if (!run.options().has("reference")) return {};
   const std::string file = run.options().text("reference");
   const Model birth = read_model(file, shape_alone);
@@ -66,10 +72,7 @@ std::vector<Vector3> read_birth(Run& run, const Side& side) {
           fmt::format("{}: has other triangles than {}, wanted the same mesh as it was when its "
                       "triangles were made",
                       file, side.model.path.string()));
-  std::vector<Vector3> positions;
-  for (const int source : side.surface.source_from_vertex)
-    positions.push_back(birth.mesh.positions[std::size_t(source)]);
-  return positions;
+  return corner_positions(birth.mesh);
 }
 
 /// Colours of what was kept and of what was born, where both models have the same channels.
@@ -100,6 +103,20 @@ VertexSignal colours(Run& run, const Side& of_template, const Side& target,
     }
   }
   return colours;
+}
+
+/// What goes with the result: the template's pictures, then the target's, each under a name of its
+/// own. Of a picture that both have there are two.
+std::vector<Texture> pictures(const Side& of_template, const Side& target) {
+  std::vector<Texture> all = of_template.model.textures;
+  for (const Texture& texture : target.model.textures) {
+    all.push_back(texture);
+    const std::filesystem::path name = texture.name;
+    for (int copy = 1; std::ranges::count(all, all.back().name, &Texture::name) > 1; ++copy)
+      all.back().name = fmt::format("{}_target{}{}", name.stem().string(),
+                                    copy > 1 ? std::to_string(copy) : "", name.extension().string());
+  }
+  return all;
 }
 
 /// Kept triangles grey, those that were born orange.
@@ -190,8 +207,14 @@ Exit run_remesh(Run& run) {
   const OptionValues& options = run.options();
   const Side of_template = read_side(run, "template", 0.1);
   const Side target = read_side(run, "target", 0.1);
-  const std::vector<Vector3> birth = read_birth(run, of_template);
-  const Outputs outputs(options.text("output"), of_template.model, Outputs::Kind::model);
+  const std::vector<std::array<Vector3, 3>> birth = read_birth(run, of_template);
+  Model model;
+  model.path = of_template.model.path;
+  const bool has_uvs = wants_textures(options) &&
+                       (of_template.model.mesh.has_uvs() || target.model.mesh.has_uvs());
+  if (has_uvs) model.textures = pictures(of_template, target);
+  const Outputs outputs(options.text("output"), model,
+                        model.textures.empty() ? Outputs::Kind::model : Outputs::Kind::pictures);
   std::vector<std::filesystem::path> paths = outputs.paths();
   if (options.has("record")) paths.emplace_back(options.text("record"));
   run.will_write(paths);
@@ -206,16 +229,18 @@ Exit run_remesh(Run& run) {
           [&] { found = remesh(of_template.surface, target.surface, how, step); });
   }
   report(run, of_template, target, found);
-  if (of_template.model.mesh.has_uvs() || target.model.mesh.has_uvs())
-    run.terminal().remark(
-        "texture coordinates and pictures are left out: the two have different atlases");
+  for (const Side* side : {&of_template, &target})
+    if (has_uvs && !side->model.mesh.has_uvs())
+      run.terminal().remark(side->model.path.string() +
+                            ": has no texture coordinates, nor has what comes from it");
 
   const Step step(run, "write", 0.1);
-  Model model;
-  model.path = of_template.model.path;
   model.colors = options.flag("paint") ? painted(found) : colours(run, of_template, target, found);
   if (options.has("record")) write_record(options.text("record"), found);
-  model.mesh = std::move(found.mesh);
+  model.mesh = has_uvs
+                   ? textured(found, of_template.surface.mesh, target.surface.mesh,
+                              int(of_template.model.textures.size()))
+                   : std::move(found.mesh);
   for (const std::string& note : outputs.write(std::move(model), step)) run.terminal().remark(note);
   say_written(run, paths);
   return Exit::done;
@@ -272,6 +297,10 @@ void add_remesh_options(OptionTable& table) {
              .help = "write where every triangle and vertex comes from, as JSON",
              .details = "Per triangle and vertex its number in the template and in the target, "
                         "-1 where it is not of it."});
+  table.add({.name = "no-textures",
+             .type = Type::flag,
+             .group = "Output",
+             .help = "leave texture coordinates and pictures out, and do not read them"});
   table.add({.name = "paint",
              .type = Type::flag,
              .group = "Output",

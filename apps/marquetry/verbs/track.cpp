@@ -1,5 +1,7 @@
 // marquetry track SEQUENCE -o OUT.evolving: one triangulation that follows a sequence of meshes,
 // each of which is a mesh of its own. The first frame is the template.
+#include "outputs.h"
+#include "render_request.h"
 #include "tracking_run.h"
 #include "verb.h"
 
@@ -11,8 +13,7 @@ Exit track(Run& run) {
       track_sequence(run, run.options().flag("remesh") ? Remeshing::done : Remeshing::left, 1);
   if (run.dry_run()) return Exit::done;
   run.result = measured;
-  run.result["outputs"] = {run.options().text("output")};
-  run.terminal().remark("wrote " + run.options().text("output"));
+  say_written(run, followed_paths(run.options()));
   return Exit::done;
 }
 
@@ -27,6 +28,8 @@ Verb track_verb() {
              .group = "Sequence",
              .help = "replace what does not show a frame by the frame's own triangles",
              .details = "As the verb remesh does, with its own tolerances; the rest lives on."});
+  add_remeshing_options(table);
+  add_view_option(table, "Pictures");
   return {table, track};
 }
 

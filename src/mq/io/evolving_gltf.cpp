@@ -11,6 +11,7 @@
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/gltf_container.h"
+#include "mq/io/image_file.h"
 
 namespace mq {
 namespace {
@@ -44,8 +45,9 @@ struct Corners {
 
 class Animation {
  public:
-  Animation(const EvolvingReader& reader, double frames_per_second)
-      : reader_(reader), rate_(frames_per_second) {
+  Animation(const EvolvingReader& reader, double frames_per_second,
+            const std::function<Image<float>(int frame)>& pictures)
+      : reader_(reader), rate_(frames_per_second), pictures_(pictures) {
     json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
     json_["scene"] = 0;
     json_["scenes"] = Json::array({{{"nodes", Json::array()}}});
@@ -70,6 +72,7 @@ class Animation {
     for (const std::uint32_t index : corners.indices) append_raw(indices, index);
     primitive["indices"] =
         add_accessor(indices, corners.indices.size(), index_type, "SCALAR", element_target);
+    if (pictures_) primitive["material"] = add_picture(pictures_(begin));
     for (int f = begin + 1; f < end; ++f)
       primitive["targets"].push_back(
           {{"POSITION", add_points(corners, reader_.positions(f), &base)}});
@@ -160,20 +163,40 @@ class Animation {
 
   std::size_t add_accessor(const Bytes& bytes, std::size_t count, int type, const char* shape,
                            int target) {
-    pad_to_four(buffer_, '\0');
-    Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}};
-    if (target > 0) view["target"] = target;
-    json_["bufferViews"].push_back(view);
-    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-    json_["accessors"].push_back({{"bufferView", json_["bufferViews"].size() - 1},
+    json_["accessors"].push_back({{"bufferView", add_view(bytes, target)},
                                   {"componentType", type},
                                   {"count", count},
                                   {"type", shape}});
     return json_["accessors"].size() - 1;
   }
 
+  /// The material that shows a picture.
+  std::size_t add_picture(Image<float> pixels) {
+    Texture texture;
+    texture.pixels = std::move(pixels);
+    const std::size_t image = json_["images"].size();
+    json_["images"].push_back({{"bufferView", add_view(texture_bytes(texture, "png").bytes, 0)},
+                               {"mimeType", "image/png"}});
+    json_["textures"].push_back({{"source", image}});
+    json_["materials"].push_back({{"pbrMetallicRoughness",
+                                   {{"baseColorTexture", {{"index", image}}},
+                                    {"metallicFactor", 0},
+                                    {"roughnessFactor", 1}}}});
+    return image;
+  }
+
+  std::size_t add_view(const Bytes& bytes, int target) {
+    pad_to_four(buffer_, '\0');
+    Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}};
+    if (target > 0) view["target"] = target;
+    json_["bufferViews"].push_back(view);
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+    return json_["bufferViews"].size() - 1;
+  }
+
   const EvolvingReader& reader_;
   double rate_;
+  const std::function<Image<float>(int frame)>& pictures_;
   Json json_;
   Bytes buffer_;
 };
@@ -181,13 +204,15 @@ class Animation {
 }  // namespace
 
 void write_animation(const std::filesystem::path& path, const EvolvingReader& reader, int first,
-                     int last, double frames_per_second, const Progress& progress) {
+                     int last, double frames_per_second,
+                     const std::function<Image<float>(int frame)>& pictures,
+                     const Progress& progress) {
   const int count = int(reader.frames().size());
   require(first >= 0 && first <= last && last < count,
           fmt::format("frames {} to {} were asked for of {}", first, last, count));
   require(frames_per_second > 0 && std::isfinite(frames_per_second),
           fmt::format("{} frames a second were asked for", frames_per_second));
-  Animation animation(reader, frames_per_second);
+  Animation animation(reader, frames_per_second, pictures);
   for (int begin = first; begin <= last;) {
     int end = begin + 1;
     while (end <= last && reader.frames()[end].segment == reader.frames()[begin].segment) ++end;

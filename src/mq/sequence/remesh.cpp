@@ -39,6 +39,9 @@ void check(const Surface& of_template, const Surface& target, const RemeshOption
   require(target.area > 0, "the target has no triangle with area, so nothing to show");
   require(options.tolerance >= 0 && std::isfinite(options.tolerance),
           fmt::format("the tolerance must be a distance, found {}", options.tolerance));
+  require(options.accuracy >= 0 && std::isfinite(options.accuracy) && options.farthest >= 0,
+          fmt::format("the accuracy and the farthest of remeshing must be distances, found {} and {}",
+                      options.accuracy, options.farthest));
   require(options.keep >= 0 && options.keep <= 1,
           fmt::format("the score to keep must be from 0 to 1, found {}", options.keep));
   require(options.growth >= 0,
@@ -119,7 +122,9 @@ void Remesher::find_seeds(const Progress& progress) {
   const double h = mean_edge_length(template_), g = mean_edge_length(target_);
   const double tolerance = options_.tolerance > 0 ? options_.tolerance : 2 * std::min(h, g);
   reach_ = 2 * tolerance + 2 * (h + g);
-  const MismatchOptions how{tolerance, options_.occlusion, options_.curvature, options_.keep};
+  const double accuracy = options_.accuracy > 0 ? options_.accuracy : tolerance;
+  const MismatchOptions how{accuracy, options_.occlusion, options_.curvature, options_.keep,
+                            options_.farthest};
   const ClosestPointFinder target_finder(target_.mesh), template_finder(template_.mesh);
   Mismatch of_template = mismatch(template_, target_finder, how, progress.step("template", 0.5));
   Mismatch of_target = mismatch(target_, template_finder, how, progress.step("target", 0.5));
@@ -528,6 +533,14 @@ void Remesher::finish(const Cut& cut, const Progress& progress) {
 }
 
 }  // namespace
+
+std::vector<std::array<Vector3, 3>> corner_positions(const Mesh& mesh) {
+  std::vector<std::array<Vector3, 3>> corners;
+  corners.reserve(mesh.triangles.size());
+  for (int t = 0; t < mesh.triangle_count(); ++t)
+    corners.push_back({mesh.position(t, 0), mesh.position(t, 1), mesh.position(t, 2)});
+  return corners;
+}
 
 Remeshed remesh(const Surface& of_template, const Surface& target, const RemeshOptions& options,
                 const Progress& progress) {

@@ -2,6 +2,7 @@
 /// Local remeshing: a template is replaced by its target where, and only where, it cannot show it
 /// (thesis 6.3.2).
 
+#include <array>
 #include <span>
 #include <string>
 #include <utility>
@@ -12,16 +13,22 @@
 
 namespace mq {
 
+/// Per triangle its corners: a shape to be born with.
+std::vector<std::array<Vector3, 3>> corner_positions(const Mesh& mesh);
+
 struct RemeshOptions {
   double tolerance = 0;  ///< distance from which on flat, open surface the template does not show
                          ///< the target, model units; 0: two mean edges of the finer surface
+  double accuracy = 0;   ///< the same for seeds alone, where the region around them is to stay as
+                         ///< wide as `tolerance` says; 0: the tolerance
+  double farthest = 0;   ///< distance from which a vertex is a seed wherever it is; 0: there is none
   double keep = 0.5;     ///< 0 to 1: neighbours of what is replaced go too from this score on
   double occlusion = 0.75;  ///< 0 to 1: how much less counts what cannot be seen
   double curvature = 2;     ///< from 0: how much more counts what is bent
   double growth = 0.25;     ///< share of a component that may go beyond what has to; else all goes
-  /// Where the template's vertices were when its triangles were born: triangles distorted since go
-  /// too. Empty: not asked.
-  std::span<const Vector3> birth = {};
+  /// Per triangle of the template its corners when it was born: those distorted since go too. Empty:
+  /// not asked.
+  std::span<const std::array<Vector3, 3>> birth = {};
 };
 
 /// How far vertices of one surface are from another, model units.

@@ -93,8 +93,7 @@ struct Stretch {
   double ratio = 1, area = 1;
 };
 
-Stretch stretch(const Mesh& mesh, std::span<const Vector3> birth, int t) {
-  const auto& [a, b, c] = mesh.triangles[t];
+Stretch stretch(const Mesh& mesh, const std::array<Vector3, 3>& birth, int t) {
   const auto flat = [](const Vector3& u, const Vector3& v) {
     Eigen::Matrix2d m = Eigen::Matrix2d::Zero();
     const double length = u.norm();
@@ -102,9 +101,9 @@ Stretch stretch(const Mesh& mesh, std::span<const Vector3> birth, int t) {
     if (length > 0) m.col(1) = Vector2(u.dot(v), u.cross(v).norm()) / length;
     return m;
   };
-  const auto& now = mesh.positions;
-  const Eigen::Matrix2d before = flat(birth[b] - birth[a], birth[c] - birth[a]);
-  const Eigen::Matrix2d after = flat(now[b] - now[a], now[c] - now[a]);
+  const Vector3& now = mesh.position(t, 0);
+  const Eigen::Matrix2d before = flat(birth[1] - birth[0], birth[2] - birth[0]);
+  const Eigen::Matrix2d after = flat(mesh.position(t, 1) - now, mesh.position(t, 2) - now);
   if (!(before.determinant() > 0)) return {};  // nothing to compare with
   const Eigen::Matrix2d map = after * before.inverse();
   const double sum = map.squaredNorm(), det = map.determinant();
@@ -142,12 +141,13 @@ std::vector<double> visibility(const Surface& surface, std::span<const int> vert
   return seen;
 }
 
-std::vector<char> distorted_triangles(const Mesh& mesh, std::span<const Vector3> birth) {
-  require(std::ssize(birth) == mesh.vertex_count(),
-          "the shape at birth needs a position for every vertex of the template");
+std::vector<char> distorted_triangles(const Mesh& mesh,
+                                      std::span<const std::array<Vector3, 3>> birth) {
+  require(std::ssize(birth) == mesh.triangle_count(),
+          "the shape at birth needs the corners of every triangle of the template");
   std::vector<char> distorted(mesh.triangles.size(), 0);
   parallel_for(mesh.triangle_count(), [&](std::int64_t t) {
-    const Stretch found = stretch(mesh, birth, int(t));
+    const Stretch found = stretch(mesh, birth[std::size_t(t)], int(t));
     distorted[std::size_t(t)] = found.ratio > largest_stretch || found.area > largest_stretch ||
                                 found.area < 1 / largest_stretch;
   });
@@ -181,6 +181,10 @@ Mismatch mismatch(const Surface& surface, const ClosestPointFinder& other,
   const std::vector<double> seen = visibility(surface, modulated, progress.step("visibility", 0.2));
   for (std::size_t i = 0; i < modulated.size(); ++i)
     scores[std::size_t(modulated[i])] *= 1 - options.occlusion * (1 - seen[i]);
+  for (std::size_t v = 0; v < scores.size() && options.farthest > 0; ++v)
+    if (used[v])
+      scores[v] =
+          std::max(scores[v], std::sqrt(found.places[v].squared_distance) / options.farthest);
   return found;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// How badly one surface is shown by another, vertex by vertex: what local remeshing starts from.
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct MismatchOptions {
   double occlusion = 0.75;  ///< 0 to 1: how much less counts what cannot be seen
   double curvature = 2;     ///< from 0: how much more counts what is bent
   double least = 0.5;       ///< scores that cannot reach it are not modulated
+  double farthest = 0;      ///< distance of score 1 at least, wherever it is; 0: none is
 };
 
 /// Per vertex of a surface how it is shown by the other one.
@@ -30,7 +32,7 @@ struct Mismatch {
 /// d the distance to the other surface, V the share of directions, weighted by the cosine to the
 /// normal, in which nothing of the surface itself is in the way (1 minus its ambient occlusion), κ
 /// the larger of the absolute principal curvatures, h the surface's mean edge, o and c the options'
-/// `occlusion` and `curvature`. Without a unit. V is found only where d and κ alone reach `least`;
+/// `occlusion` and `curvature`; d / `farthest` where that is more. Without a unit. V is found only where d and κ alone reach `least`;
 /// elsewhere it counts as 1. A vertex that no triangle uses has score 0.
 Mismatch mismatch(const Surface& surface, const ClosestPointFinder& other,
                   const MismatchOptions& options, const Progress& progress = {});
@@ -40,10 +42,11 @@ Mismatch mismatch(const Surface& surface, const ClosestPointFinder& other,
 std::vector<double> visibility(const Surface& surface, std::span<const int> vertices,
                                const Progress& progress = {});
 
-/// Per triangle 1 where its shape differs too much from the one it had at other positions of its
-/// vertices: where the singular values of the linear map between them differ by a factor above 3,
-/// or areas by one above 3 either way (MATH: birth and now). Throws `InvalidInput` unless there is
-/// a position for every vertex.
-std::vector<char> distorted_triangles(const Mesh& mesh, std::span<const Vector3> birth);
+/// Per triangle 1 where its shape differs too much from the one it was born with: where the
+/// singular values of the linear map between them differ by a factor above 3, or areas by one above
+/// 3 either way. `birth` has its corners then. Throws `InvalidInput` unless there are as many as
+/// triangles.
+std::vector<char> distorted_triangles(const Mesh& mesh,
+                                      std::span<const std::array<Vector3, 3>> birth);
 
 }  // namespace mq

@@ -100,7 +100,7 @@ CleanMesh cleaned(const Mesh& mesh, double least_part) {
   }
   rest.mesh.uvs = mesh.uvs;
   require(!rest.mesh.triangles.empty() && surface.area > 0,
-          "the mesh has no triangle with an area");
+          "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
   // What was left out may have held together what are two vertices now.
   Surface split = make_surface(rest.mesh, {.kind = WeldOptions::Kind::none});
   for (int& source : split.source_from_vertex) source = rest.source_from_vertex[source];

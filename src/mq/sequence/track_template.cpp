@@ -14,13 +14,6 @@ std::unordered_map<int, int> places(const std::vector<int>& ids) {
   return result;
 }
 
-std::vector<std::array<Vector3, 3>> shapes(const Mesh& mesh) {
-  std::vector<std::array<Vector3, 3>> result;
-  for (int t = 0; t < mesh.triangle_count(); ++t)
-    result.push_back({mesh.position(t, 0), mesh.position(t, 1), mesh.position(t, 2)});
-  return result;
-}
-
 /// Ids of what has an origin, new ones for the rest.
 std::vector<int> inherited(const std::vector<int>& origins, const std::vector<int>& ids, int next) {
   std::vector<int> result;
@@ -34,7 +27,7 @@ TrackTemplate new_template(const Mesh& mesh, const Signal& colours,
                            const std::vector<Vector3>& material, int first_vertex_id,
                            int first_triangle_id) {
   return {segment_of(mesh, first_vertex_id, first_triangle_id), mesh.positions, colours, material,
-          shapes(mesh)};
+          corner_positions(mesh)};
 }
 
 EvolvingSegment remeshed_segment(const Remeshed& remeshed, const EvolvingSegment& before,
@@ -50,7 +43,7 @@ EvolvingSegment remeshed_segment(const Remeshed& remeshed, const EvolvingSegment
 TrackTemplate carried(const TrackTemplate& before, const EvolvingSegment& after,
                       const std::vector<Vector3>& positions, const TrackTarget& frame,
                       const MaterialFrame* truth) {
-  TrackTemplate result{after, positions, {}, {}, shapes(mesh_of(after, positions))};
+  TrackTemplate result{after, positions, {}, {}, corner_positions(mesh_of(after, positions))};
   const auto vertex_before = places(before.segment.vertex_ids);
   const auto triangle_before = places(before.segment.triangle_ids);
   for (int t = 0; t < after.triangle_count(); ++t) {
