@@ -2,7 +2,8 @@
 // one, and time by size.
 //
 //     flow_bench motions          end point errors on sphere, torus and plane, as Markdown
-//     flow_bench thesis [N]       the thesis' presets beside ours, on a torus of N vertices: 27,000
+//     flow_bench thesis [N [S]]   the thesis' presets beside ours on a torus of N vertices, 27,000,
+//                                 turned by S/2 to 3·S/2 spacings (8)
 //     flow_bench size N...        time on tori of so many vertices
 //     flow_bench levels N         the same level by level, seconds on the wall
 //     flow_bench tables N...      of each basis the size of its systems and the time of their parts
@@ -199,6 +200,9 @@ void thesis(int vertices, double shift) {
   };
   MeshFlowOptions options;
   run("hierarchical", options);
+  MeshFlowOptions lit = options;
+  lit.detail = {0, Length::Unit::percent};
+  run("hierarchical, detail 0", lit);
   for (const auto& [basis, name] : bases) run("thesis, " + name, thesis_flow(basis));
   for (const auto& [basis, name] : bases) {
     options.basis = basis;
