@@ -11,6 +11,7 @@
 namespace mq {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using Cameras = FolderTest;
 
@@ -43,6 +44,38 @@ TEST_F(Cameras, OfColmapsTextExport) {
   }
 }
 
+TEST_F(Cameras, AreFoundInAProjectOfColmapsAsItLies) {
+  put("project/sparse/0/cameras.txt", cameras_txt);
+  put("project/sparse/0/images.txt", images_txt);
+  put("project/images/first one.jpg", "x");
+  put("project/images/second.png", "x");
+  put("dense/sparse/cameras.txt", cameras_txt);
+  put("dense/sparse/images.txt", images_txt);
+  put("dense/images/first one.jpg", "1");
+  put("dense/images/second.png", "2");
+  for (const char* path : {"project", "project/", "project/sparse/0", "project/sparse/0/",
+                           "project/sparse/0/cameras.txt", "dense", "dense/sparse", "dense/sparse/",
+                           "dense/sparse/images.txt"}) {
+    const std::vector<Photograph> photographs = read_cameras(folder / path);
+    ASSERT_EQ(photographs.size(), 2U) << path;
+    const auto images = folder / *std::filesystem::path(path).begin() / "images";
+    EXPECT_TRUE(std::filesystem::equivalent(photographs[0].picture, images / "first one.jpg"))
+        << path;
+    EXPECT_TRUE(std::filesystem::equivalent(photographs[1].picture, images / "second.png")) << path;
+  }
+}
+
+TEST_F(Cameras, InColmapsBinaryFormatAreRefusedWithTheCommandThatMakesText) {
+  put("project/sparse/0/cameras.bin", "x");
+  for (const char* path : {"project", "project/sparse/0", "project/sparse/0/images.bin"})
+    EXPECT_THAT(fixtures::error_of<Unsupported>([&] { read_cameras(folder / path); }),
+                AllOf(HasSubstr("cameras.bin"), HasSubstr("--output_type TXT")))
+        << path;
+  put("empty/x.txt", "x");
+  EXPECT_THAT(fixtures::error_of<IoError>([&] { read_cameras(folder / "empty"); }),
+              HasSubstr("has no cameras.txt"));
+}
+
 TEST_F(Cameras, ComeBackAsTheyWereWritten) {
   put("a.png", "x");
   PinholeCamera camera{.width = 10, .height = 20, .fx = 3.25, .fy = 4, .cx = 5.1, .cy = 9};
@@ -64,7 +97,8 @@ TEST_F(Cameras, AreRefusedWithTheirPlace) {
     return fixtures::error_of<Error>([&] { read_cameras(folder / "c.json"); });
   };
   const std::string head = R"({"cameras":[{"image":"a.png","width":9,"height":9,"fx":5,)";
-  EXPECT_THAT(json("{\n  \"cameras\" [\n"), HasSubstr("c.json, line 2, column 13: not JSON from here on"));
+  EXPECT_THAT(json("{\n  \"cameras\" [\n"),
+              HasSubstr("c.json, line 2, column 13: not JSON from here on"));
   EXPECT_THAT(json("[]"), HasSubstr("c.json, line 1, column 1: found a list of 0, wanted"));
   EXPECT_THAT(json("{}"), HasSubstr("found no \"cameras\", wanted a list of objects there"));
   EXPECT_THAT(json("{\"cameras\": [3]}"), HasSubstr("column 14: cameras[0]: found 3, wanted"));
@@ -75,7 +109,10 @@ TEST_F(Cameras, AreRefusedWithTheirPlace) {
   EXPECT_THAT(json("{\"cameras\": [{\"width\": 1e999}]}"),
               HasSubstr("line 1, column 24: found a number too large"));
   EXPECT_THAT(json("{\"cameras\":[]}"), HasSubstr("holds no camera"));
-  EXPECT_THAT(json(head + "\"rotation\":[[1,0,0],[0,1,0],[0,0,1]]}]}"), HasSubstr("c.json, line 1, column 13: cameras[0]: found no \"translation\", wanted 3 numbers"));
+  EXPECT_THAT(
+      json(head + "\"rotation\":[[1,0,0],[0,1,0],[0,0,1]]}]}"),
+      HasSubstr(
+          "c.json, line 1, column 13: cameras[0]: found no \"translation\", wanted 3 numbers"));
   EXPECT_THAT(json(head + "\"rotation\":[[1,0,0],[0,1],[0,0,1]]}]}"),
               HasSubstr("cameras[0].rotation[1]: found a list of 2, wanted a row of 3 numbers"));
   EXPECT_THAT(json(head + "\"rotation\":[[2,0,0],[0,1,0],[0,0,1]],\"translation\":[0,0,0]}]}"),

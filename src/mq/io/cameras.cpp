@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -34,10 +35,10 @@ void check(const PinholeCamera& camera, const std::string& where) {
   const double sum = camera.fx + camera.fy + camera.cx + camera.cy + camera.k1 + camera.k2 +
                      camera.k3 + camera.p1 + camera.p2 + camera.translation.sum();
   if (!sizes || !std::isfinite(sum) || !camera.rotation.allFinite())
-    throw IoError(fmt::format(
-        "{}: found a width of {}, a height of {} and focal lengths of {} and {}; a camera needs all "
-        "of them above 0, and finite numbers",
-        where, camera.width, camera.height, camera.fx, camera.fy));
+    throw IoError(
+        fmt::format("{}: found a width of {}, a height of {} and focal lengths of {} and {}; a "
+                    "camera needs all of them above 0, and finite numbers",
+                    where, camera.width, camera.height, camera.fx, camera.fy));
   const Eigen::Matrix3d& R = camera.rotation;
   if ((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() > 1e-4 || R.determinant() < 0)
     throw IoError(where +
@@ -45,13 +46,18 @@ void check(const PinholeCamera& camera, const std::string& where) {
                   "with determinant 1");
 }
 
+/// COLMAP keeps its models in sparse/0 of a project, or in sparse of undistorted pictures, with the
+/// pictures in images beside sparse: so up to two folders further up.
 fs::path find_picture(const fs::path& folder, const std::string& name, const std::string& where) {
-  for (const fs::path& place :
-       {folder / name, folder / "images" / name, folder.parent_path() / "images" / name,
-        folder.parent_path() / name})
+  const fs::path here = fs::absolute(folder / ".").lexically_normal().parent_path();
+  const fs::path above = here.parent_path();
+  for (const fs::path& place : {folder / name, folder / "images" / name, above / "images" / name,
+                                above / name, above.parent_path() / "images" / name})
     if (fs::exists(place)) return place;
-  throw IoError(
-      fmt::format("{}: its picture {} is neither beside it nor in a folder 'images'", where, name));
+  throw IoError(fmt::format(
+      "{}: its picture {} is neither beside it nor in a folder 'images' there or up to two "
+      "folders further up: move it, or the file with the cameras",
+      where, name));
 }
 
 /// A line's words, with the number of the line for messages.
@@ -125,6 +131,23 @@ PinholeCamera lens_of(const Line& line) {
   return camera;
 }
 
+/// The folder of `project`, or of what COLMAP makes in it, that holds cameras.txt.
+fs::path model_of(const fs::path& project) {
+  const std::array<fs::path, 3> folders = {project, project / "sparse" / "0", project / "sparse"};
+  for (const fs::path& folder : folders)
+    if (fs::exists(folder / "cameras.txt")) return folder;
+  for (const fs::path& folder : folders)
+    if (fs::exists(folder / "cameras.bin"))
+      throw Unsupported(fmt::format(
+          "{}: is COLMAP's binary format; wanted its text: colmap model_converter --input_path {} "
+          "--output_path {} --output_type TXT",
+          (folder / "cameras.bin").string(), folder.string(), folder.string()));
+  throw IoError(
+      fmt::format("{}: has no cameras.txt, nor has sparse/0 or sparse in it; wanted a "
+                  "folder with COLMAP's text export, or a JSON file with cameras",
+                  project.string()));
+}
+
 std::vector<Photograph> read_colmap(const fs::path& folder) {
   std::map<std::string, PinholeCamera> lenses;
   for (const Line& line : lines_of(folder / "cameras.txt"))
@@ -194,9 +217,12 @@ std::vector<Photograph> read_json(const fs::path& path) {
 
 std::vector<Photograph> read_cameras(const fs::path& path) {
   const std::string name = path.filename().string();
-  const bool in_folder = name == "cameras.txt" || name == "images.txt";
-  std::vector<Photograph> photographs = fs::is_directory(path) ? read_colmap(path)
-                                        : in_folder            ? read_colmap(path.parent_path())
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const bool text = name == "cameras.txt" || name == "images.txt";
+  const bool binary = name == "cameras.bin" || name == "images.bin";
+  std::vector<Photograph> photographs = fs::is_directory(path) ? read_colmap(model_of(path))
+                                        : text                 ? read_colmap(folder)
+                                        : binary               ? read_colmap(model_of(folder))
                                                                : read_json(path);
   if (photographs.empty()) throw IoError(path.string() + ": holds no camera");
   return photographs;
