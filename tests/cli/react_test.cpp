@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "cli/models.h"
 
@@ -10,6 +12,7 @@ namespace mq::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(React, GrowsAPatternThatTheSeedDecides) {
   const Folder folder;
@@ -47,13 +50,31 @@ TEST(React, PaintsInTheColoursAskedFor) {
   EXPECT_EQ(green, 0);
 }
 
+TEST(React, SaysWhyAPictureIsPlain) {
+  const Folder folder;
+  write_strip(folder);
+  const auto errors = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"react", "strip.obj", "-o", "p.png"});
+    const Result result = marquetry(folder, options);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.error;
+  };
+  EXPECT_THAT(errors({"--scale", "8tx", "--time", "400"}), Not(HasSubstr("nothing")));
+  EXPECT_THAT(errors({"--scale", "8tx", "--time", "200", "--feed", "0.01", "--kill", "0.2"}),
+              HasSubstr("it died out"));
+  std::string unlucky;  // a wave far larger than the strip: all of it is seed, or nothing
+  for (int seed = 0; seed < 8; ++seed)
+    unlucky += errors({"--scale", "1e3", "--time", "0", "--seed", std::to_string(seed)});
+  EXPECT_THAT(unlucky, HasSubstr("no seed lies on the surface"));
+}
+
 TEST(React, RefusesScalesAndColoursWithoutMeaning) {
   const Folder folder;
   write_strip(folder);
   EXPECT_EQ(marquetry(folder, {"react", "strip.obj", "--scale", "0", "-o", "p.png"}).status, 2);
   EXPECT_EQ(marquetry(folder, {"react", "strip.obj", "--ink", "leopard", "-o", "p.png"}).status, 2);
-  const Result endless = marquetry(
-      folder, {"react", "strip.obj", "--scale", "1e6", "--time", "1e7", "-o", "p.png"});
+  const Result endless =
+      marquetry(folder, {"react", "strip.obj", "--scale", "1e6", "--time", "1e7", "-o", "p.png"});
   EXPECT_EQ(endless.status, 2);
   EXPECT_THAT(endless.error, HasSubstr("wanted at most 1e+08 steps"));
   for (const std::string time : {"-1", "nan", "1e12", "inf"})

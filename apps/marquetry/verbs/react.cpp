@@ -101,6 +101,29 @@ void grow(Run& run, const ReactionDiffusion& process, const Reaction& reaction, 
   process.run(reaction, steps - first, state, progress);
 }
 
+/// The most there is of the second substance, which the pattern is made of.
+float most_of_second(const Substances& state) {
+  float most = 0;
+  for (std::size_t i = 1; i < state.size(); i += 2) most = std::max(most, state[i]);
+  return most;
+}
+
+/// Where nothing grew the picture is plain: says why. `seeds` is how much there was at first.
+void warn_of_nothing(Run& run, float seeds, const Substances& state) {
+  constexpr float visible = 1.0F / 255;
+  const OptionValues& options = run.options();
+  if (most_of_second(state) >= visible) return;
+  run.terminal().warning(
+      seeds > 0
+          ? fmt::format(
+                "nothing is left of the pattern: it died out; at --scale {} the surface may "
+                "be too small for it, and --feed and --kill decide whether any can live",
+                options.text("scale"))
+          : fmt::format("nothing grew: at --scale {} no seed lies on the surface; choose another "
+                        "--seed, or a smaller --scale",
+                        options.text("scale")));
+}
+
 Exit react(Run& run) {
   const OptionValues& options = run.options();
   Scene scene = read_usable_scene(run, MissingPictures::assume, 0.05);
@@ -134,10 +157,12 @@ Exit react(Run& run) {
   const int steps = asked_steps(options, process->time_step());
   Substances state =
       seeded_substances(domain->places(), wave_length, std::uint64_t(options.integer("seed")));
+  const float seeds = most_of_second(state);
   {
     const Step step(run, "react", 0.8);
     grow(run, *process, gray_scott(preset.rates), steps, state, step);
   }
+  warn_of_nothing(run, seeds, state);
   run.result["steps"] = steps;
   run.result["time_step"] = process->time_step();
   run.result["slowed"] = process->slowed();
