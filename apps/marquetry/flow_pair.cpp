@@ -40,7 +40,7 @@ void divide_by_alpha(Image<float>& picture) {
 /// A range below this share of the largest value is rounding.
 constexpr double least_range = 1e-6;
 
-/// Without --longest-edge triangles are not cut to more vertices than about this: half a minute.
+/// Without --longest-edge triangles are not cut to more vertices than about this: a few minutes.
 constexpr double most_vertices = 1.5e6;
 
 bool is_constant(std::span<const float> values, int channels) {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <functional>
 
-#include "mq/io/frame_files.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
+#include "mq/io/frame_files.h"
 #include "mq/io/json_read.h"
 
 namespace mq::app {
@@ -54,6 +54,25 @@ void Run::will_read(const std::filesystem::path& path) {
   inputs_.push_back(path);
 }
 
+Run::MadeFolders::~MadeFolders() {
+  std::error_code failure;  // of those that are not empty
+  for (auto folder = folders_.rbegin(); folder != folders_.rend(); ++folder)
+    std::filesystem::remove(*folder, failure);
+}
+
+void Run::MadeFolders::make(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code failure;
+  std::vector<fs::path> missing;
+  for (fs::path part = fs::absolute(folder).lexically_normal(); !fs::exists(part, failure);
+       part = part.parent_path())
+    missing.push_back(part);
+  if (!fs::create_directories(folder, failure) && failure)
+    throw IoError(
+        fmt::format("{}: the folder cannot be made: {}", folder.string(), failure.message()));
+  folders_.insert(folders_.end(), missing.rbegin(), missing.rend());
+}
+
 void Run::will_write(const std::vector<std::filesystem::path>& paths,
                      const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
@@ -70,9 +89,7 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
                       "name, or remove it first",
                       path.string()));
   const bool makes_folder = !folder.empty() && !fs::exists(folder, failure);
-  if (makes_folder && !dry_run() && !fs::create_directories(folder, failure) && failure)
-    throw IoError(
-        fmt::format("{}: the folder cannot be made: {}", folder.string(), failure.message()));
+  if (makes_folder && !dry_run()) made_.make(folder);
   for (const auto& path : paths) {
     if (dry_run()) terminal_.remark("would write " + path.string());
     if (makes_folder && dry_run()) continue;
@@ -86,8 +103,7 @@ void Run::found(const Defects& found_defects) {
 
 void Run::warn(const Defects& found_defects) {
   for (const Defect& defect : found_defects)
-    if (defect.severity == Defect::Severity::warning)
-      terminal_.warning(sentence(defect));
+    if (defect.severity == Defect::Severity::warning) terminal_.warning(sentence(defect));
 }
 
 void Run::add_seconds(const std::string& step, double seconds) {
@@ -257,9 +273,9 @@ void apply_config(const Json& config, OptionValues& options,
       if (options.table().find(name).name != name || overridden(given, name)) continue;
       apply_option(name, value, options);
     } catch (const InvalidInput& error) {
-      throw InvalidInput(place(nested ? std::vector<JsonStep>{"options", name}
-                                      : std::vector<JsonStep>{name}) +
-                         ": " + error.what());
+      throw InvalidInput(
+          place(nested ? std::vector<JsonStep>{"options", name} : std::vector<JsonStep>{name}) +
+          ": " + error.what());
     }
   }
 }
@@ -285,11 +301,10 @@ void read_config(const std::filesystem::path& path, OptionValues& options) {
   const std::string_view text = text_of(bytes);
   const Json config = parse_json<Json>(file, text, wanted);
   if (!config.is_object())
-    throw IoError(fmt::format("{}: found no JSON object (wanted {})", json_place(file, text, {}),
-                              wanted));
-  apply_config(config, options, [&](const std::vector<JsonStep>& steps) {
-    return json_place(file, text, steps);
-  });
+    throw IoError(
+        fmt::format("{}: found no JSON object (wanted {})", json_place(file, text, {}), wanted));
+  apply_config(config, options,
+               [&](const std::vector<JsonStep>& steps) { return json_place(file, text, steps); });
 }
 
 Json defects_json(const Defects& defects) {

@@ -56,7 +56,8 @@ class Run {
 
   /// Says now that these files will be written, so that a name that cannot be written to, that is
   /// one of the inputs, or that --no-clobber protects, is refused before any work is done. `folder`
-  /// is made if it is not there (empty: none is). With --dry-run only lists the files. Throws
+  /// is made if it is not there (empty: none is), and goes with the run where nothing was written
+  /// to it. With --dry-run only lists the files. Throws
   /// `IoError`.
   void will_write(const std::vector<std::filesystem::path>& paths,
                   const std::filesystem::path& folder = {});
@@ -79,9 +80,23 @@ class Run {
   Json report() const;
 
  private:
+  /// Folders made for results; those that stay empty are removed again.
+  class MadeFolders {
+   public:
+    MadeFolders() = default;
+    MadeFolders(const MadeFolders&) = delete;
+    MadeFolders& operator=(const MadeFolders&) = delete;
+    ~MadeFolders();
+    void make(const std::filesystem::path& folder);
+
+   private:
+    std::vector<std::filesystem::path> folders_;  ///< the outer ones first
+  };
+
   OptionValues options_;
   Terminal& terminal_;
   Progress progress_;
+  MadeFolders made_;
   void protect(const std::filesystem::path& read, const std::filesystem::path& output,
                const std::string& option) const;
 
