@@ -164,6 +164,31 @@ TEST(Interpolate, GivesBackBothEndsAndMovesBetween) {
   EXPECT_TRUE(std::filesystem::exists(folder / "t.exr"));
 }
 
+/// Texels beside a chart hold the dark ground of the atlas, which lookups at borders mix in.
+TEST(Interpolate, BeginsAtTheFirstAlsoAtTheBordersOfCharts) {
+  const Folder folder;
+  write_strip(folder);
+  const auto picture = [](double u) {
+    Image<float> image = blobs(64, 48, u, 0);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x)
+        if (x < 3 || (x > 28 && x < 35) || x > 60)
+          for (int c = 0; c < 3; ++c) image(x, y, c) = 0;
+    return image;
+  };
+  write_image(folder / "a.exr", picture(0), Depth::f32);
+  write_image(folder / "b.exr", picture(1), Depth::f32);
+  for (const std::string time : {"0.001", "0.999"}) {
+    const Result result = marquetry(
+        folder, {"interpolate", "strip.obj", "a.exr", "b.exr", "-o", "t.exr", "-t", time});
+    ASSERT_EQ(result.status, 0) << result.error;
+    const Image<float> near = read_texture(folder / "t.exr").pixels,
+                       end = picture(time == "0.001" ? 0 : 1);
+    for (std::size_t i = 0; i < end.values().size(); ++i)
+      ASSERT_NEAR(near.values()[i], end.values()[i], 0.01) << i / 3 % 64 << ' ' << i / 3 / 64;
+  }
+}
+
 TEST(Interpolate, TakesTexturesAndColoursAtVertices) {
   const Folder folder;
   write_strip(folder);

@@ -97,11 +97,15 @@ Signal TextureFlow::looked_up(const Signal& signal, double time, const Progress&
   if (time == 0) return signal;
   const Vector along = time < 0 ? Vector(-flow_.field) : flow_.field;
   const Traced traced = SurfaceFlow::along(mesh_, along).trace(starts_, std::abs(time), progress);
+  const Eigen::RowVectorXd low = signal.colwise().minCoeff(), high = signal.colwise().maxCoeff();
   Signal values = signal;
   parallel_for(signal.rows(), [&](std::int64_t i) {
     const SurfacePoint &from = starts_[std::size_t(i)], &to = traced.ends[std::size_t(i)];
     if (to.triangle == from.triangle && to.barycentric == from.barycentric) return;
-    refined_.value(signal, to, values.middleRows(i, 1));
+    Signal change(2, signal.cols());
+    refined_.value(signal, to, change.row(0));
+    refined_.value(signal, from, change.row(1));
+    values.row(i) = (signal.row(i) + change.row(0) - change.row(1)).cwiseMax(low).cwiseMin(high);
   });
   return values;
 }

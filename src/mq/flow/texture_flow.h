@@ -21,8 +21,9 @@ struct TextureFlowOptions {
 /// following the field from the centre of each texel and looking the textures themselves up at the
 /// ends, so that what does not move loses nothing to the mesh: a texel both of whose paths rest keeps
 /// its values bit for bit. Texels whose centre lies outside their chart follow the path of the
-/// nearest point of the surface, so that lookups agree across seams. No value leaves the range of
-/// the textures.
+/// nearest point of the surface, so that lookups agree across seams, and change by as much as the
+/// texture changes along it: what they hold beside it, such as the dark ground of an atlas, stays,
+/// so that pictures at near times are near each other. No value leaves the range of the textures.
 ///
 /// Surface, atlas and space must outlive it.
 class TextureFlow {
