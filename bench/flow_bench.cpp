@@ -4,6 +4,7 @@
 //     flow_bench motions          end point errors on sphere, torus and plane, as Markdown
 //     flow_bench thesis [N [S]]   the thesis' presets beside ours on a torus of N vertices, 27,000,
 //                                 turned by S/2 to 3·S/2 spacings (8)
+//     flow_bench last [N [S]]     on the same torus what the last length and `detail` do to E
 //     flow_bench size N...        time on tori of so many vertices
 //     flow_bench levels N         the same level by level, seconds on the wall
 //     flow_bench tables N...      of each basis the size of its systems and the time of their parts
@@ -211,6 +212,27 @@ void thesis(int vertices, double shift) {
   }
 }
 
+/// E by the last length, in spacings, and by what is left out as light.
+void last_lengths(int vertices, double shift) {
+  const Pair pair = twisted_torus(vertices, shift);
+  const std::array<double, 6> details = {0, 0.5, 1, 2, 4, 8};
+  fmt::print("| last length |");
+  for (const double detail : details) fmt::print(" detail {} % |", detail);
+  fmt::print("\n|---|---|---|---|---|---|---|\n");
+  for (const double last : {0.7, 1.0, 1.25, 1.5, 2.0, 2.5}) {
+    fmt::print("| {} |", last);
+    for (const double detail : details) {
+      MeshFlowOptions options;
+      options.detail = {detail, Length::Unit::percent};
+      options.smallest = {last * pair.spacing, Length::Unit::model};
+      const MeshFlow flow = mesh_flow(pair.surface, pair.source, pair.target, options);
+      fmt::print(" {:.6f} |", halfway_error(pair, flow.field));
+      std::fflush(stdout);
+    }
+    fmt::print("\n");
+  }
+}
+
 void sizes(const std::vector<int>& all) {
   fmt::print(
       "| vertices | E | wall s | processor s | prepare | matrices | solve | smooth and warp |\n"
@@ -362,6 +384,9 @@ int main(int count, char** arguments) {
   } else if (what == "thesis") {
     mq::thesis(count > 2 ? std::atoi(arguments[2]) : 27000,
                count > 3 ? std::atof(arguments[3]) : 8);
+  } else if (what == "last") {
+    mq::last_lengths(count > 2 ? std::atoi(arguments[2]) : 27000,
+                     count > 3 ? std::atof(arguments[3]) : 8);
   } else if (what == "levels" && count > 2) {
     mq::levels(std::atoi(arguments[2]));
   } else if (what == "system" && count > 3) {
@@ -374,7 +399,8 @@ int main(int count, char** arguments) {
     what == "size" ? mq::sizes(sizes) : mq::tables(sizes);
   } else {
     fmt::print(
-        "flow_bench motions | thesis [N [shift]] | size N... | levels N | tables N... | system N "
+        "flow_bench motions | thesis [N [shift]] | last [N [shift]] | size N... | levels N | "
+        "tables N... | system N "
         "BASIS | pair FOLDER\n");
     return 2;
   }

@@ -23,6 +23,8 @@ namespace mq {
 namespace {
 
 constexpr double spacings_per_length = 1.3;  // of the mesh a scale is solved on, at least
+constexpr double spacings_of_last =
+    2;  // ℓ of the last scale; docs/performance.md, "The last scale"
 constexpr int coarsest_vertices = 200;
 constexpr double gain_worth_a_step = 0.05;
 constexpr double largest_scale = 4;  // of α*
@@ -61,7 +63,7 @@ std::vector<Scale> scales_of(const MeshFlowOptions& options, const FlowMesh& fin
   require(
       smallest <= largest,
       fmt::format("the smallest length, {:.4g}, is above the largest, {:.4g}", smallest, largest));
-  if (smallest == 0) smallest = finest.spacing();
+  if (smallest == 0) smallest = spacings_of_last * finest.spacing();
   std::vector<Scale> scales;
   if (options.levels > 0) {
     for (int l = 0; l < options.levels; ++l)

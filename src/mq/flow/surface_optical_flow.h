@@ -55,7 +55,7 @@ struct MeshFlowOptions {
   /// ℓ₀: how far the smoothest level looks. Level l has ℓ₀/2ˡ: weight ℓ²·Ḡ of smoothness, signals
   /// smoothed by Smooth(φ, ½ℓ²).
   Length largest{10, Length::Unit::percent};
-  /// The last ℓ, for which signals are not smoothed; 0: the vertices' spacing.
+  /// The last ℓ, for which signals are not smoothed; 0: two spacings of the vertices.
   Length smallest{0, Length::Unit::model};
   int levels =
       0;  ///< 0: as many as lie between; else exactly so many from `largest` on, all smoothed
