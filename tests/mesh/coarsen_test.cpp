@@ -79,6 +79,17 @@ TEST(Coarsen, LeavesASurfaceAsItIsWhereItIsCoarseEnough) {
   EXPECT_EQ(same.surface.mesh.positions, fine.mesh.positions);
 }
 
+/// As where triangles are cut evenly in a texture that is stretched over them.
+TEST(Coarsen, MakesBetterTrianglesOfSlivers) {
+  Mesh mesh = fixtures::flat_square(40);
+  for (Vector3& p : mesh.positions) p.x() *= 30;
+  const Surface surface = make_surface(mesh);
+  const double spacing = std::sqrt(2 / std::sqrt(3.0) * surface.area / mesh.vertex_count());
+  const CoarsenedSurface coarse = coarsen(surface, 2 * spacing);
+  EXPECT_LT(coarse.surface.mesh.vertex_count(), mesh.vertex_count() / 2);
+  EXPECT_NEAR(coarse.surface.area, surface.area, 1e-9 * surface.area);
+}
+
 TEST(Coarsen, KeepsASquareASquare) {
   Mesh mesh = fixtures::flat_square(24);
   mesh.uvs.clear(), mesh.corner_uvs.clear();

@@ -28,6 +28,7 @@ namespace {
 
 constexpr int most_neighbours = 10;     // of a vertex that goes, and of one that others go to
 constexpr double least_quality = 0.25;  // 4√3·area / Σ length²; 1: equilateral
+constexpr double sliver_kept = 0.5;     // of the quality of triangles that are below that before
 constexpr double least_turn = 0.3;      // cosine between a new triangle and the old ones' mean
 constexpr double least_straight = 0.8;  // cosine of the bend of a boundary where it loses a vertex
 constexpr int most_rounds = 24;
@@ -161,6 +162,12 @@ class Collapser {
     return (q - p).cross(r - p);
   }
 
+  double quality(int a, int b, int c, double twice_area) const {
+    const double lengths = (at(b) - at(a)).squaredNorm() + (at(c) - at(b)).squaredNorm() +
+                           (at(a) - at(c)).squaredNorm();
+    return lengths > 0 ? 2 * std::numbers::sqrt3 * twice_area / lengths : 0;
+  }
+
   /// The worst triangle that is left when v goes to u; −1 where one turns over or is no better than
   /// `least`.
   double quality_after(const Ring& ring, int u, const Vector3& mean, double least) const {
@@ -171,9 +178,7 @@ class Collapser {
       const Vector3 n = normal(at(u), at(a), at(b));
       const double twice_area = n.norm();
       if (!(n.dot(mean) > least_turn * twice_area)) return -1;
-      const double lengths = (at(a) - at(u)).squaredNorm() + (at(b) - at(a)).squaredNorm() +
-                             (at(u) - at(b)).squaredNorm();
-      worst = std::min(worst, 2 * std::numbers::sqrt3 * twice_area / lengths);
+      worst = std::min(worst, quality(u, a, b, twice_area));
       if (!(worst > least)) return -1;
     }
     return worst;
@@ -184,28 +189,31 @@ class Collapser {
     const Ring ring = ring_of(v);
     if (!ring.whole || ring.triangles < 1 || neighbours(ring) > most_neighbours) return candidate;
     Vector3 mean = Vector3::Zero();
-    double area = 0;
+    double area = 0, least = least_quality;
     for (int k = 0; k < ring.triangles; ++k) {
-      const Vector3 n = normal(at(v), at(target(ring.spokes[k])), at(target(next(ring.spokes[k]))));
+      const int a = target(ring.spokes[k]), b = target(next(ring.spokes[k]));
+      const Vector3 n = normal(at(v), at(a), at(b));
       mean += n;
       area += n.norm() / 6;
+      const double before = quality(v, a, b, n.norm());
+      if (before < least_quality) least = std::min(least, sliver_kept * before);
     }
     if (!ring.closed) area *= 2;  // as if the surface went on
     candidate.size = float(area);
     if (!(area < wanted_area) || !(mean.norm() > 0)) return candidate;
     mean.normalize();
-    candidate.collapse = best_collapse(v, ring, mean, [](HalfEdge) { return true; });
+    candidate.collapse = best_collapse(v, ring, mean, least, [](HalfEdge) { return true; });
     if (candidate.collapse.along >= 0 && !may_go(v, candidate.collapse.along, ring))
       candidate.collapse =
-          best_collapse(v, ring, mean, [&](HalfEdge h) { return may_go(v, h, ring); });
+          best_collapse(v, ring, mean, least, [&](HalfEdge h) { return may_go(v, h, ring); });
     return candidate;
   }
 
-  /// The one that leaves the best triangles, of those that are allowed.
+  /// The one that leaves the best triangles, of those that are allowed; none below `least`.
   template <class Allowed>
-  Collapse best_collapse(int v, const Ring& ring, const Vector3& mean,
+  Collapse best_collapse(int v, const Ring& ring, const Vector3& mean, double least,
                          const Allowed& allowed) const {
-    Collapse best{-1, least_quality};
+    Collapse best{-1, least};
     const auto offer = [&](HalfEdge h, int u) {
       const double quality = quality_after(ring, u, mean, best.quality);
       if (quality > best.quality && allowed(h)) best = {h, quality};
