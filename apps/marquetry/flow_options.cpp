@@ -69,7 +69,7 @@ void add_flow_options(OptionTable& table) {
   table.add({.name = "smallest",
              .type = Type::length,
              .group = group,
-             .help = "the last scale [default 2tx for pictures, one mean edge for models]"});
+             .help = "the last scale [default 2tx for pictures, two mean edges for models]"});
   table.add({.name = "detail",
              .type = Type::length,
              .group = group,
@@ -155,7 +155,7 @@ void add_flow_options(OptionTable& table) {
              .group = "Models",
              .help =
                  "triangles are cut until no edge is longer, for textures [default 2, more where "
-                 "that makes more than 1.5 million vertices]"});
+                 "that makes more than 0.75 million vertices]"});
   add_vertices_option(table, "colours at vertices, though there are textures");
   add_space_option(table);
 }

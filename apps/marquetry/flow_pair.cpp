@@ -40,8 +40,9 @@ void divide_by_alpha(Image<float>& picture) {
 /// A range below this share of the largest value is rounding.
 constexpr double least_range = 1e-6;
 
-/// Without --longest-edge triangles are not cut to more vertices than about this: a few minutes.
-constexpr double most_vertices = 1.5e6;
+/// Without --longest-edge triangles are not cut to more vertices than about this: about a minute. A
+/// megatexel, whole, at the usual two texels makes a little less.
+constexpr double most_vertices = 0.75e6;
 
 bool is_constant(std::span<const float> values, int channels) {
   std::vector<float> low(values.begin(),
@@ -284,7 +285,7 @@ double ModelPair::edge_for(Run& run, double longest_edge) const {
   if (run.options().has("longest-edge") || !(vertices > most_vertices)) return longest_edge;
   const double edge = longest_edge * std::sqrt(vertices / most_vertices);
   run.terminal().remark(
-      fmt::format("triangles are cut to {:.1f} texels, which makes about {:.1f} million vertices; "
+      fmt::format("triangles are cut to {:.1f} texels, which makes about {:.2g} million vertices; "
                   "--longest-edge {:g} sees finer and takes {:.1f} times the time and memory",
                   edge, most_vertices * 1e-6, longest_edge, vertices / most_vertices));
   return edge;
