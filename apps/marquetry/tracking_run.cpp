@@ -18,6 +18,7 @@
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/refine.h"
+#include "mq/mesh/soundness.h"
 #include "mq/sequence/birth_shape.h"
 #include "mq/sequence/track_template.h"
 #include "mq/sequence/track_truth.h"
@@ -49,6 +50,10 @@ TrackOptions track_options(const OptionValues& options) {
   return track;
 }
 
+// Mean edges of what is tracked, in the spacing of a graph's nodes: what a graph can follow; and
+// shorter, so that what is replaced does not take much with it that could have stayed.
+constexpr double longest_left = 0.5, longest_remeshed = 0.3;
+
 /// A frame as it is tracked: a graph can only follow, and be pulled by, vertices, so triangles that
 /// are long beside the way from node to node are cut.
 struct Captured : Model {
@@ -57,9 +62,9 @@ struct Captured : Model {
   std::vector<RefinedMesh::Place> places;
 };
 
-Captured cut_for_nodes(Model model, double node_spacing) {
+Captured cut_for_nodes(Model model, double longest) {
   const Surface surface = make_surface(model.mesh, {.kind = WeldOptions::Kind::none});
-  const double most = node_spacing * std::sqrt(surface.area) / 2;
+  const double most = longest * std::sqrt(surface.area);
   Captured captured{std::move(model), {}, {}};
   if (!(most > 0) || mean_edge_length(surface) <= most) return captured;
   RefinedMesh fine = refined(captured.mesh, most);
@@ -85,14 +90,15 @@ Captured cut_for_nodes(Model model, double node_spacing) {
 /// The frames of a sequence, read when they are needed.
 class Sequence {
  public:
-  Sequence(Run& run)
+  Sequence(Run& run, Remeshing remeshing)
       : files_(find_frames(run.options().text("sequence"),
                            run.options().has("frames") ? parse_frames(run.options().text("frames"))
                                                        : std::vector<int>())),
         textures_(run.options().has("texture") ? run.options().text("texture") : ""),
         truth_(run.options().has("truth") ? run.options().text("truth") : ""),
         pictures_(run.options().flag("photometric")),
-        node_spacing_(run.options().number("nodes") / 100) {
+        longest_edge_((remeshing == Remeshing::done ? longest_remeshed : longest_left) *
+                      run.options().number("nodes") / 100) {
     require(truth_.empty() || truth_ == "uv" || fs::is_directory(truth_) || has_frame_place(truth_),
             fmt::format("--truth: found '{}', wanted uv, a folder, or a name with a place for the "
                         "frame's number",
@@ -112,7 +118,7 @@ class Sequence {
     ReadModelOptions how;
     if (!textures_.empty()) how.textures = {frame_name(textures_, file(frame).number)};
     if (!pictures_) how.pictures = ReadModelOptions::Pictures::skip;
-    return cut_for_nodes(read_model(file(frame).path, how), node_spacing_);
+    return cut_for_nodes(read_model(file(frame).path, how), longest_edge_);
   }
 
   /// As the file says it, for people to look at.
@@ -183,7 +189,7 @@ class Sequence {
   std::vector<FrameFile> files_, truths_;
   std::string textures_, truth_;
   bool pictures_;
-  double node_spacing_;
+  double longest_edge_;  // on the mean, that is not cut, in √area
 };
 
 /// A template being followed.
@@ -369,6 +375,10 @@ class Tracking {
       }
     }
     if (is_new) measured.update(begin_segment(frame, model));
+    const Surface now = make_surface(mesh_of(follower_->known.segment, current_),
+                                     {.kind = WeldOptions::Kind::none});
+    measured["manifold"] = is_manifold(now);
+    measured["folded"] = folded_triangles(now).size();
     if (sequence_.has_truth()) add_truth(frame, model, measured);
     measured["seconds"]["all"] = watch.seconds();
     writer_->add_frame(sequence_.file(frame).number, current_, measured.dump());
@@ -509,7 +519,7 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
   require(
       output.extension() == ".evolving",
       fmt::format("--output: found '{}', wanted a name that ends in .evolving", output.string()));
-  const Sequence sequence(run);
+  const Sequence sequence(run, remeshing);
   for (int f = 0; f < sequence.count(); ++f) run.will_read(sequence.file(f).path);
   run.will_write(followed_paths(options));
   run.input = {{"frames", sequence.count()},
@@ -524,13 +534,15 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
   write_plot(run, tracking.frames());
   if (options.has("strip")) {
     const Step step(run, "draw", 0.1 * share);
-    write_strip(run, EvolvingReader(output),
-                [&](int frame) { return sequence.with_pictures(frame); }, step);
+    write_strip(
+        run, EvolvingReader(output), [&](int frame) { return sequence.with_pictures(frame); },
+        step);
   }
   run.print(table(tracking.frames()));
   return {{"frames", tracking.frames()},
           {"distance_p95", worst(tracking.frames(), "distance_p95")},
-          {"distance_max", worst(tracking.frames(), "distance_max")}};
+          {"distance_max", worst(tracking.frames(), "distance_max")},
+          {"folded", worst(tracking.frames(), "folded")}};
 }
 
 void add_tracking_options(OptionTable& table) {

@@ -171,7 +171,11 @@ TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {
   int born = 0;
   for (std::size_t f = 1; f < frames.size(); ++f) {
     born += frames[f]["triangles_born"].get<int>();
-    EXPECT_LT(frames[f]["distance_p95"], 0.003) << f;
+    EXPECT_LT(frames[f]["distance_p95"], 0.001) << f;
+    EXPECT_LT(frames[f]["distance_max"], 0.005) << f;
+    EXPECT_GT(frames[f]["triangles_kept"].get<int>(), 9 * frames[f]["triangles_died"].get<int>());
+    EXPECT_EQ(frames[f]["manifold"], true) << f;
+    EXPECT_EQ(frames[f]["folded"], 0) << f;
   }
   EXPECT_GT(born, 0);
   const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
@@ -182,6 +186,11 @@ TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {
   EXPECT_GT(throughout, evolving.segments[0].triangle_count() / 2);
   EXPECT_EQ(make_surface(evolving.mesh(0)).components, 2);
   EXPECT_EQ(make_surface(evolving.mesh(4)).components, 1);
+
+  // Without it the caps stay where they meet.
+  const Result left = marquetry(folder, {"track", "body", "-o", "left.evolving", "--json"});
+  ASSERT_EQ(left.status, 0) << left.error;
+  EXPECT_GT(left.json()["result"]["frames"].back()["distance_max"], 0.05);
 
   // Stopped in the last frame, it goes on with the same result.
   const std::string blocks = file_bytes(folder / "body.blocks");

@@ -12,6 +12,7 @@
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/soundness.h"
 #include "mq/sequence/remesh.h"
 #include "mq/sequence/remesh_texture.h"
 #include "outputs.h"
@@ -113,8 +114,9 @@ std::vector<Texture> pictures(const Side& of_template, const Side& target) {
     all.push_back(texture);
     const std::filesystem::path name = texture.name;
     for (int copy = 1; std::ranges::count(all, all.back().name, &Texture::name) > 1; ++copy)
-      all.back().name = fmt::format("{}_target{}{}", name.stem().string(),
-                                    copy > 1 ? std::to_string(copy) : "", name.extension().string());
+      all.back().name =
+          fmt::format("{}_target{}{}", name.stem().string(), copy > 1 ? std::to_string(copy) : "",
+                      name.extension().string());
   }
   return all;
 }
@@ -138,13 +140,6 @@ Json distance_json(const DistanceSummary& distance, double diagonal) {
           {"max", distance.max / diagonal}};
 }
 
-bool is_manifold(const Defects& defects) {
-  return std::ranges::none_of(defects, [](const Defect& defect) {
-    return defect.kind == "nonmanifold_edges" || defect.kind == "inconsistent_edges" ||
-           defect.kind == "nonmanifold_vertices" || defect.kind == "duplicate_triangles";
-  });
-}
-
 void report(Run& run, const Side& of_template, const Side& target, const Remeshed& found) {
   const double all = std::max(1, of_template.surface.triangle_count());
   const double diagonal = bounding_box(target.surface.mesh).diagonal();
@@ -153,9 +148,14 @@ void report(Run& run, const Side& of_template, const Side& target, const Remeshe
   result["triangles_kept"] = {{"count", found.kept}, {"fraction", found.kept / all}};
   result["triangles_born"] = found.born;
   result["triangles_died"] = found.died;
-  result["manifold"] = is_manifold(make_surface(found.mesh, {WeldOptions::Kind::none}).defects);
-  result["manifold_inputs"] = {{"template", is_manifold(of_template.surface.defects)},
-                               {"target", is_manifold(target.surface.defects)}};
+  const Surface surface = make_surface(found.mesh, {WeldOptions::Kind::none});
+  result["manifold"] = is_manifold(surface);
+  result["manifold_inputs"] = {{"template", is_manifold(of_template.surface)},
+                               {"target", is_manifold(target.surface)}};
+  const auto folded = [](const Surface& of) { return folded_triangles(of).size(); };
+  result["folded"] = folded(surface);
+  result["folded_inputs"] = {{"template", folded(of_template.surface)},
+                             {"target", folded(target.surface)}};
   result["seeds"] = {{"template", found.template_seeds}, {"target", found.target_seeds}};
   result["regions"] = found.regions;
   result["components_replaced"] = found.replaced_components;
@@ -210,8 +210,8 @@ Exit run_remesh(Run& run) {
   const std::vector<std::array<Vector3, 3>> birth = read_birth(run, of_template);
   Model model;
   model.path = of_template.model.path;
-  const bool has_uvs = wants_textures(options) &&
-                       (of_template.model.mesh.has_uvs() || target.model.mesh.has_uvs());
+  const bool has_uvs =
+      wants_textures(options) && (of_template.model.mesh.has_uvs() || target.model.mesh.has_uvs());
   if (has_uvs) model.textures = pictures(of_template, target);
   const Outputs outputs(options.text("output"), model,
                         model.textures.empty() ? Outputs::Kind::model : Outputs::Kind::pictures);
@@ -237,10 +237,9 @@ Exit run_remesh(Run& run) {
   const Step step(run, "write", 0.1);
   model.colors = options.flag("paint") ? painted(found) : colours(run, of_template, target, found);
   if (options.has("record")) write_record(options.text("record"), found);
-  model.mesh = has_uvs
-                   ? textured(found, of_template.surface.mesh, target.surface.mesh,
-                              int(of_template.model.textures.size()))
-                   : std::move(found.mesh);
+  model.mesh = has_uvs ? textured(found, of_template.surface.mesh, target.surface.mesh,
+                                  int(of_template.model.textures.size()))
+                       : std::move(found.mesh);
   for (const std::string& note : outputs.write(std::move(model), step)) run.terminal().remark(note);
   say_written(run, paths);
   return Exit::done;
