@@ -487,6 +487,22 @@ TEST(Multigrid, SolvesTexelsThatCoupleToNoOther) {
   }
 }
 
+TEST(Multigrid, SolvesSmallPartsBesideALargeOneAsFast) {
+  // On coarse levels each of the small ones comes down to one row, which holds next to nothing.
+  Patchwork all = make_patchwork({.size = 200, .charts = 2});
+  const int large = all.texels.size();
+  for (const int size : {4, 5, 6, 7, 8, 10, 12}) all = side_by_side(all, make_patchwork({.size = size}));
+  SparseMatrix A = system_of(all, std::numeric_limits<double>::infinity());
+  A.diagonal() *= 1 + 1e-13;
+  const Signal wanted = noise(A.rows(), 3);
+  Signal B = A * wanted, X = Signal::Zero(A.rows(), 3);
+  B.topRows(large).setZero();
+  const SolveReport report = multigrid_solver(all.texels, {.tolerance = 1e-8})(A, {})->solve(B, X);
+  EXPECT_TRUE(report.converged);
+  EXPECT_LE(report.cycles, 12);
+  EXPECT_LT((A * X - B).norm(), 1e-7 * B.norm());
+}
+
 TEST(Multigrid, SolvesNothingInNoTime) {
   const SparseMatrix A(0, 0);
   Signal X(0, 3);

@@ -15,6 +15,7 @@
 #include "fem/cut_squares.h"
 #include "mq/atlas/lay_apart.h"
 #include "mq/fem/boundary_unknowns.h"
+#include "mq/fem/multigrid_solver.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/filter/front.h"
 #include "mq/filter/heat_sweeps.h"
@@ -369,6 +370,22 @@ TEST(GeodesicDistance, IsInfiniteWhereNoPathLeads) {
     elsewhere += space.texels().chart[i] != own;
   }
   EXPECT_EQ(found.unreached, elsewhere);
+}
+
+TEST(GeodesicDistance, IsFoundByMultigridOnPartsOfAFewTexels) {
+  // The constants of each part are in the null space, and single precision must not look for them.
+  const Mesh torn = fixtures::torn(fixtures::cut_square(four_charts()));
+  const auto model = fixtures::textured(torn, {{40, 40}});
+  const TexelSpace space(model->surface, model->atlas);
+  const SolverFactory multigrid = multigrid_solver(space.texels(), {.tolerance = 1e-7});
+  const Geodesic found = GeodesicDistance(space, multigrid).from({{0, 0}});
+  const Geodesic exact = GeodesicDistance(space).from({{0, 0}});
+  EXPECT_TRUE(found.report.converged);
+  EXPECT_LE(found.report.cycles, 10);
+  for (int i = 0; i < space.size(); ++i)
+    if (std::isfinite(exact.distance[i])) {
+      EXPECT_NEAR(found.distance[i], exact.distance[i], 1e-5);
+    }
 }
 
 TEST(GeodesicDistance, NeedsNoPlacesOnEvenCharts) {

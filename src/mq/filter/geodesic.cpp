@@ -211,7 +211,8 @@ std::vector<char> within_rings(const SparseMatrix& A, std::vector<int> ring, int
 }
 
 /// w brought to slope 1 and continued near boundaries, but for sources, from what lies farther
-/// inside. `first` are the distances that sweeps began with.
+/// inside. `first` are the distances that sweeps began with, infinite where no source leads to: w
+/// stays as it is there.
 void continue_to_boundary(const GeodesicDistance::Parts& parts,
                           const std::vector<GeodesicSource>& sources, const Vector& first,
                           Signal& w, const Progress& progress) {
@@ -222,6 +223,7 @@ void continue_to_boundary(const GeodesicDistance::Parts& parts,
   const EvenSlope even(w, first, near, 2 * parts.length);
   std::vector<std::pair<int, double>> inside;
   for (Eigen::Index i = 0; i < w.rows(); ++i) {
+    if (!std::isfinite(first[i])) continue;
     w(i, 0) = even(w(i, 0));
     if (!near[std::size_t(i)]) inside.emplace_back(int(i), w(i, 0));
   }

@@ -19,8 +19,10 @@ namespace {
 
 /// The weight of the screening where only gradients shall count, in units of 1 / component area.
 /// The last pivot of a factorisation is this small beside entries of order 1, and must stay clear
-/// of what rounding leaves of several million of them.
-constexpr double vanishing_screen = 1e-8;
+/// of what rounding leaves of several million of them. In a component of few it is smaller, this
+/// share of the trace: an iteration in single precision has to see that constants are as good as
+/// null, as its rounding errors in them would else be the largest part of what it finds.
+constexpr double vanishing_screen = 1e-8, vanishing_share = 1e-13;
 
 /// In areas: from here on an error of the solver in the constants of a component, which the residual
 /// shows little of, could be one that 16 bits show.
@@ -28,6 +30,17 @@ constexpr double large_weight = 0.01;
 
 /// The least that a screen given per unknown counts as.
 constexpr double least_screen = 1e-8;
+
+/// What is added to the diagonal of A so that constants are not quite in its null space; shares are of
+/// the areas of components.
+Vector vanishing(const SparseMatrix& A, const std::vector<int>& component, Vector share) {
+  const Signal trace = component_sums(component, Vector(A.diagonal()));
+  for (Eigen::Index i = 0; i < share.size(); ++i) {
+    const double most = vanishing_share * trace(component[i], 0);  // 0: no area, and no gradients
+    share[i] *= most > 0 ? std::min(vanishing_screen, most) : vanishing_screen;
+  }
+  return share;
+}
 
 void require_finite(const Signal& signal, int rows, const char* what) {
   require(signal.rows() == rows, fmt::format("{} has {} rows, and the space has {} unknowns", what,
@@ -99,7 +112,7 @@ void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
   Components components;
   if (!finite) {
     components = Components(A, screened_mass());
-    A.diagonal() += vanishing_screen * components.share;
+    A.diagonal() += vanishing(A, components.number, components.share);
   } else if (screened || weight > large_weight * space_.scale().area) {
     // A·1 = M·1, of which a large weight leaves nothing.
     const bool lost = weight > 10 * space_.scale().area;

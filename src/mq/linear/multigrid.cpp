@@ -15,8 +15,10 @@ CoarsestLevel::CoarsestLevel(SparseMatrix A, const std::vector<int>& component,
       if (entry.col() == row) {
         // A row that is all zero (one texel without mass) is pinned too; rounding must not make a
         // redundant unknown of a tiny chart indefinite.
+        // So must not what is left of a singular component that has come down to one row.
         double& value = entry.valueRef();
-        value = value > 0 ? value * (pin ? 2 : 1 + 1e-9) : 1;
+        const bool alone = A.outerIndexPtr()[row + 1] - A.outerIndexPtr()[row] == 1;
+        value = value > 0 && !(pin && alone) ? value * (pin ? 2 : 1 + 1e-9) : 1;
       }
     if (pin) pinned[c] = 1;
   }

@@ -15,6 +15,9 @@ constexpr double strong = 0.25;     // of the largest coupling of a row
 constexpr int patch_block = 32;     // patches handed to a thread at once
 constexpr int single_block = 256;   // rows handed to a thread at once
 constexpr double shift = 1e-6;      // of the diagonal, see the header
+// A whole component in one row of a coarse level, which holds no more than this where finest rows hold 1:
+// its constants are the null space or as good, and what to divide by would be rounding.
+constexpr double null_below = 1e-7;
 
 /// Per row its position among the listed ones, −1 for the others.
 std::vector<int> positions_of(const StencilLayout& layout) {
@@ -127,8 +130,9 @@ void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout,
     values_.resize(layout.listed_count());
     parallel_for(layout.listed_count(), [&](std::int64_t p) {
       const int k = layout.listed(int(p));
-      const double diagonal = A.coeff(k, k);
-      values_[p] = diagonal > 0 ? float(1 / (scaling(k, k) * diagonal)) : 0;
+      const double diagonal = scaling(k, k) * A.coeff(k, k);
+      const bool alone = A.outerIndexPtr()[k + 1] - A.outerIndexPtr()[k] == 1;
+      values_[p] = diagonal > (alone ? null_below : 0.0) ? float(1 / diagonal) : 0;
     });
     return;
   }
