@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mq/base/error.h"
@@ -20,9 +21,11 @@ void ConductingSpace::set_conductivity(std::vector<float> conductivity) {
   require(std::ssize(conductivity_) == space_.element_count(),
           fmt::format("{} conductivities were given for {} elements", conductivity_.size(),
                       space_.element_count()));
-  for (const float c : conductivity_)
-    require(c >= 0 && std::isfinite(c),
-            fmt::format("a conductivity is {}; it must be finite and not negative", c));
+  const auto bad = std::ranges::find_if_not(
+      conductivity_, [](float c) { return c >= 0 && std::isfinite(c); });
+  if (bad != conductivity_.end())
+    throw InvalidInput(
+        fmt::format("a conductivity is {}; it must be finite and not negative", *bad));
 }
 
 SparseMatrix ConductingSpace::system(double a, double b, const Progress& progress) const {

@@ -100,12 +100,12 @@ void TexelSpace::Data::count_rows() {
   std::int64_t sum = 0;
   for (int i = 0; i < n; ++i) {
     sum += sizes[i];
-    require(sum < INT32_MAX,
-            fmt::format("the {} texels that the charts use make a system of more than 2^31 entries "
-                        "(texels couple to 8 others): use smaller textures",
-                        n));
-    row_offsets[i + 1] = int(sum);
+    row_offsets[i + 1] = int(std::min<std::int64_t>(sum, INT32_MAX));
   }
+  require(sum < INT32_MAX,
+          fmt::format("the {} texels that the charts use make a system of more than 2^31 entries "
+                      "(texels couple to 8 others): use smaller textures",
+                      n));
 }
 
 TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSpaceOptions& options,

@@ -24,6 +24,37 @@ struct Incidence {
 inline constexpr int mass_at[4][4] = {{0, 1, 3, 4}, {1, 2, 4, 5}, {3, 4, 6, 7}, {4, 5, 7, 8}};
 inline constexpr int stiffness_at[4][4] = {{-1, 0, 1, 2}, {0, -1, 3, 4}, {1, 3, -1, 5}, {2, 4, 5, -1}};
 
+/// Some channels of a signal, few enough for registers.
+template <int count>
+class ChannelGroup {
+ public:
+  using Row = Eigen::Array<double, count, 1>;
+
+  ChannelGroup(const Signal& signal, Eigen::Index first)
+      : values_(signal.data() + first), first_(first), stride_(signal.cols()) {}
+
+  Row operator()(std::int64_t i) const { return Row::Map(values_ + i * stride_); }
+  void store(const Row& row, std::int64_t i, Signal& to) const {
+    Row::Map(to.data() + i * stride_ + first_) = row;
+  }
+
+ private:
+  const double* values_;
+  Eigen::Index first_, stride_;
+};
+
+/// visit(group) for all channels, up to four at once.
+template <class Visit>
+void for_channel_groups(const Signal& signal, const Visit& visit) {
+  Eigen::Index first = 0;
+  for (; first + 3 < signal.cols(); first += 4) visit(ChannelGroup<4>(signal, first));
+  switch (signal.cols() - first) {
+    case 1: return visit(ChannelGroup<1>(signal, first));
+    case 2: return visit(ChannelGroup<2>(signal, first));
+    case 3: return visit(ChannelGroup<3>(signal, first));
+  }
+}
+
 /// What a texel space holds. Set up by `TexelSpace`'s constructor in the order of the functions below.
 struct TexelSpace::Data {
   const Surface& surface;
@@ -180,24 +211,29 @@ template <class OfCell, class OfBlock>
 Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Signal& psi,
                                            const OfCell& of_cell, const OfBlock& of_block) const {
   const std::int64_t count = rows.empty() ? psi.rows() : std::ssize(rows);
-  Signal result = Signal::Zero(count, psi.cols());
-  parallel_for(count, [&](std::int64_t r) {
-    const int i = rows.empty() ? int(r) : rows[std::size_t(r)];
-    for_each_cell(texels.places[i], [&](const Incidence& at) {
-      if (!active(at.cell)) return;
-      const CellIntegrals& cell = integrals(at.cell);
-      const double factor = of_cell(at.cell, at.corners);
-      for (int k = 0; k < 4; ++k)
-        if (k != at.corner)
-          result.row(r) += factor * cell.stiffness[stiffness_at[at.corner][k]] *
-                           (psi.row(unknown[at.corners[k]]) - psi.row(i));
-    });
-    for (const Part& part : blocks_of(i)) {
-      const double factor = of_block(part.block);
-      visit_block(part, [&](int j, double, double s) {
-        if (j != i) result.row(r) += factor * s * (psi.row(j) - psi.row(i));
+  Signal result(count, psi.cols());
+  for_channel_groups(psi, [&]<int channels>(const ChannelGroup<channels>& group) {
+    parallel_for(count, [&](std::int64_t r) {
+      const int i = rows.empty() ? int(r) : rows[std::size_t(r)];
+      const auto own = group(i);
+      typename ChannelGroup<channels>::Row sum = own.Zero();
+      for_each_cell(texels.places[i], [&](const Incidence& at) {
+        if (!active(at.cell)) return;
+        const CellIntegrals& cell = integrals(at.cell);
+        const double factor = of_cell(at.cell, at.corners);
+        for (int k = 0; k < 4; ++k)
+          if (k != at.corner)
+            sum += factor * cell.stiffness[stiffness_at[at.corner][k]] *
+                   (group(unknown[at.corners[k]]) - own);
       });
-    }
+      for (const Part& part : blocks_of(i)) {
+        const double factor = of_block(part.block);
+        visit_block(part, [&](int j, double, double s) {
+          if (j != i) sum += factor * s * (group(j) - own);
+        });
+      }
+      group.store(sum, r, result);
+    });
   });
   return result;
 }

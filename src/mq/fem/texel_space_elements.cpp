@@ -32,28 +32,34 @@ std::vector<float> TexelSpace::gradient_norms(const Signal& psi) const {
   require(psi.rows() == size(), "one row per texel is needed");
   const Data& d = *data_;
   std::vector<float> norms(element_count(), 0.0F);
-  d.for_each_grid_cell([&](int id, const std::array<int, 4>& corners) {
-    const CellIntegrals& cell = d.integrals(id);
-    double energy = 0;
-    for (int i = 0; i < 4; ++i)
-      for (int j = i + 1; j < 4; ++j)
-        energy -= cell.stiffness[stiffness_at[i][j]] *
-                  (psi.row(d.unknown[corners[i]]) - psi.row(d.unknown[corners[j]])).squaredNorm();
-    norms[id] = norm_of(energy, area_of(cell));
-  });
   const SeamBlocks& seams = d.cells.seams;
-  parallel_for(std::ssize(seams.blocks), [&](std::int64_t b) {
-    const SeamBlocks::Block& block = seams.blocks[b];
-    double energy = 0, area = 0;
-    for (int i = 0; i < block.count; ++i)
-      for (int j = i; j < block.count; ++j) {
-        const std::int64_t at = block.first_value + SeamBlocks::index(i, j, block.count);
-        area += (i == j ? 1 : 2) * seams.mass[at];
-        if (i == j) continue;
-        const int first = seams.texels[block.first + i], second = seams.texels[block.first + j];
-        energy -= seams.stiffness[at] * (psi.row(first) - psi.row(second)).squaredNorm();
-      }
-    norms[d.element_of_block(int(b))] = norm_of(energy, area);
+  const auto add = [&](int element, float norm) {
+    norms[element] = norms[element] == 0 ? norm : std::hypot(norms[element], norm);
+  };
+  for_channel_groups(psi, [&](const auto& group) {
+    const auto squared = [&](int i, int j) { return (group(i) - group(j)).square().sum(); };
+    d.for_each_grid_cell([&](int id, const std::array<int, 4>& corners) {
+      const CellIntegrals& cell = d.integrals(id);
+      double energy = 0;
+      for (int i = 0; i < 4; ++i)
+        for (int j = i + 1; j < 4; ++j)
+          energy -= cell.stiffness[stiffness_at[i][j]] *
+                    squared(d.unknown[corners[i]], d.unknown[corners[j]]);
+      add(id, norm_of(energy, area_of(cell)));
+    });
+    parallel_for(std::ssize(seams.blocks), [&](std::int64_t b) {
+      const SeamBlocks::Block& block = seams.blocks[b];
+      double energy = 0, area = 0;
+      for (int i = 0; i < block.count; ++i)
+        for (int j = i; j < block.count; ++j) {
+          const std::int64_t at = block.first_value + SeamBlocks::index(i, j, block.count);
+          area += (i == j ? 1 : 2) * seams.mass[at];
+          if (i == j) continue;
+          energy -= seams.stiffness[at] *
+                    squared(seams.texels[block.first + i], seams.texels[block.first + j]);
+        }
+      add(d.element_of_block(int(b)), norm_of(energy, area));
+    });
   });
   return norms;
 }

@@ -37,11 +37,13 @@ void TexelSpace::Data::require_metrics() const {
   require(int(metrics.size()) == triangles(), "one metric per triangle is needed");
   for (int t = 0; t < triangles(); ++t) {
     const TexelMetric& m = metrics[t];
-    require(atlas.chart[t] < 0 || (m.density > 0 && std::isfinite(m.density) && m.a > 0 &&
-                                   std::abs(m.a * m.c - m.b * m.b - 1) <= 1e-6 * (m.a * m.c + 1)),
-            fmt::format("the metric of triangle {} has density {} and √|g| g⁻¹ = ({}, {}; {}, {}): "
-                        "the density must be positive, the tensor too, with determinant 1",
-                        t, m.density, m.a, m.b, m.b, m.c));
+    if (atlas.chart[t] < 0 || (m.density > 0 && std::isfinite(m.density) && m.a > 0 &&
+                               std::abs(m.a * m.c - m.b * m.b - 1) <= 1e-6 * (m.a * m.c + 1)))
+      continue;
+    throw InvalidInput(
+        fmt::format("the metric of triangle {} has density {} and √|g| g⁻¹ = ({}, {}; {}, {}): "
+                    "the density must be positive, the tensor too, with determinant 1",
+                    t, m.density, m.a, m.b, m.b, m.c));
   }
 }
 

@@ -180,9 +180,9 @@ void LiveModulation::modulate(std::span<const int> texels, std::span<const doubl
   Data& d = *data_;
   require(texels.size() == beta.size(), "one modulation per texel is needed");
   for (std::size_t i = 0; i < texels.size(); ++i)
-    require(texels[i] >= 0 && texels[i] < d.space.size() && std::isfinite(beta[i]),
-            fmt::format("a modulation of {} was given for unknown {} of {}", beta[i], texels[i],
-                        d.space.size()));
+    if (texels[i] < 0 || texels[i] >= d.space.size() || !std::isfinite(beta[i]))
+      throw InvalidInput(fmt::format("a modulation of {} was given for unknown {} of {}", beta[i],
+                                     texels[i], d.space.size()));
   if (texels.empty()) return;
   for (std::size_t i = 0; i < texels.size(); ++i) {
     d.beta[texels[i]] = beta[i];

@@ -82,8 +82,8 @@ ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight,
           fmt::format("a screen of {} values was given for {} unknowns", screen_.size(),
                       space.size()));
   for (double& s : screen_) {
-    require(s >= 0 && std::isfinite(s),
-            fmt::format("a screen holds {}; it must be 0 or more, and finite", s));
+    if (!(s >= 0 && std::isfinite(s)))
+      throw InvalidInput(fmt::format("a screen holds {}; it must be 0 or more, and finite", s));
     s = std::max(s, least_screen);
   }
   set_weight(weight, progress);
@@ -173,8 +173,9 @@ Filtered ScreenedPoisson::solve(const Signal& psi, std::span<const double> beta,
     return solve(psi, beta.front(), progress);
   std::vector<double> change(beta.begin(), beta.end());
   for (std::size_t i = 0; i < change.size(); ++i) {
-    require(std::isfinite(change[i]), fmt::format("the modulation is {} at unknown {}; it must be "
-                                                  "finite", change[i], i));
+    if (!std::isfinite(change[i]))
+      throw InvalidInput(fmt::format("the modulation is {} at unknown {}; it must be finite",
+                                     change[i], i));
     change[i] -= 1;
   }
   return correct(psi, space_.stiffness_times(psi, change), progress);

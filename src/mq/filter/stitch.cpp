@@ -188,12 +188,15 @@ Composite best_of(std::span<const Partial> partials) {
     require(partial.values.rows() == n && partial.values.cols() == partials.front().values.cols() &&
                 std::ssize(partial.confidence) == n,
             "partial signals must have equally many rows and channels, and a confidence per row");
-    for (Eigen::Index i = 0; i < n; ++i)
-      require(partial.confidence[i] >= 0 && std::isfinite(partial.confidence[i]) &&
-                  (partial.confidence[i] == 0 || partial.values.row(i).allFinite()),
-              fmt::format("a partial signal has confidence {} at unknown {}: it must not be "
-                          "negative, and the values there finite",
-                          partial.confidence[i], i));
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double confidence = partial.confidence[i];
+      if (confidence >= 0 && std::isfinite(confidence) &&
+          (confidence == 0 || partial.values.row(i).allFinite()))
+        continue;
+      throw InvalidInput(fmt::format("a partial signal has confidence {} at unknown {}: it must not "
+                                     "be negative, and the values there finite",
+                                     confidence, i));
+    }
   }
   Composite composite{Signal::Zero(n, partials.front().values.cols()),
                       std::vector<int>(std::size_t(n), unseen)};
