@@ -281,8 +281,15 @@ Model ModelPair::with(const Signal& values, double t) const {
 double ModelPair::edge_for(Run& run, double longest_edge) const {
   double texels = 0;  // also of charts that lie upon each other
   for (const Chart& chart : scene_.atlas->charts) texels += chart.texel_area;
-  const double vertices = expected_vertices(int(std::min(texels, 2e9)), longest_edge);
-  if (run.options().has("longest-edge") || !(vertices > most_vertices)) return longest_edge;
+  double vertices = expected_vertices(int(std::min(texels, 2e9)), longest_edge);
+  if (run.options().has("longest-edge") || !(vertices > most_vertices / 4)) return longest_edge;
+  // Narrow triangles make more: counted on a cut that is as much coarser as makes it cheap.
+  const double coarser = std::sqrt(std::max(1.0, 16 * vertices / most_vertices));
+  const TexelSpace& space = dynamic_cast<const TexelDomain&>(target_->domain()).space();
+  const RefinedTexture sparse(scene_.surface, *scene_.atlas, space, coarser * longest_edge);
+  const int added = sparse.fine().surface.mesh.vertex_count() - scene_.surface.mesh.vertex_count();
+  vertices = std::max(vertices, added * coarser * coarser);
+  if (!(vertices > most_vertices)) return longest_edge;
   const double edge = longest_edge * std::sqrt(vertices / most_vertices);
   run.terminal().remark(
       fmt::format("triangles are cut to {:.1f} texels, which makes about {:.2g} million vertices; "
