@@ -28,9 +28,9 @@ constexpr float least_conductivity = 1e-6F;
 constexpr double first_spacings = 1.5;
 
 /// What the first step may leave of its residual: edges are looked for in it, and noise a
-/// thousandth as strong is none. Where texels are much stretched it stops before that, with noise
+/// hundredth as strong is none. Where texels are much stretched it stops before that, with noise
 /// of a few texels gone.
-constexpr ConjugateGradientOptions slight = {.tolerance = 1e-3, .max_cycles = 60};
+constexpr ConjugateGradientOptions slight = {.tolerance = 1e-2, .max_cycles = 60};
 
 double mean_spacing(const SignalSpace& space) {
   const SurfaceScale scale = space.scale();
