@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <set>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -82,6 +83,10 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
     require(!options_.given("report") || full_name(path) != full_name(options_.text("report")),
             path.string() + ": --output and --report name the same file; choose another for one");
   }
+  std::set<fs::path> names;
+  for (const auto& path : paths)
+    require(names.insert(full_name(path)).second,
+            path.string() + ": two outputs have this name; choose another for one");
   for (const auto& path : paths)
     if (options_.flag("no-clobber") && fs::exists(path, failure))
       throw IoError(

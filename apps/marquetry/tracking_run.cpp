@@ -267,6 +267,11 @@ class Tracking {
       const Stopwatch watch;
       try {
         one_frame(output, frame, sequence_.read(frame), watch, part);
+      } catch (const Cancelled&) {
+        if (writer_)
+          run_.terminal().remark(fmt::format("{} has {} of {} frames; --resume goes on from there",
+                                             output.string(), frame, sequence_.count()));
+        throw;
       } catch (const InvalidInput& error) {
         throw InvalidInput(
             fmt::format("{}: {}", sequence_.file(frame).path.string(), error.what()));
@@ -291,6 +296,27 @@ class Tracking {
     return carried(follower_->known, segment, positions, target, &truth);
   }
 
+  /// What decides how frames are followed must be as it was for those in the store.
+  void require_same_options(const EvolvingReader& reader) const {
+    const Json about = Json::parse(reader.about(), nullptr, false);
+    if (!about.is_object() || !about.contains("options")) return;
+    const Json& before = about.at("options");
+    const Json now = options_json(run_.options());
+    const auto require_same = [&](const std::string& name, const Json& was, const Json& is) {
+      require(
+          was == is,
+          fmt::format("{}: --resume: its frames were followed with {} {}, and now it is {}; give "
+                      "the options it was made with, or go without --resume",
+                      reader.manifest().string(), name, was.is_null() ? "not given" : was.dump(),
+                      is.is_null() ? "not given" : is.dump()));
+    };
+    require_same("remeshing", about.value("verb", "") == "evolve" || before.value("remesh", false),
+                 remeshing_ == Remeshing::done);
+    for (const char* name : {"photometric", "cycles", "nodes", "stiffness", "elasticity", "angle",
+                             "no-prediction", "restart", "within", "texture"})
+      require_same(std::string("--") + name, before.value(name, Json()), now.value(name, Json()));
+  }
+
   /// Continues a store: returns the first frame that is not in it.
   int take_up(const fs::path& output) {
     const EvolvingReader reader(output);
@@ -302,6 +328,7 @@ class Tracking {
                           "without --resume",
                           output.string(), reader.frames()[f].number));
     if (stored == 0) return 0;
+    require_same_options(reader);
     for (int f = 0; f < stored; ++f)
       if (f == 0 || reader.frames()[f].segment != reader.frames()[f - 1].segment)
         take_up_segment(reader, f);

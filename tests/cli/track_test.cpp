@@ -85,8 +85,8 @@ TEST(Track, DrawsWhatItMeasuredAndSomeOfTheFrames) {
   EXPECT_GT(strip.pixels.width(), strip.pixels.height());
   // A store that is there is drawn by export, with the same figures.
   ASSERT_EQ(marquetry(folder, {"export", "body.evolving", "--plot", "again.png"}).status, 0);
-  EXPECT_TRUE(std::ranges::equal(read_texture(folder / "again.png").pixels.values(),
-                                 plot.pixels.values()));
+  EXPECT_TRUE(
+      std::ranges::equal(read_texture(folder / "again.png").pixels.values(), plot.pixels.values()));
   EXPECT_EQ(marquetry(folder, {"track", "body", "-o", "b.evolving", "--plot", "plot.docx"}).status,
             2);
 }
@@ -202,6 +202,36 @@ TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {
   ASSERT_EQ(again.status, 0) << again.error;
   EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
   EXPECT_EQ(again.json()["result"]["frames"][4]["drift"], frames[4]["drift"]);
+}
+
+TEST(Track, GoesOnOnlyWithTheOptionsItBeganWith) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "bending", "-o", "body/", "--triangles", "1000",
+                               "--frames", "0-2"})
+                .status,
+            0);
+  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving", "--frames", "0-1"}).status,
+            0);
+  const std::string blocks = file_bytes(folder / "body.blocks");
+  const auto resumed = [&](const std::string& option, const std::string& value = "") {
+    std::vector<std::string> words = {"track", "body", "-o", "body.evolving", "--resume", option};
+    if (!value.empty()) words.push_back(value);
+    return marquetry(folder, words);
+  };
+  for (const auto& [option, value] :
+       {std::pair{"--photometric", ""}, {"--remesh", ""}, {"--nodes", "10"}, {"--within", "0.4"}}) {
+    const Result result = resumed(option, value);
+    EXPECT_EQ(result.status, 2) << option;
+    EXPECT_THAT(result.error, HasSubstr(std::string(option).substr(2, 6))) << option;
+    EXPECT_THAT(result.error, HasSubstr("options it was made with")) << option;
+    EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
+  }
+  EXPECT_EQ(resumed("--plot", "plot.png").status, 0);
+
+  const Result two = marquetry(
+      folder, {"track", "body", "-o", "two.evolving", "--plot", "p.png", "--strip", "./p.png"});
+  EXPECT_EQ(two.status, 2);
+  EXPECT_THAT(two.error, HasSubstr("two outputs"));
 }
 
 TEST(Track, RefusesWhatItCannotFollow) {

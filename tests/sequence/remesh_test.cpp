@@ -118,6 +118,18 @@ TEST(Remesh, ReplacesAllOfWhatHasNothingToDoWithTheTarget) {
   EXPECT_EQ(found.to_target.max, 0);
 }
 
+TEST(Remesh, LeavesOutPartsWithoutArea) {
+  const Mesh from = meshed(apart, 2000, 4);
+  Mesh to = from;
+  const int first = to.vertex_count();
+  for (const double x : {0.0, 0.1, 0.2}) to.positions.push_back({x, 5, 1e-12 * x * x});
+  to.triangles.push_back({first, first + 1, first + 2});
+  to.triangles.push_back({first + 1, first, first + 2});
+  const Remeshed found = remeshed(from, to);
+  EXPECT_EQ(found.mesh.triangles, from.triangles);
+  EXPECT_EQ(found.born, 0);
+}
+
 TEST(Remesh, CutsAHoleIntoASheetAndClosesIt) {
   const Mesh sheet = mapped(fixtures::flat_square(40, 0.2), [](const Vector3& p) {
     return Vector3(p + Vector3(0, 0, 0.1 * p.x() * p.y()));

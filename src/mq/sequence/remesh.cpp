@@ -28,20 +28,22 @@ namespace mq {
 namespace {
 
 constexpr int most_rounds = 60;
-constexpr double longest_in_radii = 2.5;    // edges that are left where the region ends
-constexpr double gap_in_radii = 0.125;      // between where the template and the target end
-constexpr double grown_farther = 0.5;       // in radii: what grows, grows by less
-constexpr std::int64_t most_cut = 2;        // times as many triangles as before
-constexpr std::int64_t least_cut = 20'000;  // that may always be
+constexpr double longest_in_radii = 2.5;        // edges that are left where the region ends
+constexpr double gap_in_radii = 0.125;          // between where the template and the target end
+constexpr double grown_farther = 0.5;           // in radii: what grows, grows by less
+constexpr double least_area_of_squares = 1e-9;  // of a part's sides, below which it has no area
+constexpr std::int64_t most_cut = 2;            // times as many triangles as before
+constexpr std::int64_t least_cut = 20'000;      // that may always be
 
 void check(const Surface& of_template, const Surface& target, const RemeshOptions& options) {
   require(of_template.area > 0, "the template has no triangle with area, so nothing to keep");
   require(target.area > 0, "the target has no triangle with area, so nothing to show");
   require(options.tolerance >= 0 && std::isfinite(options.tolerance),
           fmt::format("the tolerance must be a distance, found {}", options.tolerance));
-  require(options.accuracy >= 0 && std::isfinite(options.accuracy) && options.farthest >= 0,
-          fmt::format("the accuracy and the farthest of remeshing must be distances, found {} and {}",
-                      options.accuracy, options.farthest));
+  require(
+      options.accuracy >= 0 && std::isfinite(options.accuracy) && options.farthest >= 0,
+      fmt::format("the accuracy and the farthest of remeshing must be distances, found {} and {}",
+                  options.accuracy, options.farthest));
   require(options.keep >= 0 && options.keep <= 1,
           fmt::format("the score to keep must be from 0 to 1, found {}", options.keep));
   require(options.growth >= 0,
@@ -506,6 +508,31 @@ std::int64_t Remesher::count_crossings(const Seam& seam) const {
   return std::ranges::count(crossed(seam.positions, changed, others), char(1));
 }
 
+/// Takes out pieces that are edge to edge with nothing else and enclose no area, such as two
+/// opposite triangles: nothing can be integrated over them.
+void drop_parts_without_area(Seam& seam) {
+  Mesh mesh;
+  mesh.positions = seam.positions;
+  mesh.triangles = seam.triangles;
+  const Surface surface = make_surface(mesh, {.kind = WeldOptions::Kind::none});
+  const std::vector<int> part = triangle_components(surface);
+  std::vector<double> area(part.size(), 0), squares(part.size(), 0);
+  for (std::size_t t = 0; t < part.size(); ++t) {
+    area[part[t]] += triangle_area(mesh, int(t));
+    for (int k = 0; k < 3; ++k)
+      squares[part[t]] +=
+          (mesh.position(int(t), (k + 1) % 3) - mesh.position(int(t), k)).squaredNorm();
+  }
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < part.size(); ++t)
+    if (area[part[t]] > least_area_of_squares * squares[part[t]]) {
+      seam.triangles[kept] = seam.triangles[t];
+      seam.from[kept++] = seam.from[t];
+    }
+  seam.triangles.resize(kept);
+  seam.from.resize(kept);
+}
+
 void Remesher::finish(const Cut& cut, const Progress& progress) {
   Stopwatch watch;
   std::vector<Triangle> triangles;
@@ -523,6 +550,7 @@ void Remesher::finish(const Cut& cut, const Progress& progress) {
   Seam better = seam;
   improve_seam(pair_, better);
   if (count_crossings(better) <= count_crossings(seam)) seam = std::move(better);
+  drop_parts_without_area(seam);
   put(seam.triangles, seam.positions, seam.from);
   note("stitch", watch);
   progress.at(0.5);

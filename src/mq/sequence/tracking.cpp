@@ -311,7 +311,9 @@ Signal SurfaceTracker::State::screened(const std::vector<double>& weights, const
   SparseMatrix A = alpha * stiffness;
   Signal right(moves.rows(), 3);
   for (Eigen::Index v = 0; v < moves.rows(); ++v) {
-    A.coeffRef(int(v), int(v)) += shares[v] * (weights[v] + 1e-6) + 1e-14;
+    // Slivers have rows of large numbers whose sum is rounding: the last term is more than that.
+    double& diagonal = A.coeffRef(int(v), int(v));
+    diagonal += shares[v] * (weights[v] + 1e-6) + 1e-14 + 1e-12 * diagonal;
     right.row(v) = shares[v] * weights[v] * moves.row(v);
   }
   if (snap_solver)
