@@ -201,7 +201,7 @@ TEST(Interpolate, TakesTexturesAndColoursAtVertices) {
   write_image(folder / "c.png", blobs(64, 48, 0, 0));
   for (const std::string time : {"0", "0.5", "1"})
     ASSERT_EQ(marquetry(folder, {"interpolate", "strip.obj", "strip.png", "c.png", "-o",
-                                 "t" + time + ".png", "-t", time})
+                                 "t" + time + ".png", "--t", time})
                   .status,
               0);
   const Image<float> one = read_texture(folder / "strip.png").pixels,

@@ -219,7 +219,8 @@ void OptionValues::check() const {
   for (const auto& group : table_.exclusives()) {
     std::vector<std::string> together;
     for (const std::string& name : group)
-      if (given(name) && single(name) != "false") together.push_back(display_name(table_.find(name)));
+      if (given(name) && single(name) != "false")
+        together.push_back(display_name(table_.find(name)));
     require(together.size() < 2, fmt::format("{} contradict each other: give one of them",
                                              fmt::join(together, " and ")));
   }
@@ -280,10 +281,18 @@ class ArgumentReader {
     give(option, words[++i]);
   }
 
+  /// A letter is taken after two hyphens as well.
+  const Option& named(const std::string& name) const {
+    const auto at = std::ranges::find_if(table_.options(), [&](const Option& option) {
+      return name.size() == 1 && option.letter == name[0];
+    });
+    return at == table_.options().end() ? table_.find(name) : *at;
+  }
+
   void read_long(const std::vector<std::string>& words, std::size_t& i) {
     const std::size_t equals = words[i].find('=');
     const std::string name = words[i].substr(2, equals == std::string::npos ? equals : equals - 2);
-    const Option& option = table_.find(name);
+    const Option& option = named(name);
     require(
         option.place == Option::Place::named,
         fmt::format("--{}: {} is given by its place, without a name", name, display_name(option)));

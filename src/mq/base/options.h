@@ -45,7 +45,7 @@ struct Option {
   };
 
   std::string name;             ///< as typed after --, words joined by hyphens
-  char letter = 0;              ///< a short form, -o; 0: none
+  char letter = 0;              ///< a short form, -o (or --o); 0: none
   Place place = Place::named;
   Type type = Type::flag;
   Count count = Count::one;     ///< many: given several times; a positional one takes the rest
