@@ -85,6 +85,8 @@ void warn_of_nothing(Run& run, bool first_constant, bool second_constant) {
                                        first_constant && second_constant ? "both signals are"
                                        : first_constant                  ? "the first signal is"
                                                                          : "the second signal is"));
+  else if (run.result["longest"] == 0 && run.result["error"].front() == 0)
+    run.terminal().remark("the two are equal, so the field is 0");
   else if (run.result["longest"] == 0 && run.result["error"].front().get<double>() > 0)
     run.terminal().warning(
         "no motion brings the two nearer to each other, so the field is 0: try another --largest, "
