@@ -440,15 +440,11 @@ TEST(Flow, RefusesFieldsThatAreNone) {
   write_flow(folder / "wide.flo", Image<float>(21, 20, 2));
   write_flow(folder / "unknown.flo", Image<float>(20, 20, 2, NAN));
   const std::vector<std::pair<std::string, std::string>> files = {
-      {"cut.flo", "cut short"},
-      {"empty.flo", "has 0 bytes"},
-      {"other.flo", "something else"},
-      {"huge.flo", "2130706452 x 20"},
-      {"wide.flo", "21 x 20"},
-      {"unknown.flo", "marked as unknown"},
-      {"a.png", "three of 16 (KITTI)"},
-      {"none.flo", "none.flo"},
-      {"strip.obj", "optical flow comes"}};
+      {"cut.flo", "cut short"},         {"empty.flo", "has 0 bytes"},
+      {"other.flo", "something else"},  {"huge.flo", "2130706452 x 20"},
+      {"wide.flo", "21 x 20"},          {"unknown.flo", "marked as unknown"},
+      {"a.png", "three of 16 (KITTI)"}, {"nan.exr", "holds nan"},
+      {"none.flo", "none.flo"},         {"strip.obj", "optical flow comes"}};
   for (const std::string option : {"--flow", "--truth"})
     for (const auto& [file, message] : files) {
       const Result result =
@@ -485,6 +481,10 @@ TEST(Flow, StopsWhenAskedTo) {
   const Result result =
       marquetry(folder, {"flow", "a.png", "b.png", "-o", "out", "--steps", "1000"},
                 {.interrupt_at = {"scale"}});
+  // A picture of one pixel is stored as it is, at the end.
+  write_flow(folder / "nan.exr", Image<float>(1, 1, 2, 1.25F));
+  const std::string one = file_bytes(folder / "nan.exr");
+  write_bytes(folder / "nan.exr", one.substr(0, one.size() - 4) + std::string("\0\0\xc0\x7f", 4));
   EXPECT_EQ(result.status, 130) << result.error;
   EXPECT_FALSE(std::filesystem::exists(folder / "out/field.flo"));
 }

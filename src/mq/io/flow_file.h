@@ -17,8 +17,8 @@ namespace mq {
 ///   10⁹ and beyond, or not a number, is unknown;
 /// - .png: KITTI (Menze and Geiger, Object scene flow for autonomous vehicles, 2015): 16 bits, red
 ///   and green (value − 2¹⁵)/64, blue 0 where unknown;
-/// - .exr: two or three channels, of which the first two count (U and V, or R and G); unknown as
-///   in .flo.
+/// - .exr: two or three channels, of which the first two count (U and V, or R and G); unknown is
+///   10⁹ and beyond; as in all pictures what is not finite is refused.
 ///
 /// Throws `IoError` naming the file, what was found and what was wanted.
 Image<float> read_flow(const std::filesystem::path& path);
