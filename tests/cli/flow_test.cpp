@@ -61,6 +61,53 @@ TEST(Flow, FindsHowPicturesMove) {
   EXPECT_EQ(file_bytes(folder / "again/field.flo"), before);
 }
 
+/// What no PNG holds: values far beyond white, or more than four channels.
+TEST(Flow, MixesInFloatingPointWhatPngDoesNotHold) {
+  const Folder folder;
+  const auto bright = [](double u) {
+    Image<float> image = blobs(40, 40, u, 0);
+    for (float& value : image.values()) value *= 6e4F;
+    return image;
+  };
+  const auto five = [](double u) {
+    const Image<float> colour = blobs(40, 40, u, 0);
+    Image<float> image(40, 40, 5, 1);
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x) {
+        for (int c = 0; c < 3; ++c) image(x, y, c) = colour(x, y, c);
+        image(x, y, 4) = 10 + colour(x, y);
+      }
+    return image;
+  };
+  const auto picture = [&](const std::string& name, double u) {
+    return name == "bright.exr" ? bright(u) : five(u);
+  };
+  const std::vector<std::pair<std::string, Depth>> cases = {
+      {"bright.exr", Depth::f32}, {"five.exr", Depth::f32}, {"five.tif", Depth::u16}};
+  for (const auto& [name, depth] : cases) {
+    SCOPED_TRACE(name);
+    std::vector<Image<float>> both;
+    for (const int i : {0, 1}) {
+      Image<float> pixels = picture(name, i);
+      if (depth == Depth::u16)
+        for (float& value : pixels.values()) value /= 12;
+      write_image(folder / (std::to_string(i) + name), pixels, depth);
+      both.push_back(read_texture(folder / (std::to_string(i) + name)).pixels);
+    }
+    const std::string out = depth == Depth::u16 ? "words" : name.substr(0, name.find('.'));
+    const Result result = marquetry(folder, {"flow", "0" + name, "1" + name, "-o", out});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_FALSE(std::filesystem::exists(folder / (out + "/blend.png")));
+    EXPECT_TRUE(std::filesystem::exists(folder / (out + "/halfway.exr")));
+    const Image<float> blend = read_texture(folder / (out + "/blend.exr")).pixels;
+    ASSERT_EQ(blend.channels(), both[0].channels());
+    for (std::size_t i = 0; i < blend.values().size(); ++i) {
+      const float mean = (both[0].values()[i] + both[1].values()[i]) / 2;
+      EXPECT_NEAR(blend.values()[i], mean, 1e-5 * std::abs(mean));
+    }
+  }
+}
+
 TEST(Flow, KnowsTheOtherWays) {
   const Folder folder;
   write_image(folder / "a.png", blobs(64, 64, 0, 0, 4), Depth::u16);
@@ -438,6 +485,10 @@ TEST(Flow, RefusesFieldsThatAreNone) {
   huge[7] = char(0x7f);
   write_bytes(folder / "huge.flo", huge);
   write_flow(folder / "wide.flo", Image<float>(21, 20, 2));
+  // A picture of one pixel is stored as it is, at the end.
+  write_flow(folder / "nan.exr", Image<float>(1, 1, 2, 1.25F));
+  const std::string one = file_bytes(folder / "nan.exr");
+  write_bytes(folder / "nan.exr", one.substr(0, one.size() - 4) + std::string("\0\0\xc0\x7f", 4));
   write_flow(folder / "unknown.flo", Image<float>(20, 20, 2, NAN));
   const std::vector<std::pair<std::string, std::string>> files = {
       {"cut.flo", "cut short"},         {"empty.flo", "has 0 bytes"},
@@ -481,10 +532,6 @@ TEST(Flow, StopsWhenAskedTo) {
   const Result result =
       marquetry(folder, {"flow", "a.png", "b.png", "-o", "out", "--steps", "1000"},
                 {.interrupt_at = {"scale"}});
-  // A picture of one pixel is stored as it is, at the end.
-  write_flow(folder / "nan.exr", Image<float>(1, 1, 2, 1.25F));
-  const std::string one = file_bytes(folder / "nan.exr");
-  write_bytes(folder / "nan.exr", one.substr(0, one.size() - 4) + std::string("\0\0\xc0\x7f", 4));
   EXPECT_EQ(result.status, 130) << result.error;
   EXPECT_FALSE(std::filesystem::exists(folder / "out/field.flo"));
 }

@@ -107,6 +107,13 @@ void print_result(Run& run, double before, double after) {
                   run.result["longest"].get<double>()));
 }
 
+/// Of pictures like this one: .png, or .exr for what that does not hold.
+std::string extension_for(const Texture& texture) {
+  const Depth depth = texture.format.depth;
+  const bool floats = depth == Depth::half || depth == Depth::f32;
+  return floats || texture.pixels.channels() > 4 ? ".exr" : ".png";
+}
+
 Exit flow_pictures(Run& run) {
   const OptionValues& options = run.options();
   const ImageFlowOptions how = image_flow_options(options);
@@ -114,11 +121,12 @@ Exit flow_pictures(Run& run) {
   const PicturePair pair(run);
   require_scales(options, how, pair.first().width(), pair.first().height());
   const std::optional<Image<float>> truth = pair.field_of(run, "truth");
+  const std::string mixed = extension_for(pair.model().textures.front());
   std::vector<fs::path> paths = {folder / ("field." + options.text("format")),
                                  folder / "colours.png",
                                  folder / "error.png",
-                                 folder / "blend.png",
-                                 folder / "halfway.png",
+                                 folder / ("blend" + mixed),
+                                 folder / ("halfway" + mixed),
                                  folder / "report.json"};
   if (truth) paths.push_back(folder / "truth.png");
   run.will_write(paths, folder);
@@ -144,8 +152,10 @@ Exit flow_pictures(Run& run) {
     ImageFlow along = flow;
     if (!moved) along.field = still;
     Texture middle = pair.stored(interpolated(along, pair.first(), pair.second(), 0.5));
-    middle.format.tags = nullptr;
-    write_texture(paths[moved ? 4 : 3], middle);
+    // Of another format's tags none says what is written; in an EXR they name the channels.
+    if (middle.format.file_format != "openexr") middle.format.tags = nullptr;
+    for (const std::string& note : write_texture(paths[moved ? 4 : 3], middle))
+      run.terminal().remark(note);
   }
   if (truth) {
     const FlowErrors errors = flow_errors(field, *truth);
