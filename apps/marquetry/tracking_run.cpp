@@ -31,6 +31,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// A frame of which 5 % of the points are farther than this, of the diagonal, is not shown.
+constexpr double lost = 0.01;
 /// How far points may be that are the farthest, and are in flat and open places, of a remeshed
 /// frame, in the distance that 95 % of them are to keep.
 constexpr double farthest_in_within = 5;
@@ -501,6 +503,20 @@ double worst(const Json& frames, const char* name) {
   return most;
 }
 
+/// Says from where on the template no longer shows what was captured.
+void warn_where_lost(Run& run, const Json& frames) {
+  for (const Json& frame : frames)
+    if (const double far = frame.at("distance_p95").get<double>(); far > lost) {
+      run.terminal().warning(fmt::format(
+          "in frame {} 5 % of the points are farther than {:.3g} % of the diagonal from what "
+          "follows "
+          "it: the motion was too fast or the shape changed; --remesh replaces what does not fit, "
+          "--restart {:g} begins anew there",
+          frame.at("frame").get<int>(), 100 * far, 100 * lost));
+      return;
+    }
+}
+
 std::string table(const Json& frames) {
   std::string text = fmt::format("{:>7} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8}\n", "frame", "mean",
                                  "95 %", "max", "distortion", "born", "seconds");
@@ -558,6 +574,7 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
     const Step step(run, "track", options.has("strip") ? 0.9 * share : share);
     tracking.go(output, step);
   }
+  warn_where_lost(run, tracking.frames());
   write_plot(run, tracking.frames());
   if (options.has("strip")) {
     const Step step(run, "draw", 0.1 * share);

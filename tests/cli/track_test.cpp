@@ -234,6 +234,22 @@ TEST(Track, GoesOnOnlyWithTheOptionsItBeganWith) {
   EXPECT_THAT(two.error, HasSubstr("two outputs"));
 }
 
+TEST(Track, SaysFromWhereItIsLost) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "bending", "-o", "body/", "--triangles", "1000",
+                               "--frames", "0-1"})
+                .status,
+            0);
+  ASSERT_EQ(
+      marquetry(folder, {"sample", "torus", "-o", "body/frame_0001.ply", "--triangles", "1000"})
+          .status,
+      0);
+  const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.error, HasSubstr("in frame 1 5 % of the points are farther than"));
+  EXPECT_THAT(result.error, HasSubstr("--restart 1"));
+}
+
 TEST(Track, RefusesWhatItCannotFollow) {
   const Folder folder;
   make_body(folder, "bending", 1);

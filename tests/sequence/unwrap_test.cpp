@@ -240,6 +240,23 @@ TEST(Charts, AreDiscsThatCoverEverythingOnce) {
   EXPECT_EQ(std::ranges::count(covered, 1), surface.triangle_count());
 }
 
+TEST(Charts, OfTrianglesWithoutAreaAreMadeToo) {
+  // Six vertices on a line, as two opposite strips: a closed surface that encloses nothing.
+  Mesh mesh;
+  for (int i = 0; i < 6; ++i) mesh.positions.push_back({0.1 * i, 0, 0});
+  for (int i = 0; i + 2 < 6; ++i) {
+    mesh.triangles.push_back({i, i + 1 + i % 2, i + 2 - i % 2});
+    mesh.triangles.push_back({i, i + 2 - i % 2, i + 1 + i % 2});
+  }
+  const Surface surface = make_surface(mesh);
+  EXPECT_EQ(surface.area, 0);
+  const ChartHistory history = find_charts(surface, {});
+  std::vector<int> size(history.patches.count);
+  for (const int patch : history.patches.patch)
+    if (patch >= 0) ++size[patch];
+  EXPECT_EQ(std::ranges::count(size, 0), 0);
+}
+
 TEST(Charts, GluingsThatAreRefusedAreLeftOut) {
   const Surface surface = sample_surface("sphere", 1500);
   const ChartHistory history = find_charts(surface);

@@ -112,7 +112,8 @@ std::vector<int> euler_characteristics(const Surface& surface, const std::vector
   return euler;
 }
 
-/// Gives the half around one of two triangles far apart the number `fresh`.
+/// Gives the half around one of two triangles far apart the number `fresh`; where none are apart,
+/// as those without area, the second half of them all. Neither half is empty.
 void halve(const Dual& dual, std::vector<int>& patch, const std::vector<int>& members, int fresh) {
   const auto inside = [&](int a, int b) { return patch[a] == patch[b]; };
   const auto farthest = [&](int from) {
@@ -120,10 +121,14 @@ void halve(const Dual& dual, std::vector<int>& patch, const std::vector<int>& me
     dual.nearest({from}, inside, &distances);
     return *std::ranges::max_element(members, {}, [&](int t) { return distances[t]; });
   };
-  const int a = farthest(members.front()), b = farthest(a);
+  const int a = farthest(members.front()), b = farthest(a), old = patch[a];
   const std::vector<int> half = dual.nearest({a, b}, inside);
+  std::size_t given = 0;
   for (const int t : members)
-    if (half[t] == 1) patch[t] = fresh;
+    if (half[t] == 1) patch[t] = fresh, ++given;
+  if (given > 0 && given < members.size()) return;
+  for (std::size_t i = 0; i < members.size(); ++i)
+    patch[members[i]] = 2 * i < members.size() ? old : fresh;
 }
 
 /// Straightens borders as if they were under tension (Merriman, Bence, Osher, Diffusion generated

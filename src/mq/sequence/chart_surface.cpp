@@ -293,8 +293,10 @@ Patches finer_patches(const Surface& surface, const CoarsenedSurface& coarse,
 ChartHistory find_charts(const Surface& surface, const ChartOptions& options,
                          const Progress& progress) {
   const double spacing = std::sqrt(4 * surface.area / (std::sqrt(3.0) * options.triangles));
-  const CoarsenedSurface coarse = coarsen(surface, spacing, progress.step("coarsen", 0.2));
-  const bool is_coarser = coarse.surface.triangle_count() < surface.triangle_count();
+  CoarsenedSurface coarse;
+  if (spacing > 0) coarse = coarsen(surface, spacing, progress.step("coarsen", 0.2));
+  const bool is_coarser =
+      spacing > 0 && coarse.surface.triangle_count() < surface.triangle_count();
   const Surface& working = is_coarser ? coarse.surface : surface;
   ChartHistory history;
   history.patches = make_patches(working, options.patches, progress.step("patches", 0.1));
