@@ -40,4 +40,17 @@ std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>
   return numbers;
 }
 
+void warn_of_damage(Terminal& terminal, const EvolvingReader& reader,
+                    const std::vector<int>& damaged) {
+  if (damaged.empty()) return;
+  std::string which;
+  for (std::size_t i = 0; i < std::min<std::size_t>(damaged.size(), 5); ++i)
+    which += fmt::format("{}{}", i == 0 ? "" : ", ", reader.frames()[damaged[i]].number);
+  if (damaged.size() > 5) which += fmt::format(" and {} more", damaged.size() - 5);
+  terminal.warning(
+      fmt::format("{}: bytes were changed after they were written, so it cannot give "
+                  "frame {}; copy it again, or use other frames",
+                  reader.blocks_file().string(), which));
+}
+
 }  // namespace mq::app

@@ -18,4 +18,8 @@ std::vector<int> wanted_frames(const OptionValues& options, const EvolvingReader
 /// The numbers of frames.
 std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>& frames);
 
+/// Says which frames the store cannot give, if there are any: `EvolvingReader::damaged`.
+void warn_of_damage(Terminal& terminal, const EvolvingReader& reader,
+                    const std::vector<int>& damaged);
+
 }  // namespace mq::app

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 
+#include "evolving_frames.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/base/words.h"
@@ -102,8 +103,8 @@ class Sequence {
         longest_edge_((remeshing == Remeshing::done ? longest_remeshed : longest_left) *
                       run.options().number("nodes") / 100) {
     require(truth_.empty() || truth_ == "uv" || fs::is_directory(truth_) || has_frame_place(truth_),
-            fmt::format("--truth: found '{}', wanted uv, a folder, or a name with a place for the "
-                        "frame's number",
+            fmt::format("--truth: found '{}', which is no folder; wanted uv, a folder that is "
+                        "there, or a name with a place for the frame's number",
                         truth_));
     if (!truth_.empty() && truth_ != "uv") {
       std::vector<int> numbers;
@@ -136,9 +137,7 @@ class Sequence {
   }
   MaterialFrame truth(int frame, const Captured& captured) const {
     if (truth_ == "uv") {
-      require(captured.mesh.has_uvs(),
-              fmt::format("{}: --truth uv wants texture coordinates, and it has none",
-                          file(frame).path.string()));
+      require(captured.mesh.has_uvs(), "--truth uv wants texture coordinates, and it has none");
       return material_from_uvs(captured.mesh);
     }
     Mesh material = read_model(truths_[std::size_t(frame)].path).mesh;
@@ -215,9 +214,8 @@ TrackTemplate own_template(const Sequence& sequence, int frame, const Captured& 
   Signal colours;
   if (options.flag("photometric")) {
     const Signal all = vertex_colours(model);
-    require(all.cols() > 0, fmt::format("{}: --photometric wants colours at vertices or a texture, "
-                                        "and it has neither",
-                                        sequence.file(frame).path.string()));
+    require(all.cols() > 0,
+            "--photometric wants colours at vertices or a texture, and it has neither");
     colours.resize(clean.mesh.vertex_count(), all.cols());
     for (int v = 0; v < clean.mesh.vertex_count(); ++v)
       colours.row(v) = all.row(clean.source_from_vertex[v]);
@@ -323,7 +321,9 @@ class Tracking {
   int take_up(const fs::path& output) {
     const EvolvingReader reader(output);
     if (!reader.broken().empty()) run_.terminal().warning(reader.broken());
-    const int stored = int(reader.frames().size());
+    const std::vector<int> damaged = reader.damaged();
+    warn_of_damage(run_.terminal(), reader, damaged);
+    const int stored = damaged.empty() ? int(reader.frames().size()) : damaged.front();
     for (int f = 0; f < stored; ++f)
       require(f < sequence_.count() && reader.frames()[f].number == sequence_.file(f).number,
               fmt::format("{}: --resume: its frame {} is not one of these frames; track them "
@@ -338,7 +338,9 @@ class Tracking {
     current_ = reader.positions(stored - 1);
     if (stored > 1 && reader.frames()[stored - 2].segment == reader.frames()[stored - 1].segment)
       previous_ = reader.positions(stored - 2);
-    for (Json& frame : measured_of(reader)) {
+    Json measured = measured_of(reader);
+    for (int f = 0; f < stored; ++f) {
+      Json& frame = measured[f];
       require(frame.contains("triangles_born"),
               fmt::format("{}: --resume: it does not say how its frame {} was followed; track "
                           "without --resume",
@@ -380,11 +382,14 @@ class Tracking {
   void one_frame(const fs::path& output, int frame, const Captured& model, const Stopwatch& watch,
                  const Progress& progress) {
     Json measured = {{"frame", sequence_.file(frame).number}};
-    if (!writer_)
+    if (!writer_) {
+      require(!model.mesh.positions.empty() && bounding_box(model.mesh).diagonal() > 0,
+              "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
       writer_.emplace(
           output, store_step(bounding_box(model.mesh).diagonal()),
           Json{{"verb", run_.options().table().verb()}, {"options", options_json(run_.options())}}
               .dump());
+    }
     bool is_new = !follower_;
     if (follower_) {
       const TrackTarget target = target_of(model);

@@ -57,7 +57,7 @@ double coloured(const Image<float>& picture, double left, double right) {
 TEST_F(Play, PlaysInABrowser) {
   if (!Browser::installed()) GTEST_SKIP() << "no chromium";
   const Result result = marquetry(folder, {"play", "balls.evolving", "-o", "page", "--from",
-                                           "balls", "--size", "128", "--json"});
+                                           "balls", "--size", "128", "--rate", "2", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(result.json()["result"]["frames"], 4);
   EXPECT_GT(result.json()["result"]["video_bytes"], 1000);

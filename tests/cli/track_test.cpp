@@ -128,6 +128,21 @@ TEST(Track, GoesOnWhereItWasStopped) {
   for (int f = 0; f < 4; ++f) EXPECT_EQ(again.frames[f].positions, whole.frames[f].positions);
 }
 
+TEST(Track, GoesOnBeforeWhatWasDamaged) {
+  const Folder folder;
+  make_body(folder, "bending", 3);
+  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving"}).status, 0);
+  const std::string blocks = file_bytes(folder / "body.blocks");
+  std::string damaged = blocks;
+  damaged[std::size_t(EvolvingReader(folder / "body.evolving").frames()[2].offset) + 5] ^= 1;
+  write_bytes(folder / "body.blocks", damaged);
+  const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving", "--resume"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("cannot give frame 2;"));
+  EXPECT_THAT(result.error, HasSubstr("goes on after frame 1"));
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
+}
+
 TEST(Track, StoppedByTheUserKeepsTheFramesItHas) {
   const Folder folder;
   make_body(folder, "bending", 20);
@@ -270,6 +285,10 @@ TEST(Track, RefusesWhatItCannotFollow) {
               HasSubstr("--truth: found 'nothing'"));
   EXPECT_THAT(refusal({"body/material", "-o", "a.evolving", "--photometric"}),
               HasSubstr("wants colours"));
+  EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--size", "64"}), HasSubstr("--from"));
+  ASSERT_EQ(marquetry(folder, {"sample", "torus", "-o", "other.ply"}).status, 0);
+  EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--paint", "other.ply"}),
+              HasSubstr("the first frame's own model"));
 }
 
 /// A store of two segments: frames 0 and 1, and frame 2 with its own mesh.
@@ -313,6 +332,25 @@ TEST(Export, WritesFramesAsFiles) {
   }
 }
 
+TEST(Export, GivesFramesThatDoNotNeedWhatWasDamaged) {
+  const Folder folder;
+  make_store(folder);
+  const EvolvingReader whole(folder / "body.evolving");
+  std::string blocks = file_bytes(folder / "body.blocks");
+  blocks[std::size_t(whole.segments()[1].offset) + 9] ^= 1;
+  write_bytes(folder / "body.blocks", blocks);
+  const Result result =
+      marquetry(folder, {"export", "body.evolving", "-o", "f_%d.ply", "--frames", "0-1", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["damaged"], nlohmann::json::array({2}));
+  EXPECT_EQ(result.json()["result"]["triangles_throughout"], whole.segments()[0].triangles);
+  EXPECT_THAT(result.error, HasSubstr("cannot give frame 2"));
+  EXPECT_EQ(read_model(folder / "f_1.ply").mesh.positions, whole.positions(1));
+  const Result all = marquetry(folder, {"export", "body.evolving", "-o", "f_%d.ply"});
+  EXPECT_EQ(all.status, 1);
+  EXPECT_THAT(all.error, HasSubstr("segment 1"));
+}
+
 TEST(Export, WritesAnAnimationWithATargetForEachFurtherFrame) {
   const Folder folder;
   make_store(folder);
@@ -343,9 +381,9 @@ TEST(Export, WritesAnAnimationWithATargetForEachFurtherFrame) {
   for (int k = 0; k < 3; ++k)
     EXPECT_NEAR(value(base, 0, k) + value(target, 0, k), evolving.frames[1].positions[first][k],
                 1e-6);
-  const Model model = read_model(folder / "body.glb");
-  EXPECT_EQ(model.mesh.triangle_count(),
-            evolving.mesh(0).triangle_count() + evolving.mesh(2).triangle_count());
+  // Without the animation the first frame is seen, and nothing else.
+  EXPECT_EQ(read_model(folder / "body.glb").mesh.triangle_count(),
+            evolving.mesh(0).triangle_count());
 }
 
 TEST(Export, CarriesTheColoursOfTheFirstFrameAlong) {

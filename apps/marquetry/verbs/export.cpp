@@ -16,6 +16,7 @@
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/closest_point.h"
+#include "mq/mesh/geometry.h"
 #include "outputs.h"
 #include "run.h"
 #include "sequence_pictures.h"
@@ -26,23 +27,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Json describe(const EvolvingReader& reader) {
-  EvolvingMesh connectivity;
+/// Triangles and their lives are those of the frames that can be given.
+Json describe(const EvolvingReader& reader, const std::vector<int>& damaged) {
+  EvolvingMesh sound;
   std::int64_t bytes = 0;
-  for (int s = 0; s < int(reader.segments().size()); ++s) {
-    connectivity.segments.push_back(reader.segment(s));
-    bytes += reader.segments()[s].bytes;
-  }
-  for (const StoredFrame& frame : reader.frames()) {
-    connectivity.frames.push_back({frame.number, frame.segment, {}});
+  for (const StoredSegment& segment : reader.segments()) bytes += segment.bytes;
+  sound.segments.resize(reader.segments().size());
+  for (int f = 0; f < int(reader.frames().size()); ++f) {
+    const StoredFrame& frame = reader.frames()[f];
     bytes += frame.bytes;
+    if (std::ranges::binary_search(damaged, f)) continue;
+    EvolvingSegment& segment = sound.segments[frame.segment];
+    if (segment.triangles.empty()) segment = reader.segment(frame.segment);
+    sound.frames.push_back({frame.number, frame.segment, {}});
   }
-  const std::vector<Lifespan> spans = triangle_lifespans(connectivity);
+  const std::vector<Lifespan> spans = triangle_lifespans(sound);
   double mean = 0;
   std::int64_t whole = 0;
   for (const Lifespan& span : spans) {
     mean += double(span.last - span.first + 1) / double(spans.size());
-    whole += span.first == 0 && span.last + 1 == int(reader.frames().size());
+    whole += span.first == 0 && span.last + 1 == int(sound.frames.size());
   }
   return {{"frames", reader.frames().size()},
           {"segments", reader.segments().size()},
@@ -51,6 +55,7 @@ Json describe(const EvolvingReader& reader) {
           {"lifespan_mean", mean},
           {"step", reader.step()},
           {"bytes", bytes},
+          {"damaged", numbers_of(reader, damaged)},
           {"broken", reader.broken()}};
 }
 
@@ -84,6 +89,14 @@ class CarriedColours {
     const int segment = reader.frames().front().segment;
     const std::vector<int> ids = reader.segment(segment).vertex_ids;
     const std::vector<ClosestPoint> places = ClosestPointFinder(model.mesh)(reader.positions(0));
+    const double near = own_within * bounding_box(model.mesh).diagonal();
+    const auto far = std::ranges::count_if(
+        places, [&](const ClosestPoint& place) { return place.squared_distance > near * near; });
+    require(2 * far < std::ssize(places),
+            fmt::format("{}: --paint wants the first frame's own model, and of the {} vertices of "
+                        "frame {} {} are farther than {:g} % of its diagonal from it",
+                        path.string(), places.size(), reader.frames().front().number, far,
+                        100 * own_within));
     for (std::size_t v = 0; v < ids.size(); ++v) {
       Eigen::RowVector3d colour = Eigen::RowVector3d::Zero();
       for (int k = 0; k < 3; ++k)
@@ -105,6 +118,7 @@ class CarriedColours {
   }
 
  private:
+  static constexpr double own_within = 0.02;
   static constexpr float born_later = 0.5F;  // grey
   std::map<int, Eigen::RowVector3f> colours_;
 };
@@ -147,6 +161,11 @@ Exit run_export(Run& run) {
           "--from: what is captured is written as textures, so --output says where");
   require(!options.has("from") || !options.has("paint"),
           "--paint: with --from the colours are those captured");
+  for (const char* name : {"size", "samples", "texture"})
+    require(!options.given(name) || options.has("from"),
+            fmt::format("--{}: it is of textures, which --from makes", name));
+  require(!options.has("paint") || options.has("output"),
+          "--paint: it colours models, so --output says where");
   if (options.has("paint")) run.will_read(options.text("paint"));
   const EvolvingReader reader(options.text("evolving"));
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
@@ -171,7 +190,9 @@ Exit run_export(Run& run) {
     run.will_write(paths, fs::path(output).parent_path());
   }
   if (options.has("plot")) run.will_write({options.text("plot")});
-  run.result = describe(reader);
+  const std::vector<int> damaged = reader.damaged();
+  warn_of_damage(run.terminal(), reader, damaged);
+  run.result = describe(reader, damaged);
   run.print(in_words(run.result, reader));
   if (run.dry_run()) return Exit::done;
   if (options.has("plot")) {
@@ -203,8 +224,9 @@ Verb export_verb() {
              .metavar = "OUT",
              .help = "frame_%04d.ply (or .obj, .gltf, .glb) for a file a frame, or .glb for an "
                      "animation; without it nothing is written",
-             .details = "With --from a model a frame, a picture a frame, such as texture_%04d.png, or a "
-                        "video (.mp4, .mov, .webm, .mkv)."});
+             .details =
+                 "With --from a model a frame, a picture a frame, such as texture_%04d.png, or a "
+                 "video (.mp4, .mov, .webm, .mkv)."});
   add_evolving_frames_option(table);
   table.add({.name = "paint",
              .type = Type::path,

@@ -207,7 +207,8 @@ Verb sample_verb() {
              .default_value = "0",
              .least = 0,
              .most = 20000000,
-             .help = "about as many are made, 0: the model's own number"});
+             .help = "about as many are made, 0: the model's own number",
+             .details = "Bodies that move have at least 500."});
   table.add({.name = "misaligned",
              .help = "paint each chart as a photograph of its own, so that seams show"});
   table.add({.name = "depth",

@@ -101,7 +101,8 @@ class Decoder {
   }
 
   [[noreturn]] void fail(const std::string& found) const {
-    throw IoError(fmt::format("{} {}; use the frames before it, or make it again", what_, found));
+    throw IoError(
+        fmt::format("{} {}; use frames that do not need it, or make it again", what_, found));
   }
 
  private:

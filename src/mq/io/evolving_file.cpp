@@ -134,18 +134,35 @@ std::string EvolvingReader::add_line(std::string_view text, std::int64_t blocks_
   return "";
 }
 
-Bytes EvolvingReader::block(const StoredBlock& block, const std::string& what) const {
+Bytes EvolvingReader::bytes_of(const StoredBlock& block, const std::string& what) const {
   Bytes bytes(std::size_t(block.bytes));
   std::ifstream in(blocks_, std::ios::binary);
   in.seekg(block.offset);
   in.read(reinterpret_cast<char*>(bytes.data()), block.bytes);
   if (!in) throw IoError(fmt::format("{}: {} cannot be read", blocks_.string(), what));
+  return bytes;
+}
+
+Bytes EvolvingReader::block(const StoredBlock& block, const std::string& what) const {
+  Bytes bytes = bytes_of(block, what);
   if (crc32(bytes) != block.checksum)
     throw IoError(
-        fmt::format("{}: the bytes of {} are not those that were written; use the frames "
-                    "before it, or make it again",
+        fmt::format("{}: the bytes of {} are not those that were written; use frames that do not "
+                    "need it, or make it again",
                     blocks_.string(), what));
   return bytes;
+}
+
+std::vector<int> EvolvingReader::damaged() const {
+  const auto changed = [&](const StoredBlock& block) {
+    return crc32(bytes_of(block, "a block")) != block.checksum;
+  };
+  std::vector<bool> of_segment;
+  for (const StoredSegment& segment : segments_) of_segment.push_back(changed(segment));
+  std::vector<int> found;
+  for (int f = 0; f < int(frames_.size()); ++f)
+    if (of_segment[std::size_t(frames_[f].segment)] || changed(frames_[f])) found.push_back(f);
+  return found;
 }
 
 EvolvingSegment EvolvingReader::segment(int index) const {

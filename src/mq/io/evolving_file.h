@@ -58,11 +58,15 @@ class EvolvingReader {
   EvolvingSegment segment(int index) const;
   std::vector<Vector3> positions(int frame) const;
 
-  /// Everything that is sound.
+  /// Frames whose bytes, or whose segment's, are not those that were written, by checksum, in order.
+  std::vector<int> damaged() const;
+
+  /// Everything. Throws as `segment` and `positions` do.
   EvolvingMesh read() const;
 
  private:
   friend class EvolvingWriter;
+  Bytes bytes_of(const StoredBlock& block, const std::string& what) const;
   Bytes block(const StoredBlock& block, const std::string& what) const;
   const std::vector<std::int64_t>& key(int segment) const;
   std::string add_line(std::string_view line, std::int64_t blocks_size);

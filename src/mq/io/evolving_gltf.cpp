@@ -81,6 +81,8 @@ class Animation {
     const int node = int(json_["nodes"].size());
     json_["scenes"][0]["nodes"].push_back(node);
     json_["nodes"].push_back({{"mesh", json_["meshes"].size()}});
+    // At rest one segment is shown too.
+    if (begin > first) json_["nodes"].back()["scale"] = {0, 0, 0};
     json_["meshes"].push_back(mesh);
     if (end - begin > 1) animate_weights(node, begin, end, first);
     if (begin > first || end < stop) animate_presence(node, begin, end, first, stop);

@@ -142,6 +142,10 @@ class SceneReader {
     const bool skinned = node.contains("skin");
     if (skinned) note("skinned meshes are in their bind pose");
     if (file_.size("animations") > 0) note("animations are not used");
+    if (!skinned && matrix.topLeftCorner<3, 3>().isZero(0)) {
+      note("meshes that are scaled to a point, so that nothing of them is seen, are left out");
+      return;
+    }
     read_mesh(json_count(node, "mesh", 0, place), skinned ? Eigen::Matrix4d::Identity() : matrix);
   }
 
@@ -260,7 +264,8 @@ class SceneReader {
     }
     std::vector<Triangle> result;
     const int n = int(corners.size());
-    if (mode == 4 && n % 3 != 0) file_.fail(place_, fmt::format("{} corners do not make triangles of three each", n));
+    if (mode == 4 && n % 3 != 0)
+      file_.fail(place_, fmt::format("{} corners do not make triangles of three each", n));
     for (int i = 0; mode == 4 && i < n; i += 3)
       result.push_back({corners[i], corners[i + 1], corners[i + 2]});
     for (int i = 0; mode == 5 && i + 2 < n; ++i)
