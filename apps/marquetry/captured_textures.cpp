@@ -13,7 +13,6 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
-#include "mq/mesh/closest_point.h"
 #include "mq/sequence/texture_frame.h"
 #include "outputs.h"
 
@@ -22,8 +21,7 @@ namespace {
 
 /// Whether frames have texture coordinates: all of a store do, or none.
 bool has_atlas(const EvolvingReader& reader) {
-  return !reader.frames().empty() &&
-         !reader.segment(reader.frames().front().segment).uvs.empty();
+  return !reader.frames().empty() && !reader.segment(reader.frames().front().segment).uvs.empty();
 }
 
 void require_atlas_unless_models(const EvolvingReader& reader, const std::string& to) {
@@ -57,7 +55,9 @@ class Captured {
         {.width = size, .height = size, .samples = int(options.integer("samples"))}, progress);
     run_.result["textures"].push_back({{"frame", reader_.frames()[frame].number},
                                        {"texels", texture_.texels},
-                                       {"unseen", texture_.unseen}});
+                                       {"unseen", texture_.unseen},
+                                       {"filled", texture_.filled},
+                                       {"accuracy", texture_.accuracy}});
     return texture_;
   }
 
@@ -77,14 +77,18 @@ class Captured {
     return is_light() ? encode(picture, ColourSpace::linear, Transfer::srgb) : picture;
   }
 
-  /// The mesh of a frame with what is captured nearest to each vertex.
+  /// The mesh of a frame with what its vertices show.
   Model at_vertices(int frame) {
     read(frame);
-    const ColourAt colour = surface_colours(model_);
+    const VertexColours found = resample_vertices(mesh_, model_.mesh, surface_colours(model_));
+    run_.result["textures"].push_back({{"frame", reader_.frames()[frame].number},
+                                       {"vertices", mesh_.vertex_count()},
+                                       {"unseen", found.unseen},
+                                       {"accuracy", found.accuracy}});
     Model shown;
     shown.colors.channels = 3;
-    for (const ClosestPoint& place : ClosestPointFinder(model_.mesh)(mesh_.positions))
-      for (const float value : colour(place)) shown.colors.values.push_back(value);
+    for (Eigen::Index v = 0; v < found.colours.rows(); ++v)
+      for (int k = 0; k < 3; ++k) shown.colors.values.push_back(float(found.colours(v, k)));
     shown.mesh = mesh_;
     return shown;
   }
@@ -165,8 +169,8 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
   return paths;
 }
 
-void write_captured_textures(Run& run, const EvolvingReader& reader,
-                             const std::vector<int>& frames, const std::string& to) {
+void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
+                             const std::string& to) {
   const OptionValues& options = run.options();
   require_atlas_unless_models(reader, to);
   const Step step(run, "textures", 0.9);

@@ -67,6 +67,37 @@ TEST(ClosestPoint, IsThatOfComparingAllTriangles) {
   }
 }
 
+TEST(ClosestPoint, AmongThoseAcceptedIsThatOfComparingThem) {
+  const Mesh mesh = torus(30, 20);
+  const ClosestPointFinder find(mesh);
+  const Random random(5);
+  int none = 0;
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    const Vector3 p(random.uniform(3 * i, -1.5, 1.5), random.uniform(3 * i + 1, -1.5, 1.5),
+                    random.uniform(3 * i + 2, -0.6, 0.6));
+    // Accepted are triangles, and points with x above that of p, no farther than the radius.
+    const auto accept = [&](const ClosestPoint& c) {
+      return c.triangle % 3 != 0 && at(mesh, c).x() > p.x();
+    };
+    const double radius = 0.3;
+    ClosestPoint best;
+    for (int t = 0; t < mesh.triangle_count(); ++t) {
+      const ClosestPoint c = closest_point(mesh, t, p);
+      if (accept(c) && c.squared_distance <= radius * radius &&
+          (best.triangle < 0 || c.squared_distance < best.squared_distance))
+        best = c;
+    }
+    const ClosestPoint found = find.among(p, radius, accept);
+    EXPECT_EQ(found.triangle, best.triangle);
+    if (best.triangle < 0)
+      ++none;
+    else
+      EXPECT_EQ(found.squared_distance, best.squared_distance);
+  }
+  EXPECT_GT(none, 100);
+  EXPECT_LT(none, 900);
+}
+
 TEST(ClosestPoint, OnASphereIsTheRadialProjection) {
   const Mesh mesh = sphere(6);
   const ClosestPointFinder find(mesh);

@@ -72,7 +72,7 @@ TEST(TextureFrame, LeavesOutWhatIsFarOrFacesAway) {
   for (Triangle& t : away.triangles) std::swap(t[1], t[2]);
   EXPECT_EQ(resample_texture(surface, away, by_place(away), {.width = 16, .height = 16}).unseen,
             256);
-  // Half of it is there: the rest has the colours of where that ends.
+  // Half of it is there: the rest is filled from where that ends.
   Mesh half = square(4);
   std::erase_if(half.triangles, [&](const Triangle& t) {
     return half.positions[t[0]].x() + half.positions[t[1]].x() + half.positions[t[2]].x() > 1.5;
@@ -81,6 +81,111 @@ TEST(TextureFrame, LeavesOutWhatIsFarOrFacesAway) {
       resample_texture(surface, half, by_place(half), {.width = 64, .height = 64});
   EXPECT_NEAR(double(frame.unseen) / double(frame.texels), 0.5, 0.05);
   EXPECT_NEAR(frame.picture(60, 30, 0), 0.5, 0.05);
+}
+
+/// Both, the second after the first; texture coordinates of the first in the left half of the
+/// texture, of the second in the right one.
+Mesh side_by_side(Mesh a, Mesh b) {
+  const auto halve = [](Mesh& mesh, double shift) {
+    for (Vector2& uv : mesh.uvs) uv.x() = shift + 0.48 * uv.x();
+  };
+  halve(a, 0.01);
+  halve(b, 0.51);
+  const int vertices = a.vertex_count(), uvs = int(a.uvs.size());
+  a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
+  a.uvs.insert(a.uvs.end(), b.uvs.begin(), b.uvs.end());
+  for (int t = 0; t < b.triangle_count(); ++t) {
+    Triangle corners = b.triangles[t], corner_uvs = b.corner_uvs[t];
+    for (int k = 0; k < 3; ++k) corners[k] += vertices, corner_uvs[k] += uvs;
+    a.triangles.push_back(corners);
+    a.corner_uvs.push_back(corner_uvs);
+  }
+  return a;
+}
+
+Mesh turned_over(Mesh mesh) {
+  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  for (Triangle& t : mesh.corner_uvs) std::swap(t[1], t[2]);
+  return mesh;
+}
+
+/// Red: the height of the captured point is that of the first sheet; green and blue: x and y.
+ColourAt by_sheet(const Mesh& mesh, int first_triangles) {
+  return [&mesh, first_triangles](const ClosestPoint& point) {
+    Vector3 p = Vector3::Zero();
+    for (int k = 0; k < 3; ++k) p += point.barycentric[k] * mesh.position(point.triangle, k);
+    return std::array{point.triangle < first_triangles ? 1.0F : 0.0F, float(p.x()), float(p.y())};
+  };
+}
+
+/// Largest error of red, green and blue in texels whose owner is sure: those of charts.
+double worst_error(const TextureFrame& frame) {
+  double worst = 0;
+  const int size = frame.picture.width();
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x) {
+      const double u = (x + 0.5) / size, v = 1 - (y + 0.5) / size;
+      const double place = u < 0.5 ? (u - 0.01) / 0.48 : (u - 0.51) / 0.48;
+      if (place < 0.05 || place > 0.95 || v < 0.05 || v > 0.95) continue;
+      worst = std::max({worst, std::abs(frame.picture(x, y, 0) - (u < 0.5 ? 1.0 : 0.0)),
+                        std::abs(frame.picture(x, y, 1) - place),
+                        std::abs(frame.picture(x, y, 2) - v)});
+    }
+  return worst;
+}
+
+TEST(TextureFrame, DoesNotTakeTheUndersideOfAnArmForTheBody) {
+  // An underside 0.01 above a body, both followed with an error that brings each nearer to the
+  // other than to itself.
+  const Mesh surface = side_by_side(square(6, 0.007), turned_over(square(6, 0.003))),
+             captured = side_by_side(square(5, 0), turned_over(square(5, 0.01)));
+  const TextureFrame frame =
+      resample_texture(surface, captured, by_sheet(captured, 50), {.width = 64, .height = 64});
+  EXPECT_EQ(frame.unseen, 0);
+  EXPECT_NEAR(frame.accuracy, 0.007, 1e-12);
+  EXPECT_LT(worst_error(frame), 1e-5);
+}
+
+TEST(TextureFrame, FillsAHoleRatherThanTakeWhatLiesBehindIt) {
+  // Two sheets that face the same way; in the first one a hole, through which the second is near.
+  const Mesh surface = side_by_side(square(6, 0), square(6, 0.02));
+  Mesh holed = square(10);
+  const auto in_hole = [&](const Triangle& t) {
+    const Vector3 p = (holed.positions[t[0]] + holed.positions[t[1]] + holed.positions[t[2]]) / 3;
+    return std::abs(p.x() - 0.5) < 0.2 && std::abs(p.y() - 0.5) < 0.2;
+  };
+  std::erase_if(holed.triangles, in_hole);
+  holed.corner_uvs = holed.triangles;
+  const int left = holed.triangle_count();
+  const Mesh captured = side_by_side(holed, square(10, 0.02));
+  const TextureFrame frame =
+      resample_texture(surface, captured, by_sheet(captured, left), {.width = 96, .height = 96});
+  EXPECT_NEAR(double(frame.unseen) / double(frame.texels), 0.16 / 2, 0.01);
+  EXPECT_EQ(frame.filled, frame.unseen);
+  EXPECT_LT(worst_error(frame), 0.01);  // what it shows is linear, and so is what is harmonic
+  // The nearest point that faces alike is on the other sheet.
+  const ClosestPoint nearest = ClosestPointFinder(captured)(Vector3(0.5, 0.5, 0));
+  EXPECT_GE(nearest.triangle, left);
+  EXPECT_LT(std::sqrt(nearest.squared_distance), 0.02 * std::sqrt(2.0));
+}
+
+TEST(TextureFrame, ColoursVerticesInTheSameWay) {
+  const Mesh surface = side_by_side(square(12, 0.007), turned_over(square(12, 0.003)));
+  Mesh below = square(24, 0);
+  std::erase_if(below.triangles, [&](const Triangle& t) {
+    return (below.positions[t[0]] - Vector3(0.5, 0.5, 0)).norm() < 0.2;
+  });
+  below.corner_uvs = below.triangles;
+  const int left = below.triangle_count();
+  const Mesh captured = side_by_side(below, turned_over(square(5, 0.01)));
+  const VertexColours found = resample_vertices(surface, captured, by_sheet(captured, left));
+  EXPECT_GT(found.unseen, 10);
+  ASSERT_EQ(found.colours.rows(), surface.vertex_count());
+  for (int v = 0; v < surface.vertex_count(); ++v) {
+    EXPECT_NEAR(found.colours(v, 0), v < 169 ? 1 : 0, 1e-6);
+    EXPECT_NEAR(found.colours(v, 1), surface.positions[v].x(), 0.02);
+    EXPECT_NEAR(found.colours(v, 2), surface.positions[v].y(), 0.02);
+  }
 }
 
 TEST(TextureFrame, SaysWhatItNeeds) {

@@ -73,20 +73,29 @@ struct ClosestPointFinder::Scene {
   struct Search {
     const Scene& scene;
     Vector3 point;
-    double slack = 0;  // of the query's point, in units
+    const std::function<bool(const ClosestPoint&)>* accept = nullptr;  // null: all
+    double most = std::numeric_limits<double>::infinity();             // squared distance
     ClosestPoint best{-1, Vector3::Zero(), std::numeric_limits<double>::infinity()};
 
     /// Whether the triangle is closer than all before.
     bool consider(int triangle) {
       const ClosestPoint found = closest_point(scene.mesh, triangle, point);
-      const bool closer = found.squared_distance < best.squared_distance;
-      if (closer || (found.squared_distance == best.squared_distance && triangle < best.triangle))
-        best = found;
+      const bool closer = found.squared_distance < best.squared_distance,
+                 as_close = found.squared_distance == best.squared_distance;
+      if (!closer && !(as_close && triangle < best.triangle)) return false;
+      if (found.squared_distance > most || (accept != nullptr && !(*accept)(found))) return false;
+      best = found;
       return closer;
     }
 
+    /// Fills in `best`.
+    void run();
+
+    /// Beyond which no triangle matters, in units.
     float radius() const {
-      return round_up(std::sqrt(best.squared_distance) / scene.unit * (1 + 1e-5) + slack);
+      const double slack = 1e-6 * (1 + scene.local(point).cwiseAbs().maxCoeff());
+      const double least = std::min(best.squared_distance, most);
+      return round_up(std::sqrt(least) / scene.unit * (1 + 1e-5) + slack);
     }
   };
 
@@ -113,6 +122,23 @@ struct ClosestPointFinder::Scene {
 
   Vector3 local(const Vector3& p) const { return (p - center) / unit; }
 };
+
+void ClosestPointFinder::Scene::Search::run() {
+  if (!point.allFinite())
+    throw InvalidInput(
+        fmt::format("({}, {}, {}) has no closest point", point.x(), point.y(), point.z()));
+  const Vector3 local = scene.local(point);
+  if (local.cwiseAbs().maxCoeff() > 1e9) {  // squares of single precision overflow, and all
+    for (int t = 0; t < scene.mesh.triangle_count(); ++t) consider(t);  // triangles are as far
+    return;
+  }
+  RTCPointQuery query{};
+  query.x = float(local.x()), query.y = float(local.y()), query.z = float(local.z());
+  query.radius = radius();
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene.scene, &query, &context, &Scene::visit, this);
+}
 
 ClosestPointFinder::ClosestPointFinder(const Mesh& mesh) {
   require(mesh.triangle_count() > 0, "there is no closest point of a mesh without triangles");
@@ -142,22 +168,16 @@ ClosestPointFinder::~ClosestPointFinder() {
 }
 
 ClosestPoint ClosestPointFinder::operator()(const Vector3& point) const {
-  if (!point.allFinite())
-    throw InvalidInput(
-        fmt::format("({}, {}, {}) has no closest point", point.x(), point.y(), point.z()));
-  const Vector3 local = scene_->local(point);
-  const double far = local.cwiseAbs().maxCoeff();
-  Scene::Search search{*scene_, point, 1e-6 * (1 + far)};
-  if (far > 1e9) {  // squares of single precision overflow, and all triangles are as far
-    for (int t = 0; t < scene_->mesh.triangle_count(); ++t) search.consider(t);
-    return search.best;
-  }
-  RTCPointQuery query{};
-  query.x = float(local.x()), query.y = float(local.y()), query.z = float(local.z());
-  query.radius = infinite;
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(scene_->scene, &query, &context, &Scene::visit, &search);
+  Scene::Search search{*scene_, point};
+  search.run();
+  return search.best;
+}
+
+ClosestPoint ClosestPointFinder::among(
+    const Vector3& point, double radius,
+    const std::function<bool(const ClosestPoint&)>& accept) const {
+  Scene::Search search{*scene_, point, &accept, radius * radius};
+  search.run();
   return search.best;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// The point of a mesh that is closest to a given one.
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -33,6 +34,12 @@ class ClosestPointFinder {
 
   /// Any thread may ask. Throws `InvalidInput` for a point that is not finite.
   ClosestPoint operator()(const Vector3& point) const;
+
+  /// The closest of those that `accept`s, no farther than `radius` (model units); triangle −1 where
+  /// there is none. Of each triangle its closest point alone is offered, some of them, in any
+  /// order.
+  ClosestPoint among(const Vector3& point, double radius,
+                     const std::function<bool(const ClosestPoint&)>& accept) const;
 
   /// For many points, in parallel.
   std::vector<ClosestPoint> operator()(std::span<const Vector3> points,

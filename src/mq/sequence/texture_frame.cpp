@@ -7,17 +7,42 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/fem/texel_space.h"
+#include "mq/fem/vertex_space.h"
 #include "mq/image/spread.h"
-#include "mq/mesh/geometry.h"
+#include "mq/mesh/weld.h"
+#include "mq/sequence/fill_unseen.h"
 #include "mq/sequence/texel_owners.h"
 
 namespace mq {
+
+namespace {
+
+/// Fills what is not known and an unknown of the texture's space, and makes it known; returns how
+/// many texels inside of charts that were.
+std::int64_t fill_holes(const Mesh& mesh, const Image<char>& inside, Image<char>& known,
+                        Image<float>& picture) {
+  const Surface surface = make_surface(mesh, {.kind = WeldOptions::Kind::none});
+  const Atlas atlas = make_atlas(surface, {{.width = picture.width(), .height = picture.height()}});
+  if (refused(atlas.defects)) return 0;
+  const TexelSpace space(surface, atlas);
+  const std::vector<Texels::Place>& places = space.texels().places;
+  std::vector<char> is_known(places.size());
+  for (std::size_t t = 0; t < places.size(); ++t) is_known[t] = known(places[t].x, places[t].y);
+  space.scatter(fill_unseen(space, is_known, space.gather({&picture, 1})), {&picture, 1});
+  std::int64_t filled = 0;
+  for (const Texels::Place& place : places) {
+    filled += inside(place.x, place.y) && !known(place.x, place.y);
+    known(place.x, place.y) = 1;
+  }
+  return filled;
+}
+
+}  // namespace
 
 TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const ColourAt& colour,
                               const TextureFrameOptions& options, const Progress& progress) {
@@ -28,11 +53,10 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
                       options.width, options.height, options.samples, options.samples));
   const TexelOwners raster(surface, options.width, options.height, options.samples);
   progress.at(0.1);
-  const ClosestPointFinder closest(captured);
-  const double most = options.most_distance * bounding_box(captured).diagonal();
-  const double least_cosine = std::cos(options.most_angle * std::numbers::pi / 180);
+  const CapturedPoints points(surface, captured, options.points);
 
   TextureFrame frame;
+  frame.accuracy = points.accuracy();
   frame.picture = Image<float>(options.width, options.height, 3);
   Image<char> known(options.width, options.height, 1), inside(options.width, options.height, 1);
   const int s = options.samples;
@@ -50,13 +74,8 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
               if (owner.distance == 0) inside(x, int(y)) = 1;
               const Vector3 b =
                   nearest_in_triangle(raster.corners(owner.triangle), raster.place(column, row));
-              Vector3 p = Vector3::Zero();
-              for (int k = 0; k < 3; ++k) p += b[k] * surface.position(owner.triangle, k);
-              const ClosestPoint found = closest(p);
-              if (found.squared_distance > most * most ||
-                  triangle_normal(surface, owner.triangle).dot(triangle_normal(captured, found.triangle)) <
-                      least_cosine)
-                continue;
+              const ClosestPoint found = points(owner.triangle, b);
+              if (found.triangle < 0) continue;
               const std::array<float, 3> value = colour(found);
               sum += Eigen::Array3d(value[0], value[1], value[2]);
               ++seen;
@@ -72,10 +91,52 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
       frame.texels += inside(x, y);
       frame.unseen += inside(x, y) && !known(x, y);
     }
-  progress.at(0.95);
+  progress.at(0.8);
   spread(known, std::numeric_limits<double>::infinity(), frame.picture);
+  if (frame.unseen > 0 && frame.unseen < frame.texels) {
+    frame.filled = fill_holes(surface, inside, known, frame.picture);
+    spread(known, std::numeric_limits<double>::infinity(), frame.picture);
+  }
   frame.inside = std::move(inside);
   return frame;
+}
+
+VertexColours resample_vertices(const Mesh& surface, const Mesh& captured, const ColourAt& colour,
+                                const CapturedPointsOptions& options) {
+  const CapturedPoints points(surface, captured, options);
+  VertexColours result;
+  result.accuracy = points.accuracy();
+  result.colours = Signal::Constant(surface.vertex_count(), 3, 0.5);
+  std::vector<std::array<int, 2>> corner(surface.vertex_count(), {-1, 0});
+  for (int t = 0; t < surface.triangle_count(); ++t)
+    for (int k = 0; k < 3; ++k) corner[surface.triangles[t][k]] = {t, k};
+  std::vector<char> seen(surface.vertex_count(), 0);
+  parallel_for(
+      surface.vertex_count(),
+      [&](std::int64_t v) {
+        if (corner[v][0] < 0) return;
+        const ClosestPoint found = points(corner[v][0], Vector3::Unit(corner[v][1]));
+        if (found.triangle < 0) return;
+        const std::array<float, 3> value = colour(found);
+        for (int k = 0; k < 3; ++k) result.colours(v, k) = value[k];
+        seen[v] = 1;
+      },
+      64);
+  result.unseen = std::ranges::count(seen, 0);
+  if (result.unseen == 0 || result.unseen == std::ssize(seen)) return result;
+  // In the surface vertices where several fans meet are several.
+  const Surface sound = make_surface(surface, {.kind = WeldOptions::Kind::none});
+  const std::vector<int>& source = sound.source_from_vertex;
+  Signal psi(std::ssize(source), 3);
+  std::vector<char> known(source.size());
+  for (std::size_t v = 0; v < source.size(); ++v) {
+    psi.row(Eigen::Index(v)) = result.colours.row(source[v]);
+    known[v] = seen[source[v]];
+  }
+  psi = fill_unseen(VertexSpace(sound), known, psi);
+  for (std::size_t v = 0; v < source.size(); ++v)
+    if (!known[v]) result.colours.row(source[v]) = psi.row(Eigen::Index(v));
+  return result;
 }
 
 }  // namespace mq

@@ -8,36 +8,52 @@
 
 #include "mq/base/progress.h"
 #include "mq/image/image.h"
+#include "mq/linear/matrix.h"
 #include "mq/mesh/closest_point.h"
+#include "mq/sequence/captured_points.h"
 
 namespace mq {
 
 struct TextureFrameOptions {
-  int width = 1024, height = 1024;  ///< texels
-  int samples = 2;                  ///< per texel and direction, 1 to 8
-  double most_distance = 0.02;      ///< from the captured surface, in its diagonals
-  double most_angle = 90;           ///< between normals of both, degrees
+  int width = 1024, height = 1024;    ///< texels
+  int samples = 2;                    ///< per texel and direction, 1 to 8
+  CapturedPointsOptions points = {};  ///< what is believed
 };
 
 struct TextureFrame {
   Image<float> picture;     ///< red, green and blue
   Image<char> inside;       ///< 1: a texel of a chart
   std::int64_t texels = 0;  ///< of charts: those whose square a triangle touches
-  std::int64_t unseen = 0;  ///< of these: nothing was captured near enough, facing alike
+  std::int64_t unseen = 0;  ///< of these: no sample of them has a captured point
+  std::int64_t filled = 0;  ///< of these: have values from the surface around them
+  double accuracy = 0;      ///< of the surface, see `CapturedPoints`; model units
 };
 
 /// The colour at a point of the captured mesh.
 using ColourAt = std::function<std::array<float, 3>(const ClosestPoint&)>;
 
-/// Every texel of a chart has the mean colour at the captured points closest to its samples, where
-/// they lie on the surface; those outside the chart count where it ends. Texels outside charts,
-/// and those that nothing was captured for, have the colour of the nearest texel that has one;
-/// where there is none at all, black.
+/// Every texel of a chart has the mean colour of the captured points that show its samples (see
+/// `CapturedPoints`); those outside the chart count where it ends. Texels that nothing was captured
+/// for are filled over the surface (`fill_unseen`), across charts and seams; on a piece of it of
+/// which nothing was captured, and where the atlas has defects that are refused, they have the
+/// colour of the nearest texel in the picture that has one, as do texels outside charts; where
+/// there is none at all, black.
 ///
 /// Equal bits for any number of threads. Throws `InvalidInput` where `surface` has no texture
-/// coordinates or a mesh has no triangles, and for options out of range. About 2 µs per sample.
+/// coordinates or a mesh has no triangles, and for options out of range. About 4 µs per sample, and
+/// where something is unseen the set-up of a texel space.
 TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const ColourAt& colour,
                               const TextureFrameOptions& options = {},
                               const Progress& progress = {});
+
+struct VertexColours {
+  Signal colours;           ///< a row of red, green and blue per vertex
+  std::int64_t unseen = 0;  ///< filled over the surface
+  double accuracy = 0;      ///< as above
+};
+
+/// The same at the vertices of the surface, each with the captured point that shows it.
+VertexColours resample_vertices(const Mesh& surface, const Mesh& captured, const ColourAt& colour,
+                                const CapturedPointsOptions& options = {});
 
 }  // namespace mq
