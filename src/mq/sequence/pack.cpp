@@ -110,7 +110,6 @@ class Packer {
     std::vector<int> homeless;
     for (const int c : order) {
       progress.check();
-      volume.look(charts_[c].first, charts_[c].last);
       const auto place = near_place(volume, c, direction[c], wanted[c], reach);
       if (place)
         put(volume, c, places[c] = *place);
@@ -216,15 +215,17 @@ class Packer {
   }
 
   /// The lowest leftmost free place whose corner is at most `reach` cells from `wanted`.
-  std::optional<Place> near_place(const PackVolume& volume, int chart, int direction,
+  std::optional<Place> near_place(PackVolume& volume, int chart, int direction,
                                   const Vector2& wanted, int reach) const {
     const PackShape& shape = shapes_[chart][direction];
     const Vector2 at = wanted - corner({direction, 0, 0});
     const int column = int(std::lround(at.x())), row = int(std::lround(at.y()));
     int best = none;
     Place place{direction, 0, 0};
-    const int last = std::min(row + reach, volume.height() - shape.height);
-    for (int y = std::max(0, row - reach); y <= last; ++y) {
+    const int first = std::max(0, row - reach),
+              last = std::min(row + reach, volume.height() - shape.height);
+    volume.look(charts_[chart].first, charts_[chart].last, first, last + shape.height);
+    for (int y = first; y <= last; ++y) {
       const int x = volume.find(shape, std::max(0, column - reach), y);
       if (x < 0 || x > column + reach || x + y >= best) continue;
       best = x + y;
@@ -273,9 +274,9 @@ std::pair<double, Places> largest_scale(double low, double high, const PlaceAt& 
   return {low, std::move(best)};
 }
 
-/// Area of the fullest frame, and area times frames of all.
+/// Area of the fullest frame, area times frames of all, charts in a frame on average.
 struct Contents {
-  double fullest = 0, total = 0;
+  double fullest = 0, total = 0, charts = 0;
   int frames = 1;
 };
 
@@ -287,6 +288,7 @@ Contents contents_of(const std::vector<PackChart>& charts) {
     change[chart.first] += chart.area;
     change[chart.last + 1] -= chart.area;
     contents.total += chart.area * (chart.last - chart.first + 1);
+    contents.charts += double(chart.last - chart.first + 1) / contents.frames;
   }
   double now = 0;
   for (const double c : change) contents.fullest = std::max(contents.fullest, now += c);
@@ -295,10 +297,10 @@ Contents contents_of(const std::vector<PackChart>& charts) {
 
 /// The best of some plans: cells per unit, places.
 std::pair<double, Places> try_plans(Packer& packer, const std::vector<PackChart>& charts,
-                                    const PackOptions& options, double perfect,
-                                    const Progress& progress) {
-  const int trials =
-      std::clamp(int(options.trials * 20.0 / double(charts.size())), 2, options.trials);
+                                    const PackOptions& options, double charts_per_frame,
+                                    double perfect, const Progress& progress) {
+  const double many = std::sqrt(double(charts.size()) * charts_per_frame) / 20;
+  const int trials = std::clamp(int(options.trials / many), 2, options.trials);
   Plan best;
   for (const PackChart& chart : charts) best.weights.push_back(chart.area);
   double scale = 0;
@@ -361,7 +363,7 @@ Packing pack(const std::vector<PackChart>& charts, const PackOptions& options,
   const double perfect = std::sqrt(double(fine.width) * fine.height / contents.fullest);
 
   const double enough =
-      std::max<double>(coarse_cells, cells_per_chart * std::sqrt(double(charts.size())));
+      std::max<double>(coarse_cells, cells_per_chart * std::sqrt(contents.charts));
   int step = 1;
   while (std::min(fine.width, fine.height) / (2 * step) >= enough) step *= 2;
   const Grid coarse{fine.width / step, fine.height / step, 0, 0, (fine.gutter + 1) / (2.0 * step)};
@@ -372,8 +374,8 @@ Packing pack(const std::vector<PackChart>& charts, const PackOptions& options,
       fmt::format("{} charts with gutters of {} do not fit into {} × {} texels: wanted a larger "
                   "texture or a smaller gutter",
                   charts.size(), options.gutter, options.width, options.height));
-  auto [scale, places] =
-      try_plans(quick, charts, options, perfect / step, progress.step("try orders", 0.7));
+  auto [scale, places] = try_plans(quick, charts, options, contents.charts, perfect / step,
+                                   progress.step("try orders", 0.7));
 
   const Progress sliding = progress.step("slide", 0.3);
   Packer& last = step == 1 ? quick : exact;

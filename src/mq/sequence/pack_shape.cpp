@@ -1,6 +1,7 @@
 #include "mq/sequence/pack_shape.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -158,6 +159,33 @@ double smallest_box_angle(const PackChart& chart) {
 
 // ---- Cells over time ----
 
+namespace {
+
+/// Sets bits [begin, end) of a row of words.
+void set_bits(std::uint64_t* bits, int begin, int end) {
+  if (begin >= end) return;
+  const int first = begin / 64, last = (end - 1) / 64;
+  const std::uint64_t head = ~std::uint64_t(0) << (begin % 64),
+                      tail = ~std::uint64_t(0) >> (63 - (end - 1) % 64);
+  if (first == last) {
+    bits[first] |= head & tail;
+    return;
+  }
+  bits[first] |= head;
+  for (int w = first + 1; w < last; ++w) bits[w] = ~std::uint64_t(0);
+  bits[last] |= tail;
+}
+
+/// Where the run of equal bits that holds bit x ends, at most 64 · words; `ones`: of which it is.
+int run_end(const std::uint64_t* bits, int words, int x, bool ones) {
+  int w = x / 64;
+  std::uint64_t other = (ones ? ~bits[w] : bits[w]) & ~std::uint64_t(0) << (x % 64);
+  while (other == 0 && ++w < words) other = ones ? ~bits[w] : bits[w];
+  return other == 0 ? 64 * words : 64 * w + std::countr_zero(other);
+}
+
+}  // namespace
+
 PackVolume::PackVolume(int width, int height, int frames)
     : width_(width), height_(height), frames_(frames), words_((width + 63) / 64) {
   const std::size_t size = std::size_t(height) * words_;
@@ -177,29 +205,37 @@ void PackVolume::take(const std::vector<CellRun>& cells, int x, int y, int first
     for (const CellRun& run : cells) {
       const int begin = std::max(0, run.begin + x), end = std::min(width_, run.end + x);
       if (run.row + y < 0 || run.row + y >= height_) continue;
-      Word* bits = row(board, run.row + y);
-      for (int c = begin; c < end; ++c) bits[c / 64] |= Word(1) << (c % 64);
+      set_bits(row(board, run.row + y), begin, end);
     }
   };
-  // The nodes that make up [first, last], and all that contain one of them.
+  // The nodes that make up [first, last], and all that contain one of them: those lie on the ways
+  // from both ends to the root.
   for (int low = first + frames_, high = last + frames_ + 1; low < high; low /= 2, high /= 2) {
     if (low % 2 == 1) put(covers_[low]), put(anys_[low]), ++low;
     if (high % 2 == 1) --high, put(covers_[high]), put(anys_[high]);
   }
-  for (int low = (first + frames_) / 2, high = (last + frames_) / 2; low >= 1; low /= 2, high /= 2)
-    for (int node = low; node <= high; ++node) put(anys_[node]);
+  for (int low = (first + frames_) / 2, high = (last + frames_) / 2; low >= 1;
+       low /= 2, high /= 2) {
+    put(anys_[low]);
+    if (high != low) put(anys_[high]);
+  }
 }
 
-void PackVolume::look(int first, int last) {
+void PackVolume::look(int first, int last) { look(first, last, 0, height_); }
+
+void PackVolume::look(int first, int last, int from, int to) {
   std::vector<const std::vector<Word>*> boards;
   for (int low = first + frames_, high = last + frames_ + 1; low < high; low /= 2, high /= 2) {
     if (low % 2 == 1) boards.push_back(&anys_[low++]);
     if (high % 2 == 1) boards.push_back(&anys_[--high]);
   }
-  for (int low = (first + frames_) / 2, high = (last + frames_) / 2; low >= 1; low /= 2, high /= 2)
-    for (int node = low; node <= high; ++node) boards.push_back(&covers_[node]);
+  for (int low = (first + frames_) / 2, high = (last + frames_) / 2; low >= 1;
+       low /= 2, high /= 2) {
+    boards.push_back(&covers_[low]);
+    if (high != low) boards.push_back(&covers_[high]);
+  }
   std::vector<Word> bits(words_);
-  for (int y = 0; y < height_; ++y) {
+  for (int y = std::max(0, from); y < std::min(height_, to); ++y) {
     std::ranges::fill(bits, 0);
     for (const std::vector<Word>* board : boards)
       if (!board->empty())
@@ -214,11 +250,11 @@ void PackVolume::look(int first, int last) {
 void PackVolume::count_runs(int y) {
   const Word* bits = view_.data() + std::size_t(y) * words_;
   std::int16_t* ahead = ahead_.data() + std::size_t(y) * width_;
-  int run = 0;
-  for (int x = width_ - 1; x >= 0; --x) {
+  for (int x = 0; x < width_;) {
     const bool taken = bits[x / 64] >> (x % 64) & 1;
-    run = taken ? std::min(run, 0) - 1 : std::max(run, 0) + 1;
-    ahead[x] = std::int16_t(run);
+    const int end = std::min(width_, run_end(bits, words_, x, taken));
+    for (int c = x; c < end; ++c) ahead[c] = std::int16_t(taken ? c - end : end - c);
+    x = end;
   }
 }
 

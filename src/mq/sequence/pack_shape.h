@@ -47,8 +47,10 @@ class PackVolume {
   /// Takes the cells, moved by (x, y) and cut off at the border, in the frames [first, last].
   void take(const std::vector<CellRun>& cells, int x, int y, int first, int last);
 
-  /// Makes `find` look at what is taken in any of the frames.
+  /// Makes `find` look at what is taken in any of the frames; in the rows [from, to) only, where
+  /// these are given: it must not be asked for others then.
   void look(int first, int last);
+  void look(int first, int last, int from, int to);
 
   /// The least column from `x` on at which all wide cells of a shape, moved by it and by row y, are
   /// free and inside; −1: none.
