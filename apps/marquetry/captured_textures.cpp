@@ -189,7 +189,8 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
     const Progress part =
         step.progress().step(fmt::format("frame {}", number), 1.0 / double(frames.size()));
     if (files)
-      files->write(captured.frame(f, part), options.number("rate"));
+      for (const std::string& note : files->write(captured.frame(f, part), options.number("rate")))
+        run.terminal().remark(note);
     else
       write_model(frame_name(to, number), captured.at_vertices(f));
   }

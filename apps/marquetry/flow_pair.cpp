@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "duration.h"
 #include "flow_options.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -44,6 +45,10 @@ constexpr double least_range = 1e-6;
 /// megatexel, whole, at the usual two texels makes a little less.
 constexpr double most_vertices = 0.75e6;
 
+/// A forecast of less than both is not worth a word.
+constexpr double long_seconds = 60;
+constexpr double many_bytes = 2e9;
+
 bool is_constant(std::span<const float> values, int channels) {
   std::vector<float> low(values.begin(),
                          values.begin() + std::min<std::ptrdiff_t>(channels, std::ssize(values)));
@@ -75,6 +80,14 @@ void require_second(const std::vector<std::string>& names, const std::string& fi
           fmt::format("{}: there is nothing to align it with: name a second picture "
                       "after it",
                       first));
+}
+
+/// The same without factorisations.
+std::string without_factors(const OptionValues& options) {
+  const bool thesis = options.text("preset") == "thesis";
+  if (options.text("basis") != "vertex")
+    return thesis ? "--basis vertex without --preset thesis" : "--basis vertex";
+  return "--scales hierarchical";
 }
 
 }  // namespace
@@ -189,8 +202,10 @@ ModelPair::ModelPair(Run& run) {
   std::vector<std::filesystem::path> first, second;
   for (std::size_t i = 0; i < others.size() && !models; ++i)
     (i < others.size() / 2 ? first : second).emplace_back(others[i]);
+  factors_ = texture_flow_options(options).flow.solver == FlowSolver::direct;
+  const double share = factors_ ? 0.01 : 0.15;
   scene_ = read_usable_scene(run, models ? MissingPictures::unneeded : MissingPictures::refuse,
-                             0.15, first);
+                             share, first);
   vertices_ = models || app::at_vertices(options, scene_);
   require(
       models || !vertices_,
@@ -200,7 +215,7 @@ ModelPair::ModelPair(Run& run) {
     const Json& read = run.input["files"];
     if (std::ranges::find(read, Json(other)) == read.end()) run.input["files"].push_back(other);
   }
-  const Step step(run, "assemble", 0.15);
+  const Step step(run, "assemble", share);
   about(scene_.model, [&] {
     if (models) {
       require(scene_.model.colors.channels > 0, "has no colours at its vertices to align");
@@ -303,6 +318,29 @@ double ModelPair::edge_for(Run& run, double longest_edge) const {
 void ModelPair::align(Run& run, const TextureFlowOptions& given, const Progress& progress) {
   TextureFlowOptions options = given;
   if (!vertices_) options.longest_edge = edge_for(run, given.longest_edge);
+  Json foreseen;
+  options.flow.foresee = [&](const FlowForecast& forecast) {
+    warn_of_cost(run, forecast);
+    foreseen = {{"unknowns", forecast.unknowns},
+                {"factorisations", forecast.factorisations},
+                {"seconds", forecast.seconds},
+                {"bytes", forecast.bytes}};
+  };
+  try {
+    find(options, progress);
+  } catch (const OutOfMemory& error) {
+    if (!factors_) throw;
+    throw OutOfMemory(
+        fmt::format("{}; here that is {}", error.what(), without_factors(run.options())));
+  }
+  run.result = flow_json(flow());
+  if (!foreseen.is_null()) run.result["forecast"] = foreseen;
+  run.result["vertices"] = flow_vertices();
+  if (!vertices_) run.result["longest_edge"] = options.longest_edge;
+  warn_of_nothing(run, is_constant(first_), is_constant(second_));
+}
+
+void ModelPair::find(const TextureFlowOptions& options, const Progress& progress) {
   about(scene_.model, [&] {
     if (vertices_) {
       flow_ =
@@ -314,10 +352,17 @@ void ModelPair::align(Run& run, const TextureFlowOptions& given, const Progress&
     textures_ = std::make_unique<TextureFlow>(scene_.surface, *scene_.atlas, space, first_, second_,
                                               options, progress);
   });
-  run.result = flow_json(flow());
-  run.result["vertices"] = flow_vertices();
-  if (!vertices_) run.result["longest_edge"] = options.longest_edge;
-  warn_of_nothing(run, is_constant(first_), is_constant(second_));
+}
+
+void ModelPair::warn_of_cost(Run& run, const FlowForecast& forecast) const {
+  const double total = forecast.factorisations * forecast.seconds;
+  if (total < long_seconds && double(forecast.bytes) < many_bytes) return;
+  run.terminal().remark(
+      fmt::format("each correction factors a matrix of {:.2g} million unknowns, which takes about "
+                  "{} and {:.1f} "
+                  "GB, and there are up to {}, together about {}; {} factors none",
+                  forecast.unknowns * 1e-6, duration(forecast.seconds), forecast.bytes * 1e-9,
+                  forecast.factorisations, duration(total), without_factors(run.options())));
 }
 
 Meeting ModelPair::meet(double t, const Progress& progress) const {

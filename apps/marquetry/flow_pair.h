@@ -50,8 +50,12 @@ class PicturePair {
 /// Two signals on one model. Their flow, once it is found, gives what lies between.
 class ModelPair {
  public:
-  /// Reads model and signals and makes the signal space, a third of the run.
+  /// Reads model and signals and makes the signal space: a third of the run, or next to nothing
+  /// beside factorisations.
   explicit ModelPair(Run& run);
+
+  /// Of the run, what `align` takes.
+  double share_of_align() const { return factors_ ? 0.95 : 0.45; }
 
   Scene& scene() { return scene_; }
   const Target& target() const { return *target_; }
@@ -76,10 +80,16 @@ class ModelPair {
   TangentField field() const;
 
  private:
+  void find(const TextureFlowOptions& options, const Progress& progress);
+
   /// The edges to cut to: as given, longer where --longest-edge is not and that would be too many.
   double edge_for(Run& run, double longest_edge) const;
 
+  /// Says what factorisations will take where that is much, and what else could be done.
+  void warn_of_cost(Run& run, const FlowForecast& forecast) const;
+
   Scene scene_;
+  bool factors_ = false;  ///< not by multigrid
   bool vertices_ = false;
   std::unique_ptr<Target> target_;
   Signal first_, second_;

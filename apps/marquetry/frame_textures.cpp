@@ -51,28 +51,30 @@ std::vector<fs::path> FrameTextures::paths(const std::vector<int>& numbers) cons
   return paths;
 }
 
-void FrameTextures::write(const Frame& frame, double rate) {
+std::vector<std::string> FrameTextures::write(const Frame& frame, double rate) {
   if (is_video()) {
     Image<float> pixels = as_texture(frame.pixels, frame.values, "", output_).pixels;
-    if (!video_)
+    const bool first = !video_;
+    if (first)
       video_ = std::make_unique<VideoWriter>(output_, pixels.width(), pixels.height(),
                                              VideoOptions{.rate = rate});
     else
       hold_gutter(frame.inside, seen_margin, shown_, pixels);
     video_->write(pixels);
     shown_ = std::move(pixels);
-    return;
+    return first ? video_->notes() : std::vector<std::string>();
   }
   const fs::path path = frame_name(output_, frame.number);
   if (!names_model(output_)) {
     write_texture(path, as_texture(frame.pixels, frame.values, "", path));
-    return;
+    return {};
   }
   const fs::path picture = picture_of(path);
   Model model;
   model.mesh = frame.mesh;
   model.textures = {as_texture(frame.pixels, frame.values, picture.filename().string(), picture)};
   write_model(path, model);
+  return {};
 }
 
 void FrameTextures::finish() {

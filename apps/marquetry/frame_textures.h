@@ -37,8 +37,9 @@ class FrameTextures {
     Values values = Values::display;
   };
 
-  /// The next frame; `rate` is that of a video.
-  void write(const Frame& frame, double rate);
+  /// The next frame; `rate` is that of a video. Returns what is worth telling of the
+  /// video, with its first frame.
+  std::vector<std::string> write(const Frame& frame, double rate);
 
   /// After the last.
   void finish();

@@ -11,6 +11,7 @@
 #include <csignal>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "verb.h"
 
@@ -52,6 +53,19 @@ std::string step_in_a_sentence(const std::string& step) {
   return step.find(' ') == std::string::npos ? "the " + step : "'" + step + "'";
 }
 
+}  // namespace
+
+std::string what_is_left() {
+  const WrittenFiles written = written_files();
+  const std::string nothing = "nothing half-written is left";
+  if (written.count == 0) return nothing;
+  return fmt::format("{}; {} complete, the last of them {}", nothing,
+                     counted(written.count, "file") + (written.count == 1 ? " is" : " are"),
+                     written.last.string());
+}
+
+namespace {
+
 /// Whether nothing happens for a while.
 bool still_working(int pipe) {
   pollfd entry{pipe, POLLIN, 0};
@@ -84,8 +98,9 @@ void Interrupt::answer() {
     terminal_.remark(fmt::format("finishing {}; press Ctrl-C again to stop at once",
                                  step_in_a_sentence(terminal_.step())));
   if (!next_signal(read_end_)) return;
+  const std::string stopped = "stopped at once, " + what_is_left();
   const auto no_new_files = remove_unfinished_files();
-  terminal_.error("stopped at once, nothing half-written is left");
+  terminal_.error(stopped);
   ::_exit(int(Exit::cancelled));
 }
 

@@ -2,11 +2,16 @@
 /// Ctrl-C: the first asks the work to stop, the second ends the program at once.
 
 #include <atomic>
+#include <string>
 #include <thread>
 
 #include "terminal.h"
 
 namespace mq::app {
+
+/// What a run that is stopped leaves: "nothing half-written is left", and how many files it had
+/// finished by then.
+std::string what_is_left();
 
 /// While one exists, SIGINT and SIGTERM are answered so: the first sets `requested`, which the
 /// library's `Progress` looks at; where the work does not stop within half a second, the terminal

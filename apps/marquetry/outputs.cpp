@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -38,13 +37,20 @@ bool joins_model(const fs::path& to, const fs::path& from) {
 
 bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
 
-void refuse_collisions(const std::vector<fs::path>& paths) {
-  std::set<fs::path> seen;
-  for (const fs::path& path : paths)
-    require(seen.insert(path).second,
-            fmt::format("{}: two textures would be written to it; put %s in the name where the "
-                        "texture's own name goes",
-                        path.string()));
+/// A number goes after the name of all but the first of several with one file name.
+fs::path numbered(const fs::path& own, int number) {
+  if (number == 1) return own;
+  return own.parent_path() /
+         fmt::format("{}_{}{}", own.stem().string(), number, own.extension().string());
+}
+
+/// The path that `named` makes of a texture's own name, or of that with a number where another
+/// texture is written to it.
+template <class Named>
+fs::path free_path(const std::vector<fs::path>& taken, const fs::path& own, const Named& named) {
+  for (int number = 1;; ++number)
+    if (fs::path path = named(numbered(own, number)); std::ranges::count(taken, path) == 0)
+      return path;
 }
 
 /// Before any work: the writer would refuse it after all of it.
@@ -97,16 +103,17 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
                       "name; found '{}'",
                       model.path.string(), counted(std::ssize(model.textures), "texture"), name));
   for (std::size_t i = 0; i < model.textures.size(); ++i) {
-    if (!folder_.empty())
-      paths_.push_back(fs::path(name) / own_name(model, i));
-    else if (place == std::string::npos)
+    if (place == std::string::npos && folder_.empty()) {
       paths_.emplace_back(name);
-    else
-      paths_.emplace_back(name.substr(0, place) + own_name(model, i).stem().string() +
-                          name.substr(place + 2));
+      break;
+    }
+    paths_.push_back(free_path(paths_, own_name(model, i), [&](const fs::path& own) {
+      return !folder_.empty()
+                 ? fs::path(name) / own
+                 : fs::path(name.substr(0, place) + own.stem().string() + name.substr(place + 2));
+    }));
   }
   refuse_unknown_formats(paths_);
-  refuse_collisions(paths_);
 }
 
 void Outputs::plan_model(const std::string& name, const Model& model, Kind kind) {
@@ -124,17 +131,18 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
     const bool beside_source = fs::equivalent(path.parent_path() / own, texture.path, ignored) &&
                                !fs::equivalent(path, model.path, ignored);
     const std::string stem = path.stem().string();
-    if (texture.path.empty() && leaves_model(path, model.path)) {
-      texture_names_.push_back(stem + "_" + own.string());
-      paths_.push_back(path.parent_path() / texture_names_.back());
-      continue;
-    }
-    texture_names_.push_back(!beside_source               ? texture.name
-                             : model.textures.size() == 1 ? stem + own.extension().string()
-                                                          : stem + "_" + own.string());
-    if (!texture.path.empty()) paths_.push_back(path.parent_path() / texture_names_.back());
+    const bool leaves = texture.path.empty() && leaves_model(path, model.path);
+    const std::string wanted = !leaves && !beside_source ? texture.name
+                               : !leaves && model.textures.size() == 1
+                                   ? stem + own.extension().string()
+                                   : stem + "_" + own.string();
+    texture_names_.push_back(wanted);
+    if (!leaves && texture.path.empty()) continue;
+    paths_.push_back(free_path(paths_, wanted, [&](const fs::path& name_in_model) {
+      texture_names_.back() = name_in_model.generic_string();
+      return path.parent_path() / name_in_model;
+    }));
   }
-  refuse_collisions(paths_);
 }
 
 std::vector<std::string> Outputs::write(Model model, const Progress& progress) const {

@@ -19,9 +19,9 @@ class Outputs {
   };
 
   /// `name` is a model (.obj, .ply, .gltf, .glb), a picture, a picture with %s for the texture's
-  /// name, or a folder (it exists, or ends in /). Throws `InvalidInput` when it does
-  /// not fit the kind, when one picture is to hold several textures, or two would overwrite each
-  /// other.
+  /// name, or a folder (it exists, or ends in /). Of textures of one name all but the first get a
+  /// number, skin_2.png. Throws `InvalidInput` when it does not fit the kind, or when one picture
+  /// is to hold several textures.
   Outputs(const std::string& name, const Model& model, Kind kind);
 
   const std::vector<std::filesystem::path>& paths() const { return paths_; }

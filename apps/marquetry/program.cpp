@@ -17,10 +17,11 @@
 #include <malloc.h>
 #endif
 
-#include "mq/io/frame_files.h"
+#include "frame_place.h"
 #include "interrupt.h"
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
+#include "mq/io/frame_files.h"
 #include "run.h"
 #include "terminal.h"
 
@@ -88,6 +89,13 @@ void check_frame_places(const OptionValues& options) {
                           options.text(option.name)));
 }
 
+/// Without --frames nothing says which number the place stands for.
+void refuse_frame_places(const OptionValues& options) {
+  for (const Option& option : options.table().options())
+    if (option.name == "output" && options.has(option.name))
+      require_no_frame_place(options.text(option.name));
+}
+
 struct Outcome {
   Exit exit = Exit::done;
   Json report;
@@ -108,6 +116,7 @@ Outcome run_all(const Verb& verb, const OptionValues& options, Terminal& termina
                           &Interrupt::requested());
   const bool sequence = std::ranges::any_of(
       options.table().options(), [](const Option& option) { return is_frames_option(option); });
+  if (sequence && !options.has("frames")) refuse_frame_places(options);
   if (!sequence || !options.has("frames")) return run_once(verb, options, terminal, progress);
 
   check_frame_places(options);
@@ -217,7 +226,7 @@ Exit guarded(const std::vector<Verb>& verbs, const std::vector<std::string>& wor
       throw IoError("standard output cannot be written to (is the disk full?)");
     return exit;
   } catch (const Cancelled&) {
-    fail("cancelled, nothing half-written is left");
+    fail("cancelled, " + what_is_left());
     return Exit::cancelled;
   } catch (const std::bad_alloc&) {
     fail("not enough memory: use smaller textures, or a machine with more");

@@ -13,6 +13,7 @@
 #include "mq/io/bytes.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/json_read.h"
+#include "mq/io/video.h"
 
 namespace mq::app {
 namespace {
@@ -56,22 +57,12 @@ void Run::will_read(const std::filesystem::path& path) {
 }
 
 Run::MadeFolders::~MadeFolders() {
-  std::error_code failure;  // of those that are not empty
-  for (auto folder = folders_.rbegin(); folder != folders_.rend(); ++folder)
-    std::filesystem::remove(*folder, failure);
+  for (const std::filesystem::path& folder : folders_) make_no_more(folder);
 }
 
 void Run::MadeFolders::make(const std::filesystem::path& folder) {
-  namespace fs = std::filesystem;
-  std::error_code failure;
-  std::vector<fs::path> missing;
-  for (fs::path part = fs::absolute(folder).lexically_normal(); !fs::exists(part, failure);
-       part = part.parent_path())
-    missing.push_back(part);
-  if (!fs::create_directories(folder, failure) && failure)
-    throw IoError(
-        fmt::format("{}: the folder cannot be made: {}", folder.string(), failure.message()));
-  folders_.insert(folders_.end(), missing.rbegin(), missing.rend());
+  make_on_demand(folder);
+  folders_.push_back(folder);
 }
 
 void Run::will_write(const std::vector<std::filesystem::path>& paths,
@@ -96,9 +87,10 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
   const bool makes_folder = !folder.empty() && !fs::exists(folder, failure);
   if (makes_folder && !dry_run()) made_.make(folder);
   for (const auto& path : paths) {
+    if (names_video(path)) require_video_program(path);
     if (dry_run()) terminal_.remark("would write " + path.string());
     if (makes_folder && dry_run()) continue;
-    const AtomicFile probe(path);  // makes and removes a temporary file there
+    const AtomicFile probe(path);  // makes and removes a temporary file, and its folder
   }
 }
 

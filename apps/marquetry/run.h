@@ -55,10 +55,10 @@ class Run {
   void will_read(const std::filesystem::path& path);
 
   /// Says now that these files will be written, so that a name that cannot be written to, that is
-  /// one of the inputs, or that --no-clobber protects, is refused before any work is done. `folder`
-  /// is made if it is not there (empty: none is), and goes with the run where nothing was written
-  /// to it. With --dry-run only lists the files. Throws
-  /// `IoError`.
+  /// one of the inputs, or that --no-clobber protects, is refused before any work is done, and so
+  /// is a video where there is no ffmpeg. `folder`, if it is not there (empty: none), is made when
+  /// the first file is written to it, and stays only if one is finished. With --dry-run only lists
+  /// the files. Throws `IoError`.
   void will_write(const std::vector<std::filesystem::path>& paths,
                   const std::filesystem::path& folder = {});
 
@@ -80,7 +80,7 @@ class Run {
   Json report() const;
 
  private:
-  /// Folders made for results; those that stay empty are removed again.
+  /// Folders for results, made when the first file is written to them.
   class MadeFolders {
    public:
     MadeFolders() = default;
@@ -90,7 +90,7 @@ class Run {
     void make(const std::filesystem::path& folder);
 
    private:
-    std::vector<std::filesystem::path> folders_;  ///< the outer ones first
+    std::vector<std::filesystem::path> folders_;  ///< asked for
   };
 
   OptionValues options_;

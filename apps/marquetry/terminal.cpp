@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "duration.h"
+
 namespace mq::app {
 namespace {
 
@@ -30,13 +32,6 @@ bool environment_has(const char* name) {
 int terminal_width() {
   winsize size{};
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
-}
-
-/// "3 s", "4 min", "2 h".
-std::string duration(double seconds) {
-  if (seconds < 90) return fmt::format("{:.0f} s", seconds);
-  if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
-  return fmt::format("{:.1f} h", seconds / 3600);
 }
 
 /// Time left if the rest goes as fast as what is done; said only where that means something.

@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdlib>
+
 #include "cli/models.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
@@ -25,16 +28,51 @@ TEST(Cancelling, LeavesNothingBehind) {
 
 TEST(Cancelling, EndsAtOnceWhenAskedAgain) {
   const Folder folder;
+  for (const char* name : {"a.png", "b.png"}) write_image(folder / name, busy_picture(511, 513));
+  // An encoder that reads nothing: the frame that it is given first is never taken.
+  std::filesystem::create_directory(folder / "bin");
+  write_bytes(folder / "bin/ffmpeg", "#!/bin/sh\nexec sleep 60\n");
+  std::filesystem::permissions(folder / "bin/ffmpeg", std::filesystem::perms::owner_all);
+  const auto before = folder.names();
+  const Result result =
+      marquetry(folder, {"interpolate", "a.png", "b.png", "-o", "out.mp4", "--frames", "0-2"},
+                {.environment = {{"PATH", (folder / "bin").string() + ":" + std::getenv("PATH")}},
+                 .interrupt_at = {"are cut to", "press Ctrl-C again"}});
+  EXPECT_EQ(result.status, 130) << result.error;
+  EXPECT_THAT(result.error, testing::HasSubstr("press Ctrl-C again"));
+  EXPECT_THAT(result.error, testing::HasSubstr("stopped at once, nothing half-written is left"));
+  EXPECT_EQ(folder.names(), before);
+}
+
+TEST(Cancelling, DoesNotWaitForFactorisations) {
+  const Folder folder;
   write_strip(folder, 2000, 1500);
   const auto before = folder.names();
-  // No factorisation looks up; this one takes longer than the test.
-  const Result result = marquetry(
-      folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "0", "--solver", "direct"},
-      {.interrupt_at = {"analysis", "press Ctrl-C again"}});
+  // This one takes longer than the test.
+  const Result result =
+      marquetry(folder, {"filter", "strip.obj", "-o", "out/", "--beta", "0", "--solver", "direct"},
+                {.interrupt_at = {"analysis"}});
   EXPECT_EQ(result.status, 130) << result.error;
-  EXPECT_THAT(result.error, testing::HasSubstr("finishing the analysis; press Ctrl-C again"));
-  EXPECT_THAT(result.error, testing::HasSubstr("stopped at once"));
+  EXPECT_THAT(result.error, testing::HasSubstr("cancelled, nothing half-written is left"));
   EXPECT_EQ(folder.names(), before);
+}
+
+TEST(Cancelling, SaysHowManyFramesAreThere) {
+  const Folder folder;
+  for (const char* name : {"a.png", "b.png"}) write_image(folder / name, busy_picture(200, 200));
+  const Result result = marquetry(
+      folder,
+      {"interpolate", "a.png", "b.png", "-o", "f_%05d.png", "--frames", "0-9999", "--threads", "1"},
+      {.interrupt_at = {"frame"}});
+  EXPECT_EQ(result.status, 130) << result.error;
+  const auto names = folder.names();
+  const auto frames =
+      std::ranges::count_if(names, [](const std::string& name) { return name.starts_with("f_"); });
+  ASSERT_GT(frames, 0) << result.error;
+  EXPECT_THAT(result.error,
+              testing::HasSubstr("nothing half-written is left; " + std::to_string(frames) +
+                                 (frames == 1 ? " file is" : " files are") + " complete"));
+  EXPECT_THAT(result.error, testing::HasSubstr("the last of them f_"));
 }
 
 /// A run that is stopped once it speaks of its progress, and leaves nothing behind.

@@ -525,6 +525,116 @@ TEST(Flow, RefusesFieldsThatAreNone) {
             2);
 }
 
+TEST(Flow, NumbersTexturesOfOneName) {
+  const Folder folder;
+  write_bytes(folder / "two.obj",
+              "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n"
+              "vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\n"
+              "usemtl a\nf 1/1 2/2 5/3 4/4\nusemtl b\nf 2/1 3/2 6/3 5/4\n");
+  write_bytes(folder / "two.mtl", "newmtl a\nmap_Kd a/skin.png\nnewmtl b\nmap_Kd b/skin.png\n");
+  for (const std::string name : {"a", "b", "c", "d"}) {
+    std::filesystem::create_directory(folder / name);
+    write_image(folder / (name + "/skin.png"), blobs(40, 30, name[0] - 'a', 0));
+  }
+  const std::vector<std::string> inputs = {"two.obj", "a/skin.png", "b/skin.png", "c/skin.png",
+                                           "d/skin.png"};
+  const auto run = [&](const std::string& verb, const std::vector<std::string>& rest) {
+    std::vector<std::string> words = {verb};
+    words.insert(words.end(), inputs.begin(), inputs.end());
+    words.insert(words.end(), rest.begin(), rest.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+  };
+  run("flow", {"-o", "out"});
+  for (const char* name : {"halfway/skin.png", "halfway/skin_2.png", "error/skin_2.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder / (std::string("out/") + name))) << name;
+  run("interpolate", {"-o", "t_%s.png", "-t", "0"});
+  EXPECT_EQ(read_texture(folder / "t_skin.png").pixels, read_texture(folder / "a/skin.png").pixels);
+  EXPECT_EQ(read_texture(folder / "t_skin_2.png").pixels,
+            read_texture(folder / "b/skin.png").pixels);
+}
+
+TEST(Flow, SaysWhichResultsAreOfAnEarlierRun) {
+  const Folder folder;
+  for (const int i : {0, 1}) {
+    write_image(folder / (std::to_string(i) + ".png"), blobs(40, 40, i, 0));
+    write_image(folder / (std::to_string(i) + ".exr"), blobs(40, 40, i, 0), Depth::f32);
+  }
+  const Result first = marquetry(folder, {"flow", "0.png", "1.png", "-o", "out"});
+  ASSERT_EQ(first.status, 0) << first.error;
+  EXPECT_THAT(first.error, Not(HasSubstr("there from before")));
+  const Result second = marquetry(folder, {"flow", "0.exr", "1.exr", "-o", "out"});
+  ASSERT_EQ(second.status, 0) << second.error;
+  EXPECT_THAT(
+      second.error,
+      HasSubstr("not of this run, but there from before: out/blend.png, out/halfway.png\n"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/blend.png"));
+}
+
+TEST(Interpolate, RefusesOutputsThatDoNotGoWithTheOptions) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(20, 20, 0, 0));
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"-o", "f_%04d.png"}, "without --frames there is none"},
+      {{"-o", "v.avi", "--frames", "0-4", "--rate", "30"}, ".mp4, .mov, .webm or .mkv"},
+      {{"-o", "v.avi", "--rate", "30"}, "--rate is for videos (.mp4, .mov, .webm or .mkv)"},
+      {{"-o", "v.mp4", "--frames", "0-4", "--depth", "16"}, "which has 8 bits"}};
+  for (const auto& [rest, message] : cases) {
+    std::vector<std::string> words = {"interpolate", "a.png", "a.png"};
+    words.insert(words.end(), rest.begin(), rest.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2) << rest[1];
+    EXPECT_THAT(result.error, HasSubstr(message));
+  }
+  const Result flow = marquetry(folder, {"flow", "a.png", "a.png", "-o", "out_%02d"});
+  EXPECT_EQ(flow.status, 2);
+  EXPECT_THAT(flow.error, HasSubstr("without --frames there is none"));
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"a.png"});
+}
+
+TEST(Interpolate, MissesTheEncoderBeforeAnyWork) {
+  const Folder folder;
+  write_image(folder / "a.png", blobs(20, 20, 0, 0));
+  for (const bool dry : {false, true}) {
+    std::vector<std::string> words = {"interpolate", "a.png",    "a.png", "-o",
+                                      "v.mp4",       "--frames", "0-4"};
+    if (dry) words.push_back("--dry-run");
+    const Result result =
+        marquetry(folder, words, {.environment = {{"PATH", folder.path().string()}}});
+    EXPECT_EQ(result.status, 2);
+    EXPECT_THAT(result.error, HasSubstr("v.mp4: videos are made by the program ffmpeg"));
+  }
+}
+
+TEST(Flow, SaysWhatFactorisationsWillTake) {
+  const Folder folder;
+  write_strip(folder);
+  for (const int i : {0, 1})
+    write_image(folder / (std::to_string(i) + ".png"), blobs(640, 480, i, 0));
+  const Result large =
+      marquetry(folder, {"flow", "strip.obj", "0.png", "1.png", "-o", "out", "--basis", "triangle"},
+                {.interrupt_at = {"factors none"}});
+  EXPECT_EQ(large.status, 130) << large.error;
+  EXPECT_THAT(large.error,
+              ::testing::ContainsRegex(
+                  "each correction factors a matrix of [0-9.]+ million unknowns, which "
+                  "takes about .* GB, and there are up to [0-9]+, together about .*; "
+                  "--basis vertex factors none"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  write_image(folder / "a.png", blobs(64, 48, 0, 0));
+  write_image(folder / "b.png", blobs(64, 48, 1, 1));
+  const Result small = marquetry(folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "small",
+                                          "--basis", "triangle", "--longest-edge", "6", "--json"});
+  ASSERT_EQ(small.status, 0) << small.error;
+  EXPECT_THAT(small.error, Not(HasSubstr("factors none")));
+  const auto result = small.json()["result"];
+  EXPECT_EQ(result["forecast"]["unknowns"], result["levels"][0]["unknowns"]);
+  int corrections = 0;
+  for (const auto& level : result["levels"]) corrections += level["cycles"].get<int>();
+  EXPECT_LE(corrections, result["forecast"]["factorisations"].get<int>());
+  EXPECT_GT(corrections, 0);
+}
+
 TEST(Flow, StopsWhenAskedTo) {
   const Folder folder;
   write_image(folder / "a.png", blobs(900, 900, 0, 0));

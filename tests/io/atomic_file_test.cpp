@@ -99,6 +99,40 @@ TEST_F(AtomicFileTest, RefusesADirectoryAndAMissingFolder) {
   EXPECT_EQ(files(), 0);
 }
 
+TEST_F(AtomicFileTest, MakesAFolderOnDemandForTheFirstFile) {
+  const fs::path out = folder / "out" / "pictures";
+  make_on_demand(out.string() + "/");
+  EXPECT_EQ(files(), 0);
+  {
+    AtomicFile given_up(out / "x");
+    EXPECT_TRUE(fs::exists(given_up.temporary()));
+  }
+  EXPECT_EQ(files(), 0);
+  {
+    AtomicFile unfinished(out / "x");
+    { const auto held = remove_unfinished_files(); }
+    EXPECT_EQ(files(), 0);
+  }
+  const int before = written_files().count;
+  write_file(out / "x", {});
+  EXPECT_TRUE(fs::exists(out / "x"));
+  EXPECT_EQ(written_files().count, before + 1);
+  EXPECT_EQ(written_files().last, out / "x");
+  { AtomicFile second(out / "y"); }
+  EXPECT_TRUE(fs::exists(out / "x"));
+  make_no_more(out);
+  fs::remove_all(folder / "out");
+  EXPECT_THAT(error_of([&] { AtomicFile file(out / "x"); }), HasSubstr("make its folder first"));
+}
+
+TEST_F(AtomicFileTest, SaysWhyAFolderCannotBeMade) {
+  put(folder / "file", "");
+  make_on_demand(folder / "file" / "in");
+  EXPECT_THAT(error_of([&] { AtomicFile file(folder / "file" / "in" / "x"); }),
+              HasSubstr("the folder cannot be made: Not a directory"));
+  make_no_more(folder / "file" / "in");
+}
+
 TEST_F(AtomicFileTest, FitsALongNameIntoTheFileSystem) {
   const fs::path path = folder / (std::string(250, 'n') + ".obj");
   write_file(path, {});

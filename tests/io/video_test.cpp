@@ -90,6 +90,10 @@ TEST_F(Video, LosesTheLastRowAndColumnOfOddSidesOnly) {
   video.write(ramp(33, 17, 0));
   video.finish();
   EXPECT_EQ(frames("v.mp4").size(), 32U * 16 * 3);
+  ASSERT_EQ(video.notes().size(), 1U);
+  EXPECT_THAT(video.notes()[0], HasSubstr("33 x 17 pixels are cut to 32 x 16"));
+  EXPECT_EQ(VideoWriter(folder / "v.mkv", 33, 17).notes().size(), 0U);
+  EXPECT_EQ(VideoWriter(folder / "even.mp4", 32, 16).notes().size(), 0U);
 }
 
 TEST_F(Video, IsNotThereUntilItIsFinished) {
@@ -116,10 +120,12 @@ TEST_F(Video, PassesOnWhatTheEncoderSays) {
   const std::string path = std::getenv("PATH");
   ::setenv("PATH", folder.c_str(), 1);
   const std::string without = io_error_of([&] { VideoWriter(folder / "v.mp4", 64, 64); });
+  EXPECT_EQ(io_error_of([&] { require_video_program(folder / "v.mp4"); }), without);
   // One that refuses everything is an encoder that fails.
   std::filesystem::create_symlink("/bin/sh", folder / "sh");
   put("ffmpeg", "#!/bin/sh\necho 'no room left' >&2\nexit 1\n");
   std::filesystem::permissions(folder / "ffmpeg", std::filesystem::perms::owner_all);
+  EXPECT_NO_THROW(require_video_program(folder / "v.mp4"));
   const std::string failing = io_error_of([&] {
     VideoWriter video(folder / "v.mp4", 640, 480);
     for (int f = 0; f < 50; ++f) video.write(ramp(640, 480, f));

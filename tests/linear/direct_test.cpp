@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <limits>
+#include <optional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "linear/matrices.h"
 #include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
 #include "mq/linear/direct_solver.h"
 
 namespace mq {
@@ -104,6 +106,60 @@ TEST_P(Factoring, StopsWhenAsked) {
   const auto stop_at_factor = [&](const ProgressEvent& e) { cancel = e.step == "factorisation"; };
   EXPECT_THROW(DirectSolver(grid_laplacian(20, 1), GetParam(), Progress(stop_at_factor, &cancel)),
                Cancelled);
+}
+
+/// A full n × n matrix, which is positive definite.
+SparseMatrix full(int n) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) entries.emplace_back(i, j, i == j ? double(n) : 1);
+  SparseMatrix A(n, n);
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+TEST_P(Factoring, SaysBeforeWhatItTakes) {
+  const int n = 60;
+  const SparseMatrix A = full(n);
+  DirectSolver solver = DirectSolver::analysed(A, GetParam());
+  EXPECT_EQ(solver.cost().entries, n * (n + 1) / 2);
+  EXPECT_EQ(solver.cost().operations, n * (n + 1) * (2 * n + 1) / 6);
+  EXPECT_GE(solver.cost().bytes, 8 * solver.cost().entries);
+  EXPECT_GT(solver.expected_seconds(), 0);
+  EXPECT_THROW(solver.solve(random_signal(n, 1)), SolverError);
+  solver.refactor(A);
+  const Signal X = random_signal(n, 1);
+  EXPECT_LE((solver.solve(A * X) - X).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_EQ(solver.expected_seconds(), solver.factor_seconds());
+}
+
+TEST_P(Factoring, ForeseesTheMemoryOfLargeFactors) {
+  const SparseMatrix A = grid_laplacian(200, 0.01);
+  DirectSolver solver = DirectSolver::analysed(A, GetParam());
+  solver.refactor(A);
+  EXPECT_GE(solver.cost().bytes, 8 * solver.factor_nonzeros());
+  EXPECT_LE(solver.cost().bytes, 4 * 8 * solver.factor_nonzeros());
+}
+
+TEST_P(Factoring, StopsAmidALargeFactorisation) {
+  const SparseMatrix A = full(1500);
+  const Signal X = random_signal(1500, 1);
+  DirectSolver solver(A, GetParam());
+  const double whole = solver.factor_seconds();
+  std::atomic<bool> cancel = false;
+  std::optional<Stopwatch> asked;
+  const Progress progress(
+      [&](const ProgressEvent&) {
+        cancel = true;
+        asked.emplace();
+      },
+      &cancel);
+  EXPECT_THROW(solver.refactor(A, progress), Cancelled);
+  ASSERT_TRUE(asked.has_value());  // so it had begun
+  EXPECT_LT(asked->seconds(), 0.5 * whole);
+  EXPECT_THROW(solver.solve(X), SolverError);
+  solver.refactor(A);  // the one that goes on has a copy of its own
+  EXPECT_LE((solver.solve(A * X) - X).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TEST_P(Factoring, AsALinearSolverReportsTheResidual) {

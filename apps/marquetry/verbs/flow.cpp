@@ -97,6 +97,21 @@ Json truth_json(const FlowErrors& errors) {
           {"outliers", errors.outliers}};
 }
 
+/// Says which results of an earlier run, of names that this one has not, lie among its own.
+void remark_stale(Run& run, const fs::path& folder, const std::vector<fs::path>& written) {
+  std::string stale;
+  for (const char* name : {"field.flo", "field.png", "field.exr", "field.vf", "colours.png",
+                           "error.png", "error.ply", "error", "blend.png", "blend.exr",
+                           "halfway.png", "halfway.exr", "halfway.ply", "halfway", "truth.png"}) {
+    const fs::path path = folder / name;
+    std::error_code ignored;
+    const bool own = std::ranges::any_of(
+        written, [&](const fs::path& one) { return one == path || one.parent_path() == path; });
+    if (!own && fs::exists(path, ignored)) stale += (stale.empty() ? "" : ", ") + path.string();
+  }
+  if (!stale.empty()) run.terminal().remark("not of this run, but there from before: " + stale);
+}
+
 /// What people want to know at once.
 void print_result(Run& run, double before, double after) {
   const Json& error = run.result["error"];
@@ -168,6 +183,7 @@ Exit flow_pictures(Run& run) {
                     errors.endpoint, errors.angular, 100 * errors.outliers, errors.pixels));
   }
   say_written(run, paths);
+  remark_stale(run, folder, paths);
   write_report(run, paths[5]);
   print_result(run, before, after);
   return Exit::done;
@@ -214,7 +230,7 @@ Exit flow_model(Run& run) {
   if (run.dry_run()) return Exit::done;
 
   {
-    const Step step(run, "align", 0.5);
+    const Step step(run, "align", pair.share_of_align());
     pair.align(run, how, step);
   }
   const Step step(run, "write", 0.2);
@@ -241,6 +257,7 @@ Exit flow_model(Run& run) {
     error.write(std::move(differences), step.progress().step("error", 0.2));
   }
   say_written(run, paths);
+  remark_stale(run, folder, paths);
   write_report(run, paths[1]);
   print_result(run, mean_before, mean_after);
   return Exit::done;

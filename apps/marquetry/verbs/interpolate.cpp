@@ -6,6 +6,7 @@
 
 #include "flow_options.h"
 #include "flow_pair.h"
+#include "frame_place.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/io/frame_files.h"
@@ -27,13 +28,19 @@ std::vector<Moment> moments(const OptionValues& options) {
   const std::string output = options.text("output");
   require(options.has("frames") || !names_video(output),
           fmt::format("--output: {} is a video: say with --frames how many frames it has", output));
+  if (!options.has("frames")) require_no_frame_place(output);
+  require(
+      !options.has("frames") || has_frame_place(output) || names_video(output),
+      fmt::format("--output: with --frames wanted a video (.mp4, .mov, .webm or .mkv), or a name "
+                  "with a place for the number, such as out_%04d.png; found '{}'",
+                  output));
   require(names_video(output) || !asks_for(options, "rate"),
-          fmt::format("--rate is for videos; found '{}'", output));
+          fmt::format("--rate is for videos (.mp4, .mov, .webm or .mkv); found '{}'", output));
+  require(!names_video(output) || !asks_for(options, "depth") || options.text("depth") == "8",
+          fmt::format("--depth: found '{}', but {} is a video, which has 8 bits: leave it out, or "
+                      "write pictures (out_%04d.png)",
+                      options.text("depth"), output));
   if (!options.has("frames")) return {{options.number("time"), output}};
-  require(has_frame_place(output) || names_video(output),
-          fmt::format("--output: with --frames wanted a video, or a name with a place for the "
-                      "number, such as out_%04d.png; found '{}'",
-                      output));
   const std::vector<int> frames = parse_frames(options.text("frames"));
   require(frames.size() >= 2,
           "--frames: two or more are wanted, from the first signal to the second; "
@@ -77,10 +84,12 @@ class Results {
       return;
     }
     const Texture& frame = between.textures.front();
-    if (!video_)
+    if (!video_) {
       video_ = std::make_unique<VideoWriter>(moments_[i].output, frame.pixels.width(),
                                              frame.pixels.height(),
                                              VideoOptions{.rate = run_.options().number("rate")});
+      for (const std::string& note : video_->notes()) run_.terminal().remark(note);
+    }
     video_->write(holds_light(frame.format)
                       ? encode(frame.pixels, ColourSpace::linear, Transfer::srgb)
                       : frame.pixels);
@@ -143,7 +152,7 @@ Exit interpolate_model(Run& run) {
                   pair.at_vertices() ? Outputs::Kind::model : Outputs::Kind::pictures);
   if (run.dry_run()) return Exit::done;
   {
-    const Step step(run, "align", 0.4);
+    const Step step(run, "align", pair.share_of_align());
     pair.align(run, how, step);
   }
   const Step step(run, "write", 0.3);

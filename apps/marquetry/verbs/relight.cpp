@@ -149,13 +149,15 @@ class Film {
     if (run_.options().has("truth")) truth = space.gather(std::vector{read("truth", i).pixels});
     measures_.add(frame, space, was, is, truth.size() > 0 ? &truth : nullptr);
     const Image<char> inside = spread_outside(space.texels(), pixels[0]);
-    output_.write({.number = numbers_[i],
-                   .mesh = atlas->surface().mesh,
-                   .inside = inside,
-                   .pixels = pixels[0],
-                   .values = holds_light(open.texture.format) ? FrameTextures::Values::light
-                                                              : FrameTextures::Values::display},
-                  run_.options().number("rate"));
+    const FrameTextures::Frame shown = {.number = numbers_[i],
+                                        .mesh = atlas->surface().mesh,
+                                        .inside = inside,
+                                        .pixels = pixels[0],
+                                        .values = holds_light(open.texture.format)
+                                                      ? FrameTextures::Values::light
+                                                      : FrameTextures::Values::display};
+    for (const std::string& note : output_.write(shown, run_.options().number("rate")))
+      run_.terminal().remark(note);
     open_.erase(i);
   }
 

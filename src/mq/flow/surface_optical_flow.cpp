@@ -112,6 +112,7 @@ class Aligner {
     best_ = now_;
     flow.blend_error = best_error_ = error_of(0, raw_[0], {});
     if (mesh_ > 0) place_probes();
+    corrections_ = int(scales.size()) * most_steps(0) * most_reweightings();
     double work = 0;
     for (const Scale& s : scales) work += meshes_[mesh_for(s)].vertex_count();
     for (const Scale& s : scales) {
@@ -231,7 +232,14 @@ class Aligner {
     const FlowMesh& mesh = meshes_[mesh_];
     const DataTerms data = options_.thesis ? terms : terms.held(mesh.space().shapes(), mesh.area());
     if (direct_) {
-      Field Y{direct_->solve(data, weight, progress), {}};
+      const auto foresee = [&](const DirectSolver& solver) {
+        if (options_.foresee)
+          options_.foresee({.unknowns = solver.size(),
+                            .factorisations = corrections_,
+                            .seconds = solver.expected_seconds(),
+                            .bytes = solver.cost().bytes});
+      };
+      Field Y{direct_->solve(data, weight, progress, foresee), {}};
       const FlowSystemCost& cost = direct_->cost();
       level.build_seconds += cost.build_seconds;
       level.solve_seconds += cost.solve_seconds();
@@ -253,6 +261,16 @@ class Aligner {
     return Y;
   }
 
+  bool is_robust() const {
+    return !options_.thesis && (options_.robust_data > 0 || options_.robust_smoothness > 0);
+  }
+
+  int most_reweightings() const { return is_robust() ? std::max(1, options_.reweightings) : 1; }
+
+  int most_steps(int mesh) const {
+    return options_.thesis ? 1 : (mesh > 0 ? 2 : 1) * options_.steps;
+  }
+
   /// EstimateFlow, reweighted where that is asked for.
   Field estimate(const Pair& now, double length, BlockMultigrid& multigrid, MeshFlowLevel& level,
                  double& scale, const Progress& progress) {
@@ -266,19 +284,19 @@ class Aligner {
     Field Y;
     scale = 0;
     if (!(data.trace > 0)) return Y;
-    const bool robust =
-        !options_.thesis && (options_.robust_data > 0 || options_.robust_smoothness > 0);
+    const bool robust = is_robust();
     std::vector<double> shares;
     if (robust && options_.robust_data > 0) {
       const Vector nothing = Vector::Zero(2 * std::int64_t(data.triangles.size()));
       data = data_terms(mesh.space(), difference, mean, options_.robust_data, &nothing);
     }
-    for (int k = 0; k < (robust ? std::max(1, options_.reweightings) : 1); ++k) {
+    for (int k = 0; k < most_reweightings(); ++k) {
       if (k > 0 && options_.robust_data > 0)
         data = data_terms(mesh.space(), difference, mean, options_.robust_data, &Y.field);
       if (k > 0 && options_.robust_smoothness > 0 && !direct_)
         shares = smoothness_shares(mesh, Y.z, options_.robust_smoothness);
-      Y = corrected(data, weight, shares, multigrid, level, progress);
+      Y = corrected(data, weight, shares, multigrid, level,
+                    progress.step("solve", 1.0 / most_reweightings()));
     }
     const auto [linear, quadratic] = data.products(Y.field);
     if (quadratic > 0) scale = -linear / quadratic;
@@ -357,11 +375,12 @@ class Aligner {
     double error = mean_square_difference(mesh.lumped_mass(), now.source, now.target);
     level.warp_seconds += warping.seconds();
 
-    const int steps = options_.thesis ? 1 : (m > 0 ? 2 : 1) * options_.steps;
+    const int steps = most_steps(m);
     for (int step = 0; step < steps && error > 0; ++step) {
       double scale = 0;
       const Progress one = progress.step("step", 1.0 / steps);
-      const Field Y = estimate(now, s.length, multigrid, level, scale, one.step("solve", 0.8));
+      const Field Y =
+          estimate(now, s.length, multigrid, level, scale, one.step("solve", direct_ ? 0.97 : 0.8));
       if (!(scale > 0)) break;
       level.scale = scale;
       if (!options_.thesis) scale = std::min(scale, largest_scale);
@@ -393,6 +412,7 @@ class Aligner {
   const FlowMeshes& meshes_;
   std::optional<DirectFlowSolver> direct_;
   std::vector<Pair> raw_;  ///< prepared signals, per mesh
+  int corrections_ = 0;    ///< by the direct solver, at most
   int mesh_ = 0;           ///< the one at hand
   Field now_, best_;       ///< X there, and the one of the least error on the finest mesh
   bool astray_ = false;    ///< they differ
@@ -468,9 +488,10 @@ MeshFlow mesh_flow(const Surface& surface, const Signal& source, const Signal& t
                    const MeshFlowOptions& options, const Progress& progress) {
   const Stopwatch watch;
   require_signals(surface, source, target);
-  const MeshFlowFinder find(surface, options, progress.step("meshes", 0.3));
+  const double share_of_meshes = options.solver == FlowSolver::direct ? 0.02 : 0.3;
+  const MeshFlowFinder find(surface, options, progress.step("meshes", share_of_meshes));
   const double made_in = watch.seconds();
-  MeshFlow flow = find(source, target, progress.step("levels", 0.7));
+  MeshFlow flow = find(source, target, progress.step("levels", 1 - share_of_meshes));
   flow.prepare_seconds += made_in;
   flow.seconds += made_in;
   return flow;

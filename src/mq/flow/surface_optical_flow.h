@@ -1,6 +1,7 @@
 #pragma once
 /// Optical flow between two signals at the vertices of one mesh.
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -46,6 +47,14 @@ struct ThesisFlow {
                          ///< with its data matrix
 };
 
+/// What the direct solver will take, known once its first matrix is analysed.
+struct FlowForecast {
+  std::int64_t unknowns = 0;
+  int factorisations = 0;  ///< at most: a level ends early where a step gains little
+  double seconds = 0;      ///< of one of them, within about a factor of two
+  std::int64_t bytes = 0;  ///< of one of them, beside all else
+};
+
 struct MeshFlowOptions {
   FlowBasis basis = FlowBasis::vertex;
   FlowSolver solver = FlowSolver::hierarchical;
@@ -76,6 +85,7 @@ struct MeshFlowOptions {
   /// At how many places, at least, errors of fields on coarser meshes are taken, see `MeshFlow`.
   int probes = 25000;
   std::optional<ThesisFlow> thesis;
+  std::function<void(const FlowForecast&)> foresee;  ///< told once, before the first factorisation
 };
 
 /// The thesis' seven levels with the weight it states for the basis (4.6.2).

@@ -307,7 +307,8 @@ DirectFlowSolver::DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
   transposed_ = prolongation_.transpose();
 }
 
-Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progress& progress) {
+Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progress& progress,
+                               const std::function<void(const DirectSolver&)>& analysed) {
   const Stopwatch building;
   const SparseMatrix weighted = data_matrix(data) * prolongation_;
   const SparseMatrix D = transposed_ * weighted;
@@ -332,12 +333,13 @@ Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progr
            .smoothness_entries = smoothness_.nonZeros(),
            .entries = A.nonZeros(),
            .build_seconds = building.seconds()};
-  if (factor_) {
-    factor_->refactor(A, progress);
-  } else {
-    factor_.emplace(A, Factorisation::automatic, progress);
+  if (!factor_) {
+    factor_.emplace(
+        DirectSolver::analysed(A, Factorisation::automatic, progress.step("analysis", 0.1)));
     cost_.analyse_seconds = factor_->analyse_seconds();
+    if (analysed) analysed(*factor_);
   }
+  factor_->refactor(A, progress.step("factorisation", 1));
   cost_.factor_seconds = factor_->factor_seconds();
   const Stopwatch substituting;
   const Signal coefficients = factor_->solve(b, progress);

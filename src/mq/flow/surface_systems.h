@@ -2,6 +2,7 @@
 /// The quadratic energies that a step of flow minimises, and what solves them.
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -65,8 +66,10 @@ class DirectFlowSolver {
   DirectFlowSolver(const FlowMesh& mesh, FlowBasis basis,
                    const std::optional<ThesisFlow>& thesis = {});
 
-  /// PᵀGP + weight·S, or as the thesis weighs it. The weight is for a field in model units.
-  Vector solve(const DataTerms& data, double weight, const Progress& progress = {});
+  /// PᵀGP + weight·S, or as the thesis weighs it. The weight is for a field in model units. The
+  /// first time `analysed` is told of the solver before anything is factored.
+  Vector solve(const DataTerms& data, double weight, const Progress& progress = {},
+               const std::function<void(const DirectSolver&)>& analysed = {});
 
   /// Of the last `solve`.
   const FlowSystemCost& cost() const { return cost_; }

@@ -28,6 +28,11 @@ double affordable_edge(double longest_edge, const TexelSpace& space) {
   return longest_edge;
 }
 
+/// Of the work, what this takes of it where multigrid aligns: beside factorisations it is little.
+double share_beside(const TextureFlowOptions& options, double share) {
+  return options.flow.solver == FlowSolver::direct ? 0.1 * share : share;
+}
+
 /// Up to here what lies between vertices is hardly narrower than a texel, and values there say it
 /// all.
 constexpr double fine_edge = 2;
@@ -76,7 +81,7 @@ TextureFlow::TextureFlow(const Surface& surface, const Atlas& atlas, const Texel
                          const TextureFlowOptions& options, const Progress& progress)
     : source_(surface),
       refined_(surface, atlas, space, affordable_edge(options.longest_edge, space),
-               progress.step("cut triangles", 0.05)),
+               progress.step("cut triangles", share_beside(options, 0.05))),
       flow_([&] {
         require(
             source.rows() == space.size() && target.rows() == space.size() &&
@@ -88,10 +93,10 @@ TextureFlow::TextureFlow(const Surface& surface, const Atlas& atlas, const Texel
                                                   : refined_.at_vertices(signal);
         };
         return mesh_flow(refined_.fine().surface, sampled(source), sampled(target), options.flow,
-                         progress.step("align", 0.8));
+                         progress.step("align", 1 - share_beside(options, 0.2)));
       }()),
-      mesh_(refined_.fine().surface, progress.step("order triangles", 0.05)),
-      starts_(refined_.starts(progress.step("place texels", 0.1))) {}
+      mesh_(refined_.fine().surface, progress.step("order triangles", share_beside(options, 0.05))),
+      starts_(refined_.starts(progress.step("place texels", share_beside(options, 0.1)))) {}
 
 Signal TextureFlow::looked_up(const Signal& signal, double time, const Progress& progress) const {
   if (time == 0) return signal;

@@ -33,6 +33,9 @@ std::filesystem::path temporary_beside(const std::filesystem::path& path) {
 struct Unfinished {
   std::mutex mutex;
   std::set<std::filesystem::path> files;
+  std::multiset<std::filesystem::path> on_demand;  ///< folders to be made
+  std::set<std::filesystem::path> made;            ///< folders, for files not yet in their place
+  WrittenFiles written;
 };
 
 Unfinished& unfinished() {
@@ -40,7 +43,51 @@ Unfinished& unfinished() {
   return all;
 }
 
+/// The same for all spellings of a folder's name.
+std::filesystem::path folder_name(const std::filesystem::path& folder) {
+  std::filesystem::path name = std::filesystem::absolute(folder).lexically_normal();
+  return name.has_filename() ? name : name.parent_path();
+}
+
+/// Makes a folder that may be made, and those around it; says which, the outer ones first.
+std::vector<std::filesystem::path> made_on_demand(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::vector<fs::path> missing;
+  if (folder.empty() || unfinished().on_demand.empty()) return missing;
+  const fs::path name = folder_name(folder);
+  std::error_code failure;
+  if (!unfinished().on_demand.contains(name)) return missing;
+  for (fs::path part = name; !part.empty() && !fs::exists(part, failure); part = part.parent_path())
+    missing.insert(missing.begin(), part);
+  fs::create_directories(name, failure);
+  if (failure)
+    throw IoError(
+        fmt::format("{}: the folder cannot be made: {}", folder.string(), failure.message()));
+  unfinished().made.insert(missing.begin(), missing.end());
+  return missing;
+}
+
+/// Removes folders that were made on demand and are empty.
+void remove_made(const std::vector<std::filesystem::path>& folders) {
+  std::error_code failure;  // of those that are not empty
+  for (auto folder = folders.rbegin(); folder != folders.rend(); ++folder) {
+    std::filesystem::remove(*folder, failure);
+    unfinished().made.erase(*folder);
+  }
+}
+
 }  // namespace
+
+void make_on_demand(const std::filesystem::path& folder) {
+  const std::lock_guard lock(unfinished().mutex);
+  unfinished().on_demand.insert(folder_name(folder));
+}
+
+void make_no_more(const std::filesystem::path& folder) {
+  const std::lock_guard lock(unfinished().mutex);
+  auto& all = unfinished().on_demand;
+  if (const auto one = all.find(folder_name(folder)); one != all.end()) all.erase(one);
+}
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
   std::error_code ignored;
@@ -56,6 +103,7 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
     throw IoError(fmt::format("cannot write {}: it is not an ordinary file; give another name",
                               path_.string()));
   const std::lock_guard lock(unfinished().mutex);
+  made_ = made_on_demand(path_.parent_path());
   for (;;) {
     temporary_ = temporary_beside(path_);
     const int file = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -64,8 +112,11 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
       unfinished().files.insert(temporary_);
       return;
     }
-    if (errno != EEXIST)
-      fail(path_, errno == ENOENT ? "make its folder first" : "choose a folder you may write to");
+    if (errno == EEXIST) continue;
+    const int reason = errno;
+    remove_made(made_);
+    errno = reason;
+    fail(path_, errno == ENOENT ? "make its folder first" : "choose a folder you may write to");
   }
 }
 
@@ -74,6 +125,7 @@ AtomicFile::~AtomicFile() {
   const std::lock_guard lock(unfinished().mutex);
   unfinished().files.erase(temporary_);
   ::unlink(temporary_.c_str());
+  remove_made(made_);
 }
 
 void AtomicFile::commit() {
@@ -82,6 +134,9 @@ void AtomicFile::commit() {
   if (::stat(path_.c_str(), &old) == 0) ::chmod(temporary_.c_str(), old.st_mode & 07777);
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail(path_, "choose another place");
   unfinished().files.erase(temporary_);
+  for (const auto& folder : made_) unfinished().made.erase(folder);
+  ++unfinished().written.count;
+  unfinished().written.last = path_;
   pending_ = false;
 }
 
@@ -89,7 +144,13 @@ std::unique_lock<std::mutex> remove_unfinished_files() {
   std::unique_lock lock(unfinished().mutex);
   for (const auto& file : unfinished().files) ::unlink(file.c_str());
   unfinished().files.clear();
+  remove_made({unfinished().made.begin(), unfinished().made.end()});  // outer ones sort first
   return lock;
+}
+
+WrittenFiles written_files() {
+  const std::lock_guard lock(unfinished().mutex);
+  return unfinished().written;
 }
 
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {

@@ -10,14 +10,22 @@
 #include <filesystem>
 #include <mutex>
 #include <span>
+#include <vector>
 
 namespace mq {
+
+/// From here to `make_no_more` a folder that is not there is made, with those around it, when the
+/// first file is written to it, and removed with that file where it is not committed: so it is
+/// never left empty. Asked for twice it is to be let go twice.
+void make_on_demand(const std::filesystem::path& folder);
+void make_no_more(const std::filesystem::path& folder);
 
 class AtomicFile {
  public:
   /// Chooses a temporary name in the folder of `path` that ends in `path`'s extension (libraries
   /// that go by the extension find theirs) and makes an empty file of it. Throws `IoError` when
-  /// `path` names a directory, or its folder does not exist or cannot be written to.
+  /// `path` names a directory, or its folder does not exist (but see `make_on_demand`) or cannot be
+  /// written to.
   explicit AtomicFile(std::filesystem::path path);
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -35,12 +43,21 @@ class AtomicFile {
  private:
   std::filesystem::path path_;
   std::filesystem::path temporary_;
+  std::vector<std::filesystem::path> made_;  ///< folders, the outer ones first
   bool pending_ = true;
 };
 
-/// Removes the temporary files of all writers in this process, for a program that is about to end
-/// without coming back to them. None is made and none put in its place while the result is held.
+/// Removes the temporary files of all writers in this process, and the folders made for them, for a
+/// program that is about to end without coming back to them. None is made and none put in its place
+/// while the result is held.
 [[nodiscard]] std::unique_lock<std::mutex> remove_unfinished_files();
+
+/// What this process has put in its place so far.
+struct WrittenFiles {
+  int count = 0;
+  std::filesystem::path last;
+};
+WrittenFiles written_files();
 
 /// Writes `bytes` to `path` in this way. Throws `IoError` naming `path` and the system's reason
 /// (disk full, not writable, ...).

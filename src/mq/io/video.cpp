@@ -17,7 +17,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -92,6 +94,19 @@ bool names_video(const std::filesystem::path& path) {
   return std::ranges::count(videos, lower_extension(path)) > 0;
 }
 
+static constexpr const char* without_program =
+    "videos are made by the program ffmpeg, which is not installed; install it (Debian: apt "
+    "install "
+    "ffmpeg) or write pictures";
+
+void require_video_program(const std::filesystem::path& path) {
+  const char* folders = std::getenv("PATH");
+  std::istringstream all(folders ? folders : "/bin:/usr/bin");
+  for (std::string folder; std::getline(all, folder, ':');)
+    if (::access((std::filesystem::path(folder) / "ffmpeg").c_str(), X_OK) == 0) return;
+  throw IoError(fmt::format("cannot write {}: {}", path.string(), without_program));
+}
+
 class VideoWriter::Process {
  public:
   Process(const std::filesystem::path& path, int width, int height, double rate)
@@ -122,9 +137,7 @@ class VideoWriter::Process {
     if (failed == 0) return;
     child_ = 0;
     close_all();
-    fail(failed == ENOENT ? "videos are made by the program ffmpeg, which is not installed; "
-                            "install it (Debian: apt install ffmpeg) or write pictures"
-                          : std::strerror(failed));
+    fail(failed == ENOENT ? without_program : std::strerror(failed));
   }
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
@@ -198,7 +211,7 @@ class VideoWriter::Process {
 
 VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height,
                          const VideoOptions& options)
-    : width_(width), height_(height) {
+    : path_(path), width_(width), height_(height) {
   require(names_video(path),
           fmt::format("{}: wanted a video's name: .mp4, .mov, .webm or .mkv", path.string()));
   require(width >= 2 && height >= 2 && std::max(width, height) <= most_pixels_a_side,
@@ -222,6 +235,14 @@ void VideoWriter::write(const Image<float>& picture) {
     return std::uint8_t(std::lround(255 * std::clamp(v, 0.0F, 1.0F)));
   });
   process_->send(bytes);
+}
+
+std::vector<std::string> VideoWriter::notes() const {
+  if (lower_extension(path_) == ".mkv" || (width_ % 2 == 0 && height_ % 2 == 0)) return {};
+  return {fmt::format(
+      "{}: frames of {} x {} pixels are cut to {} x {}, as colours are kept for two pixels by two; "
+      ".mkv keeps them all",
+      path_.string(), width_, height_, width_ / 2 * 2, height_ / 2 * 2)};
 }
 
 void VideoWriter::finish() { process_->finish(); }

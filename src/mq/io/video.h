@@ -11,6 +11,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "mq/image/image.h"
 
@@ -18,6 +20,10 @@ namespace mq {
 
 /// Whether a name ends like a video that can be written: .mp4, .mov, .webm or .mkv.
 bool names_video(const std::filesystem::path& path);
+
+/// Throws `IoError`, saying how to install it, where there is no `ffmpeg` to make videos with:
+/// asked before long work whose result is one.
+void require_video_program(const std::filesystem::path& path);
 
 struct VideoOptions {
   double rate = 25;  ///< frames per second, 1/1000 to 1000
@@ -40,11 +46,15 @@ class VideoWriter {
   /// says when it has ended early.
   void write(const Image<float>& picture);
 
+  /// What is worth telling: that sides of odd length are cut.
+  std::vector<std::string> notes() const;
+
   /// Waits for `ffmpeg`, then puts the video in its place. Throws `IoError` as `write` does.
   void finish();
 
  private:
   class Process;
+  std::filesystem::path path_;
   int width_, height_;
   std::unique_ptr<Process> process_;
 };

@@ -6,11 +6,13 @@
 #include "mq/linear/direct.h"
 
 #include <cmath>
+#include <functional>
 #include <mutex>
 
 #include <Eigen/SparseCholesky>
 #include <fmt/format.h>
 
+#include "mq/base/apart.h"
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
 #include "mq/base/stopwatch.h"
@@ -71,8 +73,7 @@ Triangular lower_triangle(const SparseMatrix& A) {
 class DirectSolver::Backend {
  public:
   virtual ~Backend() = default;
-  /// Returns how many entries the factor will have.
-  virtual Index analyse(const Triangular& A) = 0;
+  virtual FactorisationCost analyse(const Triangular& A) = 0;
   /// Factors; returns the row where it stops, or -1.
   virtual Index factor(const Triangular& A) = 0;
   virtual Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const = 0;
@@ -80,18 +81,23 @@ class DirectSolver::Backend {
   virtual std::string name() const = 0;
 
   Triangular A;
-  bool factored = false;
+  bool analysed = false, factored = false;
+  FactorisationCost cost;
   double analyse_seconds = 0;
-  double factor_seconds = 0;
+  double factor_seconds = 0;  ///< 0: none was made yet
 };
 
 namespace {
 
 class EigenBackend final : public DirectSolver::Backend {
  public:
-  Index analyse(const Triangular& matrix) override {
+  FactorisationCost analyse(const Triangular& matrix) override {
     ldlt_.analyzePattern(copy(matrix));
-    return ldlt_.entries();
+    // Values and row numbers, and the permuted copy of the matrix beside them.
+    constexpr Index bytes = sizeof(double) + sizeof(Index);
+    return {.entries = ldlt_.entries(),
+            .bytes = bytes * (ldlt_.entries() + 2 * Index(matrix.value.size())),
+            .operations = ldlt_.operations()};
   }
 
   Index factor(const Triangular& matrix) override {
@@ -118,6 +124,11 @@ class EigenBackend final : public DirectSolver::Backend {
 
   struct Ldlt : Eigen::SimplicialLDLT<Matrix, Eigen::Upper, Eigen::AMDOrdering<Index>> {
     Index entries() const { return m_matrix.nonZeros() + m_matrix.cols(); }
+
+    /// Σ over columns of c², c the entries from the diagonal down: as CHOLMOD counts.
+    double operations() const {
+      return (m_nonZerosPerCol.cast<double>().array() + 1).square().sum();
+    }
   };
   Ldlt ldlt_;
 };
@@ -140,12 +151,18 @@ class CholmodBackend final : public DirectSolver::Backend {
   CholmodBackend(const CholmodBackend&) = delete;
   CholmodBackend& operator=(const CholmodBackend&) = delete;
 
-  Index analyse(const Triangular& matrix) override {
+  FactorisationCost analyse(const Triangular& matrix) override {
     cholmod_sparse view = view_of(matrix);
     cholmod_l_free_factor(&factor_, &common_);
     factor_ = cholmod_l_analyze(&view, &common_);  // AMD, and METIS where AMD fills in much
     check("analysing");
-    return Index(common_.lnz);
+    // Supernodes hold some zeros, and share their row numbers; the matrix is copied in their order.
+    const Index own = factor_->is_super
+                          ? Index(8 * (factor_->xsize + factor_->ssize + factor_->maxcsize))
+                          : Index(16 * common_.lnz);
+    return {.entries = Index(common_.lnz),
+            .bytes = own + 16 * Index(matrix.value.size()),
+            .operations = common_.fl};
   }
 
   Index factor(const Triangular& matrix) override {
@@ -223,6 +240,40 @@ std::unique_ptr<DirectSolver::Backend> make_backend(Factorisation kind) {
 #endif
 }
 
+constexpr double seconds_worth_a_thread = 0.1;
+constexpr double seconds_per_entry = 2e-6;   // of the analysis
+constexpr double operations_measured = 1e8;  // fewer take less than about a tenth of a second
+
+/// The whole lower triangle: diagonal n, below it 1.
+Triangular dense_triangle(Index n) {
+  Triangular A;
+  A.size = n;
+  for (Index row = 0; row < n; ++row) {
+    for (Index column = 0; column <= row; ++column) {
+      A.column.push_back(column);
+      A.value.push_back(column == row ? double(n) : 1);
+    }
+    A.begin.push_back(Index(A.column.size()));
+  }
+  return A;
+}
+
+/// On this machine as busy as it is now: for shorter than this its other work would decide.
+constexpr double seconds_of_trials = 0.2;
+
+double seconds_per_operation(Factorisation kind) {
+  constexpr Index size = 400;
+  const auto backend = make_backend(kind);
+  const Triangular A = dense_triangle(size);
+  const FactorisationCost cost = backend->analyse(A);
+  const Stopwatch watch;
+  for (int trials = 1;; ++trials) {
+    backend->factor(A);
+    if (const double seconds = watch.seconds(); seconds > seconds_of_trials)
+      return seconds / (trials * cost.operations);
+  }
+}
+
 }  // namespace
 
 std::vector<Factorisation> factorisations() {
@@ -233,24 +284,67 @@ std::vector<Factorisation> factorisations() {
 #endif
 }
 
+/// Where nobody waits till the work is done it keeps its backend, and this solver takes another.
+void DirectSolver::run(const std::function<void()>& work, const Progress& progress,
+                       double expected_seconds) {
+  progress.check();
+  if (expected_seconds < seconds_worth_a_thread) return work();
+  try {
+    run_apart(work, progress, expected_seconds);
+  } catch (...) {
+    backend_ = make_backend(kind_);
+    throw;
+  }
+}
+
+void DirectSolver::analyse(const Progress& progress, std::int64_t most_entries) {
+  const Index rows = backend_->A.size, entries = Index(backend_->A.value.size());
+  const auto work = [backend = backend_] {
+    const Stopwatch watch;
+    if (backend->A.size > 0) backend->cost = backend->analyse(backend->A);
+    backend->analyse_seconds = watch.seconds();
+  };
+  run(work, progress, seconds_per_entry * double(entries));
+  const FactorisationCost& cost = backend_->cost;
+  if (cost.entries > most_entries)
+    throw OutOfMemory(
+        fmt::format("the factor of the matrix of {} rows would hold {} entries; at most "
+                    "{} were asked for",
+                    rows, cost.entries, most_entries));
+  require_memory(cost.bytes, fmt::format("the factor of the matrix of {} rows", rows),
+                 "an iterative solver (multigrid) needs far less");
+  backend_->analysed = true;
+  progress.at(1);
+}
+
+void DirectSolver::factor(const Progress& progress) {
+  const auto stopped = std::make_shared<Index>(-1);
+  const auto work = [backend = backend_, stopped] {
+    const Stopwatch watch;
+    if (backend->A.size > 0) *stopped = backend->factor(backend->A);
+    backend->factor_seconds = watch.seconds();
+  };
+  run(work, progress, backend_->cost.operations > operations_measured ? expected_seconds() : 0);
+  if (*stopped >= 0) throw_not_positive_definite(*stopped, backend_->A.size);
+  backend_->factored = true;
+  progress.at(1);
+}
+
+DirectSolver DirectSolver::analysed(const SparseMatrix& A, Factorisation kind,
+                                    const Progress& progress, std::int64_t most_entries) {
+  DirectSolver solver;
+  solver.kind_ = kind;
+  solver.backend_ = make_backend(kind);
+  solver.backend_->A = lower_triangle(A);
+  progress.check();
+  solver.analyse(progress, most_entries);
+  return solver;
+}
+
 DirectSolver::DirectSolver(const SparseMatrix& A, Factorisation kind, const Progress& progress,
                            std::int64_t most_entries)
-    : backend_(make_backend(kind)) {
-  backend_->A = lower_triangle(A);
-  progress.check();
-  const Progress step = progress.step("analysis", 0.3);
-  const Stopwatch watch;
-  const Index entries = A.rows() > 0 ? backend_->analyse(backend_->A) : 0;
-  if (entries > most_entries)
-    throw OutOfMemory(fmt::format("the factor of the matrix of {} rows would hold {} entries; at most "
-                                  "{} were asked for", A.rows(), entries, most_entries));
-  constexpr Index bytes_per_entry = 9;  // the value, and indices that supernodes share
-  require_memory(bytes_per_entry * entries,
-                 fmt::format("the factor of the matrix of {} rows", A.rows()),
-                 "an iterative solver (multigrid) needs far less");
-  backend_->analyse_seconds = watch.seconds();
-  step.at(1);
-  refactor(A, progress.step("factorisation", 0.7));
+    : DirectSolver(analysed(A, kind, progress.step("analysis", 0.3), most_entries)) {
+  factor(progress.step("factorisation", 0.7));
 }
 
 DirectSolver::~DirectSolver() = default;
@@ -259,25 +353,22 @@ DirectSolver& DirectSolver::operator=(DirectSolver&&) noexcept = default;
 
 void DirectSolver::refactor(const SparseMatrix& A, const Progress& progress) {
   Triangular lower = lower_triangle(A);
-  require(lower.same_pattern(backend_->A),
+  require(!backend_->analysed || lower.same_pattern(backend_->A),
           "a matrix factored again must have the pattern that was analysed");
   backend_->A = std::move(lower);
   backend_->factored = false;
   progress.check();
-  const Stopwatch watch;
-  const Index stopped = A.rows() > 0 ? backend_->factor(backend_->A) : -1;
-  backend_->factor_seconds = watch.seconds();
-  if (stopped >= 0) throw_not_positive_definite(stopped, A.rows());
-  backend_->factored = true;
-  progress.at(1);
+  if (!backend_->analysed)
+    analyse(progress.step("analysis", 0.3), std::numeric_limits<std::int64_t>::max());
+  factor(progress);
 }
 
 Signal DirectSolver::solve(const Signal& B, const Progress& progress) const {
-  const Index size = backend_->A.size;
-  require(B.rows() == size, fmt::format("a right-hand side of {} rows does not fit a matrix of {}",
-                                        B.rows(), size));
   if (!backend_->factored)
     throw SolverError("the last factorisation failed; factor a matrix before solving with it");
+  const Index size = backend_->A.size;
+  require(B.rows() == size,
+          fmt::format("a right-hand side of {} rows does not fit a matrix of {}", B.rows(), size));
   progress.check();
   if (B.size() == 0) return B;
   Signal X = backend_->solve(B);
@@ -289,7 +380,14 @@ std::string DirectSolver::name() const { return backend_->name(); }
 double DirectSolver::analyse_seconds() const { return backend_->analyse_seconds; }
 double DirectSolver::factor_seconds() const { return backend_->factor_seconds; }
 std::int64_t DirectSolver::factor_nonzeros() const {
-  return backend_->A.size > 0 ? backend_->factor_nonzeros() : 0;
+  return backend_->factored && backend_->A.size > 0 ? backend_->factor_nonzeros() : 0;
+}
+std::int64_t DirectSolver::size() const { return backend_->A.size; }
+const FactorisationCost& DirectSolver::cost() const { return backend_->cost; }
+
+double DirectSolver::expected_seconds() const {
+  if (backend_->factor_seconds > 0) return backend_->factor_seconds;
+  return backend_->cost.operations * seconds_per_operation(kind_);
 }
 
 }  // namespace mq
