@@ -298,7 +298,6 @@ void cycle_factor(benchmark::State& state) {
 
 BENCHMARK(noise_filtered)
     ->Args({2, 0})
-    ->Args({2, 4})
     ->Args({2, 16})
     ->Unit(benchmark::kSecond)
     ->Iterations(1);

@@ -68,7 +68,8 @@ double decay_in_time(double gamma);
 /// are held. A frame's space is let go when its matrix is made: it is given back where somebody else
 /// has kept it, else there is none. Each window begins with the last value that was given back and is solved to
 /// `look_ahead` frames beyond what is kept of it, so that of a value farther away at most
-/// `accuracy` is missed. Memory is less than 2 kB a texel and held frame.
+/// `accuracy` is missed. Memory is about 1 kB a texel and held frame, and 1.7 kB
+/// while a window is set up (measured, see docs/relight.md).
 ///
 /// Throws `InvalidInput` for weights that are negative or not finite, for a window that is no
 /// longer than the look-ahead, and where links or signals do not fit their spaces.
