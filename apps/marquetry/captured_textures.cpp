@@ -7,12 +7,14 @@
 
 #include "evolving_frames.h"
 #include "frame_textures.h"
+#include "mq/atlas/atlas.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/io/evolving_gltf.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
+#include "mq/mesh/surface.h"
 #include "mq/sequence/texture_frame.h"
 #include "outputs.h"
 
@@ -50,14 +52,19 @@ class Captured {
     const OptionValues& options = run_.options();
     const int size = int(options.integer("size"));
     read(frame);
-    texture_ = resample_texture(
-        mesh_, model_.mesh, surface_colours(model_),
-        {.width = size, .height = size, .samples = int(options.integer("samples"))}, progress);
-    run_.result["textures"].push_back({{"frame", reader_.frames()[frame].number},
-                                       {"texels", texture_.texels},
-                                       {"unseen", texture_.unseen},
-                                       {"filled", texture_.filled},
-                                       {"accuracy", texture_.accuracy}});
+    TextureFrameOptions how{
+        .width = size, .height = size, .samples = int(options.integer("samples"))};
+    if (options.flag("stitch")) how.captured_charts = captured_charts(frame);
+    texture_ = resample_texture(mesh_, model_.mesh, surface_colours(model_), how, progress);
+    Json found = {{"frame", reader_.frames()[frame].number},
+                  {"texels", texture_.texels},
+                  {"unseen", texture_.unseen},
+                  {"filled", texture_.filled},
+                  {"accuracy", texture_.accuracy}};
+    if (!how.captured_charts.empty())
+      found["steps"] = {{"before", steps_json(texture_.before)},
+                        {"after", steps_json(texture_.after)}};
+    run_.result["textures"].push_back(std::move(found));
     return texture_;
   }
 
@@ -96,6 +103,21 @@ class Captured {
  private:
   bool is_light() const {
     return model_.colors.channels == 0 && holds_light(model_.textures[0].format);
+  }
+
+  static Json steps_json(const BorderJump& jump) {
+    return {{"across", jump.across}, {"within", jump.within}};
+  }
+
+  /// Charts of the captured triangles.
+  std::vector<int> captured_charts(int frame) const {
+    require(!model_.textures.empty() && model_.mesh.has_uvs(),
+            fmt::format("{}: --stitch takes out steps between charts, and it has none",
+                        files_.at(frame).string()));
+    std::vector<TextureSize> sizes;
+    for (const Texture& texture : model_.textures)
+      sizes.push_back({.width = texture.pixels.width(), .height = texture.pixels.height()});
+    return make_atlas(make_surface(model_.mesh), sizes).chart;
   }
 
   void read(int frame) {
@@ -152,12 +174,20 @@ void add_captured_texture_options(OptionTable& table) {
              .most = 8,
              .group = group,
              .help = "per texel and direction"});
+  table.add({.name = "stitch",
+             .type = Type::flag,
+             .group = group,
+             .help = "take out steps where texels come from different captured charts",
+             .details = "Gradients inside of charts are kept, as the verb stitch does."});
 }
 
 std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
                                                   const EvolvingReader& reader,
                                                   const std::vector<int>& numbers) {
   const std::string output = options.text("output");
+  require(has_atlas(reader) || !options.flag("stitch"),
+          fmt::format("--stitch: it is of textures, and {} has no texture coordinates",
+                      reader.manifest().string()));
   if (!names_animation(output)) {
     const FrameTextures files(output);
     if (has_atlas(reader)) return files.paths(numbers);

@@ -72,6 +72,9 @@ TEST(ExportFrom, WritesWhatWasCapturedAsTextures) {
   const auto textures = result.json()["result"]["textures"];
   ASSERT_EQ(textures.size(), 3U);
   EXPECT_LT(textures[0]["unseen"].get<double>(), 0.05 * textures[0]["texels"].get<double>());
+  EXPECT_EQ(textures[0]["filled"], textures[0]["unseen"]);
+  EXPECT_GT(textures[0]["accuracy"], 0);
+  EXPECT_LT(textures[2]["accuracy"], 0.01);
   const Model shown = read_model(folder / "out/frame_0028.obj");
   ASSERT_EQ(shown.textures.size(), 1U);
   EXPECT_EQ(shown.textures[0].pixels.width(), 256);
@@ -148,6 +151,38 @@ TEST(ExportFrom, RefusesWhatItCannotDo) {
   EXPECT_THAT(refused({"-o", "t.png", "--from", "balls"}, "t.png"), HasSubstr("a place for the"));
   EXPECT_THAT(refused({"-o", "t_%02d.ply", "--from", "cubes"}, "t_28.ply"), HasSubstr("cubes"));
   EXPECT_THAT(refused({"--from", "balls"}, "t_28.png"), HasSubstr("--output"));
+  EXPECT_THAT(refused({"-o", "t_%02d.ply", "--from", "balls", "--stitch"}, "t_28.ply"),
+              HasSubstr("no texture coordinates"));
+  EXPECT_THAT(refused({"--stitch"}, "t_28.ply"), HasSubstr("--stitch"));
+}
+
+TEST(ExportFrom, TakesOutStepsBetweenCapturedCharts) {
+  const Folder folder;
+  // One captured frame, in charts of which each was photographed with another exposure.
+  ASSERT_EQ(marquetry(folder, {"sample", "bust", "-o", "bust/", "--misaligned", "--size", "256",
+                               "--triangles", "3000"})
+                .status,
+            0);
+  for (const std::string number : {"1", "2"})
+    std::filesystem::copy(folder / "bust/bust.obj", folder / ("bust/f_" + number + ".obj"));
+  ASSERT_EQ(marquetry(folder, {"evolve", "bust/f_%d.obj", "--frames", "1-2", "-o", "b.evolving",
+                               "--size", "256", "--trials", "2"})
+                .status,
+            0);
+  const Result result = marquetry(
+      folder, {"export", "b.evolving", "-o", "t_%d.png", "--frames", "2", "--from",
+               "bust/f_%d.obj", "--size", "256", "--stitch", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto steps = result.json()["result"]["textures"][0]["steps"];
+  EXPECT_LT(steps["after"]["across"], 0.6 * steps["before"]["across"].get<double>());
+  EXPECT_LT(steps["after"]["within"], 1.05 * steps["before"]["within"].get<double>());
+  // Colours at vertices have no charts.
+  make_balls(folder, "28-29");
+  ASSERT_EQ(marquetry(folder, evolve("balls.evolving")).status, 0);
+  EXPECT_THAT(refusal(folder,
+                      {"export", "balls.evolving", "-o", "u_%d.png", "--from", "balls", "--stitch"},
+                      "u_28.png"),
+              HasSubstr("between charts"));
 }
 
 TEST(Evolve, GoesOnWithWhatWasFollowed) {

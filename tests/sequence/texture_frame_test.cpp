@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mq/base/error.h"
@@ -167,6 +168,41 @@ TEST(TextureFrame, FillsAHoleRatherThanTakeWhatLiesBehindIt) {
   const ClosestPoint nearest = ClosestPointFinder(captured)(Vector3(0.5, 0.5, 0));
   EXPECT_GE(nearest.triangle, left);
   EXPECT_LT(std::sqrt(nearest.squared_distance), 0.02 * std::sqrt(2.0));
+}
+
+TEST(TextureFrame, TakesOutStepsBetweenCapturedCharts) {
+  // What was captured is x, and 0.2 more in a second chart.
+  const Mesh surface = square(6), captured = square(8);
+  std::vector<int> charts;
+  for (const Triangle& t : captured.triangles)
+    charts.push_back(
+        (captured.positions[t[0]] + captured.positions[t[1]] + captured.positions[t[2]]).x() > 1.5
+            ? 1
+            : 0);
+  const ColourAt colour = [&](const ClosestPoint& point) {
+    double x = 0;
+    for (int k = 0; k < 3; ++k)
+      x += point.barycentric[k] * captured.position(point.triangle, k).x();
+    const float value = float(0.2 + 0.5 * x + 0.2 * charts[point.triangle]);
+    return std::array{value, value, 0.5F};
+  };
+  TextureFrameOptions options{.width = 64, .height = 64};
+  const TextureFrame as_it_is = resample_texture(surface, captured, colour, options);
+  EXPECT_NEAR(as_it_is.picture(32, 30, 0) - as_it_is.picture(31, 30, 0), 0.2, 0.02);
+  options.captured_charts = charts;
+  const TextureFrame frame = resample_texture(surface, captured, colour, options);
+  EXPECT_GT(frame.before.across, 10 * frame.before.within);
+  EXPECT_LT(frame.after.across, 2 * frame.after.within);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) {  // the mean is kept
+      EXPECT_NEAR(frame.picture(x, y, 0), 0.3 + 0.5 * (x + 0.5) / 64, 0.004);
+      EXPECT_NEAR(frame.picture(x, y, 2), 0.5, 1e-6);
+    }
+  options.captured_charts.assign(charts.size(), 3);
+  const TextureFrame one_chart = resample_texture(surface, captured, colour, options);
+  EXPECT_TRUE(std::ranges::equal(one_chart.picture.values(), as_it_is.picture.values()));
+  options.captured_charts.pop_back();
+  EXPECT_THROW(resample_texture(surface, captured, colour, options), InvalidInput);
 }
 
 TEST(TextureFrame, ColoursVerticesInTheSameWay) {

@@ -161,7 +161,7 @@ Exit run_export(Run& run) {
           "--from: what is captured is written as textures, so --output says where");
   require(!options.has("from") || !options.has("paint"),
           "--paint: with --from the colours are those captured");
-  for (const char* name : {"size", "samples", "texture"})
+  for (const char* name : {"size", "samples", "texture", "stitch"})
     require(!options.given(name) || options.has("from"),
             fmt::format("--{}: it is of textures, which --from makes", name));
   require(!options.has("paint") || options.has("output"),

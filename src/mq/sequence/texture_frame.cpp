@@ -11,6 +11,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/fem/multigrid_solver.h"
 #include "mq/fem/texel_space.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/image/spread.h"
@@ -22,14 +23,20 @@ namespace mq {
 
 namespace {
 
+/// The texture as a space of signals.
+struct TextureSpace {
+  TextureSpace(const Mesh& mesh, int width, int height)
+      : surface(make_surface(mesh, {.kind = WeldOptions::Kind::none})),
+        atlas(make_atlas(surface, {{.width = width, .height = height}})) {}
+
+  Surface surface;
+  Atlas atlas;
+};
+
 /// Fills what is not known and an unknown of the texture's space, and makes it known; returns how
 /// many texels inside of charts that were.
-std::int64_t fill_holes(const Mesh& mesh, const Image<char>& inside, Image<char>& known,
+std::int64_t fill_holes(const TexelSpace& space, const Image<char>& inside, Image<char>& known,
                         Image<float>& picture) {
-  const Surface surface = make_surface(mesh, {.kind = WeldOptions::Kind::none});
-  const Atlas atlas = make_atlas(surface, {{.width = picture.width(), .height = picture.height()}});
-  if (refused(atlas.defects)) return 0;
-  const TexelSpace space(surface, atlas);
   const std::vector<Texels::Place>& places = space.texels().places;
   std::vector<char> is_known(places.size());
   for (std::size_t t = 0; t < places.size(); ++t) is_known[t] = known(places[t].x, places[t].y);
@@ -40,6 +47,39 @@ std::int64_t fill_holes(const Mesh& mesh, const Image<char>& inside, Image<char>
     known(place.x, place.y) = 1;
   }
   return filled;
+}
+
+/// Takes out the steps between regions of equal labels, of which there is one for each pixel.
+void take_out_steps(const TexelSpace& space, const Image<int>& label, double alpha,
+                    TextureFrame& frame) {
+  const Texels& texels = space.texels();
+  std::vector<int> labels;
+  std::vector<Vector3> places;
+  for (int t = 0; t < texels.size(); ++t) {
+    labels.push_back(label(texels.places[t].x, texels.places[t].y));
+    places.emplace_back(texels.positions[t][0], texels.positions[t][1], texels.positions[t][2]);
+  }
+  const SparseMatrix S = space.stiffness();
+  const StitchDomain domain{mixed_elements(space), S, places};
+  const Signal psi = space.gather({&frame.picture, 1});
+  frame.before = border_jump(S, psi, labels);
+  const Stitcher stitcher(space, alpha * space.scale().area, labels, multigrid_solver(texels));
+  const Signal stitched = stitcher.solve(domain, psi, stitch_regions(domain, psi, labels)).signal;
+  frame.after = border_jump(S, stitched, labels);
+  space.scatter(stitched, {&frame.picture, 1});
+}
+
+/// Gives pixels whose label is negative that of the nearest one where it is not.
+void spread_labels(Image<int>& label) {
+  Image<char> known(label.width(), label.height(), 1);
+  for (int y = 0; y < label.height(); ++y)
+    for (int x = 0; x < label.width(); ++x) known(x, y) = label(x, y) >= 0;
+  const Image<int> nearest = nearest_known(known), given = label;
+  for (int y = 0; y < label.height(); ++y)
+    for (int x = 0; x < label.width(); ++x) {
+      const int from = nearest(x, y);
+      label(x, y) = from < 0 ? 0 : given(from % label.width(), from / label.width());
+    }
 }
 
 }  // namespace
@@ -59,6 +99,12 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
   frame.accuracy = points.accuracy();
   frame.picture = Image<float>(options.width, options.height, 3);
   Image<char> known(options.width, options.height, 1), inside(options.width, options.height, 1);
+  const bool stitched = !options.captured_charts.empty();
+  require(!stitched || std::ssize(options.captured_charts) == captured.triangle_count(),
+          fmt::format("charts of {} captured triangles: wanted one for each of {}",
+                      options.captured_charts.size(), captured.triangle_count()));
+  Image<int> label(stitched ? options.width : 0, stitched ? options.height : 0, 1);
+  std::ranges::fill(label.values(), -1);
   const int s = options.samples;
   parallel_for(
       options.height,
@@ -76,6 +122,8 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
                   nearest_in_triangle(raster.corners(owner.triangle), raster.place(column, row));
               const ClosestPoint found = points(owner.triangle, b);
               if (found.triangle < 0) continue;
+              if (stitched && label(x, int(y)) < 0)
+                label(x, int(y)) = options.captured_charts[found.triangle];
               const std::array<float, 3> value = colour(found);
               sum += Eigen::Array3d(value[0], value[1], value[2]);
               ++seen;
@@ -93,9 +141,15 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
     }
   progress.at(0.8);
   spread(known, std::numeric_limits<double>::infinity(), frame.picture);
-  if (frame.unseen > 0 && frame.unseen < frame.texels) {
-    frame.filled = fill_holes(surface, inside, known, frame.picture);
-    spread(known, std::numeric_limits<double>::infinity(), frame.picture);
+  if (stitched) spread_labels(label);
+  if ((frame.unseen > 0 || stitched) && frame.unseen < frame.texels) {
+    const TextureSpace texture(surface, options.width, options.height);
+    if (stitched || !refused(texture.atlas.defects)) {
+      const TexelSpace space(texture.surface, texture.atlas);
+      if (frame.unseen > 0) frame.filled = fill_holes(space, inside, known, frame.picture);
+      if (stitched) take_out_steps(space, label, options.alpha, frame);
+      spread(known, std::numeric_limits<double>::infinity(), frame.picture);
+    }
   }
   frame.inside = std::move(inside);
   return frame;

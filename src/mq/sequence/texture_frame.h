@@ -5,8 +5,10 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "mq/base/progress.h"
+#include "mq/filter/stitch.h"
 #include "mq/image/image.h"
 #include "mq/linear/matrix.h"
 #include "mq/mesh/closest_point.h"
@@ -18,6 +20,11 @@ struct TextureFrameOptions {
   int width = 1024, height = 1024;    ///< texels
   int samples = 2;                    ///< per texel and direction, 1 to 8
   CapturedPointsOptions points = {};  ///< what is believed
+
+  /// Per captured triangle the chart it is in, negative: in none; steps where texels come from
+  /// different ones are taken out (`stitch_regions`). None: all are kept.
+  std::vector<int> captured_charts = {};
+  double alpha = 100;  ///< how far that spreads: weight of gradients on the surface of unit area
 };
 
 struct TextureFrame {
@@ -27,6 +34,10 @@ struct TextureFrame {
   std::int64_t unseen = 0;  ///< of these: no sample of them has a captured point
   std::int64_t filled = 0;  ///< of these: have values from the surface around them
   double accuracy = 0;      ///< of the surface, see `CapturedPoints`; model units
+
+  /// Steps across borders of captured charts, and within them, before and after they were taken
+  /// out; 0 where that was not asked for.
+  BorderJump before, after;
 };
 
 /// The colour at a point of the captured mesh.
@@ -40,7 +51,8 @@ using ColourAt = std::function<std::array<float, 3>(const ClosestPoint&)>;
 /// there is none at all, black.
 ///
 /// Equal bits for any number of threads. Throws `InvalidInput` where `surface` has no texture
-/// coordinates or a mesh has no triangles, and for options out of range. About 4 µs per sample, and
+/// coordinates or a mesh has no triangles, and for options out of range; where steps are taken out,
+/// as `TexelSpace` does. About 4 µs per sample, and
 /// where something is unseen the set-up of a texel space.
 TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const ColourAt& colour,
                               const TextureFrameOptions& options = {},
