@@ -2,10 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <limits>
 
+#include "mq/atlas/footprint.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/image/resample.h"
+#include "mq/image/spread.h"
 #include "mq/io/document.h"
 
 namespace mq::app {
@@ -27,6 +33,54 @@ std::vector<std::filesystem::path> texture_paths(const OptionValues& options) {
   std::vector<std::filesystem::path> paths;
   for (const std::string& name : options.texts("texture")) paths.emplace_back(name);
   return paths;
+}
+
+bool all_finite(const Image<float>& picture) {
+  return std::ranges::all_of(picture.values(), [](float value) { return std::isfinite(value); });
+}
+
+/// 1 for the texels of a texture that charts read.
+Image<char> used_texels(const Scene& scene, std::size_t texture) {
+  const Image<float>& picture = scene.model.textures[texture].pixels;
+  Image<char> used(picture.width(), picture.height(), 1, scene.atlas ? 0 : 1);
+  if (!scene.atlas) return used;
+  const Footprints footprints(*scene.atlas);
+  const Wrap wrap = scene.atlas->textures[texture].wrap;
+  for (int t = 0; t < int(scene.atlas->chart.size()); ++t) {
+    if (scene.atlas->chart[t] < 0 ||
+        scene.atlas->charts[scene.atlas->chart[t]].texture != int(texture))
+      continue;
+    for (const TexelSpan& span : footprints.of(t))
+      for (int x = span.first; x < span.end; ++x)
+        used(wrapped(x, used.width(), wrap), wrapped(span.row, used.height(), wrap)) = 1;
+  }
+  return used;
+}
+
+/// Bakes hold infinities and what is no number where nothing was baked. There they become the
+/// values of the nearest texel of a chart; in a chart they are refused.
+void replace_unused_not_finite(Run& run, Scene& scene, std::size_t texture) {
+  Image<float>& picture = scene.model.textures[texture].pixels;
+  const Image<char> used = used_texels(scene, texture);
+  Image<float> filled = picture;
+  spread(used, std::numeric_limits<double>::infinity(), filled);
+  std::int64_t replaced = 0;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      for (int c = 0; c < picture.channels(); ++c) {
+        if (std::isfinite(picture(x, y, c))) continue;
+        if (used(x, y))
+          throw IoError(fmt::format(
+              "{}: pixel (column {}, row {}) holds {} in channel {}{}; repair the picture",
+              texture_file(scene.model, texture), x, y, picture(x, y, c), c,
+              scene.atlas ? ", and a chart uses it" : ""));
+        picture(x, y, c) = filled(x, y, c);
+        ++replaced;
+      }
+  run.terminal().remark(fmt::format(
+      "{}: {} values outside all charts are infinite or no numbers; those of the nearest texels of "
+      "a chart stand for them",
+      texture_file(scene.model, texture), replaced));
 }
 
 /// Sizes of the textures that triangles use.
@@ -128,13 +182,15 @@ void add_scene_options(OptionTable& table, const std::string& mesh_help,
                         "both layers of the fold read and write the same texels."});
 }
 
-Scene read_scene(Run& run, MissingPictures missing, double share,
-                 const ScenePictures& pictures) {
+Scene read_scene(Run& run, MissingPictures missing, double share, const ScenePictures& pictures) {
   const OptionValues& options = run.options();
   Scene scene;
   {
     const Step step(run, "read", share / 2);
-    scene.model = read_model(options.text("mesh"), {.textures = pictures.value_or(texture_paths(options))}, step);
+    scene.model = read_model(
+        options.text("mesh"),
+        {.textures = pictures.value_or(texture_paths(options)), .not_finite = NotFinite::keep},
+        step);
   }
   register_inputs(run, scene.model);
   const std::string file = scene.model.path.string();
@@ -158,6 +214,8 @@ Scene read_scene(Run& run, MissingPictures missing, double share,
                                                                : AtlasOptions::Flipped::few},
                              step.progress().step("charts", 0.5));
   });
+  for (std::size_t i = 0; i < scene.model.textures.size(); ++i)
+    if (!all_finite(scene.model.textures[i].pixels)) replace_unused_not_finite(run, scene, i);
   describe_input(run, scene);
   run.found(scene_defects(scene));
   return scene;

@@ -86,10 +86,10 @@ void warn_of_no_light(Run& run, const Model& model) {
     const auto negative =
         std::ranges::count_if(texture.pixels.values(), [](float v) { return v < 0; });
     if (negative > 0)
-      run.terminal().warning(
-          fmt::format("{}: {} of {} values are below 0, where light has no logarithm, and may end "
-                      "far from where they are: --space log is for light; take --space linear or stored",
-                      texture.path.string(), negative, texture.pixels.values().size()));
+      run.terminal().warning(fmt::format(
+          "{}: {} of {} values are below 0, where light has no logarithm, and may end "
+          "far from where they are: --space log is for light; take --space linear or stored",
+          texture.path.string(), negative, texture.pixels.values().size()));
   }
 }
 
@@ -101,7 +101,8 @@ TextureTarget::TextureTarget(Run& run, const Scene& scene, const ValueSpace& val
       values_(values),
       channels_(common_channels(scene.model)),
       domain_(run, scene, space, progress) {
-  if (values.meaning == ValueSpace::Meaning::normals) refuse_tangent_space(scene);
+  if (values.meaning == ValueSpace::Meaning::normals && values.meets_at_seams)
+    refuse_tangent_space(scene);
   if (values.space == ColourSpace::log) warn_of_no_light(run, scene.model);
 }
 

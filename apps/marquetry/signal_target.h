@@ -18,6 +18,8 @@ namespace mq::app {
 struct ValueSpace {
   enum class Meaning { colours, normals } meaning = Meaning::colours;
   ColourSpace space = ColourSpace::stored;
+  /// Whether the two sides of a seam are to agree, as normals in tangent space cannot.
+  bool meets_at_seams = true;
 };
 
 /// What --space and --normals say, where the verb has them.

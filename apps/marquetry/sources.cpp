@@ -68,8 +68,8 @@ SourcePlace on_surface(Run& run, const Scene& scene, const std::string& text,
 SourcePlace at_vertex(const Run& run, const Scene& scene, const std::string& text, double number) {
   const int count = scene.model.mesh.vertex_count();
   require(number >= 0 && number < count && number == std::floor(number),
-          fmt::format("--from {}: {} has vertices 0 to {}", text, scene.model.path.string(),
-                      count - 1));
+          fmt::format("--from {}: {} has the vertices 0, 1, ... {}", text,
+                      scene.model.path.string(), count - 1));
   const int vertex = scene.surface.vertex_from_source[std::size_t(number)];
   require(vertex >= 0, fmt::format("--from {}: no triangle uses this vertex", text));
   if (works_at_vertices(run.options(), scene)) return {.text = text, .vertex = vertex};
@@ -88,8 +88,7 @@ SourcePlace at_vertex(const Run& run, const Scene& scene, const std::string& tex
 [[noreturn]] void refuse_texel(const Scene& scene, const std::string& text) {
   throw InvalidInput(
       fmt::format("--from {}: no chart of {} uses such a texel (columns count from the left, rows "
-                  "from the top, "
-                  "both from 0)",
+                  "from the top, both from 0, in whole numbers)",
                   text, scene.model.path.string()));
 }
 

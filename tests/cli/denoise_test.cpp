@@ -43,6 +43,37 @@ TEST(Denoise, SmoothsAnHdrLightmapButNotOverItsEdge) {
   for (int x = 6; x < 26; ++x) EXPECT_GT(clean(x, 26) / clean(x, 21), 12);
 }
 
+TEST(Denoise, LeavesNormalsOfUnitLength) {
+  const Folder folder;
+  write_strip(folder);
+  Image<float> map = busy_picture(64, 48, 3);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const Vector3 normal =
+          Vector3(map(x, y, 0) - 0.5, map(x, y, 1) - 0.5, y % 32 < 16 ? 1 : -1).normalized();
+      for (int c = 0; c < 3; ++c) map(x, y, c) = float(0.5 + 0.5 * normal[c]);
+    }
+  write_image(folder / "normals.exr", map, Depth::f32);
+  const std::vector<std::string> words = {"denoise",  "strip.obj", "normals.exr", "-o", "clean.exr",
+                                          "--length", "6tx",       "--edge",      "1"};
+  const auto farthest_from_unit = [&] {
+    const Image<float> clean = read_texture(folder / "clean.exr").pixels;
+    double most = 0;
+    for (int y = 8; y < 40; ++y)
+      for (int x = 6; x < 26; ++x) {
+        const Vector3 normal(clean(x, y, 0), clean(x, y, 1), clean(x, y, 2));
+        most = std::max(most, std::abs((2 * normal - Vector3::Ones()).norm() - 1));
+      }
+    return most;
+  };
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  EXPECT_GT(farthest_from_unit(), 0.05);
+  std::vector<std::string> with = words;
+  with.push_back("--normals");
+  ASSERT_EQ(marquetry(folder, with).status, 0);
+  EXPECT_LT(farthest_from_unit(), 1e-5);
+}
+
 TEST(Denoise, KeepsTheEdgesOfAGuide) {
   const Folder folder;
   write_strip(folder);

@@ -73,8 +73,8 @@ TEST(Filter, IsAccurateWhereTexelsAreStretchedFar) {
     std::vector<Image<float>> pictures;
     for (const std::string solver : {"direct", "automatic"}) {
       const Result result =
-          marquetry(folder, {"filter", "bevel.obj", "-o", solver + ".exr", "--depth", "float", "--beta",
-                             "0", "--alpha", "0.01", "--solver", solver, "--json"});
+          marquetry(folder, {"filter", "bevel.obj", "-o", solver + ".exr", "--depth", "float",
+                             "--beta", "0", "--alpha", "0.01", "--solver", solver, "--json"});
       ASSERT_EQ(result.status, 0) << result.error;
       EXPECT_TRUE(result.json()["solve"]["converged"]);
       if (width > 0.01 && solver == "automatic") {
@@ -86,7 +86,8 @@ TEST(Filter, IsAccurateWhereTexelsAreStretchedFar) {
     for (int y = 0; y < 320; ++y)
       for (int x = 0; x < 320; ++x)
         for (int c = 0; c < 3; ++c)
-          worst = std::max(worst, std::abs(double(pictures[0].pixel(x, y)[c]) - pictures[1].pixel(x, y)[c]));
+          worst = std::max(
+              worst, std::abs(double(pictures[0].pixel(x, y)[c]) - pictures[1].pixel(x, y)[c]));
     EXPECT_LE(worst, 1.0 / 65535) << width;
   }
 }
@@ -99,8 +100,8 @@ TEST(Filter, WritesNothingWorseThanTheInputWhereMultigridDiverges) {
               "vt .02 .02\nvt .98 .02\nvt .98 .98\nvt .02 .98\nf 1/1 2/2 3/3 4/4\n");
   write_bytes(folder / "long.mtl", "newmtl long\nmap_Kd long.png\n");
   write_image(folder / "long.png", busy_picture(256, 256), Depth::u8);
-  const Result result = marquetry(
-      folder, {"filter", "long.obj", "-o", "o.png", "-b", "0", "-a", "1", "--cycles", "60", "--json"});
+  const Result result = marquetry(folder, {"filter", "long.obj", "-o", "o.png", "-b", "0", "-a",
+                                           "1", "--cycles", "60", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_LE(result.json()["result"]["largest_change"].get<double>(), 1);
   const Result asked = marquetry(folder, {"filter", "long.obj", "-o", "m.png", "-b", "0", "-a", "1",
@@ -195,12 +196,14 @@ TEST(Filter, RefusesConfigurationsItDoesNotUnderstand) {
     return marquetry(folder, {"filter", "strip.obj", "-o", "o.png", "--config", "c.json"});
   };
   EXPECT_THAT(with("{\"bta\": 1}").error, HasSubstr("did you mean '--beta'?"));
-  EXPECT_THAT(with("{\"beta\": \"much\"}").error, HasSubstr("c.json, line 1, column 10: --beta: found 'much'"));
+  EXPECT_THAT(with("{\"beta\": \"much\"}").error,
+              HasSubstr("c.json, line 1, column 10: --beta: found 'much'"));
   EXPECT_THAT(with("{\"verb\": \"inspect\", \"options\": {}}").error, HasSubstr("inspect"));
   EXPECT_THAT(with("{\"beta\": [1, 2]}").error, HasSubstr("takes one value"));
   EXPECT_THAT(with("[1]").error, HasSubstr("c.json, line 1, column 1: found no JSON object"));
-  EXPECT_THAT(with("{\n\"beta\"").error, HasSubstr("c.json, line 2, column 7: not JSON from here on: found the "
-                                                 "end of the file, wanted ':'"));
+  EXPECT_THAT(with("{\n\"beta\"").error,
+              HasSubstr("c.json, line 2, column 7: not JSON from here on: found the "
+                        "end of the file, wanted ':'"));
   EXPECT_THAT(with("{\"verb\": 3}").error, HasSubstr("written by 'marquetry 3'"));
   EXPECT_THAT(with("{\"options\": 3}").error, HasSubstr("wanted one of options"));
   EXPECT_EQ(with("{\"beta\": null}").status, 2);
@@ -356,6 +359,12 @@ TEST(Filter, RefusesTangentSpaceNormalsAcrossSeams) {
       folder, {"filter", "strip.obj", "normal.png", "-o", "out.png", "--beta", "2", "--normals"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.error, HasSubstr("tangent space"));
+  const std::vector<std::string> fill = {"fill", "strip.obj", "normal.png",
+                                         "-o",   "out.png",   "--normals"};
+  EXPECT_THAT(marquetry(folder, fill).error, HasSubstr("tangent space"));
+  std::vector<std::string> apart = fill;
+  apart.insert(apart.end(), {"--weight", "0"});
+  EXPECT_EQ(marquetry(folder, apart).status, 0);
 }
 
 TEST(Filter, SmoothsColoursAtVertices) {

@@ -137,7 +137,7 @@ TEST(Geodesic, RefusesSourcesThatAreNotThere) {
   EXPECT_THAT(refused({}), HasSubstr("say where distances begin"));
   EXPECT_THAT(refused({"--from", "texel,0,0"}),
               HasSubstr("no chart of strip.obj uses such a texel"));
-  EXPECT_THAT(refused({"--from", "vertex,6"}), HasSubstr("has vertices 0 to 5"));
+  EXPECT_THAT(refused({"--from", "vertex,6"}), HasSubstr("has the vertices 0, 1, ... 5"));
   EXPECT_THAT(refused({"--from", "1,2"}), HasSubstr("x,y,z or texel,column,row or vertex,number"));
   EXPECT_THAT(refused({"--from", "nan,0,0"}), HasSubstr("--from"));
   EXPECT_THAT(refused({"--vertices", "--from", "vertex,17"}), HasSubstr("--output"));
@@ -150,7 +150,7 @@ TEST(Geodesic, ChecksSourcesBeforeAnyWork) {
     return marquetry(folder, {"geodesic", "strip.obj", "-o", "d.png", "--from", from, "--dry-run"})
         .error;
   };
-  EXPECT_THAT(refused("vertex,6"), HasSubstr("has vertices 0 to 5"));
+  EXPECT_THAT(refused("vertex,6"), HasSubstr("has the vertices 0, 1, ... 5"));
   EXPECT_THAT(refused("texel,64,0"), HasSubstr("no chart of strip.obj uses such a texel"));
   EXPECT_THAT(refused("texel1,3,3"), HasSubstr("strip.obj has 1 texture, counted from 0"));
   EXPECT_THAT(refused("0,0.5,3"), HasSubstr("away from the surface"));

@@ -74,6 +74,45 @@ TEST(Fill, KeepsChartsAndFillsAllElse) {
   EXPECT_GT(after(20, 0), 0.3);
 }
 
+/// A bake of 64 × 48 floats, 0.25 but for one that is no number: a TIFF by hand, as no writer here
+/// makes one.
+std::string bake_without_number(int column, int row) {
+  const auto word = [](int v) { return std::string({char(v & 255), char(v >> 8)}); };
+  const auto entry = [&](int tag, int type, int value) {
+    return word(tag) + word(type) + word(1) + word(0) + word(value) + word(0);
+  };
+  std::string tiff = std::string("II*\0\x08\0\0\0", 8) + word(9) + entry(256, 3, 64) +
+                     entry(257, 3, 48) + entry(258, 3, 32) + entry(259, 3, 1) + entry(262, 3, 1) +
+                     entry(273, 4, 8 + 2 + 9 * 12 + 4) + entry(277, 3, 1) +
+                     entry(279, 4, 4 * 64 * 48) + entry(339, 3, 3) + std::string(4, 0);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x)
+      tiff += x == column && y == row ? std::string({0, 0, char(0xc0), 0x7f})
+                                      : std::string({0, 0, char(0x80), 0x3e});
+  return tiff;
+}
+
+TEST(Fill, ReplacesWhatIsNoNumberOutsideChartsAndRefusesItInside) {
+  const Folder folder;
+  write_strip(folder);
+  for (const char* verb : {"fill", "denoise"}) {
+    write_bytes(folder / "bake.tif", bake_without_number(1, 20));
+    const Result result = marquetry(folder, {verb, "strip.obj", "bake.tif", "-o", "out.tif"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_THAT(result.error, HasSubstr("1 values outside all charts"));
+    const Image<float> after = read_texture(folder / "out.tif").pixels;
+    EXPECT_NEAR(after(1, 20), 0.25, 1e-6);
+    // A texel next to a chart takes part in what the chart shows.
+    for (const int column : {2, 10}) {
+      write_bytes(folder / "bake.tif", bake_without_number(column, 20));
+      const Result refused = marquetry(folder, {verb, "strip.obj", "bake.tif", "-o", "no.tif"});
+      EXPECT_NE(refused.status, 0);
+      EXPECT_THAT(refused.error, HasSubstr(std::to_string(column) + ", row 20) holds nan"));
+      EXPECT_FALSE(std::filesystem::exists(folder / "no.tif"));
+    }
+  }
+}
+
 TEST(Mask, MarksWhatTheChartsUse) {
   const Folder folder;
   write_strip(folder);

@@ -120,8 +120,10 @@ Verb denoise_verb() {
              .help = "solutions, each with the edges of the one before, after a first slight one"});
   add_solver_options(table);
   add_space_option(table);
+  add_normals_option(table);
   add_vertices_option(table, "colours at vertices, though there are textures");
   add_depth_option(table);
+  table.exclusive({"normals", "vertices"});
   add_frames_option(table);
   return {table, denoise_verb_run};
 }

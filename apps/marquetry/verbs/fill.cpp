@@ -73,7 +73,9 @@ Exit fill(Run& run) {
     {
       const Step step(run, "assemble", 0.3);
       coverage = texel_coverage(scene.surface, *scene.atlas, step.progress().step("cover", 0.1));
-      target = std::make_unique<TextureTarget>(run, scene, value_space(options),
+      ValueSpace values = value_space(options);
+      values.meets_at_seams = options.number("weight") > 0;
+      target = std::make_unique<TextureTarget>(run, scene, values,
                                                soft_seams(*scene.atlas, options.number("weight")),
                                                step.progress().step("space", 0.9));
       free = outside(target->domain().space(), coverage);
@@ -121,7 +123,8 @@ Verb fill_verb() {
              .least = 0,
              .most = 1e9,
              .group = "Fill",
-             .help = "of agreement at seams against smoothness, per texel of a seam"});
+             .help = "of agreement at seams against smoothness, per texel of a seam",
+             .details = "0: charts go on by themselves, as normals in tangent space must."});
   add_space_option(table);
   add_normals_option(table);
   add_depth_option(table);

@@ -102,7 +102,7 @@ Exit geodesic(Run& run) {
         "{} of {} unknowns are on parts of the surface without a source: -1 as numbers, grey as "
         "colours",
         found.unreached, found.distance.size()));
-  run.print(fmt::format("largest distance: {:g}", most));
+  run.print(fmt::format("largest distance: {:g}\n", most));
 
   const Step step(run, "write", 0.1);
   const bool numbers = writes_numbers(options, outputs.paths().front());
@@ -130,7 +130,7 @@ Verb geodesic_verb() {
   table.add({.name = "time",
              .type = Type::number,
              .default_value = "4",
-             .least = 0.1,
+             .least = 1,
              .most = 1e6,
              .group = "Distance",
              .help = "how long heat spreads, in squared texels",

@@ -111,9 +111,10 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail_picture(name, name.find('%') == name.npos
-                            ? "no such file; check the name"
-                            : "no such file; names of frames are filled in where --frames is given");
+  if (!std::filesystem::exists(status))
+    fail_picture(name, name.find('%') == name.npos
+                           ? "no such file; check the name"
+                           : "no such file; names of frames are filled in where --frames is given");
   if (std::filesystem::is_directory(status))
     fail_picture(name, "a directory; a picture was expected");
   if (!std::filesystem::is_regular_file(status))
@@ -292,7 +293,7 @@ int strip_rows(const ImageSpec& spec) {
                               : rows;
 }
 
-Image<float> read_pixels(OpenPicture& p, const Progress& progress) {
+Image<float> read_pixels(OpenPicture& p, const Progress& progress, NotFinite not_finite) {
   const ImageSpec& s = p.spec;
   Image<float> pixels(s.width, s.height, s.nchannels);
   const std::size_t row = std::size_t(s.width) * s.nchannels;
@@ -315,7 +316,7 @@ Image<float> read_pixels(OpenPicture& p, const Progress& progress) {
     else if (words)
       convert(std::span(std::as_const(stored)).first(count), to);
     if (associated) divide_by_alpha(to, s.nchannels);
-    if (!bytes && !words)
+    if (!bytes && !words && not_finite == NotFinite::refuse)
       check_finite(p.name, pixels, first, first + count, "repair the picture");
     progress.at(double(end) / s.height);
   }
@@ -378,7 +379,8 @@ void name_channels(ImageSpec& spec) {
   spec.alpha_channel = spec.nchannels == 4 ? 3 : spec.nchannels == 2 ? 1 : -1;
 }
 
-/// Alpha as the format has it; where there is a choice as in the file that was read, or unassociated.
+/// Alpha as the format has it; where there is a choice as in the file that was read, or
+/// unassociated.
 void state_alpha(const ImageSpec* read, const FileFormat& format, ImageSpec& spec) {
   const bool as_read = read != nullptr && format.name == "tiff" && is_associated(*read, "tiff");
   if (format.name == "openexr" || as_read)
@@ -484,8 +486,8 @@ void check_writable(const Texture& texture, const std::string& name, const FileF
   if (pixels.empty()) throw InvalidInput(fmt::format("{}: the picture has no pixels", name));
   if (pixels.channels() > format.max_channels)
     throw InvalidInput(fmt::format("{}: {}, of which {} holds {}; choose .exr or .tif{}", name,
-                                   counted(pixels.channels(), "channel"), format.name, format.max_channels,
-                                   pixels.channels() <= 4 ? " or .png" : ""));
+                                   counted(pixels.channels(), "channel"), format.name,
+                                   format.max_channels, pixels.channels() <= 4 ? " or .png" : ""));
   if (format.max_channels == 3 && pixels.channels() == 2)
     throw InvalidInput(
         fmt::format("{}: grey with alpha, which jpeg does not hold; choose .png", name));
@@ -504,9 +506,8 @@ std::vector<std::string> notes_on(const std::string& name, const Texture& textur
   if (format.name != "openexr" && is_light(texture.format) && depth <= Depth::u16)
     notes.push_back(fmt::format(
         "{}: holds light, {}; write .exr to keep its range", name,
-        format.name == "png"
-            ? "and says so by its gamma of 1, which not all programs heed"
-            : "which its format cannot say, so that it will be shown too dark"));
+        format.name == "png" ? "and says so by its gamma of 1, which not all programs heed"
+                             : "which its format cannot say, so that it will be shown too dark"));
   if (clamped > 0)
     notes.push_back(fmt::format("{}: {} beyond what {} can hold, clamped", name,
                                 counted(clamped, "value"), words_for(depth)));
@@ -611,13 +612,14 @@ PictureInfo picture_info(const std::filesystem::path& path) {
   return {p.spec.width, p.spec.height, p.spec.channelnames, format_read(p)};
 }
 
-Texture read_texture_bytes(Bytes bytes, const std::string& name, const Progress& progress) {
+Texture read_texture_bytes(Bytes bytes, const std::string& name, const Progress& progress,
+                           NotFinite not_finite) {
   OpenPicture p = open_picture(bytes, name);
   Texture texture;
   texture.name = name;
   texture.format = format_read(p);
   try {
-    texture.pixels = read_pixels(p, progress);
+    texture.pixels = read_pixels(p, progress, not_finite);
   } catch (const std::bad_alloc&) {
     fail_picture(
         name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
@@ -635,9 +637,10 @@ EncodedPicture texture_bytes(const Texture& texture, const std::string& file_for
   return encode(texture, texture.name, format_named(file_format), progress);
 }
 
-Texture read_texture(const std::filesystem::path& path, const Progress& progress) {
+Texture read_texture(const std::filesystem::path& path, const Progress& progress,
+                     NotFinite not_finite) {
   const std::vector<std::byte> bytes = read_bytes(path);
-  Texture texture = read_texture_bytes(bytes, path.string(), progress);
+  Texture texture = read_texture_bytes(bytes, path.string(), progress, not_finite);
   texture.name = path.filename().string();
   texture.path = path;
   return texture;

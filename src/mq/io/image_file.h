@@ -7,8 +7,9 @@
 /// never multiplied in: where a file holds colours multiplied by it (associated alpha: OpenEXR,
 /// TIFF and TGA that say so) they are divided by it and multiplied again on writing, which gives
 /// back integers and 16-bit floating point exactly and 32-bit floating point to its last bit; where
-/// alpha is 0 colours are kept as they lie in the file. What is kept for writing: depth, channel names and order, ICC profile, gamma,
-/// resolution and the other tags the format knows. What is not:
+/// alpha is 0 colours are kept as they lie in the file. What is kept for writing: depth, channel
+/// names and order, ICC profile, gamma, resolution and the other tags the format knows. What is
+/// not:
 ///
 /// - PNG and TIFF palettes become RGB or RGBA with 8 bits, fewer than 8 bits become 8;
 /// - doubles become floats; of several pictures in one file the first is read (a note says so);
@@ -44,14 +45,14 @@ struct PictureInfo {
 /// Reads the head only. Throws `IoError` as `read_texture` does.
 PictureInfo picture_info(const std::filesystem::path& path);
 
-/// The format of an EXR made here whose channels have these names, none of which is alpha. They must
-/// be in alphabetical order, in which EXR keeps them.
+/// The format of an EXR made here whose channels have these names, none of which is alpha. They
+/// must be in alphabetical order, in which EXR keeps them.
 PixelFormat named_channels(const std::vector<std::string>& names, Depth depth);
 
 /// Reads a picture from memory; the format is found by content. `name` is used in messages and
 /// becomes the texture's name.
 Texture read_texture_bytes(std::span<const std::byte> bytes, const std::string& name,
-                           const Progress& progress = {});
+                           const Progress& progress = {}, NotFinite not_finite = NotFinite::refuse);
 
 /// A picture encoded in memory, with what `write_texture` would return.
 struct EncodedPicture {

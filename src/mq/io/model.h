@@ -22,8 +22,8 @@ enum class Depth { u8, u16, half, f32 };
 /// read: depth, channel names, colour space and resolution tags.
 struct PixelFormat {
   Depth depth = Depth::u8;
-  std::string file_format;          ///< "png", "jpeg", "tiff", "openexr", ...
-  std::shared_ptr<const void> tags; ///< metadata of the reader; only io looks inside
+  std::string file_format;           ///< "png", "jpeg", "tiff", "openexr", ...
+  std::shared_ptr<const void> tags;  ///< metadata of the reader; only io looks inside
 };
 
 struct Texture {
@@ -35,7 +35,8 @@ struct Texture {
   std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
 };
 
-/// Values at vertices (colours of a PLY, or "v x y z r g b" of an OBJ), 0 to 1 when stored as integers.
+/// Values at vertices (colours of a PLY, or "v x y z r g b" of an OBJ), 0 to 1 when stored as
+/// integers.
 struct VertexSignal {
   int channels = 0;           ///< 0: the model has none
   std::vector<float> values;  ///< channels per vertex, a vertex's values adjacent
@@ -47,12 +48,18 @@ class Document;
 
 struct Model {
   std::filesystem::path path;
-  Mesh mesh;                       ///< n-gons cut into triangles, node transforms applied
-  std::vector<Texture> textures;   ///< what `mesh.textures` counts
+  Mesh mesh;                      ///< n-gons cut into triangles, node transforms applied
+  std::vector<Texture> textures;  ///< what `mesh.textures` counts
   VertexSignal colors;
   std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
   Defects defects;                 ///< of the file: signs that it was cut short
   std::shared_ptr<const Document> document;  ///< null for a model made in memory
+};
+
+/// What becomes of values in pictures that are infinite or no numbers.
+enum class NotFinite {
+  refuse,  ///< the picture is refused
+  keep     ///< they are given as they are: who reads them must look
 };
 
 struct ReadModelOptions {
@@ -61,6 +68,7 @@ struct ReadModelOptions {
   std::vector<std::filesystem::path> textures;
   /// Whether pictures are read at all.
   enum class Pictures { read, skip } pictures = Pictures::read;
+  NotFinite not_finite = NotFinite::refuse;
 };
 
 /// Reads OBJ (with MTL), PLY, glTF or GLB; content goes before extension. Pictures and material
@@ -83,7 +91,8 @@ std::vector<std::string> write_model(const std::filesystem::path& path, const Mo
 
 /// Reads one picture (image_file.h says what is kept). Throws `IoError` naming the file, what was
 /// found and what to do.
-Texture read_texture(const std::filesystem::path& path, const Progress& progress = {});
+Texture read_texture(const std::filesystem::path& path, const Progress& progress = {},
+                     NotFinite not_finite = NotFinite::refuse);
 
 /// Writes one picture in the format of the extension, with the depth of `texture.format` where that
 /// format can hold it. A picture that is as it was read is copied, byte for byte. Written under a
@@ -92,8 +101,8 @@ Texture read_texture(const std::filesystem::path& path, const Progress& progress
 std::vector<std::string> write_texture(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress = {});
 
-/// Whether a picture's values are light: floating point, and integers whose file says so (a PNG with
-/// a gamma of 1). Others are display values.
+/// Whether a picture's values are light: floating point, and integers whose file says so (a PNG
+/// with a gamma of 1). Others are display values.
 bool holds_light(const PixelFormat& format);
 
 /// The same for pixels made here.

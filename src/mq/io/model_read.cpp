@@ -1,6 +1,6 @@
 // A mesh file names other files as some other machine knew them. Each is looked for where its name
-// leads from the mesh file's folder, then in that folder by the last part of its name, then with other
-// capitals.
+// leads from the mesh file's folder, then in that folder by the last part of its name, then with
+// other capitals.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -192,12 +192,11 @@ class ModelReader {
   [[noreturn]] void refuse_count(const std::vector<TextureSlot>& slots, bool named) const {
     std::string names;
     for (const TextureSlot& slot : slots) names += (names.empty() ? ": " : ", ") + shown(slot.name);
-    throw IoError(fmt::format("{} has {}{}, but {} given; give one for each", model_.path.string(),
-                              counted(std::max<std::int64_t>(std::ssize(slots), 1), "texture"),
-                              named ? names : "",
-                              options_.textures.size() == 1
-                                  ? "1 picture is"
-                                  : fmt::format("{} pictures are", options_.textures.size())));
+    throw IoError(fmt::format(
+        "{} has {}{}, but {} given; give one for each", model_.path.string(),
+        counted(std::max<std::int64_t>(std::ssize(slots), 1), "texture"), named ? names : "",
+        options_.textures.size() == 1 ? "1 picture is"
+                                      : fmt::format("{} pictures are", options_.textures.size())));
   }
 
   void add_texture(const TextureSlot& slot, std::size_t i, std::size_t count) {
@@ -208,11 +207,11 @@ class ModelReader {
     if (!reads_pictures()) {
       texture.path = path;
     } else if (given || slot.picture.empty()) {
-      texture = read_texture(path, progress);
+      texture = read_texture(path, progress, options_.not_finite);
     } else {
       const std::string name = fmt::format("{}, the embedded picture {}", model_.path.string(),
                                            slot.name.empty() ? std::to_string(i) : slot.name);
-      texture = read_texture_bytes(slot.picture, name, progress);
+      texture = read_texture_bytes(slot.picture, name, progress, options_.not_finite);
     }
     // A picture given in a file of the same name goes by the name it has in the model.
     const bool renamed = given && path.filename() != fs::path(slot.name).filename();
