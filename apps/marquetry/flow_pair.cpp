@@ -40,6 +40,8 @@ void divide_by_alpha(Image<float>& picture) {
 
 /// A range below this share of the largest value is rounding.
 constexpr double least_range = 1e-6;
+/// Of the blend's error, that a field is remarked to leave.
+constexpr double much_left = 0.25;
 
 /// Without --longest-edge triangles are not cut to more vertices than about this: about a minute. A
 /// megatexel, whole, at the usual two texels makes a little less.
@@ -92,18 +94,29 @@ std::string without_factors(const OptionValues& options) {
 
 }  // namespace
 
-void warn_of_nothing(Run& run, bool first_constant, bool second_constant) {
-  if (first_constant || second_constant)
+void warn_of_little(Run& run, const Alike& alike) {
+  const double before = run.result["error"].front(), after = run.result["error"].back();
+  if (alike.first_constant || alike.second_constant)
     run.terminal().warning(fmt::format("{} of one colour, so nothing says what moves where",
-                                       first_constant && second_constant ? "both signals are"
-                                       : first_constant                  ? "the first signal is"
-                                                                         : "the second signal is"));
-  else if (run.result["longest"] == 0 && run.result["error"].front() == 0)
+                                       alike.first_constant && alike.second_constant
+                                           ? "both signals are"
+                                       : alike.first_constant ? "the first signal is"
+                                                              : "the second signal is"));
+  else if (alike.equal)
     run.terminal().remark("the two are equal, so the field is 0");
-  else if (run.result["longest"] == 0 && run.result["error"].front().get<double>() > 0)
+  else if (before == 0)
+    run.terminal().warning(
+        "--detail leaves nothing of what the two differ in, so nothing says what moves where: give "
+        "a larger one, or 0 to leave out nothing");
+  else if (run.result["longest"] == 0)
     run.terminal().warning(
         "no motion brings the two nearer to each other, so the field is 0: try another --largest, "
         "or --detail 0 where shades are broad");
+  else if (after > much_left * before)
+    run.terminal().remark(
+        fmt::format("{:.0f} % of what the two differ in is left: where things moved farther than "
+                    "that, try another --largest, or --detail 0 where shades are broad",
+                    100 * after / before));
 }
 
 bool is_picture_pair(const OptionValues& options) { return !names_model(options.text("mesh")); }
@@ -162,7 +175,7 @@ ImageFlow PicturePair::align(Run& run, const ImageFlowOptions& options,
   if (given_) {
     about(model_, [&] { flow = known_flow(first_, second_, *given_, options, progress); });
     run.result = flow_json(flow);
-    if (!(flow.error.back() < flow.error.front()))
+    if (flow.error.front() > 0 && !(flow.error.back() < flow.error.front()))
       run.terminal().warning(fmt::format(
           "{}: brings the two no nearer to each other (error {:.4g}, mixed as they lie {:.4g}): it "
           "may be of another pair, or from the second to the first",
@@ -171,8 +184,9 @@ ImageFlow PicturePair::align(Run& run, const ImageFlowOptions& options,
   }
   about(model_, [&] { flow = image_flow(first_, second_, options, progress); });
   run.result = flow_json(flow);
-  warn_of_nothing(run, is_constant(first_.values(), first_.channels()),
-                  is_constant(second_.values(), second_.channels()));
+  warn_of_little(run, {.first_constant = is_constant(first_.values(), first_.channels()),
+                       .second_constant = is_constant(second_.values(), second_.channels()),
+                       .equal = first_ == second_});
   return flow;
 }
 
@@ -211,6 +225,7 @@ ModelPair::ModelPair(Run& run) {
       models || !vertices_,
       fmt::format("{}: colours at vertices are aligned with those of a second model; found '{}'",
                   name, others.front()));
+  refuse_what_is_for_textures(options);
   for (const std::string& other : others) {
     const Json& read = run.input["files"];
     if (std::ranges::find(read, Json(other)) == read.end()) run.input["files"].push_back(other);
@@ -236,6 +251,11 @@ ModelPair::ModelPair(Run& run) {
                 fmt::format("{}: a colour of vertex {} (counted from 0) is {}; it must be finite",
                             others.front(), i / std::size_t(other.colors.channels),
                             other.colors.values[i]));
+      if (other.mesh.triangles != scene_.model.mesh.triangles)
+        run.terminal().warning(fmt::format(
+            "{}: its triangles are not those of {}: colours are compared vertex by vertex, in "
+            "the order of the files",
+            others.front(), name));
       first_ = target->values();
       second_ = target->values_of(other.colors);
       second_colors_ = other.colors;
@@ -315,9 +335,30 @@ double ModelPair::edge_for(Run& run, double longest_edge) const {
   return edge;
 }
 
+void ModelPair::refuse_what_is_for_textures(const OptionValues& options) const {
+  if (!vertices_) return;
+  const auto require_left_out = [](bool left_out, const std::string& what) {
+    require(left_out, what + " is for textures, not for colours at vertices: leave it out");
+  };
+  require_left_out(!asks_for(options, "space"), "--space");
+  require_left_out(!asks_for(options, "longest-edge"), "--longest-edge");
+  for (const std::string name : {"largest", "smallest", "detail"})
+    if (options.has(name) && parse_length(options.text(name)).unit == Length::Unit::texels)
+      throw InvalidInput(
+          fmt::format("--{}: found '{}': at vertices there are no texels; give a length in the "
+                      "model's units, or in % of the square root of its area",
+                      name, options.text(name)));
+}
+
 void ModelPair::align(Run& run, const TextureFlowOptions& given, const Progress& progress) {
   TextureFlowOptions options = given;
-  if (!vertices_) options.longest_edge = edge_for(run, given.longest_edge);
+  if (!vertices_) {
+    options.longest_edge = edge_for(run, given.longest_edge);
+    // The cut mesh that flow works on has no texels.
+    for (Length* length : {&options.flow.largest, &options.flow.smallest, &options.flow.detail})
+      if (length->unit == Length::Unit::texels)
+        *length = {length->value * target_->space().scale().texel_spacing, Length::Unit::model};
+  }
   Json foreseen;
   options.flow.foresee = [&](const FlowForecast& forecast) {
     warn_of_cost(run, forecast);
@@ -337,7 +378,9 @@ void ModelPair::align(Run& run, const TextureFlowOptions& given, const Progress&
   if (!foreseen.is_null()) run.result["forecast"] = foreseen;
   run.result["vertices"] = flow_vertices();
   if (!vertices_) run.result["longest_edge"] = options.longest_edge;
-  warn_of_nothing(run, is_constant(first_), is_constant(second_));
+  warn_of_little(run, {.first_constant = is_constant(first_),
+                       .second_constant = is_constant(second_),
+                       .equal = first_ == second_});
 }
 
 void ModelPair::find(const TextureFlowOptions& options, const Progress& progress) {

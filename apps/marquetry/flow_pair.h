@@ -14,8 +14,14 @@ namespace mq::app {
 /// Whether the options name two pictures, and no model.
 bool is_picture_pair(const OptionValues& options);
 
-/// Warns of a pair, aligned as `run.result` says, that is of one colour or did not come nearer.
-void warn_of_nothing(Run& run, bool first_constant, bool second_constant);
+/// What makes alignment idle.
+struct Alike {
+  bool first_constant = false, second_constant = false;
+  bool equal = false;
+};
+
+/// Says of a pair, aligned as `run.result` says, why it did not come nearer, or not near.
+void warn_of_little(Run& run, const Alike& alike);
 
 /// Two pictures of one size. Colours are worked on multiplied by alpha, so that what is transparent
 /// has none.
@@ -80,6 +86,7 @@ class ModelPair {
   TangentField field() const;
 
  private:
+  void refuse_what_is_for_textures(const OptionValues& options) const;
   void find(const TextureFlowOptions& options, const Progress& progress);
 
   /// The edges to cut to: as given, longer where --longest-edge is not and that would be too many.

@@ -173,6 +173,31 @@ TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
 }
 
 /// A wave, moved by a texel, under a pattern of single texels that is another each time.
+TEST(Flow, TakesLengthsInTexels) {
+  const Folder folder;
+  write_strip(folder);
+  const auto wave = [](double moved) {
+    Image<float> image(64, 48, 3);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (float& value : image.pixel(x, y))
+          value = float(0.5 + 0.3 * std::sin(0.3 * (x - moved)) * std::cos(0.2 * y));
+    return image;
+  };
+  write_image(folder / "a.png", wave(0));
+  write_image(folder / "b.png", wave(1));
+  const auto largest = [&](const std::string& length) {
+    const Result result = marquetry(folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "out",
+                                             "--largest", length, "--smallest", "4tx", "--json"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.json()["result"]["levels"][0]["length"].get<double>();
+  };
+  const double of_eight = largest("8tx");
+  EXPECT_GT(of_eight, 0);
+  EXPECT_NEAR(largest("16tx"), 2 * of_eight, 1e-9 * of_eight);
+  EXPECT_NEAR(largest(std::to_string(of_eight)), of_eight, 1e-4 * of_eight);
+}
+
 TEST(Flow, DoesNotTakeWhatIsFinerThanItsTrianglesForWaves) {
   const Folder folder;
   write_strip(folder);
@@ -359,6 +384,10 @@ TEST(Flow, SaysWhatItCannotAlign) {
       {{"flow", "strip.obj", "a.ply", "-o", "out"}, "no colours"},
       {{"flow", "a.ply", "nan.ply", "-o", "out"}, "nan.ply: a colour of vertex 1"},
       {{"flow", "a.ply", "a.ply", "-o", "out", "--largest", "2%", "--smallest", "5%"}, "is above"},
+      {{"flow", "a.ply", "a.ply", "-o", "out", "--space", "log"}, "--space is for textures"},
+      {{"flow", "a.ply", "a.ply", "-o", "out", "--longest-edge", "8"},
+       "--longest-edge is for textures"},
+      {{"flow", "a.ply", "a.ply", "-o", "out", "--largest", "8tx", "--dry-run"}, "found '8tx'"},
       {{"interpolate", "a.png", "a.png", "-o", "x.png", "--frames", "0-3"}, "%04d"},
       {{"interpolate", "a.png", "a.png", "-o", "x.obj"}, "wanted a picture"},
       {{"interpolate", "a.png", "a.png", "-o", "x.mp4"}, "how many frames"},
@@ -401,6 +430,10 @@ TEST(Flow, WarnsWhereNothingCanBeAligned) {
     EXPECT_THAT(says({"flow", name, name, "-o", "out"}),
                 AllOf(HasSubstr("the two are equal"), Not(HasSubstr("of one colour"))))
         << name;
+  write_image(folder / "there.png", blobs(20, 20, 0, 0));
+  write_image(folder / "moved.png", blobs(20, 20, 2, 0));
+  EXPECT_THAT(says({"flow", "there.png", "moved.png", "-o", "out", "--detail", "0.01%"}),
+              HasSubstr("--detail leaves nothing"));
   // Of two pixels there is nothing between.
   Image<float> two(2, 1, 1);
   two(1, 0) = 1;

@@ -116,8 +116,8 @@ void remark_stale(Run& run, const fs::path& folder, const std::vector<fs::path>&
 void print_result(Run& run, double before, double after) {
   const Json& error = run.result["error"];
   run.print(
-      fmt::format("error {:.4g} to {:.4g} of the signals' variance; difference {:.4g} to {:.4g} of "
-                  "white (root mean square); longest vector {:.4g}\n",
+      fmt::format("error {:.4g} to {:.4g} of the signals' variance; difference {:.4g} to {:.4g} "
+                  "(root mean square); longest vector {:.4g}\n",
                   error.front().get<double>(), error.back().get<double>(), before, after,
                   run.result["longest"].get<double>()));
 }
@@ -242,7 +242,7 @@ Exit flow_model(Run& run) {
   run.result["difference"] = {mean_before, mean_after};
   if (mean_after > mean_before)
     run.terminal().warning(fmt::format(
-        "along the field the two differ by more than mixed as they lie ({:.4g} of white, {:.4g}): "
+        "along the field the two differ by more than mixed as they lie ({:.4g}, {:.4g}): "
         "{}",
         mean_after, mean_before,
         vertices ? "try another --largest, or --detail 0" : "give a smaller --longest-edge"));
