@@ -285,10 +285,6 @@ TEST(Track, RefusesWhatItCannotFollow) {
               HasSubstr("--truth: found 'nothing'"));
   EXPECT_THAT(refusal({"body/material", "-o", "a.evolving", "--photometric"}),
               HasSubstr("wants colours"));
-  EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--size", "64"}), HasSubstr("--from"));
-  ASSERT_EQ(marquetry(folder, {"sample", "torus", "-o", "other.ply"}).status, 0);
-  EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--paint", "other.ply"}),
-              HasSubstr("the first frame's own model"));
 }
 
 /// A store of two segments: frames 0 and 1, and frame 2 with its own mesh.
@@ -439,6 +435,10 @@ TEST(Export, RefusesWhatItCannotWrite) {
   EXPECT_THAT(
       refusal({"body.evolving", "-o", "f%d.ply", "--paint", "body/material/frame_0000.ply"}),
       HasSubstr("wants colours"));
+  EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--size", "64"}), HasSubstr("--from"));
+  ASSERT_EQ(marquetry(folder, {"sample", "torus", "-o", "other.ply"}).status, 0);
+  EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--paint", "other.ply"}),
+              HasSubstr("the first frame's own model"));
   EXPECT_THAT(refusal({"body/frame_0000.ply"}), HasSubstr("found no evolving mesh"));
   EXPECT_THAT(refusal({"none.evolving"}), HasSubstr("none.evolving"));
 }
