@@ -113,10 +113,10 @@ void warn_of_little(Run& run, const Alike& alike) {
         "no motion brings the two nearer to each other, so the field is 0: try another --largest, "
         "or --detail 0 where shades are broad");
   else if (after > much_left * before)
-    run.terminal().remark(
-        fmt::format("{:.0f} % of what the two differ in is left: where things moved farther than "
-                    "that, try another --largest, or --detail 0 where shades are broad",
-                    100 * after / before));
+    run.terminal().remark(fmt::format(
+        "{:.0f} % of what the two differ in is left: where things moved farther than was "
+        "found try a larger --largest, where shades are broad --detail 0",
+        100 * after / before));
 }
 
 bool is_picture_pair(const OptionValues& options) { return !names_model(options.text("mesh")); }

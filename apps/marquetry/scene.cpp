@@ -35,8 +35,10 @@ std::vector<std::filesystem::path> texture_paths(const OptionValues& options) {
   return paths;
 }
 
-bool all_finite(const Image<float>& picture) {
-  return std::ranges::all_of(picture.values(), [](float value) { return std::isfinite(value); });
+bool all_finite(const Texture& texture) {
+  return texture.format.depth < Depth::half ||
+         std::ranges::all_of(texture.pixels.values(),
+                             [](float value) { return std::isfinite(value); });
 }
 
 /// 1 for the texels of a texture that charts read.
@@ -215,7 +217,7 @@ Scene read_scene(Run& run, MissingPictures missing, double share, const ScenePic
                              step.progress().step("charts", 0.5));
   });
   for (std::size_t i = 0; i < scene.model.textures.size(); ++i)
-    if (!all_finite(scene.model.textures[i].pixels)) replace_unused_not_finite(run, scene, i);
+    if (!all_finite(scene.model.textures[i])) replace_unused_not_finite(run, scene, i);
   describe_input(run, scene);
   run.found(scene_defects(scene));
   return scene;

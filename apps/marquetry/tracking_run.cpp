@@ -383,10 +383,12 @@ class Tracking {
                  const Progress& progress) {
     Json measured = {{"frame", sequence_.file(frame).number}};
     if (!writer_) {
-      require(!model.mesh.positions.empty() && bounding_box(model.mesh).diagonal() > 0,
+      const double diagonal =
+          model.mesh.positions.empty() ? 0 : bounding_box(model.mesh).diagonal();
+      require(diagonal > 0,
               "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
       writer_.emplace(
-          output, store_step(bounding_box(model.mesh).diagonal()),
+          output, store_step(diagonal),
           Json{{"verb", run_.options().table().verb()}, {"options", options_json(run_.options())}}
               .dump());
     }
@@ -514,8 +516,8 @@ void warn_where_lost(Run& run, const Json& frames) {
     if (const double far = frame.at("distance_p95").get<double>(); far > lost) {
       run.terminal().warning(fmt::format(
           "in frame {} 5 % of the points are farther than {:.3g} % of the diagonal from what "
-          "follows "
-          "it: the motion was too fast or the shape changed; --remesh replaces what does not fit, "
+          "follows it: the motion was too fast or the shape changed; --remesh replaces what does "
+          "not fit, "
           "--restart {:g} begins anew there",
           frame.at("frame").get<int>(), 100 * far, 100 * lost));
       return;

@@ -129,23 +129,25 @@ TEST(Flow, KnowsTheOtherWays) {
   }
 }
 
+/// A wave over both charts of the strip: the left one spans columns 3.2 to 28.8, the right one 35.2
+/// to 60.8, one surface without the gap. Moved by so many texels.
+Image<float> wave_over_strip(double moved, int channels = 3) {
+  Image<float> image(64, 48, channels);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x)
+      for (int c = 0; c < channels; ++c) {
+        const double along = x < 32 ? x : x - 6.4;
+        image(x, y, c) =
+            float(0.5 + 0.3 * std::sin(0.35 * (along - moved)) * std::cos(0.2 * y + c));
+      }
+  return image;
+}
+
 TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
   const Folder folder;
   write_strip(folder);
-  // The left chart spans columns 3.2 to 28.8, the right one 35.2 to 60.8: one surface without the
-  // gap.
-  const auto picture = [](double u) {
-    Image<float> image(64, 48, 3);
-    for (int y = 0; y < 48; ++y)
-      for (int x = 0; x < 64; ++x)
-        for (int c = 0; c < 3; ++c) {
-          const double along = x < 32 ? x : x - 6.4;
-          image(x, y, c) = float(0.5 + 0.3 * std::sin(0.35 * (along - u)) * std::cos(0.2 * y + c));
-        }
-    return image;
-  };
-  write_image(folder / "a.png", picture(0));
-  write_image(folder / "b.png", picture(2));
+  write_image(folder / "a.png", wave_over_strip(0));
+  write_image(folder / "b.png", wave_over_strip(2));
   const Result result =
       marquetry(folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "out", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
@@ -157,9 +159,9 @@ TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
   for (const char* name : {"field.vf", "report.json", "halfway/a.png", "error/a.png"})
     EXPECT_TRUE(std::filesystem::exists(folder / (std::string("out/") + name))) << name;
   const Image<float> halfway = read_texture(folder / "out/halfway/a.png").pixels,
-                     truth = picture(1);
+                     truth = wave_over_strip(1);
   double moved = 0, blend = 0;
-  const Image<float> first = picture(0), second = picture(2);
+  const Image<float> first = wave_over_strip(0), second = wave_over_strip(2);
   for (int y = 10; y < 38; ++y)
     for (const int x : {8, 14, 20, 26, 27, 28, 36, 37, 40, 46, 52})
       for (int c = 0; c < 3; ++c) {
@@ -172,20 +174,11 @@ TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
     EXPECT_NEAR(halfway(28, y) - truth(28, y), halfway(35, y) - truth(35, y), 0.03) << y;
 }
 
-/// A wave, moved by a texel, under a pattern of single texels that is another each time.
 TEST(Flow, TakesLengthsInTexels) {
   const Folder folder;
   write_strip(folder);
-  const auto wave = [](double moved) {
-    Image<float> image(64, 48, 3);
-    for (int y = 0; y < 48; ++y)
-      for (int x = 0; x < 64; ++x)
-        for (float& value : image.pixel(x, y))
-          value = float(0.5 + 0.3 * std::sin(0.3 * (x - moved)) * std::cos(0.2 * y));
-    return image;
-  };
-  write_image(folder / "a.png", wave(0));
-  write_image(folder / "b.png", wave(1));
+  write_image(folder / "a.png", wave_over_strip(0));
+  write_image(folder / "b.png", wave_over_strip(1));
   const auto largest = [&](const std::string& length) {
     const Result result = marquetry(folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "out",
                                              "--largest", length, "--smallest", "4tx", "--json"});
@@ -198,6 +191,7 @@ TEST(Flow, TakesLengthsInTexels) {
   EXPECT_NEAR(largest(std::to_string(of_eight)), of_eight, 1e-4 * of_eight);
 }
 
+/// A wave, moved by a texel, under a pattern of single texels that is another each time.
 TEST(Flow, DoesNotTakeWhatIsFinerThanItsTrianglesForWaves) {
   const Folder folder;
   write_strip(folder);

@@ -221,10 +221,7 @@ TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {
 
 TEST(Track, GoesOnOnlyWithTheOptionsItBeganWith) {
   const Folder folder;
-  ASSERT_EQ(marquetry(folder, {"sample", "bending", "-o", "body/", "--triangles", "1000",
-                               "--frames", "0-2"})
-                .status,
-            0);
+  make_body(folder, "bending", 2);
   ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving", "--frames", "0-1"}).status,
             0);
   const std::string blocks = file_bytes(folder / "body.blocks");
@@ -251,10 +248,7 @@ TEST(Track, GoesOnOnlyWithTheOptionsItBeganWith) {
 
 TEST(Track, SaysFromWhereItIsLost) {
   const Folder folder;
-  ASSERT_EQ(marquetry(folder, {"sample", "bending", "-o", "body/", "--triangles", "1000",
-                               "--frames", "0-1"})
-                .status,
-            0);
+  make_body(folder, "bending", 1);
   ASSERT_EQ(
       marquetry(folder, {"sample", "torus", "-o", "body/frame_0001.ply", "--triangles", "1000"})
           .status,
