@@ -1,5 +1,6 @@
 #include "background.h"
 
+#include <new>
 #include <utility>
 
 #include "mq/base/error.h"
@@ -12,10 +13,6 @@ void Background::start(std::function<void(const Progress&)> job) {
   running_ = true;
   fraction_ = 0;
   thread_ = std::thread([this, job = std::move(job)] {
-    const auto fail = [this](const std::string& words) {
-      const std::lock_guard lock(mutex_);
-      error_ = words;
-    };
     try {
       job(Progress(
           [this](const ProgressEvent& event) {
@@ -25,10 +22,9 @@ void Background::start(std::function<void(const Progress&)> job) {
           },
           &cancel_));
     } catch (const Cancelled&) {
-    } catch (const std::bad_alloc&) {
-      fail("not enough memory: use smaller textures, or a machine with more");
-    } catch (const std::exception& error) {
-      fail(error.what());
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      failure_ = std::current_exception();
     }
     running_ = false;
   });
@@ -44,9 +40,27 @@ std::string Background::step() const {
   return step_;
 }
 
+void Background::rethrow() {
+  std::exception_ptr failure;
+  {
+    const std::lock_guard lock(mutex_);
+    failure = std::exchange(failure_, nullptr);
+  }
+  if (!failure) return;
+  try {
+    std::rethrow_exception(failure);
+  } catch (const std::bad_alloc&) {
+    throw OutOfMemory("not enough memory: use smaller textures, or a machine with more");
+  }
+}
+
 std::string Background::error() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(error_, {});
+  try {
+    rethrow();
+    return {};
+  } catch (const std::exception& error) {
+    return error.what();
+  }
 }
 
 }  // namespace mq::view

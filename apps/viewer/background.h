@@ -2,6 +2,7 @@
 /// Work on a thread of its own, so that the window never waits for it.
 
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -22,6 +23,8 @@ class Background {
   /// Begins a job; none may be running. What it throws is kept for `error`, but for `Cancelled`.
   void start(std::function<void(const Progress&)> job);
   bool busy() const { return running_; }
+  /// Asks it to stop, without waiting until it has.
+  void cancel() { cancel_ = true; }
   /// Asks it to stop and waits until it has.
   void stop();
 
@@ -29,13 +32,16 @@ class Background {
   std::string step() const;
   /// Why the last job failed, once; empty: it did not.
   std::string error();
+  /// Throws what the last job threw, once.
+  void rethrow();
 
  private:
   std::thread thread_;
   std::atomic<bool> running_ = false, cancel_ = false;
   std::atomic<double> fraction_ = 0;
   mutable std::mutex mutex_;
-  std::string step_, error_;
+  std::string step_;
+  std::exception_ptr failure_;
 };
 
 }  // namespace mq::view

@@ -23,6 +23,8 @@ class Display {
   virtual int height() const = 0;
 
   virtual bool closing() const { return false; }
+  /// It was asked to close, and is not to.
+  virtual void stay_open() {}
   /// Files that were dropped on it since the last call.
   virtual std::vector<std::string> dropped() { return {}; }
   /// Waits for something to happen, a moment at most.

@@ -40,14 +40,14 @@ FilterTool::FilterTool(Session& session)
     : session_(session), options_(options_for("filter", session)) {
   require(
       session.before != nullptr,
-      session.scene.model.path.string() +
+      session.scene->model.path.string() +
           ": has no textures, and the tool filter paints on textures; 'marquetry filter' works on "
           "colours at vertices too");
-  app::require_usable(app::scene_defects(session.scene), session.scene.model.path.string());
+  app::require_usable(app::scene_defects(*session.scene), session.scene->model.path.string());
   options_.set("beta", {"3"});
   options_.set("output", {"filtered.png"});
-  area_ = session.scene.surface.area;
-  texel_spacing_ = session.scene.atlas->texel_spacing();
+  area_ = session.scene->surface.area;
+  texel_spacing_ = session.scene->atlas->texel_spacing();
   want();
 }
 
@@ -70,10 +70,7 @@ void FilterTool::panel() {
       changed = true;
     }
   }
-  if (changed) {
-    saved_texture_.clear();
-    want();
-  }
+  if (changed) want();
   int brush = int(brush_);
   ImGui::RadioButton("sharpen", &brush, 0);
   ImGui::SameLine();
@@ -217,8 +214,8 @@ void FilterTool::change(const std::vector<int>& unknowns,
   }
   stopped_ = false;
   hurry_ = true;
+  ++wanted_.version;
   saved_mask_.clear();
-  saved_texture_.clear();
 }
 
 void FilterTool::end_stroke() {
@@ -279,7 +276,6 @@ void FilterTool::set(const std::string& name, const std::string& value) {
   }
   changed.set(name, {value});
   options_ = changed;
-  saved_texture_.clear();
   want();
 }
 
@@ -289,6 +285,7 @@ void FilterTool::want() {
   require(wanted_.weight > 0 && std::isfinite(wanted_.weight),
           "the tool filter wants an alpha or a length above 0 and below infinity");
   wanted_.gain = options_.number("beta") - 1;
+  ++wanted_.version;
   stopped_ = false;
   hurry_ = true;
 }
@@ -354,7 +351,7 @@ bool FilterTool::command(const std::vector<std::string>& words) {
 
 void FilterTool::save_texture(const std::string& path) {
   require_ready();
-  const app::Outputs outputs(path, session_.scene.model, app::Outputs::Kind::pictures);
+  const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
   const std::lock_guard lock(mutex_);
   to_save_ = path;
@@ -364,14 +361,14 @@ void FilterTool::save_texture(const std::string& path) {
 void FilterTool::save_mask(const std::string& path) {
   require_ready();
   std::vector<Image<float>> pictures;
-  for (const TextureSize& size : session_.scene.texture_sizes)
+  for (const TextureSize& size : session_.scene->texture_sizes)
     pictures.emplace_back(size.width, size.height, 1);
   const Texels& texels = target_->domain().space().texels();
   for (int k = 0; k < texels.size(); ++k) {
     const Texels::Place& at = texels.places[std::size_t(k)];
     pictures[std::size_t(at.texture)](at.x, at.y) = float(mask_[std::size_t(k)]) / full;
   }
-  const app::Outputs outputs(path, session_.scene.model, app::Outputs::Kind::pictures);
+  const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   for (const auto& file : outputs.paths()) {
     const std::string extension = file.extension().string();
     require(
@@ -430,6 +427,12 @@ void FilterTool::stop() {
   stopped_ = true;
 }
 
+std::string FilterTool::unsaved() const {
+  const std::lock_guard lock(mutex_);
+  const bool kept = !saved_mask_.empty() || saved_version_ == wanted_.version;
+  return nothing_painted() || kept ? "" : "what was painted with the filter";
+}
+
 nlohmann::ordered_json FilterTool::report() const {
   nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
   for (const Timing& t : timings_)
@@ -454,8 +457,8 @@ nlohmann::ordered_json FilterTool::report() const {
 void FilterTool::prepare(const Progress& progress) {
   const Stopwatch watch;
   run_ = std::make_unique<app::Run>(options_, session_.run.terminal(), progress);
-  app::about(session_.scene.model, [&] {
-    target_ = std::make_unique<app::TextureTarget>(*run_, session_.scene, app::ValueSpace{},
+  app::about(session_.scene->model, [&] {
+    target_ = std::make_unique<app::TextureTarget>(*run_, *session_.scene, app::ValueSpace{},
                                                    progress.step("assemble", 0.8));
   });
   before_ = target_->values();
@@ -543,12 +546,13 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     path = std::exchange(to_save_, {});
   }
   if (path.empty()) return false;
-  Model model = session_.scene.model;
+  Model model = session_.scene->model;
   const bool nothing = std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; });
   if (!nothing) target_->put(before_, before_ + gain_ * (live_->signal() - before_), model);
   const app::Outputs outputs(path, model, app::Outputs::Kind::pictures);
   for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
     session_.run.terminal().remark(note);
+  saved_version_ = wanted.version;
   session_.run.terminal().remark("wrote " + path);
   return true;
 }

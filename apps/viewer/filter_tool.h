@@ -35,6 +35,11 @@ class FilterTool : public Tool {
   double fraction() const override { return background_.fraction(); }
   std::string step() const override { return background_.step(); }
   void stop() override;
+  void cancel() override {
+    background_.cancel();
+    stopped_ = true;
+  }
+  std::string unsaved() const override;
   nlohmann::ordered_json report() const override;
 
  private:
@@ -50,6 +55,7 @@ class FilterTool : public Tool {
     double weight = 0;                                ///< of the equation
     double gain = 0;                                  ///< beta − 1
     std::vector<std::pair<int, std::uint16_t>> mask;  ///< changes, in order
+    int version = 0;  ///< how often something was changed
   };
 
   /// Seconds that one change of the mask took.
@@ -100,12 +106,12 @@ class FilterTool : public Tool {
   Stroke stroke_;
   std::optional<Vector3> last_dab_;
   std::vector<Stroke> undo_, redo_;
-  std::string saved_mask_,
-      saved_texture_;  ///< where the mask was saved as it is now; empty: nowhere
+  std::string saved_mask_;  ///< where the mask was saved as it is now; empty: nowhere
   std::array<char, 256> mask_name_{"mask.png"}, texture_name_{"filtered.png"};
 
   std::atomic<bool> ready_ = false, settled_ = false, stopped_ = false;
   std::atomic<bool> brushing_ = false;  ///< the button is down: what is far from the brush can wait
+  std::atomic<int> saved_version_ = 0;  ///< of what was wanted, of the texture last saved
   std::atomic<bool> hurry_ = false;     ///< something new is wanted while the whole is being solved
   mutable std::mutex mutex_;
   Wanted wanted_;  ///< guarded

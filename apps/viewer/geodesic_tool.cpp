@@ -55,7 +55,7 @@ class GeodesicTool : public VerbTool {
     const Stopwatch watch;
     app::Run run(options, session_.run.terminal(), progress);
     if (!domain_)
-      domain_ = std::make_unique<app::TexelDomain>(run, session_.scene, TexelSpaceOptions{},
+      domain_ = std::make_unique<app::TexelDomain>(run, *session_.scene, TexelSpaceOptions{},
                                                    progress.step("assemble", 0.3),
                                                    app::TexelDomain::SharedTexels::one_for_each);
     const SolverFactory solver =
@@ -76,8 +76,8 @@ class GeodesicTool : public VerbTool {
     app::Terminal silence("view");
     silence.set_voice(app::Terminal::Voice::quiet);
     app::Run run(options, silence, progress);
-    const auto places = app::source_places(run, session_.scene);
-    const Geodesic found = geodesic_->from(app::sources_at(run, session_.scene, *domain_, places),
+    const auto places = app::source_places(run, *session_.scene);
+    const Geodesic found = geodesic_->from(app::sources_at(run, *session_.scene, *domain_, places),
                                            progress.step("distances", 0.3));
     const double most = domain_->largest_shown(found.distance);
     const DistanceColours scale{.most = most,
@@ -89,14 +89,14 @@ class GeodesicTool : public VerbTool {
       colours.row(i) << colour[0], colour[1], colour[2];
     }
     std::vector<Image<float>> pixels;
-    for (const TextureSize& size : session_.scene.texture_sizes)
+    for (const TextureSize& size : session_.scene->texture_sizes)
       pixels.emplace_back(size.width, size.height, 3);
     domain_->put(colours, pixels);
     std::vector<Texture> pictures(pixels.size());
     for (std::size_t i = 0; i < pixels.size(); ++i) pictures[i].pixels = std::move(pixels[i]);
     found_ = {{"max", most}};
     solving_.push_back(watch.seconds());
-    show(std::move(pictures));
+    show(pictures);
   }
 
   std::unique_ptr<app::TexelDomain> domain_;

@@ -59,7 +59,7 @@ class InterpolateTool : public VerbTool {
  private:
   /// The second pictures, one for each texture.
   void with(const std::vector<std::string>& second) {
-    const std::vector<Texture>& textures = session_.scene.model.textures;
+    const std::vector<Texture>& textures = session_.scene->model.textures;
     require(second.size() == textures.size(),
             fmt::format("with: found {} pictures, wanted one for each of the {} textures",
                         second.size(), textures.size()));
@@ -69,7 +69,7 @@ class InterpolateTool : public VerbTool {
         require(
             !texture.path.empty(),
             fmt::format("{}: its pictures are inside the model: open it with pictures beside it",
-                        session_.scene.model.path.string()));
+                        session_.scene->model.path.string()));
         both.push_back(texture.path.string());
       }
     both.insert(both.end(), second.begin(), second.end());
@@ -77,7 +77,7 @@ class InterpolateTool : public VerbTool {
   }
 
   bool complete() const override {
-    return options_.texts("texture").size() == 2 * session_.scene.model.textures.size();
+    return options_.texts("texture").size() == 2 * session_.scene->model.textures.size();
   }
 
   bool shows(const Option& option) const override {

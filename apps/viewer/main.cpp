@@ -33,10 +33,10 @@ struct Drawing {
 
 /// Until the window is closed.
 void attend(Viewer& viewer, Session& session, Display& display) {
-  while (!display.closing()) {
+  while (!display.closing() || !viewer.may_close()) {
     session.run.progress().check();
     viewer.frame();
-    if (!session.playing && (!viewer.tool() || !viewer.tool()->busy())) display.rest();
+    if (!viewer.busy() && !session.playing) display.rest();
   }
 }
 
@@ -47,10 +47,10 @@ app::Exit view(app::Run& run) {
   const bool alone = script || options.given("screenshot");
   require(script || !options.flag("in-window"),
           "--in-window shows a script's session: give --script too");
-  std::unique_ptr<Sequence> sequence;
+  std::shared_ptr<Sequence> sequence;
   if (names_sequence(options.text("mesh"))) sequence = open_sequence(run);
   app::Scene scene =
-      sequence ? sequence->scene(0) : app::read_scene(run, app::MissingPictures::assume, 1);
+      sequence ? sequence->scene(0, {}) : app::read_scene(run, app::MissingPictures::assume, 1);
   run.warn(app::scene_defects(scene));
   if (options.given("screenshot")) run.will_write({options.text("screenshot")});
   if (run.dry_run()) return app::Exit::done;
@@ -62,9 +62,10 @@ app::Exit view(app::Run& run) {
           ? open_offscreen(size[0], size[1])
           : open_window(size[0], size[1], scene.model.path.filename().string() + " - marquetry");
   const Drawing drawing;
-  Session session(run, std::move(scene));
-  session.sequence = std::move(sequence);
-  if (session.sequence) session.open_frame(0);
+  auto first = std::make_unique<LoadedModel>(std::move(scene), TextureSet::largest_side(), Progress());
+  if (sequence) first->drawn->triangle_colours = sequence->lifespans(0);
+  first->sequence = std::move(sequence);
+  Session session(run, std::move(first));
   Viewer viewer(session, *display);
   if (script) {
     script->play(viewer, session);

@@ -38,28 +38,16 @@ Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const Textu
   return pick;
 }
 
-Pick pick_in_atlas(const app::Scene& scene, const TextureSet* textures, int texture, double column,
-                   double row) {
+Pick pick_in_atlas(const app::Scene& scene, const TrianglesAt& triangles,
+                   const TextureSet* textures, int texture, double column, double row) {
+  const TrianglesAt::Found found =
+      triangles(texture, {std::llround(column * double(TexelPoint::one)),
+                          std::llround(row * double(TexelPoint::one))});
   Pick pick;
-  const Mesh& mesh = scene.surface.mesh;
-  const TexelPoint at{std::llround(column * double(TexelPoint::one)),
-                      std::llround(row * double(TexelPoint::one))};
-  for (int t = 0; t < mesh.triangle_count(); ++t) {
-    if (scene.atlas->chart[std::size_t(t)] < 0 || mesh.texture(t) != texture) continue;
-    const auto& [a, b, c] = scene.atlas->corners[std::size_t(t)];
-    if (std::min({a.x, b.x, c.x}) > at.x || std::max({a.x, b.x, c.x}) < at.x ||
-        std::min({a.y, b.y, c.y}) > at.y || std::max({a.y, b.y, c.y}) < at.y)
-      continue;
-    const Int128 area = orientation(a, b, c),
-                 parts[] = {orientation(b, c, at), orientation(c, a, at), orientation(a, b, at)};
-    if (area == 0) continue;
-    const auto outside = [&](const Int128& part) { return sign(part) * sign(area) < 0; };
-    if (outside(parts[0]) || outside(parts[1]) || outside(parts[2])) continue;
-    pick.triangle = t;
-    for (int k = 0; k < 3; ++k) pick.barycentric[k] = double(parts[k]) / double(area);
-    break;
-  }
+  pick.triangle = found.triangle;
   if (!pick) return pick;
+  pick.barycentric = found.barycentric;
+  const Mesh& mesh = scene.surface.mesh;
   for (int k = 0; k < 3; ++k) pick.point += pick.barycentric[k] * mesh.position(pick.triangle, k);
   pick.chart = scene.atlas->chart[std::size_t(pick.triangle)];
   pick.texture = texture;

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "mq/atlas/triangles_at.h"
 #include "mq/draw/scene.h"
 #include "scene.h"
 #include "texture_set.h"
@@ -30,8 +31,8 @@ Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const Textu
                      const Ray& ray);
 
 /// The triangle that covers a place of a texture, the first where several do.
-Pick pick_in_atlas(const app::Scene& scene, const TextureSet* textures, int texture, double column,
-                   double row);
+Pick pick_in_atlas(const app::Scene& scene, const TrianglesAt& triangles,
+                   const TextureSet* textures, int texture, double column, double row);
 
 /// In one line.
 std::string in_words(const Pick& pick);

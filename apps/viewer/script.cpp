@@ -48,6 +48,9 @@ constexpr Command commands[] = {
     {"frame", 1, 1, "frame NUMBER"},
     {"play", 1, 1, "play COUNT"},
     {"open", 1, any, "open FILE ..."},
+    {"drop", 1, any, "drop FILE ..."},
+    {"answer", 1, 1, "answer yes|no"},
+    {"stop", 0, 0, "stop"},
     {"wait", 0, 0, "wait"},
     {"frames", 1, 1, "frames COUNT"},
     {"screenshot", 1, 2, "screenshot FILE [surface|atlas]"},
@@ -135,7 +138,9 @@ bool is_on(const std::string& word) { return one_of(word, {"off", "on"}) == 1; }
 /// The hands of the person who is not there.
 class Player {
  public:
-  Player(Viewer& viewer, Session& session) : viewer_(viewer), session_(session) {}
+  Player(Viewer& viewer, Session& session) : viewer_(viewer), session_(session) {
+    viewer.set_asking(Viewer::Asking::nobody);
+  }
 
   void play(const ScriptLine& line) {
     const std::vector<std::string>& words = line.words;
@@ -152,13 +157,28 @@ class Player {
 
   void frame() {
     session_.run.progress().check();
+    if (!viewer_.loading() && viewer_.question().empty())
+      viewer_.set_asking(Viewer::Asking::nobody);
     viewer_.frame(&input_);
     input_.wheel = 0;
     if (const std::string error = viewer_.error(); !error.empty()) throw SolverError(error);
   }
 
-  /// Until the tool has nothing left to do.
+  /// Until the model is there, or the question whether to lose something for it.
+  void wait_for_loading() {
+    while (viewer_.loading() && viewer_.question().empty()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      session_.run.progress().check();
+      viewer_.take_loaded();
+    }
+  }
+
+  /// Until nothing is on its way and the tool has nothing left to do.
   void wait() {
+    if (viewer_.loading()) {
+      wait_for_loading();
+      frame();
+    }
     if (viewer_.tool() == nullptr || !viewer_.tool()->busy()) return;
     viewer_.tool()->frame();
     while (viewer_.tool() != nullptr && viewer_.tool()->busy()) {
@@ -192,10 +212,10 @@ class Player {
   }
 
   void atlas(const std::vector<std::string>& words) {
-    require(session_.scene.atlas.has_value(), "the model has no texture coordinates, so no atlas");
+    require(session_.scene->atlas.has_value(), "the model has no texture coordinates, so no atlas");
     AtlasView& view = session_.atlas;
     if (words[1] != "home")
-      view.texture = whole(words[1], 0, int(session_.scene.atlas->textures.size()) - 1);
+      view.texture = whole(words[1], 0, int(session_.scene->atlas->textures.size()) - 1);
     viewer_.home_atlas();
     if (words.size() == 2) return;
     require(words.size() == 4, "wanted: atlas TEXTURE COLUMN,ROW ZOOM");
@@ -282,6 +302,18 @@ class Player {
     } else if (words[0] == "open") {
       wait();
       viewer_.open({words.begin() + 1, words.end()});
+      wait_for_loading();
+    } else if (words[0] == "drop") {
+      viewer_.set_asking(Viewer::Asking::person);
+      viewer_.open({words.begin() + 1, words.end()});
+    } else if (words[0] == "answer") {
+      require(!viewer_.question().empty(), "there is nothing to answer: nothing was asked");
+      viewer_.answer(one_of(words[1], {"no", "yes"}) == 1);
+      viewer_.set_asking(Viewer::Asking::nobody);
+      wait_for_loading();
+    } else if (words[0] == "stop") {
+      viewer_.cancel_loading();
+      if (viewer_.tool() != nullptr) viewer_.tool()->stop();
     } else if (words[0] == "frame" || words[0] == "play") {
       sequence(words);
     } else if (words[0] == "wait") {
@@ -303,12 +335,19 @@ class Player {
     const int number = whole(words[1], words[0] == "play" ? 1 : INT_MIN, INT_MAX);
     if (words[0] == "play") {
       session_.playing = true;
-      for (int i = 0; i < number; ++i) frame();
+      for (int i = 0; i < number; ++i) {
+        frame();
+        wait_for_loading();
+      }
       session_.playing = false;
+      viewer_.cancel_loading();
       return;
     }
     for (int i = 0; i < frames->count(); ++i)
-      if (frames->number(i) == number) return viewer_.open_frame(i);
+      if (frames->number(i) == number) {
+        viewer_.open_frame(i);
+        return wait_for_loading();
+      }
     throw InvalidInput(fmt::format("there is no frame {}: {} to {} are there", number,
                                    frames->number(0), frames->number(frames->count() - 1)));
   }

@@ -22,14 +22,16 @@ class Evolving : public Sequence {
   int count() const override { return int(evolving_.frames.size()); }
   int number(int frame) const override { return evolving_.frames[std::size_t(frame)].number; }
 
-  app::Scene scene(int frame) const override {
+  app::Scene scene(int frame, const Progress& progress) const override {
     app::Scene scene;
     scene.model.path = path_;
     scene.model.mesh = evolving_.mesh(frame);
-    scene.surface = make_surface(scene.model.mesh, {WeldOptions::Kind::none});
+    scene.surface = make_surface(scene.model.mesh, {WeldOptions::Kind::none},
+                                 progress.step("join", 0.5));
     if (scene.model.mesh.has_uvs()) {
       scene.texture_sizes = {{app::assumed_texture_side, app::assumed_texture_side}};
-      scene.atlas = make_atlas(scene.surface, scene.texture_sizes, {AtlasOptions::Flipped::keep});
+      scene.atlas = make_atlas(scene.surface, scene.texture_sizes, {AtlasOptions::Flipped::keep},
+                               progress.step("find charts", 0.5));
     }
     return scene;
   }
@@ -53,24 +55,25 @@ class Evolving : public Sequence {
 
 class Files : public Sequence {
  public:
-  explicit Files(app::Run& run) : run_(run), files_(find_frames(run.options().text("mesh"))) {}
+  explicit Files(const OptionValues& options)
+      : options_(options), files_(find_frames(options.text("mesh"))) {}
 
   int count() const override { return int(files_.size()); }
   int number(int frame) const override { return files_[std::size_t(frame)].number; }
 
-  app::Scene scene(int frame) const override {
-    OptionValues options = run_.options();
+  app::Scene scene(int frame, const Progress& progress) const override {
+    OptionValues options = options_;
     options.set("mesh", {files_[std::size_t(frame)].path.string()});
     app::Terminal silence("view");
     silence.set_voice(app::Terminal::Voice::quiet);
-    app::Run reading(options, silence, {});
+    app::Run reading(options, silence, progress);
     return app::read_scene(reading, app::MissingPictures::assume, 1);
   }
 
   std::vector<Colour> lifespans(int) const override { return {}; }
 
  private:
-  app::Run& run_;
+  OptionValues options_;  ///< of the verb view
   std::vector<FrameFile> files_;
 };
 
@@ -80,11 +83,11 @@ bool names_sequence(const std::string& name) {
   return name.ends_with(".evolving") || has_frame_place(name);
 }
 
-std::unique_ptr<Sequence> open_sequence(app::Run& run) {
+std::shared_ptr<Sequence> open_sequence(app::Run& run) {
   const std::string name = run.options().text("mesh");
-  if (!name.ends_with(".evolving")) return std::make_unique<Files>(run);
+  if (!name.ends_with(".evolving")) return std::make_shared<Files>(run.options());
   run.will_read(name);
-  return std::make_unique<Evolving>(name);
+  return std::make_shared<Evolving>(name);
 }
 
 }  // namespace mq::view

@@ -17,7 +17,8 @@ class Sequence {
 
   virtual int count() const = 0;
   virtual int number(int frame) const = 0;  ///< of a frame, counted from 0, as its file says
-  virtual app::Scene scene(int frame) const = 0;
+  /// From any thread.
+  virtual app::Scene scene(int frame, const Progress& progress) const = 0;
   /// Per triangle how long it lives (`lifespan_colour`); empty where frames have nothing in common.
   virtual std::vector<Colour> lifespans(int frame) const = 0;
 };
@@ -26,6 +27,6 @@ class Sequence {
 bool names_sequence(const std::string& name);
 
 /// Throws `IoError` where it cannot be read, or has no frames.
-std::unique_ptr<Sequence> open_sequence(app::Run& run);
+std::shared_ptr<Sequence> open_sequence(app::Run& run);
 
 }  // namespace mq::view

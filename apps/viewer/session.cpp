@@ -2,46 +2,36 @@
 
 #include <algorithm>
 
-#include "mq/base/error.h"
-#include "render_request.h"
 #include "verb.h"
 
 namespace mq::view {
-namespace {
-
-std::unique_ptr<TextureSet> textures_of(const app::Scene& scene) {
-  if (!app::has_pictures(scene)) return nullptr;
-  return std::make_unique<TextureSet>(scene.model.textures);
-}
-
-}  // namespace
-
-Session::Session(app::Run& the_run, app::Scene first) : run(the_run), opened(the_run.options()) {
+Session::Session(app::Run& the_run, std::unique_ptr<LoadedModel> first)
+    : run(the_run), opened(the_run.options()) {
   open(std::move(first));
   using enum Look::Paint;
-  look.paint = before != nullptr                 ? texture
-               : scene.model.colors.channels > 0 ? vertex_colours
-               : scene.atlas                     ? charts
-                                                 : clay;
+  look.paint = before != nullptr                  ? texture
+               : scene->model.colors.channels > 0 ? vertex_colours
+               : scene->atlas                     ? charts
+                                                  : clay;
 }
 
-void Session::open(app::Scene other) {
+void Session::open(std::unique_ptr<LoadedModel> other) {
   ++openings;
   pictures.reset();
   rays.reset();
+  triangles_at.reset();
   result.reset();
-  scene = std::move(other);
-  rays = std::make_unique<mq::Scene>(scene.surface);
-  before = textures_of(scene);
-  after = textures_of(scene);
-  pictures = std::make_unique<ModelPictures>(scene);
-  if (scene.atlas) atlas.texture = std::min(atlas.texture, int(scene.atlas->textures.size()) - 1);
-}
-
-void Session::open_frame(int wanted) {
-  open(sequence->scene(wanted));
-  pictures->set_triangle_colours(sequence->lifespans(wanted));
-  frame = wanted;
+  scene = std::move(other->scene);
+  rays = std::move(other->rays);
+  triangles_at = std::move(other->triangles_at);
+  before = std::move(other->before);
+  after = std::move(other->after);
+  pictures = std::make_unique<ModelPictures>(*scene, std::move(*other->drawn));
+  if (other->opened) opened = *other->opened;
+  sequence = other->sequence;
+  frame = other->frame;
+  if (scene->atlas)
+    atlas.texture = std::min(atlas.texture, int(scene->atlas->textures.size()) - 1);
 }
 
 void Session::reset_shown() {
@@ -49,7 +39,7 @@ void Session::reset_shown() {
   if (!after) return;
   const auto lock = after->lock();
   for (int i = 0; i < after->size(); ++i)
-    after->show(i, scene.model.textures[std::size_t(i)].pixels);
+    after->show(i, scene->model.textures[std::size_t(i)].pixels);
 }
 
 void Session::say(const std::string& text) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "loader.h"
 #include "look.h"
 #include "pick.h"
 #include "run.h"
@@ -16,23 +17,21 @@
 namespace mq::view {
 
 struct Session {
-  Session(app::Run& the_run, app::Scene first);
+  Session(app::Run& the_run, std::unique_ptr<LoadedModel> first);
 
   /// Another model in place of this one; camera and what is shown of it stay.
-  void open(app::Scene other);
+  void open(std::unique_ptr<LoadedModel> other);
 
-  /// One of the sequence's frames, counted from 0.
-  void open_frame(int frame);
-
-  std::unique_ptr<Sequence> sequence;  ///< null: the model stands still
+  std::shared_ptr<Sequence> sequence;  ///< null: the model stands still
   int frame = 0;
   bool playing = false;
 
   app::Run& run;        ///< of the verb view
   OptionValues opened;  ///< its options, with the files that are open now
   int openings = 0;     ///< how often another model took the place of one
-  app::Scene scene;
+  std::unique_ptr<const app::Scene> scene;
   std::unique_ptr<mq::Scene> rays;
+  std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
   std::unique_ptr<TextureSet> result;         ///< other pictures in place of `after`; null: none
   std::unique_ptr<ModelPictures> pictures;

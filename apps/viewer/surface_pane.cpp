@@ -15,11 +15,6 @@
 namespace mq::view {
 namespace {
 
-struct Corner {
-  Eigen::Vector3f position, normal;
-  Eigen::Vector2f texel;
-};
-
 std::string with_lookups(const char* fragment) {
   return std::string("#version 330 core\n") + shaders::lookups + fragment;
 }
@@ -39,83 +34,95 @@ float high_of(std::vector<float> values) {
 
 const Eigen::Vector4f seam_colour(1.F, 0.45F, 0.05F, 1.F), end_colour(0.25F, 0.65F, 1.F, 1.F);
 
-}  // namespace
+/// The programs of both panes, compiled once.
+struct PaneShaders {
+  Shader surface{shaders::surface_vertex, with_lookups(shaders::surface_fragment)};
+  Shader atlas_picture{shaders::whole_vertex, with_lookups(shaders::atlas_fragment)};
+  Shader atlas_tint{shaders::tint_vertex, shaders::tint_fragment};
+  Shader plain{shaders::whole_vertex, shaders::backdrop_fragment};
+};
 
-ModelPictures::ModelPictures(const app::Scene& scene)
-    : scene_(scene),
-      surface_(shaders::surface_vertex, with_lookups(shaders::surface_fragment)),
-      atlas_picture_(shaders::whole_vertex, with_lookups(shaders::atlas_fragment)),
-      atlas_tint_(shaders::tint_vertex, shaders::tint_fragment),
-      plain_(shaders::whole_vertex, shaders::backdrop_fragment) {
-  const int count = scene.surface.triangle_count();
-  for (int t = 0; t < count; ++t)
-    if (scene.surface.degenerate[std::size_t(t)] == 0) order_.push_back(t);
-  const Mesh& own = scene.surface.mesh;
-  std::ranges::stable_sort(order_, {}, [&](int t) { return own.texture(t); });
-  for (std::size_t i = 0; i < order_.size(); ++i) {
-    const int texture = own.texture(order_[i]);
-    if (groups_.empty() || groups_.back().texture != texture)
-      groups_.push_back({texture, int(3 * i), 0});
-    groups_.back().count += 3;
-  }
-  stretch_.assign(std::size_t(count), 1);
-  density_.assign(std::size_t(count), 0);
-  if (scene.atlas) {
-    const double mean = scene.atlas->surface_area / std::max(scene.atlas->texel_area, 1e-300);
-    parallel_for(count, [&](std::int64_t t) {
-      if (scene.atlas->chart[std::size_t(t)] < 0) return;
-      const TexelMetric metric = texel_metric(scene.surface, *scene.atlas, int(t));
-      stretch_[std::size_t(t)] = float(metric.stretch);
-      density_[std::size_t(t)] = float(std::log2(metric.density / mean));
-    });
-  }
-  none_.allocate(1, 1, Picture::Kind::bytes);
-  fill_triangles();
+/// Of the one context there is, whose end is theirs.
+const PaneShaders& pane_shaders() {
+  static thread_local const PaneShaders* shaders = new PaneShaders();
+  return *shaders;
 }
 
-void ModelPictures::fill_triangles() {
-  const Mesh& mesh = scene_.surface.mesh;
+}  // namespace
+
+DrawnModel::DrawnModel(const app::Scene& scene, const Progress& progress) {
+  const Mesh& mesh = scene.surface.mesh;
   const Box box = bounding_box(mesh);
-  middle_ = (box.low + box.high) / 2;
-  radius_ = std::max(box.diagonal() / 2, 1e-30);
+  middle = (box.low + box.high) / 2;
+  radius = std::max(box.diagonal() / 2, 1e-30);
+  for (int t = 0; t < scene.surface.triangle_count(); ++t)
+    if (scene.surface.degenerate[std::size_t(t)] == 0) order.push_back(t);
+  std::ranges::stable_sort(order, {}, [&](int t) { return mesh.texture(t); });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const int texture = mesh.texture(order[i]);
+    if (groups.empty() || groups.back().texture != texture)
+      groups.push_back({texture, int(3 * i), 0});
+    groups.back().count += 3;
+  }
+  find_metrics(scene);
+  progress.at(0.3);
+  find_corners(scene);
+  progress.at(0.7);
+  find_lines(scene);
+  progress.at(1);
+}
+
+void DrawnModel::find_metrics(const app::Scene& scene) {
+  const int count = scene.surface.triangle_count();
+  stretch.assign(std::size_t(count), 1);
+  density.assign(std::size_t(count), 0);
+  if (!scene.atlas) return;
+  const double mean = scene.atlas->surface_area / std::max(scene.atlas->texel_area, 1e-300);
+  parallel_for(count, [&](std::int64_t t) {
+    if (scene.atlas->chart[std::size_t(t)] < 0) return;
+    const TexelMetric metric = texel_metric(scene.surface, *scene.atlas, int(t));
+    stretch[std::size_t(t)] = float(metric.stretch);
+    density[std::size_t(t)] = float(std::log2(metric.density / mean));
+  });
+  stretch_high = high_of(stretch);
+  std::vector<float> sizes = density;
+  for (float& size : sizes) size = std::abs(size);
+  density_high = high_of(std::move(sizes));
+}
+
+void DrawnModel::find_corners(const app::Scene& scene) {
+  const Mesh& mesh = scene.surface.mesh;
   const std::vector<Eigen::Vector3f> normals = corner_normals(mesh);
-  std::vector<Corner> corners(order_.size() * 3);
-  parallel_for(std::ssize(order_), [&](std::int64_t i) {
-    const int t = order_[std::size_t(i)];
+  corners.resize(order.size() * 3);
+  parallel_for(std::ssize(order), [&](std::int64_t i) {
+    const int t = order[std::size_t(i)];
     for (int k = 0; k < 3; ++k) {
       Corner& corner = corners[std::size_t(3 * i + k)];
-      corner.position = (mesh.position(t, k) - middle_).cast<float>();
+      corner.position = (mesh.position(t, k) - middle).cast<float>();
       corner.normal = normals[std::size_t(3 * t + k)];
       corner.texel.setZero();
-      if (scene_.atlas && scene_.atlas->chart[std::size_t(t)] >= 0) {
-        const TexelPoint& at = scene_.atlas->corners[std::size_t(t)][std::size_t(k)];
+      if (scene.atlas && scene.atlas->chart[std::size_t(t)] >= 0) {
+        const TexelPoint& at = scene.atlas->corners[std::size_t(t)][std::size_t(k)];
         corner.texel = {float(at.column()), float(at.row())};
       }
     }
   });
-  corners_.fill(std::span<const Corner>(corners));
-  triangles_.attribute(0, corners_, {3, GL_FLOAT, sizeof(Corner), offsetof(Corner, position)});
-  triangles_.attribute(1, corners_, {3, GL_FLOAT, sizeof(Corner), offsetof(Corner, normal)});
-  triangles_.attribute(2, corners_, {2, GL_FLOAT, sizeof(Corner), offsetof(Corner, texel)});
-  fill_lines();
 }
 
-void ModelPictures::fill_lines() {
-  std::vector<Eigen::Vector3f> seams, ends;
-  std::map<int, std::vector<Eigen::Vector3f>> atlas_seams, atlas_wires;
-  const Surface& surface = scene_.surface;
+void DrawnModel::find_lines(const app::Scene& scene) {
+  const Surface& surface = scene.surface;
   const auto place = [&](HalfEdge h) {
-    const TexelPoint& p = scene_.atlas->corners[std::size_t(h / 3)][std::size_t(h % 3)];
+    const TexelPoint& p = scene.atlas->corners[std::size_t(h / 3)][std::size_t(h % 3)];
     return Eigen::Vector3f(float(p.column()), float(p.row()), 0);
   };
-  for (const int t : order_)
+  for (const int t : order)
     for (HalfEdge h = 3 * t; h < 3 * t + 3; ++h) {
       const int twin = surface.twins[std::size_t(h)];
-      const bool charted = scene_.atlas && scene_.atlas->chart[std::size_t(t)] >= 0;
-      const EdgeKind kind = charted ? scene_.atlas->edges[std::size_t(h)] : EdgeKind::inside;
-      const auto add = [&](std::vector<Eigen::Vector3f>& lines) {
-        lines.push_back((surface.mesh.position(t, h % 3) - middle_).cast<float>());
-        lines.push_back((surface.mesh.position(t, next(h) % 3) - middle_).cast<float>());
+      const bool charted = scene.atlas && scene.atlas->chart[std::size_t(t)] >= 0;
+      const EdgeKind kind = charted ? scene.atlas->edges[std::size_t(h)] : EdgeKind::inside;
+      const auto add = [&](Ends& lines) {
+        lines.push_back((surface.mesh.position(t, h % 3) - middle).cast<float>());
+        lines.push_back((surface.mesh.position(t, next(h) % 3) - middle).cast<float>());
       };
       if (charted && kind == EdgeKind::seam && h < twin) add(seams);
       if (charted ? kind == EdgeKind::boundary : twin < 0) add(ends);
@@ -125,17 +132,30 @@ void ModelPictures::fill_lines() {
       lines[surface.mesh.texture(t)].push_back(place(h));
       lines[surface.mesh.texture(t)].push_back(place(next(h)));
     }
-  seams_.fill(seams);
-  ends_.fill(ends);
+}
+
+ModelPictures::ModelPictures(const app::Scene& scene, DrawnModel model)
+    : scene_(scene), model_(std::move(model)) {
+  using Corner = DrawnModel::Corner;
+  none_.allocate(1, 1, Picture::Kind::bytes);
+  corners_.fill(std::span<const Corner>(model_.corners));
+  triangles_.attribute(0, corners_, {3, GL_FLOAT, sizeof(Corner), offsetof(Corner, position)});
+  triangles_.attribute(1, corners_, {3, GL_FLOAT, sizeof(Corner), offsetof(Corner, normal)});
+  triangles_.attribute(2, corners_, {2, GL_FLOAT, sizeof(Corner), offsetof(Corner, texel)});
+  seams_.fill(model_.seams);
+  ends_.fill(model_.ends);
   const auto fill = [](auto& all, const auto& found) {
-    all.clear();
     for (const auto& [texture, points] : found) {
       all[texture] = std::make_unique<Lines>();
       all[texture]->fill(points);
     }
   };
-  fill(atlas_seams_, atlas_seams);
-  fill(atlas_wires_, atlas_wires);
+  fill(atlas_seams_, model_.atlas_seams);
+  fill(atlas_wires_, model_.atlas_wires);
+  // The graphics card has them now.
+  model_.corners = {};
+  model_.seams = {}, model_.ends = {};
+  model_.atlas_seams.clear(), model_.atlas_wires.clear();
 }
 
 FalseColour ModelPictures::scale_of(const Look& look, const TextureSet* textures) const {
@@ -143,12 +163,10 @@ FalseColour ModelPictures::scale_of(const Look& look, const TextureSet* textures
   if (!look.automatic_scale) return scale;
   if (look.paint == Look::Paint::stretch) {
     scale.map = FalseColour::Map::sequential;
-    scale.low = 1, scale.high = std::max(1.1F, high_of(stretch_));
+    scale.low = 1, scale.high = std::max(1.1F, model_.stretch_high);
   } else if (look.paint == Look::Paint::density) {
-    std::vector<float> sizes = density_;
-    for (float& size : sizes) size = std::abs(size);
     scale.map = FalseColour::Map::diverging;
-    scale.high = std::max(0.1F, high_of(std::move(sizes))), scale.low = -scale.high;
+    scale.high = std::max(0.1F, model_.density_high), scale.low = -scale.high;
   } else if (textures != nullptr) {
     const auto [low, high] = textures->range(look.channel);
     scale.low = low, scale.high = high;
@@ -161,17 +179,17 @@ void ModelPictures::paint_with(Look::Paint paint, const FalseColour& scale) {
   const std::pair now{paint, std::array{scale.low, scale.high}};
   if (painted_ == now) return;
   painted_ = now;
-  std::vector<std::uint8_t> colours(order_.size() * 12);
+  std::vector<std::uint8_t> colours(model_.order.size() * 12);
   const VertexSignal& at_vertices = scene_.model.colors;
-  parallel_for(std::ssize(order_), [&](std::int64_t i) {
-    const int t = order_[std::size_t(i)];
+  parallel_for(std::ssize(model_.order), [&](std::int64_t i) {
+    const int t = model_.order[std::size_t(i)];
     const int chart = scene_.atlas ? scene_.atlas->chart[std::size_t(t)] : -1;
     for (int k = 0; k < 3; ++k) {
       Colour colour = {0.8F, 0.79F, 0.765F};
-      const bool lives = paint == Look::Paint::lifespans && !triangle_colours_.empty();
-      if (lives) colour = triangle_colours_[std::size_t(t)];
-      if (paint == Look::Paint::stretch) colour = false_colour(stretch_[std::size_t(t)], scale);
-      if (paint == Look::Paint::density) colour = false_colour(density_[std::size_t(t)], scale);
+      const bool lives = paint == Look::Paint::lifespans && !model_.triangle_colours.empty();
+      if (lives) colour = model_.triangle_colours[std::size_t(t)];
+      if (paint == Look::Paint::stretch) colour = false_colour(model_.stretch[std::size_t(t)], scale);
+      if (paint == Look::Paint::density) colour = false_colour(model_.density[std::size_t(t)], scale);
       if (paint == Look::Paint::vertex_colours && at_vertices.channels > 0) {
         const int v = scene_.surface.source_from_vertex[std::size_t(
             scene_.surface.mesh.triangles[std::size_t(t)][std::size_t(k)])];
@@ -211,9 +229,9 @@ void ModelPictures::draw_backdrop(int width, int height) {
         std::ranges::copy(backdrop.at(x, y, width, height), picture.pixel(x, y).begin());
     backdrop_.show(picture);
   }
-  plain_.use();
+  pane_shaders().plain.use();
   backdrop_.bind(0);
-  plain_.set("picture", 0);
+  pane_shaders().plain.set("picture", 0);
   nothing_.bind();
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
@@ -262,18 +280,18 @@ void ModelPictures::draw_surface(const Turntable& camera, const Shown& shown,
   glDisable(GL_DEPTH_TEST);
   draw_backdrop(width, height);
   glEnable(GL_DEPTH_TEST);
-  const Eigen::Matrix4f clip = camera.clip(middle_, radius_);
-  surface_.use();
-  surface_.set("clip", clip);
-  surface_.set("eye", Eigen::Vector3f((camera.eye() - middle_).cast<float>()));
-  surface_.set("up", Eigen::Vector3f(camera.up().cast<float>()));
+  const Eigen::Matrix4f clip = camera.clip(model_.middle, model_.radius);
+  pane_shaders().surface.use();
+  pane_shaders().surface.set("clip", clip);
+  pane_shaders().surface.set("eye", Eigen::Vector3f((camera.eye() - model_.middle).cast<float>()));
+  pane_shaders().surface.set("up", Eigen::Vector3f(camera.up().cast<float>()));
   const Vector3 key = -0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward();
-  surface_.set("key_light", Eigen::Vector3f(key.normalized().cast<float>()));
-  surface_.set("lit", int(shown.look.lit));
-  surface_.set("wires", shown.look.wires ? 1.F : 0.F);
-  surface_.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
-  for (const Group& group : groups_) {
-    set_values(surface_, shown, group.texture, scene_, none_, colours_of_scale_);
+  pane_shaders().surface.set("key_light", Eigen::Vector3f(key.normalized().cast<float>()));
+  pane_shaders().surface.set("lit", int(shown.look.lit));
+  pane_shaders().surface.set("wires", shown.look.wires ? 1.F : 0.F);
+  pane_shaders().surface.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
+  for (const DrawnModel::Group& group : model_.groups) {
+    set_values(pane_shaders().surface, shown, group.texture, scene_, none_, colours_of_scale_);
     triangles_.bind();
     glDrawArrays(GL_TRIANGLES, group.first, group.count);
   }
@@ -301,13 +319,13 @@ void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const 
   }
   const TextureSize& size = scene_.atlas->textures[std::size_t(view.texture)];
   const Eigen::Vector2f corner{float(view.column), float(view.row)};
-  atlas_picture_.use();
-  set_values(atlas_picture_, shown, view.texture, scene_, none_, colours_of_scale_);
-  atlas_picture_.set("corner", corner);
-  atlas_picture_.set("size", Eigen::Vector2f(float(size.width), float(size.height)));
-  atlas_picture_.set("zoom", float(view.zoom));
-  atlas_picture_.set("height", height);
-  atlas_picture_.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
+  pane_shaders().atlas_picture.use();
+  set_values(pane_shaders().atlas_picture, shown, view.texture, scene_, none_, colours_of_scale_);
+  pane_shaders().atlas_picture.set("corner", corner);
+  pane_shaders().atlas_picture.set("size", Eigen::Vector2f(float(size.width), float(size.height)));
+  pane_shaders().atlas_picture.set("zoom", float(view.zoom));
+  pane_shaders().atlas_picture.set("height", height);
+  pane_shaders().atlas_picture.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
   nothing_.bind();
   glDrawArrays(GL_TRIANGLES, 0, 3);
 
@@ -318,13 +336,13 @@ void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const 
   if (painted || shown.look.chart_tint) {
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    atlas_tint_.use();
-    atlas_tint_.set("corner", corner);
-    atlas_tint_.set("pane", Eigen::Vector2f(width, height));
-    atlas_tint_.set("zoom", float(view.zoom));
-    atlas_tint_.set("strength", painted ? 1.F : 0.4F);
+    pane_shaders().atlas_tint.use();
+    pane_shaders().atlas_tint.set("corner", corner);
+    pane_shaders().atlas_tint.set("pane", Eigen::Vector2f(width, height));
+    pane_shaders().atlas_tint.set("zoom", float(view.zoom));
+    pane_shaders().atlas_tint.set("strength", painted ? 1.F : 0.4F);
     triangles_.bind();
-    for (const Group& group : groups_)
+    for (const DrawnModel::Group& group : model_.groups)
       if (group.texture == view.texture) glDrawArrays(GL_TRIANGLES, group.first, group.count);
     glDisable(GL_BLEND);
   }

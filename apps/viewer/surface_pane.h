@@ -21,12 +21,44 @@ struct AtlasView {
   double zoom = 1;             ///< pixels per texel
 };
 
-class ModelPictures {
- public:
-  explicit ModelPictures(const app::Scene& scene);
+/// What the graphics card is given of a model, and what is asked of it in every frame; made on any
+/// thread.
+struct DrawnModel {
+  explicit DrawnModel(const app::Scene& scene, const Progress& progress = {});
+
+  struct Corner {
+    Eigen::Vector3f position, normal;
+    Eigen::Vector2f texel;
+  };
+  /// Triangles of one texture.
+  struct Group {
+    int texture, first, count;  ///< corners
+  };
+  using Ends = std::vector<Eigen::Vector3f>;  ///< of lines, pairs
+
+  Vector3 middle = Vector3::Zero();
+  double radius = 1;
+  std::vector<int> order;  ///< triangles, by texture
+  std::vector<Group> groups;
+  std::vector<Corner> corners;          ///< three for each triangle, in this order
+  std::vector<float> stretch, density;  ///< per triangle
+  float stretch_high = 1, density_high = 0;  ///< 99 of 100 are below
+  Ends seams, ends;
+  std::map<int, Ends> atlas_seams, atlas_wires;  ///< by texture
 
   /// What `Look::Paint::lifespans` shows, one per triangle; empty: clay.
-  void set_triangle_colours(std::vector<Colour> colours) { triangle_colours_ = std::move(colours); }
+  std::vector<Colour> triangle_colours;
+
+ private:
+  void find_metrics(const app::Scene& scene);
+  void find_corners(const app::Scene& scene);
+  void find_lines(const app::Scene& scene);
+};
+
+class ModelPictures {
+ public:
+  /// The scene must outlive the object.
+  ModelPictures(const app::Scene& scene, DrawnModel model);
 
   /// The legend of what is shown, as `legend` draws it; its scale where there are numbers.
   FalseColour scale_of(const Look& look, const TextureSet* textures) const;
@@ -40,30 +72,18 @@ class ModelPictures {
   void draw_surface(const Turntable& camera, const Shown& shown, const Canvas& canvas);
   void draw_atlas(const AtlasView& view, const Shown& shown, const Canvas& canvas);
 
-  const Vector3& middle() const { return middle_; }
-  double radius() const { return radius_; }
+  const Vector3& middle() const { return model_.middle; }
+  double radius() const { return model_.radius; }
 
  private:
-  struct Group {
-    int texture, first, count;  ///< vertices
-  };
-
-  void fill_triangles();
-  void fill_lines();
   void paint_with(Look::Paint paint, const FalseColour& scale);
   void show_scale(const FalseColour& scale);
   void draw_backdrop(int width, int height);
 
   const app::Scene& scene_;
-  Vector3 middle_;
-  double radius_ = 1;
-  std::vector<int> order_;  ///< triangles, by texture
-  std::vector<Group> groups_;
-  std::vector<Colour> triangle_colours_;
-  std::vector<float> stretch_, density_;  ///< per triangle
+  DrawnModel model_;
   std::optional<std::pair<Look::Paint, std::array<double, 2>>> painted_;
 
-  Shader surface_, atlas_picture_, atlas_tint_, plain_;
   VertexArray triangles_, nothing_;
   Buffer corners_, colours_;
   Lines seams_, ends_;

@@ -2,21 +2,23 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-
 #include "mq/base/error.h"
 
 namespace mq::view {
 
-TextureSet::TextureSet(const std::vector<Texture>& textures) {
+int TextureSet::largest_side() {
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  return most;
+}
+
+TextureSet::TextureSet(const std::vector<Texture>& textures, int largest) {
   for (const Texture& texture : textures) {
     const Image<float>& pixels = texture.pixels;
-    if (pixels.width() > most || pixels.height() > most)
+    if (pixels.width() > largest || pixels.height() > largest)
       throw Unsupported(fmt::format(
           "{}: is {} × {}, and this machine's graphics show at most {} a side: view a smaller copy",
-          texture.path.string(), pixels.width(), pixels.height(), most));
+          texture.path.string(), pixels.width(), pixels.height(), largest));
     auto held = std::make_unique<Held>();
     held->width = pixels.width(), held->height = pixels.height(),
     held->channels = pixels.channels();
@@ -29,8 +31,8 @@ TextureSet::TextureSet(const std::vector<Texture>& textures) {
       held->large.assign(values, 1.F);
     held->changed.assign(
         std::size_t(held->columns()) * std::size_t((pixels.height() + tile - 1) / tile), 1);
-    held->picture.allocate(std::max(1, pixels.width()), std::max(1, pixels.height()),
-                           held->bytes ? Picture::Kind::bytes : Picture::Kind::halves);
+    held->unranged.assign(held->changed.size(), 1);
+    held->ranges.resize(held->changed.size());
     textures_.push_back(std::move(held));
     show(size() - 1, pixels);
   }
@@ -66,25 +68,51 @@ std::vector<float> TextureSet::texel(int i, int x, int y) const {
   return values;
 }
 
+TextureSet::Held::Range TextureSet::Held::range_of(int number) const {
+  Range range;
+  range.low.fill(std::numeric_limits<float>::infinity());
+  range.high.fill(-std::numeric_limits<float>::infinity());
+  const int left = number % columns() * tile, top = number / columns() * tile;
+  for (int y = top; y < std::min(top + tile, height); ++y)
+    for (int x = left; x < std::min(left + tile, width); ++x)
+      for (std::size_t c = 0; c < std::size_t(std::min(channels, 4)); ++c) {
+        const float value = get((std::size_t(y) * width + x) * 4 + c);
+        if (!std::isfinite(value)) continue;
+        range.low[c] = std::min(range.low[c], value);
+        range.high[c] = std::max(range.high[c], value);
+      }
+  return range;
+}
+
 std::array<float, 2> TextureSet::range(int channel) const {
+  const auto held_still = lock();
   float low = std::numeric_limits<float>::infinity(), high = -low;
   for (const auto& held : textures_) {
     if (channel >= std::min(held->channels, 4)) continue;
-    const std::size_t count = std::size_t(held->width) * held->height;
-    for (std::size_t k = 0; k < count; ++k) {
-      const float value = held->get(4 * k + channel);
-      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    parallel_for(std::ssize(held->unranged), [&](std::int64_t t) {
+      if (std::exchange(held->unranged[std::size_t(t)], 0) != 0)
+        held->ranges[std::size_t(t)] = held->range_of(int(t));
+    });
+    for (const Held::Range& range : held->ranges) {
+      low = std::min(low, range.low[std::size_t(channel)]);
+      high = std::max(high, range.high[std::size_t(channel)]);
     }
   }
   if (!(low <= high)) return {0, 1};
   return low < high ? std::array{low, high} : std::array{low - 0.5F, high + 0.5F};
 }
 
-std::int64_t TextureSet::upload() {
+std::int64_t TextureSet::upload(std::int64_t most) {
   std::int64_t texels = 0;
   for (const auto& held : textures_) {
+    if (!held->picture) {
+      held->picture.emplace();
+      held->picture->allocate(std::max(1, held->width), std::max(1, held->height),
+                              held->bytes ? Picture::Kind::bytes : Picture::Kind::halves);
+    }
     const int columns = held->columns();
     for (std::size_t t = 0; t < held->changed.size(); ++t) {
+      if (texels >= most) return texels;
       if (held->changed[t] == 0) continue;
       held->changed[t] = 0;
       const int x = int(t) % columns * tile, y = int(t) / columns * tile;
@@ -98,9 +126,9 @@ std::int64_t TextureSet::upload() {
       }
       const std::size_t first = (std::size_t(y) * held->width + x) * 4;
       if (held->bytes)
-        held->picture.put(x, y, width, height, held->small.data() + first, held->width);
+        held->picture->put(x, y, width, height, held->small.data() + first, held->width);
       else
-        held->picture.put(x, y, width, height, held->large.data() + first, held->width);
+        held->picture->put(x, y, width, height, held->large.data() + first, held->width);
       texels += std::int64_t(width) * height;
     }
   }

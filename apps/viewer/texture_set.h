@@ -6,8 +6,10 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -24,9 +26,12 @@ namespace mq::view {
 /// the context uploads.
 class TextureSet {
  public:
-  /// Sizes, channels and depths of these, and their values. Throws `Unsupported` where the graphics
-  /// card takes none so large.
-  explicit TextureSet(const std::vector<Texture>& textures);
+  /// The most texels a side that the graphics card takes; on the thread with the context.
+  static int largest_side();
+
+  /// Sizes, channels and depths of these, and their values; on any thread. Throws `Unsupported` where
+  /// one has more texels a side than `largest`.
+  TextureSet(const std::vector<Texture>& textures, int largest);
 
   int size() const { return int(textures_.size()); }
   int width(int i) const { return textures_[std::size_t(i)]->width; }
@@ -57,12 +62,14 @@ class TextureSet {
   /// The values of one texel, as they would be stored; at most four channels.
   std::vector<float> texel(int i, int x, int y) const;
 
-  /// Smallest and largest value of a channel, over all textures.
+  /// Smallest and largest value of a channel, over all textures. Looks at tiles that changed since the
+  /// last time.
   std::array<float, 2> range(int channel) const;
 
-  /// Sends what changed to the graphics card. Returns how many texels.
-  std::int64_t upload();
-  const Picture& picture(int i) const { return textures_[std::size_t(i)]->picture; }
+  /// Sends what changed to the graphics card, about so many texels at most. Returns how many.
+  std::int64_t upload(std::int64_t most = std::numeric_limits<std::int64_t>::max());
+  /// Once something was uploaded.
+  const Picture& picture(int i) const { return *textures_[std::size_t(i)]->picture; }
 
  private:
   static constexpr int tile = 128;  ///< texels a side
@@ -73,14 +80,21 @@ class TextureSet {
     bool bytes = true;  ///< 8 bits a value
     std::vector<std::uint8_t> small;
     std::vector<float> large;
-    std::vector<std::uint8_t> changed;  ///< per tile
-    Picture picture;
+    std::vector<std::uint8_t> changed;   ///< per tile, since it was uploaded
+    std::vector<std::uint8_t> unranged;  ///< per tile, since its range was asked for
+    struct Range {
+      std::array<float, 4> low, high;
+    };
+    std::vector<Range> ranges;  ///< per tile
+    std::optional<Picture> picture;
 
     int columns() const { return (width + tile - 1) / tile; }
     void mark(int x, int y) {
-      std::atomic_ref(changed[std::size_t(y / tile) * columns() + x / tile])
-          .store(1, std::memory_order_relaxed);
+      const std::size_t at = std::size_t(y / tile) * columns() + x / tile;
+      std::atomic_ref(changed[at]).store(1, std::memory_order_relaxed);
+      std::atomic_ref(unranged[at]).store(1, std::memory_order_relaxed);
     }
+    Range range_of(int tile_number) const;
     /// Whether the value is another now.
     bool put(std::size_t at, float value) {
       if (!bytes) return std::exchange(large[at], value) != value;

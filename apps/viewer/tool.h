@@ -33,7 +33,13 @@ class Tool {
   virtual bool busy() const = 0;
   virtual double fraction() const = 0;
   virtual std::string step() const = 0;
+  /// Waits until it has stopped.
   virtual void stop() = 0;
+  /// The same without waiting.
+  virtual void cancel() = 0;
+
+  /// What would be lost with the tool, as it is said to a person; empty: nothing.
+  virtual std::string unsaved() const { return {}; }
 
   /// What it did, for the report.
   virtual nlohmann::ordered_json report() const { return nullptr; }

@@ -35,8 +35,8 @@ app::Verb verb_named(const std::string& name) {
 VerbTool::VerbTool(const std::string& verb, Session& session)
     : session_(session), options_(options_for(verb, session)), verb_(verb) {
   require(session.before != nullptr, fmt::format("{}: has no textures for the tool {} to work on",
-                                                 session.scene.model.path.string(), verb));
-  app::require_usable(app::scene_defects(session.scene), session.scene.model.path.string());
+                                                 session.scene->model.path.string(), verb));
+  app::require_usable(app::scene_defects(*session.scene), session.scene->model.path.string());
   folder_ = temporary_folder();
 }
 
@@ -133,7 +133,7 @@ bool VerbTool::command(const std::vector<std::string>& words) {
 }
 
 void VerbTool::save(const std::string& path) {
-  const app::Outputs outputs(path, session_.scene.model, app::Outputs::Kind::pictures);
+  const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
   to_save_ = path;
   stale_ = true;
@@ -147,10 +147,7 @@ void VerbTool::frame() {
     stale_ = false;
     throw SolverError(error);
   }
-  if (!made_.empty()) {
-    session_.result = std::make_unique<TextureSet>(made_);
-    made_.clear();
-  }
+  if (made_) session_.result = std::move(made_);
   if (!stale_ || stopped_) return;
   if (!complete()) {
     stopped_ = true;  // until something is set
@@ -171,7 +168,7 @@ void VerbTool::frame() {
 void VerbTool::make(const OptionValues& options, const Progress& progress) {
   OptionValues making = options;
   const bool numbers =
-      std::ranges::any_of(session_.scene.model.textures, [](const Texture& texture) {
+      std::ranges::any_of(session_.scene->model.textures, [](const Texture& texture) {
         return texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
       });
   making.set("output", {(folder_ / (numbers ? "%s.exr" : "%s.png")).string()});
@@ -183,13 +180,15 @@ void VerbTool::make(const OptionValues& options, const Progress& progress) {
   found_ = run.result;
   found_.erase("outputs");
   std::vector<Texture> pictures;
-  const app::Outputs outputs(making.text("output"), session_.scene.model,
+  const app::Outputs outputs(making.text("output"), session_.scene->model,
                              app::Outputs::Kind::pictures);
   for (const fs::path& path : outputs.paths()) pictures.push_back(read_texture(path));
-  show(std::move(pictures));
+  show(pictures);
 }
 
-void VerbTool::show(std::vector<Texture> pictures) { made_ = std::move(pictures); }
+void VerbTool::show(const std::vector<Texture>& pictures) {
+  made_ = std::make_unique<TextureSet>(pictures, largest_side_);
+}
 
 void VerbTool::stop() {
   background_.stop();

@@ -30,6 +30,10 @@ class VerbTool : public Tool {
   double fraction() const override { return background_.fraction(); }
   std::string step() const override { return background_.step(); }
   void stop() override;
+  void cancel() override {
+    background_.cancel();
+    stopped_ = true;
+  }
   nlohmann::ordered_json report() const override;
 
  protected:
@@ -41,7 +45,8 @@ class VerbTool : public Tool {
   virtual bool complete() const;
   /// Whether an option that says what is computed is in the panel.
   virtual bool shows(const Option&) const { return true; }
-  void show(std::vector<Texture> pictures);
+  /// On the other thread.
+  void show(const std::vector<Texture>& pictures);
 
   Session& session_;
   OptionValues options_;
@@ -55,7 +60,8 @@ class VerbTool : public Tool {
   std::filesystem::path folder_;  ///< for results on their way to the window
   bool stale_ = true, stopped_ = false;
   std::string to_save_;
-  std::vector<Texture> made_;  ///< not yet shown
+  std::unique_ptr<TextureSet> made_;  ///< not yet shown
+  int largest_side_ = TextureSet::largest_side();
   std::array<char, 256> texture_name_{"out.png"};
 
  protected:

@@ -64,6 +64,11 @@ const std::vector<std::string>& Viewer::tool_names() { return view::tool_names()
 
 void Viewer::take_tool(const std::string& name) {
   if (name == tool_name_) return;
+  unless_lost("take the tool " + name, [this, name] { change_tool(name); });
+}
+
+void Viewer::change_tool(const std::string& name) {
+  if (name == tool_name_) return;
   std::unique_ptr<Tool> taken = make_tool(name, session_);
   if (tool_) tool_->stop();
   tool_.reset();
@@ -100,21 +105,32 @@ void Viewer::draw() const {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-void Viewer::layout() {
+void Viewer::place_panes() {
   const auto width = float(display_.width()), height = float(display_.height());
   const float free = width - panel_width, top = height - status_height;
-  const bool with_atlas = session_.scene.atlas.has_value();
+  const bool with_atlas = session_.scene->atlas.has_value();
   const int left = int(panel_width),
             split = with_atlas ? int(panel_width + 0.6F * free) : int(width);
   surface_at_ = {left, 0, std::max(1, split - left - (with_atlas ? 2 : 0)), std::max(1, int(top))};
   atlas_at_ = {split, 0, std::max(1, int(width) - split), std::max(1, int(top))};
+}
+
+void Viewer::layout() {
+  place_panes();
   if (!opened_) {
     home();
     home_atlas();
     opened_ = true;
   }
   session_.camera.resize(surface_at_.width, surface_at_.height);
-  play();
+  try {
+    play();
+    take_loaded();
+  } catch (const Error& error) {
+    session_.playing = false;
+    error_ = error.what();
+    session_.say(error_);
+  }
   if (tool_) {
     try {
       tool_->frame();
@@ -132,10 +148,12 @@ void Viewer::layout() {
   }
   for (TextureSet* set : {session_.before.get(), session_.after.get(), session_.result.get()})
     if (set != nullptr) upload(*set);
+  const auto width = float(display_.width()), top = float(display_.height()) - status_height;
   panel(panel_width, top);
   surface_pane();
-  if (with_atlas) atlas_pane();
+  if (session_.scene->atlas) atlas_pane();
   status_line(top, width);
+  ask_before_losing();
 }
 
 void Viewer::upload(TextureSet& set) {
@@ -154,7 +172,7 @@ void Viewer::panel(float width, float height) {
   ImGui::SetNextWindowSize({width - 2, height});
   ImGui::Begin("panel", nullptr, fixed);
   ImGui::PushItemWidth(width * 0.5F);
-  const app::Scene& scene = session_.scene;
+  const app::Scene& scene = *session_.scene;
   ImGui::TextUnformatted(scene.model.path.filename().string().c_str());
   ImGui::Text("%d triangles, %d vertices", scene.surface.triangle_count(),
               scene.surface.mesh.vertex_count());
@@ -180,9 +198,10 @@ void Viewer::panel(float width, float height) {
     tool_->panel();
     if (tool_->busy()) {
       ImGui::ProgressBar(float(tool_->fraction()), {-1, 0}, tool_->step().c_str());
-      if (ImGui::Button("stop")) tool_->stop();
+      if (ImGui::Button("stop")) tool_->cancel();
     }
   }
+  loading_controls();
   ImGui::PopItemWidth();
   ImGui::End();
 }
@@ -236,6 +255,7 @@ void Viewer::sequence_controls() {
   const Sequence& sequence = *session_.sequence;
   int frame = session_.frame;
   ImGui::Separator();
+  if (loader_.busy() && asked_frame_ >= 0 && !session_.playing) frame = asked_frame_;
   const std::string number = std::to_string(sequence.number(frame));
   if (ImGui::SliderInt("frame", &frame, 0, sequence.count() - 1, number.c_str())) {
     try {
@@ -244,20 +264,27 @@ void Viewer::sequence_controls() {
       session_.say(error.what());
     }
   }
-  if (ImGui::Button(session_.playing ? "pause" : "play")) session_.playing = !session_.playing;
+  if (ImGui::Button(session_.playing ? "pause" : "play")) {
+    session_.playing = !session_.playing;
+    if (!session_.playing) loader_.cancel();
+  }
 }
 
 void Viewer::open_frame(int frame) {
   require(tool_ == nullptr,
           "a tool works on one frame: put it away, with the tool none, to go to another");
-  pick_ = {};
-  session_.open_frame(frame);
+  asked_frame_ = frame;
+  loader_.ask("frame " + std::to_string(session_.sequence->number(frame)),
+              [sequence = session_.sequence, frame,
+               largest = TextureSet::largest_side()](const Progress& progress) {
+                return load_frame(sequence, frame, largest, progress);
+              });
 }
 
 void Viewer::open(const std::vector<std::string>& files) {
   std::vector<std::string> meshes, pictures;
   for (const std::string& file : files)
-    (app::names_model(file) ? meshes : pictures).push_back(file);
+    (app::names_model(file) || names_sequence(file) ? meshes : pictures).push_back(file);
   require(meshes.size() <= 1, fmt::format("{} models were given, and one is shown", meshes.size()));
   OptionValues options(session_.opened.table());
   for (const Option& option : options.table().options())
@@ -265,25 +292,109 @@ void Viewer::open(const std::vector<std::string>& files) {
       options.set(option.name, session_.opened.texts(option.name));
   if (!meshes.empty()) options.set("mesh", meshes);
   if (!pictures.empty()) options.set("texture", pictures);
-  app::Run reading(options, session_.run.terminal(), {});
-  app::Scene scene = app::read_scene(reading, app::MissingPictures::assume, 1);
-  take_tool("none");
-  session_.sequence.reset();
   session_.playing = false;
-  session_.opened = options;
-  session_.open(std::move(scene));
-  session_.say("opened " + session_.scene.model.path.string());
+  loader_.cancel();
+  loader_.ask(files.front(),
+              [options, &terminal = session_.run.terminal(),
+               largest = TextureSet::largest_side()](const Progress& progress) {
+                return load_files(options, terminal, largest, progress);
+              });
+}
+
+void Viewer::take_loaded() {
+  if (!loader_.ready() || !question_.empty()) return;
+  const LoadedModel& loaded = loader_.peek();
+  if (loaded.opened) {
+    const std::string file = loaded.scene->model.path.string();
+    unless_lost("show " + file, [this] { adopt(loader_.take()); });
+    if (!question_.empty()) on_no_ = [this] { loader_.cancel(); };
+    return;
+  }
+  // What was loaded ahead stays until its time has come; a tool may have been taken since.
+  if (tool_ || loaded.sequence != session_.sequence) return loader_.cancel();
+  if (session_.playing && !scripted_ && played_.seconds() < 0.04) return;
+  played_ = Stopwatch();
+  adopt(loader_.take());
+}
+
+void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
+  const bool other = loaded->opened.has_value();
+  const bool other_mesh = other && loaded->opened->text("mesh") != session_.opened.text("mesh");
+  change_tool("none");
   pick_ = {};
-  if (!meshes.empty()) home();
+  session_.open(std::move(loaded));
+  if (!other) return;
+  session_.say("opened " + session_.scene->model.path.string());
+  place_panes();
+  if (other_mesh) home();
   home_atlas();
 }
 
-/// The next frame of what is played, 25 a second; in scripts one for each picture.
+/// The next frame of what is played is loaded while this one is shown, 25 a second; in scripts one
+/// for each picture.
 void Viewer::play() {
-  if (!session_.playing || tool_) return;
-  if (!scripted_ && played_.seconds() < 0.04) return;
-  played_ = Stopwatch();
+  if (!session_.playing || tool_ || !session_.sequence || loader_.busy()) return;
   open_frame((session_.frame + 1) % session_.sequence->count());
+}
+
+/// What is on its way, once it takes longer than a moment.
+void Viewer::loading_controls() {
+  if (!loader_.busy() || session_.playing) return;
+  ImGui::Separator();
+  ImGui::TextUnformatted(("loading " + loader_.name()).c_str());
+  ImGui::ProgressBar(float(loader_.fraction()), {-1, 0}, loader_.step().c_str());
+  if (ImGui::Button("cancel")) loader_.cancel();
+}
+
+void Viewer::unless_lost(const std::string& what, std::function<void()> act) {
+  const std::string unsaved = tool_ ? tool_->unsaved() : "";
+  if (!unsaved.empty() && asking_ == Asking::person) {
+    question_ = fmt::format("To {} loses {}, which is not saved.", what, unsaved);
+    on_yes_ = std::move(act);
+    on_no_ = {};
+    return;
+  }
+  act();
+  if (!unsaved.empty()) session_.run.terminal().warning(unsaved + " was not saved, and is gone");
+}
+
+void Viewer::answer(bool go_on) {
+  const std::function<void()> act = go_on ? std::move(on_yes_) : std::move(on_no_);
+  question_.clear();
+  on_yes_ = on_no_ = {};
+  if (!act) return;
+  try {
+    act();
+  } catch (const Error& error) {
+    session_.say(error.what());
+  }
+}
+
+bool Viewer::may_close() {
+  if (may_close_) return true;
+  if (question_.empty()) unless_lost("close the window", [this] { may_close_ = true; });
+  if (!may_close_) display_.stay_open();
+  return may_close_;
+}
+
+void Viewer::ask_before_losing() {
+  constexpr const char* title = "not saved";
+  if (question_.empty()) return;
+  if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
+  const ImVec2 middle{float(display_.width()) / 2, float(display_.height()) / 2};
+  ImGui::SetNextWindowPos(middle, ImGuiCond_Always, {0.5F, 0.5F});
+  if (!ImGui::BeginPopupModal(title, nullptr,
+                              ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove))
+    return;
+  ImGui::TextUnformatted(question_.c_str());
+  const bool yes = ImGui::Button("go on and lose it");
+  ImGui::SameLine();
+  const bool no = ImGui::Button("stay");
+  if (yes || no) {
+    ImGui::CloseCurrentPopup();
+    answer(yes);
+  }
+  ImGui::EndPopup();
 }
 
 void Viewer::number_controls() {
@@ -344,7 +455,7 @@ void Viewer::use_surface_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 mouse = mouse_in(surface_at_);
   Turntable& camera = session_.camera;
-  pick_ = pick_on_surface(session_.scene, *session_.rays, session_.shown(),
+  pick_ = pick_on_surface(*session_.scene, *session_.rays, session_.shown(),
                           camera.ray(mouse.x, mouse.y));
   if (pick_.chart >= 0 && pick_.texture != session_.atlas.texture &&
       dragging_ == Dragging::nothing) {
@@ -381,9 +492,9 @@ void Viewer::use_surface_mouse() {
 }
 
 void Viewer::home_atlas() {
-  if (!session_.scene.atlas) return;
+  if (!session_.scene->atlas) return;
   AtlasView& view = session_.atlas;
-  const TextureSize& size = session_.scene.atlas->textures[std::size_t(view.texture)];
+  const TextureSize& size = session_.scene->atlas->textures[std::size_t(view.texture)];
   view.zoom =
       0.96 * std::min(atlas_at_.width / double(size.width), atlas_at_.height / double(size.height));
   view.column = size.width / 2.0 - 0.5 - atlas_at_.width / 2.0 / view.zoom;
@@ -425,7 +536,8 @@ void Viewer::use_atlas_mouse() {
   const ImVec2 mouse = mouse_in(atlas_at_);
   AtlasView& view = session_.atlas;
   const double column = view.column + mouse.x / view.zoom, row = view.row + mouse.y / view.zoom;
-  pick_ = pick_in_atlas(session_.scene, session_.shown(), view.texture, column, row);
+  pick_ = pick_in_atlas(*session_.scene, *session_.triangles_at, session_.shown(), view.texture,
+                        column, row);
   if (io.MouseWheel != 0) {
     const double factor = std::exp(0.15 * double(io.MouseWheel));
     view.zoom = std::clamp(view.zoom * factor, 1e-3, 200.0);

@@ -2,6 +2,7 @@
 /// The window: a panel with what can be set, the surface, the texture, and a line about what is
 /// under the mouse.
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,20 +45,40 @@ class Viewer {
   Rectangle place_of(Pane pane) const { return pane == Pane::surface ? surface_at_ : atlas_at_; }
 
   void home() {
-    session_.camera.look(session_.scene.surface.mesh, {}, surface_at_.width, surface_at_.height);
+    session_.camera.look(session_.scene->surface.mesh, {}, surface_at_.width, surface_at_.height);
   }
   void look(const View& view) {
-    session_.camera.look(session_.scene.surface.mesh, view, surface_at_.width, surface_at_.height);
+    session_.camera.look(session_.scene->surface.mesh, view, surface_at_.width, surface_at_.height);
   }
   /// The whole texture.
   void home_atlas();
 
-  /// A model, or other textures for the one that is open. What was open stays where this throws.
+  /// Begins to load a model, or other textures for the one that is open, which is shown until all of
+  /// it is there. Throws `InvalidInput` where the files are not one model and its textures.
   void open(const std::vector<std::string>& files);
 
-  /// A frame of the session's sequence, counted from 0. Throws `InvalidInput` while a tool is in
-  /// hand.
+  /// Begins to load a frame of the session's sequence, counted from 0. Throws `InvalidInput` while a
+  /// tool is in hand.
   void open_frame(int frame);
+
+  /// Takes over what is loaded. Throws why it could not be loaded; what was open stays then.
+  void take_loaded();
+  bool loading() const { return loader_.busy(); }
+  void cancel_loading() { loader_.cancel(); }
+
+  /// Whether something goes on that the next frame should show.
+  bool busy() const { return loader_.busy() || (tool_ && tool_->busy()); }
+
+  /// Who is asked before something unsaved is lost.
+  enum class Asking { nobody, person };
+  void set_asking(Asking asking) { asking_ = asking; }
+  /// What a person is asked at the moment; empty: nothing.
+  const std::string& question() const { return question_; }
+  /// The answer: whether to go on, and lose it.
+  void answer(bool go_on);
+
+  /// The window was asked to close: whether it may. Otherwise asks.
+  bool may_close();
 
   const Pick& pick() const { return pick_; }
 
@@ -66,11 +87,13 @@ class Viewer {
 
   /// Names of the tools; "none" is looking alone.
   static const std::vector<std::string>& tool_names();
+  /// Asks first where what the one in hand made is not saved.
   void take_tool(const std::string& name);
   Tool* tool() { return tool_.get(); }
 
  private:
   void layout();
+  void place_panes();
   void upload(TextureSet& set);
   std::vector<double> state_of_look(const FalseColour& scale) const;
   void draw() const;
@@ -79,6 +102,11 @@ class Viewer {
   void number_controls();
   void sequence_controls();
   void play();
+  void loading_controls();
+  void ask_before_losing();
+  void unless_lost(const std::string& what, std::function<void()> act);
+  void change_tool(const std::string& name);
+  void adopt(std::unique_ptr<LoadedModel> loaded);
   void surface_pane();
   void atlas_pane();
   void status_line(float y, float width);
@@ -107,6 +135,12 @@ class Viewer {
   std::unique_ptr<Tool> tool_;
   std::string tool_name_ = "none";
   std::string error_;
+  Loader loader_;
+  int asked_frame_ = -1;  ///< of the sequence, that is being loaded
+  Asking asking_ = Asking::person;
+  std::string question_;
+  std::function<void()> on_yes_, on_no_;
+  bool may_close_ = false;
   bool opened_ = false, scripted_ = false;
 };
 

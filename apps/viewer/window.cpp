@@ -65,6 +65,7 @@ class Window : public Display {
   int width() const override { return size(0); }
   int height() const override { return size(1); }
   bool closing() const override { return glfwWindowShouldClose(window_) != 0; }
+  void stay_open() override { glfwSetWindowShouldClose(window_, GLFW_FALSE); }
   std::vector<std::string> dropped() override { return std::exchange(dropped_, {}); }
   void rest() override { glfwWaitEventsTimeout(0.05); }
 

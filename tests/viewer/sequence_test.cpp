@@ -99,5 +99,76 @@ TEST(Opening, PutsAnotherModelInPlaceAndKeepsTheOldOneWhereItCannot) {
   EXPECT_EQ(file_bytes(folder / "opened.png"), file_bytes(folder / "first.png"));
 }
 
+TEST(Opening, KeepsWhatIsShownUntilAllOfTheOtherIsThere) {
+  const Folder folder;
+  write_strip(folder);
+  write_sphere(folder, "2048");  // which takes many times as long as the two pictures of a screenshot
+  const Result result = view(folder,
+                             "screenshot alone.png surface\n"
+                             "drop sphere.obj\nscreenshot while_loading.png surface\n"
+                             "screenshot panel.png\n"
+                             "wait\nhover surface 180 200\n"
+                             "drop strip.obj\nstop\nwait\nhover surface 180 200\n",
+                             {"strip.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_TRUE(file_bytes(folder / "while_loading.png") == file_bytes(folder / "alone.png"));
+  const auto picks = result.json()["result"]["picks"];
+  EXPECT_GT(picks[0]["pick"]["face"].get<int>(), 4);  // the strip has not as many
+  EXPECT_EQ(picks[1]["pick"]["face"], picks[0]["pick"]["face"]);
+}
+
+TEST(Opening, AsksBeforePaintingIsLost) {
+  const Folder folder;
+  write_strip(folder);
+  write_sphere(folder);
+  const std::string paint = "tool filter\nset length 2tx\nsize 20%\nstroke 0,0,1\n";
+  const Result result =
+      view(folder,
+           paint +
+               "drop strip.obj\nwait\nscreenshot asked.png\nanswer no\nwait\n"
+               "hover surface 180 200\nsave-texture kept.png\n"
+               "stroke 1,0,0\ndrop strip.obj\nwait\nanswer yes\nhover surface 180 200\n"
+               "open sphere.obj\n" +
+               paint + "open strip.obj\n",
+           {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto picks = result.json()["result"]["picks"];
+  EXPECT_GT(picks[0]["pick"]["face"].get<int>(), 4);
+  EXPECT_LE(picks[1]["pick"]["face"].get<int>(), 4);
+  EXPECT_THAT(result.error,
+              HasSubstr("what was painted with the filter was not saved, and is gone"));
+  ASSERT_EQ(view(folder, paint + "save-texture painted.png\n", {"sphere.obj"}).status, 0);
+  EXPECT_TRUE(file_bytes(folder / "kept.png") == file_bytes(folder / "painted.png"));
+
+  // Saved as it is, nothing is lost, and nothing asked.
+  const Result saved = view(folder, paint + "save-mask mask.png\ndrop strip.obj\nwait\nanswer yes\n",
+                            {"sphere.obj"});
+  EXPECT_EQ(saved.status, 2);
+  EXPECT_THAT(saved.error, HasSubstr("line 8: there is nothing to answer"));
+}
+
+TEST(Sequences, AreOpenedInPlaceOfAModelAndPlayedFrameByFrame) {
+  const Folder folder;
+  write_strip(folder);
+  std::string other = coloured_ply;
+  other.replace(other.find("200 200 200"), 11, "50 150 250");
+  for (const char* name : {"frame_0003.ply", "frame_0005.ply"})
+    write_bytes(folder / name, coloured_ply);
+  write_bytes(folder / "frame_0004.ply", other);
+  const Result result = view(folder,
+                             "open frame_%04d.ply\nshow vertex-colours\nview front\nlight off\n"
+                             "play 1\nscreenshot 4.png surface\nplay 3\nscreenshot 4_again.png surface\n"
+                             "play 2\nscreenshot 3.png surface\n",
+                             {"strip.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto blue = [&](const std::string& name) {
+    const Image<float> shown = picture(folder, name);
+    return shown(shown.width() / 2, shown.height() / 2, 2);
+  };
+  EXPECT_NEAR(blue("4.png"), 250 / 255.0, 0.02);
+  EXPECT_TRUE(file_bytes(folder / "4_again.png") == file_bytes(folder / "4.png"));
+  EXPECT_NEAR(blue("3.png"), 200 / 255.0, 0.02);
+}
+
 }  // namespace
 }  // namespace mq::test

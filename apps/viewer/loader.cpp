@@ -1,0 +1,103 @@
+#include "loader.h"
+
+#include <utility>
+
+#include "mq/base/error.h"
+#include "render_request.h"
+
+namespace mq::view {
+namespace {
+
+/// Texels that are uploaded between two pictures of the window: a few milliseconds.
+constexpr std::int64_t texels_at_a_time = 4 << 20;
+
+}  // namespace
+
+LoadedModel::LoadedModel(app::Scene read, int largest_side, const Progress& progress)
+    : scene(std::make_unique<app::Scene>(std::move(read))) {
+  {
+    const Progress step = progress.step("prepare textures", 0.4);
+    if (app::has_pictures(*scene)) {
+      before = std::make_unique<TextureSet>(scene->model.textures, largest_side);
+      step.at(0.5);
+      after = std::make_unique<TextureSet>(scene->model.textures, largest_side);
+    }
+    step.at(1);
+  }
+  const Progress step = progress.step("prepare triangles", 0.6);
+  drawn = std::make_unique<DrawnModel>(*scene, step.step("draw", 0.5));
+  rays = std::make_unique<mq::Scene>(scene->surface);
+  step.at(0.8);
+  if (scene->atlas) triangles_at = std::make_unique<TrianglesAt>(scene->surface.mesh, *scene->atlas);
+  step.at(1);
+}
+
+std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequence, int frame,
+                                        int largest_side, const Progress& progress) {
+  app::Scene scene = sequence->scene(frame, progress.step("read", 0.7));
+  auto loaded =
+      std::make_unique<LoadedModel>(std::move(scene), largest_side, progress.step("prepare", 0.3));
+  loaded->drawn->triangle_colours = sequence->lifespans(frame);
+  loaded->sequence = sequence;
+  loaded->frame = frame;
+  return loaded;
+}
+
+std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Terminal& terminal,
+                                        int largest_side, const Progress& progress) {
+  app::Run run(options, terminal, progress);
+  std::unique_ptr<LoadedModel> loaded;
+  if (names_sequence(options.text("mesh"))) {
+    loaded = load_frame(open_sequence(run), 0, largest_side, progress);
+  } else {
+    app::Scene scene = app::read_scene(run, app::MissingPictures::assume, 0.7);
+    loaded = std::make_unique<LoadedModel>(std::move(scene), largest_side,
+                                           progress.step("prepare", 0.3));
+  }
+  run.warn(app::scene_defects(*loaded->scene));
+  loaded->opened = options;
+  return loaded;
+}
+
+void Loader::ask(const std::string& name, Work work) { next_ = Asked{name, std::move(work)}; }
+
+void Loader::cancel() {
+  next_.reset();
+  loaded_.reset();
+  unwanted_ = begun_;
+  background_.cancel();
+}
+
+bool Loader::ready() {
+  if (background_.busy()) return false;
+  begun_ = false;
+  if (std::exchange(unwanted_, false)) {
+    made_.reset();
+    background_.error();
+  }
+  if (made_) loaded_ = std::move(made_);
+  try {
+    background_.rethrow();
+  } catch (const Error&) {
+    next_.reset();
+    throw;
+  } catch (const std::exception& error) {
+    next_.reset();
+    throw IoError(name_ + ": cannot be loaded: " + error.what());
+  }
+  if (loaded_) {
+    for (TextureSet* set : {loaded_->before.get(), loaded_->after.get()})
+      if (set != nullptr && set->upload(texels_at_a_time) >= texels_at_a_time) return false;
+    return true;
+  }
+  if (!next_) return false;
+  name_ = next_->name;
+  begun_ = true;
+  background_.start([this, work = std::move(next_->work)](const Progress& progress) {
+    made_ = work(progress);
+  });
+  next_.reset();
+  return false;
+}
+
+}  // namespace mq::view

@@ -1,0 +1,83 @@
+#pragma once
+/// Models and frames on their way to the window: read and prepared on a thread of their own, while what
+/// is shown stays.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "background.h"
+#include "mq/draw/scene.h"
+#include "pick.h"
+#include "sequence.h"
+#include "surface_pane.h"
+#include "texture_set.h"
+
+namespace mq::view {
+
+/// A model with all that is worked out of it before it can be shown. Only its textures' upload and
+/// `ModelPictures` are left to the thread with the graphics.
+struct LoadedModel {
+  /// `largest_side` as `TextureSet` wants it.
+  LoadedModel(app::Scene read, int largest_side, const Progress& progress);
+
+  std::unique_ptr<const app::Scene> scene;
+  std::unique_ptr<mq::Scene> rays;
+  std::unique_ptr<TrianglesAt> triangles_at;   ///< null: there is no atlas
+  std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
+  std::unique_ptr<DrawnModel> drawn;
+
+  // Where it came from.
+  std::optional<OptionValues> opened;   ///< nothing: it is a frame of the sequence that is open
+  std::shared_ptr<Sequence> sequence;  ///< of which it is a frame; null: it stands still
+  int frame = 0;
+};
+
+/// One frame of a sequence.
+std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequence, int frame,
+                                        int largest_side, const Progress& progress);
+
+/// The model that options of the verb view name, or the first frame of a sequence.
+std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Terminal& terminal,
+                                        int largest_side, const Progress& progress);
+
+/// One thing at a time; what is asked for meanwhile comes next, the last of it. All calls belong to the
+/// thread with the graphics.
+class Loader {
+ public:
+  using Work = std::function<std::unique_ptr<LoadedModel>(const Progress&)>;
+
+  /// `name` is for people. What was asked for and has not begun is forgotten.
+  void ask(const std::string& name, Work work);
+  /// What is loaded, asked for or waiting to be taken is not wanted any more. Does not wait.
+  void cancel();
+
+  /// Whether there is something to wait for, or to take.
+  bool busy() const { return (begun_ && !unwanted_) || next_ || loaded_; }
+  const std::string& name() const { return name_; }
+  double fraction() const { return background_.fraction(); }
+  std::string step() const { return background_.step(); }
+
+  /// Once per frame: begins what is next. True where a model is there to be taken, its textures on the
+  /// graphics card. Throws what loading threw, once.
+  bool ready();
+  /// The one that is ready.
+  LoadedModel& peek() { return *loaded_; }
+  std::unique_ptr<LoadedModel> take() { return std::move(loaded_); }
+
+ private:
+  struct Asked {
+    std::string name;
+    Work work;
+  };
+  std::optional<Asked> next_;
+  std::string name_;
+  bool begun_ = false;     ///< work whose end was not looked at yet
+  bool unwanted_ = false;  ///< that work
+  std::unique_ptr<LoadedModel> made_;  ///< by the work, for this thread once it ended
+  std::unique_ptr<LoadedModel> loaded_;
+  Background background_;  ///< last: it ends before what it works on
+};
+
+}  // namespace mq::view
