@@ -222,7 +222,7 @@ TrackTemplate own_template(const Sequence& sequence, int frame, const Captured& 
   }
   std::vector<Vector3> material;
   if (sequence.has_truth()) material = sequence.material(frame, model, clean);
-  clean.mesh.positions = rounded(std::move(clean.mesh.positions), step);
+  clean.mesh.positions = rounded(unfolded_onto(TrackTarget(model.mesh), clean.mesh), step);
   return new_template(clean.mesh, colours, material, next_vertex, next_triangle);
 }
 
@@ -243,10 +243,11 @@ Json frame_json(const TrackedFrame& tracked) {
             {"total", tracked.seconds.total}}}};
 }
 
-Json born_json(int triangles, int died) {
-  return {{"distance_mean", 0},   {"distance_p95", 0},           {"distance_max", 0},
-          {"triangles_kept", 0},  {"triangles_born", triangles}, {"triangles_died", died},
-          {"distortion_mean", 1}, {"distortion_p95", 1}};
+Json born_json(const SurfaceDistance& distance, int triangles, int died) {
+  return {{"distance_mean", distance.mean}, {"distance_p95", distance.p95},
+          {"distance_max", distance.max},   {"triangles_kept", 0},
+          {"triangles_born", triangles},    {"triangles_died", died},
+          {"distortion_mean", 1},           {"distortion_p95", 1}};
 }
 
 /// The whole run, one frame after the other.
@@ -431,7 +432,8 @@ class Tracking {
     current_ = follower_->known.rest;
     previous_.clear();
     writer_->add_segment(follower_->known.segment, current_);
-    return born_json(follower_->known.segment.triangle_count(), died);
+    return born_json(surface_distance(follower_->known.mesh(), TrackTarget(model.mesh)),
+                     follower_->known.segment.triangle_count(), died);
   }
 
   /// Replaces what of the template does not show the frame: at first what is two edges off, and
@@ -461,7 +463,8 @@ class Tracking {
     if (remeshed.born > 0 || remeshed.died > 0) {
       const EvolvingSegment segment =
           remeshed_segment(remeshed, before, next_vertex_, next_triangle_);
-      const std::vector<Vector3> positions = rounded(remeshed.mesh.positions, writer_->step());
+      const std::vector<Vector3> positions =
+          rounded(unfolded_onto(target, remeshed.mesh), writer_->step());
       previous_ = positions_before(before, previous_, segment, positions);
       current_ = positions;
       TrackTemplate next = carried_on(frame, model, target, segment, positions);

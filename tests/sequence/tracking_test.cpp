@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/mesh/soundness.h"
 #include "mq/sample/moving.h"
 #include "mq/sample/sample.h"
 #include "mq/sequence/track_truth.h"
@@ -104,6 +105,23 @@ TEST(SurfaceDistance, OfConcentricSpheresIsTheDifferenceOfRadii) {
   EXPECT_NEAR(found.max * target.diagonal(), 0.1, 0.003);
   const SurfaceDistance same = surface_distance(mesh, target);
   EXPECT_LT(same.max, 1e-12);
+}
+
+TEST(UnfoldedOnto, LiesOnTheTargetWithoutFolds) {
+  Mesh mesh = ball();
+  const TrackTarget target(mesh);
+  const auto folded = [&] {
+    return folded_triangles(make_surface(mesh, {.kind = WeldOptions::Kind::none})).size();
+  };
+  const double edge = mean_edge_length(target.surface());
+  for (int v = 100; v < mesh.vertex_count(); v += 200) {
+    const Vector3 aside = mesh.positions[v].unitOrthogonal();
+    mesh.positions[v] = (mesh.positions[v] + 1.3 * edge * aside).normalized();
+  }
+  ASSERT_GT(folded(), 5U);
+  mesh.positions = unfolded_onto(target, mesh);
+  EXPECT_EQ(folded(), 0U);
+  EXPECT_LT(surface_distance(mesh, target).max * target.diagonal(), 0.1 * edge);
 }
 
 TEST(Drift, IsZeroForTheTruthAndTheMoveElse) {

@@ -42,6 +42,12 @@ float round_up(double x) { return std::nextafter(float(x), infinite); }
 
 }  // namespace
 
+Vector3 point_at(const Mesh& mesh, const ClosestPoint& p) {
+  return p.barycentric[0] * mesh.position(p.triangle, 0) +
+         p.barycentric[1] * mesh.position(p.triangle, 1) +
+         p.barycentric[2] * mesh.position(p.triangle, 2);
+}
+
 ClosestPoint closest_point(const Mesh& mesh, int triangle, const Vector3& point) {
   const Vector3 &a = mesh.position(triangle, 0), &b = mesh.position(triangle, 1),
                 &c = mesh.position(triangle, 2);

@@ -17,6 +17,9 @@ struct ClosestPoint {
   double squared_distance = 0;            ///< model units squared
 };
 
+/// Where it is, on the mesh or on the same triangles elsewhere.
+Vector3 point_at(const Mesh& mesh, const ClosestPoint& p);
+
 /// The point of one triangle, which may be degenerate.
 ClosestPoint closest_point(const Mesh& mesh, int triangle, const Vector3& point);
 

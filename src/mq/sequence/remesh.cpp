@@ -16,6 +16,7 @@
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/unfold.h"
 #include "mq/mesh/weld.h"
 #include "mq/sequence/clip_crossings.h"
 #include "mq/sequence/remesh_measure.h"
@@ -92,6 +93,7 @@ class Remesher {
   std::vector<double> inside_area() const;
   std::vector<Vector3> offsets() const;
   std::int64_t count_crossings(const Seam& seam) const;
+  void unfold_born();
   void finish(const Cut& cut, const Progress& progress);
   std::vector<VertexOrigin> find_origins() const;
   void put(const std::vector<Triangle>& triangles, const std::vector<Vector3>& positions,
@@ -533,6 +535,13 @@ void drop_parts_without_area(Seam& seam) {
   seam.from.resize(kept);
 }
 
+/// Vertices of the template stay, as what is kept does bit for bit.
+void Remesher::unfold_born() {
+  std::vector<char> fixed;
+  for (const int v : result_.template_vertices) fixed.push_back(v >= 0);
+  result_.mesh.positions = unfolded(result_.mesh, fixed);
+}
+
 void Remesher::finish(const Cut& cut, const Progress& progress) {
   Stopwatch watch;
   std::vector<Triangle> triangles;
@@ -552,6 +561,7 @@ void Remesher::finish(const Cut& cut, const Progress& progress) {
   if (count_crossings(better) <= count_crossings(seam)) seam = std::move(better);
   drop_parts_without_area(seam);
   put(seam.triangles, seam.positions, seam.from);
+  unfold_born();
   note("stitch", watch);
   progress.at(0.5);
   Stopwatch measuring;

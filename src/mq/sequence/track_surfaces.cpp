@@ -3,16 +3,21 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/mesh/unfold.h"
 #include "mq/mesh/weld.h"
 #include "mq/sequence/tracking.h"
 
 namespace mq {
 namespace {
+
+/// Cosine between normals from which on two surfaces face alike.
+constexpr double alike = 0.5;
 
 /// Per triangle whether it is kept: it has three vertices, and its part enough area.
 std::vector<char> sound_triangles(const Surface& surface, double least_part) {
@@ -88,8 +93,7 @@ CleanMesh cleaned(const Mesh& mesh, double least_part) {
       if (v < 0) {
         v = rest.mesh.vertex_count();
         rest.mesh.positions.push_back(surface.mesh.position(t, k));
-        rest.source_from_vertex.push_back(
-            surface.source_from_vertex[surface.mesh.triangles[t][k]]);
+        rest.source_from_vertex.push_back(surface.source_from_vertex[surface.mesh.triangles[t][k]]);
       }
       corners[k] = v;
     }
@@ -122,6 +126,22 @@ TrackTarget::TrackTarget(const Mesh& mesh, const Signal& colours) {
   normals_ = vertex_normals(surface_.mesh);
   closest_ = std::make_unique<ClosestPointFinder>(surface_.mesh);
   diagonal_ = bounding_box(surface_.mesh).diagonal();
+}
+
+std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh) {
+  const std::vector<Vector3> folded = std::exchange(mesh.positions, unfolded(mesh));
+  std::vector<int> moved;
+  std::vector<Vector3> points;
+  for (int v = 0; v < mesh.vertex_count(); ++v)
+    if (mesh.positions[v] != folded[v]) moved.push_back(v), points.push_back(mesh.positions[v]);
+  if (moved.empty()) return folded;
+  const std::vector<Vector3> normals = vertex_normals(mesh);
+  const std::vector<ClosestPoint> there = target.closest()(points);
+  const Mesh& other = target.surface().mesh;
+  for (std::size_t i = 0; i < moved.size(); ++i)
+    if (normals[moved[i]].dot(triangle_normal(other, there[i].triangle)) > alike)
+      mesh.positions[moved[i]] = point_at(other, there[i]);
+  return unfolded(mesh);
 }
 
 SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target) {

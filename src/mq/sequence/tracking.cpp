@@ -6,7 +6,7 @@
 //     (M·W + α·S)·u = M·W·d,   d = n nᵀ(y − x),   W the weights of the closest points y.
 //
 // A part of the shape at birth is kept in every frame, so that what slides along the surface, where
-// no data hold it, comes back.
+// no data hold it, comes back. What is folded over in the end is unfolded.
 
 #include "mq/sequence/tracking.h"
 
@@ -42,12 +42,6 @@ double median(std::vector<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
   std::ranges::nth_element(values, middle);
   return *middle;
-}
-
-Vector3 point_at(const Mesh& mesh, const ClosestPoint& p) {
-  return p.barycentric[0] * mesh.position(p.triangle, 0) +
-         p.barycentric[1] * mesh.position(p.triangle, 1) +
-         p.barycentric[2] * mesh.position(p.triangle, 2);
 }
 
 Vector3 normal_at(const Mesh& mesh, const std::vector<Vector3>& normals, int triangle,
@@ -381,6 +375,7 @@ TrackedFrame SurfaceTracker::follow(std::span<const Vector3> current,
   if (by_colour) s.follow_colours(current, target, frame, motions, progress.step("colours", 0.5));
   s.keep_birth(current, motions, s.graph.fitted(s.birth.mesh.positions, current));
   s.snap(target, frame, progress.step("snap", 0.2));
+  s.now.mesh.positions = unfolded_onto(target, s.now.mesh);
   const Stopwatch measuring;
   frame.distance = surface_distance(s.now.mesh, target);
   frame.distortion =

@@ -47,6 +47,10 @@ class TrackTarget {
   double diagonal_ = 0;
 };
 
+/// Positions of a tracked mesh without what is folded over (`unfolded`); what moved with that is
+/// brought back onto the target, where this faces alike and no fold comes of it.
+std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh);
+
 struct TrackOptions {
   double node_spacing = 0.05;  ///< of the graph, in √area of the template
   /// Of the graph's edges against the data, from the first to the last level: see
@@ -62,8 +66,8 @@ struct TrackOptions {
   /// each, on the surface scaled to area 1.
   std::vector<double> snaps{1e-3, 1e-4, 1e-5};
   enum class Prediction { none, constant_velocity } prediction = Prediction::constant_velocity;
-  int colour_cycles = 0;      ///< of registration by colour; 0: geometry alone
-  double colour_weight = 1;   ///< of their pull along the surface, against that of distances
+  int colour_cycles = 0;        ///< of registration by colour; 0: geometry alone
+  double colour_weight = 1;     ///< of their pull along the surface, against that of distances
   double colour_stiffness = 1;  ///< of the graph's edges while colours pull
   /// How far flow of colours looks, and how smooth it is in the end.
   Length colour_largest{10, Length::Unit::percent};
@@ -77,8 +81,8 @@ struct SurfaceDistance {
 };
 SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target);
 
-/// What has become of the triangles: max(σ₁, 1/σ₂) of the map from their shape at birth, σ₁ ≥ σ₂ its
-/// singular values; 1: unchanged. Mean and 95th percentile by area at birth.
+/// What has become of the triangles: max(σ₁, 1/σ₂) of the map from their shape at birth, σ₁ ≥ σ₂
+/// its singular values; 1: unchanged. Mean and 95th percentile by area at birth.
 struct Distortion {
   double mean = 1, p95 = 1;
 };
@@ -89,7 +93,7 @@ struct TrackedFrame {
   std::vector<Vector3> positions;
   SurfaceDistance distance;
   Distortion distortion;
-  double matched = 0;   ///< share of the area whose closest points were accepted in the end
+  double matched = 0;      ///< share of the area whose closest points were accepted in the end
   bool predicted = false;  ///< whether the constant velocity was nearer than standing still
   struct Seconds {
     double correspond = 0, solve = 0, colour = 0, snap = 0, measure = 0, total = 0;
