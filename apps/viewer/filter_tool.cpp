@@ -31,6 +31,9 @@ constexpr std::uint16_t full = 65535;
 /// A change of more texels than this share of all is solved for everywhere at once.
 constexpr double most_to_follow = 0.25;
 
+/// What is seen of an error in a texture of 8 bits: half a step.
+constexpr double seen = 0.5 / 255;
+
 /// Cycles between two looks at a solution on its way.
 constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
 
@@ -490,14 +493,11 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     const Stopwatch watch;
     for (const auto& [unknown, value] : wanted.mask) followed_[std::size_t(unknown)] = value;
     live_.reset();
-    live_.emplace(target_->domain().space(), wanted.weight, before_, LiveOptions{},
-                  progress.step("system", 0));
     try {
-      // Nothing is painted yet: it makes the solver, for which no stroke has to wait later.
-      live_->settle(settling, Progress({}, &hurry_));
+      const Progress either([&](const ProgressEvent&) { progress.check(); }, &hurry_);
+      live_.emplace(target_->domain().space(), wanted.weight, before_, LiveOptions{}, either);
     } catch (const Cancelled&) {
       progress.check();
-      live_.reset();
       return true;  // another weight is wanted by now, perhaps
     }
     weight_ = wanted.weight;
@@ -576,7 +576,7 @@ void FilterTool::follow(const Wanted& wanted) {
   const bool small = double(texels.size()) < most_to_follow * double(followed_.size());
   if (small) {
     const Stopwatch watch;
-    timing.cycles = live_->follow().cycles;
+    timing.cycles = live_->follow({.error = seen / std::max(std::abs(gain_), seen)}).cycles;
     timing.solve = watch.seconds();
   }
   const Stopwatch watch;

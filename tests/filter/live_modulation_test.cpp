@@ -81,14 +81,46 @@ TEST(LiveModulation, SettlesInFewCyclesAtATimeToo) {
 
 TEST(LiveModulation, ReturnsWhenTheModulationIsTakenBack) {
   const Painted p;
-  LiveModulation live(p.space, p.weight, p.psi, {.tolerance = 1e-6, .reach = 12});
+  LiveModulation live(p.space, p.weight, p.psi, {.reach = 12});
   const std::vector<int> texels = p.under(0.5, 0.5, 0.1);
   live.modulate(texels, std::vector<double>(texels.size(), 0.0));
-  live.follow();
+  live.follow({.error = 1e-6, .max_cycles = 20});
   EXPECT_GT((live.signal() - p.psi).cwiseAbs().maxCoeff(), 0.05);
   live.modulate(texels, std::vector<double>(texels.size(), 1.0));
-  live.follow();
+  live.follow({.error = 1e-6, .max_cycles = 20});
   EXPECT_LT((live.signal() - p.psi).cwiseAbs().maxCoeff(), 2e-5);
+}
+
+TEST(LiveModulation, FollowsUntilNobodySeesWhatIsLeft) {
+  const Painted p;
+  LiveModulation live(p.space, p.weight, p.psi, {.reach = 12});
+  for (const double x : {0.3, 0.4, 0.5, 0.6}) {
+    const std::vector<int> texels = p.under(x, 0.5, 0.15);
+    live.modulate(texels, std::vector<double>(texels.size(), 3.0));
+    const Followed followed = live.follow({.error = 1e-3});
+    EXPECT_LE(followed.error, 1e-3);
+    EXPECT_LE(followed.cycles, 4);
+    const Signal exact = ScreenedPoisson(p.space, p.weight).solve(p.psi, live.beta()).signal;
+    EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 3e-3);
+  }
+}
+
+TEST(LiveModulation, CostsWhatIsUnderTheBrush) {
+  const auto updates = [](int side) {
+    const fixtures::Cut cut =
+        fixtures::cut("turned", fixtures::turned(fixtures::odd_angle), {side, side});
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    const double spacing = space.scale().texel_spacing;
+    LiveModulation live(space, 4 * spacing * spacing, test::random_signal(space.size(), 3));
+    std::vector<int> texels;
+    for (int k = 0; k < space.size(); ++k) {
+      const auto& p = space.texels().positions[k];
+      if (std::hypot(p[0] - 0.5, p[1] - 0.5) < 10 * spacing) texels.push_back(k);
+    }
+    live.modulate(texels, std::vector<double>(texels.size(), 3.0));
+    return double(live.follow({.error = 0, .max_cycles = 1}).updates);
+  };
+  EXPECT_LT(updates(480), 1.1 * updates(160));  // of nine times as many texels
 }
 
 TEST(LiveModulation, LeavesTheSignalAloneBeforeTheFirstChange) {

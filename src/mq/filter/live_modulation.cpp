@@ -1,8 +1,10 @@
 /// With δ = φ − ψ, b = w·S_{β−1}·ψ and r = b − A·δ, everywhere: a change of β changes b, and with it r, in
-/// a few rows. Following it solves A_NN·z = r_N on a set N of texels near by, those further off held,
-/// and does δ_N += z, r −= A_·N·z. N is all texels within `reach` lengths √w of a ball that is half as
-/// large again as one around the changed ones, so that a brush can move on a little; distances are
-/// straight ones, which are never longer than those on the surface.
+/// a few rows. Following it solves A_NN·z = r_N on the set N of texels near by, those further off held,
+/// and does δ_N += z, r −= A_·N·z. N is what lies within `reach` lengths √w of the changed texels;
+/// distances are straight ones, which are never longer than those on the surface.
+///
+/// z is solved for in single precision until nobody sees what is left of it; r is in double, so that
+/// nothing of that is lost.
 
 #include "mq/filter/live_modulation.h"
 
@@ -13,153 +15,104 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/fem/multigrid_solver.h"
+#include "mq/fem/texel_bins.h"
+#include "mq/fem/texel_hierarchy.h"
+#include "mq/linear/local_multigrid.h"
 
 namespace mq {
 
 namespace {
 
-using Point = std::array<float, 3>;
-
-double distance(const Point& a, const Point& b) {
-  double squared = 0;
-  for (int i = 0; i < 3; ++i) squared += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
-  return std::sqrt(squared);
-}
-
-struct Ball {
-  Point centre = {0, 0, 0};
-  double radius = 0;
-
-  bool holds(const Ball& other) const {
-    return distance(centre, other.centre) + other.radius <= radius;
-  }
-};
-
-/// Around the corners of the box around some points.
-Ball ball_around(std::span<const int> texels, const std::vector<Point>& positions) {
-  Point low = positions[texels[0]], high = low;
-  for (const int t : texels)
-    for (int i = 0; i < 3; ++i) {
-      low[i] = std::min(low[i], positions[t][i]);
-      high[i] = std::max(high[i], positions[t][i]);
-    }
-  Ball ball;
-  for (int i = 0; i < 3; ++i) ball.centre[i] = (low[i] + high[i]) / 2;
-  ball.radius = distance(low, high) / 2;
-  return ball;
-}
-
-/// Some texels as if there were no others, in the same order, and a solver for them.
-struct Neighbourhood {
-  Ball changes;  ///< where changes may lie
-  std::vector<int> members;
-  std::vector<int> rows;  ///< the members, and what they couple to
-  Texels texels;
-  std::unique_ptr<LinearSolver> solver;
-};
+constexpr double least_reach = 8;       // texels: as many as relaxation sees
+constexpr double bins_per_reach = 2;    // along an axis
+constexpr double most_to_keep = 1.25;   // times the bins needed: else another N is chosen
 
 }  // namespace
 
 struct LiveModulation::Data {
   const TexelSpace& space;
   double weight;
-  LiveOptions options;
   Signal psi;
   SparseMatrix A;
+  Hierarchy hierarchy;
+  LocalMultigrid local;
+  double reach;  ///< in model units
+  TexelBins bins;
   std::vector<double> beta, change;  ///< β and β − 1
   Signal b, r, phi;
-  std::vector<int> changed;   ///< since the last `follow`
-  std::vector<int> local;     ///< per unknown its number in the neighbourhood, or −1
-  Neighbourhood near;
-  std::unique_ptr<LinearSolver> everywhere;  ///< null before the first `settle`
-  SettleOptions everywhere_until;
+  std::vector<int> changed;    ///< since the last `follow`
+  std::vector<int> near_bins;  ///< whose texels are N
+  std::vector<int> around;     ///< N and the rows it couples to
+  RowSet rows;                 ///< empty between calls
 
-  Data(const TexelSpace& s, double weight_, Signal psi_, const LiveOptions& options_,
+  Data(const TexelSpace& s, double weight_, Signal psi_, const LiveOptions& options,
        const Progress& progress)
-      : space(s), weight(weight_), options(options_), psi(std::move(psi_)),
-        A(s.solvable(1, weight, progress)), beta(s.size(), 1.0), change(s.size(), 0.0),
-        b(Signal::Zero(s.size(), psi.cols())), r(b), phi(psi), local(s.size(), -1) {}
+      : space(s), weight(weight_), psi(std::move(psi_)),
+        A(s.solvable(1, weight, progress.step("assemble", 0.4))),
+        hierarchy(texel_hierarchy(A, s.texels(), {}, progress.step("levels", 0.6))),
+        local(hierarchy.multigrid(), lanes_for(int(psi.cols()))),
+        reach(std::max(options.reach * std::sqrt(weight), least_reach * s.scale().texel_spacing)),
+        bins(s.texels(), reach / bins_per_reach), beta(s.size(), 1.0), change(s.size(), 0.0),
+        b(Signal::Zero(s.size(), psi.cols())), r(b), phi(psi), rows(s.size()) {}
 
-  std::vector<int> rows_around(std::span<const int> texels) const;
-  void move_neighbourhood(const Ball& changes);
-  SparseMatrix local_matrix() const;
-  void add_local(const Signal& z);
+  std::vector<int> rows_around(std::span<const int> texels);
+  void choose_near();
+  void take_right_hand_side(Eigen::Index first, Eigen::Index channels);
+  template <int channels>
+  void add_solution(Eigen::Index first);
 };
 
 /// These texels and those A couples them to: where the right-hand side depends on their β.
-std::vector<int> LiveModulation::Data::rows_around(std::span<const int> texels) const {
-  std::vector<int> rows;
-  rows.reserve(10 * texels.size());
+std::vector<int> LiveModulation::Data::rows_around(std::span<const int> texels) {
   for (const int t : texels)
-    for (SparseMatrix::InnerIterator entry(A, t); entry; ++entry) rows.push_back(int(entry.col()));
-  std::sort(rows.begin(), rows.end());
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  return rows;
+    for (SparseMatrix::InnerIterator entry(A, t); entry; ++entry) rows.add(int(entry.col()));
+  std::vector<int> result = rows.rows();
+  rows.clear();
+  return result;
 }
 
-/// A_NN. Its rows are ordered as A's are.
-SparseMatrix LiveModulation::Data::local_matrix() const {
-  const int n = int(near.members.size());
-  SparseMatrix matrix(n, n);
-  std::vector<int> starts(n + 1, 0);
-  const auto for_each_entry = [&](int row, const auto& visit) {
-    for (SparseMatrix::InnerIterator entry(A, near.members[row]); entry; ++entry)
-      if (local[entry.col()] >= 0) visit(local[entry.col()], entry.value());
-  };
-  parallel_for(n, [&](std::int64_t i) {
-    int count = 0;
-    for_each_entry(int(i), [&](int, double) { ++count; });
-    starts[i + 1] = count;
-  });
-  for (int i = 0; i < n; ++i) starts[i + 1] += starts[i];
-  matrix.resizeNonZeros(starts.back());
-  std::copy(starts.begin(), starts.end(), matrix.outerIndexPtr());
-  parallel_for(n, [&](std::int64_t i) {
-    int at = starts[i];
-    for_each_entry(int(i), [&](int column, double value) {
-      matrix.innerIndexPtr()[at] = column;
-      matrix.valuePtr()[at++] = value;
-    });
-  });
-  return matrix;
+/// N is to hold what lies around the changes, and not much more.
+void LiveModulation::Data::choose_near() {
+  std::vector<int> needed = bins.around(changed, reach);
+  if (std::ranges::includes(near_bins, needed) &&
+      double(near_bins.size()) <= most_to_keep * double(needed.size()))
+    return;
+  near_bins = std::move(needed);
+  bins.add(near_bins, rows);
+  local.choose(rows);
+  rows.clear();
+  around = rows_around(local.rows());
 }
 
-void LiveModulation::Data::move_neighbourhood(const Ball& changes) {
-  for (const int k : near.members) local[k] = -1;
-  near = {};
-  const double reach = options.reach * std::sqrt(weight);
-  near.changes = {changes.centre, 1.5 * changes.radius};
-  const Texels& all = space.texels();
-  for (int k = 0; k < all.size(); ++k)
-    if (distance(all.positions[k], near.changes.centre) <= near.changes.radius + reach) {
-      local[k] = int(near.members.size());
-      near.members.push_back(k);
-    }
-  for (const int k : near.members) {
-    near.texels.places.push_back(all.places[k]);
-    near.texels.positions.push_back(all.positions[k]);
-    near.texels.chart.push_back(all.chart[k]);
-    near.texels.interior.push_back(all.interior[k]);
-  }
-  near.rows = rows_around(near.members);
-  near.solver =
-      multigrid_solver(near.texels, {.tolerance = options.tolerance, .max_cycles = 20})(local_matrix(),
-                                                                                        {});
+/// b̂ = D·r of some channels; see `Scaling`.
+void LiveModulation::Data::take_right_hand_side(Eigen::Index first, Eigen::Index channels) {
+  const std::vector<int>& near = local.rows();
+  const Scaling& scaling = hierarchy.scaling();
+  parallel_for(std::ssize(near), [&](std::int64_t at) {
+    const int i = near[at];
+    const double factor = scaling.common * scaling.row(i);
+    for (Eigen::Index c = 0; c < channels; ++c)
+      local.right_hand_side()[std::int64_t(i) * local.lanes() + c] = float(factor * r(i, first + c));
+  });
 }
 
 /// φ_N += z, r −= A_·N·z.
-void LiveModulation::Data::add_local(const Signal& z) {
-  const Eigen::Index channels = z.cols();
-  parallel_for(std::ssize(near.rows), [&](std::int64_t at) {
-    const int i = near.rows[at];
-    double* const r_i = r.data() + i * channels;
-    for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry) {
-      const int j = local[entry.col()];
-      if (j < 0) continue;
-      for (Eigen::Index c = 0; c < channels; ++c) r_i[c] -= entry.value() * z.data()[j * channels + c];
-    }
-    if (local[i] >= 0) phi.row(i) += z.row(local[i]);
+template <int channels>
+void LiveModulation::Data::add_solution(Eigen::Index first) {
+  using Row = Eigen::Array<double, channels, 1>;
+  const Scaling& scaling = hierarchy.scaling();
+  const int lanes = local.lanes();
+  const auto z = [&, x = local.solution()](int i) {
+    const auto of_row = Eigen::Array<float, channels, 1>::Map(x + std::int64_t(i) * lanes);
+    return Row(of_row.template cast<double>() * scaling.row(i));
+  };
+  parallel_for(std::ssize(around), [&](std::int64_t at) {
+    const int i = around[at];
+    Row product = Row::Zero();
+    for (int e = A.outerIndexPtr()[i]; e < A.outerIndexPtr()[i + 1]; ++e)
+      product += A.valuePtr()[e] * z(A.innerIndexPtr()[e]);
+    Row::Map(r.data() + i * r.cols() + first) -= product;
+    Row::Map(phi.data() + i * phi.cols() + first) += z(i);
   });
 }
 
@@ -190,41 +143,46 @@ void LiveModulation::modulate(std::span<const int> texels, std::span<const doubl
   }
   const std::vector<int> rows = d.rows_around(texels);
   const Signal now = d.weight * d.space.stiffness_rows(rows, d.psi, d.change);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    d.r.row(rows[i]) += now.row(i) - d.b.row(rows[i]);
-    d.b.row(rows[i]) = now.row(i);
-  }
+  parallel_for(std::ssize(rows), [&](std::int64_t i) {
+    for (Eigen::Index c = 0; c < now.cols(); ++c) {
+      double& b = d.b(rows[i], c);
+      d.r(rows[i], c) += now(i, c) - b;
+      b = now(i, c);
+    }
+  });
   d.changed.insert(d.changed.end(), texels.begin(), texels.end());
 }
 
-SolveReport LiveModulation::follow() {
+Followed LiveModulation::follow(const FollowOptions& options) {
   Data& d = *data_;
-  if (d.changed.empty() && !d.near.solver) return {.method = "none (nothing was changed)", .residuals = {}};
-  if (!d.changed.empty()) {
-    const Ball changes = ball_around(d.changed, d.space.texels().positions);
-    if (!d.near.solver || !d.near.changes.holds(changes)) d.move_neighbourhood(changes);
-    d.changed.clear();
+  if (d.changed.empty() && d.near_bins.empty()) return {};
+  if (!d.changed.empty()) d.choose_near();
+  d.changed.clear();
+  Followed report;
+  for (Eigen::Index first = 0; first < d.psi.cols(); first += 4) {
+    const Eigen::Index channels = std::min<Eigen::Index>(4, d.psi.cols() - first);
+    d.take_right_hand_side(first, channels);
+    const LocalSolve solve = d.local.solve({.error = options.error, .max_cycles = options.max_cycles});
+    switch (channels) {
+      case 1: d.add_solution<1>(first); break;
+      case 2: d.add_solution<2>(first); break;
+      case 3: d.add_solution<3>(first); break;
+      default: d.add_solution<4>(first);
+    }
+    report.cycles = std::max(report.cycles, solve.cycles);
+    report.error = std::max(report.error, solve.error);
+    report.updates += solve.updates;
   }
-  const Eigen::Index n = Eigen::Index(d.near.members.size());
-  Signal B(n, d.psi.cols()), z = Signal::Zero(n, d.psi.cols());
-  for (Eigen::Index i = 0; i < n; ++i) B.row(i) = d.r.row(d.near.members[i]);
-  const SolveReport report = d.near.solver->solve(B, z);
-  d.add_local(z);
   return report;
 }
 
 SolveReport LiveModulation::settle(const SettleOptions& options, const Progress& progress) {
   Data& d = *data_;
-  const Progress prepare = progress.step("prepare", 0.5);
-  if (!d.everywhere || d.everywhere_until.tolerance != options.tolerance ||
-      d.everywhere_until.max_cycles != options.max_cycles) {
-    d.everywhere.reset();
-    d.everywhere = multigrid_solver(d.space.texels(), {.tolerance = options.tolerance,
-                                                       .max_cycles = options.max_cycles})(d.A, prepare);
-    d.everywhere_until = options;
-  }
+  const Hierarchy& h = d.hierarchy;
   Signal delta = d.phi - d.psi;
-  const SolveReport report = d.everywhere->solve(d.b, delta, progress.step("solve", 0.5));
+  const SolveReport report = mixed_conjugate_gradients(
+      h.high(), h.low(), h.scaling(), h.multigrid(), h.components(), d.b, delta,
+      {.tolerance = options.tolerance, .max_cycles = options.max_cycles}, progress);
   d.phi = d.psi + delta;
   parallel_for(d.r.rows(), [&](std::int64_t i) {
     d.r.row(i) = d.b.row(i);
@@ -234,7 +192,7 @@ SolveReport LiveModulation::settle(const SettleOptions& options, const Progress&
   return report;
 }
 
-std::span<const int> LiveModulation::followed() const { return data_->near.members; }
+std::span<const int> LiveModulation::followed() const { return data_->local.rows(); }
 
 std::span<const double> LiveModulation::beta() const { return data_->beta; }
 

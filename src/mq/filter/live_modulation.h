@@ -2,6 +2,7 @@
 /// Sharpening and smoothing under a brush: the modulation changes at a few texels, and the solution
 /// follows while one looks on.
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -13,11 +14,21 @@
 namespace mq {
 
 struct LiveOptions {
-  /// ‖r‖ after `follow` over ‖r‖ before it. What is left is taken up by the next call.
-  double tolerance = 0.1;
   /// How far around the changed texels `follow` solves, in lengths √w: outside, the solution falls
   /// off like exp(−distance/√w).
   double reach = 4;
+};
+
+struct FollowOptions {
+  double error = 0.5 / 255;  ///< the largest that may be left of a value, estimated: half a step of 8 bits
+  int max_cycles = 8;
+};
+
+/// What following a change took.
+struct Followed {
+  int cycles = 0;
+  double error = 0;          ///< the largest that is left of a value near the change, estimated
+  std::int64_t updates = 0;  ///< how often a texel, or what stands for some on coarser levels, was relaxed
 };
 
 struct SettleOptions {
@@ -30,15 +41,15 @@ struct SettleOptions {
 ///     (M + w·S)·(φ − ψ) = w·S_{β−1}·ψ,
 ///
 /// kept up with changes of β. Right-hand side, residual and φ − ψ stay between changes: a change of β
-/// costs the rows of the matrix it touches; following it, a solve on the texels that are near, whose
-/// multigrid levels stay until a change lies beyond them; what that leaves for the texels further off
-/// stays in the residual and is solved for with the next change there, or by `settle`. Begins with
-/// β = 1, which φ = ψ solves.
+/// costs the rows of the matrix it touches; following it, a few cycles of multigrid on the texels that
+/// are near (`LocalMultigrid`), whose cost does not depend on how many others there are. What is too
+/// small to be seen, and what that leaves for the texels further off, stays in the residual and is solved
+/// for with the next change there, or by `settle`. Begins with β = 1, which φ = ψ solves.
 ///
 /// Thesis 5.9.1, which runs cycles over the whole atlas.
 class LiveModulation {
  public:
-  /// Assembles the system. ψ is size() × channels; `space` must outlive the object.
+  /// Assembles the system and makes its multigrid levels. ψ is size() × channels; `space` must outlive the object.
   /// Throws `InvalidInput` for a weight that is not positive and finite, or a signal that does not fit
   /// or is not finite.
   LiveModulation(const TexelSpace& space, double weight, Signal psi, const LiveOptions& options = {},
@@ -50,15 +61,13 @@ class LiveModulation {
   /// that is no unknown or not finite.
   void modulate(std::span<const int> texels, std::span<const double> beta);
 
-  /// Solves around what was changed since the last time, to the options' tolerance; once more where it
-  /// did so last if nothing was.
-  SolveReport follow();
+  /// Solves around what was changed since the last time; once more where it did so last if nothing was.
+  Followed follow(const FollowOptions& options = {});
 
   /// The texels that the last `follow` may have changed, increasing.
   std::span<const int> followed() const;
 
-  /// Solves everywhere. The solver is kept for the next time with the same options. Stopped by
-  /// `progress`, it leaves everything as it was.
+  /// Solves everywhere. Stopped by `progress`, it leaves everything as it was.
   SolveReport settle(const SettleOptions& options = {}, const Progress& progress = {});
 
   /// β per unknown.

@@ -26,6 +26,39 @@ struct Writers {
 
 }  // namespace
 
+BlockOrder BlockOrder::part(const std::vector<int>& some) const {
+  struct Block {
+    int colour, number, begin, end;  ///< items `begin` … `end` − 1 of `some`
+  };
+  std::vector<Block> found;
+  const auto number_of = [&](int item) {
+    return int(std::upper_bound(begins.begin(), begins.end(), item) - begins.begin()) - 1;
+  };
+  for (int i = 0; i < int(some.size());) {
+    const int number = number_of(some[i]);
+    Block block{0, number, i, i};
+    while (block.end < int(some.size()) && some[block.end] < begins[number + 1]) ++block.end;
+    // Blocks of a colour come in increasing order.
+    while (!std::binary_search(blocks.begin() + colours[block.colour],
+                               blocks.begin() + colours[block.colour + 1], number))
+      ++block.colour;
+    found.push_back(block);
+    i = block.end;
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Block& a, const Block& b) { return a.colour < b.colour; });
+  BlockOrder order{{0}, {}, {0}, {}};
+  for (const Block& block : found) {
+    if (&block != &found.front() && block.colour != (&block - 1)->colour)
+      order.colours.push_back(int(order.blocks.size()));
+    order.blocks.push_back(int(order.blocks.size()));
+    order.items.insert(order.items.end(), some.begin() + block.begin, some.begin() + block.end);
+    order.begins.push_back(int(order.items.size()));
+  }
+  order.colours.push_back(int(order.blocks.size()));
+  return order;
+}
+
 BlockOrder order_blocks(const SparseMatrix& A, const std::vector<int>& starts,
                         const std::vector<int>& unknowns, int block_size) {
   const int items = int(starts.size()) - 1;

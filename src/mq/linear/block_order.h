@@ -15,21 +15,31 @@ struct BlockOrder {
   std::vector<int> begins;   ///< block k has items begins[k] … begins[k + 1] − 1
   std::vector<int> blocks;   ///< blocks, colour after colour
   std::vector<int> colours;  ///< colour c has blocks[colours[c]] … blocks[colours[c + 1] − 1]
+  std::vector<int> items;    ///< what is in the place of each item; empty: itself
+
+  /// The order of some of the items, given in increasing order.
+  BlockOrder part(const std::vector<int>& some) const;
 
   /// Calls update(item) for every item: colours one after another, blocks of a colour in parallel,
   /// items of a block in order; or all of that reversed.
   template <class Update>
   void run(Order order, const Update& update) const {
     const int count = int(colours.size()) - 1;
+    const auto update_at = [&](int at) { update(items.empty() ? at : items[at]); };
     for (int i = 0; i < count; ++i) {
       const int c = order == Order::forward ? i : count - 1 - i;
-      parallel_for(colours[c + 1] - colours[c], [&](std::int64_t b) {
+      // A single block needs no threads: to call them takes longer than the few updates of some rows.
+      const auto update_block = [&](std::int64_t b) {
         const int block = blocks[colours[c] + b];
         if (order == Order::forward)
-          for (int item = begins[block]; item < begins[block + 1]; ++item) update(item);
+          for (int item = begins[block]; item < begins[block + 1]; ++item) update_at(item);
         else
-          for (int item = begins[block + 1] - 1; item >= begins[block]; --item) update(item);
-      }, 1);
+          for (int item = begins[block + 1] - 1; item >= begins[block]; --item) update_at(item);
+      };
+      if (colours[c + 1] - colours[c] == 1)
+        update_block(0);
+      else
+        parallel_for(colours[c + 1] - colours[c], update_block, 1);
     }
   }
 };

@@ -155,8 +155,47 @@ void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout,
   }, 64);
 }
 
+Patches::Within Patches::within(const RowSet& rows, const std::vector<int>& positions,
+                                const StencilLayout& layout) const {
+  std::vector<int> found, covered;
+  const auto take = [&](int patch) {
+    for (int i = starts_[patch]; i < starts_[patch + 1]; ++i)
+      if (!rows.has(layout.listed(members_[i]))) return;
+    found.push_back(patch);
+    covered.insert(covered.end(), members_.begin() + starts_[patch],
+                   members_.begin() + starts_[patch + 1]);
+  };
+  if (kind_ == Kind::single) {
+    // Single rows are in the order of positions but for those of a block, which are mixed.
+    int end = 0;
+    for (const int p : positions) {
+      if (p < end) continue;
+      const int begin = p / single_block * single_block;
+      end = std::min(begin + single_block, count());
+      for (int patch = begin; patch < end; ++patch) take(patch);
+    }
+  } else {
+    // Patches are in the order of the positions that they began with.
+    int patch = 0;
+    for (const int p : positions) {
+      const auto first = std::lower_bound(
+          starts_.begin() + patch, starts_.end() - 1, p,
+          [&](int start, int position) { return members_[start] < position; });
+      patch = int(first - starts_.begin());
+      if (patch < count() && members_[starts_[patch]] == p) take(patch);
+    }
+  }
+  std::ranges::sort(covered);
+  Within result{order_.part(found), {}};
+  for (const int p : positions)
+    if (p < int(layout.irregular.size()) && !std::ranges::binary_search(covered, p))
+      result.alone.push_back(p);
+  return result;
+}
+
 template <int lanes>
-void Patches::relax_with(const StencilMatrix& A, const float* b, float* x, Order order) const {
+void Patches::relax_with(const BlockOrder& some, const StencilMatrix& A, const float* b, float* x,
+                         Order order) const {
   using Pack = Floats<lanes>;
   const StencilLayout& layout = A.layout();
   const auto residual_at = [&](int position) {
@@ -173,13 +212,13 @@ void Patches::relax_with(const StencilMatrix& A, const float* b, float* x, Order
   };
 
   if (kind_ == Kind::single) {
-    order_.run(order, [&](int item) {
+    some.run(order, [&](int item) {
       const int position = members_[item];
       add(position, residual_at(position) * values_[position]);
     });
     return;
   }
-  order_.run(order, [&](int patch) {
+  some.run(order, [&](int patch) {
     Pack r[max_patch];
     const int begin = starts_[patch], n = starts_[patch + 1] - begin;
     for (int i = 0; i < n; ++i) r[i] = residual_at(members_[begin + i]);
@@ -192,12 +231,12 @@ void Patches::relax_with(const StencilMatrix& A, const float* b, float* x, Order
   });
 }
 
-void Patches::relax(const StencilMatrix& A, int lanes, const float* b, float* x,
-                    Order order) const {
+void Patches::relax(const BlockOrder& some, const StencilMatrix& A, int lanes, const float* b,
+                    float* x, Order order) const {
   if (lanes == 1)
-    relax_with<1>(A, b, x, order);
+    relax_with<1>(some, A, b, x, order);
   else
-    relax_with<4>(A, b, x, order);
+    relax_with<4>(some, A, b, x, order);
 }
 
 std::int64_t Patches::bytes() const {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mq/linear/block_order.h"
+#include "mq/linear/row_set.h"
 #include "mq/linear/stencil_matrix.h"
 
 namespace mq {
@@ -34,14 +35,31 @@ class Patches {
   void set_values(const SparseMatrix& A, const StencilLayout& layout, const Scaling& scaling);
 
   /// One pass over all patches.
-  void relax(const StencilMatrix& A, int lanes, const float* b, float* x, Order order) const;
+  void relax(const StencilMatrix& A, int lanes, const float* b, float* x, Order order) const {
+    relax(order_, A, lanes, b, x, order);
+  }
+
+  /// What of them lies wholly within some rows.
+  struct Within {
+    BlockOrder order;        ///< of the patches that do
+    std::vector<int> alone;  ///< positions of the irregular rows in none of these, increasing
+  };
+
+  /// `positions` are those of the listed rows among `rows`, increasing.
+  Within within(const RowSet& rows, const std::vector<int>& positions,
+                const StencilLayout& layout) const;
+
+  /// One pass over the patches of an order.
+  void relax(const BlockOrder& some, const StencilMatrix& A, int lanes, const float* b, float* x,
+             Order order) const;
 
   int count() const { return int(starts_.size()) - 1; }
   std::int64_t bytes() const;
 
  private:
   template <int lanes>
-  void relax_with(const StencilMatrix& A, const float* b, float* x, Order order) const;
+  void relax_with(const BlockOrder& some, const StencilMatrix& A, const float* b, float* x,
+                  Order order) const;
 
   Kind kind_ = Kind::single;
   std::vector<int> starts_ = {0};      ///< patch p has members_[starts_[p]] …

@@ -131,7 +131,7 @@ inline void relax_run(const Stencils& A, const StencilRun& run, const float* b, 
 }
 
 template <int lanes, int Texels>
-inline void residual_at(const Stencils& A, const float* b, const float* x, float* r, int k, int u,
+inline void residual_of_texels(const Stencils& A, const float* b, const float* x, float* r, int k, int u,
                         int d) {
   constexpr int N = Texels * lanes;
   const float* at = x + std::int64_t(k) * lanes;
@@ -151,9 +151,9 @@ inline void residual_of_run(const Stencils& A, const StencilRun& run, const floa
   constexpr int wide = register_floats / lanes;
   int i = 0;
   for (; i + wide <= run.count; i += wide)
-    residual_at<lanes, wide>(A, b, x, r, run.first + i, run.up + i, run.down + i);
+    residual_of_texels<lanes, wide>(A, b, x, r, run.first + i, run.up + i, run.down + i);
   for (; i < run.count; ++i)
-    residual_at<lanes, 1>(A, b, x, r, run.first + i, run.up + i, run.down + i);
+    residual_of_texels<lanes, 1>(A, b, x, r, run.first + i, run.up + i, run.down + i);
 }
 
 /// Sums of products in single precision, over no more than a run; `total` widens them.
@@ -228,6 +228,7 @@ inline void product_of_run(const Stencils& A, const float* row_sums, const Stenc
 constexpr double strong_anisotropy = 6;  // lengths 2.4:1, from where a sweep halves little
 constexpr int anisotropic_sweeps = 2;    // further ones per sweep, on runs ...
 constexpr int few_unknowns = 4;          // ... with so many strongly anisotropic rows
+constexpr int few_runs = 16;             // that are relaxed before other threads would have begun
 
 Stencil stencil_of(const StencilMatrix& A, const StencilRun& run, int i) {
   const int k = run.first + i, u = run.up + i;
@@ -316,27 +317,30 @@ void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, con
   }, 64);
 }
 
+/// Tile after tile `sweeps` times each, colour after colour; or that reversed.
 template <int lanes>
-void StencilMatrix::relax_tile(int tile, const float* b, float* x, int sweeps, Order order) const {
-  const int begin = layout_->tiles[tile], end = layout_->tiles[tile + 1];
-  for (int sweep = 0; sweep < sweeps; ++sweep)
-    if (order == Order::forward)
-      for (int r = begin; r < end; ++r)
-        relax_run<lanes, Order::forward>(stencils(), layout_->runs[r], b, x);
+void StencilMatrix::relax_tiles(const StencilTiles& tiles, const float* b, float* x, int sweeps,
+                                Order order) const {
+  const Stencils A = stencils();
+  const auto relax_tile = [&](int tile) {
+    const int begin = tiles.tiles[tile], end = tiles.tiles[tile + 1];
+    for (int sweep = 0; sweep < sweeps; ++sweep)
+      if (order == Order::forward)
+        for (int r = begin; r < end; ++r)
+          relax_run<lanes, Order::forward>(A, tiles.runs[r], b, x);
+      else
+        for (int r = end - 1; r >= begin; --r)
+          relax_run<lanes, Order::backward>(A, tiles.runs[r], b, x);
+  };
+  const int count = int(tiles.colours.size()) - 1;
+  for (int i = 0; i < count; ++i) {
+    const int colour = order == Order::forward ? i : count - 1 - i;
+    const int begin = tiles.colours[colour], end = tiles.colours[colour + 1];
+    if (tiles.tiles[end] - tiles.tiles[begin] <= few_runs)
+      for (int t = begin; t < end; ++t) relax_tile(t);
     else
-      for (int r = end - 1; r >= begin; --r)
-        relax_run<lanes, Order::backward>(stencils(), layout_->runs[r], b, x);
-}
-
-template <int lanes>
-void StencilMatrix::relax_anisotropic(int tile, const float* b, float* x, Order order) const {
-  const int begin = anisotropic_begin_[tile], end = anisotropic_begin_[tile + 1];
-  if (order == Order::forward)
-    for (int i = begin; i < end; ++i)
-      relax_run<lanes, Order::forward>(stencils(), layout_->runs[anisotropic_[i]], b, x);
-  else
-    for (int i = end - 1; i >= begin; --i)
-      relax_run<lanes, Order::backward>(stencils(), layout_->runs[anisotropic_[i]], b, x);
+      parallel_for(end - begin, [&](std::int64_t t) { relax_tile(begin + int(t)); }, 1);
+  }
 }
 
 void StencilMatrix::find_anisotropic_runs() {
@@ -348,29 +352,31 @@ void StencilMatrix::find_anisotropic_runs() {
     for (int i = 0; i < run.count; ++i) count += stencil_anisotropy(stencil_of(*this, run, i)) > strong_anisotropy;
     found[r] = count >= std::min(run.count, few_unknowns);
   }, 64);
-  anisotropic_.clear();
-  anisotropic_begin_.assign(1, 0);
+  anisotropic_ = {{}, {0}, layout_->colours};
   for (int t = 0; t < tiles; ++t) {
     for (int r = layout_->tiles[t]; r < layout_->tiles[t + 1]; ++r)
-      if (found[r]) anisotropic_.push_back(r);
-    anisotropic_begin_.push_back(int(anisotropic_.size()));
+      if (found[r]) anisotropic_.runs.push_back(layout_->runs[r]);
+    anisotropic_.tiles.push_back(int(anisotropic_.runs.size()));
   }
 }
 
 template <int lanes>
-void StencilMatrix::residual_of(const float* b, const float* x, float* r) const {
+void StencilMatrix::residual_of_runs(const StencilTiles& tiles, const float* b, const float* x,
+                                     float* r) const {
   const Stencils A = stencils();
-  parallel_for(std::int64_t(layout_->runs.size()), [&](std::int64_t i) {
-    residual_of_run<lanes>(A, layout_->runs[i], b, x, r);
+  parallel_for(std::int64_t(tiles.runs.size()), [&](std::int64_t i) {
+    residual_of_run<lanes>(A, tiles.runs[i], b, x, r);
   }, 64);
-  parallel_for(std::int64_t(layout_->irregular.size()), [&](std::int64_t p) {
-    const Row row = listed_row(int(p));
-    const std::int64_t k = layout_->irregular[p];
-    Floats<lanes> sum = load<lanes>(b + k * lanes) - row.diagonal * load<lanes>(x + k * lanes);
-    for (int i = 0; i < row.count; ++i)
-      sum -= row.values[i] * load<lanes>(x + std::int64_t(row.columns[i]) * lanes);
-    store<lanes>(r + k * lanes, sum);
-  });
+}
+
+template <int lanes>
+void StencilMatrix::residual_at(int position, const float* b, const float* x, float* r) const {
+  const Row row = listed_row(position);
+  const std::int64_t k = layout_->irregular[position];
+  Floats<lanes> sum = load<lanes>(b + k * lanes) - row.diagonal * load<lanes>(x + k * lanes);
+  for (int i = 0; i < row.count; ++i)
+    sum -= row.values[i] * load<lanes>(x + std::int64_t(row.columns[i]) * lanes);
+  store<lanes>(r + k * lanes, sum);
 }
 
 template <int lanes>
@@ -424,40 +430,70 @@ StencilMatrix StencilMatrix::remainder(const SparseMatrix& A, const StencilLayou
   return result;
 }
 
-template <class Body>
-void StencilMatrix::for_each_tile(Order order, const Body& body) const {
-  const int count = int(layout_->colours.size()) - 1;
-  for (int i = 0; i < count; ++i) {
-    const int colour = order == Order::forward ? i : count - 1 - i;
-    const int begin = layout_->colours[colour], end = layout_->colours[colour + 1];
-    parallel_for(end - begin, [&](std::int64_t t) { body(begin + int(t)); }, 1);
-  }
-}
-
 template <int lanes>
-void StencilMatrix::relax_with(const float* b, float* x, int sweeps, Order order) const {
-  const auto everywhere = [&] {
-    for_each_tile(order, [&](int tile) { relax_tile<lanes>(tile, b, x, sweeps, order); });
-  };
-  if (order == Order::forward) everywhere();
-  for (int sweep = 0; sweep < anisotropic_sweeps * sweeps && !anisotropic_.empty(); ++sweep)
-    for_each_tile(order, [&](int tile) { relax_anisotropic<lanes>(tile, b, x, order); });
-  if (order == Order::backward) everywhere();
+void StencilMatrix::relax_with(const StencilTiles& tiles, const StencilTiles& anisotropic,
+                               const float* b, float* x, int sweeps, Order order) const {
+  if (order == Order::forward) relax_tiles<lanes>(tiles, b, x, sweeps, order);
+  for (int sweep = 0; sweep < anisotropic_sweeps * sweeps && !anisotropic.runs.empty(); ++sweep)
+    relax_tiles<lanes>(anisotropic, b, x, 1, order);
+  if (order == Order::backward) relax_tiles<lanes>(tiles, b, x, sweeps, order);
 }
 
 void StencilMatrix::relax_stencils(int lanes, const float* b, float* x, int sweeps,
                                    Order order) const {
   if (lanes == 1)
-    relax_with<1>(b, x, sweeps, order);
+    relax_with<1>(*layout_, anisotropic_, b, x, sweeps, order);
   else
-    relax_with<4>(b, x, sweeps, order);
+    relax_with<4>(*layout_, anisotropic_, b, x, sweeps, order);
+}
+
+void StencilMatrix::relax_stencils(const StencilPart& part, int lanes, const float* b, float* x,
+                                   int sweeps, Order order) const {
+  if (lanes == 1)
+    relax_with<1>(part.stencils, part.anisotropic, b, x, sweeps, order);
+  else
+    relax_with<4>(part.stencils, part.anisotropic, b, x, sweeps, order);
 }
 
 void StencilMatrix::residual(int lanes, const float* b, const float* x, float* r) const {
-  if (lanes == 1)
-    residual_of<1>(b, x, r);
-  else
-    residual_of<4>(b, x, r);
+  const auto of_lanes = [&]<int L>() {
+    residual_of_runs<L>(*layout_, b, x, r);
+    parallel_for(std::int64_t(layout_->irregular.size()),
+                 [&](std::int64_t p) { residual_at<L>(int(p), b, x, r); });
+  };
+  lanes == 1 ? of_lanes.template operator()<1>() : of_lanes.template operator()<4>();
+}
+
+void StencilMatrix::residual(const StencilPart& part, int lanes, const float* b, const float* x,
+                             float* r) const {
+  const auto of_lanes = [&]<int L>() {
+    residual_of_runs<L>(part.stencils, b, x, r);
+    parallel_for(std::int64_t(part.irregular.size()),
+                 [&](std::int64_t i) { residual_at<L>(part.irregular[i], b, x, r); });
+  };
+  lanes == 1 ? of_lanes.template operator()<1>() : of_lanes.template operator()<4>();
+}
+
+double StencilMatrix::dominance() const {
+  double worst = 0;
+  const auto take = [&](double sum, double centre) {
+    if (centre > 0) worst = std::max(worst, sum / centre);
+  };
+  for (const StencilRun& run : layout_->runs)
+    for (int i = 0; i < run.count; ++i) {
+      const Stencil row = stencil_of(*this, run, i);
+      double sum = 0;
+      for (int j = 0; j < 9; ++j)
+        if (j != 4) sum += std::abs(row[j]);
+      take(sum, row[4]);
+    }
+  for (int p = 0; p < int(layout_->irregular.size()); ++p) {
+    const Row row = listed_row(p);
+    double sum = 0;
+    for (int i = 0; i < row.count; ++i) sum += std::abs(row.values[i]);
+    take(sum, row.diagonal);
+  }
+  return worst;
 }
 
 StencilMatrix::Products StencilMatrix::multiply(int lanes, const float* x, const float* r,

@@ -24,15 +24,19 @@ struct StencilRun {
   int down = 0;
 };
 
+/// Runs in the order in which they are relaxed.
+struct StencilTiles {
+  std::vector<StencilRun> runs;  ///< tile by tile, each tile's from top to bottom
+  std::vector<int> tiles;        ///< tile t has runs tiles[t] … tiles[t + 1] − 1
+  std::vector<int> colours;      ///< colour c has tiles colours[c] … colours[c + 1] − 1;
+                                 ///< no two of them couple
+};
+
 /// Which rows are stencils, and the order in which they are relaxed.
-struct StencilLayout {
+struct StencilLayout : StencilTiles {
   static constexpr int max_run = 128;
 
   int rows = 0;
-  std::vector<StencilRun> runs;      ///< tile by tile, each tile's from top to bottom
-  std::vector<int> tiles;            ///< tile t has runs tiles[t] … tiles[t + 1] − 1
-  std::vector<int> colours;          ///< colour c has tiles colours[c] … colours[c + 1] − 1;
-                                     ///< no two of them couple
   std::vector<int> irregular;        ///< the rows in no run, ascending
   std::vector<int> clustered;        ///< rows of runs, ascending, that depend so strongly on few
                                      ///< others that they are relaxed together with those as well
@@ -43,6 +47,13 @@ struct StencilLayout {
     const int count = int(irregular.size());
     return position < count ? irregular[position] : clustered[position - count];
   }
+};
+
+/// Some of the rows of a matrix: what is done to them alone.
+struct StencilPart {
+  StencilTiles stencils;       ///< pieces of the layout's runs
+  StencilTiles anisotropic;    ///< pieces of `StencilMatrix::anisotropic()`
+  std::vector<int> irregular;  ///< positions among the layout's irregular rows
 };
 
 /// The nine values of a stencil row, row by row of the picture.
@@ -82,8 +93,15 @@ class StencilMatrix {
   /// tiles once each time, the runs where A is strongly anisotropic; or all of that reversed.
   void relax_stencils(int lanes, const float* b, float* x, int sweeps, Order order) const;
 
+  /// The same for a part of the rows, whatever x holds in the others.
+  void relax_stencils(const StencilPart& part, int lanes, const float* b, float* x, int sweeps,
+                      Order order) const;
+
   /// r = b − A·x in every row.
   void residual(int lanes, const float* b, const float* x, float* r) const;
+
+  /// r = b − A·x in some rows.
+  void residual(const StencilPart& part, int lanes, const float* b, const float* x, float* r) const;
 
   /// What a step of conjugate gradients asks of A·x, per lane (of one lane in the first).
   struct Products {
@@ -106,6 +124,13 @@ class StencilMatrix {
 
   /// Keeps the row sums of the scaled A with raised diagonal, taken before rounding.
   void keep_row_sums(const SparseMatrix& A, const Scaling& scaling);
+
+  /// The runs with strongly anisotropic rows, which are relaxed more often.
+  const StencilTiles& anisotropic() const { return anisotropic_; }
+
+  /// max over rows k of Σ_{j≠k} |a_kj| / a_kk: where it is below 1, every sweep of a relaxation leaves
+  /// no more than that of the error.
+  double dominance() const;
 
   /// The values of row layout().listed(position); the irregular ones come first.
   struct Row {
@@ -148,16 +173,16 @@ class StencilMatrix {
   template <class Round>
   void fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round);
   void find_anisotropic_runs();
-  template <class Body>
-  void for_each_tile(Order order, const Body& body) const;
   template <int lanes>
-  void relax_tile(int tile, const float* b, float* x, int sweeps, Order order) const;
+  void relax_tiles(const StencilTiles& tiles, const float* b, float* x, int sweeps,
+                   Order order) const;
   template <int lanes>
-  void relax_anisotropic(int tile, const float* b, float* x, Order order) const;
+  void relax_with(const StencilTiles& tiles, const StencilTiles& anisotropic, const float* b,
+                  float* x, int sweeps, Order order) const;
   template <int lanes>
-  void relax_with(const float* b, float* x, int sweeps, Order order) const;
+  void residual_of_runs(const StencilTiles& tiles, const float* b, const float* x, float* r) const;
   template <int lanes>
-  void residual_of(const float* b, const float* x, float* r) const;
+  void residual_at(int position, const float* b, const float* x, float* r) const;
 
   const StencilLayout* layout_ = nullptr;
   template <int lanes>
@@ -165,8 +190,7 @@ class StencilMatrix {
 
   std::vector<float> values5_[5];
   std::vector<float> row_sums_;
-  std::vector<int> anisotropic_;        ///< runs, tile by tile ...
-  std::vector<int> anisotropic_begin_;  ///< ... those of tile t from here on
+  StencilTiles anisotropic_;
   std::vector<std::int64_t> start_;
   std::vector<int> columns_;
   std::vector<float> values_;

@@ -43,25 +43,45 @@ void SparseTransfer::children(int coarse, std::vector<WeightedIndex>& out) const
              child_entries_.begin() + child_starts_[coarse + 1]);
 }
 
+template <int lanes>
+void SparseTransfer::restrict_row(std::int64_t coarse, const float* r, float* b) const {
+  Floats<lanes> sum{};
+  for (int e = child_starts_[coarse]; e < child_starts_[coarse + 1]; ++e)
+    sum += child_entries_[e].weight * load<lanes>(r + std::int64_t(child_entries_[e].index) * lanes);
+  store<lanes>(b + coarse * lanes, sum);
+}
+
+template <int lanes>
+void SparseTransfer::prolongate_row(std::int64_t fine, const float* y, float* x) const {
+  Floats<lanes> sum = load<lanes>(x + fine * lanes);
+  for (int e = starts_[fine]; e < starts_[fine + 1]; ++e)
+    sum += entries_[e].weight * load<lanes>(y + std::int64_t(entries_[e].index) * lanes);
+  store<lanes>(x + fine * lanes, sum);
+}
+
 void SparseTransfer::restrict_to(int lanes, const float* r, float* b) const {
   with_lanes(lanes, [&]<int L>() {
-    parallel_for(coarse_rows(), [&](std::int64_t coarse) {
-      Floats<L> sum{};
-      for (int e = child_starts_[coarse]; e < child_starts_[coarse + 1]; ++e)
-        sum += child_entries_[e].weight * load<L>(r + std::int64_t(child_entries_[e].index) * L);
-      store<L>(b + coarse * L, sum);
-    });
+    parallel_for(coarse_rows(), [&](std::int64_t coarse) { restrict_row<L>(coarse, r, b); });
+  });
+}
+
+void SparseTransfer::restrict_to(std::span<const int> rows, int lanes, const float* r,
+                                 float* b) const {
+  with_lanes(lanes, [&]<int L>() {
+    parallel_for(std::ssize(rows), [&](std::int64_t i) { restrict_row<L>(rows[i], r, b); });
   });
 }
 
 void SparseTransfer::prolongate_add(int lanes, const float* y, float* x) const {
   with_lanes(lanes, [&]<int L>() {
-    parallel_for(fine_rows(), [&](std::int64_t fine) {
-      Floats<L> sum = load<L>(x + fine * L);
-      for (int e = starts_[fine]; e < starts_[fine + 1]; ++e)
-        sum += entries_[e].weight * load<L>(y + std::int64_t(entries_[e].index) * L);
-      store<L>(x + fine * L, sum);
-    });
+    parallel_for(fine_rows(), [&](std::int64_t fine) { prolongate_row<L>(fine, y, x); });
+  });
+}
+
+void SparseTransfer::prolongate_add(std::span<const int> rows, int lanes, const float* y,
+                                    float* x) const {
+  with_lanes(lanes, [&]<int L>() {
+    parallel_for(std::ssize(rows), [&](std::int64_t i) { prolongate_row<L>(rows[i], y, x); });
   });
 }
 
@@ -123,19 +143,39 @@ void GridTransfer::children(int coarse, std::vector<WeightedIndex>& out) const {
     out.push_back({m.fine, m.weight});
 }
 
+/// As if nothing were moved.
+template <int lanes>
+void GridTransfer::restrict_row(std::int64_t coarse, const float* r, float* b) const {
+  const Children& c = children_[coarse];
+  Floats<lanes> rows[3] = {};
+  for (int i = 0; i < 3; ++i) {
+    const float* at = r + std::int64_t(c.centre[i]) * lanes;
+    if (c.flags[i] & 1) rows[i] += 0.5f * load<lanes>(at - lanes);
+    if (c.flags[i] & 2) rows[i] += load<lanes>(at);
+    if (c.flags[i] & 4) rows[i] += 0.5f * load<lanes>(at + (c.flags[i] & 8 ? lanes : 0));
+  }
+  store<lanes>(b + coarse * lanes, rows[1] + 0.5f * (rows[0] + rows[2]));
+}
+
+/// As if nothing were moved.
+template <int lanes>
+void GridTransfer::prolongate_row(std::int64_t fine, const float* y, float* x) const {
+  const Parents p = parents_[fine];
+  const float* upper = y + std::int64_t(p.upper) * lanes;
+  const float* lower = y + std::int64_t(p.lower) * lanes;
+  Floats<lanes> sum = load<lanes>(upper);
+  if (p.between_columns) sum = 0.5f * (sum + load<lanes>(upper + lanes));
+  if (p.between_rows) {
+    Floats<lanes> below = load<lanes>(lower);
+    if (p.between_columns) below = 0.5f * (below + load<lanes>(lower + lanes));
+    sum = 0.5f * (sum + below);
+  }
+  store<lanes>(x + fine * lanes, load<lanes>(x + fine * lanes) + sum);
+}
+
 void GridTransfer::restrict_to(int lanes, const float* r, float* b) const {
   with_lanes(lanes, [&]<int L>() {
-    parallel_for(coarse_rows(), [&](std::int64_t coarse) {
-      const Children& c = children_[coarse];
-      Floats<L> rows[3] = {};
-      for (int i = 0; i < 3; ++i) {
-        const float* at = r + std::int64_t(c.centre[i]) * L;
-        if (c.flags[i] & 1) rows[i] += 0.5f * load<L>(at - L);
-        if (c.flags[i] & 2) rows[i] += load<L>(at);
-        if (c.flags[i] & 4) rows[i] += 0.5f * load<L>(at + (c.flags[i] & 8 ? L : 0));
-      }
-      store<L>(b + coarse * L, rows[1] + 0.5f * (rows[0] + rows[2]));
-    });
+    parallel_for(coarse_rows(), [&](std::int64_t coarse) { restrict_row<L>(coarse, r, b); });
     for (const Move& m : by_fine_) {
       const Floats<L> moved = m.weight * load<L>(r + std::int64_t(m.fine) * L);
       float *from = b + std::int64_t(m.from) * L, *to = b + std::int64_t(m.to) * L;
@@ -145,26 +185,54 @@ void GridTransfer::restrict_to(int lanes, const float* r, float* b) const {
   });
 }
 
+void GridTransfer::restrict_to(std::span<const int> rows, int lanes, const float* r,
+                               float* b) const {
+  with_lanes(lanes, [&]<int L>() {
+    const auto sum_of_moved = [&](std::int64_t coarse) {
+      std::vector<WeightedIndex> of;
+      children(int(coarse), of);
+      Floats<L> sum{};
+      for (const WeightedIndex& child : of)
+        sum += child.weight * load<L>(r + std::int64_t(child.index) * L);
+      store<L>(b + coarse * L, sum);
+    };
+    parallel_for(std::ssize(rows), [&](std::int64_t i) {
+      if (children_[rows[i]].flags[0] & Children::some_moved)
+        sum_of_moved(rows[i]);
+      else
+        restrict_row<L>(rows[i], r, b);
+    });
+  });
+}
+
 void GridTransfer::prolongate_add(int lanes, const float* y, float* x) const {
   with_lanes(lanes, [&]<int L>() {
-    parallel_for(fine_rows(), [&](std::int64_t fine) {
-      const Parents p = parents_[fine];
-      const float* upper = y + std::int64_t(p.upper) * L;
-      const float* lower = y + std::int64_t(p.lower) * L;
-      Floats<L> sum = load<L>(upper);
-      if (p.between_columns) sum = 0.5f * (sum + load<L>(upper + L));
-      if (p.between_rows) {
-        Floats<L> below = load<L>(lower);
-        if (p.between_columns) below = 0.5f * (below + load<L>(lower + L));
-        sum = 0.5f * (sum + below);
-      }
-      store<L>(x + fine * L, load<L>(x + fine * L) + sum);
-    });
+    parallel_for(fine_rows(), [&](std::int64_t fine) { prolongate_row<L>(fine, y, x); });
     for (const Move& m : by_fine_) {
       float* at = x + std::int64_t(m.fine) * L;
       const float *from = y + std::int64_t(m.from) * L, *to = y + std::int64_t(m.to) * L;
       store<L>(at, load<L>(at) + m.weight * (load<L>(to) - load<L>(from)));
     }
+  });
+}
+
+void GridTransfer::prolongate_add(std::span<const int> rows, int lanes, const float* y,
+                                  float* x) const {
+  with_lanes(lanes, [&]<int L>() {
+    const auto add_moved = [&](int fine) {
+      std::array<WeightedIndex, 4> of;
+      const int count = parents(fine, of);
+      Floats<L> sum = load<L>(x + std::int64_t(fine) * L);
+      for (int i = 0; i < count; ++i)
+        sum += of[i].weight * load<L>(y + std::int64_t(of[i].index) * L);
+      store<L>(x + std::int64_t(fine) * L, sum);
+    };
+    parallel_for(std::ssize(rows), [&](std::int64_t i) {
+      if (parents_[rows[i]].moved)
+        add_moved(rows[i]);
+      else
+        prolongate_row<L>(rows[i], y, x);
+    });
   });
 }
 

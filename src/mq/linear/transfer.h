@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace mq {
@@ -29,8 +30,15 @@ class Transfer {
   /// b = R·r.
   virtual void restrict_to(int lanes, const float* r, float* b) const = 0;
 
+  /// The same in some coarse rows.
+  virtual void restrict_to(std::span<const int> rows, int lanes, const float* r, float* b) const = 0;
+
   /// x += P·y.
   virtual void prolongate_add(int lanes, const float* y, float* x) const = 0;
+
+  /// The same in some fine rows.
+  virtual void prolongate_add(std::span<const int> rows, int lanes, const float* y,
+                              float* x) const = 0;
 
   virtual std::int64_t bytes() const = 0;
 };
@@ -46,10 +54,17 @@ class SparseTransfer final : public Transfer {
   int parents(int fine, std::array<WeightedIndex, 4>& out) const override;
   void children(int coarse, std::vector<WeightedIndex>& out) const override;
   void restrict_to(int lanes, const float* r, float* b) const override;
+  void restrict_to(std::span<const int> rows, int lanes, const float* r, float* b) const override;
   void prolongate_add(int lanes, const float* y, float* x) const override;
+  void prolongate_add(std::span<const int> rows, int lanes, const float* y, float* x) const override;
   std::int64_t bytes() const override;
 
  private:
+  template <int lanes>
+  void restrict_row(std::int64_t coarse, const float* r, float* b) const;
+  template <int lanes>
+  void prolongate_row(std::int64_t fine, const float* y, float* x) const;
+
   std::vector<int> starts_, child_starts_;
   std::vector<WeightedIndex> entries_, child_entries_;
 };
@@ -93,10 +108,17 @@ class GridTransfer final : public Transfer {
   int parents(int fine, std::array<WeightedIndex, 4>& out) const override;
   void children(int coarse, std::vector<WeightedIndex>& out) const override;
   void restrict_to(int lanes, const float* r, float* b) const override;
+  void restrict_to(std::span<const int> rows, int lanes, const float* r, float* b) const override;
   void prolongate_add(int lanes, const float* y, float* x) const override;
+  void prolongate_add(std::span<const int> rows, int lanes, const float* y, float* x) const override;
   std::int64_t bytes() const override;
 
  private:
+  template <int lanes>
+  void restrict_row(std::int64_t coarse, const float* r, float* b) const;
+  template <int lanes>
+  void prolongate_row(std::int64_t fine, const float* y, float* x) const;
+
   std::vector<Parents> parents_;
   std::vector<Children> children_;
   std::vector<Move> by_fine_, by_from_, by_to_;  ///< the moves, sorted by each of these

@@ -1,0 +1,284 @@
+/// Level by level, with R the restriction and P = Rᵀ:
+///
+///     relax A·x = b in N;  b' = R·(b − A·x) in N';  x' from b';  x += P·x' in N;  relax,
+///
+/// where vectors are those of the whole levels and 0 outside N, so that rows, runs of stencils and
+/// patches keep their numbers and kernels are those of the whole matrix.
+
+#include "mq/linear/local_multigrid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "mq/base/parallel.h"
+
+namespace mq {
+
+namespace {
+
+constexpr double dominated_below = 0.5;  // of `StencilMatrix::dominance`
+constexpr int last_sweeps = 12;          // on the last level where relaxation does not solve
+
+/// Runs by their first row.
+std::vector<int> order_by_row(const StencilTiles& tiles) {
+  std::vector<int> order(tiles.runs.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, {}, [&](int r) { return tiles.runs[r].first; });
+  return order;
+}
+
+/// What lies of each run in some rows, in the same order.
+StencilTiles clipped(const StencilTiles& tiles, const std::vector<int>& by_row,
+                     const std::vector<RowSet::Segment>& segments) {
+  struct Piece {
+    int run, tile;
+    StencilRun part;
+  };
+  std::vector<Piece> pieces;
+  const auto end_of = [&](int r) { return tiles.runs[r].first + tiles.runs[r].count; };
+  for (const RowSet::Segment& s : segments) {
+    auto at = std::ranges::upper_bound(by_row, s.first, {}, end_of);
+    for (; at != by_row.end() && tiles.runs[*at].first < s.first + s.count; ++at) {
+      const StencilRun& run = tiles.runs[*at];
+      const int first = std::max(run.first, s.first);
+      const int skipped = first - run.first;
+      pieces.push_back({*at, 0, {first, std::min(end_of(*at), s.first + s.count) - first,
+                                 run.up + skipped, run.down + skipped}});
+    }
+  }
+  std::ranges::stable_sort(pieces, {}, &Piece::run);
+  for (Piece& piece : pieces)
+    piece.tile = int(std::ranges::upper_bound(tiles.tiles, piece.run) - tiles.tiles.begin()) - 1;
+
+  StencilTiles result;
+  std::size_t i = 0;
+  for (std::size_t c = 0; c + 1 < tiles.colours.size(); ++c) {
+    result.colours.push_back(int(result.tiles.size()));
+    for (; i < pieces.size() && pieces[i].tile < tiles.colours[c + 1]; ++i) {
+      if (result.runs.empty() || pieces[i].tile != pieces[i - 1].tile)
+        result.tiles.push_back(int(i));
+      result.runs.push_back(pieces[i].part);
+    }
+  }
+  result.colours.push_back(int(result.tiles.size()));
+  result.tiles.push_back(int(pieces.size()));
+  return result;
+}
+
+/// Positions in `sorted` of those of its values that lie in the segments, increasing.
+std::vector<int> positions_in(const std::vector<int>& sorted,
+                              const std::vector<RowSet::Segment>& segments) {
+  std::vector<int> positions;
+  auto at = sorted.begin();
+  for (const RowSet::Segment& s : segments) {
+    at = std::lower_bound(at, sorted.end(), s.first);
+    for (; at != sorted.end() && *at < s.first + s.count; ++at)
+      positions.push_back(int(at - sorted.begin()));
+  }
+  return positions;
+}
+
+void rescale(const std::vector<WeightedIndex>& rows, int lanes, float* v, int power) {
+  for (const WeightedIndex& row : rows)
+    for (int lane = 0; lane < lanes; ++lane) {
+      float& value = v[std::int64_t(row.index) * lanes + lane];
+      value = power > 0 ? value * row.weight : value / row.weight;
+    }
+}
+
+}  // namespace
+
+LocalMultigrid::LocalMultigrid(const Multigrid& multigrid, int lanes)
+    : multigrid_(multigrid), lanes_(lanes), before_(multigrid.rows(), lanes) {
+  for (std::size_t l = 0; l <= multigrid.levels.size(); ++l) {
+    Level& here = levels_.emplace_back();
+    const bool coarsest = l == multigrid.levels.size();
+    const int rows = coarsest ? multigrid.coarsest.rows() : multigrid.levels[l]->layout.rows;
+    here.set = RowSet(rows);
+    here.b = LaneVector(rows, lanes);
+    here.x = LaneVector(rows, lanes);
+    if (coarsest) continue;
+    here.r = LaneVector(rows, lanes);
+    const MultigridLevel& whole = *multigrid.levels[l];
+    here.runs_by_row = order_by_row(whole.layout);
+    here.anisotropic_by_row = order_by_row(whole.matrix.anisotropic());
+    here.dominated = whole.matrix.dominance() <= dominated_below;
+  }
+}
+
+void LocalMultigrid::clear(LaneVector& v, const std::vector<int>& rows) const {
+  parallel_for(std::ssize(rows), [&](std::int64_t i) {
+    std::memset(v.data() + std::int64_t(rows[i]) * lanes_, 0, sizeof(float) * std::size_t(lanes_));
+  }, 8192);
+}
+
+void LocalMultigrid::choose(const RowSet& rows) {
+  for (Level& level : levels_) {
+    clear(level.b, level.rows);
+    clear(level.x, level.rows);
+    if (&level != &levels_.back()) clear(level.r, level.rows);
+    level.set.clear();
+    level.rows.clear();
+  }
+  levels_.front().set = rows;
+  levels_.front().rows = rows.rows();
+  clear(before_, levels_.front().rows);
+  last_ = 0;
+  for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
+    last_ = l;
+    take_rows(l);
+    if (levels_[l].dominated) return;
+    coarsen(l);
+    if (levels_[l + 1].rows.empty()) return;
+  }
+  // The coarsest matrix has factors for all of its rows.
+  if (std::ssize(levels_.back().rows) == multigrid_.coarsest.rows()) last_ = levels_.size() - 1;
+}
+
+/// What of the matrix and the patches is in the rows of a level.
+void LocalMultigrid::take_rows(std::size_t l) {
+  Level& here = levels_[l];
+  const MultigridLevel& whole = *multigrid_.levels[l];
+  const std::vector<RowSet::Segment> segments = segments_of(here.rows);
+  here.part.stencils = clipped(whole.layout, here.runs_by_row, segments);
+  here.part.anisotropic =
+      clipped(whole.matrix.anisotropic(), here.anisotropic_by_row, segments);
+  here.part.irregular = positions_in(whole.layout.irregular, segments);
+  std::vector<int> listed = here.part.irregular;
+  for (const int p : positions_in(whole.layout.clustered, segments))
+    listed.push_back(int(whole.layout.irregular.size()) + p);
+  here.patches = whole.patches.within(here.set, listed, whole.layout);
+  here.rescaled.clear();
+  for (const WeightedIndex& row : whole.rescaled)
+    if (here.set.has(row.index)) here.rescaled.push_back(row);
+}
+
+/// The rows of the next level all of whose children are in this one.
+void LocalMultigrid::coarsen(std::size_t l) {
+  const Level& here = levels_[l];
+  Level& below = levels_[l + 1];
+  const Transfer& transfer = *multigrid_.levels[l]->transfer;
+  std::vector<WeightedIndex> children;
+  std::array<WeightedIndex, 4> parents;
+  RowSet seen(transfer.coarse_rows());
+  for (const int fine : here.rows) {
+    const int count = transfer.parents(fine, parents);
+    for (int i = 0; i < count; ++i) {
+      const int coarse = parents[i].index;
+      if (!seen.add(coarse)) continue;
+      children.clear();
+      transfer.children(coarse, children);
+      if (std::ranges::all_of(children, [&](const WeightedIndex& c) { return here.set.has(c.index); }))
+        below.set.add(coarse);
+    }
+  }
+  below.rows = below.set.rows();
+}
+
+/// An irregular row whose patches reach beyond N, by Gauss and Seidel.
+void LocalMultigrid::relax_alone(std::size_t l, int position) {
+  const MultigridLevel& whole = *multigrid_.levels[l];
+  const StencilMatrix::Row row = whole.matrix.listed_row(position);
+  const std::int64_t at = std::int64_t(whole.layout.irregular[position]) * lanes_;
+  float* x = levels_[l].x.data();
+  if (!(row.diagonal > 0)) return;
+  for (int lane = 0; lane < lanes_; ++lane) {
+    float sum = levels_[l].b.data()[at + lane];
+    for (int i = 0; i < row.count; ++i)
+      sum -= row.values[i] * x[std::int64_t(row.columns[i]) * lanes_ + lane];
+    x[at + lane] = sum / row.diagonal;
+  }
+}
+
+void LocalMultigrid::relax(std::size_t l, int sweeps, Order order) {
+  Level& here = levels_[l];
+  const MultigridLevel& whole = *multigrid_.levels[l];
+  const auto stencils = [&] {
+    whole.matrix.relax_stencils(here.part, lanes_, here.b.data(), here.x.data(), sweeps, order);
+  };
+  if (order == Order::forward) stencils();
+  const std::vector<int>& alone = here.patches.alone;
+  for (int i = 0; i < sweeps; ++i) {
+    if (order == Order::backward)
+      for (auto p = alone.rbegin(); p != alone.rend(); ++p) relax_alone(l, *p);
+    whole.patches.relax(here.patches.order, whole.matrix, lanes_, here.b.data(), here.x.data(), order);
+    if (order == Order::forward)
+      for (const int p : alone) relax_alone(l, p);
+  }
+  if (order == Order::backward) stencils();
+  updates_ += sweeps * std::ssize(here.rows);
+}
+
+void LocalMultigrid::cycle(std::size_t l) {
+  Level& here = levels_[l];
+  if (l + 1 == levels_.size()) {
+    multigrid_.coarsest.solve(lanes_, here.b.data(), here.x.data());
+    return;
+  }
+  const MultigridLevel& whole = *multigrid_.levels[l];
+  const int sweeps = multigrid_.options.sweeps;
+  if (l == last_) {
+    const int enough = here.dominated ? sweeps : last_sweeps;
+    relax(l, enough, Order::forward);
+    relax(l, enough, Order::backward);
+    return;
+  }
+  relax(l, sweeps, Order::forward);
+  Level& below = levels_[l + 1];
+  whole.matrix.residual(here.part, lanes_, here.b.data(), here.x.data(), here.r.data());
+  rescale(here.rescaled, lanes_, here.r.data(), 1);
+  whole.transfer->restrict_to(below.rows, lanes_, here.r.data(), below.b.data());
+  clear(below.x, below.rows);
+  cycle(l + 1);
+  if (l + 1 == std::size_t(multigrid_.options.twice_from) && l + 1 < last_) cycle(l + 1);
+  rescale(here.rescaled, lanes_, here.x.data(), -1);
+  whole.transfer->prolongate_add(here.rows, lanes_, below.x.data(), here.x.data());
+  rescale(here.rescaled, lanes_, here.x.data(), 1);
+  relax(l, sweeps, Order::backward);
+}
+
+/// The largest change of x by the last cycle.
+double LocalMultigrid::change_since_last() {
+  const Level& here = levels_.front();
+  struct Largest {
+    float value = 0;
+    Largest operator+(const Largest& other) const { return {std::max(value, other.value)}; }
+  };
+  const auto of_block = [&](std::int64_t begin, std::int64_t end) {
+    float largest = 0;
+    for (std::int64_t i = begin; i < end; ++i) {
+      const std::int64_t at = std::int64_t(here.rows[i]) * lanes_;
+      for (int lane = 0; lane < lanes_; ++lane) {
+        const float now = here.x.data()[at + lane];
+        largest = std::max(largest, std::abs(now - before_.data()[at + lane]));
+        before_.data()[at + lane] = now;
+      }
+    }
+    return Largest{largest};
+  };
+  return parallel_sum(std::ssize(here.rows), Largest{}, of_block).value;
+}
+
+LocalSolve LocalMultigrid::solve(const LocalSolveOptions& options) {
+  LocalSolve report;
+  updates_ = 0;
+  clear(levels_.front().x, rows());
+  clear(before_, rows());
+  double last_change = 0;
+  while (report.cycles < options.max_cycles) {
+    cycle(0);
+    ++report.cycles;
+    const double change = change_since_last();
+    if (last_change > 0) rate_ = std::clamp(change / last_change, 0.01, 0.9);
+    last_change = change;
+    report.error = change * rate_ / (1 - rate_);
+    if (report.error <= options.error) break;
+  }
+  report.updates = updates_;
+  return report;
+}
+
+}  // namespace mq
