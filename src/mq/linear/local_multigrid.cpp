@@ -21,6 +21,9 @@ namespace {
 
 constexpr double dominated_below = 0.5;  // of `StencilMatrix::dominance`
 constexpr int last_sweeps = 12;          // on the last level where relaxation does not solve
+// Below so many rows a cycle on one thread is done before others would have been called to each of its
+// steps and waited for, the more so where something else runs on their cores.
+constexpr std::int64_t rows_for_threads = 40000;
 
 /// Runs by their first row.
 std::vector<int> order_by_row(const StencilTiles& tiles) {
@@ -115,7 +118,20 @@ void LocalMultigrid::clear(LaneVector& v, const std::vector<int>& rows) const {
   }, 8192);
 }
 
+/// Does something to the rows, by as many threads as it is worth.
+template <class Body>
+void LocalMultigrid::run(std::int64_t rows, const Body& body) {
+  if (rows < rows_for_threads)
+    one_thread_.execute(body);
+  else
+    body();
+}
+
 void LocalMultigrid::choose(const RowSet& rows) {
+  run(rows.count(), [&] { choose_rows(rows); });
+}
+
+void LocalMultigrid::choose_rows(const RowSet& rows) {
   for (Level& level : levels_) {
     clear(level.b, level.rows);
     clear(level.x, level.rows);
@@ -263,6 +279,12 @@ double LocalMultigrid::change_since_last() {
 }
 
 LocalSolve LocalMultigrid::solve(const LocalSolveOptions& options) {
+  LocalSolve report;
+  run(std::ssize(rows()), [&] { report = solve_rows(options); });
+  return report;
+}
+
+LocalSolve LocalMultigrid::solve_rows(const LocalSolveOptions& options) {
   LocalSolve report;
   updates_ = 0;
   clear(levels_.front().x, rows());

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <tbb/task_arena.h>
+
 #include "mq/linear/multigrid.h"
 #include "mq/linear/row_set.h"
 
@@ -61,6 +63,10 @@ class LocalMultigrid {
     bool dominated = false;                            ///< relaxation alone solves here
   };
 
+  template <class Body>
+  void run(std::int64_t rows, const Body& body);
+  void choose_rows(const RowSet& rows);
+  LocalSolve solve_rows(const LocalSolveOptions& options);
   void take_rows(std::size_t level);
   void coarsen(std::size_t level);
   void cycle(std::size_t level);
@@ -76,6 +82,7 @@ class LocalMultigrid {
   LaneVector before_;          ///< x before the cycle
   double rate_ = 0.1;          ///< what a cycle has left of the error, last
   std::int64_t updates_ = 0;
+  tbb::task_arena one_thread_{1};
 };
 
 }  // namespace mq
