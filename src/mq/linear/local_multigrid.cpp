@@ -20,6 +20,7 @@ namespace mq {
 namespace {
 
 constexpr double dominated_below = 0.5;  // of `StencilMatrix::dominance`
+constexpr int sweeps = 1;                // before and after a coarser level: twice cost more than they gain
 constexpr int last_sweeps = 12;          // on the last level where relaxation does not solve
 // Below so many rows a cycle on one thread is done before others would have been called to each of its
 // steps and waited for, the more so where something else runs on their cores.
@@ -235,9 +236,8 @@ void LocalMultigrid::cycle(std::size_t l) {
     return;
   }
   const MultigridLevel& whole = *multigrid_.levels[l];
-  const int sweeps = multigrid_.options.sweeps;
   if (l == last_) {
-    const int enough = here.dominated ? sweeps : last_sweeps;
+    const int enough = here.dominated ? 2 * sweeps : last_sweeps;
     relax(l, enough, Order::forward);
     relax(l, enough, Order::backward);
     return;
@@ -294,7 +294,11 @@ LocalSolve LocalMultigrid::solve_rows(const LocalSolveOptions& options) {
     cycle(0);
     ++report.cycles;
     const double change = change_since_last();
-    if (last_change > 0) rate_ = std::clamp(change / last_change, 0.01, 0.9);
+    if (last_change > 0) {
+      const double ratio = std::clamp(change / last_change, 0.01, 0.9);
+      rate_ = std::max(ratio, ratio_);
+      ratio_ = ratio;
+    }
     last_change = change;
     report.error = change * rate_ / (1 - rate_);
     if (report.error <= options.error) break;

@@ -80,7 +80,9 @@ class LocalMultigrid {
   std::vector<Level> levels_;  ///< the last is the coarsest, which is solved as a whole if at all
   std::size_t last_ = 0;       ///< the last level in use
   LaneVector before_;          ///< x before the cycle
-  double rate_ = 0.1;          ///< what a cycle has left of the error, last
+  /// What a cycle leaves of the error: the last ratio of changes by two cycles, of this solve or the one
+  /// before, and the larger of the last two.
+  double ratio_ = 0.5, rate_ = 0.5;
   std::int64_t updates_ = 0;
   tbb::task_arena one_thread_{1};
 };
