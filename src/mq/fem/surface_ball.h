@@ -1,0 +1,40 @@
+#pragma once
+/// The texels around a place as far as a brush reaches: along the surface, and not through the air.
+
+#include <span>
+#include <vector>
+
+#include "mq/fem/texel_space.h"
+
+namespace mq {
+
+/// Texels of a ball that one reaches from its middle over neighbours within it, two texels being
+/// neighbours where the stiffness couples them: beside each other in a chart, or across a seam. The other
+/// side of an ear is in the ball, and not among them, unless the ball holds the way around its rim.
+class SurfaceBall {
+ public:
+  /// The space must outlive the object. Costs its matrix for a moment, and then 5 bytes a texel and what
+  /// the texels at seams take.
+  explicit SurfaceBall(const TexelSpace& space);
+
+  /// The texels nearer than `radius` to `centre`, in space, that are reached from the texels at a point of
+  /// a triangle (which must have a chart); increasing. Costs what is found. One call at a time.
+  std::vector<int> reach(int triangle, const Vector3& barycentric, const Vector3& centre,
+                         double radius);
+
+ private:
+  template <class Visit>
+  void visit_neighbours(int texel, const Visit& visit) const;
+  bool has_grid_neighbours(int texel) const;
+  int at(int row, int x) const;
+
+  const TexelSpace& space_;
+  std::vector<int> rows_;       ///< first texel of each row of each texture, and one more
+  std::vector<int> first_row_;  ///< of each texture
+  std::vector<int> widths_, heights_;
+  std::vector<int> seam_texels_, seam_first_, seam_neighbours_;  ///< of texels beside others than the grid's
+  std::vector<int> seen_;  ///< per texel in which call
+  int call_ = 0;
+};
+
+}  // namespace mq

@@ -1,0 +1,82 @@
+// What a brush reaches: all of a ball where the surface is flat, across seams, and one side of a fold.
+#include "mq/fem/surface_ball.h"
+
+#include <gtest/gtest.h>
+
+#include "fem/cut_squares.h"
+#include "mq/mesh/closest_point.h"
+
+namespace mq {
+namespace {
+
+Vector3 place_of(const TexelSpace& space, int k) {
+  const auto& [x, y, z] = space.texels().positions[std::size_t(k)];
+  return {x, y, z};
+}
+
+std::vector<int> reached(const fixtures::Textured& model, const TexelSpace& space,
+                         const Vector3& place, double radius) {
+  const ClosestPoint at = ClosestPointFinder(model.surface.mesh)(place);
+  return SurfaceBall(space).reach(at.triangle, at.barycentric, place, radius);
+}
+
+TEST(SurfaceBall, IsTheBallWhereTheSurfaceIsFlatHoweverItIsCut) {
+  for (const int parts : {1, 3}) {
+    fixtures::CutOptions cut;
+    cut.parts = parts;
+    cut.angle = [](int chart) { return 0.4 * chart; };
+    const auto model = fixtures::textured(fixtures::cut_square(cut), {{120, 120}});
+    const TexelSpace space(model->surface, model->atlas);
+    const Vector3 place(0.45, 0.4, 0);
+    const double radius = 0.22;
+    std::vector<int> inside;
+    for (int k = 0; k < space.size(); ++k)
+      if ((place_of(space, k) - place).norm() < radius) inside.push_back(k);
+    ASSERT_GT(inside.size(), 500U);
+    EXPECT_EQ(reached(*model, space, place, radius), inside) << parts;
+  }
+}
+
+/// A square folded like a sheet of paper, the halves so close that a ball holds parts of both.
+TEST(SurfaceBall, DoesNotReachThroughToTheOtherSide) {
+  fixtures::CutOptions cut;
+  cut.jitter = 0;
+  Mesh mesh = fixtures::cut_square(cut);
+  for (Vector3& p : mesh.positions)
+    if (p.x() > 0.5) p = Vector3(1 - p.x(), p.y(), 0.02);
+  const auto model = fixtures::textured(mesh, {{120, 120}});
+  const TexelSpace space(model->surface, model->atlas);
+  const auto on_both_sides = [&](const Vector3& place, double radius) {
+    std::array<int, 2> count = {0, 0};
+    for (const int k : reached(*model, space, place, radius))
+      ++count[place_of(space, k).z() > 0.01 ? 1 : 0];
+    return count;
+  };
+  const auto [below, above] = on_both_sides({0.2, 0.5, 0}, 0.15);
+  EXPECT_GT(below, 200);
+  EXPECT_EQ(above, 0);
+  // Nearer to the fold the way around it is in the ball.
+  const auto [near_below, near_above] = on_both_sides({0.42, 0.5, 0}, 0.15);
+  EXPECT_GT(near_below, 200);
+  EXPECT_GT(near_above, 200);
+}
+
+TEST(SurfaceBall, CrossesTheBorderOfATextureThatRepeats) {
+  // One chart of which the right half lies in the next tile.
+  fixtures::CutOptions cut;
+  cut.parts = 1;
+  cut.scale = 0.8;
+  cut.shift = [](int) { return Vector2(0.5, 0); };
+  const auto model =
+      fixtures::textured(fixtures::cut_square(cut), {{64, 64, Wrap::repeat}});
+  const TexelSpace space(model->surface, model->atlas);
+  const Vector3 place(0.5, 0.5, 0);
+  int left = 0, right = 0;
+  for (const int k : reached(*model, space, place, 0.2))
+    ++(space.texels().places[std::size_t(k)].x < 32 ? left : right);
+  EXPECT_GT(left, 100);
+  EXPECT_GT(right, 100);
+}
+
+}  // namespace
+}  // namespace mq
