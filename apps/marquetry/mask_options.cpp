@@ -124,7 +124,7 @@ std::vector<double> vertex_mask(const std::string& file, const Target& target,
   }
   std::vector<double> mask;
   about(model,
-        [&] { mask = mask_of_vertices(model.mesh, values, target.domain().places(), progress); });
+        [&] { mask = mask_of_vertices(model.mesh, values, target.domain().places(), -1, progress); });
   return mask;
 }
 
@@ -138,13 +138,23 @@ std::vector<double> picture_mask(Run& run, const std::vector<std::string>& files
   for (std::size_t i = 0; i < files.size(); ++i) {
     pictures.push_back(read_texture(files[i]).pixels);
     const Image<float>& picture = pictures.back();
+    const int colours = colour_channels(picture.channels());
+    std::int64_t beyond = 0;
+    for (int y = 0; y < picture.height(); ++y)
+      for (int x = 0; x < picture.width(); ++x)
+        beyond += std::ranges::any_of(picture.pixel(x, y).first(std::size_t(colours)),
+                                      [](float v) { return v < -1 || v > 1; });
+    if (beyond > 0)
+      run.terminal().remark(fmt::format(
+          "{}: {} of its {} pixels have values beyond -1 to 1, which count as -1 and 1", files[i],
+          beyond, picture.pixel_count()));
     const TextureSize& size = scene.texture_sizes[i];
     if (picture.width() != size.width || picture.height() != size.height)
       run.terminal().remark(fmt::format("{}: is {} × {}, taken between its pixels for {} × {}",
                                         files[i], picture.width(), picture.height(), size.width,
                                         size.height));
   }
-  return mask_of_pictures(domain->space().texels(), scene.texture_sizes, pictures);
+  return mask_of_pictures(domain->space().texels(), scene.texture_sizes, pictures, -1);
 }
 
 }  // namespace
@@ -157,7 +167,8 @@ void add_mask_options(OptionTable& table, const std::string& group) {
              .group = group,
              .help = "how strongly it works where: a picture per texture, or a model",
              .details =
-                 "Black changes nothing, white has the full effect. Pictures are painted in the "
+                 "Black changes nothing, white has the full effect; below black, down to -1 in "
+                 "floating point (EXR, TIFF), it smooths, whatever beta is. Pictures are painted in the "
                  "texture's coordinates, of any size, one for each texture in their order; colours "
                  "count by the mean of their channels. Of a model (OBJ, PLY, ...) the colours at "
                  "its vertices count, at the closest point of it."});
@@ -206,7 +217,8 @@ std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, cons
   const double count = double(std::max<std::size_t>(1, mask.size()));
   run.result["mask"] = {
       {"mean", std::accumulate(mask.begin(), mask.end(), 0.0) / count},
-      {"share", double(std::ranges::count_if(mask, [](double m) { return m > 0; })) / count}};
+      {"share", double(std::ranges::count_if(mask, [](double m) { return m != 0; })) / count},
+      {"below_0", double(std::ranges::count_if(mask, [](double m) { return m < 0; })) / count}};
   return mask;
 }
 

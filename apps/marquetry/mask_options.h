@@ -14,7 +14,7 @@ void add_mask_options(OptionTable& table, const std::string& group);
 /// Refuses files of --mask that cannot be read, before any work. Throws `InvalidInput` or `IoError`.
 void check_mask(Run& run, const Scene& scene);
 
-/// The mask that the options describe, one number from 0 to 1 per unknown of the target; nothing
+/// The mask that the options describe, one number from −1 to 1 per unknown of the target; nothing
 /// where they describe none. Throws `InvalidInput` or `IoError` naming the file and the remedy.
 std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, const Target& target,
                                               const Progress& progress);

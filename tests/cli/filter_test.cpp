@@ -32,6 +32,44 @@ TEST(Filter, ReturnsTheInputWithBetaOne) {
   }
 }
 
+/// The equation is linear in β − 1: a mask that sharpens here and smooths there is both together.
+TEST(Filter, SmoothsWhereTheMaskIsBelowZero) {
+  const Folder folder;
+  write_strip(folder);
+  Image<float> both(64, 48, 1), sharpens(64, 48, 1), smooths(64, 48, 1);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) {
+      both(x, y) = std::sin(0.2F * float(x) + 0.1F * float(y));
+      sharpens(x, y) = std::max(0.0F, both(x, y));
+      smooths(x, y) = std::max(0.0F, -both(x, y));
+    }
+  write_image(folder / "both.exr", both, Depth::f32);
+  write_image(folder / "sharpens.tif", sharpens, Depth::f32);
+  write_image(folder / "smooths.exr", smooths, Depth::f32);
+  const auto filtered = [&](const std::string& mask, const std::string& beta) {
+    const Result result =
+        marquetry(folder, {"filter", "strip.obj", "-o", "out.exr", "--depth", "float", "--beta", beta,
+                           "--mask", mask, "--solver", "direct", "--json"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    EXPECT_EQ(result.json()["result"]["mask"]["below_0"].get<double>() > 0, mask == "both.exr");
+    return read_texture(folder / "out.exr").pixels;
+  };
+  const Image<float> before = read_texture(folder / "strip.png").pixels,
+                     a = filtered("sharpens.tif", "3"), b = filtered("smooths.exr", "0"),
+                     c = filtered("both.exr", "3");
+  for (std::size_t k = 0; k < before.values().size(); ++k)
+    EXPECT_NEAR(c.values()[k] - before.values()[k],
+                a.values()[k] + b.values()[k] - 2 * before.values()[k], 2e-6);
+
+  Image<float> far(64, 48, 1, 0.5F);
+  far(3, 4) = -1.5F, far(5, 6) = 2;
+  write_image(folder / "far.exr", far, Depth::f32);
+  const Result result =
+      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "3", "--mask", "far.exr"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.error, HasSubstr("far.exr: 2 of its 3072 pixels have values beyond -1 to 1"));
+}
+
 TEST(Filter, GivesTheSamePictureWithEverySolver) {
   const Folder folder;
   write_strip(folder, 128, 96);

@@ -116,6 +116,50 @@ TEST(Modulation, LeavesFarAwayAlone) {
   EXPECT_LT(far, 2 * std::exp(-10.0) * near);
 }
 
+TEST(Modulation, SmoothsBelowZeroWhateverBetaIs) {
+  const std::vector<double> mask = {-1, -0.5, 0, 0.5, 1};
+  EXPECT_THAT(modulation(mask, 3), testing::ElementsAre(0, 0.5, 1, 2, 3));
+  EXPECT_THAT(modulation(mask, 9), testing::ElementsAre(0, 0.5, 1, 5, 9));
+}
+
+/// The equation is linear in β − 1: what sharpens and what smooths add up.
+TEST(Modulation, SharpensHereAsIfItDidNotSmoothThere) {
+  const VertexSpace space(make_surface(fixtures::flat_square(30)));
+  const std::vector<Vector3> places = make_surface(fixtures::flat_square(30)).mesh.positions;
+  std::vector<double> both, sharpens, smooths;
+  for (const Vector3& p : places) {
+    both.push_back(std::clamp(3 * (p.x() - 0.5), -1.0, 1.0));
+    sharpens.push_back(std::max(0.0, both.back()));
+    smooths.push_back(std::max(0.0, -both.back()));
+  }
+  const Signal psi = test::random_signal(space.size(), 2);
+  const ScreenedPoisson equation(space, 0.001);
+  const Signal sum = equation.solve(psi, modulation(sharpens, 4)).signal +
+                     equation.solve(psi, modulation(smooths, 0)).signal - psi;
+  EXPECT_LT((equation.solve(psi, modulation(both, 4)).signal - sum).cwiseAbs().maxCoeff(), 1e-10);
+}
+
+TEST(Spots, RaiseWhatIsBelowZeroAndTakeNothingFromIt) {
+  const std::vector<Vector3> places(3, Vector3::Zero());
+  std::vector<double> mask = {-0.8, 0, 0.6};
+  add_spots(std::vector<Spot>{{.radius = 1, .strength = -0.5}}, places, mask);
+  EXPECT_THAT(mask, testing::Pointwise(testing::DoubleEq(), {-0.8, 0.0, 0.6 - 0.5}));
+  add_spots(std::vector<Spot>{{.radius = 1, .strength = 0.5}}, places, mask);
+  EXPECT_THAT(mask, testing::Pointwise(testing::DoubleEq(), {-0.8 + 0.5, 0.5, 0.6 - 0.5 + 0.5}));
+}
+
+TEST(Masks, HoldValuesBelowZeroWhereTheyAreAskedTo) {
+  Texels texels;
+  for (int x = 0; x < 3; ++x) texels.places.push_back({0, x, 0});
+  const std::vector<TextureSize> sizes = {{3, 1, Wrap::clamp}};
+  Image<float> picture(3, 1, 1);
+  picture(0, 0) = -0.5F, picture(1, 0) = -3, picture(2, 0) = 0.25F;
+  EXPECT_THAT(mask_of_pictures(texels, sizes, std::vector{picture}, -1),
+              testing::ElementsAre(-0.5, -1, 0.25));
+  EXPECT_THAT(mask_of_pictures(texels, sizes, std::vector{picture}),
+              testing::ElementsAre(0, 0, 0.25));
+}
+
 TEST(Spots, AreSmoothRoundAndClamped) {
   const std::vector<Vector3> places = {{0, 0, 0}, {0.5, 0, 0}, {0, 0, 0.5}, {1, 0, 0}, {2, 0, 0}};
   std::vector<double> mask(5, 0.0);

@@ -1,4 +1,4 @@
-// β = 1 + (β₀ − 1) m,  m the mask.
+// β = 1 + (β₀ − 1) max(m, 0) + min(m, 0),  m the mask.
 //
 // Thesis 5.9.1 gives a β to each cell; ours is given at the unknowns, and a cell or triangle has
 // the mean over its unknowns (`SignalSpace::stiffness_times`), so that one mask serves every space.
@@ -20,21 +20,21 @@ namespace mq {
 namespace {
 
 /// Refuses NaN by its place.
-double strength(double value, std::int64_t i, const char* what) {
+double strength(double value, double least, std::int64_t i, const char* what) {
   require(!std::isnan(value), fmt::format("the mask at {} {} is not a number", what, i));
-  return std::clamp(value, 0.0, 1.0);
+  return std::clamp(value, least, 1.0);
 }
 
 }  // namespace
 
 std::vector<double> modulation(std::span<const double> mask, double beta) {
   std::vector<double> result(mask.size());
-  std::ranges::transform(mask, result.begin(), [&](double m) { return std::lerp(1.0, beta, m); });
+  std::ranges::transform(mask, result.begin(), [&](double m) { return m < 0 ? 1 + m : std::lerp(1.0, beta, m); });
   return result;
 }
 
 std::vector<double> mask_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
-                                     std::span<const Image<float>> pictures) {
+                                     std::span<const Image<float>> pictures, double least) {
   require(pictures.size() == textures.size(),
           fmt::format("{} mask pictures for {} textures: give one each", pictures.size(),
                       textures.size()));
@@ -52,13 +52,14 @@ std::vector<double> mask_of_pictures(const Texels& texels, std::span<const Textu
     sample(picture, column, row, size.wrap, {values, std::size_t(channels)});
     double sum = 0;
     for (int c = 0; c < colours; ++c) sum += values[c];
-    mask[i] = strength(sum / colours, i, "texel");
+    mask[i] = strength(sum / colours, least, i, "texel");
   });
   return mask;
 }
 
 std::vector<double> mask_of_vertices(const Mesh& mesh, std::span<const double> values,
-                                     std::span<const Vector3> places, const Progress& progress) {
+                                     std::span<const Vector3> places, double least,
+                                     const Progress& progress) {
   require(std::ssize(values) == mesh.vertex_count(),
           fmt::format("a mask of {} values was given for {} vertices", values.size(),
                       mesh.vertex_count()));
@@ -69,9 +70,15 @@ std::vector<double> mask_of_vertices(const Mesh& mesh, std::span<const double> v
     double sum = 0;
     for (int k = 0; k < 3; ++k)
       sum += points[i].barycentric[k] * values[mesh.triangles[points[i].triangle][k]];
-    mask[i] = strength(sum, i, "place");
+    mask[i] = strength(sum, least, i, "place");
   });
   return mask;
+}
+
+double paint_at(const Spot& spot, const Vector3& place) {
+  const double inside =
+      1 - (place - spot.center).squaredNorm() / (spot.radius * spot.radius);
+  return inside > 0 ? spot.strength * inside * inside : 0;
 }
 
 std::int64_t add_spots(std::span<const Spot> spots, std::span<const Vector3> places,
@@ -88,11 +95,8 @@ std::int64_t add_spots(std::span<const Spot> spots, std::span<const Vector3> pla
     changes += parallel_sum(std::ssize(places), std::int64_t(0), [&](auto begin, auto end) {
       std::int64_t count = 0;
       for (auto i = begin; i < end; ++i) {
-        const double inside =
-            1 - (places[i] - spot.center).squaredNorm() / (spot.radius * spot.radius);
-        if (!(inside > 0)) continue;
         const double before = mask[i];
-        mask[i] = std::clamp(before + spot.strength * inside * inside, 0.0, 1.0);
+        mask[i] = std::clamp(before + paint_at(spot, places[i]), std::min(before, 0.0), 1.0);
         count += mask[i] != before;
       }
       return count;

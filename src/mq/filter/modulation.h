@@ -1,6 +1,7 @@
 #pragma once
 /// How strongly a filter works where: a mask of one number per unknown, 0 (not at all) to 1
-/// (fully), painted in a texture, at the vertices of a mesh, or sprayed on in spots.
+/// (fully), painted in a texture, at the vertices of a mesh, or sprayed on in spots. Below 0, to −1, it
+/// smooths instead, so that one mask sharpens here and smooths there.
 
 #include <cstdint>
 #include <span>
@@ -14,23 +15,25 @@
 
 namespace mq {
 
-/// The modulation β = 1 + (beta − 1)·mask: 1 (no change) where the mask is 0, `beta` exactly where
-/// it is 1 (thesis 5.9.1, local filtering). For `ScreenedPoisson::solve`; a new mask costs one pass
+/// The modulation β = 1 + (beta − 1)·m where the mask m is not below 0, and 1 + m where it is: 1 (no
+/// change) where the mask is 0, `beta` exactly where it is 1 (thesis 5.9.1, local filtering), 0, which
+/// smooths fully, where it is −1, whatever `beta`. (1 + (beta − 1)·m for both would turn gradients around
+/// where m is below −1 / (beta − 1).) For `ScreenedPoisson::solve`; a new mask costs one pass
 /// over the cells and a solve, the prepared solver stays.
 std::vector<double> modulation(std::span<const double> mask, double beta);
 
 /// The mask that pictures show, one for each texture of the atlas and painted in its coordinates:
 /// the mean of the colour channels at each texel's centre, interpolated between the picture's
-/// pixels where its size is not that of the texture; values below 0 and above 1 count as 0 and 1.
+/// pixels where its size is not that of the texture; values below `least` and above 1 count as these.
 /// Throws `InvalidInput` where there is not one picture for each texture, or one is empty or holds
 /// a value that is not a number.
 std::vector<double> mask_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
-                                     std::span<const Image<float>> pictures);
+                                     std::span<const Image<float>> pictures, double least = 0);
 
 /// The mask given at the vertices of a mesh, one value each, at places near it: linear in the
 /// triangle at the closest point. Clamped and refused as above.
 std::vector<double> mask_of_vertices(const Mesh& mesh, std::span<const double> values,
-                                     std::span<const Vector3> places,
+                                     std::span<const Vector3> places, double least = 0,
                                      const Progress& progress = {});
 
 /// A spray of paint: strength · (1 − (d/radius)²)² at the distance d < radius in space.
@@ -40,9 +43,12 @@ struct Spot {
   double strength = 1;  ///< −1 to 1; negative takes away
 };
 
-/// Adds spots to a mask, in order, clamping to [0, 1] after each; `places` are those of the
-/// unknowns. Returns how many changes of a value that made. Throws `InvalidInput` on a radius that is
-/// not positive or a number that is not finite.
+/// What a spot adds at a place.
+double paint_at(const Spot& spot, const Vector3& place);
+
+/// Adds spots to a mask, in order, clamping to [0, 1] after each (what is below 0 is not taken lower);
+/// `places` are those of the unknowns. Returns how many changes of a value that made. Throws
+/// `InvalidInput` on a radius that is not positive or a number that is not finite.
 std::int64_t add_spots(std::span<const Spot> spots, std::span<const Vector3> places,
                        std::vector<double>& mask);
 
