@@ -262,4 +262,32 @@ std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTa
   return partials;
 }
 
+std::vector<int> asked_photographs(const OptionValues& options, const Scene& scene,
+                                   const TexelSpace& space, int count) {
+  require(!options.has("unseen"),
+          "--unseen is a label of regions: where photographs are given too, the labels are their "
+          "numbers, and transparent where the one that shows it best is taken");
+  std::vector<Image<float>> pictures;
+  std::vector<double> steps;
+  for (const std::string& file : options.texts("labels")) {
+    const Texture texture = read_texture(file);
+    require(texture.format.file_format != "jpeg" &&
+                (texture.format.depth == Depth::u8 || texture.format.depth == Depth::u16),
+            file + ": --labels: the numbers of photographs want whole numbers kept exactly: save it as "
+                   "PNG");
+    steps.push_back(texture.format.depth == Depth::u8 ? 255 : 65535);
+    pictures.push_back(texture.pixels);
+  }
+  const std::vector<int> numbers =
+      numbers_of_pictures(space.texels(), scene.texture_sizes, pictures, steps);
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    require(numbers[i] < count,
+            fmt::format("{}: --labels: found the number {} at column {}, row {}, and there are {}, "
+                        "counted from 0",
+                        options.texts("labels")[std::size_t(space.texels().places[i].texture)],
+                        numbers[i], space.texels().places[i].x, space.texels().places[i].y,
+                        counted(count, "photograph")));
+  return numbers;
+}
+
 }  // namespace mq::app

@@ -24,6 +24,12 @@ void check_partials(const OptionValues& options, const Scene& scene);
 /// Black pictures where a model's textures have none.
 void add_missing_pictures(Scene& scene);
 
+/// The photographs that the pictures of --labels choose where they are given beside photographs, one per
+/// unknown; `unseen`: that which shows it best. `count` is how many there are. Throws `InvalidInput` or
+/// `IoError` naming the file.
+std::vector<int> asked_photographs(const OptionValues& options, const Scene& scene,
+                                   const TexelSpace& space, int count);
+
 /// The partial signals that the options name. Throws `InvalidInput` or `IoError` naming the file.
 std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTarget& target,
                                    const Progress& progress);

@@ -356,6 +356,7 @@ TEST(Stitch, RefusesWhatDoesNotFit) {
   write_image(folder / "grey.png", Image<float>(64, 48, 1, 0.5F));
   write_image(folder / "black.png", Image<float>(64, 48, 3, 0.0F));
   write_image(folder / "labels.jpg", Image<float>(64, 48, 3, 0.0F));
+  write_image(folder / "shown.png", Image<float>(64, 48, 4, 1.0F));
   EXPECT_THAT(error({"--partial", "small.png"}), HasSubstr("is 8 x 8, and the texture 64 x 48"));
   EXPECT_THAT(error({"--partial", "strip.png"}), HasSubstr("no alpha channel"));
   EXPECT_THAT(error({"--partial", "strip.png", "--confidence", "black.png"}),
@@ -368,7 +369,11 @@ TEST(Stitch, RefusesWhatDoesNotFit) {
   EXPECT_THAT(error({"--labels", "labels.jpg"}), HasSubstr("save it as PNG"));
   EXPECT_THAT(error({"--labels", "grey.png", "--unseen", "1,2"}), HasSubstr("--unseen"));
   EXPECT_THAT(error({"--unseen", "red"}), HasSubstr("--unseen: found 'red'"));
-  EXPECT_THAT(error({"--labels", "grey.png", "--partial", "strip.png"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"--views", "grey.json", "--partial", "strip.png"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"--labels", "black.png", "--partial", "shown.png", "--unseen", "0"}),
+              HasSubstr("--unseen is a label of regions"));
+  EXPECT_THAT(error({"--labels", "grey.png", "--partial", "shown.png"}),
+              HasSubstr("grey.png: --labels: found the number"));
   write_bytes(folder / "fan.ply", coloured_ply);
   const Result result = marquetry(folder, {"stitch", "fan.ply", "-o", "out.png"});
   EXPECT_EQ(result.status, 2);

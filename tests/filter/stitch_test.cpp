@@ -307,6 +307,16 @@ TEST(StitchPartials, ReturnConsistentPhotographsUnchanged) {
   EXPECT_LT((found - truth).cwiseAbs().maxCoeff(), 1e-10);
 }
 
+TEST(StitchPartials, TakeTheOneThatIsWantedWhereItShowsAnything) {
+  const std::vector<Partial> partials = {{Signal::Constant(3, 1, 1.0), {0.5, 0.5, 0}},
+                                         {Signal::Constant(3, 1, 2.0), {0.2, 0, 0.1}}};
+  const Composite composite = best_of(partials, std::vector{1, 1, unseen});
+  EXPECT_EQ(composite.labels, (std::vector{1, 0, 1}));
+  EXPECT_EQ(composite.values, (Signal(3, 1) << 2, 1, 2).finished());
+  EXPECT_THAT(fixtures::error_of([&] { best_of(partials, std::vector{0, 2, 0}); }),
+              testing::HasSubstr("found photograph 2, wanted a number from 0 to 1"));
+}
+
 TEST(StitchPartials, TakeTheMostConfident) {
   const std::vector<Partial> partials = {{Signal::Constant(3, 1, 1.0), {0.5, 0, 0}},
                                          {Signal::Constant(3, 1, 3.0), {0.5, 0.2, 0}}};

@@ -182,7 +182,11 @@ Exit stitch(Run& run) {
     if (has_partials(options)) {
       work.partials =
           read_partials(run, scene, *target, step.progress().step("partial textures", 0.5));
-      Composite composite = best_of(work.partials);
+      std::vector<int> wanted;
+      if (!options.texts("labels").empty())
+        wanted = asked_photographs(options, scene, target->domain().space(),
+                                   int(work.partials.size()));
+      Composite composite = best_of(work.partials, wanted);
       target->put(work.psi, composite.values, scene.model);
       work.psi = std::move(composite.values);
       work.labels = std::move(composite.labels);
@@ -235,7 +239,10 @@ Verb stitch_verb() {
              .group = "Regions",
              .help = "a picture per texture: texels of one colour come from one photograph",
              .details = "Taken at the nearest pixel, transparent ones are unseen. Without it every "
-                        "chart is a region."});
+                        "chart is a region. With --partial or --views its first channel is the "
+                        "number, from 0, of the photograph that each texel comes from; where that "
+                        "does not show it, and where labels are transparent, the one that does best "
+                        "is taken."});
   table.add({.name = "unseen",
              .type = Type::text,
              .accepts = [](const std::string& text) { return parse_label(text).has_value(); },
@@ -250,7 +257,7 @@ Verb stitch_verb() {
   add_solver_options(table);
   add_space_option(table);
   add_depth_option(table);
-  table.exclusive({"labels", "partial", "views"});
+  table.exclusive({"partial", "views"});
   add_frames_option(table);
   return {table, stitch};
 }

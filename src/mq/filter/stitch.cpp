@@ -137,6 +137,18 @@ Signal change(const StitchDomain& domain, const Signal& psi, std::span<const int
   return result;
 }
 
+/// The pixel of a picture that is nearest to a texel.
+std::span<const float> nearest_pixel(const Texels::Place& at, std::span<const TextureSize> textures,
+                                     std::span<const Image<float>> pictures) {
+  const Image<float>& picture = pictures[at.texture];
+  require(!picture.empty(), "a label picture has no pixels");
+  const auto nearest = [](int i, int from, int to) {
+    return std::min(to - 1, int(std::int64_t(2 * i + 1) * to / (2 * std::int64_t(from))));
+  };
+  return picture.pixel(nearest(at.x, textures[at.texture].width, picture.width()),
+                       nearest(at.y, textures[at.texture].height, picture.height()));
+}
+
 }  // namespace
 
 std::vector<int> labels_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
@@ -151,13 +163,7 @@ std::vector<int> labels_of_pictures(const Texels& texels, std::span<const Textur
   std::vector<float> colour, last;
   int last_label = unseen;
   for (const Texels::Place& at : texels.places) {
-    const Image<float>& picture = pictures[at.texture];
-    require(!picture.empty(), "a label picture has no pixels");
-    const auto nearest = [](int i, int from, int to) {
-      return std::min(to - 1, int(std::int64_t(2 * i + 1) * to / (2 * std::int64_t(from))));
-    };
-    const auto pixel = picture.pixel(nearest(at.x, textures[at.texture].width, picture.width()),
-                                     nearest(at.y, textures[at.texture].height, picture.height()));
+    const auto pixel = nearest_pixel(at, textures, pictures);
     colour.assign(pixel.begin(), pixel.end());
     if (labels.empty() || colour != last) {
       const int colours = colour_channels(int(colour.size()));
@@ -177,11 +183,27 @@ std::vector<int> labels_of_pictures(const Texels& texels, std::span<const Textur
   return labels;
 }
 
+std::vector<int> numbers_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
+                                     std::span<const Image<float>> pictures,
+                                     std::span<const double> steps) {
+  require(pictures.size() == textures.size() && steps.size() == textures.size(),
+          fmt::format("{} label pictures for {} textures: give one each", pictures.size(),
+                      textures.size()));
+  std::vector<int> numbers;
+  numbers.reserve(std::size_t(texels.size()));
+  for (const Texels::Place& at : texels.places) {
+    const auto pixel = nearest_pixel(at, textures, pictures);
+    const bool transparent = colour_channels(int(pixel.size())) < int(pixel.size()) && pixel.back() == 0;
+    numbers.push_back(transparent ? unseen : int(std::lround(pixel[0] * steps[at.texture])));
+  }
+  return numbers;
+}
+
 Signal stitch_regions(const StitchDomain& domain, const Signal& psi, std::span<const int> labels) {
   return change(domain, psi, labels, [](int, int, auto&) { return false; });
 }
 
-Composite best_of(std::span<const Partial> partials) {
+Composite best_of(std::span<const Partial> partials, std::span<const int> wanted) {
   require(!partials.empty(), "stitching needs one partial signal at least");
   const Eigen::Index n = partials.front().values.rows();
   for (const Partial& partial : partials) {
@@ -198,6 +220,11 @@ Composite best_of(std::span<const Partial> partials) {
                                      confidence, i));
     }
   }
+  require(wanted.empty() || std::ssize(wanted) == n, "one wanted photograph per unknown is needed");
+  for (const int number : wanted)
+    require(number >= unseen && number < std::ssize(partials),
+            fmt::format("found photograph {}, wanted a number from 0 to {}", number,
+                        partials.size() - 1));
   Composite composite{Signal::Zero(n, partials.front().values.cols()),
                       std::vector<int>(std::size_t(n), unseen)};
   Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(composite.values.cols());
@@ -207,6 +234,8 @@ Composite best_of(std::span<const Partial> partials) {
     for (std::size_t k = 0; k < partials.size(); ++k)
       if (partials[k].confidence[i] > best)
         best = partials[k].confidence[i], composite.labels[i] = int(k);
+    if (!wanted.empty() && wanted[i] != unseen && partials[wanted[i]].confidence[i] > 0)
+      composite.labels[i] = wanted[i];
     if (composite.labels[i] == unseen) continue;
     composite.values.row(i) = partials[composite.labels[i]].values.row(i);
     sum += composite.values.row(i), count += 1;
@@ -339,6 +368,13 @@ Stitcher::Stitcher(const SignalSpace& space, double weight, std::vector<int> lab
                                               progress.step("fill", 0.5));
   equation_ = std::make_unique<ScreenedPoisson>(space, weight, std::move(seen), factory,
                                                 progress.step("stitch", 0.5));
+}
+
+void Stitcher::regroup(std::vector<int> labels) {
+  require(std::ranges::equal(labels, labels_, {}, [](int label) { return label == unseen; },
+                             [](int label) { return label == unseen; }),
+          "other regions must leave unseen what was");
+  labels_ = std::move(labels);
 }
 
 Signal Stitcher::fill(const Signal& psi, const Progress& progress) const {

@@ -63,13 +63,24 @@ struct Partial {
   std::vector<double> confidence;  ///< 0: does not show it; otherwise positive
 };
 
-/// The signal of which each unknown has the value of the photograph that shows it best (of equals
-/// the first), and that photograph's number, or `unseen` and the mean of what is seen.
+/// The numbers of photographs that pictures show, one for each texture and painted in its coordinates:
+/// the first channel of the nearest pixel times `steps[k]` for the picture of texture k, rounded. Where a
+/// last of two or four channels is 0, `unseen`. Throws `InvalidInput` where there is not one picture per
+/// texture.
+std::vector<int> numbers_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
+                                     std::span<const Image<float>> pictures,
+                                     std::span<const double> steps);
+
+/// The signal of which each unknown has the value of one photograph, and that photograph's number, or
+/// `unseen` and the mean of what is seen.
 struct Composite {
   Signal values;
   std::vector<int> labels;
 };
-Composite best_of(std::span<const Partial> partials);
+/// Of the photograph with the number `wanted` where that one shows the unknown, else of the one that shows
+/// it best (of equals the first). No numbers, or `unseen`: always of that one. Throws `InvalidInput` for a
+/// number that no photograph has.
+Composite best_of(std::span<const Partial> partials, std::span<const int> wanted = {});
 
 /// The same for a composite; where a region goes on past its border and its photograph still shows
 /// what is there, v_j is the photograph's own value.
@@ -90,6 +101,10 @@ class Stitcher {
   /// unseen, two systems are prepared instead of one.
   Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
            const SolverFactory& factory = direct_solver(), const Progress& progress = {});
+
+  /// Other regions of the same signal; the systems stay. Throws `InvalidInput` where something else is
+  /// unseen.
+  void regroup(std::vector<int> labels);
 
   /// The signal with harmonic values where it is unseen, the rest as it was.
   Signal fill(const Signal& psi, const Progress& progress = {}) const;
