@@ -116,6 +116,7 @@ void add_field_options(OptionTable& table) {
        .letter = 'f',
        .type = Type::text,
        .default_value = "max-curvature",
+       .choices = {std::begin(known), std::end(known)},
        .accepts =
            [](const std::string& text) {
              return names_file(text) || std::ranges::count(known, text) > 0;

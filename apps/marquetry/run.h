@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "mq/base/defect.h"
 #include "mq/base/options.h"
 #include "mq/base/progress.h"
+#include "mq/io/model.h"
 #include "terminal.h"
 
 namespace mq::app {
@@ -67,6 +69,10 @@ class Run {
 
   /// Says on standard error which of them are worth a look.
   void warn(const Defects& defects);
+
+  /// Told what textures there are of work on its way, and what they are; empty: nobody looks on, and
+  /// a verb does nothing for it. From the thread that works; results are the same either way.
+  std::function<void(const std::string& what, const std::vector<Texture>& textures)> onlooker;
 
   Json input = Json::object();   ///< what was read
   Json result = Json::object();  ///< what the verb found, by name

@@ -147,5 +147,33 @@ TEST(WithContrast, PutsTheMeanInTheMiddle) {
   EXPECT_DOUBLE_EQ(grey(1, 0), 0.75);
 }
 
+/// Conjugate gradients come nearer in the energy with every step, and so do the pictures.
+TEST(WatchLinesForm, BeginsWithTheNoiseAndComesNearerToTheLines) {
+  const auto model = fixtures::textured(fixtures::cut_square({}), {{60, 60}});
+  const std::vector<Vector3> field(model->surface.mesh.triangles.size(), Vector3(1, 0.4, 0));
+  TexelSpaceOptions across;
+  across.metrics = texel_metrics_across(model->surface, model->atlas, field, 100);
+  const TexelSpace space(model->surface, model->atlas, across);
+  std::vector<Vector3> places;
+  for (const auto& p : space.texels().positions) places.emplace_back(p[0], p[1], p[2]);
+  const Signal noise = solid_noise(places, 0.03);
+  const double weight = 0.01;
+  const Signal lines = ScreenedPoisson(space, weight).solve(noise, 0).signal;
+  const SparseMatrix A = space.solvable(1, weight);
+  std::vector<int> steps;
+  std::vector<double> errors;
+  watch_lines_form(space, noise, weight, 64, [&](int step, const Signal& now) {
+    if (step == 0) {
+      EXPECT_TRUE(now == noise);
+    }
+    const Signal error = now - lines;
+    steps.push_back(step);
+    errors.push_back(error.cwiseProduct(A * error).sum());
+  });
+  EXPECT_EQ(steps, (std::vector<int>{0, 1, 2, 4, 8, 16, 32, 64}));
+  for (std::size_t k = 1; k < errors.size(); ++k) EXPECT_LT(errors[k], errors[k - 1]) << k;
+  EXPECT_LT(errors.back(), 0.02 * errors.front());
+}
+
 }  // namespace
 }  // namespace mq

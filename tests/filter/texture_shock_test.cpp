@@ -200,5 +200,17 @@ TEST(TextureShock, AgreesWithVerticesWhereTheMeshIsAsFine) {
   EXPECT_LT(difference / surface.triangle_count(), 0.01);
 }
 
+TEST(TextureShock, PreparedOnceGivesTheBitsOfEachTime) {
+  const Sheet sheet({.cells = 12, .parts = 2, .scale = 0.7}, 150);
+  const TextureShock prepared(sheet.model->surface, sheet.model->atlas, sheet.space, sheet.signal,
+                              {.weights = {1e-4, 1e-4}});
+  for (const double tau : {2.0, 0.5, 0.0}) {
+    const ShockedTexture one = sheet.shock(tau), other = prepared.at({ShockTime::Unit::relative, tau});
+    EXPECT_TRUE(one.signal == other.signal);
+    EXPECT_EQ(one.time, other.time);
+    EXPECT_EQ(one.counts.triangles, other.counts.triangles);
+  }
+}
+
 }  // namespace
 }  // namespace mq

@@ -60,6 +60,15 @@ Exit lic(Run& run) {
   about(scene.model, [&] {
     const Signal noise =
         solid_noise(domain->places(), grain, std::uint64_t(options.integer("seed")));
+    if (run.onlooker && !vertices) {
+      const Step step(run, "form", 0.05);
+      watch_lines_form(*across, noise, wanted.weight, 64, [&](int done, const Signal& now) {
+        Model forming;
+        put_field(scene, *domain, with_contrast(now, options.number("deviations")).replicate(1, 3),
+                  Depth::u8, forming);
+        run.onlooker(done == 0 ? "noise" : fmt::format("step {}", done), forming.textures);
+      }, step);
+    }
     solve_as_asked(run, *domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
       const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
       lines = line_integral(*across, domain->space(), noise, wanted, factory, step);

@@ -12,6 +12,7 @@
 #include "mq/filter/texture_shock.h"
 #include "outputs.h"
 #include "shock_geometry.h"
+#include "shock_options.h"
 #include "signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
@@ -20,9 +21,6 @@
 namespace mq::app {
 namespace {
 
-/// Above so many vertices iterations take less time and memory than a factorisation.
-constexpr int most_for_direct = 30'000;
-
 bool names_picture(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),
@@ -30,32 +28,6 @@ bool names_picture(const std::filesystem::path& path) {
   static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".tif",
                                              ".tiff", ".exr", ".bmp",  ".tga"};
   return std::ranges::count(pictures, extension) > 0;
-}
-
-ShockTime asked_time(const OptionValues& options) {
-  if (options.has("absolute-time"))
-    return {ShockTime::Unit::absolute, options.number("absolute-time")};
-  return {ShockTime::Unit::relative, options.number("time")};
-}
-
-ShockWeights asked_weights(const OptionValues& options, const SurfaceScale& scale) {
-  const auto weight = [&](const std::string& name) {
-    return weight_from_length(parse_length(options.text(name)), scale);
-  };
-  return {.signal = weight("smooth"), .potential = weight("smooth-potential")};
-}
-
-/// What --solver and --tolerance say, for systems of vertices.
-VertexSolver vertex_solver(const OptionValues& options) {
-  const std::string name = options.text("solver");
-  const double tolerance = options.number("tolerance");
-  return [name, tolerance](std::span<const Vector3> places) {
-    if (name == "direct" || (name == "automatic" && std::ssize(places) <= most_for_direct))
-      return direct_solver();
-    MultigridOptions when;
-    when.tolerance = tolerance;
-    return vertex_multigrid_solver(places, when);
-  };
 }
 
 /// What the report says of paths.
@@ -247,8 +219,7 @@ Exit shock_model(Run& run) {
       report_solves(run, shocked.solves);
     } else {
       const TexelSpace& space = dynamic_cast<const TexelDomain&>(target->domain()).space();
-      const double longest_edge = options.has("longest-edge") ? options.number("longest-edge")
-                                                              : usual_longest_edge(space.size());
+      const double longest_edge = asked_longest_edge(options, space.size());
       run.result["longest_edge"] = longest_edge;
       ShockedTexture shocked = texture_shock(scene.surface, *scene.atlas, space, before,
                                              {.weights = weights,

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/random.h"
+#include "mq/linear/conjugate_gradients.h"
 
 namespace mq {
 
@@ -78,6 +79,23 @@ LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface
   result.signal = std::move(sharp.signal);
   result.sharpen = std::move(sharp.report);
   return result;
+}
+
+void watch_lines_form(const SignalSpace& across, const Signal& noise, double weight, int steps,
+                      const std::function<void(int, const Signal&)>& shown,
+                      const Progress& progress) {
+  shown(0, noise);
+  if (weight == 0) return;
+  const SparseMatrix A = across.solvable(1, weight);
+  const Signal B = across.mass() * noise;
+  const Preconditioner jacobi = jacobi_preconditioner(A);
+  Signal X = noise;
+  for (int done = 0, next = 1; next <= steps; next *= 2) {
+    conjugate_gradients(A, B, X, jacobi, {.tolerance = 0, .max_cycles = next - done});
+    done = next;
+    progress.at(double(done) / steps);
+    shown(done, X);
+  }
 }
 
 Signal with_contrast(const Signal& signal, double deviations) {

@@ -10,6 +10,7 @@
 /// 4. `with_contrast`.
 
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include "mq/filter/screened_poisson.h"
@@ -38,6 +39,14 @@ struct LineIntegral {
 LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface,
                            const Signal& noise, const LineIntegralOptions& options,
                            const SolverFactory& factory, const Progress& progress = {});
+
+/// What the lines are before they are whole, for somebody who looks on: `shown(k, φ_k)` for the noise,
+/// φ_0, and what 1, 2, 4, ... up to `steps` steps of plain conjugate gradients make of it on the way to
+/// the φ of step 2. With each step values go one unknown further. Nothing of it is in the result of
+/// `line_integral`; takes a matrix of its own while it lasts.
+void watch_lines_form(const SignalSpace& across, const Signal& noise, double weight, int steps,
+                      const std::function<void(int, const Signal&)>& shown,
+                      const Progress& progress = {});
 
 /// Shifted and scaled such that the mean is ½ and `deviations` standard deviations lie between
 /// there and 0 or 1, then cut to [0, 1]. A constant becomes ½. Unknowns weigh alike.

@@ -70,14 +70,15 @@ double potential_rate(const SignalSpace& space, const Vector& potential) {
   return std::sqrt(sum / area);
 }
 
-double time_from(const ShockTime& time, const SignalSpace& space, const Vector& potential) {
+double time_from(const ShockTime& time, double rate, double area) {
   require(time.value >= 0, fmt::format("a time of {} is before the start", time.value));
-  if (time.unit == ShockTime::Unit::absolute) {
-    const double area = space.scale().area;
-    return time.value * area * area;
-  }
-  const double rate = potential_rate(space, potential);
+  if (time.unit == ShockTime::Unit::absolute) return time.value * area * area;
   return rate > 0 ? time.value / rate : 0;
+}
+
+double time_from(const ShockTime& time, const SignalSpace& space, const Vector& potential) {
+  const bool absolute = time.unit == ShockTime::Unit::absolute;
+  return time_from(time, absolute ? 0 : potential_rate(space, potential), space.scale().area);
 }
 
 Shocked transport_shock(const TraceMesh& mesh, const VertexSpace& space, const Signal& signal,

@@ -45,6 +45,8 @@ struct ShockTime {
 
 /// In units of dp/dt = −∇P on the surface as it is: τ/Λ (0 where Λ is 0), or value · area².
 double time_from(const ShockTime& time, const SignalSpace& space, const Vector& potential);
+/// The same where Λ and the area are known.
+double time_from(const ShockTime& time, double rate, double area);
 
 /// A sharpened signal and how it came about.
 struct Shocked {

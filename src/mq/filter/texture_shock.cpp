@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -56,40 +58,75 @@ double usual_longest_edge(int texels) {
   return std::clamp(std::sqrt(expected_vertices(texels, 1) / vertices), 0.7, 1.4);
 }
 
-ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
-                             const Signal& signal, const TextureShockOptions& options,
-                             const Progress& progress) {
+struct TextureShock::Data {
+  Data(const Surface& surface, const Atlas& atlas, const TexelSpace& texels, Signal values,
+       double longest_edge, const Progress& progress)
+      : space(texels),
+        signal(std::move(values)),
+        refined(surface, atlas, texels, longest_edge, progress) {}
+
+  const TexelSpace& space;
+  Signal signal;
+  RefinedTexture refined;
+  double rate = 0, area = 0;
+  std::vector<SolveReport> solves;
+  std::optional<TraceMesh> mesh;
+  std::optional<SurfaceFlow> flow;
+  std::vector<SurfacePoint> starts;
+};
+
+TextureShock::TextureShock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
+                           Signal signal, const TextureShockOptions& options,
+                           const Progress& progress) {
   require(signal.rows() == space.size(),
           fmt::format("a signal of {} rows was given for {} texels", signal.rows(), space.size()));
   require(signal.allFinite(), "the texture has values that are not finite");
   require_memory_for(bytes_per_vertex * expected_vertices(space.size(), options.longest_edge),
                      space.size());
-  const RefinedTexture refined(surface, atlas, space, options.longest_edge,
-                               progress.step("cut triangles", 0.15));
-  ShockedTexture shocked;
-  shocked.vertices = refined.fine().surface.mesh.vertex_count();
-  require_memory_for(bytes_per_vertex_once_cut * shocked.vertices, space.size());
+  data_ = std::make_unique<Data>(surface, atlas, space, std::move(signal), options.longest_edge,
+                                 progress.step("cut triangles", 0.15));
+  const Surface& fine = data_->refined.fine().surface;
+  require_memory_for(bytes_per_vertex_once_cut * fine.mesh.vertex_count(), space.size());
   Vector P;
   {
-    const VertexSpace vertices(refined.fine().surface);
-    P = shock_potential(vertices, refined.at_vertices(signal), options.weights,
-                        options.solver(refined.fine().surface.mesh.positions), &shocked.solves,
+    const VertexSpace vertices(fine);
+    P = shock_potential(vertices, data_->refined.at_vertices(data_->signal), options.weights,
+                        options.solver(fine.mesh.positions), &data_->solves,
                         progress.step("potential", 0.35));
-    shocked.rate = potential_rate(vertices, P);
-    shocked.time = time_from(options.time, vertices, P);
+    data_->rate = potential_rate(vertices, P);
+    data_->area = vertices.scale().area;
   }
   // Ordered only now: the solver needs more memory than all else.
-  const TraceMesh mesh(refined.fine().surface, progress.step("order triangles", 0.1));
-  const SurfaceFlow flow = SurfaceFlow::downhill(mesh, P);
-  const std::vector<SurfacePoint> starts = refined.starts(progress.step("place texels", 0.15));
+  data_->mesh.emplace(fine, progress.step("order triangles", 0.1));
+  data_->flow.emplace(SurfaceFlow::downhill(*data_->mesh, P));
+  data_->starts = data_->refined.starts(progress.step("place texels", 0.15));
+}
+
+TextureShock::~TextureShock() = default;
+
+ShockedTexture TextureShock::at(const ShockTime& time, const Progress& progress) const {
+  ShockedTexture shocked;
+  shocked.vertices = data_->refined.fine().surface.mesh.vertex_count();
+  shocked.rate = data_->rate;
+  shocked.solves = data_->solves;
+  shocked.time = time_from(time, data_->rate, data_->area);
   const Stopwatch watch;
-  const Traced traced = flow.trace(starts, shocked.time, progress.step("follow paths", 0.2));
+  const Traced traced =
+      data_->flow->trace(data_->starts, shocked.time, progress.step("follow paths", 0.2));
   shocked.counts = traced.counts;
   shocked.path_seconds = watch.seconds();
-  shocked.signal = signal;
-  if (shocked.time > 0) look_up(refined, space, signal, starts, traced.ends, shocked.signal);
+  shocked.signal = data_->signal;
+  if (shocked.time > 0)
+    look_up(data_->refined, data_->space, data_->signal, data_->starts, traced.ends,
+            shocked.signal);
   progress.at(1);
   return shocked;
+}
+
+ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
+                             const Signal& signal, const TextureShockOptions& options,
+                             const Progress& progress) {
+  return TextureShock(surface, atlas, space, signal, options, progress).at(options.time, progress);
 }
 
 }  // namespace mq

@@ -2,6 +2,7 @@
 /// Shock filters on textures: sharpened on the surface, across seams.
 
 #include <functional>
+#include <memory>
 #include <span>
 
 #include "mq/atlas/atlas.h"
@@ -57,5 +58,26 @@ struct ShockedTexture {
 ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                              const Signal& signal, const TextureShockOptions& options,
                              const Progress& progress = {});
+
+/// The same for one time after the other: the potential and all that does not depend on the time is
+/// made once, and a time costs its paths.
+///
+///     const TextureShock shock(surface, atlas, space, signal, options);
+///     const ShockedTexture mild = shock.at({ShockTime::Unit::relative, 1});
+class TextureShock {
+ public:
+  /// `options.time` is not looked at. Surface, atlas and space must outlive the object. Throws as
+  /// above.
+  TextureShock(const Surface& surface, const Atlas& atlas, const TexelSpace& space, Signal signal,
+               const TextureShockOptions& options, const Progress& progress = {});
+  ~TextureShock();
+
+  /// `texture_shock` at this time, to the last bit.
+  ShockedTexture at(const ShockTime& time, const Progress& progress = {}) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
 
 }  // namespace mq
