@@ -101,13 +101,54 @@ bool edit_choice(OptionValues& values, const Option& option) {
   return changed;
 }
 
+/// "a.png; b.png" of an option that may be given several times.
+std::string joined(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const std::string& text : texts) all += (all.empty() ? "" : "; ") + text;
+  return all;
+}
+
+bool take_many(OptionValues& values, const std::string& name, const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == ';')
+      parts.emplace_back();
+    else if (c != ' ' || !parts.back().empty())
+      parts.back() += c;
+  }
+  std::erase(parts, "");
+  try {
+    OptionValues changed = values;
+    changed.set(name, parts);
+    values = changed;
+    return true;
+  } catch (const InvalidInput&) {
+    return false;
+  }
+}
+
+/// With a list beside it where there are words that are not names of files.
 bool edit_text(OptionValues& values, const Option& option) {
-  char text[512] = "";
-  std::strncpy(text, now(values, option.name).c_str(), sizeof(text) - 1);
-  const bool changed = ImGui::InputText(option.name.c_str(), text, sizeof(text),
-                                        ImGuiInputTextFlags_EnterReturnsTrue);
+  char text[4096] = "";
+  std::strncpy(text, joined(values.effective(option.name)).c_str(), sizeof(text) - 1);
+  bool changed = false;
+  const bool listed = !option.choices.empty();
+  if (listed && ImGui::BeginCombo(("##" + option.name).c_str(), "", ImGuiComboFlags_NoPreview)) {
+    for (const std::string& choice : option.choices)
+      if (ImGui::Selectable(choice.c_str(), choice == text))
+        changed = take(values, option.name, choice);
+    ImGui::EndCombo();
+  }
+  if (listed) {
+    ImGui::SameLine(0, 0);
+    ImGui::SetNextItemWidth(ImGui::CalcItemWidth() - ImGui::GetFrameHeight());
+  }
+  const bool typed = ImGui::InputText(option.name.c_str(), text, sizeof(text),
+                                      ImGuiInputTextFlags_EnterReturnsTrue);
   explain(option);
-  return changed && take(values, option.name, text);
+  if (option.count == Option::Count::many)
+    return changed || (typed && take_many(values, option.name, text));
+  return changed || (typed && take(values, option.name, text));
 }
 
 }  // namespace

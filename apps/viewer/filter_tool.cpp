@@ -1,7 +1,9 @@
-// The equation is linear in β − 1 = (beta − 1)·mask. What is solved for is therefore β − 1 = mask,
-// and what is shown, ψ + (beta − 1)·δ, follows the slider of beta at once.
+// The equation is linear in β − 1, which is (beta − 1)·mask where the mask sharpens and the mask itself
+// where it is below 0 and smooths. What is solved for is therefore β − 1 = mask, or mask / (beta − 1)
+// below 0, and what is shown, ψ + (beta − 1)·δ, follows the slider of beta at once where nothing is below.
 //
-// The mask is held in 65535ths, which a picture of 16 bits keeps: a saved mask is the painted one.
+// The mask is held in 65535ths, which pictures of 16 bits and of floats keep: a saved mask is the painted
+// one.
 #include "filter_tool.h"
 
 #include <fmt/format.h>
@@ -26,7 +28,7 @@
 namespace mq::view {
 namespace {
 
-constexpr std::uint16_t full = 65535;
+constexpr int full = 65535;
 
 /// A change of more texels than this share of all is solved for everywhere at once.
 constexpr double most_to_follow = 0.25;
@@ -62,43 +64,6 @@ void FilterTool::panel() {
     ImGui::TextUnformatted("preparing ...");
     return;
   }
-  bool changed = edit(options_, "beta");
-  if (options_.given("length")) {
-    changed |= edit(options_, "length");
-  } else {
-    changed |= edit(options_, "alpha");
-    if (ImGui::SmallButton("as a length")) {
-      set("length",
-          fmt::format("{:.3g}tx", std::sqrt(options_.number("alpha") * area_) / texel_spacing_));
-      changed = true;
-    }
-  }
-  if (changed) want();
-  int brush = int(brush_);
-  ImGui::RadioButton("sharpen", &brush, 0);
-  ImGui::SameLine();
-  ImGui::RadioButton("smooth", &brush, 1);
-  ImGui::SameLine();
-  ImGui::RadioButton("erase", &brush, 2);
-  if (brush != int(brush_)) {
-    try {
-      choose(Brush(brush));
-    } catch (const InvalidInput& error) {
-      session_.say(error.what());
-    }
-  }
-  auto size = float(brush_radius() / std::sqrt(area_) * 100);
-  if (ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%", ImGuiSliderFlags_Logarithmic))
-    size_ = {size, Length::Unit::percent};
-  auto strength = float(strength_);
-  if (ImGui::SliderFloat("strength", &strength, 0.01F, 1, "%.2f")) strength_ = strength;
-  if (ImGui::Button("undo")) undo();
-  ImGui::SameLine();
-  if (ImGui::Button("redo")) redo();
-  ImGui::SameLine();
-  if (ImGui::Button("everywhere")) fill(full);
-  ImGui::SameLine();
-  if (ImGui::Button("nowhere")) fill(0);
   const auto tried = [&](const auto& what) {
     try {
       what();
@@ -106,6 +71,34 @@ void FilterTool::panel() {
       session_.say(error.what());
     }
   };
+  OptionValues edited = options_;
+  const std::string reach = options_.given("length") ? "length" : "alpha";
+  const bool other_beta = edit(edited, "beta"), other_reach = edit(edited, reach);
+  if (other_beta || other_reach) tried([&] { take(edited); });
+  if (reach == "alpha" && ImGui::SmallButton("as a length"))
+    tried([&] {
+      set("length",
+          fmt::format("{:.3g}tx", std::sqrt(options_.number("alpha") * area_) / texel_spacing_));
+    });
+  int brush = int(brush_);
+  ImGui::RadioButton("sharpen", &brush, 0);
+  ImGui::SameLine();
+  ImGui::RadioButton("smooth", &brush, 1);
+  ImGui::SameLine();
+  ImGui::RadioButton("erase", &brush, 2);
+  if (brush != int(brush_)) tried([&] { choose(Brush(brush)); });
+  auto size = float(brush_radius() / std::sqrt(area_) * 100);
+  if (ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%", ImGuiSliderFlags_Logarithmic))
+    size_ = {size, Length::Unit::percent};
+  auto strength = float(strength_);
+  if (ImGui::SliderFloat("strength", &strength, 0.01F, 1, "%.2f")) strength_ = strength;
+  if (ImGui::Button("undo")) tried([&] { undo(); });
+  ImGui::SameLine();
+  if (ImGui::Button("redo")) tried([&] { redo(); });
+  ImGui::SameLine();
+  if (ImGui::Button("everywhere")) fill(full);
+  ImGui::SameLine();
+  if (ImGui::Button("nowhere")) fill(0);
   ImGui::InputText("##mask", mask_name_.data(), mask_name_.size());
   ImGui::SameLine();
   if (ImGui::Button("save mask")) tried([&] { save_mask(mask_name_.data()); });
@@ -162,55 +155,56 @@ void FilterTool::dabs_to(const Vector3& place) {
 void FilterTool::dab(const Vector3& place) {
   const Stopwatch watch;
   const double radius = brush_radius();
-  const Texels& texels = target_->domain().space().texels();
-  constexpr int block = 16384;
-  std::vector<std::vector<int>> near((std::size_t(texels.size()) + block - 1) / block);
-  parallel_blocks(texels.size(), block, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t k = begin; k < end; ++k) {
-      const auto& [x, y, z] = texels.positions[std::size_t(k)];
-      if ((Vector3(x, y, z) - place).squaredNorm() < radius * radius)
-        near[std::size_t(begin / block)].push_back(int(k));
-    }
-  });
+  const ClosestPoint at = (*closest_)(place);
   std::vector<int> unknowns;
-  for (const std::vector<int>& some : near)
-    unknowns.insert(unknowns.end(), some.begin(), some.end());
-  std::vector<Vector3> places;
-  std::vector<double> values;
+  if (session_.scene->atlas->chart[std::size_t(at.triangle)] >= 0)
+    unknowns = ball_->reach(at.triangle, at.barycentric, place, radius);
+  const Texels& texels = target_->domain().space().texels();
+  const Spot spot{place, radius, strength_};
+  std::vector<int> after;
   for (const int k : unknowns) {
     const auto& [x, y, z] = texels.positions[std::size_t(k)];
-    places.emplace_back(x, y, z);
-    values.push_back(double(mask_[std::size_t(k)]) / full);
+    after.push_back(painted_with(mask_[std::size_t(k)], paint_at(spot, {x, y, z})));
   }
-  const Spot spot{place, radius, brush_ == Brush::erase ? -strength_ : strength_};
-  add_spots(std::span(&spot, 1), places, values);
-  std::vector<std::uint16_t> after;
-  for (const double value : values) after.push_back(std::uint16_t(std::lround(value * full)));
   change(unknowns, after);
   touches_.push_back(watch.seconds());
 }
 
-void FilterTool::fill(std::uint16_t value) {
+/// A value of the mask under so much paint. What is erased goes to 0 from either side.
+int FilterTool::painted_with(int before, double paint) const {
+  const double now = double(before) / full;
+  double after = 0;
+  if (brush_ == Brush::erase)
+    after = now < 0 ? std::min(0.0, now + paint) : std::max(0.0, now - paint);
+  else if (brush_ == Brush::smooth && options_.number("beta") > 1)
+    after = std::max(-1.0, now - paint);
+  else
+    after = std::min(1.0, now + paint);
+  return int(std::lround(after * full));
+}
+
+void FilterTool::fill(int value) {
   if (!ready_) return;
   begin_stroke();
   std::vector<int> unknowns;
   for (std::size_t k = 0; k < mask_.size(); ++k)
     if (mask_[k] != value) unknowns.push_back(int(k));
-  change(unknowns, std::vector<std::uint16_t>(unknowns.size(), value));
+  change(unknowns, std::vector<int>(unknowns.size(), value));
   end_stroke();
 }
 
 /// Part of a stroke.
 void FilterTool::change(const std::vector<int>& unknowns,
-                        const std::vector<std::uint16_t>& values) {
+                        const std::vector<int>& values) {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    std::uint16_t& mask = mask_[std::size_t(unknowns[i])];
+    int& mask = mask_[std::size_t(unknowns[i])];
     if (mask == values[i]) continue;
     stroke_.unknowns.push_back(unknowns[i]);
     stroke_.before.push_back(mask);
     stroke_.after.push_back(values[i]);
     painted_ += int(values[i] != 0) - int(mask != 0);
+    smoothed_ += int(values[i] < 0) - int(mask < 0);
     mask = values[i];
     wanted_.mask.emplace_back(unknowns[i], values[i]);
     settled_ = false;
@@ -231,6 +225,7 @@ void FilterTool::end_stroke() {
 
 void FilterTool::undo() {
   if (undo_.empty()) return;
+  require_beta_for(undo_.back().before);
   Stroke stroke = std::move(undo_.back());
   undo_.pop_back();
   begin_stroke();
@@ -246,6 +241,7 @@ void FilterTool::undo() {
 
 void FilterTool::redo() {
   if (redo_.empty()) return;
+  require_beta_for(redo_.back().after);
   Stroke stroke = std::move(redo_.back());
   redo_.pop_back();
   begin_stroke();
@@ -254,18 +250,15 @@ void FilterTool::redo() {
   undo_.push_back(std::move(stroke));
 }
 
-/// One mask has one beta, so a picture sharpens or smooths.
+/// A beta below 1 has no way to sharpen.
 void FilterTool::choose(Brush brush) {
-  const double beta = options_.number("beta");
-  const bool other_way =
-      (brush == Brush::sharpen && beta < 1) || (brush == Brush::smooth && beta > 1);
-  require(!other_way || nothing_painted(),
-          fmt::format(
-              "what is painted {} (beta is {:g}), and one mask goes one way: change beta, or save "
-              "the texture and open it for the other",
-              beta > 1 ? "sharpens" : "smooths", beta));
+  const bool cannot = brush == Brush::sharpen && options_.number("beta") < 1;
+  require(!cannot || nothing_painted(),
+          fmt::format("what is painted smooths (beta is {:g}): with a beta above 1 one brush sharpens "
+                      "and the other smooths",
+                      options_.number("beta")));
   brush_ = brush;
-  if (other_way) set("beta", brush == Brush::sharpen ? "3" : "0");
+  if (cannot) set("beta", "3");
 }
 
 void FilterTool::set(const std::string& name, const std::string& value) {
@@ -278,8 +271,31 @@ void FilterTool::set(const std::string& name, const std::string& value) {
     for (const char* kept : {"beta", "output"}) changed.set(kept, options_.texts(kept));
   }
   changed.set(name, {value});
-  options_ = changed;
+  take(changed);
+}
+
+namespace {
+
+void refuse_beta(double beta) {
+  throw InvalidInput(fmt::format(
+      "beta: found {:g}, and where the mask is below 0 it smooths while beta sharpens elsewhere: wanted "
+      "above 1, or a mask without such places",
+      beta));
+}
+
+}  // namespace
+
+/// Options in place of those there are.
+void FilterTool::take(const OptionValues& options) {
+  if (smoothed_ > 0 && options.number("beta") <= 1) refuse_beta(options.number("beta"));
+  options_ = options;
   want();
+}
+
+/// What is taken back or done again may have been painted with another one.
+void FilterTool::require_beta_for(const std::vector<int>& mask) const {
+  const double beta = options_.number("beta");
+  if (beta <= 1 && std::ranges::any_of(mask, [](int m) { return m < 0; })) refuse_beta(beta);
 }
 
 void FilterTool::want() {
@@ -374,14 +390,20 @@ void FilterTool::save_mask(const std::string& path) {
   const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   for (const auto& file : outputs.paths()) {
     const std::string extension = file.extension().string();
+    const bool floats = extension == ".tif" || extension == ".tiff" || extension == ".exr";
+    require(smoothed_ == 0 || floats,
+            fmt::format("{}: where it smooths the mask is below 0, which wants floating point: name a "
+                        ".exr or a .tif",
+                        file.string()));
     require(
-        extension == ".png" || extension == ".tif" || extension == ".tiff",
+        floats || extension == ".png",
         fmt::format("{}: a mask wants 16 bits and no loss: name a .png or a .tif", file.string()));
   }
   session_.run.will_write(outputs.paths(), outputs.folder());
   std::vector<std::string> names;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    write_image(outputs.paths()[i], pictures[i], Depth::u16);
+    const bool floats = smoothed_ > 0 || outputs.paths()[i].extension() == ".exr";
+    write_image(outputs.paths()[i], pictures[i], floats ? Depth::f32 : Depth::u16);
     names.push_back(outputs.paths()[i].string());
   }
   options_.set("mask", names);
@@ -392,7 +414,7 @@ void FilterTool::save_mask(const std::string& path) {
 std::string FilterTool::as_command() {
   const bool whole = painted_ == std::ssize(mask_);
   const bool everywhere =
-      whole && std::ranges::all_of(mask_, [](std::uint16_t m) { return m == full; });
+      whole && std::ranges::all_of(mask_, [](int m) { return m == full; });
   require(
       everywhere || !saved_mask_.empty(),
       "the command names the mask's file, and the mask is not saved as it is now: save it first");
@@ -465,6 +487,8 @@ void FilterTool::prepare(const Progress& progress) {
                                                    progress.step("assemble", 0.8));
   });
   before_ = target_->values();
+  ball_ = std::make_unique<SurfaceBall>(target_->domain().space());
+  closest_ = std::make_unique<ClosestPointFinder>(session_.scene->surface.mesh);
   mask_.assign(std::size_t(target_->space().size()), 0);
   followed_ = mask_;
   preparing_ = watch.seconds();
@@ -489,6 +513,14 @@ void FilterTool::work(const Progress& progress) {
 /// Does the most urgent thing; false where there is nothing to do.
 bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
   const bool other_gain = std::exchange(gain_, wanted.gain) != wanted.gain;
+  if (other_gain && live_) {
+    // Where it smooths, β − 1 is not beta's affair: what is solved for there is another.
+    Wanted all;
+    for (std::size_t k = 0; k < followed_.size(); ++k)
+      if (followed_[k] < 0) all.mask.emplace_back(int(k), followed_[k]);
+    if (!all.mask.empty()) settled_ = false;
+    wanted.mask.insert(wanted.mask.begin(), all.mask.begin(), all.mask.end());
+  }
   if (!live_ || weight_ != wanted.weight) {
     const Stopwatch watch;
     for (const auto& [unknown, value] : wanted.mask) followed_[std::size_t(unknown)] = value;
@@ -521,7 +553,7 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
   }
   if (!settled_ && brushing_) return false;  // the next touch comes soon
   if (!settled_) {
-    if (std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; })) {
+    if (std::ranges::all_of(followed_, [](int m) { return m == 0; })) {
       settled_ = true;
       show(Extent::all);
       return true;
@@ -547,7 +579,7 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
   }
   if (path.empty()) return false;
   Model model = session_.scene->model;
-  const bool nothing = std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; });
+  const bool nothing = std::ranges::all_of(followed_, [](int m) { return m == 0; });
   if (!nothing) target_->put(before_, before_ + gain_ * (live_->signal() - before_), model);
   const app::Outputs outputs(path, model, app::Outputs::Kind::pictures);
   for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
@@ -567,7 +599,10 @@ void FilterTool::follow(const Wanted& wanted) {
   }
   std::ranges::sort(texels);
   texels.erase(std::unique(texels.begin(), texels.end()), texels.end());
-  for (const int k : texels) beta.push_back(1 + double(followed_[std::size_t(k)]) / full);
+  for (const int k : texels) {
+    const double mask = double(followed_[std::size_t(k)]) / full;
+    beta.push_back(1 + (mask < 0 ? mask / gain_ : mask));
+  }
   {
     const Stopwatch watch;
     live_->modulate(texels, beta);
@@ -588,7 +623,7 @@ void FilterTool::follow(const Wanted& wanted) {
 void FilterTool::show(Extent extent) {
   const Signal& now = live_->signal();
   const bool nothing =
-      settled_ && std::ranges::all_of(followed_, [](std::uint16_t m) { return m == 0; });
+      settled_ && std::ranges::all_of(followed_, [](int m) { return m == 0; });
   const auto value = [&](std::int64_t k, int c) {
     const double was = before_(k, c);
     return nothing ? was : was + gain_ * (now(k, c) - was);

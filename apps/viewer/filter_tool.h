@@ -10,7 +10,9 @@
 
 #include "background.h"
 #include "mq/base/length.h"
+#include "mq/fem/surface_ball.h"
 #include "mq/filter/live_modulation.h"
+#include "mq/mesh/closest_point.h"
 #include "session.h"
 #include "signal_target.h"
 #include "tool.h"
@@ -45,8 +47,7 @@ class FilterTool : public Tool {
  private:
   /// Unknowns whose mask changed, and its values before and after, in 65535ths.
   struct Stroke {
-    std::vector<int> unknowns;
-    std::vector<std::uint16_t> before, after;
+    std::vector<int> unknowns, before, after;
   };
   enum class Brush { sharpen, smooth, erase };
 
@@ -54,7 +55,7 @@ class FilterTool : public Tool {
   struct Wanted {
     double weight = 0;                                ///< of the equation
     double gain = 0;                                  ///< beta − 1
-    std::vector<std::pair<int, std::uint16_t>> mask;  ///< changes, in order
+    std::vector<std::pair<int, int>> mask;            ///< changes, in order
     int version = 0;  ///< how often something was changed
   };
 
@@ -67,16 +68,19 @@ class FilterTool : public Tool {
 
   // On the window's thread.
   void want();
-  void change(const std::vector<int>& unknowns, const std::vector<std::uint16_t>& values);
+  void change(const std::vector<int>& unknowns, const std::vector<int>& values);
   void dab(const Vector3& place);
   void dabs_to(const Vector3& place);
-  void fill(std::uint16_t value);
+  void fill(int value);
+  int painted_with(int before, double paint) const;
   void begin_stroke() { stroke_ = Stroke(); }
   void end_stroke();
   void undo();
   void redo();
   void choose(Brush brush);
   void set(const std::string& name, const std::string& value);
+  void take(const OptionValues& options);
+  void require_beta_for(const std::vector<int>& mask) const;
   void save_texture(const std::string& path);
   void save_mask(const std::string& path);
   std::string as_command();
@@ -101,8 +105,11 @@ class FilterTool : public Tool {
   Brush brush_ = Brush::sharpen;
   Length size_{3, Length::Unit::percent};
   double strength_ = 0.5;
-  std::vector<std::uint16_t> mask_;  ///< per unknown
-  std::int64_t painted_ = 0;         ///< how many of them are not 0
+  std::vector<int> mask_;      ///< per unknown
+  std::int64_t painted_ = 0;   ///< how many of them are not 0
+  std::int64_t smoothed_ = 0;  ///< how many are below 0
+  std::unique_ptr<ClosestPointFinder> closest_;
+  std::unique_ptr<SurfaceBall> ball_;
   Stroke stroke_;
   std::optional<Vector3> last_dab_;
   std::vector<Stroke> undo_, redo_;
@@ -123,7 +130,7 @@ class FilterTool : public Tool {
   std::unique_ptr<app::TextureTarget> target_;
   Signal before_;
   std::optional<LiveModulation> live_;  ///< of β = 1 + mask
-  std::vector<std::uint16_t> followed_;
+  std::vector<int> followed_;
   double weight_ = 0, gain_ = 0;
   std::string to_save_;    ///< guarded; a texture, once all is solved
   Background background_;  ///< last: it ends before what it works on

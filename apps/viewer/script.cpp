@@ -64,6 +64,10 @@ constexpr Command commands[] = {
     {"fill", 1, 1, "fill everywhere|nowhere"},
     {"source", 1, 1, "source X,Y,Z"},
     {"with", 1, any, "with FILE ..."},
+    {"photograph", 1, 1, "photograph NUMBER or photograph best"},
+    {"region", 1, 1, "region brush|chart"},
+    {"save-labels", 1, 1, "save-labels FILE"},
+    {"stage", 1, 1, "stage NUMBER or stage last"},
     {"undo", 0, 0, "undo"},
     {"redo", 0, 0, "redo"},
     {"save-texture", 1, 1, "save-texture FILE"},
@@ -367,6 +371,24 @@ class Player {
   ScriptedInput input_;
 };
 
+/// What the pictures of a line took: medians and the worst.
+void report_frames(Session& session, int line, std::size_t first) {
+  if (session.frames.size() == first) return;
+  std::vector<double> program, graphics;
+  for (std::size_t i = first; i < session.frames.size(); ++i) {
+    program.push_back(session.frames[i].program);
+    graphics.push_back(session.frames[i].graphics);
+  }
+  std::ranges::sort(program);
+  std::ranges::sort(graphics);
+  session.run.result["frames"].push_back({{"line", line},
+                                          {"count", program.size()},
+                                          {"program", program[program.size() / 2]},
+                                          {"program_worst", program.back()},
+                                          {"graphics", graphics[graphics.size() / 2]},
+                                          {"graphics_worst", graphics.back()}});
+}
+
 }  // namespace
 
 Script::Script(const std::filesystem::path& file) : file_(file) {
@@ -395,8 +417,10 @@ void Script::play(Viewer& viewer, Session& session) const {
   for (const ScriptLine& line : lines_) {
     if (line.words[0] == "quit") return;
     const std::string place = fmt::format("{}, line {}: ", file_.string(), line.number);
+    const std::size_t drawn = session.frames.size();
     try {
       player.play(line);
+      report_frames(session, line.number, drawn);
     } catch (const InvalidInput& error) {
       throw InvalidInput(place + error.what());
     } catch (const IoError& error) {

@@ -33,7 +33,7 @@ struct Session {
   std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
-  std::unique_ptr<TextureSet> result;         ///< other pictures in place of `after`; null: none
+  std::shared_ptr<TextureSet> result;         ///< other pictures in place of `after`; null: none
   std::unique_ptr<ModelPictures> pictures;
   Turntable camera;
   AtlasView atlas;
@@ -44,6 +44,12 @@ struct Session {
     std::int64_t texels;
   };
   std::vector<Upload> uploads;
+  /// A picture of the window, where a script asks: seconds of what the program does for it, and of what
+  /// the graphics do, uploads among it.
+  struct Frame {
+    double program, graphics;
+  };
+  std::vector<Frame> frames;
   std::string message;  ///< the last thing that was done, or why not
 
   /// What of the textures is in front: `after` right of the wipe.

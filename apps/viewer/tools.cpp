@@ -22,6 +22,8 @@ std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "none") return nullptr;
   if (name == "filter") return std::make_unique<FilterTool>(session);
   if (name == "geodesic") return make_geodesic_tool(session);
+  if (name == "shock") return make_shock_tool(session);
+  if (name == "stitch") return make_stitch_tool(session);
   if (name == "interpolate") return make_interpolate_tool(session);
   if (std::ranges::count(tool_names(), name) > 0) return std::make_unique<VerbTool>(name, session);
   throw InvalidInput(

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "arguments.h"
 #include "command_words.h"
 #include "controls.h"
 #include "mq/base/error.h"
@@ -18,6 +19,9 @@ namespace mq::view {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Of all stages of a run together, at 4 or 16 bytes each; the first ones are let go.
+constexpr std::int64_t most_texels_kept = 256 << 20;
 
 fs::path temporary_folder() {
   std::string name = (fs::temp_directory_path() / "marquetry-view-XXXXXX").string();
@@ -63,6 +67,7 @@ void VerbTool::panel() {
     OptionValues edited = options_;
     if (edit(edited, option)) change(option, edited.texts(option));
   }
+  stage_controls();
   const auto tried = [&](const auto& what) {
     try {
       what();
@@ -73,13 +78,18 @@ void VerbTool::panel() {
   ImGui::InputText("##texture", texture_name_.data(), texture_name_.size());
   ImGui::SameLine();
   if (ImGui::Button("save texture")) tried([&] { save(texture_name_.data()); });
-  if (ImGui::Button("copy as command")) {
-    OptionValues named = options_;
-    named.set("output", {texture_name_.data()});
-    const std::string line = app::command_line(named);
-    ImGui::SetClipboardText(line.c_str());
-    session_.say(line);
-  }
+  if (ImGui::Button("copy as command"))
+    tried([&] {
+      OptionValues named = options_;
+      named.set("output", {texture_name_.data()});
+      const std::string line = command_words(named);
+      ImGui::SetClipboardText(line.c_str());
+      session_.say(line);
+    });
+}
+
+std::string VerbTool::command_words(const OptionValues& options) const {
+  return app::command_line(options);
 }
 
 void VerbTool::change(const std::string& name, const std::vector<std::string>& values) {
@@ -117,12 +127,22 @@ bool VerbTool::command(const std::vector<std::string>& words) {
                 option.name != "output",
             fmt::format("'{}' is not an option that the viewer sets", words[1]));
     change(words[1], {words.begin() + 2, words.end()});
+  } else if (words[0] == "stage") {
+    std::size_t newest = 0;
+    {
+      const std::lock_guard lock(stages_mutex_);
+      newest = std::max<std::size_t>(1, stages_.size()) - 1;
+    }
+    const auto number = app::parse_numbers(words[1], 1);
+    require(words[1] == "last" || (number && number->front() >= 0),
+            fmt::format("found '{}', wanted a number from 0, or last", words[1]));
+    choose_stage(words[1] == "last" ? newest : std::size_t(number->front()));
   } else if (words[0] == "save-texture") {
     save(words[1]);
   } else if (words[0] == "copy-command") {
     OptionValues named = options_;
     named.set("output", {"out.png"});
-    const std::string line = app::command_line(named) + "\n";
+    const std::string line = command_words(named) + "\n";
     require(words.size() == 2, "wanted: copy-command FILE");
     session_.run.will_write({words[1]});
     write_file(words[1], std::as_bytes(std::span(line.data(), line.size())));
@@ -141,13 +161,19 @@ void VerbTool::save(const std::string& path) {
 }
 
 void VerbTool::frame() {
+  {
+    const std::lock_guard lock(stages_mutex_);
+    if (at_newest_ && !stages_.empty()) {
+      stage_ = stages_.size() - 1;
+      session_.result = stages_[stage_].pictures;
+    }
+  }
   if (background_.busy()) return;
   if (const std::string error = background_.error(); !error.empty()) {
     stopped_ = true;
     stale_ = false;
     throw SolverError(error);
   }
-  if (made_) session_.result = std::move(made_);
   if (!stale_ || stopped_) return;
   if (!complete()) {
     stopped_ = true;  // until something is set
@@ -155,7 +181,13 @@ void VerbTool::frame() {
   }
   stale_ = false;
   const std::string path = std::exchange(to_save_, {});
-  background_.start([this, path, options = options_](const Progress& progress) {
+  if (path.empty()) {
+    const std::lock_guard lock(stages_mutex_);
+    other_run_ = at_newest_ = true;
+  }
+  if (path.empty()) before_make(options_);
+  background_.start([this, path, options = path.empty() ? options_ : options_to_save()](
+                        const Progress& progress) {
     if (path.empty()) return make(options, progress);
     OptionValues saving = options;
     saving.set("output", {path});
@@ -176,6 +208,9 @@ void VerbTool::make(const OptionValues& options, const Progress& progress) {
   app::Terminal silence("view");
   silence.set_voice(app::Terminal::Voice::quiet);
   app::Run run(making, silence, progress);
+  run.onlooker = [this](const std::string& what, const std::vector<Texture>& textures) {
+    show_stage(what, textures);
+  };
   verb_named(verb_).run(run);
   found_ = run.result;
   found_.erase("outputs");
@@ -186,8 +221,37 @@ void VerbTool::make(const OptionValues& options, const Progress& progress) {
   show(pictures);
 }
 
-void VerbTool::show(const std::vector<Texture>& pictures) {
-  made_ = std::make_unique<TextureSet>(pictures, largest_side_);
+void VerbTool::show_stage(const std::string& name, const std::vector<Texture>& pictures) {
+  auto set = std::make_shared<TextureSet>(pictures, largest_side_);
+  std::int64_t texels = 0;
+  for (const Texture& picture : pictures) texels += picture.pixels.pixel_count();
+  const std::lock_guard lock(stages_mutex_);
+  if (std::exchange(other_run_, false)) stages_.clear();
+  stages_.push_back({name, std::move(set)});
+  while (stages_.size() > 1 && std::int64_t(stages_.size()) * texels > most_texels_kept)
+    stages_.erase(stages_.begin());
+}
+
+/// Where work is shown on its way, what is shown of it.
+void VerbTool::stage_controls() {
+  int stage = int(stage_), count = 0;
+  std::string name;
+  {
+    const std::lock_guard lock(stages_mutex_);
+    count = int(stages_.size());
+    if (stage < count) name = stages_[stage_].name;
+  }
+  if (count > 1 && ImGui::SliderInt("stage", &stage, 0, count - 1, name.c_str()))
+    choose_stage(std::size_t(stage));
+}
+
+void VerbTool::choose_stage(std::size_t stage) {
+  const std::lock_guard lock(stages_mutex_);
+  require(stage < stages_.size(),
+          fmt::format("there is no stage {}: {} to {} are there", stage, 0, stages_.size() - 1));
+  stage_ = stage;
+  at_newest_ = stage + 1 == stages_.size();
+  session_.result = stages_[stage].pictures;
 }
 
 void VerbTool::stop() {
@@ -195,6 +259,11 @@ void VerbTool::stop() {
   stopped_ = true;
 }
 
-nlohmann::ordered_json VerbTool::report() const { return {{"name", verb_}, {"found", found_}}; }
+nlohmann::ordered_json VerbTool::report() const {
+  nlohmann::ordered_json stages = nlohmann::ordered_json::array();
+  const std::lock_guard lock(stages_mutex_);
+  for (const Stage& stage : stages_) stages.push_back(stage.name);
+  return {{"name", verb_}, {"found", found_}, {"stages", stages}};
+}
 
 }  // namespace mq::view

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
+#include <mutex>
 #include <string>
 
 #include "background.h"
@@ -41,12 +43,24 @@ class VerbTool : public Tool {
   virtual void make(const OptionValues& options, const Progress& progress);
   /// Options have changed: what is shown is not theirs any more.
   void change(const std::string& name, const std::vector<std::string>& values);
+  /// What is shown is not that of what was done since.
+  void make_again() {
+    stale_ = true;
+    stopped_ = false;
+  }
+  /// On the window's thread: right before `make`; the options of a run that saves; as a command.
+  virtual void before_make(const OptionValues&) {}
+  virtual OptionValues options_to_save() { return options_; }
+  virtual std::string command_words(const OptionValues& options) const;
+  const std::filesystem::path& folder() const { return folder_; }
   /// Whether all is there that the verb wants.
   virtual bool complete() const;
   /// Whether an option that says what is computed is in the panel.
   virtual bool shows(const Option&) const { return true; }
-  /// On the other thread.
-  void show(const std::vector<Texture>& pictures);
+  /// The result, on the other thread.
+  void show(const std::vector<Texture>& pictures) { show_stage("result", pictures); }
+  /// The same on its way there: it is shown until there is something newer, and can be gone back to.
+  void show_stage(const std::string& name, const std::vector<Texture>& pictures);
 
   Session& session_;
   OptionValues options_;
@@ -60,7 +74,18 @@ class VerbTool : public Tool {
   std::filesystem::path folder_;  ///< for results on their way to the window
   bool stale_ = true, stopped_ = false;
   std::string to_save_;
-  std::unique_ptr<TextureSet> made_;  ///< not yet shown
+  struct Stage {
+    std::string name;
+    std::shared_ptr<TextureSet> pictures;
+  };
+  void stage_controls();
+  void choose_stage(std::size_t stage);
+
+  mutable std::mutex stages_mutex_;
+  std::vector<Stage> stages_;  ///< guarded; of the last run that showed something
+  bool other_run_ = false;     ///< guarded; what is shown next is not of that run
+  std::size_t stage_ = 0;
+  bool at_newest_ = true;  ///< what is newest is shown
   int largest_side_ = TextureSet::largest_side();
   std::array<char, 256> texture_name_{"out.png"};
 
@@ -70,6 +95,12 @@ class VerbTool : public Tool {
 
 /// Distances from where the mouse is.
 std::unique_ptr<Tool> make_geodesic_tool(Session& session);
+
+/// Shock filters, one time after the other.
+std::unique_ptr<Tool> make_shock_tool(Session& session);
+
+/// Which photograph wins where.
+std::unique_ptr<Tool> make_stitch_tool(Session& session);
 
 /// Moments between the textures and others.
 std::unique_ptr<Tool> make_interpolate_tool(Session& session);

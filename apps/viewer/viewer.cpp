@@ -77,7 +77,17 @@ void Viewer::change_tool(const std::string& name) {
   tool_name_ = name;
 }
 
+/// What is left to the graphics, in scripts measured.
+template <class Draw>
+void Viewer::with_graphics(const Draw& draw) {
+  const Stopwatch watch;
+  draw();
+  drawing_ += watch.seconds();
+}
+
 void Viewer::frame(const ScriptedInput* scripted) {
+  const Stopwatch watch;
+  drawing_ = 0;
   display_.begin_frame();
   ImGuiIO& io = ImGui::GetIO();
   scripted_ = scripted != nullptr;
@@ -92,8 +102,11 @@ void Viewer::frame(const ScriptedInput* scripted) {
   ImGui::NewFrame();
   layout();
   ImGui::Render();
-  draw();
-  display_.end_frame();
+  with_graphics([&] {
+    draw();
+    display_.end_frame();
+  });
+  if (scripted_) session_.frames.push_back({watch.seconds() - drawing_, drawing_});
 }
 
 /// Also for a picture of what is shown: a window's framebuffer holds nothing once it was shown.
@@ -147,7 +160,7 @@ void Viewer::layout() {
     }
   }
   for (TextureSet* set : {session_.before.get(), session_.after.get(), session_.result.get()})
-    if (set != nullptr) upload(*set);
+    if (set != nullptr) with_graphics([&] { upload(*set); });
   const auto width = float(display_.width()), top = float(display_.height()) - status_height;
   panel(panel_width, top);
   surface_pane();
@@ -428,7 +441,7 @@ std::vector<double> Viewer::state_of_look(const FalseColour& scale) const {
           double(scale.isolines),
           double(uploads_),
           double(session_.openings),
-          double(session_.result != nullptr)};
+          double(reinterpret_cast<std::uintptr_t>(session_.shown()))};
 }
 
 void Viewer::surface_pane() {
@@ -444,8 +457,11 @@ void Viewer::surface_pane() {
                              session_.camera.view().azimuth, double(surface_at_.width),
                              double(surface_at_.height)});
   if (std::exchange(surface_of_, state) != state)
-    session_.pictures->draw_surface(
-        session_.camera, {look, scale, session_.before.get(), session_.shown()}, surface_canvas_);
+    with_graphics([&] {
+      session_.pictures->draw_surface(session_.camera,
+                                      {look, scale, session_.before.get(), session_.shown()},
+                                      surface_canvas_);
+    });
   mark(pick_);
   if (shows_numbers(look)) show_legend();
   ImGui::End();
@@ -512,8 +528,10 @@ void Viewer::atlas_pane() {
   state.insert(state.end(), {double(view.texture), view.column, view.row, view.zoom,
                              double(atlas_at_.width), double(atlas_at_.height)});
   if (std::exchange(atlas_of_, state) != state)
-    session_.pictures->draw_atlas(view, {look, scale, session_.before.get(), session_.shown()},
-                                  atlas_canvas_);
+    with_graphics([&] {
+      session_.pictures->draw_atlas(view, {look, scale, session_.before.get(), session_.shown()},
+                                    atlas_canvas_);
+    });
   if (pick_.chart >= 0 && pick_.texture == view.texture) {
     ImDrawList* list = ImGui::GetWindowDrawList();
     const auto at = [&](double column, double row) {

@@ -94,6 +94,8 @@ class Viewer {
  private:
   void layout();
   void place_panes();
+  template <class Draw>
+  void with_graphics(const Draw& draw);
   void upload(TextureSet& set);
   std::vector<double> state_of_look(const FalseColour& scale) const;
   void draw() const;
@@ -121,6 +123,7 @@ class Viewer {
   Picture legend_;
   std::vector<double> legend_of_, surface_of_, atlas_of_;  ///< what is drawn there
   Stopwatch played_;                                       ///< since the last frame that was played
+  double drawing_ = 0;                                     ///< seconds, of this frame
   int uploads_ = 0;                                        ///< how often textures changed
   Rectangle surface_at_, atlas_at_;
   Pick pick_;

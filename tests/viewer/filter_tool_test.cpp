@@ -84,6 +84,65 @@ TEST(FilterTool, MakesTheTextureThatFilterMakesOfTheSavedMask) {
   expect_the_same(picture(folder, "all.png"), picture(folder, "filtered.png"));
 }
 
+TEST(FilterTool, SharpensHereAndSmoothsThere) {
+  const Folder folder;
+  write_sphere(folder);
+  const Result result =
+      view(folder,
+           "tool filter\nset length 2tx\nset beta 4\nsize 25%\nstrength 0.9\n"
+           "stroke 1,0,0.2 0.6,0.2,0.8\nbrush smooth\nstroke 0.4,0.2,0.9 0,0.3,1 -0.5,0.3,0.8\n"
+           "brush erase\nstrength 0.4\nstroke 0,0.3,1\n"
+           "save-mask mask.exr\nsave-mask mask.tif\nsave-texture painted.png\n"
+           "copy-command command.txt\n"
+           "set beta 2\nsave-texture other.png\nset beta 4\nsave-texture again.png\n",
+           {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> mask = picture(folder, "mask.exr");
+  EXPECT_LT(*std::ranges::min_element(mask.values()), -0.8F);
+  EXPECT_GT(*std::ranges::max_element(mask.values()), 0.8F);
+  EXPECT_EQ(difference(mask, picture(folder, "mask.tif")).values, 0);
+  const std::string line = file_bytes(folder / "command.txt");
+  EXPECT_THAT(line, HasSubstr("--beta=4 --mask=mask.tif"));
+  ASSERT_EQ(marquetry(folder, words_of(line)).status, 0);
+  expect_the_same(picture(folder, "painted.png"), picture(folder, "filtered.png"));
+  expect_the_same(picture(folder, "again.png"), picture(folder, "filtered.png"));
+  ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "2", "--length",
+                               "2tx", "--mask", "mask.exr"})
+                .status,
+            0);
+  expect_the_same(picture(folder, "other.png"), picture(folder, "cli.png"));
+}
+
+/// Two sheets, one close behind the other.
+TEST(FilterTool, DoesNotPaintThroughToWhatLiesBehind) {
+  const Folder folder;
+  write_bytes(folder / "sheets.obj",
+              "mtllib sheets.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+              "v 0 0 -0.02\nv 1 0 -0.02\nv 1 1 -0.02\nv 0 1 -0.02\n"
+              "vt 0.05 0.1\nvt 0.45 0.1\nvt 0.45 0.9\nvt 0.05 0.9\n"
+              "vt 0.55 0.1\nvt 0.95 0.1\nvt 0.95 0.9\nvt 0.55 0.9\nusemtl paper\n"
+              "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n");
+  write_bytes(folder / "sheets.mtl", "newmtl paper\nmap_Kd paper.png\n");
+  write_image(folder / "paper.png", Image<float>(64, 64, 3, 0.5F));
+  const Result result = view(folder,
+                             "tool filter\nsize 30%\nstrength 1\nstroke 0.5,0.5,0\n"
+                             "save-mask front.png\nundo\nstroke 0.5,0.5,-0.02\nsave-mask back.png\n",
+                             {"sheets.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto painted = [&](const std::string& name) {
+    const Image<float> mask = picture(folder, name);
+    std::array<int, 2> count = {0, 0};
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x) count[x < 32 ? 0 : 1] += mask(x, y) > 0;
+    return count;
+  };
+  const auto front = painted("front.png"), back = painted("back.png");
+  EXPECT_GT(front[0], 100);
+  EXPECT_EQ(front[1], 0);
+  EXPECT_EQ(back[0], 0);
+  EXPECT_EQ(back[1], front[0]);
+}
+
 TEST(FilterTool, TakesStrokesBackAndDoesThemAgain) {
   const Folder folder;
   write_sphere(folder);
@@ -164,8 +223,14 @@ TEST(FilterTool, RefusesWhatItCannotDo) {
     return result.error;
   };
   EXPECT_THAT(refused("", "fan.ply"), HasSubstr("session.txt, line 1: fan.ply: has no textures"));
-  EXPECT_THAT(refused("fill everywhere\nbrush smooth\n"),
-              HasSubstr("line 3: what is painted sharpens"));
+  EXPECT_THAT(refused("set beta 0.5\nfill everywhere\nbrush sharpen\n"),
+              HasSubstr("line 4: what is painted smooths"));
+  EXPECT_THAT(refused("brush smooth\nstroke 0.5,0.5,0\nset beta 0.5\n"),
+              HasSubstr("line 4: beta: found 0.5"));
+  EXPECT_THAT(refused("brush smooth\nstroke 0.5,0.5,0\nundo\nset beta 0.5\nredo\n"),
+              HasSubstr("line 6: beta: found 0.5"));
+  EXPECT_THAT(refused("brush smooth\nstroke 0.5,0.5,0\nsave-mask mask.png\n"),
+              HasSubstr("line 4: mask.png: where it smooths the mask is below 0"));
   EXPECT_THAT(refused("stroke 0.5,0.5,0\ncopy-command\n"),
               HasSubstr("line 3: the command names the mask's file"));
   EXPECT_THAT(refused("save-mask mask.jpg\n"), HasSubstr("line 2: mask.jpg: a mask wants 16 bits"));

@@ -97,12 +97,154 @@ TEST(InterpolateTool, ShowsTheMomentsThatTheVerbWrites) {
   expect_nearly_equal(picture(folder, "second.png"), shown_alone("smooth.png"), 0);
 }
 
+/// Two photographs of the sphere, everywhere: as it is, and brighter, which shows it less well.
+void write_photographs(const Folder& folder) {
+  const Image<float> colours = picture(folder, "sphere.png");
+  Image<float> best(colours.width(), colours.height(), 4, 1.0F), bright = best;
+  for (int y = 0; y < colours.height(); ++y)
+    for (int x = 0; x < colours.width(); ++x) {
+      for (int c = 0; c < 3; ++c) {
+        best(x, y, c) = 0.8F * colours(x, y, c);
+        bright(x, y, c) = best(x, y, c) + 0.15F;
+      }
+      bright(x, y, 3) = 0.5F;
+    }
+  write_image(folder / "best.png", best);
+  write_image(folder / "bright.png", bright);
+}
+
+TEST(StitchTool, GivesRegionsToPhotographsAndTakesTheirBordersOut) {
+  const Folder folder;
+  write_sphere(folder, "128");
+  write_photographs(folder);
+  const Result result = view(folder,
+                             "tool stitch\nset partial best.png bright.png\nwait\n"
+                             "screenshot none.png atlas\n"
+                             "photograph 1\nsize 40%\nstroke 0,0,1 0.5,0,0.86\n"
+                             "region chart\nstroke -1,0,0\nwait\nscreenshot stitched.png atlas\n"
+                             "stage 0\nscreenshot chosen.png atlas\nstage last\n"
+                             "save-labels labels.png\nsave-texture saved.png\n"
+                             "copy-command command.txt\n"
+                             "undo\nundo\nwait\nscreenshot undone.png atlas\n"
+                             "redo\nredo\nwait\nscreenshot redone.png atlas\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto tool = result.json()["result"]["tool"];
+  EXPECT_EQ(tool["prepared"], 1);
+  EXPECT_EQ(file_bytes(folder / "command.txt"),
+            "marquetry stitch --output=out.png --labels=labels.png --partial=best.png "
+            "--partial=bright.png sphere.obj\n");
+  const Result verb = marquetry(folder, {"stitch", "sphere.obj", "-o", "out.png", "--labels",
+                                         "labels.png", "--partial", "best.png", "--partial",
+                                         "bright.png", "--json"});
+  ASSERT_EQ(verb.status, 0) << verb.error;
+  EXPECT_EQ(verb.json()["result"]["regions"], 2);
+  // They differ by a constant, and so does what is stitched from one of them. Charts lie on the left,
+  // with a seventh of it between them.
+  const Image<float> best = picture(folder, "best.png"), stitched = picture(folder, "out.png"),
+                     labels = picture(folder, "labels.png");
+  std::vector<float> offsets;
+  int chosen = 0;
+  for (int y = 0; y < best.height(); ++y)
+    for (int x = 0; x < best.width() * 5 / 8; ++x) {
+      offsets.push_back(stitched(x, y, 1) - best(x, y, 1));
+      chosen += labels(x, y, 1) == 1;
+      if (labels(x, y, 1) == 1) {
+        EXPECT_EQ(labels(x, y, 0), 1.0F / 255);
+      }
+    }
+  EXPECT_GT(chosen, std::ssize(offsets) / 10);
+  EXPECT_LT(chosen, std::ssize(offsets) * 9 / 10);
+  std::ranges::sort(offsets);
+  const float middle = offsets[offsets.size() / 2];
+  EXPECT_GT(middle, 0.01F);
+  EXPECT_LT(middle, 0.14F);
+  const auto alike = std::ranges::count_if(
+      offsets, [&](float offset) { return std::abs(offset - middle) < 1.5F / 255; });
+  EXPECT_GT(alike, std::ssize(offsets) * 8 / 10);
+  ASSERT_EQ(view(folder, "screenshot verb.png atlas\n", {"sphere.obj", "out.png"}).status, 0);
+  expect_nearly_equal(picture(folder, "stitched.png"), picture(folder, "verb.png"), 0);
+  expect_nearly_equal(picture(folder, "redone.png"), picture(folder, "verb.png"), 0);
+  EXPECT_TRUE(file_bytes(folder / "saved.png") == file_bytes(folder / "out.png"));
+
+  // Nothing chosen: the best alone, as it is.
+  expect_nearly_equal(picture(folder, "undone.png"), picture(folder, "none.png"), 0);
+  EXPECT_FALSE(file_bytes(folder / "chosen.png") == file_bytes(folder / "none.png"));
+  EXPECT_FALSE(file_bytes(folder / "chosen.png") == file_bytes(folder / "stitched.png"));
+}
+
+TEST(StitchTool, SaysWhatItWants) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  write_photographs(folder);
+  const auto refused = [&](const std::string& script) {
+    const Result result = view(folder, "tool stitch\n" + script, {"sphere.obj"});
+    EXPECT_EQ(result.status, 2) << script;
+    return result.error;
+  };
+  const std::string photographs = "set partial best.png bright.png\n";
+  EXPECT_THAT(refused("photograph 0\n"), HasSubstr("line 2: stitch chooses between photographs"));
+  EXPECT_THAT(refused(photographs + "photograph 2\n"),
+              HasSubstr("line 3: found '2', wanted best or a number from 0 to 1"));
+  EXPECT_THAT(refused(photographs + "photograph 1\nstroke 0,0,1\ncopy-command a.txt\n"),
+              HasSubstr("line 5: the command names the labels' file"));
+  EXPECT_THAT(refused(photographs + "save-labels labels.jpg\n"),
+              HasSubstr("labels.jpg: labels want no loss"));
+}
+
 TEST(InterpolateTool, SaysWhichPicturesItWants) {
   const Folder folder;
   write_sphere(folder, "64");
   const Result result = view(folder, "tool interpolate\nwith a.png b.png\n", {"sphere.obj"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.error, HasSubstr("wanted one for each of the 1 textures"));
+}
+
+TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
+  const Folder folder;
+  write_sphere(folder, "128");
+  const Result result = view(folder,
+                             "tool shock\nset time 4\nset smooth 0.5%\nwait\nscreenshot last.png atlas\n"
+                             "stage 2\nscreenshot early.png atlas\nstage last\n"
+                             "screenshot last_again.png atlas\n"
+                             "set time 1.5\nwait\nscreenshot other.png atlas\n"
+                             "save-texture saved.png\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto at_time = [&](const std::string& time) {
+    EXPECT_EQ(marquetry(folder, {"shock", "sphere.obj", "--time", time, "--smooth", "0.5%", "-o", time + ".png"}).status,
+              0);
+    EXPECT_EQ(view(folder, "screenshot alone.png atlas\n", {"sphere.obj", time + ".png"}).status, 0);
+    return picture(folder, "alone.png");
+  };
+  expect_nearly_equal(picture(folder, "last.png"), at_time("4"), 0);
+  expect_nearly_equal(picture(folder, "last_again.png"), picture(folder, "last.png"), 0);
+  expect_nearly_equal(picture(folder, "early.png"), at_time("1"), 0);
+  expect_nearly_equal(picture(folder, "other.png"), at_time("1.5"), 0);
+  EXPECT_TRUE(file_bytes(folder / "saved.png") == file_bytes(folder / "1.5.png"));
+  // Five times where paths are new, with the default and for 0.5 %; else one, for 4 and 1.5.
+  EXPECT_EQ(result.json()["result"]["tool"]["path_seconds"].size(), 12U);
+}
+
+TEST(LicTool, ShowsLinesForming) {
+  const Folder folder;
+  write_sphere(folder, "128");
+  const Result result = view(folder,
+                             "tool lic\nset field gradient\nwait\nscreenshot last.png atlas\n"
+                             "stage 0\nscreenshot noise.png atlas\nstage 3\n"
+                             "screenshot forming.png atlas\ncopy-command command.txt\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["tool"]["stages"],
+            nlohmann::json({"noise", "step 1", "step 2", "step 4", "step 8", "step 16", "step 32",
+                            "step 64", "result"}));
+  ASSERT_EQ(marquetry(folder, {"lic", "sphere.obj", "--field", "gradient", "-o", "verb.png"})
+                .status,
+            0);
+  ASSERT_EQ(view(folder, "screenshot verb_shown.png atlas\n", {"sphere.obj", "verb.png"}).status, 0);
+  expect_nearly_equal(picture(folder, "last.png"), picture(folder, "verb_shown.png"), 0);
+  EXPECT_FALSE(file_bytes(folder / "noise.png") == file_bytes(folder / "forming.png"));
+  EXPECT_FALSE(file_bytes(folder / "forming.png") == file_bytes(folder / "last.png"));
 }
 
 TEST(VerbTool, SaysWhatTheVerbSays) {
