@@ -8,8 +8,8 @@
 namespace mq::view {
 namespace {
 
-/// Texels that are uploaded between two pictures of the window: a few milliseconds.
-constexpr std::int64_t texels_at_a_time = 4 << 20;
+/// Texels that are uploaded between two pictures of the window: about 10 ms (docs/performance.md).
+constexpr std::int64_t texels_at_a_time = 1 << 20;
 
 }  // namespace
 
