@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/sample/sample.h"
+#include "mq/sequence/texel_owners.h"
 
 namespace mq {
 namespace {
@@ -51,6 +54,43 @@ TEST(TextureFrame, ShowsWhatWasCapturedWhateverItsTriangles) {
       EXPECT_NEAR(frame.picture(x, y, 1), v, 1e-6);
       EXPECT_NEAR(frame.picture(x, y, 2), u * v, 1e-6);  // symmetric samples of a bilinear function
     }
+}
+
+/// Colours are linear on captured triangles, so what is shown is off by the square of their edges.
+TEST(TextureFrame, ConvergesToTheTruthAsCapturesGetFiner) {
+  const Sample ball = make_sample("sphere", {.texture_size = 128, .triangles = 20000});
+  const auto truth = [](const Vector3& p) { return 0.5 + 0.3 * std::sin(3 * p.x() + p.y()); };
+  const TexelOwners owners(ball.mesh, 128, 128);
+  const auto error = [&](int triangles) {
+    Mesh captured = make_sample("sphere", {.triangles = triangles}).mesh;
+    const Eigen::AngleAxisd turn(1, Vector3(1, 2, 3).normalized());
+    for (Vector3& p : captured.positions) p = turn * p;
+    const ColourAt colour = [&](const ClosestPoint& at) {
+      double value = 0;
+      for (int k = 0; k < 3; ++k)
+        value += at.barycentric[k] * truth(captured.position(at.triangle, k));
+      return std::array{float(value), float(value), float(value)};
+    };
+    const TextureFrame frame =
+        resample_texture(ball.mesh, captured, colour, {.width = 128, .height = 128, .samples = 1});
+    double squares = 0, count = 0;
+    for (int y = 0; y < 128; ++y)
+      for (int x = 0; x < 128; ++x) {
+        const TexelOwners::Owner& owner = owners.owner(x, y);
+        if (owner.triangle < 0 || owner.distance > 0) continue;
+        const Vector3 inside =
+            nearest_in_triangle(owners.corners(owner.triangle), owners.place(x, y));
+        Vector3 p = Vector3::Zero();
+        for (int k = 0; k < 3; ++k) p += inside[k] * ball.mesh.position(owner.triangle, k);
+        squares += std::pow(frame.picture(x, y, 0) - truth(p.normalized()), 2);
+        ++count;
+      }
+    return std::sqrt(squares / count);
+  };
+  const double coarse = error(1000), middle = error(4000), fine = error(16000);
+  EXPECT_GT(coarse, 3.5 * middle) << coarse << ' ' << middle << ' ' << fine;
+  EXPECT_GT(middle, 3.5 * fine) << coarse << ' ' << middle << ' ' << fine;
+  EXPECT_LT(fine, 3e-4);
 }
 
 TEST(TextureFrame, GoesOnOutsideOfChartsWithTheNearestTexel) {
