@@ -1,9 +1,11 @@
-// texture_video FRAMES PSNR NAME=STORE:SIZE:GUTTER ... : how large the videos are that show
-// captured frames in the atlases of evolving meshes, at equal quality on the surface.
+// texture_video FRAMES PSNR NAME=STORE:SIZE:GUTTER[:PICTURES] ... : how large the videos are that
+// show captured frames in the atlases of evolving meshes, at equal quality on the surface.
 //
 // Frames are resampled, made 4:2:0 by ffmpeg, encoded with several qualities (libx264 and libx265,
 // preset medium, no other options), decoded again, and compared in luma at the texels of charts
 // alone. The size at the PSNR asked for lies between two of them, linear in the logarithm of bytes.
+// PICTURES (a name with %04d for the frame's number) are encoded instead of the resampled frames,
+// and compared with these.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -19,6 +21,7 @@
 #include "mq/base/error.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/image_file.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/sequence/gutter.h"
@@ -31,16 +34,19 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Case {
-  std::string name, store, gutter;
+  std::string name, store, gutter, pictures;
   int size = 0;
 };
 
 Case parse_case(const std::string& text) {
-  const auto equals = text.find('='), colon = text.find(':'), last = text.rfind(':');
-  require(equals != std::string::npos && colon != std::string::npos && last > colon,
-          text + ": wanted NAME=STORE:SIZE:GUTTER");
-  return {text.substr(0, equals), text.substr(equals + 1, colon - equals - 1),
-          text.substr(last + 1), std::stoi(text.substr(colon + 1, last - colon - 1))};
+  const auto equals = text.find('=');
+  std::vector<std::string> parts{""};
+  for (const char c : text.substr(equals == std::string::npos ? text.size() : equals + 1))
+    c == ':' ? parts.emplace_back() : parts.back() += c;
+  require(parts.size() == 3 || parts.size() == 4,
+          text + ": wanted NAME=STORE:SIZE:GUTTER or NAME=STORE:SIZE:GUTTER:PICTURES");
+  return {text.substr(0, equals), parts[0], parts[2], parts.size() == 4 ? parts[3] : "",
+          std::stoi(parts[1])};
 }
 
 void run(const std::string& command) {
@@ -50,6 +56,7 @@ void run(const std::string& command) {
 /// The video before it is encoded, and where its charts are.
 struct Raw {
   fs::path file;
+  fs::path truth;  // what is decoded is compared with
   std::vector<Image<char>> charts;
   double texels = 0;  // of charts, mean
 };
@@ -62,18 +69,36 @@ Image<char> texels_of_charts(const Mesh& mesh, int size) {
   return inside;
 }
 
+/// Pictures to 4:2:0.
+class RawVideo {
+ public:
+  RawVideo(const fs::path& file, int side) {
+    const std::string size = std::to_string(side) + "x" + std::to_string(side);
+    pipe_ = popen(("ffmpeg -v error -y -f rawvideo -pix_fmt rgb24 -s " + size +
+                   " -i - -pix_fmt yuv420p -f rawvideo " + file.string())
+                      .c_str(),
+                  "w");
+    require(pipe_ != nullptr, "ffmpeg does not start");
+  }
+  void add(const Image<float>& picture) {
+    std::vector<unsigned char> bytes;
+    for (const float v : picture.values())
+      bytes.push_back((unsigned char)std::lround(255 * std::clamp(v, 0.0F, 1.0F)));
+    fwrite(bytes.data(), 1, bytes.size(), pipe_);
+  }
+  void end() { require(pclose(pipe_) == 0, "ffmpeg failed"); }
+
+ private:
+  FILE* pipe_;
+};
+
 Raw make_raw(const Case& wanted, const std::string& frames, const fs::path& folder) {
   const EvolvingReader reader(wanted.store);
   std::vector<int> numbers;
   for (const StoredFrame& frame : reader.frames()) numbers.push_back(frame.number);
   const std::vector<FrameFile> files = find_frames(frames, numbers);
-  Raw raw{folder / (wanted.name + ".yuv"), {}, 0};
-  const std::string size = std::to_string(wanted.size) + "x" + std::to_string(wanted.size);
-  FILE* pipe = popen(("ffmpeg -v error -y -f rawvideo -pix_fmt rgb24 -s " + size +
-                      " -i - -pix_fmt yuv420p -f rawvideo " + raw.file.string())
-                         .c_str(),
-                     "w");
-  require(pipe != nullptr, "ffmpeg does not start");
+  Raw raw{folder / (wanted.name + ".yuv"), folder / (wanted.name + "_truth.yuv"), {}, 0};
+  RawVideo video(raw.file, wanted.size), truth(raw.truth, wanted.size);
   Image<float> before;
   for (std::size_t f = 0; f < files.size(); ++f) {
     const EvolvingSegment segment = reader.segment(reader.frames()[f].segment);
@@ -82,24 +107,30 @@ Raw make_raw(const Case& wanted, const std::string& frames, const fs::path& fold
     TextureFrame frame =
         resample_texture(mesh, captured.mesh, surface_colours(captured),
                          {.width = wanted.size, .height = wanted.size, .samples = 1});
+    truth.add(frame.picture);
+    if (!wanted.pictures.empty()) {
+      char name[1000];
+      std::snprintf(name, sizeof name, wanted.pictures.c_str(), numbers[f]);
+      frame.picture = read_texture(name).pixels;
+      require(frame.picture.width() == wanted.size && frame.picture.channels() == 3,
+              std::string(name) + ": wanted red, green and blue, and the side of the case");
+    }
     raw.charts.push_back(texels_of_charts(mesh, wanted.size));
     if (wanted.gutter == "held" && !before.empty())
       hold_gutter(frame.inside, seen_margin, before, frame.picture);
     before = frame.picture;
-    std::vector<unsigned char> bytes;
-    for (const float v : frame.picture.values())
-      bytes.push_back((unsigned char)std::lround(255 * std::clamp(v, 0.0F, 1.0F)));
-    fwrite(bytes.data(), 1, bytes.size(), pipe);
+    video.add(frame.picture);
     for (const char inside : raw.charts.back().values())
       raw.texels += double(inside) / double(files.size());
   }
-  require(pclose(pipe) == 0, "ffmpeg failed");
+  video.end();
+  truth.end();
   return raw;
 }
 
 /// Of luma at the texels of charts, over all frames.
 double psnr(const Raw& raw, const fs::path& decoded, int size) {
-  std::ifstream a(raw.file, std::ios::binary), b(decoded, std::ios::binary);
+  std::ifstream a(raw.truth, std::ios::binary), b(decoded, std::ios::binary);
   const std::size_t luma = std::size_t(size) * size, all = luma + 2 * (luma / 4);
   std::vector<char> x(all), y(all);
   double squares = 0, count = 0;
@@ -144,7 +175,7 @@ double bytes_at(const Raw& raw, const std::string& codec, int size, double wante
 }
 
 int main(int count, char** words) {
-  require(count >= 4, "usage: texture_video FRAMES PSNR NAME=STORE:SIZE:GUTTER ...");
+  require(count >= 4, "usage: texture_video FRAMES PSNR NAME=STORE:SIZE:GUTTER[:PICTURES] ...");
   const fs::path folder = fs::temp_directory_path() / ("texture_video_" + std::to_string(getpid()));
   fs::create_directories(folder);
   std::printf(
@@ -159,6 +190,7 @@ int main(int count, char** words) {
                 h264, h265);
     std::fflush(stdout);
     fs::remove(raw.file);
+    fs::remove(raw.truth);
   }
   fs::remove_all(folder);
   return 0;

@@ -75,7 +75,8 @@ class Captured {
             .mesh = mesh_,
             .inside = texture_.inside,
             .pixels = texture_.picture,
-            .values = is_light() ? FrameTextures::Values::light : FrameTextures::Values::display};
+            .values = is_light() ? FrameTextures::Values::light : FrameTextures::Values::display,
+            .depth = depth()};
   }
 
   /// The same as display values.
@@ -103,6 +104,15 @@ class Captured {
  private:
   bool is_light() const {
     return model_.colors.channels == 0 && holds_light(model_.textures[0].format);
+  }
+
+  /// As deep as what colours are taken from.
+  Depth depth() const {
+    Depth deepest = Depth::u8;
+    if (model_.colors.channels == 0)
+      for (const Texture& texture : model_.textures)
+        deepest = std::max(deepest, texture.format.depth);
+    return deepest;
   }
 
   static Json steps_json(const BorderJump& jump) {
@@ -203,6 +213,11 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
                              const std::string& to) {
   const OptionValues& options = run.options();
   require_atlas_unless_models(reader, to);
+  if (names_video(to)) {
+    require_codec(to, video_options(options).codec);
+    const int side = int(options.integer("size"));
+    require_whole_video(to, side, side);
+  }
   const Step step(run, "textures", 0.9);
   Captured captured(run, reader, frames);
   if (names_animation(to)) {
@@ -219,7 +234,7 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
     const Progress part =
         step.progress().step(fmt::format("frame {}", number), 1.0 / double(frames.size()));
     if (files)
-      for (const std::string& note : files->write(captured.frame(f, part), options.number("rate")))
+      for (const std::string& note : files->write(captured.frame(f, part), video_options(options)))
         run.terminal().remark(note);
     else
       write_model(frame_name(to, number), captured.at_vertices(f));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
@@ -9,6 +10,7 @@
 #include "mq/io/model.h"
 #include "mq/sequence/gutter.h"
 #include "outputs.h"
+#include "signal_options.h"
 
 namespace mq::app {
 namespace {
@@ -18,15 +20,17 @@ namespace fs = std::filesystem;
 /// Of a model's file, that of its picture.
 fs::path picture_of(fs::path model) { return model.replace_extension(".png"); }
 
-Texture as_texture(const Image<float>& pixels, FrameTextures::Values values,
-                   const std::string& name, const fs::path& path) {
+/// EXR holds halves at least, the others 16 bits at most.
+Texture as_texture(const FrameTextures::Frame& frame, const std::string& name,
+                   const fs::path& path) {
   const bool exr = path.extension() == ".exr";
   Texture texture;
   texture.name = name;
-  texture.pixels = values == FrameTextures::Values::light && !exr
-                       ? encode(pixels, ColourSpace::linear, Transfer::srgb)
-                       : pixels;
-  texture.format.depth = exr ? Depth::half : Depth::u8;
+  texture.pixels = frame.values == FrameTextures::Values::light && !exr
+                       ? encode(frame.pixels, ColourSpace::linear, Transfer::srgb)
+                       : frame.pixels;
+  texture.format.depth =
+      exr ? std::max(frame.depth, Depth::half) : std::min(frame.depth, Depth::u16);
   return texture;
 }
 
@@ -37,6 +41,13 @@ FrameTextures::FrameTextures(const std::string& output) : output_(output) {
           fmt::format("--output: found '{}', wanted a model or a picture with a place for the "
                       "frame's number, such as frame_%04d.obj or texture_%04d.png, or a video",
                       output));
+}
+
+void require_whole_video(const fs::path& path, int width, int height) {
+  require(path.extension() == ".mkv" || (width % 2 == 0 && height % 2 == 0),
+          fmt::format("textures of {} × {} texels: {} videos halve both sides, so wanted are even "
+                      "ones (.mkv holds all)",
+                      width, height, path.extension().string()));
 }
 
 bool FrameTextures::is_video() const { return names_video(output_); }
@@ -51,34 +62,53 @@ std::vector<fs::path> FrameTextures::paths(const std::vector<int>& numbers) cons
   return paths;
 }
 
-std::vector<std::string> FrameTextures::write(const Frame& frame, double rate) {
+std::vector<std::string> FrameTextures::write(const Frame& frame, const VideoOptions& options) {
   if (is_video()) {
-    Image<float> pixels = as_texture(frame.pixels, frame.values, "", output_).pixels;
+    Image<float> pixels = as_texture(frame, "", output_).pixels;
     const bool first = !video_;
-    if (first)
-      video_ = std::make_unique<VideoWriter>(output_, pixels.width(), pixels.height(),
-                                             VideoOptions{.rate = rate});
-    else
-      hold_gutter(frame.inside, seen_margin, shown_, pixels);
+    if (first) {
+      require_whole_video(output_, pixels.width(), pixels.height());
+      video_ = std::make_unique<VideoWriter>(output_, pixels.width(), pixels.height(), options);
+    }
+    if (!first) hold_gutter(frame.inside, seen_margin, shown_, pixels);
     video_->write(pixels);
     shown_ = std::move(pixels);
     return first ? video_->notes() : std::vector<std::string>();
   }
   const fs::path path = frame_name(output_, frame.number);
   if (!names_model(output_)) {
-    write_texture(path, as_texture(frame.pixels, frame.values, "", path));
+    write_texture(path, as_texture(frame, "", path));
     return {};
   }
   const fs::path picture = picture_of(path);
   Model model;
   model.mesh = frame.mesh;
-  model.textures = {as_texture(frame.pixels, frame.values, picture.filename().string(), picture)};
+  model.textures = {as_texture(frame, picture.filename().string(), picture)};
   write_model(path, model);
   return {};
 }
 
 void FrameTextures::finish() {
   if (video_) video_->finish();
+}
+
+void add_codec_option(OptionTable& table) {
+  table.add({.name = "codec",
+             .type = Option::Type::choice,
+             .default_value = "auto",
+             .choices = video_codec_names(),
+             .metavar = "NAME",
+             .help = "of a video: auto, h264, h265, av1, vp9 or ffv1",
+             .details = "auto: H.264 in .mp4 and .mov, VP9 in .webm, FFV1, which loses nothing, in "
+                        ".mkv. Not all players know H.265 and AV1, which are smaller."});
+}
+
+VideoOptions video_options(const OptionValues& options) {
+  return {.rate = options.number("rate"), .codec = video_codec(options.text("codec"))};
+}
+
+void require_video_for_codec(const OptionValues& options, bool is_made) {
+  require(is_made || !asks_for(options, "codec"), "--codec: it is of videos, and none is made");
 }
 
 void add_rate_option(OptionTable& table) {

@@ -9,6 +9,7 @@
 
 #include "mq/base/options.h"
 #include "mq/image/image.h"
+#include "mq/io/model.h"
 #include "mq/io/video.h"
 #include "mq/mesh/mesh.h"
 
@@ -35,11 +36,12 @@ class FrameTextures {
     const Image<char>& inside;  ///< texels of charts; in a video others keep what they showed
     const Image<float>& pixels;
     Values values = Values::display;
+    Depth depth = Depth::u8;  ///< as files hold it that can
   };
 
-  /// The next frame; `rate` is that of a video. Returns what is worth telling of the
-  /// video, with its first frame.
-  std::vector<std::string> write(const Frame& frame, double rate);
+  /// The next frame; `options` are those of a video. Returns what is worth telling of the
+  /// video, with its first frame. Throws `InvalidInput` as `require_whole_video` does.
+  std::vector<std::string> write(const Frame& frame, const VideoOptions& options);
 
   /// After the last.
   void finish();
@@ -50,7 +52,16 @@ class FrameTextures {
   Image<float> shown_;  ///< the frame before, of a video
 };
 
-/// Adds --rate.
+/// Texture coordinates count all texels: throws `InvalidInput` where a video of this name would
+/// lose a row or column of so many.
+void require_whole_video(const std::filesystem::path& path, int width, int height);
+
+/// Adds --rate, and --codec; what they say.
 void add_rate_option(OptionTable& table);
+void add_codec_option(OptionTable& table);
+VideoOptions video_options(const OptionValues& options);
+
+/// Throws `InvalidInput` where --codec is given and no video is made.
+void require_video_for_codec(const OptionValues& options, bool is_made);
 
 }  // namespace mq::app

@@ -31,7 +31,8 @@ void add_output_option(OptionTable& table) {
 }
 
 void add_spread_options(OptionTable& table, const std::string& default_alpha,
-                        const std::string& group, const std::string& help, bool infinite) {
+                        const std::string& group, const std::string& help, bool infinite,
+                        const std::string& zero) {
   table.add({.name = "alpha",
              .letter = 'a',
              .type = Type::number,
@@ -41,9 +42,9 @@ void add_spread_options(OptionTable& table, const std::string& default_alpha,
              .infinite = infinite,
              .group = group,
              .help = help,
-             .details = std::string("(length / sqrt(area)) squared; 0 changes nothing") +
-                        (infinite ? ", inf counts gradients only, and each component keeps its mean."
-                                  : ".")});
+             .details = "(length / sqrt(area)) squared. " + zero +
+                        (infinite ? " inf counts gradients only, and each component keeps its mean."
+                                  : "")});
   table.add(
       {.name = "length",
        .letter = 'l',

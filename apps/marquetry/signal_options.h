@@ -19,9 +19,10 @@ bool asks_for(const OptionValues& options, const std::string& name);
 void add_output_option(OptionTable& table);
 
 /// Adds --alpha (with this default) and --length, which exclude each other; `group` is their
-/// heading, `help` what alpha does. Where `infinite`, alpha may be inf.
+/// heading, `help` what alpha does, `zero` what 0 does. Where `infinite`, alpha may be inf.
 void add_spread_options(OptionTable& table, const std::string& default_alpha,
-                        const std::string& group, const std::string& help, bool infinite = false);
+                        const std::string& group, const std::string& help, bool infinite = false,
+                        const std::string& zero = "0 changes nothing.");
 
 /// What --length says, or --alpha.
 Length spread(const OptionValues& options);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 
 #include "evolving_frames.h"
 #include "mq/base/error.h"
@@ -383,6 +384,7 @@ class Tracking {
   void one_frame(const fs::path& output, int frame, const Captured& model, const Stopwatch& watch,
                  const Progress& progress) {
     Json measured = {{"frame", sequence_.file(frame).number}};
+    say_defects(frame, model);
     if (!writer_) {
       const double diagonal =
           model.mesh.positions.empty() ? 0 : bounding_box(model.mesh).diagonal();
@@ -420,6 +422,19 @@ class Tracking {
     measured["seconds"]["all"] = watch.seconds();
     writer_->add_frame(sequence_.file(frame).number, current_, measured.dump());
     frames_.push_back(std::move(measured));
+  }
+
+  /// Of each kind of defect, the first frame that has it: what is cut apart or left out there is so
+  /// in what follows it.
+  void say_defects(int frame, const Captured& model) {
+    Defects all = make_surface(model.mesh).defects;
+    std::erase_if(all, [&](const Defect& defect) {
+      return defect.severity != Defect::Severity::warning || !said_.insert(defect.kind).second;
+    });
+    for (Defect& defect : all)
+      defect.message = fmt::format("{}: {}", sequence_.file(frame).path.string(), defect.message);
+    run_.found(all);
+    run_.warn(all);
   }
 
   /// Takes the frame's own mesh as the template from here on.
@@ -504,6 +519,7 @@ class Tracking {
   std::vector<Vector3> current_, previous_;
   int next_vertex_ = 0, next_triangle_ = 0;
   Json frames_ = Json::array();
+  std::set<std::string> said_;  ///< kinds of defects
 };
 
 /// The worst of a number over the frames.

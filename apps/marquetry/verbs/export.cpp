@@ -133,7 +133,7 @@ void require_consecutive(const std::vector<int>& frames) {
 void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
                   const std::vector<fs::path>& paths) {
   const Step step(run, "write", 0.9);
-  if (names_animation(paths.front())) {
+  if (names_animation(run.options().text("output"))) {
     require(!run.options().has("paint"), "--paint: an animation has no colours at vertices");
     write_animation(paths.front(), reader, frames.front(), frames.back(),
                     run.options().number("rate"), {}, step);
@@ -167,6 +167,8 @@ Exit run_export(Run& run) {
   require(!options.has("paint") || options.has("output"),
           "--paint: it colours models, so --output says where");
   if (options.has("paint")) run.will_read(options.text("paint"));
+  require_video_for_codec(options,
+                          options.has("output") && names_video(options.text("output")));
   const EvolvingReader reader(options.text("evolving"));
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
   std::vector<int> frames;
@@ -235,6 +237,7 @@ Verb export_verb() {
                      "whether they stay where they belong",
              .details = "What was born later is grey."});
   add_rate_option(table);
+  add_codec_option(table);
   add_captured_texture_options(table);
   add_plot_option(table);
   return {table, run_export};

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "captured_textures.h"
 #include "evolving_frames.h"
@@ -11,6 +12,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/film.h"
 #include "mq/io/uri.h"
+#include "mq/io/video.h"
 #include "outputs.h"
 #include "player_files.h"
 #include "run.h"
@@ -83,6 +85,17 @@ std::string page_of(const PlayerFiles& files, const std::string& film) {
   return page;
 }
 
+/// Browsers say nothing of a file that is no video, and show nothing.
+void require_video(const std::string& name, const Bytes& bytes) {
+  const auto holds = [&](std::size_t at, std::string_view word) {
+    return bytes.size() >= at + word.size() &&
+           std::memcmp(bytes.data() + at, word.data(), word.size()) == 0;
+  };
+  require(holds(4, "ftyp") || holds(0, "\x1a\x45\xdf\xa3"),
+          fmt::format("{}: it is no MP4 or WebM ({} bytes); make it again with export or relight",
+                      name, bytes.size()));
+}
+
 Exit run_play(Run& run) {
   const OptionValues& options = run.options();
   const std::optional<PlayerFiles> files = player_files();
@@ -94,6 +107,7 @@ Exit run_play(Run& run) {
   run.will_read(store);
   require(!options.has("from") || !options.has("video"),
           "--video: with --from the textures are those captured");
+  require_video_for_codec(options, options.has("from"));
   std::string kind = "video/mp4";
   if (options.has("video")) {
     kind = kind_of_video(options.text("video"));
@@ -106,6 +120,7 @@ Exit run_play(Run& run) {
   const fs::path output = options.text("output");
   const bool is_page = output.extension() == ".html";
   const fs::path page = is_page ? output : output / "index.html";
+  if (options.has("from")) require_video_program(page);
   run.will_write({page}, is_page ? output.parent_path() : output);
   if (run.dry_run()) return Exit::done;
 
@@ -116,6 +131,7 @@ Exit run_play(Run& run) {
     video = read_file(work / "textures.mp4");
   } else if (options.has("video")) {
     video = read_file(options.text("video"));
+    require_video(options.text("video"), video);
   }
   const Step step(run, "film", 0.9);
   const Film film = make_film(reader, frames, lifespan_colour, step);
@@ -164,6 +180,7 @@ Verb play_verb() {
              .details = "The page has all in it and fetches nothing."});
   add_evolving_frames_option(table);
   add_rate_option(table);
+  add_codec_option(table);
   table.add({.name = "video",
              .type = Type::path,
              .group = "Textures",

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "evolving_frames.h"
 #include "frame_textures.h"
@@ -25,6 +26,8 @@ namespace mq::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double most_poisson_alpha = 1e5;
 
 /// How near signals are to one that is known, up to one factor for all of them.
 class Comparison {
@@ -77,7 +80,8 @@ class Measures {
     result["flicker"] = {{"before", {{"deviation", was.deviation}, {"step", was.step}}},
                          {"after", {{"deviation", is.deviation}, {"step", is.step}}},
                          {"values", was.values}};
-    result["gradients"] = std::sqrt(after_.gradients / before_.gradients);
+    result["gradients"] =
+        before_.gradients > 0 ? std::sqrt(std::max(0.0, after_.gradients) / before_.gradients) : 1;
     if (compared_)
       result["truth"] = {{"before", before_.comparison.json()},
                          {"after", after_.comparison.json()}};
@@ -155,8 +159,9 @@ class Film {
                                         .pixels = pixels[0],
                                         .values = holds_light(open.texture.format)
                                                       ? FrameTextures::Values::light
-                                                      : FrameTextures::Values::display};
-    for (const std::string& note : output_.write(shown, run_.options().number("rate")))
+                                                      : FrameTextures::Values::display,
+                                        .depth = open.texture.format.depth};
+    for (const std::string& note : output_.write(shown, video_options(run_.options())))
       run_.terminal().remark(note);
     open_.erase(i);
   }
@@ -283,19 +288,34 @@ std::string in_words(const Json& result, const TemporalReport& report) {
 Exit relight(Run& run) {
   const OptionValues& options = run.options();
   refuse_of_other_method(options);
+  require(options.text("method") == "mean" || options.number("alpha") <= most_poisson_alpha,
+          fmt::format("--alpha: found {:g}, wanted at most {:g} with --method poisson, whose "
+                      "equation rounding makes indefinite beyond; --method mean takes more",
+                      options.number("alpha"), most_poisson_alpha));
   for (const char* name : {"textures", "truth"})
     require(!options.has(name) || has_frame_place(options.text(name)),
             fmt::format("{}: found '{}', wanted pictures with a place for the frame's number, such "
                         "as texture_%04d.png",
                         name, options.has(name) ? options.text(name) : ""));
+  require_video_for_codec(options, names_video(options.text("output")));
   const EvolvingReader reader(options.text("evolving"));
   run.will_read(options.text("evolving"));
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
   const std::vector<int> frames = wanted_frames(options, reader);
   Film film(run, reader, frames);
+  std::optional<PictureInfo> first;
   for (const fs::path& path : film.inputs()) {
     run.will_read(path);
-    picture_info(path);
+    const PictureInfo info = picture_info(path);
+    if (!first) first = info;
+    require(info.width == first->width && info.height == first->height,
+            fmt::format("{}: it has {} × {} texels, and the first texture {} × {}", path.string(),
+                        info.width, info.height, first->width, first->height));
+  }
+  const fs::path to = options.text("output");
+  if (names_video(to)) {
+    require_codec(to, video_options(options).codec);
+    require_whole_video(to, first->width, first->height);
   }
   run.will_write(film.outputs(), fs::path(options.text("output")).parent_path());
   run.input = {{"frames", frames.size()}, {"segments", reader.segments().size()}};
@@ -338,7 +358,8 @@ void add_time_options(OptionTable& table) {
                         "frames at once, gradients in space and changes in time multiplied by what "
                         "--beta and --change say, which takes out flicker."});
   add_spread_options(table, "5e-6", "Filter",
-                     "weight of gradients in space against values of the mean or the frame");
+                     "weight of gradients in space against values of the mean or the frame", false,
+                     "0 takes all from the mean, and leaves the frames to --gamma alone.");
   table.add({.name = "radius",
              .type = Type::integer,
              .default_value = "10",
@@ -414,6 +435,7 @@ Verb relight_verb() {
                      ".mov, .webm, .mkv)"});
   add_evolving_frames_option(table);
   add_rate_option(table);
+  add_codec_option(table);
   add_time_options(table);
   add_space_option(table);
   table.add({.name = "tolerance",

@@ -140,6 +140,9 @@ Json distance_json(const DistanceSummary& distance, double diagonal) {
           {"max", distance.max / diagonal}};
 }
 
+/// Of what a warning is worth.
+constexpr double far_in_tolerances = 1.5;
+
 void report(Run& run, const Side& of_template, const Side& target, const Remeshed& found) {
   const double all = std::max(1, of_template.surface.triangle_count());
   const double diagonal = bounding_box(target.surface.mesh).diagonal();
@@ -174,6 +177,13 @@ void report(Run& run, const Side& of_template, const Side& target, const Remeshe
       "distance, of the diagonal: to the target {:.2g} (largest {:.2g}), from it {:.2g} ({:.2g})\n",
       found.to_target.mean / diagonal, found.to_target.max / diagonal,
       found.from_target.mean / diagonal, found.from_target.max / diagonal));
+  const double far = std::max(found.to_target.max, found.from_target.max);
+  if (far > far_in_tolerances * found.tolerance)
+    run.terminal().warning(fmt::format(
+        "the farthest points of both are {:.2g} % of the diagonal apart, {:.2g} tolerances: what "
+        "is "
+        "hidden counts less; --occlusion 0 counts it like the rest, a smaller --tolerance all more",
+        100 * far / diagonal, far / found.tolerance));
   if (found.replaced_components > 0)
     run.terminal().remark(fmt::format("replaced as a whole: {} of the template",
                                       counted(found.replaced_components, "component")));

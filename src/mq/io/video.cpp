@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/socket.h>
@@ -39,25 +40,58 @@ constexpr int most_pixels_a_side = 16384;
 constexpr const char* into_yuv =
     "crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p";
 
+using Words = std::vector<std::string>;
+
+/// How a codec is asked for, in the order of `VideoCodec`, and the files that hold it. Qualities
+/// are about alike.
+struct Codec {
+  const char* name;
+  Words words;
+  Words files;
+};
+const std::vector<Codec>& codecs() {
+  static const std::vector<Codec> all = {
+      {"auto", {}, {".mp4", ".mov", ".webm", ".mkv"}},
+      {"h264", {"-c:v", "libx264", "-preset", "medium", "-crf", "16"}, {".mp4", ".mov", ".mkv"}},
+      {"h265",
+       {"-c:v", "libx265", "-preset", "medium", "-crf", "18", "-x265-params", "log-level=error"},
+       {".mp4", ".mov", ".mkv"}},
+      {"av1",
+       {"-c:v", "libaom-av1", "-crf", "20", "-b:v", "0", "-cpu-used", "6", "-row-mt", "1"},
+       {".mp4", ".webm", ".mkv"}},
+      {"vp9",
+       {"-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0", "-row-mt", "1"},
+       {".webm", ".mp4", ".mkv"}},
+      {"ffv1", {"-c:v", "ffv1", "-level", "3", "-pix_fmt", "bgr0"}, {".mkv"}}};
+  return all;
+}
+
+VideoCodec codec_of(const std::string& extension, VideoCodec asked) {
+  if (asked != VideoCodec::automatic) return asked;
+  return extension == ".mkv"    ? VideoCodec::ffv1
+         : extension == ".webm" ? VideoCodec::vp9
+                                : VideoCodec::h264;
+}
+
 /// What a kind of file asks of ffmpeg.
-std::vector<std::string> encoding(const std::filesystem::path& path) {
+Words encoding(const std::filesystem::path& path, VideoCodec asked) {
   const std::string extension = lower_extension(path);
-  if (extension == ".mkv") return {"-c:v", "ffv1", "-level", "3", "-pix_fmt", "bgr0"};
+  const VideoCodec codec = codec_of(extension, asked);
+  const Words& words = codecs()[std::size_t(codec)].words;
+  if (codec == VideoCodec::ffv1) return words;
   std::vector<std::string> all = {"-vf",         into_yuv,      "-color_range",     "tv",
                                   "-colorspace", "bt709",       "-color_primaries", "bt709",
                                   "-color_trc",  "iec61966-2-1"};
-  const std::vector<std::string> codec =
-      extension == ".webm" ? std::vector<std::string>{"-c:v", "libvpx-vp9", "-crf",    "24",
-                                                      "-b:v", "0",          "-row-mt", "1"}
-                           : std::vector<std::string>{"-c:v", "libx264", "-preset",   "medium",
-                                                      "-crf", "16",      "-movflags", "+faststart"};
-  all.insert(all.end(), codec.begin(), codec.end());
+  all.insert(all.end(), words.begin(), words.end());
+  const bool is_mp4 = extension == ".mp4" || extension == ".mov";
+  if (is_mp4) all.insert(all.end(), {"-movflags", "+faststart"});
+  if (is_mp4 && codec == VideoCodec::h265) all.insert(all.end(), {"-tag:v", "hvc1"});
   return all;
 }
 
 std::vector<std::string> command(const std::filesystem::path& path,
                                  const std::filesystem::path& temporary, int width, int height,
-                                 double rate) {
+                                 const VideoOptions& options) {
   std::vector<std::string> all = {"ffmpeg",
                                   "-nostdin",
                                   "-loglevel",
@@ -70,10 +104,10 @@ std::vector<std::string> command(const std::filesystem::path& path,
                                   "-video_size",
                                   fmt::format("{}x{}", width, height),
                                   "-framerate",
-                                  fmt::format("{:.6f}", rate),
+                                  fmt::format("{:.6f}", options.rate),
                                   "-i",
                                   "pipe:0"};
-  for (std::string& word : encoding(path)) all.push_back(std::move(word));
+  for (std::string& word : encoding(path, options.codec)) all.push_back(std::move(word));
   // A name that begins with - would be taken for an option, one with : for a protocol.
   all.push_back("file:" + temporary.string());
   return all;
@@ -88,6 +122,27 @@ std::string last_line(const std::string& text) {
 }
 
 }  // namespace
+
+std::vector<std::string> video_codec_names() {
+  Words names;
+  for (const Codec& codec : codecs()) names.emplace_back(codec.name);
+  return names;
+}
+
+VideoCodec video_codec(const std::string& name) {
+  const Words names = video_codec_names();
+  const auto at = std::ranges::find(names, name);
+  require(at != names.end(), fmt::format("found the video codec '{}', wanted one of {}", name,
+                                         fmt::join(names, ", ")));
+  return VideoCodec(at - names.begin());
+}
+
+void require_codec(const std::filesystem::path& path, VideoCodec codec) {
+  const Codec& asked = codecs()[std::size_t(codec)];
+  require(std::ranges::count(asked.files, lower_extension(path)) > 0,
+          fmt::format("{}: such a file does not hold {}, which goes into {}", path.string(),
+                      asked.name, fmt::join(asked.files, ", ")));
+}
 
 bool names_video(const std::filesystem::path& path) {
   static constexpr const char* videos[] = {".mp4", ".mov", ".webm", ".mkv"};
@@ -109,14 +164,14 @@ void require_video_program(const std::filesystem::path& path) {
 
 class VideoWriter::Process {
  public:
-  Process(const std::filesystem::path& path, int width, int height, double rate)
+  Process(const std::filesystem::path& path, int width, int height, const VideoOptions& options)
       : path_(path), file_(path), messages_(std::tmpfile()) {
     if (!messages_) fail(std::strerror(errno));
     std::array<int, 2> ends;
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
       fail(std::strerror(errno));
     socket_ = ends[0];
-    std::vector<std::string> words = command(path, file_.temporary(), width, height, rate);
+    std::vector<std::string> words = command(path, file_.temporary(), width, height, options);
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
@@ -220,7 +275,8 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   require(options.rate >= 1e-3 && options.rate <= 1000,
           fmt::format("{}: found {} frames per second, wanted 0.001 to 1000", path.string(),
                       options.rate));
-  process_ = std::make_unique<Process>(path, width, height, options.rate);
+  require_codec(path, options.codec);
+  process_ = std::make_unique<Process>(path, width, height, options);
 }
 
 VideoWriter::~VideoWriter() = default;

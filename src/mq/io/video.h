@@ -25,15 +25,27 @@ bool names_video(const std::filesystem::path& path);
 /// asked before long work whose result is one.
 void require_video_program(const std::filesystem::path& path);
 
+/// `automatic`: as said above, by the name.
+enum class VideoCodec { automatic, h264, h265, av1, vp9, ffv1 };
+
+/// auto, h264, h265, av1, vp9 and ffv1, and what they name. Throws `InvalidInput` for others.
+std::vector<std::string> video_codec_names();
+VideoCodec video_codec(const std::string& name);
+
+/// Throws `InvalidInput` where a file of this name does not hold the codec, with those that do.
+void require_codec(const std::filesystem::path& path, VideoCodec codec);
+
 struct VideoOptions {
   double rate = 25;  ///< frames per second, 1/1000 to 1000
+  VideoCodec codec = VideoCodec::automatic;
 };
 
 class VideoWriter {
  public:
   /// Starts `ffmpeg`. Throws `IoError` when it is not installed (it says how to install it) or the
   /// place cannot be written to, `InvalidInput` for a name of another kind, for pictures without
-  /// pixels or with a side above 16384, and for rates out of range.
+  /// pixels or with a side above 16384, for rates out of range, and for a codec that files of this
+  /// name do not hold.
   VideoWriter(const std::filesystem::path& path, int width, int height,
               const VideoOptions& options = {});
 
