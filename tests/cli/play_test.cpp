@@ -126,6 +126,13 @@ TEST_F(Play, RefusesWhatItCannotShow) {
   EXPECT_THAT(refusal(folder, {"play", "balls.evolving", "-o", "page", "--video", "none.mp4"},
                       "page/index.html"),
               HasSubstr("none.mp4"));
+  write_bytes(folder / "empty.mp4", "");
+  EXPECT_THAT(refusal(folder, {"play", "balls.evolving", "-o", "page", "--video", "empty.mp4"},
+                      "page/index.html"),
+              HasSubstr("no MP4"));
+  EXPECT_THAT(refusal(folder, {"play", "balls.evolving", "-o", "page", "--codec", "av1"},
+                      "page/index.html"),
+              HasSubstr("--codec"));
   EXPECT_THAT(refusal(folder, {"play", "balls/", "-o", "page"}, "page/index.html"),
               HasSubstr("balls"));
 }

@@ -111,9 +111,27 @@ TEST(Relight, WritesModelsAndVideosToo) {
   EXPECT_GT(std::filesystem::file_size(folder / "lit.mkv"), 1000U);
 }
 
+TEST(Relight, KeepsDepth) {
+  const Folder folder;
+  make_film(folder, noise);
+  for (int f = 0; f < 3; ++f) {
+    const std::string name = "film_" + std::to_string(f) + ".png";
+    write_image(folder / name, read_texture(folder / name).pixels, Depth::u16);
+  }
+  ASSERT_EQ(marquetry(folder, relight({"--frames", "0-2"})).status, 0);
+  EXPECT_EQ(read_texture(folder / "out_1.png").format.depth, Depth::u16);
+  ASSERT_EQ(marquetry(folder, relight({"--frames", "3-4"})).status, 0);
+  EXPECT_EQ(read_texture(folder / "out_3.png").format.depth, Depth::u8);
+}
+
 TEST(Relight, RefusesWhatItCannotDo) {
   const Folder folder;
   make_film(folder, noise);
+  EXPECT_THAT(refusal(folder, relight({"--method", "poisson", "--alpha", "3e5"}), "out_0.png"),
+              HasSubstr("at most 100000"));
+  EXPECT_THAT(refusal(folder, relight({"--codec", "av1"}), "out_0.png"), HasSubstr("--codec"));
+  EXPECT_THAT(refusal(folder, relight({"--codec", "ffv1"}, "out.mp4"), "out.mp4"),
+              HasSubstr("goes into .mkv"));
   EXPECT_THAT(refusal(folder, relight({"--gamma", "2"}), "out_0.png"), HasSubstr("poisson"));
   EXPECT_THAT(refusal(folder, relight({"--method", "poisson", "--radius", "2"}), "out_0.png"),
               HasSubstr("mean"));
@@ -132,7 +150,12 @@ TEST(Relight, RefusesWhatItCannotDo) {
       refusal(folder, {"relight", "bare.evolving", "film_%d.png", "-o", "o_%d.png"}, "o_0.png"),
       HasSubstr("no texture coordinates"));
   write_image(folder / "film_7.png", busy_picture(32, 32));
-  EXPECT_THAT(refusal(folder, relight({}), "out_11.png"), HasSubstr("film_7.png"));
+  EXPECT_THAT(refusal(folder, relight({}), "out_0.png"), HasSubstr("film_7.png"));
+  for (const int f : {0, 1}) {
+    write_image(folder / ("film_" + std::to_string(f) + ".png"), busy_picture(63, 64));
+  }
+  EXPECT_THAT(refusal(folder, relight({"--frames", "0-1"}, "out.mp4"), "out.mp4"),
+              HasSubstr("63 × 64"));
 }
 
 }  // namespace

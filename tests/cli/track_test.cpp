@@ -7,6 +7,7 @@
 #include "cli/models.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/model.h"
 #include "mq/mesh/surface.h"
 
 namespace mq::test {
@@ -244,6 +245,30 @@ TEST(Track, GoesOnOnlyWithTheOptionsItBeganWith) {
       folder, {"track", "body", "-o", "two.evolving", "--plot", "p.png", "--strip", "./p.png"});
   EXPECT_EQ(two.status, 2);
   EXPECT_THAT(two.error, HasSubstr("two outputs"));
+}
+
+TEST(Track, SaysWhatIsWrongWithFrames) {
+  const Folder folder;
+  make_body(folder, "bending", 1);
+  Model model = read_model(folder / "body/frame_0001.ply");
+  for (int t = 0; t < model.mesh.triangle_count(); t += 17)
+    std::swap(model.mesh.triangles[t][1], model.mesh.triangles[t][2]);
+  write_model(folder / "body/frame_0001.ply", model);
+  const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("frame_0001.ply"));
+  EXPECT_EQ(result.json()["defects"][0]["kind"], "inconsistent_edges");
+}
+
+TEST(Track, ExportsAModelAFrameAlsoAsGlb) {
+  const Folder folder;
+  make_body(folder, "bending", 1);
+  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving"}).status, 0);
+  ASSERT_EQ(marquetry(folder, {"export", "body.evolving", "-o", "f_%d.glb"}).status, 0);
+  const Mesh first = read_model(folder / "f_0.glb").mesh,
+             second = read_model(folder / "f_1.glb").mesh;
+  EXPECT_EQ(first.triangles, second.triangles);
+  EXPECT_NE(first.positions, second.positions);
 }
 
 TEST(Track, SaysFromWhereItIsLost) {

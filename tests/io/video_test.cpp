@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <tuple>
 #include <vector>
 
 #include "io/folder.h"
@@ -59,6 +60,25 @@ TEST_F(Video, KeepsEightBitsInMatroska) {
     for (const float v : wanted.values())
       ASSERT_EQ(bytes[at++], std::uint8_t(std::lround(v * 255)));
   }
+}
+
+TEST_F(Video, HoldsWhatTheCodecIsAskedFor) {
+  for (const auto& [codec, file, name] : {std::tuple{VideoCodec::h265, "v.mp4", "hevc"},
+                                          {VideoCodec::av1, "v.webm", "av1"},
+                                          {VideoCodec::vp9, "v.mkv", "vp9"},
+                                          {VideoCodec::automatic, "v.mov", "h264"}}) {
+    VideoWriter video(folder / file, 64, 48, {.codec = codec});
+    for (int f = 0; f < 3; ++f) video.write(ramp(64, 48, f));
+    video.finish();
+    const std::string call = "ffprobe -v error -show_entries stream=codec_name -of csv=p=0 " +
+                             (folder / file).string() + " > " + (folder / "codec").string();
+    ASSERT_EQ(std::system(call.c_str()), 0);
+    EXPECT_THAT(get("codec"), HasSubstr(name));
+    EXPECT_EQ(frames(file).size(), 3U * 64 * 48 * 3) << name;
+  }
+  EXPECT_THROW(VideoWriter(folder / "v.mp4", 64, 64, {.codec = VideoCodec::ffv1}), InvalidInput);
+  EXPECT_THROW(video_codec("divx"), InvalidInput);
+  EXPECT_EQ(video_codec("av1"), VideoCodec::av1);
 }
 
 TEST_F(Video, ShowsColoursAsTheyAre) {

@@ -235,7 +235,12 @@ double weight_of(const OptionValues& options, const EvolvingReader& reader, int 
   if (!segment.uvs.empty())
     scale.texel_spacing =
         make_atlas(surface, {{.width = info.width, .height = info.height}}).texel_spacing();
-  return spread_weight(options, scale);
+  const double weight = spread_weight(options, scale), alpha = weight / surface.area;
+  require(options.text("method") == "mean" || alpha <= most_poisson_alpha,
+          fmt::format("--alpha: found {:g}, wanted at most {:g} with --method poisson, whose "
+                      "equation rounding makes indefinite beyond; --method mean takes more",
+                      alpha, most_poisson_alpha));
+  return weight;
 }
 
 TemporalReport filter(const OptionValues& options, Film& film, double weight,
@@ -288,10 +293,6 @@ std::string in_words(const Json& result, const TemporalReport& report) {
 Exit relight(Run& run) {
   const OptionValues& options = run.options();
   refuse_of_other_method(options);
-  require(options.text("method") == "mean" || options.number("alpha") <= most_poisson_alpha,
-          fmt::format("--alpha: found {:g}, wanted at most {:g} with --method poisson, whose "
-                      "equation rounding makes indefinite beyond; --method mean takes more",
-                      options.number("alpha"), most_poisson_alpha));
   for (const char* name : {"textures", "truth"})
     require(!options.has(name) || has_frame_place(options.text(name)),
             fmt::format("{}: found '{}', wanted pictures with a place for the frame's number, such "
