@@ -33,10 +33,13 @@ std::vector<Vector3> sound_normals(const Surface& surface, std::span<const Vecto
   return normals;
 }
 
-std::vector<int> folds(const Surface& surface, std::span<const Vector3> positions) {
+/// Of the triangles that are asked about, those that are folded over.
+std::vector<int> folds(const Surface& surface, std::span<const char> asked,
+                       std::span<const Vector3> positions) {
   const std::vector<Vector3> normals = sound_normals(surface, positions);
   std::vector<int> found;
   for (int t = 0; t < surface.triangle_count(); ++t) {
+    if (!asked[t]) continue;
     Vector3 around = Vector3::Zero();
     for (int k = 0; k < 3; ++k)
       if (const HalfEdge twin = surface.twins[3 * t + k]; twin >= 0) around += normals[twin / 3];
@@ -95,32 +98,76 @@ void put_back(const Surface& surface, std::span<const int> triangles, std::span<
     if (moved[v] && failed[groups.root(int(v))]) positions[v] = surface.mesh.positions[v];
 }
 
+/// The surface around folds, so that work goes by their number and not by the surface's size.
+struct Part {
+  Surface surface;
+  std::vector<int> vertices;    ///< per vertex that of the whole
+  std::vector<char> inner;      ///< per vertex: all its triangles are here
+  std::vector<char> triangles;  ///< per triangle: all those beside it are here
+};
+Part part_around(const Surface& whole, std::span<const int> folded) {
+  const std::vector<char> inner = near(whole, folded, most_rings + 2),
+                          all = near(whole, folded, most_rings + 3);
+  const auto touches = [](const Triangle& t, const std::vector<char>& vertices) {
+    return vertices[t[0]] || vertices[t[1]] || vertices[t[2]];
+  };
+  std::vector<int> place(inner.size(), -1);
+  Mesh mesh;
+  Part part;
+  std::vector<int> from;
+  for (const Triangle& t : whole.mesh.triangles) {
+    if (!touches(t, all)) continue;
+    Triangle corners;
+    for (int k = 0; k < 3; ++k) {
+      if (place[t[k]] < 0) {
+        place[t[k]] = mesh.vertex_count();
+        mesh.positions.push_back(whole.mesh.positions[t[k]]);
+        from.push_back(t[k]);
+      }
+      corners[k] = place[t[k]];
+    }
+    mesh.triangles.push_back(corners);
+    part.triangles.push_back(touches(t, inner));
+  }
+  part.surface = make_surface(mesh, {.kind = WeldOptions::Kind::none});
+  for (const int v : part.surface.source_from_vertex) {
+    part.vertices.push_back(from[v]);
+    part.inner.push_back(inner[from[v]]);
+  }
+  return part;
+}
+
 }  // namespace
 
 std::vector<Vector3> unfolded(const Mesh& mesh, std::span<const char> fixed) {
-  const Surface surface = make_surface(mesh, {.kind = WeldOptions::Kind::none});
-  std::vector<Vector3> positions = surface.mesh.positions;
-  std::vector<int> folded = folds(surface, positions);
+  const Surface whole = make_surface(mesh, {.kind = WeldOptions::Kind::none});
+  const std::vector<char> every(mesh.triangles.size(), 1);
+  std::vector<int> folded = folds(whole, every, whole.mesh.positions);
   if (folded.empty()) return mesh.positions;
-  std::vector<char> copies(mesh.positions.size(), 0), loose(positions.size(), 0),
-      moved(positions.size(), 0), boundary(positions.size(), 0);
-  for (const int v : surface.source_from_vertex) copies[v] = char(std::min(copies[v] + 1, 2));
-  for (std::size_t v = 0; v < loose.size(); ++v) {
-    const int source = surface.source_from_vertex[v];
-    loose[v] = copies[source] == 1 && (fixed.empty() || !fixed[source]);
-  }
+  std::vector<char> copies(mesh.positions.size(), 0);
+  for (const int v : whole.source_from_vertex) copies[v] = char(std::min(copies[v] + 1, 2));
+
+  const Part part = part_around(whole, folded);
+  const Surface& surface = part.surface;
+  std::vector<Vector3> positions = surface.mesh.positions;
+  const auto source = [&](std::size_t v) { return whole.source_from_vertex[part.vertices[v]]; };
+  std::vector<char> loose(positions.size()), moved(positions.size(), 0),
+      boundary(positions.size(), 0);
+  for (std::size_t v = 0; v < loose.size(); ++v)
+    loose[v] = part.inner[v] && copies[source(v)] == 1 && (fixed.empty() || !fixed[source(v)]);
   for (HalfEdge h = 0; h < 3 * surface.triangle_count(); ++h)
     if (surface.twins[h] < 0) boundary[start(surface, h)] = boundary[end(surface, h)] = 1;
+  folded = folds(surface, part.triangles, positions);
   for (int sweep = 0; sweep < sweeps_per_ring * (1 + most_rings) && !folded.empty(); ++sweep) {
     std::vector<char> wanted = near(surface, folded, sweep / sweeps_per_ring);
     for (std::size_t v = 0; v < wanted.size(); ++v) moved[v] |= wanted[v] &= loose[v];
     smooth(surface, wanted, boundary, positions);
-    folded = folds(surface, positions);
+    folded = folds(surface, part.triangles, positions);
   }
   put_back(surface, folded, moved, positions);
   std::vector<Vector3> result = mesh.positions;
   for (std::size_t v = 0; v < moved.size(); ++v)
-    if (moved[v]) result[surface.source_from_vertex[v]] = positions[v];
+    if (moved[v]) result[source(v)] = positions[v];
   return result;
 }
 
