@@ -136,12 +136,7 @@ void describe_input(Run& run, const Scene& scene) {
 
 /// All that was read, and what else the options name to be read.
 void register_inputs(Run& run, const Model& model) {
-  run.will_read(model.path);
-  for (const Texture& texture : model.textures)
-    if (!texture.path.empty()) run.will_read(texture.path);
-  if (model.document)
-    for (const Part& part : model.document->parts)
-      run.will_read(model.path.parent_path() / part.name);
+  will_read_model(run, model);
   for (const Option& option : run.options().table().options())
     if (option.type == Option::Type::path && option.name != "output" && option.name != "report" &&
         option.name != "cameras" && option.name != "screenshot")
@@ -230,6 +225,15 @@ Scene read_usable_scene(Run& run, MissingPictures missing, double share,
   run.warn(defects);
   require_usable(defects, scene.model.path.string());
   return scene;
+}
+
+void will_read_model(Run& run, const Model& model) {
+  run.will_read(model.path);
+  for (const Texture& texture : model.textures)
+    if (!texture.path.empty()) run.will_read(texture.path);
+  if (model.document)
+    for (const Part& part : model.document->parts)
+      run.will_read(model.path.parent_path() / part.name);
 }
 
 Defects scene_defects(const Scene& scene) {

@@ -432,6 +432,7 @@ void Script::play(Viewer& viewer, Session& session) const {
     }
   }
   player.wait();
+  player.frame();  // what the last lines changed is seen
 }
 
 }  // namespace mq::view

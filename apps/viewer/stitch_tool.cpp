@@ -1,8 +1,8 @@
-// What the verb stitch does with photographs, with these and the solver kept from one choice of regions to
-// the next.
+// What the verb stitch does with photographs, with these and the solver kept from one choice of
+// regions to the next.
 //
-// A choice is a number per texel: of the photograph it is to come from, or `unseen` where the one that shows
-// it best is taken. It is saved as the labels that `stitch --labels` reads.
+// A choice is a number per texel: of the photograph it is to come from, or `unseen` where the one
+// that shows it best is taken. It is saved as the labels that `stitch --labels` reads.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -34,7 +34,10 @@ class StitchTool : public VerbTool {
   ~StitchTool() override { background_.stop(); }
 
   void panel() override {
-    if (ready_) choices();
+    if (ready_) {
+      forget_others();
+      choices();
+    }
     VerbTool::panel();
   }
 
@@ -70,6 +73,7 @@ class StitchTool : public VerbTool {
 
   void press(const Pick& pick) override {
     if (!ready_) return;
+    forget_others();
     begin_stroke();
     dragging_ = true;
     drag(pick);
@@ -111,8 +115,7 @@ class StitchTool : public VerbTool {
 
   double brush_size() const {
     const app::Scene& scene = *session_.scene;
-    return std::sqrt(
-        weight_from_length(size_, {scene.surface.area, scene.atlas->texel_spacing()}));
+    return std::sqrt(weight_from_length(size_, {scene.surface.area, scene.atlas->texel_spacing()}));
   }
 
   // On the window's thread.
@@ -124,15 +127,17 @@ class StitchTool : public VerbTool {
     last_.reset();
   }
   void end_stroke();
+  void forget_others();
   void undo();
   void redo();
   void save_labels(const std::string& path);
   void write_labels(const std::vector<std::filesystem::path>& files) const;
   OptionValues options_to_save() override;
   std::string command_words(const OptionValues& options) const override {
-    require(saved_,
-            "the command names the labels' file, and what was chosen is not saved as it is now: save "
-            "the labels first");
+    require(
+        saved_,
+        "the command names the labels' file, and what was chosen is not saved as it is now: save "
+        "the labels first");
     return VerbTool::command_words(options);
   }
 
@@ -186,7 +191,7 @@ class StitchTool : public VerbTool {
   std::unique_ptr<Stitcher> stitcher_;
   nlohmann::ordered_json prepared_for_, solver_for_;
   double preparing_ = 0;
-  int prepared_ = 0;
+  int prepared_ = 0, known_ = 0;  ///< how often; and when the window's thread last looked
   std::vector<double> solving_;
 };
 
@@ -195,9 +200,11 @@ bool StitchTool::command(const std::vector<std::string>& words) {
   static const std::set<std::string> own = {"photograph", "region", "size",       "stroke",
                                             "undo",       "redo",   "save-labels"};
   if (!own.contains(what)) return VerbTool::command(words);
-  require(ready_,
-          "stitch chooses between photographs: name them first, with 'set partial FILE ...' or 'set "
-          "views FILE'");
+  require(
+      ready_,
+      "stitch chooses between photographs: name them first, with 'set partial FILE ...' or 'set "
+      "views FILE'");
+  forget_others();
   if (what == "photograph") {
     const auto number = app::parse_numbers(words[1], 1);
     const int count = int(names_.size());
@@ -234,6 +241,15 @@ bool StitchTool::command(const std::vector<std::string>& words) {
     save_labels(words[1]);
   }
   return true;
+}
+
+/// With other photographs neither the one chosen nor what was done means what it did.
+void StitchTool::forget_others() {
+  if (known_ == prepared_) return;
+  known_ = prepared_;
+  undo_.clear();
+  redo_.clear();
+  if (photograph_ >= int(names_.size())) photograph_ = 0;
 }
 
 void StitchTool::give_along(const Vector3& from, const Vector3& to) {
@@ -315,14 +331,16 @@ void StitchTool::write_labels(const std::vector<std::filesystem::path>& files) c
   for (const TextureSize& size : session_.scene->texture_sizes)
     pictures.emplace_back(size.width, size.height, 2);
   const Texels& texels = target_->domain().space().texels();
+  const Depth depth = names_.size() > 256 ? Depth::u16 : Depth::u8;
+  const int most = depth == Depth::u16 ? 65535 : 255;
   for (int k = 0; k < texels.size(); ++k) {
     const int chosen = choice_[std::size_t(k)];
     if (chosen == unseen) continue;
     const Texels::Place& at = texels.places[std::size_t(k)];
-    pictures[std::size_t(at.texture)](at.x, at.y, 0) = float(chosen) / 255;
+    pictures[std::size_t(at.texture)](at.x, at.y, 0) = float(chosen) / float(most);
     pictures[std::size_t(at.texture)](at.x, at.y, 1) = 1;
   }
-  for (std::size_t i = 0; i < pictures.size(); ++i) write_image(files[i], pictures[i], Depth::u8);
+  for (std::size_t i = 0; i < pictures.size(); ++i) write_image(files[i], pictures[i], depth);
 }
 
 void StitchTool::save_labels(const std::string& path) {
@@ -332,6 +350,8 @@ void StitchTool::save_labels(const std::string& path) {
     require(extension == ".png" || extension == ".tif" || extension == ".tiff",
             fmt::format("{}: labels want no loss: name a .png or a .tif", file.string()));
   }
+  for (const char* option : {"partial", "views"})
+    for (const std::string& name : options_.texts(option)) session_.run.will_read(name);
   session_.run.will_write(outputs.paths(), outputs.folder());
   write_labels(outputs.paths());
   std::vector<std::string> names;
@@ -415,25 +435,21 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
   app::Run run(options, silence_, progress);
   Filtered result;
   int attempts = 0;
-  app::solve_as_asked(run, target_->domain(),
-                      [&](const SolverFactory& factory, const app::SolvingShares& shares) {
-                        if (attempts++ > 0 || !stitcher_) {
-                          stitcher_.reset();
-                          const app::Step step(run, "prepare", shares.prepare);
-                          stitcher_ = std::make_unique<Stitcher>(space, weight, composite.labels,
-                                                                 factory, step);
-                        } else {
-                          stitcher_->regroup(composite.labels);
-                        }
-                        const app::Step step(run, "solve", shares.solve);
-                        const Signal psi =
-                            stitcher_->fill(composite.values, step.progress().step("fill", 0.3));
-                        const Signal change =
-                            stitch_partials(domain, partials_, {psi, composite.labels});
-                        result = stitcher_->solve(domain, psi, change,
-                                                  step.progress().step("stitch", 0.7));
-                        return result.report;
-                      });
+  app::solve_as_asked(
+      run, target_->domain(), [&](const SolverFactory& factory, const app::SolvingShares& shares) {
+        if (attempts++ > 0 || !stitcher_) {
+          stitcher_.reset();
+          const app::Step step(run, "prepare", shares.prepare);
+          stitcher_ = std::make_unique<Stitcher>(space, weight, composite.labels, factory, step);
+        } else {
+          stitcher_->regroup(composite.labels);
+        }
+        const app::Step step(run, "solve", shares.solve);
+        const Signal psi = stitcher_->fill(composite.values, step.progress().step("fill", 0.3));
+        const Signal change = stitch_partials(domain, partials_, {psi, composite.labels});
+        result = stitcher_->solve(domain, psi, change, step.progress().step("stitch", 0.7));
+        return result.report;
+      });
   // A factorisation of a second attempt is not what the next choice should begin with.
   if (attempts > 1) stitcher_.reset();
   target_->put(composite.values, result.signal, model);

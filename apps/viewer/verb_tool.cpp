@@ -140,6 +140,7 @@ bool VerbTool::command(const std::vector<std::string>& words) {
   } else if (words[0] == "save-texture") {
     save(words[1]);
   } else if (words[0] == "copy-command") {
+    require_complete();
     OptionValues named = options_;
     named.set("output", {"out.png"});
     const std::string line = command_words(named) + "\n";
@@ -152,7 +153,13 @@ bool VerbTool::command(const std::vector<std::string>& words) {
   return true;
 }
 
+void VerbTool::require_complete() const {
+  require(complete(),
+          fmt::format("{} lacks what it works with: say it first, with 'set' or 'with'", verb_));
+}
+
 void VerbTool::save(const std::string& path) {
+  require_complete();
   const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
   to_save_ = path;

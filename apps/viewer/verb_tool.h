@@ -55,6 +55,8 @@ class VerbTool : public Tool {
   const std::filesystem::path& folder() const { return folder_; }
   /// Whether all is there that the verb wants.
   virtual bool complete() const;
+  /// Throws `InvalidInput` where it is not.
+  void require_complete() const;
   /// Whether an option that says what is computed is in the panel.
   virtual bool shows(const Option&) const { return true; }
   /// The result, on the other thread.

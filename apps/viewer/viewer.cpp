@@ -287,11 +287,10 @@ void Viewer::open_frame(int frame) {
   require(tool_ == nullptr,
           "a tool works on one frame: put it away, with the tool none, to go to another");
   asked_frame_ = frame;
-  loader_.ask("frame " + std::to_string(session_.sequence->number(frame)),
-              [sequence = session_.sequence, frame,
-               largest = TextureSet::largest_side()](const Progress& progress) {
-                return load_frame(sequence, frame, largest, progress);
-              });
+  loader_.ask(
+      "frame " + std::to_string(session_.sequence->number(frame)),
+      [sequence = session_.sequence, frame, largest = TextureSet::largest_side()](
+          const Progress& progress) { return load_frame(sequence, frame, largest, progress); });
 }
 
 void Viewer::open(const std::vector<std::string>& files) {
@@ -307,11 +306,10 @@ void Viewer::open(const std::vector<std::string>& files) {
   if (!pictures.empty()) options.set("texture", pictures);
   session_.playing = false;
   loader_.cancel();
-  loader_.ask(files.front(),
-              [options, &terminal = session_.run.terminal(),
-               largest = TextureSet::largest_side()](const Progress& progress) {
-                return load_files(options, terminal, largest, progress);
-              });
+  loader_.ask(files.front(), [options, &terminal = session_.run.terminal(),
+                              largest = TextureSet::largest_side()](const Progress& progress) {
+    return load_files(options, terminal, largest, progress);
+  });
 }
 
 void Viewer::take_loaded() {
@@ -332,6 +330,7 @@ void Viewer::take_loaded() {
 
 void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   const bool other = loaded->opened.has_value();
+  if (other) app::will_read_model(session_.run, loaded->scene->model);
   const bool other_mesh = other && loaded->opened->text("mesh") != session_.opened.text("mesh");
   change_tool("none");
   pick_ = {};
@@ -458,9 +457,8 @@ void Viewer::surface_pane() {
                              double(surface_at_.height)});
   if (std::exchange(surface_of_, state) != state)
     with_graphics([&] {
-      session_.pictures->draw_surface(session_.camera,
-                                      {look, scale, session_.before.get(), session_.shown()},
-                                      surface_canvas_);
+      session_.pictures->draw_surface(
+          session_.camera, {look, scale, session_.before.get(), session_.shown()}, surface_canvas_);
     });
   mark(pick_);
   if (shows_numbers(look)) show_legend();

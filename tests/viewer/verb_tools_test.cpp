@@ -134,13 +134,13 @@ TEST(StitchTool, GivesRegionsToPhotographsAndTakesTheirBordersOut) {
   EXPECT_EQ(file_bytes(folder / "command.txt"),
             "marquetry stitch --output=out.png --labels=labels.png --partial=best.png "
             "--partial=bright.png sphere.obj\n");
-  const Result verb = marquetry(folder, {"stitch", "sphere.obj", "-o", "out.png", "--labels",
-                                         "labels.png", "--partial", "best.png", "--partial",
-                                         "bright.png", "--json"});
+  const Result verb =
+      marquetry(folder, {"stitch", "sphere.obj", "-o", "out.png", "--labels", "labels.png",
+                         "--partial", "best.png", "--partial", "bright.png", "--json"});
   ASSERT_EQ(verb.status, 0) << verb.error;
   EXPECT_EQ(verb.json()["result"]["regions"], 2);
-  // They differ by a constant, and so does what is stitched from one of them. Charts lie on the left,
-  // with a seventh of it between them.
+  // They differ by a constant, and so does what is stitched from one of them. Charts lie on the
+  // left, with a seventh of it between them.
   const Image<float> best = picture(folder, "best.png"), stitched = picture(folder, "out.png"),
                      labels = picture(folder, "labels.png");
   std::vector<float> offsets;
@@ -190,6 +190,31 @@ TEST(StitchTool, SaysWhatItWants) {
               HasSubstr("line 5: the command names the labels' file"));
   EXPECT_THAT(refused(photographs + "save-labels labels.jpg\n"),
               HasSubstr("labels.jpg: labels want no loss"));
+  EXPECT_THAT(refused(photographs + "save-labels best.png\n"), HasSubstr("would replace it"));
+}
+
+TEST(StitchTool, ForgetsWhatWasChosenOfOtherPhotographs) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  write_photographs(folder);
+  const Result result = view(folder,
+                             "tool stitch\nset partial best.png bright.png\nwait\nphotograph 1\n"
+                             "stroke 0,0,1\nwait\nset partial best.png\nwait\nundo\n"
+                             "stroke 0,0,1\nwait\nsave-labels labels.png\n",
+                             {"sphere.obj"});
+  EXPECT_EQ(result.status, 0) << result.error;
+}
+
+TEST(VerbTool, DoesNotReplaceWhatWasOpenedLater) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  ASSERT_EQ(marquetry(folder, {"sample", "cube", "--size", "64", "-o", "cube/"}).status, 0);
+  const Result result = view(folder,
+                             "open cube/cube.obj\nwait\ntool filter\nfill everywhere\n"
+                             "save-texture cube/cube.png\n",
+                             {"sphere.obj"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("would replace it"));
 }
 
 TEST(InterpolateTool, SaysWhichPicturesItWants) {
@@ -203,18 +228,22 @@ TEST(InterpolateTool, SaysWhichPicturesItWants) {
 TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
   const Folder folder;
   write_sphere(folder, "128");
-  const Result result = view(folder,
-                             "tool shock\nset time 4\nset smooth 0.5%\nwait\nscreenshot last.png atlas\n"
-                             "stage 2\nscreenshot early.png atlas\nstage last\n"
-                             "screenshot last_again.png atlas\n"
-                             "set time 1.5\nwait\nscreenshot other.png atlas\n"
-                             "save-texture saved.png\n",
-                             {"sphere.obj"});
+  const Result result =
+      view(folder,
+           "tool shock\nset time 4\nset smooth 0.5%\nwait\nscreenshot last.png atlas\n"
+           "stage 2\nscreenshot early.png atlas\nstage last\n"
+           "screenshot last_again.png atlas\n"
+           "set time 1.5\nwait\nscreenshot other.png atlas\n"
+           "save-texture saved.png\n",
+           {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const auto at_time = [&](const std::string& time) {
-    EXPECT_EQ(marquetry(folder, {"shock", "sphere.obj", "--time", time, "--smooth", "0.5%", "-o", time + ".png"}).status,
+    EXPECT_EQ(marquetry(folder, {"shock", "sphere.obj", "--time", time, "--smooth", "0.5%", "-o",
+                                 time + ".png"})
+                  .status,
               0);
-    EXPECT_EQ(view(folder, "screenshot alone.png atlas\n", {"sphere.obj", time + ".png"}).status, 0);
+    EXPECT_EQ(view(folder, "screenshot alone.png atlas\n", {"sphere.obj", time + ".png"}).status,
+              0);
     return picture(folder, "alone.png");
   };
   expect_nearly_equal(picture(folder, "last.png"), at_time("4"), 0);
@@ -238,10 +267,10 @@ TEST(LicTool, ShowsLinesForming) {
   EXPECT_EQ(result.json()["result"]["tool"]["stages"],
             nlohmann::json({"noise", "step 1", "step 2", "step 4", "step 8", "step 16", "step 32",
                             "step 64", "result"}));
-  ASSERT_EQ(marquetry(folder, {"lic", "sphere.obj", "--field", "gradient", "-o", "verb.png"})
-                .status,
+  ASSERT_EQ(
+      marquetry(folder, {"lic", "sphere.obj", "--field", "gradient", "-o", "verb.png"}).status, 0);
+  ASSERT_EQ(view(folder, "screenshot verb_shown.png atlas\n", {"sphere.obj", "verb.png"}).status,
             0);
-  ASSERT_EQ(view(folder, "screenshot verb_shown.png atlas\n", {"sphere.obj", "verb.png"}).status, 0);
   expect_nearly_equal(picture(folder, "last.png"), picture(folder, "verb_shown.png"), 0);
   EXPECT_FALSE(file_bytes(folder / "noise.png") == file_bytes(folder / "forming.png"));
   EXPECT_FALSE(file_bytes(folder / "forming.png") == file_bytes(folder / "last.png"));
