@@ -214,7 +214,7 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
   const OptionValues& options = run.options();
   require_atlas_unless_models(reader, to);
   if (names_video(to)) {
-    require_codec(to, video_options(options).codec);
+    require_video_options(to, video_options(options));
     const int side = int(options.integer("size"));
     require_whole_video(to, side, side);
   }
@@ -234,7 +234,8 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
     const Progress part =
         step.progress().step(fmt::format("frame {}", number), 1.0 / double(frames.size()));
     if (files)
-      for (const std::string& note : files->write(captured.frame(f, part), video_options(options)))
+      for (const std::string& note :
+           files->write(captured.frame(f, part), video_options(options), run.progress()))
         run.terminal().remark(note);
     else
       write_model(frame_name(to, number), captured.at_vertices(f));

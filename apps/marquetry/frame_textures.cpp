@@ -62,13 +62,15 @@ std::vector<fs::path> FrameTextures::paths(const std::vector<int>& numbers) cons
   return paths;
 }
 
-std::vector<std::string> FrameTextures::write(const Frame& frame, const VideoOptions& options) {
+std::vector<std::string> FrameTextures::write(const Frame& frame, const VideoOptions& options,
+                                              const Progress& progress) {
   if (is_video()) {
     Image<float> pixels = as_texture(frame, "", output_).pixels;
     const bool first = !video_;
     if (first) {
       require_whole_video(output_, pixels.width(), pixels.height());
-      video_ = std::make_unique<VideoWriter>(output_, pixels.width(), pixels.height(), options);
+      video_ = std::make_unique<VideoWriter>(output_, pixels.width(), pixels.height(), options,
+                                             progress);
     }
     if (!first) hold_gutter(frame.inside, seen_margin, shown_, pixels);
     video_->write(pixels);
@@ -118,7 +120,7 @@ void add_rate_option(OptionTable& table) {
              .unit = "frames a second",
              .least = 0.001,
              .most = 100000,
-             .help = "of an animation, or a video"});
+             .help = "of an animation, or a video, which has 1000 at most"});
 }
 
 }  // namespace mq::app

@@ -39,9 +39,11 @@ class FrameTextures {
     Depth depth = Depth::u8;  ///< as files hold it that can
   };
 
-  /// The next frame; `options` are those of a video. Returns what is worth telling of the
-  /// video, with its first frame. Throws `InvalidInput` as `require_whole_video` does.
-  std::vector<std::string> write(const Frame& frame, const VideoOptions& options);
+  /// The next frame; `options` are those of a video, and so is `progress`, as `VideoWriter` has it.
+  /// Returns what is worth telling of the video, with its first frame. Throws `InvalidInput` as
+  /// `require_whole_video` does.
+  std::vector<std::string> write(const Frame& frame, const VideoOptions& options,
+                                 const Progress& progress);
 
   /// After the last.
   void finish();

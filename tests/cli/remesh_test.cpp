@@ -110,7 +110,9 @@ TEST(Remesh, CarriesTheTexturesOfBoth) {
         // Exact but between the two, where corners are those of a triangle nearby.
         EXPECT_LT((after.mesh.uv(t, k) - after.mesh.position(t, k).head<2>()).norm(), 0.05);
       }
-      if (deepest < -0.1) EXPECT_GT(picture(0, 0, 2), 0.5F) << output;
+      if (deepest < -0.1) {
+        EXPECT_GT(picture(0, 0, 2), 0.5F) << output;
+      }
     }
     EXPECT_GT(red, 300) << output;
     EXPECT_GT(blue, 300) << output;

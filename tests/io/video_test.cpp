@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 #include <tuple>
 #include <vector>
 
@@ -154,6 +157,33 @@ TEST_F(Video, PassesOnWhatTheEncoderSays) {
   ::setenv("PATH", path.c_str(), 1);
   EXPECT_THAT(without, HasSubstr("apt install ffmpeg"));
   EXPECT_THAT(failing, HasSubstr("ffmpeg says: no room left"));
+  EXPECT_FALSE(there("v.mp4"));
+}
+
+TEST_F(Video, DoesNotWaitForAnEncoderThatHangs) {
+  put("ffmpeg", "#!/bin/sh\nexec sleep 1000\n");
+  std::filesystem::permissions(folder / "ffmpeg", std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", (folder.string() + ":" + path).c_str(), 1);
+  for (const bool is_sending : {true, false}) {
+    std::atomic<bool> stop = false;
+    std::thread person;
+    const Progress progress([](const ProgressEvent&) {}, &stop);
+    EXPECT_THROW(
+        {
+          VideoWriter video(folder / "v.mp4", 640, 480, {}, progress);
+          person = std::thread([&] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            stop = true;
+          });
+          if (is_sending)
+            for (;;) video.write(ramp(640, 480, 0));
+          video.finish();
+        },
+        Cancelled);
+    person.join();
+  }
+  ::setenv("PATH", path.c_str(), 1);
   EXPECT_FALSE(there("v.mp4"));
 }
 

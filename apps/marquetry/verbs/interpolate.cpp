@@ -85,9 +85,9 @@ class Results {
     }
     const Texture& frame = between.textures.front();
     if (!video_) {
-      video_ = std::make_unique<VideoWriter>(moments_[i].output, frame.pixels.width(),
-                                             frame.pixels.height(),
-                                             VideoOptions{.rate = run_.options().number("rate")});
+      video_ = std::make_unique<VideoWriter>(
+          moments_[i].output, frame.pixels.width(), frame.pixels.height(),
+          VideoOptions{.rate = run_.options().number("rate")}, run_.progress());
       for (const std::string& note : video_->notes()) run_.terminal().remark(note);
     }
     video_->write(holds_light(frame.format)

@@ -120,7 +120,10 @@ Exit run_play(Run& run) {
   const fs::path output = options.text("output");
   const bool is_page = output.extension() == ".html";
   const fs::path page = is_page ? output : output / "index.html";
-  if (options.has("from")) require_video_program(page);
+  if (options.has("from")) {
+    require_video_program(page);
+    require_video_options("textures.mp4", video_options(options));
+  }
   run.will_write({page}, is_page ? output.parent_path() : output);
   if (run.dry_run()) return Exit::done;
 

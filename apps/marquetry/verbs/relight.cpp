@@ -161,7 +161,8 @@ class Film {
                                                       ? FrameTextures::Values::light
                                                       : FrameTextures::Values::display,
                                         .depth = open.texture.format.depth};
-    for (const std::string& note : output_.write(shown, video_options(run_.options())))
+    for (const std::string& note :
+         output_.write(shown, video_options(run_.options()), run_.progress()))
       run_.terminal().remark(note);
     open_.erase(i);
   }
@@ -315,7 +316,7 @@ Exit relight(Run& run) {
   }
   const fs::path to = options.text("output");
   if (names_video(to)) {
-    require_codec(to, video_options(options).codec);
+    require_video_options(to, video_options(options));
     require_whole_video(to, first->width, first->height);
   }
   run.will_write(film.outputs(), fs::path(options.text("output")).parent_path());

@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/socket.h>
@@ -20,6 +21,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -35,6 +37,7 @@ namespace mq {
 namespace {
 
 constexpr int most_pixels_a_side = 16384;
+constexpr int patience_ms = 50;  // between two looks at whether to stop
 
 /// 4:2:0 halves both sides, so an odd one loses a row or column. sRGB's primaries are BT.709's.
 constexpr const char* into_yuv =
@@ -137,8 +140,11 @@ VideoCodec video_codec(const std::string& name) {
   return VideoCodec(at - names.begin());
 }
 
-void require_codec(const std::filesystem::path& path, VideoCodec codec) {
-  const Codec& asked = codecs()[std::size_t(codec)];
+void require_video_options(const std::filesystem::path& path, const VideoOptions& options) {
+  require(options.rate >= 1e-3 && options.rate <= 1000,
+          fmt::format("{}: found {} frames per second, wanted 0.001 to 1000", path.string(),
+                      options.rate));
+  const Codec& asked = codecs()[std::size_t(options.codec)];
   require(std::ranges::count(asked.files, lower_extension(path)) > 0,
           fmt::format("{}: such a file does not hold {}, which goes into {}", path.string(),
                       asked.name, fmt::join(asked.files, ", ")));
@@ -164,8 +170,9 @@ void require_video_program(const std::filesystem::path& path) {
 
 class VideoWriter::Process {
  public:
-  Process(const std::filesystem::path& path, int width, int height, const VideoOptions& options)
-      : path_(path), file_(path), messages_(std::tmpfile()) {
+  Process(const std::filesystem::path& path, int width, int height, const VideoOptions& options,
+          const Progress& progress)
+      : path_(path), file_(path), progress_(progress), messages_(std::tmpfile()) {
     if (!messages_) fail(std::strerror(errno));
     std::array<int, 2> ends;
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
@@ -199,15 +206,21 @@ class VideoWriter::Process {
 
   ~Process() {
     if (child_ > 0) {
-      ::kill(child_, SIGKILL);
-      wait();
+      ::kill(-child_, SIGKILL);  // and what it has started
+      reap(0);
     }
     close_all();
   }
 
   void send(std::span<const std::uint8_t> bytes) {
     while (!bytes.empty()) {
-      const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+      progress_.check();
+      const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+        pollfd ready{socket_, POLLOUT, 0};
+        ::poll(&ready, 1, patience_ms);
+        continue;
+      }
       if (sent < 0 && errno == EINTR) continue;
       if (sent < 0) {
         const std::string reason = std::strerror(errno);
@@ -228,10 +241,20 @@ class VideoWriter::Process {
   }
 
  private:
+  /// Its status, once it has ended.
   int wait() {
-    int status = 0;
-    while (::waitpid(child_, &status, 0) < 0 && errno == EINTR) {
+    for (;;) {
+      if (const auto status = reap(WNOHANG)) return *status;
+      progress_.check();
+      ::poll(nullptr, 0, patience_ms);
     }
+  }
+
+  std::optional<int> reap(int options) {
+    int status = 0;
+    pid_t ended = 0;
+    while ((ended = ::waitpid(child_, &status, options)) < 0 && errno == EINTR) continue;
+    if (ended == 0) return {};
     child_ = 0;
     return status;
   }
@@ -259,24 +282,22 @@ class VideoWriter::Process {
 
   std::filesystem::path path_;
   AtomicFile file_;
+  Progress progress_;
   std::FILE* messages_;
   int socket_ = -1;
   pid_t child_ = 0;
 };
 
 VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height,
-                         const VideoOptions& options)
+                         const VideoOptions& options, const Progress& progress)
     : path_(path), width_(width), height_(height) {
   require(names_video(path),
           fmt::format("{}: wanted a video's name: .mp4, .mov, .webm or .mkv", path.string()));
   require(width >= 2 && height >= 2 && std::max(width, height) <= most_pixels_a_side,
           fmt::format("{}: found frames of {} x {} pixels, wanted 2 to {} a side", path.string(),
                       width, height, most_pixels_a_side));
-  require(options.rate >= 1e-3 && options.rate <= 1000,
-          fmt::format("{}: found {} frames per second, wanted 0.001 to 1000", path.string(),
-                      options.rate));
-  require_codec(path, options.codec);
-  process_ = std::make_unique<Process>(path, width, height, options);
+  require_video_options(path, options);
+  process_ = std::make_unique<Process>(path, width, height, options, progress);
 }
 
 VideoWriter::~VideoWriter() = default;

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "mq/base/progress.h"
 #include "mq/image/image.h"
 
 namespace mq {
@@ -32,22 +33,23 @@ enum class VideoCodec { automatic, h264, h265, av1, vp9, ffv1 };
 std::vector<std::string> video_codec_names();
 VideoCodec video_codec(const std::string& name);
 
-/// Throws `InvalidInput` where a file of this name does not hold the codec, with those that do.
-void require_codec(const std::filesystem::path& path, VideoCodec codec);
-
 struct VideoOptions {
   double rate = 25;  ///< frames per second, 1/1000 to 1000
   VideoCodec codec = VideoCodec::automatic;
 };
 
+/// Throws `InvalidInput` where a file of this name does not hold the codec, with those that do, and
+/// for a rate out of range.
+void require_video_options(const std::filesystem::path& path, const VideoOptions& options);
+
 class VideoWriter {
  public:
   /// Starts `ffmpeg`. Throws `IoError` when it is not installed (it says how to install it) or the
   /// place cannot be written to, `InvalidInput` for a name of another kind, for pictures without
-  /// pixels or with a side above 16384, for rates out of range, and for a codec that files of this
-  /// name do not hold.
+  /// pixels or with a side above 16384, and as `require_video_options`. Waiting for `ffmpeg` ends
+  /// with `Cancelled` when `progress` is asked to stop.
   VideoWriter(const std::filesystem::path& path, int width, int height,
-              const VideoOptions& options = {});
+              const VideoOptions& options = {}, const Progress& progress = {});
 
   /// Stops `ffmpeg` and removes what it has written, unless the video is finished.
   ~VideoWriter();

@@ -52,11 +52,12 @@ class RollingAtlas {
     int body = 0;   ///< number of what was laid flat together: all of the chart, or a half
     int first = 0;  ///< period
     double scale = 0;
-    std::vector<int> ids;
-    std::vector<Triangle> vertex_ids, corners;  ///< per triangle; corners are indices into uvs
-    std::vector<double> areas;                  ///< per triangle, at scale 1
-    std::vector<int> last;                      ///< per triangle, the last period it was there in
-    std::vector<Vector2> uvs;
+    std::vector<int> ids = {};
+    std::vector<Triangle> vertex_ids = {},
+                          corners = {};  ///< per triangle; corners are indices into uvs
+    std::vector<double> areas = {};      ///< per triangle, at scale 1
+    std::vector<int> last = {};          ///< per triangle, the last period it was there in
+    std::vector<Vector2> uvs = {};
   };
 
   /// Where a triangle is.
