@@ -315,7 +315,7 @@ class Tracking {
     require_same("remeshing", about.value("verb", "") == "evolve" || before.value("remesh", false),
                  remeshing_ == Remeshing::done);
     for (const char* name : {"photometric", "cycles", "nodes", "stiffness", "elasticity", "angle",
-                             "no-prediction", "restart", "within", "texture"})
+                             "no-prediction", "restart", "within", "keyframes", "texture"})
       require_same(std::string("--") + name, before.value(name, Json()), now.value(name, Json()));
   }
 
@@ -467,7 +467,7 @@ class Tracking {
     return found;
   }
 
-  /// Replaces what of the template does not show the frame.
+  /// Replaces what of the template does not show the frame, or all of it.
   void remesh_here(int frame, const Captured& model, const TrackTarget& target, Json& measured,
                    const Progress& progress) {
     const Stopwatch watch;
@@ -475,7 +475,10 @@ class Tracking {
     const Surface tracked =
         make_surface(mesh_of(before, current_), {.kind = WeldOptions::Kind::none});
     const Remeshed remeshed = remeshed_within(tracked, target, progress);
-    if (remeshed.born > 0 || remeshed.died > 0) {
+    const bool changes = remeshed.born > 0 || remeshed.died > 0;
+    if (changes && run_.options().flag("keyframes")) {
+      measured.update(begin_segment(frame, model));
+    } else if (changes) {
       const EvolvingSegment segment =
           remeshed_segment(remeshed, before, next_vertex_, next_triangle_);
       const std::vector<Vector3> positions =
@@ -573,6 +576,10 @@ void add_remeshing_options(OptionTable& table) {
              .help = "how far 95 % of the points may be from a frame that is remeshed",
              .details = "Where more are, smaller differences are replaced too; what is five times "
                         "as far is replaced wherever it is."});
+  table.add({.name = "keyframes",
+             .group = "Sequence",
+             .help = "where a part would be replaced, replace all by the frame's own mesh: what "
+                     "evolving meshes are compared with"});
 }
 
 std::vector<fs::path> followed_paths(const OptionValues& options) {

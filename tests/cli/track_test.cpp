@@ -171,6 +171,33 @@ TEST(Track, BeginsAnewWhereATemplateNoLongerFits) {
   for (const Lifespan& span : triangle_lifespans(evolving)) EXPECT_EQ(span.first, span.last);
 }
 
+TEST(Track, TakesKeyframesInsteadOfParts) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "merging", "-o", "body/", "--triangles", "1000",
+                               "--period", "40", "--frames", "10-12"})
+                .status,
+            0);
+  const auto frames_with = [&](const std::string& option) {
+    const Result result =
+        marquetry(folder, {"track", "body", "-o", "body.evolving", "--remesh", "--json", option});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.json()["result"]["frames"];
+  };
+  const auto parts = frames_with("-q"), wholes = frames_with("--keyframes");
+  int taken = 0;
+  for (std::size_t f = 1; f < parts.size(); ++f) {
+    if (wholes[f]["triangles_born"] == 0) continue;
+    ++taken;
+    EXPECT_EQ(wholes[f]["triangles_kept"], 0);
+    // Up to the first both are the same template.
+    if (taken == 1) {
+      EXPECT_GT(parts[f]["triangles_born"], 0);
+      EXPECT_GT(parts[f]["triangles_kept"], 0);
+    }
+  }
+  EXPECT_GE(taken, 1);
+}
+
 TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {
   const Folder folder;
   // Balls that meet in frame 11.
