@@ -196,6 +196,9 @@ TEST(Track, TakesKeyframesInsteadOfParts) {
     }
   }
   EXPECT_GE(taken, 1);
+  const Result alone = marquetry(folder, {"track", "body", "-o", "other.evolving", "--keyframes"});
+  EXPECT_EQ(alone.status, 2);
+  EXPECT_THAT(alone.error, HasSubstr("--remesh"));
 }
 
 TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {

@@ -1,5 +1,6 @@
 // marquetry track SEQUENCE -o OUT.evolving: one triangulation that follows a sequence of meshes,
 // each of which is a mesh of its own. The first frame is the template.
+#include "mq/base/error.h"
 #include "outputs.h"
 #include "render_request.h"
 #include "tracking_run.h"
@@ -9,8 +10,10 @@ namespace mq::app {
 namespace {
 
 Exit track(Run& run) {
-  const Json measured =
-      track_sequence(run, run.options().flag("remesh") ? Remeshing::done : Remeshing::left, 1);
+  const bool is_remeshed = run.options().flag("remesh");
+  require(is_remeshed || !run.options().flag("keyframes"),
+          "--keyframes: it says what --remesh replaces, which is not given");
+  const Json measured = track_sequence(run, is_remeshed ? Remeshing::done : Remeshing::left, 1);
   if (run.dry_run()) return Exit::done;
   run.result = measured;
   say_written(run, followed_paths(run.options()));
