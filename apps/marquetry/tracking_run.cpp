@@ -8,8 +8,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "evolving_frames.h"
 #include "mq/base/error.h"
@@ -19,6 +21,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
+#include "mq/mesh/orient.h"
 #include "mq/mesh/refine.h"
 #include "mq/mesh/soundness.h"
 #include "mq/sequence/birth_shape.h"
@@ -64,12 +67,13 @@ struct Captured : Model {
   std::vector<Triangle> uncut;  ///< the file's triangles; empty: none were cut
   /// Per vertex where it lies in the file's mesh; empty: none were cut.
   std::vector<RefinedMesh::Place> places;
+  std::vector<int> turned;  ///< of the file's triangles, as they faced the wrong way
 };
 
 Captured cut_for_nodes(Model model, double longest) {
   const Surface surface = make_surface(model.mesh, {.kind = WeldOptions::Kind::none});
   const double most = longest * std::sqrt(surface.area);
-  Captured captured{std::move(model), {}, {}};
+  Captured captured{std::move(model), {}, {}, {}};
   if (!(most > 0) || mean_edge_length(surface) <= most) return captured;
   RefinedMesh fine = refined(captured.mesh, most);
   VertexSignal& colours = captured.colors;
@@ -118,11 +122,24 @@ class Sequence {
   int count() const { return int(files_.size()); }
   const FrameFile& file(int frame) const { return files_[std::size_t(frame)]; }
 
-  Captured read(int frame) const {
+  /// The place of the frame with this number, −1: there is none.
+  int index_of(int number) const {
+    const auto found = std::ranges::lower_bound(files_, number, {}, &FrameFile::number);
+    return found != files_.end() && found->number == number ? int(found - files_.begin()) : -1;
+  }
+
+  /// What faces the wrong way is turned back; `before` is what followed the frame before, or null.
+  Captured read(int frame, const Mesh* before) const {
     ReadModelOptions how;
     if (!textures_.empty()) how.textures = {frame_name(textures_, file(frame).number)};
     if (!pictures_) how.pictures = ReadModelOptions::Pictures::skip;
-    return cut_for_nodes(read_model(file(frame).path, how), longest_edge_);
+    Model model = read_model(file(frame).path, how);
+    Oriented found = oriented(model.mesh, before);
+    model.mesh = std::move(found.mesh);
+    std::ranges::move(found.defects, std::back_inserter(model.defects));
+    Captured captured = cut_for_nodes(std::move(model), longest_edge_);
+    captured.turned = std::move(found.turned);
+    return captured;
   }
 
   /// As the file says it, for people to look at.
@@ -142,10 +159,14 @@ class Sequence {
       return material_from_uvs(captured.mesh);
     }
     Mesh material = read_model(truths_[std::size_t(frame)].path).mesh;
-    require(
-        material.triangles == (captured.uncut.empty() ? captured.mesh.triangles : captured.uncut),
-        fmt::format("{}: its triangles are not those of {}",
-                    truths_[std::size_t(frame)].path.string(), file(frame).path.string()));
+    const std::vector<Triangle>& wanted =
+        captured.uncut.empty() ? captured.mesh.triangles : captured.uncut;
+    // Of triangles that were turned it may be turned as they were, or not.
+    if (material.triangles.size() == wanted.size() && material.triangles != wanted)
+      material = turned_over(std::move(material), captured.turned);
+    require(material.triangles == wanted,
+            fmt::format("{}: its triangles are not those of {}",
+                        truths_[std::size_t(frame)].path.string(), file(frame).path.string()));
     if (captured.uncut.empty()) return {captured.mesh, std::move(material)};
     Mesh cut = captured.mesh;
     for (std::size_t v = 0; v < cut.positions.size(); ++v) {
@@ -208,9 +229,9 @@ struct Follower {
 };
 
 /// The frame's own mesh as a template.
-TrackTemplate own_template(const Sequence& sequence, int frame, const Captured& model,
-                           const OptionValues& options, double step, int next_vertex,
-                           int next_triangle) {
+TrackTemplate own_template(const Sequence& sequence, int frame, const TrackTarget& target,
+                           const Captured& model, const OptionValues& options, double step,
+                           int next_vertex, int next_triangle) {
   CleanMesh clean = cleaned(model.mesh);
   Signal colours;
   if (options.flag("photometric")) {
@@ -223,7 +244,7 @@ TrackTemplate own_template(const Sequence& sequence, int frame, const Captured& 
   }
   std::vector<Vector3> material;
   if (sequence.has_truth()) material = sequence.material(frame, model, clean);
-  clean.mesh.positions = rounded(unfolded_onto(TrackTarget(model.mesh), clean.mesh), step);
+  clean.mesh.positions = rounded(unfolded_onto(target, clean.mesh), step);
   return new_template(clean.mesh, colours, material, next_vertex, next_triangle);
 }
 
@@ -268,25 +289,68 @@ class Tracking {
                                           1.0 / (sequence_.count() - begun));
       const Stopwatch watch;
       try {
-        one_frame(output, frame, sequence_.read(frame), watch, part);
+        if (const std::unique_ptr<Prepared> captured = prepare(frame))
+          one_frame(output, frame, *captured, watch, part);
       } catch (const Cancelled&) {
         if (writer_)
           run_.terminal().remark(fmt::format("{} has {} of {} frames; --resume goes on from there",
                                              output.string(), frame, sequence_.count()));
         throw;
       } catch (const InvalidInput& error) {
-        throw InvalidInput(
-            fmt::format("{}: {}", sequence_.file(frame).path.string(), error.what()));
+        throw InvalidInput(naming(frame, error.what()));
       }
     }
+    require(!frames_.empty(), "--skip-bad: not one of the frames can be followed: " +
+                                  (skipped_.empty() ? std::string("there is none")
+                                                    : skipped_[0]["why"].get<std::string>()));
   }
 
   const Json& frames() const { return frames_; }
 
+  /// Frames that were left out, and why.
+  Json skipped() const {
+    Json all = Json::array();
+    for (const Json& frame : frames_)
+      if (frame.contains("skipped"))
+        for (const Json& one : frame["skipped"]) all.push_back(one);
+    for (const Json& one : skipped_) all.push_back(one);
+    return all;
+  }
+
  private:
-  TrackTarget target_of(const Captured& model) const {
-    return TrackTarget(model.mesh,
-                       run_.options().flag("photometric") ? vertex_colours(model) : Signal());
+  /// A frame made ready to be followed.
+  struct Prepared {
+    Captured model;
+    TrackTarget target;
+    Prepared(Captured model_, const OptionValues& options)
+        : model(std::move(model_)),
+          target(model.mesh, options.flag("photometric") ? vertex_colours(model) : Signal()) {}
+  };
+
+  std::string naming(int frame, const std::string& what) const {
+    const std::string file = sequence_.file(frame).path.string();
+    return what.find(file) == what.npos ? file + ": " + what : what;
+  }
+
+  /// Null where it cannot be, and such frames are to be left out.
+  std::unique_ptr<Prepared> prepare(int frame) {
+    try {
+      const std::optional<Mesh> before =
+          follower_ ? std::optional(mesh_of(follower_->known.segment, current_)) : std::nullopt;
+      return std::make_unique<Prepared>(sequence_.read(frame, before ? &*before : nullptr),
+                                        run_.options());
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const OutOfMemory&) {
+      throw;
+    } catch (const Error& error) {
+      const std::string why = naming(frame, error.what());
+      if (!run_.options().flag("skip-bad"))
+        throw InvalidInput(why + "; or leave out such frames with --skip-bad");
+      run_.terminal().warning(why + "; it is left out");
+      skipped_.push_back({{"frame", sequence_.file(frame).number}, {"why", why}});
+      return nullptr;
+    }
   }
 
   /// The template of a segment that remeshing made of the one that is followed.
@@ -326,16 +390,25 @@ class Tracking {
     const std::vector<int> damaged = reader.damaged();
     warn_of_damage(run_.terminal(), reader, damaged);
     const int stored = damaged.empty() ? int(reader.frames().size()) : damaged.front();
-    for (int f = 0; f < stored; ++f)
-      require(f < sequence_.count() && reader.frames()[f].number == sequence_.file(f).number,
+    std::vector<int> places;  // in the sequence
+    for (int f = 0; f < stored; ++f) {
+      const int number = reader.frames()[f].number;
+      places.push_back(sequence_.index_of(number));
+      require(places[f] >= 0,
               fmt::format("{}: --resume: its frame {} is not one of these frames; track them "
                           "without --resume",
-                          output.string(), reader.frames()[f].number));
+                          output.string(), number));
+      const int expected = f == 0 ? 0 : places[f - 1] + 1;
+      require(places[f] == expected || run_.options().flag("skip-bad"),
+              fmt::format("{}: --resume: it has no frame {}, which is one of these frames; give "
+                          "--skip-bad if it was left out, or track without --resume",
+                          output.string(), sequence_.file(expected).number));
+    }
     if (stored == 0) return 0;
     require_same_options(reader);
     for (int f = 0; f < stored; ++f)
       if (f == 0 || reader.frames()[f].segment != reader.frames()[f - 1].segment)
-        take_up_segment(reader, f);
+        take_up_segment(reader, f, places[f]);
     writer_.emplace(reader, stored);
     current_ = reader.positions(stored - 1);
     if (stored > 1 && reader.frames()[stored - 2].segment == reader.frames()[stored - 1].segment)
@@ -349,29 +422,32 @@ class Tracking {
                           output.string(), frame["frame"].get<int>()));
       frames_.push_back(std::move(frame));
     }
-    return stored;
+    return places.back() + 1;
   }
 
   /// What was known when the segment that begins with this frame was begun.
-  void take_up_segment(const EvolvingReader& reader, int frame) {
+  void take_up_segment(const EvolvingReader& reader, int frame, int place) {
     const EvolvingSegment segment = reader.segment(reader.frames()[frame].segment);
-    const Captured model = sequence_.read(frame);
+    if (frame > 0) current_ = reader.positions(frame - 1);
+    const std::optional<Mesh> before =
+        follower_ ? std::optional(mesh_of(follower_->known.segment, current_)) : std::nullopt;
+    const Prepared captured(sequence_.read(place, before ? &*before : nullptr), run_.options());
+    const Captured& model = captured.model;
     const bool goes_on = follower_ && change(follower_->known.segment, segment).kept > 0;
     if (goes_on) {
       const std::vector<Vector3> positions = reader.positions(frame);
-      previous_ = positions_before(follower_->known.segment, reader.positions(frame - 1), segment,
-                                   positions);
-      follower_.emplace(carried_on(frame, model, target_of(model), segment, positions),
+      previous_ = positions_before(follower_->known.segment, current_, segment, positions);
+      follower_.emplace(carried_on(place, model, captured.target, segment, positions),
                         run_.options());
     } else {
       previous_.clear();
-      follower_.emplace(own_template(sequence_, frame, model, run_.options(), reader.step(),
-                                     next_vertex_, next_triangle_),
+      follower_.emplace(own_template(sequence_, place, captured.target, model, run_.options(),
+                                     reader.step(), next_vertex_, next_triangle_),
                         run_.options());
       require(follower_->known.segment.triangles == segment.triangles,
               fmt::format("{}: --resume: {} is not the mesh that it was made of; track without "
                           "--resume",
-                          reader.manifest().string(), sequence_.file(frame).path.string()));
+                          reader.manifest().string(), sequence_.file(place).path.string()));
     }
     count_ids(segment);
   }
@@ -381,9 +457,13 @@ class Tracking {
     for (const int id : segment.triangle_ids) next_triangle_ = std::max(next_triangle_, id + 1);
   }
 
-  void one_frame(const fs::path& output, int frame, const Captured& model, const Stopwatch& watch,
-                 const Progress& progress) {
+  void one_frame(const fs::path& output, int frame, const Prepared& captured,
+                 const Stopwatch& watch, const Progress& progress) {
+    const Captured& model = captured.model;
+    const TrackTarget& target = captured.target;
     Json measured = {{"frame", sequence_.file(frame).number}};
+    if (!model.turned.empty()) measured["turned"] = model.turned.size();
+    if (!skipped_.empty()) measured["skipped"] = std::exchange(skipped_, Json::array());
     say_defects(frame, model);
     if (!writer_) {
       const double diagonal =
@@ -397,7 +477,6 @@ class Tracking {
     }
     bool is_new = !follower_;
     if (follower_) {
-      const TrackTarget target = target_of(model);
       TrackedFrame tracked =
           follower_->tracker.follow(current_, previous_, target, progress.step("follow", 0.7));
       tracked.distortion = distortion(follower_->known, tracked.positions);
@@ -410,10 +489,10 @@ class Tracking {
         measured["triangles_kept"] = follower_->known.segment.triangle_count();
         measured["triangles_born"] = measured["triangles_died"] = 0;
         if (remeshing_ == Remeshing::done)
-          remesh_here(frame, model, target, measured, progress.step("remesh", 0.3));
+          remesh_here(frame, captured, measured, progress.step("remesh", 0.3));
       }
     }
-    if (is_new) measured.update(begin_segment(frame, model));
+    if (is_new) measured.update(begin_segment(frame, captured));
     const Surface now = make_surface(mesh_of(follower_->known.segment, current_),
                                      {.kind = WeldOptions::Kind::none});
     measured["manifold"] = is_manifold(now);
@@ -427,7 +506,8 @@ class Tracking {
   /// Of each kind of defect, the first frame that has it: what is cut apart or left out there is so
   /// in what follows it.
   void say_defects(int frame, const Captured& model) {
-    Defects all = make_surface(model.mesh).defects;
+    Defects all = model.defects;
+    std::ranges::move(make_surface(model.mesh).defects, std::back_inserter(all));
     std::erase_if(all, [&](const Defect& defect) {
       return defect.severity != Defect::Severity::warning || !said_.insert(defect.kind).second;
     });
@@ -438,16 +518,16 @@ class Tracking {
   }
 
   /// Takes the frame's own mesh as the template from here on.
-  Json begin_segment(int frame, const Captured& model) {
+  Json begin_segment(int frame, const Prepared& captured) {
     const int died = follower_ ? follower_->known.segment.triangle_count() : 0;
-    follower_.emplace(own_template(sequence_, frame, model, run_.options(), writer_->step(),
-                                   next_vertex_, next_triangle_),
+    follower_.emplace(own_template(sequence_, frame, captured.target, captured.model,
+                                   run_.options(), writer_->step(), next_vertex_, next_triangle_),
                       run_.options());
     count_ids(follower_->known.segment);
     current_ = follower_->known.rest;
     previous_.clear();
     writer_->add_segment(follower_->known.segment, current_);
-    return born_json(surface_distance(follower_->known.mesh(), TrackTarget(model.mesh)),
+    return born_json(surface_distance(follower_->known.mesh(), captured.target),
                      follower_->known.segment.triangle_count(), died);
   }
 
@@ -468,8 +548,8 @@ class Tracking {
   }
 
   /// Replaces what of the template does not show the frame, or all of it.
-  void remesh_here(int frame, const Captured& model, const TrackTarget& target, Json& measured,
-                   const Progress& progress) {
+  void remesh_here(int frame, const Prepared& captured, Json& measured, const Progress& progress) {
+    const TrackTarget& target = captured.target;
     const Stopwatch watch;
     const EvolvingSegment& before = follower_->known.segment;
     const Surface tracked =
@@ -477,7 +557,7 @@ class Tracking {
     const Remeshed remeshed = remeshed_within(tracked, target, progress);
     const bool changes = remeshed.born > 0 || remeshed.died > 0;
     if (changes && run_.options().flag("keyframes")) {
-      measured.update(begin_segment(frame, model));
+      measured.update(begin_segment(frame, captured));
     } else if (changes) {
       const EvolvingSegment segment =
           remeshed_segment(remeshed, before, next_vertex_, next_triangle_);
@@ -485,7 +565,7 @@ class Tracking {
           rounded(unfolded_onto(target, remeshed.mesh), writer_->step());
       previous_ = positions_before(before, previous_, segment, positions);
       current_ = positions;
-      TrackTemplate next = carried_on(frame, model, target, segment, positions);
+      TrackTemplate next = carried_on(frame, captured.model, target, segment, positions);
       follower_.emplace(std::move(next), run_.options());
       count_ids(segment);
       writer_->add_segment(segment, current_);
@@ -522,7 +602,8 @@ class Tracking {
   std::vector<Vector3> current_, previous_;
   int next_vertex_ = 0, next_triangle_ = 0;
   Json frames_ = Json::array();
-  std::set<std::string> said_;  ///< kinds of defects
+  Json skipped_ = Json::array();  ///< since the last frame that was followed
+  std::set<std::string> said_;    ///< kinds of defects
 };
 
 /// The worst of a number over the frames.
@@ -611,12 +692,17 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
   write_plot(run, tracking.frames());
   if (options.has("strip")) {
     const Step step(run, "draw", 0.1 * share);
+    const EvolvingReader reader(output);
     write_strip(
-        run, EvolvingReader(output), [&](int frame) { return sequence.with_pictures(frame); },
+        run, reader,
+        [&](int frame) {
+          return sequence.with_pictures(sequence.index_of(reader.frames()[frame].number));
+        },
         step);
   }
   run.print(table(tracking.frames()));
   return {{"frames", tracking.frames()},
+          {"skipped", tracking.skipped()},
           {"distance_p95", worst(tracking.frames(), "distance_p95")},
           {"distance_max", worst(tracking.frames(), "distance_max")},
           {"folded", worst(tracking.frames(), "folded")}};
@@ -651,6 +737,10 @@ void add_tracking_options(OptionTable& table) {
              .group = "Sequence",
              .help = "go on with OUT where it ends, if it is there",
              .details = "The result is the same as that of one run with the same options."});
+  table.add({.name = "skip-bad",
+             .group = "Sequence",
+             .help = "leave out frames that cannot be read or hold no mesh to follow",
+             .details = "As if they were missing; the report lists them."});
   table.add({.name = "restart",
              .type = Type::number,
              .unit = "% of the diagonal",

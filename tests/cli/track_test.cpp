@@ -8,6 +8,7 @@
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
+#include "mq/mesh/orient.h"
 #include "mq/mesh/surface.h"
 
 namespace mq::test {
@@ -281,13 +282,96 @@ TEST(Track, SaysWhatIsWrongWithFrames) {
   const Folder folder;
   make_body(folder, "bending", 1);
   Model model = read_model(folder / "body/frame_0001.ply");
-  for (int t = 0; t < model.mesh.triangle_count(); t += 17)
-    std::swap(model.mesh.triangles[t][1], model.mesh.triangles[t][2]);
+  Triangle fin = model.mesh.triangles.front();  // a third triangle at an edge
+  fin[2] = model.mesh.vertex_count();
+  model.mesh.positions.emplace_back(0, 0, 1);
+  model.colors.values.resize(3 * model.mesh.positions.size());
+  model.mesh.triangles.push_back(fin);
   write_model(folder / "body/frame_0001.ply", model);
   const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_THAT(result.error, HasSubstr("frame_0001.ply"));
-  EXPECT_EQ(result.json()["defects"][0]["kind"], "inconsistent_edges");
+  EXPECT_THAT(result.json()["defects"].dump(), HasSubstr("touching_edges"));
+}
+
+/// Turns over every `step`-th triangle of a model file.
+void turn_over(const std::filesystem::path& path, int step) {
+  Model model = read_model(path);
+  std::vector<int> some;
+  for (int t = 0; t < model.mesh.triangle_count(); t += step) some.push_back(t);
+  model.mesh = turned_over(std::move(model.mesh), some);
+  write_model(path, model);
+}
+
+TEST(Track, TurnsBackWhatFacesTheWrongWay) {
+  const Folder folder;
+  make_body(folder, "bending", 3);
+  for (const bool remeshed : {false, true}) {
+    std::vector<std::string> words = {"track",   "body",          "-o",    "body.evolving",
+                                      "--truth", "body/material", "--json"};
+    if (remeshed) words.push_back("--remesh");
+    ASSERT_EQ(marquetry(folder, words).status, 0);
+    const std::string sound = file_bytes(folder / "body.blocks");
+    // Some of the first, all of the third.
+    turn_over(folder / "body/frame_0000.ply", 17);
+    turn_over(folder / "body/frame_0002.ply", 1);
+    const Result result = marquetry(folder, words);
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_EQ(file_bytes(folder / "body.blocks"), sound);
+    EXPECT_THAT(result.error, HasSubstr("frame_0000.ply"));
+    EXPECT_THAT(result.error, HasSubstr("frame_0002.ply"));
+    const auto report = result.json();
+    EXPECT_EQ(report["defects"][0]["kind"], "turned_triangles");
+    EXPECT_EQ(report["defects"][1]["kind"], "inside_out_triangles");
+    const auto frames = report["result"]["frames"];
+    EXPECT_GT(frames[0]["turned"], 10);
+    EXPECT_FALSE(frames[1].contains("turned"));
+    EXPECT_GT(frames[2]["turned"], 1000);
+    turn_over(folder / "body/frame_0000.ply", 17);
+    turn_over(folder / "body/frame_0002.ply", 1);
+  }
+}
+
+TEST(Track, LeavesOutBadFramesIfItMay) {
+  const Folder folder;
+  make_body(folder, "bending", 4);
+  write_bytes(folder / "body/frame_0000.ply", "ply\nformat");
+  write_bytes(folder / "body/frame_0002.ply", "");
+  Model model = read_model(folder / "body/frame_0004.ply");
+  for (Vector3& p : model.mesh.positions) p.setZero();
+  write_model(folder / "body/frame_0004.ply", model);
+  std::vector<std::string> words = {"track", "body", "-o", "body.evolving", "--json"};
+  const Result refused = marquetry(folder, words);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("frame_0000.ply"));
+  EXPECT_THAT(refused.error, HasSubstr("--skip-bad"));
+  words.push_back("--skip-bad");
+  const Result result = marquetry(folder, words);
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("left out"));
+  const auto found = result.json()["result"];
+  ASSERT_EQ(found["frames"].size(), 2U);
+  EXPECT_EQ(found["frames"][1]["frame"], 3);
+  ASSERT_EQ(found["skipped"].size(), 3U);
+  EXPECT_EQ(found["skipped"][1]["frame"], 2);
+  EXPECT_THAT(found["skipped"][1]["why"].dump(), HasSubstr("frame_0002.ply"));
+  // A run that was stopped goes on with the same result.
+  const std::string blocks = file_bytes(folder / "body.blocks");
+  const std::int64_t cut = EvolvingReader(folder / "body.evolving").frames()[1].offset + 5;
+  for (const std::int64_t size : {cut, std::int64_t(blocks.size())}) {
+    write_bytes(folder / "body.blocks", blocks.substr(0, std::size_t(size)));
+    std::vector<std::string> resumed = words;
+    resumed.push_back("--resume");
+    const Result again = marquetry(folder, resumed);
+    ASSERT_EQ(again.status, 0) << again.error;
+    EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
+    EXPECT_EQ(again.json()["result"]["skipped"], found["skipped"]);
+  }
+  const Result strict = marquetry(folder, {"track", "body", "-o", "body.evolving", "--resume"});
+  EXPECT_EQ(strict.status, 2);
+  EXPECT_THAT(strict.error, HasSubstr("--skip-bad"));
+  for (const int bad : {1, 3}) write_bytes(folder / frame_name("body/frame_%04d.ply", bad), "");
+  EXPECT_THAT(marquetry(folder, words).error, HasSubstr("not one of the frames"));
 }
 
 TEST(Track, ExportsAModelAFrameAlsoAsGlb) {
@@ -393,7 +477,15 @@ TEST(Export, GivesFramesThatDoNotNeedWhatWasDamaged) {
   EXPECT_EQ(read_model(folder / "f_1.ply").mesh.positions, whole.positions(1));
   const Result all = marquetry(folder, {"export", "body.evolving", "-o", "f_%d.ply"});
   EXPECT_EQ(all.status, 2);
-  EXPECT_THAT(all.error, HasSubstr("segment 1"));
+  EXPECT_THAT(all.error, HasSubstr("2 of 3 frames were written; damaged, and not written: 2"));
+  // A damaged frame in between costs no other.
+  blocks[std::size_t(whole.segments()[1].offset) + 9] ^= 1;
+  blocks[std::size_t(whole.frames()[1].offset) + 1] ^= 1;
+  write_bytes(folder / "body.blocks", blocks);
+  EXPECT_EQ(marquetry(folder, {"export", "body.evolving", "-o", "g_%d.ply"}).status, 2);
+  EXPECT_TRUE(std::filesystem::exists(folder / "g_0.ply"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "g_1.ply"));
+  EXPECT_EQ(read_model(folder / "g_2.ply").mesh.positions, whole.positions(2));
 }
 
 TEST(Export, WritesAnAnimationWithATargetForEachFurtherFrame) {

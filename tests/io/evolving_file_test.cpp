@@ -224,6 +224,62 @@ TEST_F(EvolvingFile, WithNoiseInTheManifestIsRefusedOrCutShort) {
   }
 }
 
+/// The manifest of a whole store with one of its numbers replaced.
+std::string with_number(std::string_view text, std::size_t which, const std::string& value) {
+  std::size_t at = 0, end = 0;
+  for (std::size_t i = 0; i <= which; ++i) {
+    at = text.find_first_of("-0123456789", end);
+    if (at == text.npos) return {};
+    end = text.find_first_not_of("-+.eE0123456789", at);
+  }
+  return std::string(text.substr(0, at)) + value + std::string(text.substr(end));
+}
+
+TEST_F(EvolvingFile, WithAnyNumberAbsurdIsRefusedOrCutShort) {
+  const EvolvingMesh strip = waving_strip(6, 6);
+  write_evolving(manifest_, strip, test_step);
+  const Bytes sound = read_file(manifest_);
+  const Random random(5);
+  int tried = 0;
+  for (std::size_t which = 0;; ++which) {
+    if (with_number(text_of(sound), which, "0").empty()) break;
+    for (const std::string value :
+         {"4000000000", "-1", "NaN", "1e300", "99999999999999999999", "9223372036854775807", "0.5",
+          "null", "\"7\"", std::to_string(int(1000 * random.uniform(which))).c_str()}) {
+      ++tried;
+      const std::string text = with_number(text_of(sound), which, value);
+      write_file(manifest_, bytes_of(text));
+      try {
+        const EvolvingReader reader(manifest_);
+        std::int64_t counted = 0;
+        for (const StoredSegment& segment : reader.segments()) {
+          EXPECT_GE(std::min(segment.vertices, segment.triangles), 0) << value;
+          counted += segment.vertices + segment.triangles;
+        }
+        EXPECT_LT(counted, 1000) << value;  // of a file of blocks of some hundred bytes
+        (void)reader.damaged();
+        for (int f = 0; f < int(reader.frames().size()); ++f) (void)reader.positions(f);
+      } catch (const IoError&) {
+      } catch (const InvalidInput&) {
+      }
+    }
+  }
+  EXPECT_GT(tried, 300);
+}
+
+TEST_F(EvolvingFile, SaysWhichCountIsAbsurd) {
+  const EvolvingMesh strip = waving_strip(6, 6);
+  write_evolving(manifest_, strip, test_step);
+  std::string text(text_of(read_file(manifest_)));
+  const std::string count = "\"vertices\":14";
+  text.replace(text.find(count), count.size(), "\"vertices\":4000000000");
+  write_file(manifest_, bytes_of(text));
+  const EvolvingReader reader(manifest_);
+  EXPECT_THAT(reader.broken(), HasSubstr("strip.evolving"));
+  EXPECT_THAT(reader.broken(), HasSubstr("line 2 says 4000000000 vertices, wanted a number from"));
+  EXPECT_TRUE(reader.frames().empty());
+}
+
 TEST_F(EvolvingFile, GoesOnAfterABreakAsIfThereHadBeenNone) {
   const EvolvingMesh strip = waving_strip(6, 6);
   write_evolving(manifest_, strip, test_step);

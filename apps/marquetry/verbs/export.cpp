@@ -1,6 +1,7 @@
 // marquetry export X.evolving [-o OUT]: what an evolving mesh is, and its frames as files that
 // other programs read.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -130,6 +131,23 @@ void require_consecutive(const std::vector<int>& frames) {
             "--frames: an animation takes all frames between its first and its last");
 }
 
+/// Takes those that are damaged out of the frames and their files; returns these.
+std::vector<int> leave_out(const std::vector<int>& damaged, std::vector<int>& frames,
+                           std::vector<fs::path>& paths) {
+  std::vector<int> lost, kept;
+  std::vector<fs::path> kept_paths;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (std::ranges::binary_search(damaged, frames[i])) {
+      lost.push_back(frames[i]);
+    } else {
+      kept.push_back(frames[i]);
+      kept_paths.push_back(paths[i]);
+    }
+  frames = std::move(kept);
+  paths = std::move(kept_paths);
+  return lost;
+}
+
 void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
                   const std::vector<fs::path>& paths) {
   const Step step(run, "write", 0.9);
@@ -167,8 +185,7 @@ Exit run_export(Run& run) {
   require(!options.has("paint") || options.has("output"),
           "--paint: it colours models, so --output says where");
   if (options.has("paint")) run.will_read(options.text("paint"));
-  require_video_for_codec(options,
-                          options.has("output") && names_video(options.text("output")));
+  require_video_for_codec(options, options.has("output") && names_video(options.text("output")));
   const EvolvingReader reader(options.text("evolving"));
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
   std::vector<int> frames;
@@ -202,11 +219,21 @@ Exit run_export(Run& run) {
     if (paths.empty()) say_written(run, {options.text("plot")});
   }
   if (paths.empty()) return Exit::done;
+  std::vector<int> lost;
+  if (!options.has("from") && !names_animation(options.text("output")))
+    lost = leave_out(damaged, frames, paths);
+  require(!frames.empty(), options.text("evolving") + ": every frame that is asked for is damaged");
   if (options.has("from"))
     write_captured_textures(run, reader, frames, options.text("output"));
   else
     write_frames(run, reader, frames, paths);
   say_written(run, paths);
+  if (!lost.empty())
+    throw IoError(fmt::format(
+        "{}: {} of {} frames were written; damaged, and not written: {}; copy the store again, or "
+        "ask for others with --frames",
+        reader.blocks_file().string(), frames.size(), frames.size() + lost.size(),
+        fmt::join(numbers_of(reader, lost), ", ")));
   return Exit::done;
 }
 

@@ -113,7 +113,7 @@ std::string EvolvingReader::add_line(std::string_view text, std::int64_t blocks_
   const std::int64_t segment = number(line, "segment", largest_int);
   if (block.offset != whole_blocks_ || block.bytes < 0 || checksum < 0 || segment < 0)
     return where + " lacks one of segment, offset, bytes and crc32, or does not follow the last";
-  if (block.offset + block.bytes > blocks_size)
+  if (block.bytes > blocks_size - block.offset)
     return fmt::format("{} names bytes up to {} of {}, which has {}", where,
                        block.offset + block.bytes, blocks_.filename().string(), blocks_size);
   block.checksum = std::uint32_t(checksum);
@@ -127,8 +127,15 @@ std::string EvolvingReader::add_line(std::string_view text, std::int64_t blocks_
         {block, int(frame), int(segment), measured.is_object() ? measured.dump() : ""});
   } else {
     if (segment != std::ssize(segments_)) return where + " does not begin the next segment";
-    segments_.push_back({block, int(number(line, "vertices", largest_int)),
-                         int(number(line, "triangles", largest_int))});
+    // An id and a coordinate of each axis take a byte each, and so do an id and three corners.
+    for (const char* name : {"vertices", "triangles"})
+      if (const std::int64_t most = block.bytes / 4, count = number(line, name);
+          count < 0 || count > most)
+        return fmt::format(
+            "{} says {} {}, wanted a number from 0 to {}, as many as {} bytes can "
+            "hold",
+            where, line.value(name, Json()).dump(), name, most, block.bytes);
+    segments_.push_back({block, int(number(line, "vertices")), int(number(line, "triangles"))});
   }
   whole_blocks_ += block.bytes;
   return "";
