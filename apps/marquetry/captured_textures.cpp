@@ -21,6 +21,9 @@
 namespace mq::app {
 namespace {
 
+constexpr int most_side = 16384;
+constexpr int usual_side = 1024;  ///< where nobody says what the atlas was made for
+
 /// Whether frames have texture coordinates: all of a store do, or none.
 bool has_atlas(const EvolvingReader& reader) {
   return !reader.frames().empty() && !reader.segment(reader.frames().front().segment).uvs.empty();
@@ -33,11 +36,32 @@ void require_atlas_unless_models(const EvolvingReader& reader, const std::string
                       reader.manifest().string()));
 }
 
+/// The side of the textures that an atlas was made for, if its maker said so.
+std::optional<int> packed_side(const EvolvingReader& reader) {
+  const Json about = Json::parse(reader.about(), nullptr, false);
+  const Json::json_pointer place("/options/size");
+  if (about.is_discarded() || !about.contains(place) || !about[place].is_number_integer())
+    return {};
+  const auto side = about[place].get<std::int64_t>();
+  if (side < 1 || side > most_side) return {};
+  return int(side);
+}
+
+int texture_side(const OptionValues& options, const EvolvingReader& reader) {
+  if (options.has("size")) return int(options.integer("size"));
+  return packed_side(reader).value_or(usual_side);
+}
+
 /// The captured frames, and what a store's frames show of them.
 class Captured {
  public:
   Captured(Run& run, const EvolvingReader& reader, const std::vector<int>& frames)
-      : run_(run), reader_(reader) {
+      : run_(run), reader_(reader), side_(texture_side(run.options(), reader)) {
+    if (const auto made_for = packed_side(reader); made_for && side_ < *made_for)
+      run.terminal().warning(
+          fmt::format("--size: {} texels, and the atlas was made for {}: its gutters are narrower "
+                      "here, and charts may touch",
+                      side_, *made_for));
     const std::vector<FrameFile> files =
         find_frames(run.options().text("from"), numbers_of(reader, frames));
     for (std::size_t i = 0; i < files.size(); ++i) {
@@ -50,10 +74,9 @@ class Captured {
   /// The texture of a frame; says in the result how much of it was seen.
   const TextureFrame& texture(int frame, const Progress& progress = {}) {
     const OptionValues& options = run_.options();
-    const int size = int(options.integer("size"));
     read(frame);
     TextureFrameOptions how{
-        .width = size, .height = size, .samples = int(options.integer("samples"))};
+        .width = side_, .height = side_, .samples = int(options.integer("samples"))};
     if (options.flag("stitch")) how.captured_charts = captured_charts(frame);
     texture_ = resample_texture(mesh_, model_.mesh, surface_colours(model_), how, progress);
     Json found = {{"frame", reader_.frames()[frame].number},
@@ -145,6 +168,7 @@ class Captured {
 
   Run& run_;
   const EvolvingReader& reader_;
+  int side_;
   std::map<int, std::filesystem::path> files_;
   Model model_;
   Mesh mesh_;
@@ -171,12 +195,12 @@ void add_captured_texture_options(OptionTable& table) {
   table.add({.name = "size",
              .letter = 's',
              .type = Type::integer,
-             .default_value = "1024",
              .unit = "texels",
              .least = 1,
-             .most = 16384,
+             .most = most_side,
              .group = group,
-             .help = "side of the textures"});
+             .help = "side of the textures; without it that the atlas was made for",
+             .details = "In smaller ones gutters are narrower, and charts may touch."});
   table.add({.name = "samples",
              .type = Type::integer,
              .default_value = "2",
@@ -215,7 +239,7 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
   require_atlas_unless_models(reader, to);
   if (names_video(to)) {
     require_video_options(to, video_options(options));
-    const int side = int(options.integer("size"));
+    const int side = texture_side(options, reader);
     require_whole_video(to, side, side);
   }
   const Step step(run, "textures", 0.9);

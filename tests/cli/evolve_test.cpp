@@ -95,6 +95,27 @@ TEST(ExportFrom, WritesWhatWasCapturedAsTextures) {
   EXPECT_TRUE(std::ranges::equal(alone.pixels.values(), shown.textures[0].pixels.values()));
 }
 
+TEST(ExportFrom, TakesTheSizeThatTheAtlasWasMadeFor) {
+  const Folder folder;
+  make_balls(folder, "28-28");
+  ASSERT_EQ(marquetry(folder,
+                      {"evolve", "balls", "-o", "balls.evolving", "--size", "320", "--trials", "2"})
+                .status,
+            0);
+  const auto side_with = [&](std::vector<std::string> more, const std::string& warned) {
+    std::vector<std::string> words = {"export",     "balls.evolving", "-o",
+                                      "t_%02d.png", "--from",         "balls"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    EXPECT_THAT(result.error, warned.empty() ? Not(HasSubstr("gutters")) : HasSubstr(warned));
+    return read_texture(folder / "t_28.png").pixels.width();
+  };
+  EXPECT_EQ(side_with({}, ""), 320);
+  EXPECT_EQ(side_with({"--size", "640"}, ""), 640);
+  EXPECT_EQ(side_with({"--size", "256"}, "256 texels, and the atlas was made for 320"), 256);
+}
+
 TEST(ExportFrom, GivesColoursAtVerticesWhereThereIsNoAtlas) {
   const Folder folder;
   make_balls(folder, "28-29");

@@ -153,6 +153,36 @@ TEST(Unwrap, RefusesASurfaceWithoutArea) {
   Mesh mesh = fixtures::one_triangle();
   mesh.positions[2] = {0.5, 0, 0};
   EXPECT_THROW(unwrap(make_surface(mesh)), InvalidInput);
+  // Nor one whose area underflows.
+  Mesh tiny = fixtures::one_triangle();
+  for (Vector3& p : tiny.positions) p *= 1e-160;
+  EXPECT_THROW(unwrap(make_surface(tiny, {.kind = WeldOptions::Kind::none})), InvalidInput);
+}
+
+/// A strip of squares, `length` of them of side 1, in the plane.
+Surface strip(int length) {
+  Mesh mesh;
+  for (int i = 0; i <= length; ++i) {
+    mesh.positions.push_back({double(i), 0, 0});
+    mesh.positions.push_back({double(i), 1, 0});
+  }
+  for (int i = 0; i < length; ++i) {
+    mesh.triangles.push_back({2 * i, 2 * i + 2, 2 * i + 3});
+    mesh.triangles.push_back({2 * i, 2 * i + 3, 2 * i + 1});
+  }
+  return make_surface(mesh);
+}
+
+TEST(Unwrap, CutsWhatIsLongerThanTheTexture) {
+  const Surface surface = strip(3000);
+  const Unwrapped atlas = unwrap(surface, quick);
+  expect_injective(surface, atlas, quick);
+  // In one piece the strip would fill a three-thousandth.
+  EXPECT_GT(atlas.figures.stretch.occupancy, 0.3);
+  UnwrapOptions whole = quick;
+  whole.largest = 1;
+  EXPECT_EQ(unwrap(strip(20), whole).figures.charts, 1);
+  EXPECT_GT(unwrap(strip(20), quick).figures.charts, 4);
 }
 
 // ---- Parts ----

@@ -8,7 +8,10 @@
 
 #include "evolving_frames.h"
 #include "frame_textures.h"
+#include "mq/atlas/atlas.h"
 #include "mq/base/error.h"
+#include "mq/base/memory.h"
+#include "mq/base/words.h"
 #include "mq/image/spread.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/image_file.h"
@@ -225,23 +228,55 @@ class Film {
   Measures measures_;
 };
 
-/// The weight of gradients, from the area of the first frame.
-double weight_of(const OptionValues& options, const EvolvingReader& reader, int frame) {
+struct FirstFrame {
+  double weight = 0;  ///< of gradients, from its area
+  double texels = 0;  ///< that charts cover
+};
+
+FirstFrame first_frame(const OptionValues& options, const EvolvingReader& reader, int frame) {
   const PictureInfo info = picture_info(
       frame_name(options.text("textures"), reader.frames()[std::size_t(frame)].number));
   const EvolvingSegment segment = reader.segment(reader.frames()[frame].segment);
   const Surface surface =
       make_surface(mesh_of(segment, reader.positions(frame)), {.kind = WeldOptions::Kind::none});
   SurfaceScale scale{surface.area, 0};
-  if (!segment.uvs.empty())
-    scale.texel_spacing =
-        make_atlas(surface, {{.width = info.width, .height = info.height}}).texel_spacing();
+  double texels = 0;
+  if (!segment.uvs.empty()) {
+    const Atlas atlas = make_atlas(surface, {{.width = info.width, .height = info.height}});
+    scale.texel_spacing = atlas.texel_spacing();
+    for (const Chart& chart : atlas.charts) texels += chart.texel_area;
+  }
   const double weight = spread_weight(options, scale), alpha = weight / surface.area;
   require(options.text("method") == "mean" || alpha <= most_poisson_alpha,
           fmt::format("--alpha: found {:g}, wanted at most {:g} with --method poisson, whose "
                       "equation rounding makes indefinite beyond; --method mean takes more",
                       alpha, most_poisson_alpha));
-  return weight;
+  return {weight, texels};
+}
+
+TemporalOptions poisson_options(const OptionValues& options, double weight) {
+  return {.weight = weight,
+          .beta = options.number("beta"),
+          .gamma = options.number("gamma"),
+          .change = options.number("change"),
+          .window = int(options.integer("hold")),
+          .accuracy = options.number("accuracy"),
+          .solver = {.tolerance = options.number("tolerance")}};
+}
+
+/// Refuses what will not fit into memory, by what a texel of a held frame takes at the peak
+/// (measured: docs/relight.md).
+void require_room(const OptionValues& options, int frames, const FirstFrame& first) {
+  const bool mean = options.text("method") == "mean";
+  const int radius = int(options.integer("radius"));
+  const int held = mean ? std::min(frames, 2 * std::min(radius, frames) + 1)
+                        : frames_held(frames, poisson_options(options, first.weight));
+  const double bytes = (mean ? 650.0 : 1700.0) * first.texels;
+  require_memory(std::int64_t(bytes * held),
+                 fmt::format("filtering with {} of {:.0f} texels held at once",
+                             counted(held, "frame"), first.texels),
+                 fmt::format("use smaller textures, or fewer frames ({})",
+                             mean ? "--radius" : "--hold, or a larger --accuracy"));
 }
 
 TemporalReport filter(const OptionValues& options, Film& film, double weight,
@@ -257,15 +292,7 @@ TemporalReport filter(const OptionValues& options, Film& film, double weight,
                             .radius = int(options.integer("radius")),
                             .tolerance = options.number("tolerance")},
                            progress);
-  return temporal_poisson(count, load, store,
-                          {.weight = weight,
-                           .beta = options.number("beta"),
-                           .gamma = options.number("gamma"),
-                           .change = options.number("change"),
-                           .window = int(options.integer("hold")),
-                           .accuracy = options.number("accuracy"),
-                           .solver = {.tolerance = options.number("tolerance")}},
-                          progress);
+  return temporal_poisson(count, load, store, poisson_options(options, weight), progress);
 }
 
 void refuse_of_other_method(const OptionValues& options) {
@@ -321,7 +348,9 @@ Exit relight(Run& run) {
   }
   run.will_write(film.outputs(), fs::path(options.text("output")).parent_path());
   run.input = {{"frames", frames.size()}, {"segments", reader.segments().size()}};
-  const double weight = weight_of(options, reader, frames.front());
+  const FirstFrame about = first_frame(options, reader, frames.front());
+  const double weight = about.weight;
+  require_room(options, int(frames.size()), about);
   if (run.dry_run()) return Exit::done;
   TemporalReport report;
   {

@@ -18,6 +18,7 @@
 #include "percentiles.h"
 #include "run.h"
 #include "scene.h"
+#include "signal_options.h"
 #include "unwrap_evolving.h"
 #include "verb.h"
 
@@ -71,11 +72,16 @@ void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
 
 Exit unwrap(Run& run) {
   const OptionValues& options = run.options();
-  if (names_evolving(options.text("mesh"))) return unwrap_evolving(run);
+  if (names_evolving(options.text("mesh"))) {
+    require(!asks_for(options, "largest"),
+            "--largest: it is for a mesh; an evolving mesh has --coherence");
+    return unwrap_evolving(run);
+  }
   require(!options.has("picture"),
           "--picture: it is for an evolving mesh; draw a model with the verb render");
-  require(!options.has("look-ahead"), "--look-ahead: it is for an evolving mesh, whose frames come "
-                                      "one after the other");
+  require(!options.has("look-ahead"),
+          "--look-ahead: it is for an evolving mesh, whose frames come "
+          "one after the other");
   Scene scene = read_shape(run, 0.1);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
@@ -89,7 +95,8 @@ Exit unwrap(Run& run) {
                             .height = size,
                             .gutter = int(options.integer("gutter")),
                             .stretch = options.number("stretch"),
-                            .trials = int(options.integer("trials"))},
+                            .trials = int(options.integer("trials")),
+                            .largest = options.number("largest") / 100},
                            step);
   });
   for (const UnwrapFigures::Seconds& seconds : unwrapped.figures.seconds)
@@ -122,6 +129,16 @@ Verb unwrap_verb() {
              .help = "the model with its new texture coordinates (.obj, .ply, .gltf or .glb; or "
                      ".evolving)"});
   add_atlas_options(table);
+  table.add({.name = "largest",
+             .type = Option::Type::number,
+             .default_value = "20",
+             .unit = "% of the area",
+             .least = 0.1,
+             .most = 100,
+             .group = "Atlas",
+             .help = "the most that a chart of a mesh may have",
+             .details = "Large ones leave gaps that nothing fits; 100: as few charts as --stretch "
+                        "allows."});
   add_evolving_atlas_options(table);
   add_frames_option(table);
   return {table, unwrap};

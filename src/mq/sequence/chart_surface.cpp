@@ -37,6 +37,16 @@ Flat measured(Sheet sheet, Points x) {
   return flat;
 }
 
+/// Of the box around points.
+double diagonal(const Points& x) {
+  Vector2 low = Vector2::Constant(infinity), high = -low;
+  for (const Vector2& p : x) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - low).norm();
+}
+
 Flat lay_patch(const Surface& surface, const std::vector<int>& triangles,
                const std::vector<char>& glued) {
   Sheet sheet = make_sheet(surface, triangles, glued);
@@ -159,6 +169,7 @@ class Gluing {
     x = as_rigid_as_possible(sheet, std::move(x), relaxations, small);
     Flat flat = measured(std::move(sheet), std::move(x));
     if (!(flat.stretch <= options_.stretch)) return;
+    if (first != second && diagonal(flat.x) > options_.longest * std::sqrt(surface_.area)) return;
     const double before = first == second ? a.energy : a.energy + b.energy;
     const double cost = flat.energy - before - options_.seam_cost * offer.seam.length;
     if (first == second && cost >= 0) return;  // a cut that is worth its length

@@ -12,7 +12,9 @@ namespace mq {
 struct ChartOptions {
   double stretch = 1.06;    ///< the most L² stretch that gluing may give a chart
   double seam_cost = 0.15;  ///< energy that is worth a seam of length √area, per area
-  double largest = 0.2;  ///< share of the area that no union may exceed: what is smaller packs better
+  /// No union may have more of the area, nor in the plane a box whose diagonal is longer, in √area:
+  /// what is smaller packs better.
+  double largest = 0.2, longest = 1.2;
   int patches = 80;      ///< about so many discs at the start
   int triangles = 2500;  ///< of the coarsened surface on which unions are tried
 };
@@ -22,7 +24,7 @@ struct ChartHistory {
   struct Step {
     std::array<int, 2> charts{-1, -1};  ///< patches, then steps from `patches.count` on; equal for
                                         ///< a chart that is glued to itself
-    Vector3 middle = Vector3::Zero();  ///< of the seam that goes
+    Vector3 middle = Vector3::Zero();   ///< of the seam that goes
   };
   Patches patches;
   std::vector<Step> steps;

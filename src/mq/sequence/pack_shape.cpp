@@ -124,6 +124,9 @@ PackShape make_shape(const PackChart& chart, double angle, double scale, double 
   }
   if (count > 0) shape.middle /= count;
   shape.wide = gutter > 0 ? runs_of(widened(cells, gutter)) : shape.touched;
+  const auto longest = std::ranges::max_element(
+      shape.wide, {}, [](const CellRun& run) { return run.end - run.begin; });
+  shape.longest = std::size_t(longest - shape.wide.begin());
   return shape;
 }
 
@@ -196,6 +199,7 @@ PackVolume::PackVolume(int width, int height, int frames)
   anys_.resize(2 * std::size_t(leaves));
   view_.assign(size, 0);
   ahead_.resize(std::size_t(width) * height);
+  longest_.resize(height);
   for (int y = 0; y < height; ++y) count_runs(y);
 }
 
@@ -250,17 +254,21 @@ void PackVolume::look(int first, int last, int from, int to) {
 void PackVolume::count_runs(int y) {
   const Word* bits = view_.data() + std::size_t(y) * words_;
   std::int16_t* ahead = ahead_.data() + std::size_t(y) * width_;
+  longest_[y] = 0;
   for (int x = 0; x < width_;) {
     const bool taken = bits[x / 64] >> (x % 64) & 1;
     const int end = std::min(width_, run_end(bits, words_, x, taken));
     for (int c = x; c < end; ++c) ahead[c] = std::int16_t(taken ? c - end : end - c);
+    if (!taken) longest_[y] = std::max(longest_[y], end - x);
     x = end;
   }
 }
 
 int PackVolume::find(const PackShape& shape, int x, int y) const {
   const std::size_t count = shape.wide.size();
-  std::size_t hot = count / 2;  // the run that was in the way last
+  const CellRun& longest = shape.wide[shape.longest];
+  if (longest_[y + longest.row] < longest.end - longest.begin) return -1;
+  std::size_t hot = shape.longest;  // then the run that was in the way last
   while (x + shape.width <= width_) {
     std::size_t i = 0;
     for (; i < count; ++i) {

@@ -19,6 +19,7 @@ struct CellRun {
 struct PackShape {
   int width = 0, height = 0;  ///< of the wide one
   std::vector<CellRun> touched, wide;
+  std::size_t longest = 0;  ///< which of the wide runs is
   Vector2 middle = Vector2::Zero();  ///< centre of mass of the touched cells
   double angle = 0;
   Vector2 origin = Vector2::Zero();  ///< the point of the turned, scaled chart at cell (0, 0)
@@ -66,6 +67,7 @@ class PackVolume {
   std::vector<std::vector<Word>> anys_;    // per node, taken in any of its frames
   std::vector<Word> view_;                 // what `find` looks at
   std::vector<std::int16_t> ahead_;        // from a cell on: free cells, or minus the taken ones
+  std::vector<int> longest_;               // per row, of free cells
 };
 
 }  // namespace mq

@@ -203,6 +203,10 @@ int look_ahead_for(const TemporalOptions& options) {
   return int(std::ceil(std::log(options.accuracy) / std::log(decay_in_time(options.gamma))));
 }
 
+int window_for(const TemporalOptions& options) {
+  return options.window > 0 ? options.window : 2 * look_ahead_for(options) + 8;
+}
+
 double factor_of(const SolveReport& report) {
   if (report.cycles == 0 || report.residuals.empty()) return 0;
   return std::pow(report.residuals.back(), 1.0 / report.cycles);
@@ -226,13 +230,18 @@ double decay_in_time(double gamma) {
   return 4 * gamma / ((1 + root) * (1 + root));  // = (1 + 2γ − √(1 + 4γ)) / 2γ
 }
 
+int frames_held(int frames, const TemporalOptions& options) {
+  check(options);
+  return std::min(frames, window_for(options));
+}
+
 TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(int)>& load,
                                 const std::function<void(int, const TemporalFrame&, Signal)>& store,
                                 const TemporalOptions& options, const Progress& progress) {
   check(options);
   TemporalReport report;
   report.look_ahead = look_ahead_for(options);
-  const int window = options.window > 0 ? options.window : 2 * report.look_ahead + 8;
+  const int window = window_for(options);
   require(window > report.look_ahead || window >= frames,
           fmt::format("a window of {} frames: a gamma of {} wants more than {}, or all of them",
                       window, options.gamma, report.look_ahead));

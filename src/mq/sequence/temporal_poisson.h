@@ -46,6 +46,9 @@ struct TemporalReport {
 /// / (1 + wλ).
 double decay_in_time(double gamma);
 
+/// How many of so many frames are held at once, at most.
+int frames_held(int frames, const TemporalOptions& options);
+
 /// Minimises, over the signals φ_f of all frames and for each channel alone,
 ///
 ///     E(φ) = Σ_f [ (φ_f − ψ_f)ᵀ m_f (φ_f − ψ_f) + w ∫ |∇φ_f − β∇ψ_f|² dA_f ]
@@ -65,11 +68,11 @@ double decay_in_time(double gamma);
 /// comes back bit for bit.
 ///
 /// Frames are asked for in their order, once each, and given back in their order; `window` of them
-/// are held. A frame's space is let go when its matrix is made: it is given back where somebody else
-/// has kept it, else there is none. Each window begins with the last value that was given back and is solved to
-/// `look_ahead` frames beyond what is kept of it, so that of a value farther away at most
-/// `accuracy` is missed. Memory is about 1 kB a texel and held frame, and 1.7 kB
-/// while a window is set up (measured, see docs/relight.md).
+/// are held. A frame's space is let go when its matrix is made: it is given back where somebody
+/// else has kept it, else there is none. Each window begins with the last value that was given back
+/// and is solved to `look_ahead` frames beyond what is kept of it, so that of a value farther away
+/// at most `accuracy` is missed. Memory is about 1 kB a texel and held frame, and 1.7 kB while a
+/// window is set up (measured, see docs/relight.md).
 ///
 /// Throws `InvalidInput` for weights that are negative or not finite, for a window that is no
 /// longer than the look-ahead, and where links or signals do not fit their spaces.

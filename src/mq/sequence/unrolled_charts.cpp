@@ -39,6 +39,7 @@ UnrolledChart unroll(CrossSection section, double mean_area, double stretch) {
   const ChartOptions options{.stretch = stretch,
                              .seam_cost = whole_chart.seam_cost / std::sqrt(share),
                              .largest = std::min(1.0, whole_chart.largest / share),
+                             .longest = whole_chart.longest / std::sqrt(share),
                              .patches = std::max(1, int(std::ceil(whole_chart.patches * share))),
                              .triangles = std::max(100, int(whole_chart.triangles * share))};
   const ChartHistory history = find_charts(surface, options);

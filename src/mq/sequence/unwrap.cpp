@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "mq/base/error.h"
 #include "mq/mesh/geometry.h"
@@ -13,11 +14,19 @@
 namespace mq {
 namespace {
 
+constexpr double least_size = 1e-60;
+
 /// The surface at unit area, on a grid, so that the unit of length leaves no trace.
 Surface normalised(const Surface& surface) {
   const Box box = bounding_box(surface.mesh);
   const double size = (box.high - box.low).maxCoeff();
-  require(size > 0 && surface.area > 0, "the surface has no area, so there is nothing to unwrap");
+  require(size > 0 && (surface.area > 0 || size < least_size),
+          "the surface has no area, so there is nothing to unwrap");
+  require(
+      size >= least_size,
+      fmt::format("the surface is {:g} wide, and areas of less than {:g} cannot be told from none: "
+                  "give it a larger unit",
+                  size, least_size));
   Surface result = surface;
   double area = 0;
   for (Vector3& p : result.mesh.positions)
@@ -66,11 +75,12 @@ void place_collapsed(const Mesh& mesh, Unwrapped& unwrapped) {
 Unwrapped unwrap(const Surface& given, const UnwrapOptions& options, const Progress& progress) {
   require(options.stretch > 1,
           fmt::format("the bound on stretch: found {}, wanted more than 1", options.stretch));
+  ChartOptions chart_options{.stretch = options.stretch, .largest = options.largest};
+  if (options.largest >= 1) chart_options.longest = std::numeric_limits<double>::infinity();
   const Surface surface = normalised(given);
   Unwrapped unwrapped;
   Laps lap(unwrapped.figures.seconds);
-  const ChartHistory history =
-      find_charts(surface, {.stretch = options.stretch}, progress.step("charts", 0.4));
+  const ChartHistory history = find_charts(surface, chart_options, progress.step("charts", 0.4));
   lap("charts");
   Patchwork patchwork(surface, history.patches.patch, history.patches.count);
   std::vector<FlatChart> flats = lay_flat(surface, history, options.stretch, nullptr, patchwork,

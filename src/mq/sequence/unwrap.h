@@ -16,6 +16,8 @@ struct UnwrapOptions {
   int gutter = 2;                   ///< free texels between charts
   double stretch = 1.05;            ///< the most L² stretch that may come of making charts fewer
   int trials = 200;                 ///< orders of packing that are tried
+  double largest = 0.2;  ///< the most of the area that a chart may have; from 1 on no chart is too
+                         ///< long for the texture either
 };
 
 struct UnwrapFigures {
