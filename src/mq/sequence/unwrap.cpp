@@ -76,7 +76,9 @@ Unwrapped unwrap(const Surface& given, const UnwrapOptions& options, const Progr
   require(options.stretch > 1,
           fmt::format("the bound on stretch: found {}, wanted more than 1", options.stretch));
   ChartOptions chart_options{.stretch = options.stretch, .largest = options.largest};
-  if (options.largest >= 1) chart_options.longest = std::numeric_limits<double>::infinity();
+  // Sums of areas may be more than the whole by rounding.
+  if (options.largest >= 1)
+    chart_options.largest = chart_options.longest = std::numeric_limits<double>::infinity();
   const Surface surface = normalised(given);
   Unwrapped unwrapped;
   Laps lap(unwrapped.figures.seconds);
