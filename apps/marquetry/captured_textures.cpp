@@ -24,11 +24,6 @@ namespace {
 constexpr int most_side = 16384;
 constexpr int usual_side = 1024;  ///< where nobody says what the atlas was made for
 
-/// Whether frames have texture coordinates: all of a store do, or none.
-bool has_atlas(const EvolvingReader& reader) {
-  return !reader.frames().empty() && !reader.segment(reader.frames().front().segment).uvs.empty();
-}
-
 void require_atlas_unless_models(const EvolvingReader& reader, const std::string& to) {
   require(has_atlas(reader) || (names_model(to) && !names_animation(to)),
           fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap, or "
@@ -219,6 +214,7 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
                                                   const EvolvingReader& reader,
                                                   const std::vector<int>& numbers) {
   const std::string output = options.text("output");
+  find_frames(options.text("from"), numbers);  // refused now where one is missing
   require(has_atlas(reader) || !options.flag("stitch"),
           fmt::format("--stitch: it is of textures, and {} has no texture coordinates",
                       reader.manifest().string()));

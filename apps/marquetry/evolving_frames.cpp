@@ -40,6 +40,16 @@ std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>
   return numbers;
 }
 
+bool has_atlas(const EvolvingReader& reader) {
+  return !reader.frames().empty() && !reader.segment(reader.frames().front().segment).uvs.empty();
+}
+
+void require_atlas(const EvolvingReader& reader) {
+  require(has_atlas(reader),
+          fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap",
+                      reader.manifest().string()));
+}
+
 void warn_of_damage(Terminal& terminal, const EvolvingReader& reader,
                     const std::vector<int>& damaged) {
   if (damaged.empty()) return;

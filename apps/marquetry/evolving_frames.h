@@ -18,6 +18,12 @@ std::vector<int> wanted_frames(const OptionValues& options, const EvolvingReader
 /// The numbers of frames.
 std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>& frames);
 
+/// Whether frames have texture coordinates: all of a store do, or none.
+bool has_atlas(const EvolvingReader& reader);
+
+/// Throws `InvalidInput`, saying how to get one, where a store has no atlas.
+void require_atlas(const EvolvingReader& reader);
+
 /// Says which frames the store cannot give, if there are any: `EvolvingReader::damaged`.
 void warn_of_damage(Terminal& terminal, const EvolvingReader& reader,
                     const std::vector<int>& damaged);

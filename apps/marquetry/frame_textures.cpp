@@ -106,7 +106,8 @@ void add_codec_option(OptionTable& table) {
 }
 
 VideoOptions video_options(const OptionValues& options) {
-  return {.rate = options.number("rate"), .codec = video_codec(options.text("codec"))};
+  return {.rate = options.has("rate") ? options.number("rate") : default_rate,
+          .codec = video_codec(options.text("codec"))};
 }
 
 void require_video_for_codec(const OptionValues& options, bool is_made) {

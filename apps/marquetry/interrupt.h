@@ -13,6 +13,10 @@ namespace mq::app {
 /// finished by then.
 std::string what_is_left();
 
+/// What can be gone on with where the run is stopped now, in words; empty: nothing. `what_is_left`
+/// says it instead of how many files are finished, as some of them are not.
+void set_left_to_resume(const std::string& words);
+
 /// While one exists, SIGINT and SIGTERM are answered so: the first sets `requested`, which the
 /// library's `Progress` looks at; where the work does not stop within half a second, the terminal
 /// says what it is finishing. The second removes half-written files and ends the program with

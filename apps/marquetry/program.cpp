@@ -24,6 +24,7 @@
 #include "mq/io/frame_files.h"
 #include "run.h"
 #include "terminal.h"
+#include "unwrap_evolving.h"
 
 namespace mq::app {
 namespace {
@@ -79,8 +80,15 @@ OptionValues frame_options(const OptionValues& options, int frame) {
   return one;
 }
 
-/// Every frame needs an output of its own.
+/// Every frame needs an output of its own, and inputs that are not one file with all frames.
 void check_frame_places(const OptionValues& options) {
+  for (const Option& option : options.table().options())
+    if (option.place == Option::Place::positional)
+      for (const std::string& name : options.texts(option.name))
+        require(!names_evolving(name) || has_frame_place(name),
+                fmt::format("--frames: {} is an evolving mesh, one file with all of its frames, "
+                            "and taken whole; leave --frames out",
+                            name));
   for (const Option& option : options.table().options())
     if (option.name == "output" && options.has(option.name))
       require(has_frame_place(options.text(option.name)),

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "evolving_frames.h"
+#include "interrupt.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/base/words.h"
@@ -284,6 +285,7 @@ class Tracking {
       run_.terminal().remark(
           fmt::format("goes on after frame {}", sequence_.file(frame - 1).number));
     const int begun = frame;
+    if (frame > 0) say_resumable(output, frame);
     for (; frame < sequence_.count(); ++frame) {
       const Progress part = progress.step(fmt::format("frame {}", sequence_.file(frame).number),
                                           1.0 / (sequence_.count() - begun));
@@ -291,11 +293,7 @@ class Tracking {
       try {
         if (const std::unique_ptr<Prepared> captured = prepare(frame))
           one_frame(output, frame, *captured, watch, part);
-      } catch (const Cancelled&) {
-        if (writer_)
-          run_.terminal().remark(fmt::format("{} has {} of {} frames; --resume goes on from there",
-                                             output.string(), frame, sequence_.count()));
-        throw;
+        if (writer_) say_resumable(output, frame + 1);
       } catch (const InvalidInput& error) {
         throw InvalidInput(naming(frame, error.what()));
       }
@@ -318,6 +316,12 @@ class Tracking {
   }
 
  private:
+  /// What a run that is stopped from here on leaves.
+  void say_resumable(const fs::path& output, int frames) const {
+    set_left_to_resume(fmt::format("{} has {} of {} frames, and --resume goes on from there",
+                                   output.string(), frames, sequence_.count()));
+  }
+
   /// A frame made ready to be followed.
   struct Prepared {
     Captured model;
@@ -474,6 +478,7 @@ class Tracking {
           output, store_step(diagonal),
           Json{{"verb", run_.options().table().verb()}, {"options", options_json(run_.options())}}
               .dump());
+      say_resumable(output, 0);
     }
     bool is_new = !follower_;
     if (follower_) {

@@ -6,7 +6,8 @@
 //   video           data URI of the texture video, one picture a frame; null: there is none
 //
 // The place after # asks for a state, such as #frame=12&colours=lives&seams&atlas&azimuth=40
-// &elevation=10&pause; frame is the number that the frame has. <body data-frame> is the number shown.
+// &elevation=10&pause; frame is the number that the frame has. Where it changes, what it names or has
+// named before changes with it. <body data-frame> is the number shown.
 'use strict';
 
 const element = (id) => document.getElementById(id);
@@ -14,6 +15,15 @@ const element = (id) => document.getElementById(id);
 function say(text) {
   element('message').textContent = text;
   element('message').hidden = !text;
+}
+
+/// What is worth telling beside the film, a sentence per key; none: nothing more to say there.
+const notes = new Map();
+function note(key, text) {
+  if (text) notes.set(key, text);
+  else notes.delete(key);
+  element('message').className = 'note';
+  say([...notes.values()].join('\n'));
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -239,6 +249,7 @@ class Time {
     Object.assign(this, {count, rate, video, show, frame: 0, speed: 1, playing: false});
     if (!video) return;
     const shown = (now, picture) => {
+      if (!this.video) return;
       this.show(this.frame = this.frameOf(picture.mediaTime), true);
       video.requestVideoFrameCallback(shown);
     };
@@ -277,6 +288,13 @@ class Time {
     this.changed();
   }
 
+  /// Goes on by a clock.
+  leaveVideo() {
+    this.video = null;
+    this.playing = false;
+    this.changed();
+  }
+
   setSpeed(speed) {
     this.speed = speed;
     if (this.video) this.video.playbackRate = speed;
@@ -310,15 +328,24 @@ async function main() {
     throw new Error('This browser cannot unpack the film.\nNewer ones can: Chromium 80, Safari 16.4, Firefox 113.');
   document.title = film.title;
   const stage = new Stage();
-  const video = film.video ? await videoOf(film.video) : null;
+  let video = null;
+  const withoutVideo = (reason) =>
+      note('video', `${reason}\nThe shape, lives of charts and seams are shown without textures.`);
+  try {
+    if (film.video) video = await videoOf(film.video);
+  } catch (error) {
+    withoutVideo(error.message);
+  }
   const segments = [];
   for (let s = 0; s < film.segments.length; ++s)
     segments.push(new Segment(film.segments[s], await inflated(film.blocks[s])));
   const step = film.high.map((high, k) => (high - film.low[k]) / 65535);
   if (video) stage.show(video);
-  const warnings = [];
-  if (video && Math.abs(video.duration * film.rate - film.frames.length) > 1.5)
-    warnings.push(`The video has ${Math.round(video.duration * film.rate)} frames, the mesh ${film.frames.length}.`);
+  const seconds = film.frames.length / film.rate;
+  if (video && Math.abs(video.duration - seconds) * film.rate > 1.5)
+    note('length', `The video takes ${video.duration.toFixed(2)} s, and the film ${seconds.toFixed(2)} s ` +
+                   `(${film.frames.length} frames, ${film.rate} a second): textures may be those of other ` +
+                   'frames.\nMake the page with the video\'s own --rate, of a video with a picture for each frame.');
 
   let opened = null, shown = -1;
   const show = (frame, isNewPicture) => {
@@ -340,12 +367,16 @@ async function main() {
   const low = film.low, high = film.high;
   const centre = low.map((v, k) => 0.5 * (v + high[k]));
   const radius = 0.5 * Math.hypot(...low.map((v, k) => high[k] - v)) || 1;
-  const asked = new URLSearchParams(location.hash.slice(1));
+  let asked = new URLSearchParams(location.hash.slice(1));
   const number = (name, otherwise) => (asked.has(name) ? Number(asked.get(name)) || 0 : otherwise);
   const home = () => stage.home(centre, radius, number('azimuth', 25), number('elevation', 12));
 
   element('time').max = film.frames.length - 1;
-  element('time').addEventListener('input', (e) => { time.pause(); time.go(Number(e.target.value)); });
+  element('time').addEventListener('input', (e) => {
+    note('frame', '');
+    time.pause();
+    time.go(Number(e.target.value));
+  });
   element('play').addEventListener('click', toggle);
   element('home').addEventListener('click', home);
   element('speed').addEventListener('change', (e) => time.setSpeed(Number(e.target.value)));
@@ -370,21 +401,60 @@ async function main() {
     action();
   });
 
-  if (!video) element('colours').querySelector('[value=captured]').remove();
+  const captured = element('colours').querySelector('[value=captured]');
+  if (!video) captured.remove();
+  else
+    video.addEventListener('error', () => {
+      withoutVideo(`This browser stopped playing the textures: ${video.error.message}`);
+      captured.remove();
+      time.leaveVideo();
+      paint();
+    }, {once: true});
   if (!segments.some((s) => s.has_uvs)) element('atlas').parentElement.hidden = true;
-  if ([...element('colours').options].some((o) => o.value === asked.get('colours')))
-    element('colours').value = asked.get('colours');
-  element('seams').checked = asked.has('seams');
-  element('atlas').checked = asked.has('atlas');
+  /// Where the frame that is asked for is in the film, or the nearest one.
+  const askedFrame = () => {
+    note('frame', '');
+    if (!asked.has('frame')) return 0;
+    const wanted = asked.get('frame') === '' ? NaN : Number(asked.get('frame'));
+    let nearest = 0;
+    film.frames.forEach((frame, i) => {
+      if (Math.abs(frame - wanted) < Math.abs(film.frames[nearest] - wanted)) nearest = i;
+    });
+    if (film.frames[nearest] !== wanted)
+      note('frame', `There is no frame ${asked.get('frame')}: this is frame ${film.frames[nearest]}, of ` +
+                    `${film.frames[0]} to ${film.frames[film.frames.length - 1]}.`);
+    return nearest;
+  };
+  const look = (named) => {
+    const colours = element('colours');
+    if (named('colours'))
+      colours.value = [...colours.options].some((o) => o.value === asked.get('colours')) ?
+          asked.get('colours') : colours.options[0].value;
+    for (const name of ['seams', 'atlas'])
+      if (named(name)) element(name).checked = asked.has(name);
+  };
+  look(() => true);
+  window.addEventListener('hashchange', () => {
+    const before = asked;
+    asked = new URLSearchParams(location.hash.slice(1));
+    const named = (name) => asked.has(name) || before.has(name);
+    look(named);
+    overlay();
+    paint();
+    if (named('azimuth') || named('elevation')) home();
+    if (asked.has('frame') || asked.has('pause')) time.pause();
+    if (named('frame')) time.go(askedFrame());
+    if (!asked.has('frame') && !asked.has('pause') && (named('frame') || named('pause'))) time.play();
+  });
   element('bar').hidden = false;
-  say(warnings.join('\n'));
+  note('', '');
   stage.open(opened = segments[0]);
   show(0, true);
   home();
   overlay();
   paint();
-  const first = asked.has('frame') ? film.frames.indexOf(Number(asked.get('frame'))) : 0;
-  if (first > 0 || video) time.go(Math.max(0, first));
+  const first = askedFrame();
+  if (first > 0 || video) time.go(first);
   if (!asked.has('frame') && !asked.has('pause')) await time.play();
 }
 

@@ -126,6 +126,10 @@ TEST(Cancelling, KeepsWhatEvolveHasFollowed) {
   const Result result = marquetry(folder, one_thread, {.interrupt_at = {"%"}});
   EXPECT_EQ(result.status, 130) << result.error;
   if (std::filesystem::exists(folder / "balls.evolving")) {
+    EXPECT_THAT(result.error,
+                testing::HasSubstr("nothing half-written is left; balls.evolving has "));
+    EXPECT_THAT(result.error, testing::HasSubstr("of 8 frames, and --resume goes on from there"));
+    EXPECT_THAT(result.error, testing::Not(testing::HasSubstr("complete")));
     EXPECT_EQ(EvolvingReader(folder / "balls.evolving").broken(), "");
   }
   ASSERT_EQ(marquetry(folder, words).status, 0);

@@ -178,6 +178,10 @@ TEST(ExportFrom, RefusesWhatItCannotDo) {
   EXPECT_THAT(refused({"-o", "t.png", "--from", "balls"}, "t.png"), HasSubstr("a place for the"));
   EXPECT_THAT(refused({"-o", "t_%02d.ply", "--from", "cubes"}, "t_28.ply"), HasSubstr("cubes"));
   EXPECT_THAT(refused({"--from", "balls"}, "t_28.png"), HasSubstr("--output"));
+  const Result missing =
+      marquetry(folder, {"export", "bare.evolving", "-o", "t_%02d.ply", "--from", "nothere/"});
+  EXPECT_EQ(missing.status, 2);
+  EXPECT_EQ(missing.output, "");
   EXPECT_THAT(refused({"-o", "t_%02d.ply", "--from", "balls", "--stitch"}, "t_28.ply"),
               HasSubstr("no texture coordinates"));
   EXPECT_THAT(refused({"--stitch"}, "t_28.ply"), HasSubstr("--stitch"));

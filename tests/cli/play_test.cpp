@@ -9,6 +9,7 @@
 #include "cli/program.h"
 #include "cli/refusal.h"
 #include "mq/io/image_file.h"
+#include "mq/io/video.h"
 
 namespace mq::test {
 namespace {
@@ -107,6 +108,110 @@ TEST_F(Play, PlaysShapesAlone) {
   EXPECT_TRUE(browser.becomes_true("document.body.dataset.frame == '31'"));
   EXPECT_EQ(browser.evaluate("document.getElementById('colours').options.length"), 2);
   EXPECT_EQ(browser.evaluate("document.getElementById('message').innerText"), "");
+}
+
+/// A video of as many pictures, each of one colour.
+void write_video(const std::filesystem::path& path, int pictures, const VideoOptions& options) {
+  VideoWriter video(path, 64, 64, options);
+  for (int f = 0; f < pictures; ++f) {
+    Image<float> picture(64, 64, 3);
+    for (std::size_t i = 0; i < picture.values().size(); i += 3) picture.values()[i] = 0.8F;
+    video.write(picture);
+  }
+  video.finish();
+}
+
+TEST_F(Play, TakesTheRateOfAVideo) {
+  write_video(folder / "four.mp4", 4, {.rate = 24});
+  const std::vector<std::string> words = {"play",    "balls.evolving", "-o",    "page.html",
+                                          "--video", "four.mp4",       "--json"};
+  const Result result = marquetry(folder, words);
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["rate"], 24);
+  EXPECT_THAT(file_bytes(folder / "page.html"), HasSubstr("\"rate\":24"));
+  std::vector<std::string> other = words;
+  other.insert(other.end(), {"-o", "other.html", "--rate", "60"});
+  other.erase(other.begin() + 2, other.begin() + 4);
+  EXPECT_THAT(refusal(folder, other, "other.html"),
+              testing::AllOf(HasSubstr("60"), HasSubstr("24"), HasSubstr("four.mp4")));
+  write_video(folder / "five.mp4", 5, {.rate = 24});
+  other = {"play", "balls.evolving", "-o", "other.html", "--video", "five.mp4"};
+  EXPECT_THAT(refusal(folder, other, "other.html"),
+              testing::AllOf(HasSubstr("5 pictures"), HasSubstr("4 frames")));
+  other.insert(other.end(), {"--frames", "28-30"});
+  EXPECT_THAT(refusal(folder, other, "other.html"), HasSubstr("3 frames"));
+}
+
+TEST_F(Play, ShowsShapesWhereAVideoCannotBePlayed) {
+  write_video(folder / "h265.mp4", 4, {.rate = 24, .codec = VideoCodec::h265});
+  const Result result =
+      marquetry(folder, {"play", "balls.evolving", "-o", "page.html", "--video", "h265.mp4"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error,
+              testing::AllOf(HasSubstr("warning"), HasSubstr("H.265"), HasSubstr("--codec h264")));
+  if (!Browser::installed()) GTEST_SKIP() << "no chromium";
+  // No browser plays what is no video behind its first bytes.
+  write_bytes(folder / "none.webm", "\x1a\x45\xdf\xa3" + std::string(500, 'x'));
+  ASSERT_EQ(marquetry(folder, {"play", "balls.evolving", "-o", "none.html", "--video", "none.webm"})
+                .status,
+            0);
+  Browser browser(folder / "profile");
+  browser.open("file://" + (folder / "none.html").string() + "#frame=30&colours=lives&seams");
+  ASSERT_TRUE(browser.becomes_true("document.body.dataset.frame == '30'"));
+  const std::string said =
+      browser.evaluate("document.getElementById('message').innerText").get<std::string>();
+  EXPECT_THAT(said, testing::AllOf(HasSubstr("cannot play"), HasSubstr("without textures")));
+  EXPECT_EQ(browser.evaluate("document.getElementById('colours').options.length"), 2);
+  browser.screenshot(folder / "shot.png");
+  const Image<float> shot = read_texture(folder / "shot.png").pixels;
+  EXPECT_GT(coloured(shot, 0, 1), 0.002);
+}
+
+TEST_F(Play, SaysOnlyWhatIsTrueOfAVideo) {
+  if (!Browser::installed()) GTEST_SKIP() << "no chromium";
+  write_video(folder / "four.webm", 4, {.rate = 2});
+  ASSERT_EQ(marquetry(folder, {"play", "balls.evolving", "-o", "page.html", "--video", "four.webm",
+                               "--rate", "4"})
+                .status,
+            0);
+  Browser browser(folder / "profile");
+  browser.open("file://" + (folder / "page.html").string() + "#frame=28");
+  ASSERT_TRUE(browser.becomes_true("document.body.dataset.frame == '28'"));
+  const std::string said =
+      browser.evaluate("document.getElementById('message').innerText").get<std::string>();
+  EXPECT_THAT(said, testing::AllOf(HasSubstr("2.00 s"), HasSubstr("1.00 s"), HasSubstr("--rate")));
+}
+
+TEST_F(Play, FollowsItsAddress) {
+  if (!Browser::installed()) GTEST_SKIP() << "no chromium";
+  ASSERT_EQ(marquetry(folder, {"play", "balls.evolving", "-o", "page.html"}).status, 0);
+  Browser browser(folder / "profile");
+  browser.open("file://" + (folder / "page.html").string() + "#frame=99");
+  ASSERT_TRUE(browser.becomes_true("document.body.dataset.frame == '31'"));
+  const auto says = [&] {
+    return browser.evaluate("document.getElementById('message').innerText").get<std::string>();
+  };
+  EXPECT_THAT(says(), testing::AllOf(HasSubstr("no frame 99"), HasSubstr("28 to 31")));
+  browser.evaluate("location.hash = 'frame=30&seams&colours=plain'");
+  EXPECT_TRUE(browser.becomes_true("document.body.dataset.frame == '30'"));
+  EXPECT_EQ(says(), "");
+  EXPECT_EQ(browser.evaluate("document.getElementById('seams').checked"), true);
+  EXPECT_EQ(browser.evaluate("document.getElementById('colours').value"), "plain");
+  browser.evaluate("location.hash = 'frame=29'");
+  EXPECT_TRUE(browser.becomes_true("document.body.dataset.frame == '29'"));
+  EXPECT_EQ(browser.evaluate("document.getElementById('seams').checked"), false);
+}
+
+TEST_F(Play, RefusesTexturesWithoutAnAtlas) {
+  ASSERT_EQ(marquetry(folder, {"track", "balls", "-o", "bare.evolving"}).status, 0);
+  write_video(folder / "four.mp4", 4, {});
+  for (const char* option : {"--video", "--from"})
+    EXPECT_THAT(refusal(folder,
+                        {"play", "bare.evolving", "-o", "page.html", option,
+                         option == std::string("--from") ? "balls" : "four.mp4"},
+                        "page.html"),
+                testing::AllOf(HasSubstr("bare.evolving"), HasSubstr("unwrap")))
+        << option;
 }
 
 TEST_F(Play, PutsEverythingIntoOneFile) {

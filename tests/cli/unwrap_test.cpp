@@ -86,6 +86,19 @@ TEST(Unwrap, RefusesWhatItCannotDo) {
       refusal(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--size", "16", "--gutter", "100"},
               "flat.obj"),
       HasSubstr("smaller gutter"));
+  for (const std::vector<std::string>& option : {std::vector<std::string>{"--coherence", "3"},
+                                                 {"--renew", "frames"},
+                                                 {"--look-ahead", "2"}}) {
+    std::vector<std::string> words = {"unwrap", "corner.obj", "-o", "flat.obj"};
+    words.insert(words.end(), option.begin(), option.end());
+    EXPECT_THAT(refusal(folder, words, "flat.obj"),
+                testing::AllOf(HasSubstr(option[0]), HasSubstr("evolving mesh")));
+  }
+  write_evolving(folder / "sheet.evolving", patched_sheet(4, 3, 5), store_step(4));
+  EXPECT_THAT(
+      refusal(folder, {"unwrap", "sheet.evolving", "--frames", "0-4", "-o", "atlas.evolving"},
+              "atlas.evolving"),
+      testing::AllOf(HasSubstr("sheet.evolving"), HasSubstr("leave --frames out")));
 }
 
 TEST(Unwrap, GivesAnEvolvingMeshOneAtlas) {
@@ -138,8 +151,9 @@ TEST(Unwrap, MakesAnAtlasThatKnowsOnlySoManyFrames) {
   const Folder folder;
   write_evolving(folder / "sheet.evolving", patched_sheet(8, 4, 5), store_step(8));
   const auto run = [&](std::vector<std::string> more) {
-    std::vector<std::string> words = {"unwrap", "sheet.evolving", "-o", "atlas.evolving",
-                                      "--size", "64", "--trials", "1", "--json", "--overwrite"};
+    std::vector<std::string> words = {
+        "unwrap", "sheet.evolving", "-o", "atlas.evolving", "--size",
+        "64",     "--trials",       "1",  "--json",         "--overwrite"};
     words.insert(words.end(), more.begin(), more.end());
     const Result result = marquetry(folder, words);
     EXPECT_EQ(result.status, 0) << result.error;
@@ -155,9 +169,9 @@ TEST(Unwrap, MakesAnAtlasThatKnowsOnlySoManyFrames) {
   EXPECT_EQ(online["plans"], 4 + online["cleared"].size());
   EXPECT_EQ(online["energy_of_whole"], whole["energy"]);
   write_bytes(folder / "corner.obj", corner_obj);
-  EXPECT_THAT(refusal(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--look-ahead", "3"},
-                      "flat.obj"),
-              HasSubstr("--look-ahead"));
+  EXPECT_THAT(
+      refusal(folder, {"unwrap", "corner.obj", "-o", "flat.obj", "--look-ahead", "3"}, "flat.obj"),
+      HasSubstr("--look-ahead"));
 }
 
 TEST(Unwrap, LeavesAStoreAloneWhereItCannot) {

@@ -3,6 +3,7 @@
 //
 // The store is there without texture coordinates until the sequence has been followed to its end,
 // so that --resume can go on with it.
+#include "interrupt.h"
 #include "outputs.h"
 #include "tracking_run.h"
 #include "unwrap_evolving.h"
@@ -23,6 +24,7 @@ Exit evolve(Run& run) {
   unwrap_store(run, EvolvingReader(output), output, 1 - tracking_share);
   std::vector<std::filesystem::path> paths = followed_paths(options);
   if (options.has("picture")) paths.emplace_back(options.text("picture"));
+  set_left_to_resume("");
   say_written(run, paths);
   return Exit::done;
 }

@@ -2,7 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
+#include <optional>
 
 #include "captured_textures.h"
 #include "evolving_frames.h"
@@ -11,6 +12,8 @@
 #include "mq/draw/lifespans.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/film.h"
+#include "mq/io/frame_files.h"
+#include "mq/io/mp4.h"
 #include "mq/io/uri.h"
 #include "mq/io/video.h"
 #include "outputs.h"
@@ -25,6 +28,9 @@ namespace fs = std::filesystem;
 
 /// A browser keeps at most this many characters in one string; base64 makes four of three bytes.
 constexpr std::size_t most_bytes = 380'000'000;
+
+/// H.264, AV1, VP9 and VP8 as MP4 calls them.
+constexpr std::string_view played_codecs[] = {"avc1", "avc3", "av01", "vp09", "vp08"};
 
 /// The kinds of video that browsers play.
 std::string kind_of_video(const fs::path& path) {
@@ -85,15 +91,50 @@ std::string page_of(const PlayerFiles& files, const std::string& film) {
   return page;
 }
 
-/// Browsers say nothing of a file that is no video, and show nothing.
-void require_video(const std::string& name, const Bytes& bytes) {
-  const auto holds = [&](std::size_t at, std::string_view word) {
-    return bytes.size() >= at + word.size() &&
-           std::memcmp(bytes.data() + at, word.data(), word.size()) == 0;
-  };
-  require(holds(4, "ftyp") || holds(0, "\x1a\x45\xdf\xa3"),
-          fmt::format("{}: it is no MP4 or WebM ({} bytes); make it again with export or relight",
-                      name, bytes.size()));
+/// A texture video that is there already.
+struct GivenVideo {
+  std::string kind;
+  Bytes bytes;
+  std::optional<double> rate;  ///< its own, where its index says it
+};
+
+void warn_of_codec(Run& run, const std::string& name, const std::string& codec) {
+  run.terminal().warning(
+      fmt::format("{}: its pictures are kept as {}, which few browsers play: others show the shape "
+                  "without them; make it again with --codec h264, av1 or vp9",
+                  name, codec));
+}
+
+/// Browsers say nothing of a file that is no video, and show nothing; of one with other pictures
+/// than the film's they show the wrong ones.
+GivenVideo given_video(Run& run, std::size_t frames) {
+  const OptionValues& options = run.options();
+  const std::string name = options.text("video");
+  GivenVideo video{kind_of_video(name), read_file(name), {}};
+  if (video.kind == "video/webm") {
+    require(text_of(video.bytes).starts_with("\x1a\x45\xdf\xa3"),
+            fmt::format("{}: it is no WebM ({} bytes); make it again with export or relight", name,
+                        video.bytes.size()));
+    return video;
+  }
+  const Mp4Video found = mp4_video(video.bytes, name);
+  video.rate = found.rate;
+  if (found.codec == "hvc1" || found.codec == "hev1")
+    warn_of_codec(run, name, fmt::format("H.265 ({})", found.codec));
+  else if (std::ranges::count(played_codecs, found.codec) == 0)
+    warn_of_codec(run, name, shown(found.codec));
+  require(!found.pictures || *found.pictures == std::int64_t(frames),
+          fmt::format("{}: it has {} pictures, and the film {} frames: name the frames it was made "
+                      "of with --frames, or make it again of these",
+                      name, found.pictures.value_or(0), frames));
+  if (found.rate && options.has("rate")) {
+    const double rate = options.number("rate");
+    require(std::abs(rate / *found.rate - 1) * double(frames) < 0.5,
+            fmt::format("--rate: found {:g} frames a second, and {} has {:.6g}; leave --rate out, "
+                        "which takes that",
+                        rate, name, *found.rate));
+  }
+  return video;
 }
 
 Exit run_play(Run& run) {
@@ -108,45 +149,48 @@ Exit run_play(Run& run) {
   require(!options.has("from") || !options.has("video"),
           "--video: with --from the textures are those captured");
   require_video_for_codec(options, options.has("from"));
-  std::string kind = "video/mp4";
   if (options.has("video")) {
-    kind = kind_of_video(options.text("video"));
+    kind_of_video(options.text("video"));
     run.will_read(options.text("video"));
   }
   const EvolvingReader reader(store);
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
   const std::vector<int> frames = wanted_frames(options, reader);
   require(std::ranges::is_sorted(frames), "--frames: time runs forwards in a film");
+  if (options.has("from") || options.has("video")) require_atlas(reader);
+  GivenVideo video{"video/mp4", {}, {}};
+  if (options.has("video")) video = given_video(run, frames.size());
+  const double rate =
+      video.rate.value_or(options.has("rate") ? options.number("rate") : default_rate);
   const fs::path output = options.text("output");
   const bool is_page = output.extension() == ".html";
   const fs::path page = is_page ? output : output / "index.html";
   if (options.has("from")) {
     require_video_program(page);
     require_video_options("textures.mp4", video_options(options));
+    find_frames(options.text("from"), numbers_of(reader, frames));  // refused now if one is missing
+    if (video_options(options).codec == VideoCodec::h265) warn_of_codec(run, "--codec", "H.265");
   }
   run.will_write({page}, is_page ? output.parent_path() : output);
   if (run.dry_run()) return Exit::done;
 
-  Bytes video;
   if (options.has("from")) {
     const WorkFolder work;
     write_captured_textures(run, reader, frames, work / "textures.mp4");
-    video = read_file(work / "textures.mp4");
-  } else if (options.has("video")) {
-    video = read_file(options.text("video"));
-    require_video(options.text("video"), video);
+    video.bytes = read_file(work / "textures.mp4");
   }
   const Step step(run, "film", 0.9);
   const Film film = make_film(reader, frames, lifespan_colour, step);
   Json description = Json::parse(film.description);
   description["title"] = store.stem().string();
-  description["rate"] = options.number("rate");
+  description["rate"] = rate;
   description["blocks"] = Json::array();
   for (const Bytes& block : film.blocks)
     description["blocks"].push_back(
         uri_of("application/octet-stream", block, "a segment of the film"));
-  description["video"] =
-      video.empty() ? Json(nullptr) : Json(uri_of(kind, video, "the texture video"));
+  description["video"] = video.bytes.empty()
+                             ? Json(nullptr)
+                             : Json(uri_of(video.kind, video.bytes, "the texture video"));
   // "</" would end the script; in JSON it may be written so.
   std::string text = description.dump(-1, ' ', true, Json::error_handler_t::replace);
   for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3)
@@ -155,7 +199,8 @@ Exit run_play(Run& run) {
   write_file(page, bytes_of(html));
   run.result["frames"] = frames.size();
   run.result["segments"] = film.blocks.size();
-  run.result["video_bytes"] = video.size();
+  run.result["rate"] = rate;
+  run.result["video_bytes"] = video.bytes.size();
   run.result["bytes"] = html.size();
   run.print(fmt::format("{} frames in {} segments, {:.1f} MB; open {} in a browser\n",
                         frames.size(), film.blocks.size(), double(html.size()) / 1e6,
@@ -182,14 +227,20 @@ Verb play_verb() {
              .help = "a folder for index.html, or a page of another name (.html)",
              .details = "The page has all in it and fetches nothing."});
   add_evolving_frames_option(table);
-  add_rate_option(table);
+  table.add({.name = "rate",
+             .type = Type::number,
+             .unit = "frames a second",
+             .least = 0.001,
+             .most = 1000,
+             .help = "of the film; else that of an .mp4 given by --video, or 30"});
   add_codec_option(table);
   table.add({.name = "video",
              .type = Type::path,
              .group = "Textures",
              .help = "a texture video that is there already, .mp4 or .webm",
-             .details = "Such as export or relight make, with a picture for each of the frames, at "
-                        "the same --rate."});
+             .details =
+                 "Such as export or relight make, with a picture for each of the frames. What an "
+                 ".mp4 says of their count and rate must be true of the film."});
   add_captured_texture_options(table);
   return {table, run_play};
 }

@@ -185,9 +185,6 @@ class Film {
   std::shared_ptr<AtlasFrame> atlas_of(int i) const {
     const StoredFrame& stored = reader_.frames()[frames_[i]];
     const EvolvingSegment segment = reader_.segment(stored.segment);
-    require(!segment.uvs.empty(),
-            fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap",
-                        reader_.manifest().string()));
     return std::make_shared<AtlasFrame>(segment, reader_.positions(frames_[i]), width_, height_);
   }
 
@@ -307,7 +304,7 @@ std::string in_words(const Json& result, const TemporalReport& report) {
   const Json& flicker = result["flicker"];
   std::string text = fmt::format(
       "flicker {:.5f} before, {:.5f} after (from frame to frame {:.5f} and {:.5f}); gradients "
-      "times {:.3f}\n{} at most held at once; {:.2f} times the residual per cycle, {} at most\n",
+      "times {:.3f}\n{} at most held at once; {:.2g} times the residual per cycle, {} at most\n",
       flicker["before"]["deviation"].get<double>(), flicker["after"]["deviation"].get<double>(),
       flicker["before"]["step"].get<double>(), flicker["after"]["step"].get<double>(),
       result["gradients"].get<double>(), report.held, report.factor, report.solve.cycles);
@@ -330,6 +327,7 @@ Exit relight(Run& run) {
   const EvolvingReader reader(options.text("evolving"));
   run.will_read(options.text("evolving"));
   if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  require_atlas(reader);
   const std::vector<int> frames = wanted_frames(options, reader);
   Film film(run, reader, frames);
   std::optional<PictureInfo> first;

@@ -1,6 +1,7 @@
 // marquetry track SEQUENCE -o OUT.evolving: one triangulation that follows a sequence of meshes,
 // each of which is a mesh of its own. The first frame is the template.
 #include "mq/base/error.h"
+#include "interrupt.h"
 #include "outputs.h"
 #include "render_request.h"
 #include "tracking_run.h"
@@ -16,6 +17,7 @@ Exit track(Run& run) {
   const Json measured = track_sequence(run, is_remeshed ? Remeshing::done : Remeshing::left, 1);
   if (run.dry_run()) return Exit::done;
   run.result = measured;
+  set_left_to_resume("");
   say_written(run, followed_paths(run.options()));
   return Exit::done;
 }

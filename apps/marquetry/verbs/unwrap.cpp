@@ -79,9 +79,10 @@ Exit unwrap(Run& run) {
   }
   require(!options.has("picture"),
           "--picture: it is for an evolving mesh; draw a model with the verb render");
-  require(!options.has("look-ahead"),
-          "--look-ahead: it is for an evolving mesh, whose frames come "
-          "one after the other");
+  for (const char* name : {"coherence", "look-ahead", "renew", "view"})
+    require(!asks_for(options, name),
+            fmt::format("--{}: it is for an evolving mesh, whose frames come one after the other",
+                        name));
   Scene scene = read_shape(run, 0.1);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
