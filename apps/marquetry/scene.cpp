@@ -111,29 +111,6 @@ std::vector<TextureSize> texture_sizes(Run& run, const Model& model, MissingPict
   return sizes;
 }
 
-void describe_input(Run& run, const Scene& scene) {
-  Json files = Json::array({scene.model.path.string()});
-  Json textures = Json::array();
-  for (const Texture& texture : scene.model.textures) {
-    if (!texture.path.empty()) files.push_back(texture.path.string());
-    textures.push_back({{"name", texture.name},
-                        {"width", texture.pixels.width()},
-                        {"height", texture.pixels.height()},
-                        {"channels", texture.pixels.channels()},
-                        {"depth", depth_name(texture.format.depth)},
-                        {"format", texture.format.file_format}});
-  }
-  run.input = {{"files", files},
-               {"vertices", scene.model.mesh.vertex_count()},
-               {"triangles", scene.model.mesh.triangle_count()}};
-  if (scene.atlas) {
-    run.input["charts"] = scene.atlas->charts.size();
-    run.input["texels"] = std::int64_t(std::llround(scene.atlas->texel_area));
-  }
-  run.input["textures"] = textures;
-  run.input["notes"] = scene.model.notes;
-}
-
 /// All that was read, and what else the options name to be read.
 void register_inputs(Run& run, const Model& model) {
   will_read_model(run, model);
@@ -234,6 +211,29 @@ void will_read_model(Run& run, const Model& model) {
   if (model.document)
     for (const Part& part : model.document->parts)
       run.will_read(model.path.parent_path() / part.name);
+}
+
+void describe_input(Run& run, const Scene& scene) {
+  Json files = Json::array({scene.model.path.string()});
+  Json textures = Json::array();
+  for (const Texture& texture : scene.model.textures) {
+    if (!texture.path.empty()) files.push_back(texture.path.string());
+    textures.push_back({{"name", texture.name},
+                        {"width", texture.pixels.width()},
+                        {"height", texture.pixels.height()},
+                        {"channels", texture.pixels.channels()},
+                        {"depth", depth_name(texture.format.depth)},
+                        {"format", texture.format.file_format}});
+  }
+  run.input = {{"files", files},
+               {"vertices", scene.model.mesh.vertex_count()},
+               {"triangles", scene.model.mesh.triangle_count()}};
+  if (scene.atlas) {
+    run.input["charts"] = scene.atlas->charts.size();
+    run.input["texels"] = std::int64_t(std::llround(scene.atlas->texel_area));
+  }
+  run.input["textures"] = textures;
+  run.input["notes"] = scene.model.notes;
 }
 
 Defects scene_defects(const Scene& scene) {

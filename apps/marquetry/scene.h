@@ -40,6 +40,9 @@ using ScenePictures = std::optional<std::vector<std::filesystem::path>>;
 /// Protects the files that a model came from: see `Run::will_read`.
 void will_read_model(Run& run, const Model& model);
 
+/// Puts into the report's input what the model is.
+void describe_input(Run& run, const Scene& scene);
+
 /// Reads what the options say and makes surface and atlas of it, as the step "read" and the step
 /// "find charts" with half of `share` each. Fills in the report's input and defects.
 Scene read_scene(Run& run, MissingPictures missing, double share,

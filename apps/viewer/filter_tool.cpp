@@ -1,9 +1,10 @@
-// The equation is linear in β − 1, which is (beta − 1)·mask where the mask sharpens and the mask itself
-// where it is below 0 and smooths. What is solved for is therefore β − 1 = mask, or mask / (beta − 1)
-// below 0, and what is shown, ψ + (beta − 1)·δ, follows the slider of beta at once where nothing is below.
+// The equation is linear in β − 1, which is (beta − 1)·mask where the mask sharpens and the mask
+// itself where it is below 0 and smooths. What is solved for is therefore β − 1 = mask, or mask /
+// (beta − 1) below 0, and what is shown, ψ + (beta − 1)·δ, follows the slider of beta at once where
+// nothing is below.
 //
-// The mask is held in 65535ths, which pictures of 16 bits and of floats keep: a saved mask is the painted
-// one.
+// The mask is held in 65535ths, which pictures of 16 bits and of floats keep: a saved mask is the
+// painted one.
 #include "filter_tool.h"
 
 #include <fmt/format.h>
@@ -194,8 +195,7 @@ void FilterTool::fill(int value) {
 }
 
 /// Part of a stroke.
-void FilterTool::change(const std::vector<int>& unknowns,
-                        const std::vector<int>& values) {
+void FilterTool::change(const std::vector<int>& unknowns, const std::vector<int>& values) {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     int& mask = mask_[std::size_t(unknowns[i])];
@@ -253,10 +253,11 @@ void FilterTool::redo() {
 /// A beta below 1 has no way to sharpen.
 void FilterTool::choose(Brush brush) {
   const bool cannot = brush == Brush::sharpen && options_.number("beta") < 1;
-  require(!cannot || nothing_painted(),
-          fmt::format("what is painted smooths (beta is {:g}): with a beta above 1 one brush sharpens "
-                      "and the other smooths",
-                      options_.number("beta")));
+  require(
+      !cannot || nothing_painted(),
+      fmt::format("what is painted smooths (beta is {:g}): with a beta above 1 one brush sharpens "
+                  "and the other smooths",
+                  options_.number("beta")));
   brush_ = brush;
   if (cannot) set("beta", "3");
 }
@@ -277,10 +278,11 @@ void FilterTool::set(const std::string& name, const std::string& value) {
 namespace {
 
 void refuse_beta(double beta) {
-  throw InvalidInput(fmt::format(
-      "beta: found {:g}, and where the mask is below 0 it smooths while beta sharpens elsewhere: wanted "
-      "above 1, or a mask without such places",
-      beta));
+  throw InvalidInput(
+      fmt::format("beta: found {:g}, and where the mask is below 0 it smooths while beta sharpens "
+                  "elsewhere: wanted "
+                  "above 1, or a mask without such places",
+                  beta));
 }
 
 }  // namespace
@@ -391,10 +393,11 @@ void FilterTool::save_mask(const std::string& path) {
   for (const auto& file : outputs.paths()) {
     const std::string extension = file.extension().string();
     const bool floats = extension == ".tif" || extension == ".tiff" || extension == ".exr";
-    require(smoothed_ == 0 || floats,
-            fmt::format("{}: where it smooths the mask is below 0, which wants floating point: name a "
-                        ".exr or a .tif",
-                        file.string()));
+    require(
+        smoothed_ == 0 || floats,
+        fmt::format("{}: where it smooths the mask is below 0, which wants floating point: name a "
+                    ".exr or a .tif",
+                    file.string()));
     require(
         floats || extension == ".png",
         fmt::format("{}: a mask wants 16 bits and no loss: name a .png or a .tif", file.string()));
@@ -413,8 +416,7 @@ void FilterTool::save_mask(const std::string& path) {
 
 std::string FilterTool::as_command() {
   const bool whole = painted_ == std::ssize(mask_);
-  const bool everywhere =
-      whole && std::ranges::all_of(mask_, [](int m) { return m == full; });
+  const bool everywhere = whole && std::ranges::all_of(mask_, [](int m) { return m == full; });
   require(
       everywhere || !saved_mask_.empty(),
       "the command names the mask's file, and the mask is not saved as it is now: save it first");
@@ -442,14 +444,27 @@ void FilterTool::frame() {
   if (background_.busy()) return;
   if (const std::string error = background_.error(); !error.empty()) {
     stopped_ = true;
+    give_up_saving();
     throw SolverError(error);
   }
+  if (stopped_) give_up_saving();
   if (has_work()) background_.start([this](const Progress& progress) { work(progress); });
 }
 
 void FilterTool::stop() {
   background_.stop();
   stopped_ = true;
+  give_up_saving();
+}
+
+void FilterTool::give_up_saving() {
+  const std::lock_guard lock(mutex_);
+  if (!to_save_.empty()) session_.say("not saved: " + std::exchange(to_save_, {}));
+}
+
+std::string FilterTool::saving() const {
+  const std::lock_guard lock(mutex_);
+  return to_save_;
 }
 
 std::string FilterTool::unsaved() const {
@@ -575,7 +590,7 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
   std::string path;
   {
     const std::lock_guard lock(mutex_);
-    path = std::exchange(to_save_, {});
+    path = to_save_;
   }
   if (path.empty()) return false;
   Model model = session_.scene->model;
@@ -585,6 +600,10 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
   for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
     session_.run.terminal().remark(note);
   saved_version_ = wanted.version;
+  {
+    const std::lock_guard lock(mutex_);
+    if (to_save_ == path) to_save_.clear();
+  }
   session_.run.terminal().remark("wrote " + path);
   return true;
 }
@@ -622,8 +641,7 @@ void FilterTool::follow(const Wanted& wanted) {
 
 void FilterTool::show(Extent extent) {
   const Signal& now = live_->signal();
-  const bool nothing =
-      settled_ && std::ranges::all_of(followed_, [](int m) { return m == 0; });
+  const bool nothing = settled_ && std::ranges::all_of(followed_, [](int m) { return m == 0; });
   const auto value = [&](std::int64_t k, int c) {
     const double was = before_(k, c);
     return nothing ? was : was + gain_ * (now(k, c) - was);

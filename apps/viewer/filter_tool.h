@@ -41,10 +41,12 @@ class FilterTool : public Tool {
     background_.cancel();
     stopped_ = true;
   }
+  std::string saving() const override;
   std::string unsaved() const override;
   nlohmann::ordered_json report() const override;
 
  private:
+  void give_up_saving();
   /// Unknowns whose mask changed, and its values before and after, in 65535ths.
   struct Stroke {
     std::vector<int> unknowns, before, after;
@@ -53,10 +55,10 @@ class FilterTool : public Tool {
 
   /// What the window wants of the work behind it.
   struct Wanted {
-    double weight = 0;                                ///< of the equation
-    double gain = 0;                                  ///< beta − 1
-    std::vector<std::pair<int, int>> mask;            ///< changes, in order
-    int version = 0;  ///< how often something was changed
+    double weight = 0;                      ///< of the equation
+    double gain = 0;                        ///< beta − 1
+    std::vector<std::pair<int, int>> mask;  ///< changes, in order
+    int version = 0;                        ///< how often something was changed
   };
 
   /// Seconds that one change of the mask took.

@@ -33,9 +33,10 @@ struct Drawing {
 
 /// Until the window is closed.
 void attend(Viewer& viewer, Session& session, Display& display) {
-  while (!display.closing() || !viewer.may_close()) {
+  while (!viewer.closed()) {
     session.run.progress().check();
     viewer.frame();
+    if (display.closing()) viewer.close();
     if (!viewer.busy() && !session.playing) display.rest();
   }
 }
@@ -62,7 +63,8 @@ app::Exit view(app::Run& run) {
           ? open_offscreen(size[0], size[1])
           : open_window(size[0], size[1], scene.model.path.filename().string() + " - marquetry");
   const Drawing drawing;
-  auto first = std::make_unique<LoadedModel>(std::move(scene), TextureSet::largest_side(), Progress());
+  auto first =
+      std::make_unique<LoadedModel>(std::move(scene), TextureSet::largest_side(), Progress());
   if (sequence) first->drawn->triangle_colours = sequence->lifespans(0);
   first->sequence = std::move(sequence);
   Session session(run, std::move(first));

@@ -51,6 +51,7 @@ constexpr Command commands[] = {
     {"drop", 1, any, "drop FILE ..."},
     {"answer", 1, 1, "answer yes|no"},
     {"stop", 0, 0, "stop"},
+    {"close", 0, 0, "close"},
     {"wait", 0, 0, "wait"},
     {"frames", 1, 1, "frames COUNT"},
     {"screenshot", 1, 2, "screenshot FILE [surface|atlas]"},
@@ -70,7 +71,7 @@ constexpr Command commands[] = {
     {"stage", 1, 1, "stage NUMBER or stage last"},
     {"undo", 0, 0, "undo"},
     {"redo", 0, 0, "redo"},
-    {"save-texture", 1, 1, "save-texture FILE"},
+    {"save-texture", 1, 2, "save-texture FILE [behind]"},
     {"save-mask", 1, 1, "save-mask FILE"},
     {"copy-command", 0, 1, "copy-command [FILE]"},
 };
@@ -153,9 +154,11 @@ class Player {
             fmt::format("'{}' is something that a tool does: take one first, with 'tool NAME'",
                         words[0]));
     wait();
+    cause_ = line.number;
     require(viewer_.tool()->command(words),
             fmt::format("the tool {} has no '{}'", viewer_.tool()->name(), words[0]));
-    if (words[0].starts_with("save-")) wait();  // what goes wrong with it is this line's affair
+    // What goes wrong with a file is this line's affair.
+    if (words[0].starts_with("save-") && words.back() != "behind") wait();
     frame();
   }
 
@@ -165,8 +168,14 @@ class Player {
       viewer_.set_asking(Viewer::Asking::nobody);
     viewer_.frame(&input_);
     input_.wheel = 0;
-    if (const std::string error = viewer_.error(); !error.empty()) throw SolverError(error);
+    if (const std::string error = viewer_.error(); !error.empty()) {
+      blamed_ = cause_;
+      throw SolverError(error);
+    }
   }
+
+  /// The line that an error is of, which may show later.
+  int blamed(int line) const { return blamed_ > 0 ? blamed_ : line; }
 
   /// Until the model is there, or the question whether to lose something for it.
   void wait_for_loading() {
@@ -184,11 +193,16 @@ class Player {
       frame();
     }
     if (viewer_.tool() == nullptr || !viewer_.tool()->busy()) return;
-    viewer_.tool()->frame();
-    while (viewer_.tool() != nullptr && viewer_.tool()->busy()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      session_.run.progress().check();
+    try {
       viewer_.tool()->frame();
+      while (viewer_.tool() != nullptr && viewer_.tool()->busy()) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        session_.run.progress().check();
+        viewer_.tool()->frame();
+      }
+    } catch (const Error&) {
+      blamed_ = cause_;
+      throw;
     }
     frame();
   }
@@ -233,7 +247,10 @@ class Player {
   bool looks(const std::vector<std::string>& words) {
     Look& look = session_.look;
     if (words[0] == "show") {
-      look.paint = Look::Paint(one_of(words[1], paint_names));
+      const auto paint = Look::Paint(one_of(words[1], paint_names));
+      const std::string lacking = session_.lacking_for(paint);
+      require(lacking.empty(), fmt::format("the model has no {} to show", lacking));
+      look.paint = paint;
     } else if (words[0] == "overlay") {
       bool* const overlays[] = {&look.seams, &look.wires, &look.chart_tint};
       *overlays[one_of(words[1], {"seams", "wires", "charts"})] = is_on(words[2]);
@@ -315,6 +332,12 @@ class Player {
       viewer_.answer(one_of(words[1], {"no", "yes"}) == 1);
       viewer_.set_asking(Viewer::Asking::nobody);
       wait_for_loading();
+    } else if (words[0] == "close") {
+      viewer_.set_asking(Viewer::Asking::person);
+      for (viewer_.close(); !viewer_.closed() && viewer_.waits();) {
+        frame();
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
     } else if (words[0] == "stop") {
       viewer_.cancel_loading();
       if (viewer_.tool() != nullptr) viewer_.tool()->stop();
@@ -366,6 +389,7 @@ class Player {
       write_image(words[1], viewer_.picture());
   }
 
+  int cause_ = 0, blamed_ = 0;  ///< lines that gave the tool work, and whose work failed
   Viewer& viewer_;
   Session& session_;
   ScriptedInput input_;
@@ -414,25 +438,36 @@ Script::Script(const std::filesystem::path& file) : file_(file) {
 void Script::play(Viewer& viewer, Session& session) const {
   Player player(viewer, session);
   player.frame();
-  for (const ScriptLine& line : lines_) {
-    if (line.words[0] == "quit") return;
-    const std::string place = fmt::format("{}, line {}: ", file_.string(), line.number);
-    const std::size_t drawn = session.frames.size();
+  int last = 0;
+  const auto at_line = [&](const auto& what) {
+    const auto place = [&] {
+      return fmt::format("{}, line {}: ", file_.string(), player.blamed(last));
+    };
     try {
+      what();
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(place() + error.what());
+    } catch (const IoError& error) {
+      throw IoError(place() + error.what());
+    } catch (const Unsupported& error) {
+      throw Unsupported(place() + error.what());
+    } catch (const SolverError& error) {
+      throw SolverError(place() + error.what());
+    }
+  };
+  for (const ScriptLine& line : lines_) {
+    if (line.words[0] == "quit" || viewer.closed()) return;
+    last = line.number;
+    const std::size_t drawn = session.frames.size();
+    at_line([&] {
       player.play(line);
       report_frames(session, line.number, drawn);
-    } catch (const InvalidInput& error) {
-      throw InvalidInput(place + error.what());
-    } catch (const IoError& error) {
-      throw IoError(place + error.what());
-    } catch (const Unsupported& error) {
-      throw Unsupported(place + error.what());
-    } catch (const SolverError& error) {
-      throw SolverError(place + error.what());
-    }
+    });
   }
-  player.wait();
-  player.frame();  // what the last lines changed is seen
+  at_line([&] {
+    player.wait();
+    player.frame();  // what the last lines changed is seen
+  });
 }
 
 }  // namespace mq::view

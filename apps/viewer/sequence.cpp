@@ -26,8 +26,8 @@ class Evolving : public Sequence {
     app::Scene scene;
     scene.model.path = path_;
     scene.model.mesh = evolving_.mesh(frame);
-    scene.surface = make_surface(scene.model.mesh, {WeldOptions::Kind::none},
-                                 progress.step("join", 0.5));
+    scene.surface =
+        make_surface(scene.model.mesh, {WeldOptions::Kind::none}, progress.step("join", 0.5));
     if (scene.model.mesh.has_uvs()) {
       scene.texture_sizes = {{app::assumed_texture_side, app::assumed_texture_side}};
       scene.atlas = make_atlas(scene.surface, scene.texture_sizes, {AtlasOptions::Flipped::keep},
@@ -36,6 +36,7 @@ class Evolving : public Sequence {
     return scene;
   }
 
+  bool has_lifespans() const override { return true; }
   std::vector<Colour> lifespans(int frame) const override {
     std::vector<Colour> colours;
     for (const int id :
@@ -70,6 +71,7 @@ class Files : public Sequence {
     return app::read_scene(reading, app::MissingPictures::assume, 1);
   }
 
+  bool has_lifespans() const override { return false; }
   std::vector<Colour> lifespans(int) const override { return {}; }
 
  private:

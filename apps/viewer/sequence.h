@@ -19,6 +19,7 @@ class Sequence {
   virtual int number(int frame) const = 0;  ///< of a frame, counted from 0, as its file says
   /// From any thread.
   virtual app::Scene scene(int frame, const Progress& progress) const = 0;
+  virtual bool has_lifespans() const = 0;
   /// Per triangle how long it lives (`lifespan_colour`); empty where frames have nothing in common.
   virtual std::vector<Colour> lifespans(int frame) const = 0;
 };

@@ -30,8 +30,7 @@ void Session::open(std::unique_ptr<LoadedModel> other) {
   if (other->opened) opened = *other->opened;
   sequence = other->sequence;
   frame = other->frame;
-  if (scene->atlas)
-    atlas.texture = std::min(atlas.texture, int(scene->atlas->textures.size()) - 1);
+  if (scene->atlas) atlas.texture = std::min(atlas.texture, int(scene->atlas->textures.size()) - 1);
 }
 
 void Session::reset_shown() {
@@ -40,6 +39,24 @@ void Session::reset_shown() {
   const auto lock = after->lock();
   for (int i = 0; i < after->size(); ++i)
     after->show(i, scene->model.textures[std::size_t(i)].pixels);
+}
+
+std::string Session::lacking_for(Look::Paint paint) const {
+  using enum Look::Paint;
+  switch (paint) {
+    case charts:
+    case stretch:
+    case density: return scene->atlas ? "" : "texture coordinates";
+    case numbers:
+    case normals:
+    case tangent_normals: return before ? "" : "textures";
+    case vertex_colours: return scene->model.colors.channels > 0 ? "" : "colours at vertices";
+    case lifespans:
+      return sequence && sequence->has_lifespans() ? "" : "lifespans: it is no evolving mesh";
+    case texture:
+    case clay: return "";
+  }
+  return "";
 }
 
 void Session::say(const std::string& text) {
@@ -56,7 +73,7 @@ OptionValues options_for(const std::string& verb, const Session& session) {
   OptionValues values(found->table);
   for (const char* name : {"mesh", "texture", "weld", "flipped"})
     if (session.opened.given(name)) values.set(name, session.opened.texts(name));
-  for (const char* name : {"overwrite", "no-clobber", "quiet"})
+  for (const char* name : {"overwrite", "no-clobber"})
     if (session.run.options().flag(name)) values.set(name, {"true"});
   return values;
 }

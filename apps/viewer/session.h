@@ -44,8 +44,8 @@ struct Session {
     std::int64_t texels;
   };
   std::vector<Upload> uploads;
-  /// A picture of the window, where a script asks: seconds of what the program does for it, and of what
-  /// the graphics do, uploads among it.
+  /// A picture of the window, where a script asks: seconds of what the program does for it, and of
+  /// what the graphics do, uploads among it.
   struct Frame {
     double program, graphics;
   };
@@ -56,6 +56,8 @@ struct Session {
   const TextureSet* shown() const { return result ? result.get() : after.get(); }
   /// The textures as they were opened.
   void reset_shown();
+  /// What the model has not that this would show, as a noun; empty: it has.
+  std::string lacking_for(Look::Paint paint) const;
   /// Says something at the bottom of the window and on standard error.
   void say(const std::string& text);
 };

@@ -132,7 +132,7 @@ class StitchTool : public VerbTool {
   void redo();
   void save_labels(const std::string& path);
   void write_labels(const std::vector<std::filesystem::path>& files) const;
-  OptionValues options_to_save() override;
+  OptionValues options_to_save(const OptionValues& options) override;
   std::string command_words(const OptionValues& options) const override {
     require(
         saved_,
@@ -292,7 +292,7 @@ void StitchTool::give(const std::vector<int>& unknowns, const std::vector<int>& 
   }
   if (!changed) return;
   saved_ = false;
-  background_.cancel();
+  if (saving().empty()) background_.cancel();
   make_again();
 }
 
@@ -366,8 +366,8 @@ void StitchTool::save_labels(const std::string& path) {
 }
 
 /// What was chosen goes with the command, saved or not.
-OptionValues StitchTool::options_to_save() {
-  if (saved_) return options_;
+OptionValues StitchTool::options_to_save(const OptionValues& options) {
+  if (saved_) return options;
   std::vector<std::filesystem::path> files;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < session_.scene->texture_sizes.size(); ++i) {
@@ -375,9 +375,9 @@ OptionValues StitchTool::options_to_save() {
     names.push_back(files.back().string());
   }
   write_labels(files);
-  OptionValues options = options_;
-  options.set("labels", names);
-  return options;
+  OptionValues labelled = options;
+  labelled.set("labels", names);
+  return labelled;
 }
 
 // ---- the work behind it

@@ -38,6 +38,9 @@ class Tool {
   /// The same without waiting.
   virtual void cancel() = 0;
 
+  /// The file that it is writing, or will write as soon as it can; empty: none. It is given up, not half
+  /// written, where the tool is stopped before.
+  virtual std::string saving() const { return {}; }
   /// What would be lost with the tool, as it is said to a person; empty: nothing.
   virtual std::string unsaved() const { return {}; }
 

@@ -1,10 +1,12 @@
 #include "verb_tool.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <imgui.h>
 #include <stdlib.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "arguments.h"
@@ -134,8 +136,11 @@ bool VerbTool::command(const std::vector<std::string>& words) {
       newest = std::max<std::size_t>(1, stages_.size()) - 1;
     }
     const auto number = app::parse_numbers(words[1], 1);
-    require(words[1] == "last" || (number && number->front() >= 0),
-            fmt::format("found '{}', wanted a number from 0, or last", words[1]));
+    require(
+        words[1] == "last" ||
+            (number && number->front() >= 0 && number->front() <= double(newest) &&
+             number->front() == std::floor(number->front())),
+        fmt::format("found '{}', wanted a whole number from 0 to {}, or last", words[1], newest));
     choose_stage(words[1] == "last" ? newest : std::size_t(number->front()));
   } else if (words[0] == "save-texture") {
     save(words[1]);
@@ -162,9 +167,22 @@ void VerbTool::save(const std::string& path) {
   require_complete();
   const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
-  to_save_ = path;
-  stale_ = true;
-  stopped_ = false;
+  saves_.push_back({path, options_});
+}
+
+void VerbTool::give_up_saves() {
+  if (saves_.empty()) return;
+  std::vector<std::string> paths;
+  for (const Save& save : saves_) paths.push_back(save.path);
+  session_.say(fmt::format("not saved: {}", fmt::join(paths, ", ")));
+  saves_.clear();
+  writing_ = false;
+}
+
+void VerbTool::cancel() {
+  background_.cancel();
+  stopped_ = true;
+  give_up_saves();
 }
 
 void VerbTool::frame() {
@@ -176,32 +194,41 @@ void VerbTool::frame() {
     }
   }
   if (background_.busy()) return;
+  const bool has_written = std::exchange(writing_, false);
   if (const std::string error = background_.error(); !error.empty()) {
-    stopped_ = true;
-    stale_ = false;
+    if (has_written) {
+      saves_.pop_front();
+    } else {
+      stopped_ = true;
+      stale_ = false;
+      give_up_saves();
+    }
     throw SolverError(error);
   }
-  if (!stale_ || stopped_) return;
-  if (!complete()) {
-    stopped_ = true;  // until something is set
-    return;
+  if (has_written) {
+    session_.say("saved " + saves_.front().path);
+    saves_.pop_front();
   }
-  stale_ = false;
-  const std::string path = std::exchange(to_save_, {});
-  if (path.empty()) {
-    const std::lock_guard lock(stages_mutex_);
-    other_run_ = at_newest_ = true;
-  }
-  if (path.empty()) before_make(options_);
-  background_.start([this, path, options = path.empty() ? options_ : options_to_save()](
-                        const Progress& progress) {
-    if (path.empty()) return make(options, progress);
-    OptionValues saving = options;
-    saving.set("output", {path});
+  if (stale_ && !stopped_ && !complete()) stopped_ = true;  // until something is set
+  if (stale_ && !stopped_) {
+    stale_ = false;
+    {
+      const std::lock_guard lock(stages_mutex_);
+      other_run_ = at_newest_ = true;
+    }
+    before_make(options_);
+    background_.start(
+        [this, options = options_](const Progress& progress) { make(options, progress); });
+  } else if (!saves_.empty()) {
+    writing_ = true;
+    OptionValues saving = options_to_save(saves_.front().options);
+    saving.set("output", {saves_.front().path});
     saving.set("json", {"true"});  // nothing on standard output
-    app::Run run(saving, session_.run.terminal(), progress);
-    verb_named(verb_).run(run);
-  });
+    background_.start([this, saving](const Progress& progress) {
+      app::Run run(saving, session_.run.terminal(), progress);
+      verb_named(verb_).run(run);
+    });
+  }
 }
 
 void VerbTool::make(const OptionValues& options, const Progress& progress) {
@@ -264,6 +291,7 @@ void VerbTool::choose_stage(std::size_t stage) {
 void VerbTool::stop() {
   background_.stop();
   stopped_ = true;
+  give_up_saves();
 }
 
 nlohmann::ordered_json VerbTool::report() const {

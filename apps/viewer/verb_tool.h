@@ -3,6 +3,7 @@
 /// were.
 
 #include <array>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -28,14 +29,14 @@ class VerbTool : public Tool {
   void release() override {}
   bool command(const std::vector<std::string>& words) override;
   void frame() override;
-  bool busy() const override { return background_.busy() || (stale_ && !stopped_); }
+  bool busy() const override {
+    return background_.busy() || (stale_ && !stopped_) || !saves_.empty();
+  }
   double fraction() const override { return background_.fraction(); }
   std::string step() const override { return background_.step(); }
   void stop() override;
-  void cancel() override {
-    background_.cancel();
-    stopped_ = true;
-  }
+  void cancel() override;
+  std::string saving() const override { return saves_.empty() ? "" : saves_.front().path; }
   nlohmann::ordered_json report() const override;
 
  protected:
@@ -50,7 +51,7 @@ class VerbTool : public Tool {
   }
   /// On the window's thread: right before `make`; the options of a run that saves; as a command.
   virtual void before_make(const OptionValues&) {}
-  virtual OptionValues options_to_save() { return options_; }
+  virtual OptionValues options_to_save(const OptionValues& options) { return options; }
   virtual std::string command_words(const OptionValues& options) const;
   const std::filesystem::path& folder() const { return folder_; }
   /// Whether all is there that the verb wants.
@@ -61,7 +62,8 @@ class VerbTool : public Tool {
   virtual bool shows(const Option&) const { return true; }
   /// The result, on the other thread.
   void show(const std::vector<Texture>& pictures) { show_stage("result", pictures); }
-  /// The same on its way there: it is shown until there is something newer, and can be gone back to.
+  /// The same on its way there: it is shown until there is something newer, and can be gone back
+  /// to.
   void show_stage(const std::string& name, const std::vector<Texture>& pictures);
 
   Session& session_;
@@ -75,7 +77,13 @@ class VerbTool : public Tool {
   std::string verb_;
   std::filesystem::path folder_;  ///< for results on their way to the window
   bool stale_ = true, stopped_ = false;
-  std::string to_save_;
+  struct Save {
+    std::string path;
+    OptionValues options;  ///< as they were when it was asked for
+  };
+  std::deque<Save> saves_;  ///< the first of them is being written if `writing_`
+  bool writing_ = false;
+  void give_up_saves();
   struct Stage {
     std::string name;
     std::shared_ptr<TextureSet> pictures;

@@ -144,14 +144,17 @@ void Viewer::layout() {
     error_ = error.what();
     session_.say(error_);
   }
+  bool failed = false;
   if (tool_) {
     try {
       tool_->frame();
     } catch (const Error& error) {
+      failed = true;
       error_ = error.what();
       session_.say(error_);
     }
   }
+  go_on_when_saved(failed);
   if (const std::vector<std::string> files = display_.dropped(); !files.empty()) {
     try {
       open(files);
@@ -231,8 +234,13 @@ void Viewer::view_controls() {
   }
   int paint = int(look.paint);
   if (ImGui::BeginCombo("show", paint_names[std::size_t(paint)].c_str())) {
-    for (std::size_t i = 0; i < paint_names.size(); ++i)
-      if (ImGui::Selectable(paint_names[i].c_str(), int(i) == paint)) look.paint = Look::Paint(i);
+    for (std::size_t i = 0; i < paint_names.size(); ++i) {
+      const std::string lacking = session_.lacking_for(Look::Paint(i));
+      const std::string shown = paint_names[i] + (lacking.empty() ? "" : " (no " + lacking + ")");
+      if (ImGui::Selectable(shown.c_str(), int(i) == paint,
+                            lacking.empty() ? 0 : ImGuiSelectableFlags_Disabled))
+        look.paint = Look::Paint(i);
+    }
     ImGui::EndCombo();
   }
   ImGui::Checkbox("light", &look.lit);
@@ -317,8 +325,8 @@ void Viewer::take_loaded() {
   const LoadedModel& loaded = loader_.peek();
   if (loaded.opened) {
     const std::string file = loaded.scene->model.path.string();
-    unless_lost("show " + file, [this] { adopt(loader_.take()); });
-    if (!question_.empty()) on_no_ = [this] { loader_.cancel(); };
+    unless_lost(
+        "show " + file, [this] { adopt(loader_.take()); }, [this] { loader_.cancel(); });
     return;
   }
   // What was loaded ahead stays until its time has come; a tool may have been taken since.
@@ -336,6 +344,7 @@ void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   pick_ = {};
   session_.open(std::move(loaded));
   if (!other) return;
+  app::describe_input(session_.run, *session_.scene);
   session_.say("opened " + session_.scene->model.path.string());
   place_panes();
   if (other_mesh) home();
@@ -358,22 +367,36 @@ void Viewer::loading_controls() {
   if (ImGui::Button("cancel")) loader_.cancel();
 }
 
-void Viewer::unless_lost(const std::string& what, std::function<void()> act) {
-  const std::string unsaved = tool_ ? tool_->unsaved() : "";
-  if (!unsaved.empty() && asking_ == Asking::person) {
-    question_ = fmt::format("To {} loses {}, which is not saved.", what, unsaved);
-    on_yes_ = std::move(act);
-    on_no_ = {};
+void Viewer::unless_lost(const std::string& what, std::function<void()> act,
+                         std::function<void()> otherwise) {
+  const std::string unsaved = tool_ ? tool_->unsaved() : "", saving = tool_ ? tool_->saving() : "";
+  if (asking_ == Asking::person && !(unsaved.empty() && saving.empty())) {
+    on_yes_ = act;
+    on_no_ = otherwise;
+    if (saving.empty()) {
+      question_ = fmt::format("To {} loses {}, which is not saved.", what, unsaved);
+    } else {
+      question_ = fmt::format("{} is saved first. To {} at once gives it up.", saving, what);
+      on_saved_ = [this, what, act, otherwise] { unless_lost(what, act, otherwise); };
+    }
     return;
   }
   act();
   if (!unsaved.empty()) session_.run.terminal().warning(unsaved + " was not saved, and is gone");
 }
 
+/// What waits for a file to be written goes on once that is done, and not where it failed.
+void Viewer::go_on_when_saved(bool failed) {
+  if (!on_saved_ || (!failed && tool_ && !tool_->saving().empty())) return;
+  if (failed) return answer(false);
+  on_yes_ = std::move(on_saved_);
+  answer(true);
+}
+
 void Viewer::answer(bool go_on) {
   const std::function<void()> act = go_on ? std::move(on_yes_) : std::move(on_no_);
   question_.clear();
-  on_yes_ = on_no_ = {};
+  on_yes_ = on_no_ = on_saved_ = {};
   if (!act) return;
   try {
     act();
@@ -382,11 +405,9 @@ void Viewer::answer(bool go_on) {
   }
 }
 
-bool Viewer::may_close() {
-  if (may_close_) return true;
-  if (question_.empty()) unless_lost("close the window", [this] { may_close_ = true; });
-  if (!may_close_) display_.stay_open();
-  return may_close_;
+void Viewer::close() {
+  if (question_.empty()) unless_lost("close the window", [this] { closed_ = true; });
+  if (!closed_) display_.stay_open();
 }
 
 void Viewer::ask_before_losing() {

@@ -53,12 +53,12 @@ class Viewer {
   /// The whole texture.
   void home_atlas();
 
-  /// Begins to load a model, or other textures for the one that is open, which is shown until all of
-  /// it is there. Throws `InvalidInput` where the files are not one model and its textures.
+  /// Begins to load a model, or other textures for the one that is open, which is shown until all
+  /// of it is there. Throws `InvalidInput` where the files are not one model and its textures.
   void open(const std::vector<std::string>& files);
 
-  /// Begins to load a frame of the session's sequence, counted from 0. Throws `InvalidInput` while a
-  /// tool is in hand.
+  /// Begins to load a frame of the session's sequence, counted from 0. Throws `InvalidInput` while
+  /// a tool is in hand.
   void open_frame(int frame);
 
   /// Takes over what is loaded. Throws why it could not be loaded; what was open stays then.
@@ -77,8 +77,12 @@ class Viewer {
   /// The answer: whether to go on, and lose it.
   void answer(bool go_on);
 
-  /// The window was asked to close: whether it may. Otherwise asks.
-  bool may_close();
+  /// Whether what a person wants goes on by itself once a file is saved.
+  bool waits() const { return bool(on_saved_); }
+
+  /// The window was asked to close: it is `closed` then, or once a person has said that it may be.
+  void close();
+  bool closed() const { return closed_; }
 
   const Pick& pick() const { return pick_; }
 
@@ -106,7 +110,9 @@ class Viewer {
   void play();
   void loading_controls();
   void ask_before_losing();
-  void unless_lost(const std::string& what, std::function<void()> act);
+  void unless_lost(const std::string& what, std::function<void()> act,
+                   std::function<void()> otherwise = {});
+  void go_on_when_saved(bool failed);
   void change_tool(const std::string& name);
   void adopt(std::unique_ptr<LoadedModel> loaded);
   void surface_pane();
@@ -143,7 +149,9 @@ class Viewer {
   Asking asking_ = Asking::person;
   std::string question_;
   std::function<void()> on_yes_, on_no_;
-  bool may_close_ = false;
+  std::function<void()>
+      on_saved_;  ///< the question is whether to wait for it; nothing: it is another
+  bool closed_ = false;
   bool opened_ = false, scripted_ = false;
 };
 

@@ -239,11 +239,19 @@ TEST(View, ShowsModelsWithoutPicturesAndWithoutTextureCoordinates) {
   write_bytes(folder / "bare.obj",
               std::string(strip_obj).substr(std::string(strip_obj).find("v 0")));
   write_bytes(folder / "shape.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  write_sphere(folder);
   for (const char* name : {"fan.ply", "bare.obj", "shape.obj"}) {
-    const Result result =
-        view(folder, "show texture\nshow numbers\nshow normals\nwipe 0.5\nhover surface 150 250\n",
-             {name});
-    EXPECT_EQ(result.status, 0) << name << result.error;
+    // What is shown stays when another model takes the place of one.
+    for (const char* shown : {"texture", "numbers", "normals", "stretch"}) {
+      const Result result = view(
+          folder,
+          std::string("show ") + shown + "\nopen " + name + "\nwipe 0.5\nhover surface 150 250\n",
+          {"sphere.obj"});
+      EXPECT_EQ(result.status, 0) << name << result.error;
+    }
+    const Result refused = view(folder, "show numbers\n", {name});
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_THAT(refused.error, HasSubstr("line 1: the model has no textures to show"));
   }
   const Result result =
       view(folder, "view front\nlight off\nscreenshot fan.png surface\n", {"fan.ply"});

@@ -102,7 +102,8 @@ TEST(Opening, PutsAnotherModelInPlaceAndKeepsTheOldOneWhereItCannot) {
 TEST(Opening, KeepsWhatIsShownUntilAllOfTheOtherIsThere) {
   const Folder folder;
   write_strip(folder);
-  write_sphere(folder, "2048");  // which takes many times as long as the two pictures of a screenshot
+  write_sphere(folder,
+               "2048");  // which takes many times as long as the two pictures of a screenshot
   const Result result = view(folder,
                              "screenshot alone.png surface\n"
                              "drop sphere.obj\nscreenshot while_loading.png surface\n"
@@ -141,10 +142,49 @@ TEST(Opening, AsksBeforePaintingIsLost) {
   EXPECT_TRUE(file_bytes(folder / "kept.png") == file_bytes(folder / "painted.png"));
 
   // Saved as it is, nothing is lost, and nothing asked.
-  const Result saved = view(folder, paint + "save-mask mask.png\ndrop strip.obj\nwait\nanswer yes\n",
-                            {"sphere.obj"});
+  const Result saved = view(
+      folder, paint + "save-mask mask.png\ndrop strip.obj\nwait\nanswer yes\n", {"sphere.obj"});
   EXPECT_EQ(saved.status, 2);
   EXPECT_THAT(saved.error, HasSubstr("line 8: there is nothing to answer"));
+}
+
+TEST(Closing, WaitsForWhatIsBeingSaved) {
+  const Folder folder;
+  write_strip(folder);
+  write_sphere(folder);
+  const std::string lic = "tool lic\nset length 20tx\n";
+  ASSERT_EQ(view(folder, lic + "save-texture plain.png\n", {"sphere.obj"}).status, 0);
+  const Result closed =
+      view(folder, lic + "save-texture behind.png behind\nclose\nsave-texture never.png\n",
+           {"sphere.obj"});
+  ASSERT_EQ(closed.status, 0) << closed.error;
+  EXPECT_TRUE(file_bytes(folder / "behind.png") == file_bytes(folder / "plain.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "never.png"));
+  // So does another model, and whoever does not want to wait is told what that costs.
+  const Result opened = view(folder,
+                             lic +
+                                 "save-texture a.png behind\ndrop strip.obj\nwait\n"
+                                 "frames 1\nwait\nhover surface 180 200\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(opened.status, 0) << opened.error;
+  EXPECT_TRUE(file_bytes(folder / "a.png") == file_bytes(folder / "plain.png"));
+  const Result given_up =
+      view(folder, lic + "save-texture b.png behind\nstop\nclose\n", {"sphere.obj"});
+  ASSERT_EQ(given_up.status, 0) << given_up.error;
+  EXPECT_THAT(given_up.error, HasSubstr("not saved: b.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.png"));
+}
+
+TEST(Closing, ReportsWhatIsOpenThen) {
+  const Folder folder;
+  write_strip(folder);
+  write_sphere(folder);
+  const Result result = view(folder, "open strip.obj\n", {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.json()["input"]["files"][0].get<std::string>(), HasSubstr("strip.obj"));
+  const Result lacking = view(folder, "show lifespans\n", {"sphere.obj"});
+  EXPECT_EQ(lacking.status, 2);
+  EXPECT_THAT(lacking.error, HasSubstr("line 1: the model has no lifespans"));
 }
 
 TEST(Sequences, AreOpenedInPlaceOfAModelAndPlayedFrameByFrame) {
@@ -155,11 +195,12 @@ TEST(Sequences, AreOpenedInPlaceOfAModelAndPlayedFrameByFrame) {
   for (const char* name : {"frame_0003.ply", "frame_0005.ply"})
     write_bytes(folder / name, coloured_ply);
   write_bytes(folder / "frame_0004.ply", other);
-  const Result result = view(folder,
-                             "open frame_%04d.ply\nshow vertex-colours\nview front\nlight off\n"
-                             "play 1\nscreenshot 4.png surface\nplay 3\nscreenshot 4_again.png surface\n"
-                             "play 2\nscreenshot 3.png surface\n",
-                             {"strip.obj"});
+  const Result result =
+      view(folder,
+           "open frame_%04d.ply\nshow vertex-colours\nview front\nlight off\n"
+           "play 1\nscreenshot 4.png surface\nplay 3\nscreenshot 4_again.png surface\n"
+           "play 2\nscreenshot 3.png surface\n",
+           {"strip.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const auto blue = [&](const std::string& name) {
     const Image<float> shown = picture(folder, name);
