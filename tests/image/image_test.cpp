@@ -288,6 +288,20 @@ TEST(ContactSheet, HoldsEveryTileWhole) {
   EXPECT_EQ(half, 200);
 }
 
+TEST(ContactSheet, BreaksATitleThatIsWiderThanThePage) {
+  // The same words with room for all of them and for one: as many dots, in three lines.
+  const auto page = [](int width, const std::string& title) {
+    return contact_sheet({{Image<float>(width, 10, 3, 0.9f), ""}},
+                         {.gap = 5, .text_scale = 1, .title = title});
+  };
+  const Image<float> wide = page(400, "captured; followed; distance"),
+                     narrow = page(120, "captured; followed; distance");
+  EXPECT_EQ(dark(narrow), dark(wide));
+  EXPECT_EQ(narrow.height(), wide.height() + 2 * text_height(2));
+  EXPECT_EQ(page(120, "").height() + text_height(2) + 5, wide.height());
+  EXPECT_LE(page(60, "captured").height(), wide.height());  // a word alone is cut
+}
+
 TEST(ContactSheet, RefusesNothing) {
   EXPECT_THAT(error_of([] { contact_sheet({}); }), HasSubstr("at least one"));
   EXPECT_THAT(error_of([] { contact_sheet({{Image<float>(), "x"}}); }), HasSubstr("\"x\""));

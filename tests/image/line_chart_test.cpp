@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "mq/base/error.h"
+#include "mq/image/text.h"
 
 namespace mq {
 namespace {
@@ -85,6 +86,24 @@ TEST(LineChart, HasAPanelForEachAndDrawsOneFrame) {
   EXPECT_GT(two.height(), one.height() + 240);
   EXPECT_GE(columns_of(one, 0, below_words).second, 0);
   EXPECT_GE(columns_of(one, 1, below_words).second, 0);
+}
+
+TEST(LineChart, HasTicksAtWholeFramesAlone) {
+  // Below the axis of three frames are three ticks; of three times, those in between as well.
+  const auto ticks = [](double step) {
+    const ChartOptions options{.text_scale = 1};
+    const Image<float> image = line_chart(
+        {step, 2 * step, 3 * step}, {{.title = "a", .lines = {{"a", {1, 1, 1}}}}}, options);
+    const int head = text_height(1) + 6, y = head + options.panel_height + 1;
+    const int words = 28;  // of the axis upward
+    int count = 0;
+    for (int x = words; x < image.width(); ++x)
+      count += image(x, y, 0) < 0.8f && image(x - 1, y, 0) >= 0.8f;
+    return count;
+  };
+  EXPECT_EQ(ticks(1), 3);
+  EXPECT_EQ(ticks(2), 5);
+  EXPECT_GT(ticks(0.5), 5);
 }
 
 TEST(LineChart, IsDrawnOfNothingButZeros) {

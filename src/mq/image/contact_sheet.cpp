@@ -34,6 +34,22 @@ std::string shortened(const std::string& text, int width, int scale) {
   return cut + "...";
 }
 
+/// In lines that are no wider, broken at spaces.
+std::vector<std::string> broken(const std::string& text, int width, int scale) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    const std::string word = text.substr(at, end - at);
+    if (!lines.empty() && text_width(lines.back() + ' ' + word, scale) <= width)
+      lines.back() += ' ' + word;
+    else
+      lines.push_back(word);
+    at = end + 1;
+  }
+  for (std::string& line : lines) line = shortened(line, width, scale);
+  return lines;
+}
+
 void paste(const Image<float>& tile, int x, int y, Image<float>& page) {
   for (int row = 0; row < tile.height(); ++row)
     for (int column = 0; column < tile.width(); ++column)
@@ -59,15 +75,18 @@ Image<float> contact_sheet(const std::vector<Tile>& tiles, const SheetOptions& o
   const int label = labelled ? text_height(scale) + 4 * scale : 0;
   const int columns = options.columns > 0 ? options.columns : square_columns(count, width, height);
   const int rows = (count + columns - 1) / columns;
-  const int head = options.title.empty() ? 0 : text_height(2 * scale) + gap;
+  const int across = columns * (width + gap), line = text_height(2 * scale);
+  const std::vector<std::string> title = broken(options.title, across - gap, 2 * scale);
+  const int head = title.empty() ? 0 : int(title.size()) * line + gap;
 
-  Image<float> page(gap + columns * (width + gap), gap + head + rows * (height + label + gap), 3);
+  Image<float> page(gap + across, gap + head + rows * (height + label + gap), 3);
   for (int y = 0; y < page.height(); ++y)
     for (int x = 0; x < page.width(); ++x)
       std::ranges::copy(options.background, page.pixel(x, y).begin());
   TextStyle style;
   style.scale = 2 * scale;
-  draw_text(page, gap, gap, shortened(options.title, page.width() - 2 * gap, style.scale), style);
+  for (int i = 0; i < int(title.size()); ++i)
+    draw_text(page, gap, gap + i * line, title[std::size_t(i)], style);
   style.scale = scale;
   style.anchor = TextStyle::Anchor::centre;
   for (int i = 0; i < count; ++i) {

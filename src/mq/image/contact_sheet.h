@@ -18,7 +18,7 @@ struct SheetOptions {
   int columns = 0;         ///< 0: as near to a square page as the tiles allow
   int gap = 16;            ///< pixels between tiles and around them
   int text_scale = 2;      ///< of labels; a label too long for its tile is cut and ends in dots
-  std::string title = {};  ///< above all tiles, twice as large
+  std::string title = {};  ///< above all tiles, twice as large, in as many lines as it takes
   Colour background = {0.96f, 0.96f, 0.965f};
 };
 

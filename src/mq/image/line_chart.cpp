@@ -95,6 +95,16 @@ std::vector<double> ticks_of(const ChartPanel& panel, const Range& range, int co
   return ticks;
 }
 
+bool is_whole(double x) { return std::abs(x - std::round(x)) < 1e-9; }
+
+/// Between whole places, such as frames, there is nothing.
+std::vector<double> ticks_across(const std::vector<double>& places, int count) {
+  std::vector<double> ticks = round_ticks(places.front(), places.back(), count);
+  if (std::ranges::all_of(places, is_whole))
+    std::erase_if(ticks, [](double tick) { return !is_whole(tick); });
+  return ticks;
+}
+
 std::string tick_text(const ChartPanel& panel, double tick) {
   return fmt::format("{:g}", panel.scale == ChartPanel::Scale::linear ? tick : std::pow(10, tick));
 }
@@ -189,7 +199,7 @@ class Page {
     draw_stroke(image_, {double(left_), bottom() - 1.0}, {right_ - 1.0, bottom() - 1.0}, grid_width,
                 goal);
     for (const double tick :
-         round_ticks(places_.front(), places_.back(), std::max(2, (right_ - left_) / (60 * scale_)))) {
+         ticks_across(places_, std::max(2, (right_ - left_) / (60 * scale_)))) {
       const double x = across(tick);
       draw_stroke(image_, {x, bottom() - 1.0}, {x, bottom() + 2.0 * scale_}, grid_width, goal);
       if (last)
