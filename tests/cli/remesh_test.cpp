@@ -143,14 +143,46 @@ TEST(Remesh, LeavesOutColoursAndTexturesThatDoNotFit) {
             read_model(folder / "a.ply").mesh.triangle_count());
 }
 
+/// The same model with triangles turned over.
+void write_turned(const Folder& folder, const std::string& from, const std::string& to,
+                  int every = 1) {
+  Model model = read_model(folder / from);
+  for (std::size_t t = 0; t < model.mesh.triangles.size(); t += std::size_t(every))
+    std::swap(model.mesh.triangles[t][1], model.mesh.triangles[t][2]);
+  model.document.reset();
+  write_model(folder / to, model);
+}
+
+TEST(Remesh, TurnsBackATargetThatFacesTheWrongWay) {
+  const Folder folder;
+  write_ball(folder, "a.ply", 4, 0, 0.25F);
+  write_ball(folder, "b.ply", 4, 0.5, 0.75F);
+  write_turned(folder, "b.ply", "inside_out.ply");
+  write_turned(folder, "b.ply", "scattered.ply", 7);
+  write_turned(folder, "a.ply", "hollow.ply");
+  const auto remeshed = [&](const std::string& from, const std::string& to, const std::string& o) {
+    const Result result = marquetry(folder, {"remesh", from, to, "-o", o, "--json"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.json();
+  };
+  EXPECT_TRUE(remeshed("a.ply", "b.ply", "o.ply")["defects"].empty());
+  for (const auto& [target, kind] :
+       {std::pair{"inside_out.ply", "inside_out_triangles"}, {"scattered.ply", "turned_triangles"}}) {
+    const nlohmann::json report = remeshed("a.ply", target, std::string("of_") + target);
+    EXPECT_EQ(report["defects"][0]["kind"], kind);
+    EXPECT_EQ(file_bytes(folder / (std::string("of_") + target)), file_bytes(folder / "o.ply"));
+  }
+  // Two that are both inside out face alike, and what faces inward stays.
+  const nlohmann::json both = remeshed("hollow.ply", "inside_out.ply", "both.ply");
+  EXPECT_TRUE(both["defects"].empty());
+  EXPECT_GT(both["result"]["triangles_kept"]["fraction"], 0.5);
+}
+
 TEST(Remesh, RefusesWhatItCannotWorkWithAndWritesNothing) {
   const Folder folder;
   write_ball(folder, "a.ply", 3, 0, 0.25F);
-  Model inside_out = read_model(folder / "a.ply");
-  for (Triangle& t : inside_out.mesh.triangles) std::swap(t[0], t[1]);
-  inside_out.document.reset();
-  write_model(folder / "b.ply", inside_out);
-  EXPECT_THAT(refusal(folder, {"remesh", "a.ply", "b.ply", "-o", "o.ply"}, "o.ply"),
+  write_turned(folder, "a.ply", "b.ply");
+  EXPECT_THAT(refusal(folder, {"remesh", "b.ply", "a.ply", "-o", "o.ply"}, "o.ply"),
               HasSubstr("turned inside out"));
   EXPECT_THAT(refusal(folder, {"remesh", "a.ply", "none.ply", "-o", "o.ply"}, "o.ply"),
               HasSubstr("none.ply"));

@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <span>
+#include <utility>
 
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/orient.h"
 #include "mq/mesh/soundness.h"
 #include "mq/sequence/remesh.h"
 #include "mq/sequence/remesh_texture.h"
@@ -33,8 +36,21 @@ struct Side {
   Surface surface;
 };
 
-/// A model, its defects in the report.
-Side read_side(Run& run, const std::string& option, double share) {
+/// What of a target faces the wrong way is turned back; not where the template is inside out
+/// itself, which decides.
+void turn_back(Model& target, const Mesh& of_template) {
+  const bool inside_out =
+      std::ranges::any_of(oriented(of_template).defects, [](const Defect& defect) {
+        return defect.kind == "inside_out_triangles";
+      });
+  if (inside_out) return;
+  Oriented found = oriented(target.mesh, &of_template);
+  target.mesh = std::move(found.mesh);
+  std::ranges::move(found.defects, std::back_inserter(target.defects));
+}
+
+/// A model, its defects in the report. `before`: the template, where this is the target.
+Side read_side(Run& run, const std::string& option, double share, const Mesh* before = nullptr) {
   Side side;
   const Step step(run, "read", share);
   side.model = read_model(run.options().text(option),
@@ -46,7 +62,10 @@ Side read_side(Run& run, const std::string& option, double share) {
           fmt::format("{}: has {} and no faces, so no surface: check that it is a mesh, not a "
                       "point cloud or curves, and not cut short",
                       file, counted(side.model.mesh.vertex_count(), "vertex")));
-  about(side.model, [&] { side.surface = make_surface(side.model.mesh); });
+  about(side.model, [&] {
+    if (before != nullptr) turn_back(side.model, *before);
+    side.surface = make_surface(side.model.mesh);
+  });
   Defects defects = side.model.defects;
   defects.insert(defects.end(), side.surface.defects.begin(), side.surface.defects.end());
   run.found(defects);
@@ -216,7 +235,7 @@ RemeshOptions asked(const OptionValues& options, const Surface& of_template) {
 Exit run_remesh(Run& run) {
   const OptionValues& options = run.options();
   const Side of_template = read_side(run, "template", 0.1);
-  const Side target = read_side(run, "target", 0.1);
+  const Side target = read_side(run, "target", 0.1, &of_template.model.mesh);
   const std::vector<std::array<Vector3, 3>> birth = read_birth(run, of_template);
   Model model;
   model.path = of_template.model.path;
