@@ -583,7 +583,13 @@ class Tracking {
                        {"distortion_p95", stretched.p95},
                        {"triangles_kept", remeshed.kept},
                        {"triangles_born", remeshed.born},
-                       {"triangles_died", remeshed.died}});
+                       {"triangles_died", remeshed.died},
+                       {"replaced",
+                        {{"distorted", remeshed.distorted},
+                         {"template_seeds", remeshed.template_seeds},
+                         {"target_seeds", remeshed.target_seeds},
+                         {"reached", remeshed.reached},
+                         {"rounds", remeshed.rounds}}}});
     }
     measured["seconds"]["remesh"] = watch.seconds();
   }

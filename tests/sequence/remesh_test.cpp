@@ -192,6 +192,11 @@ TEST(Remesh, ReplacesTrianglesDistortedSinceTheirBirth) {
   EXPECT_GT(found.born, 0);
   EXPECT_GT(found.kept, surface.triangle_count() / 2);
   EXPECT_EQ(problems(surface, make_surface(target), found), "");
+  // What goes for its shape is within the region, which only grows.
+  EXPECT_EQ(found.distorted, std::ranges::count(distorted_triangles(now, birth), char(1)));
+  EXPECT_GT(found.distorted, 0);
+  EXPECT_GT(found.reached, found.distorted);
+  EXPECT_GE(found.died, found.reached);
 }
 
 TEST(Remesh, ReplacesSmallerDifferencesWhereItIsToBeMoreAccurate) {

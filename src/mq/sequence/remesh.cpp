@@ -134,6 +134,7 @@ void Remesher::find_seeds(const Progress& progress) {
   Mismatch of_target = mismatch(target_, template_finder, how, progress.step("target", 0.5));
   if (!options_.birth.empty()) {
     const std::vector<char> distorted = distorted_triangles(template_.mesh, options_.birth);
+    result_.distorted = int(std::ranges::count(distorted, char(1)));
     for (int t = 0; t < template_.triangle_count(); ++t)
       if (distorted[t])
         for (const int v : template_.mesh.triangles[t])
@@ -411,6 +412,14 @@ Cut Remesher::grow(const Progress& progress) {
     marked_.push_back(seed ? Mark::seed : Mark::none);
   restart_region();
   first_inside_ = inside_area();
+  result_.reached =
+      int(std::count_if(pair_.mesh.triangles.begin(),
+                        pair_.mesh.triangles.begin() + template_.triangle_count(),
+                        [&](const Triangle& t) {
+                          return std::ranges::any_of(t, [&](int v) {
+                            return region_->distances()[v] <= region_->radius();
+                          });
+                        }));
   for (int round = 1;; ++round) {
     progress.at(std::min(0.95, 0.1 * round), fmt::format("round {}", round));
     std::optional<Cut> cut;

@@ -56,6 +56,8 @@ struct Remeshed {
   int born = 0;            ///< triangles of the result that are not the template's
   int template_seeds = 0;  ///< vertices with a score above 1, or of distorted triangles
   int target_seeds = 0;
+  int distorted = 0;  ///< triangles of the template that went for their shape at birth
+  int reached = 0;    ///< triangles of the template that the region reached before it grew
   int regions = 0;                                      ///< connected parts of what was born
   int replaced_components = 0;                          ///< of the template, whole
   int rounds = 0;                                       ///< until all curves had partners
