@@ -26,10 +26,10 @@ TEST(Cancelling, LeavesNothingBehind) {
   EXPECT_EQ(folder.names(), before);
 }
 
-TEST(Cancelling, EndsAtOnceWhenAskedAgain) {
+TEST(Cancelling, DoesNotWaitForAnEncoderThatReadsNothing) {
   const Folder folder;
   for (const char* name : {"a.png", "b.png"}) write_image(folder / name, busy_picture(511, 513));
-  // An encoder that reads nothing: the frame that it is given first is never taken.
+  // The frame that it is given first is never taken, and it would end in a minute.
   std::filesystem::create_directory(folder / "bin");
   write_bytes(folder / "bin/ffmpeg", "#!/bin/sh\nexec sleep 60\n");
   std::filesystem::permissions(folder / "bin/ffmpeg", std::filesystem::perms::owner_all);
@@ -37,10 +37,9 @@ TEST(Cancelling, EndsAtOnceWhenAskedAgain) {
   const Result result =
       marquetry(folder, {"interpolate", "a.png", "b.png", "-o", "out.mp4", "--frames", "0-2"},
                 {.environment = {{"PATH", (folder / "bin").string() + ":" + std::getenv("PATH")}},
-                 .interrupt_at = {"are cut to", "press Ctrl-C again"}});
+                 .interrupt_at = {"are cut to"}});
   EXPECT_EQ(result.status, 130) << result.error;
-  EXPECT_THAT(result.error, testing::HasSubstr("press Ctrl-C again"));
-  EXPECT_THAT(result.error, testing::HasSubstr("stopped at once, nothing half-written is left"));
+  EXPECT_THAT(result.error, testing::HasSubstr("cancelled, nothing half-written is left"));
   EXPECT_EQ(folder.names(), before);
 }
 
