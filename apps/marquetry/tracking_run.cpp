@@ -331,6 +331,13 @@ class Tracking {
           target(model.mesh, options.flag("photometric") ? vertex_colours(model) : Signal()) {}
   };
 
+  /// Facing as what followed the frame before does.
+  Captured read(int frame) const {
+    if (!follower_) return sequence_.read(frame, nullptr);
+    const Mesh before = mesh_of(follower_->known.segment, current_);
+    return sequence_.read(frame, &before);
+  }
+
   std::string naming(int frame, const std::string& what) const {
     const std::string file = sequence_.file(frame).path.string();
     return what.find(file) == what.npos ? file + ": " + what : what;
@@ -339,10 +346,7 @@ class Tracking {
   /// Null where it cannot be, and such frames are to be left out.
   std::unique_ptr<Prepared> prepare(int frame) {
     try {
-      const std::optional<Mesh> before =
-          follower_ ? std::optional(mesh_of(follower_->known.segment, current_)) : std::nullopt;
-      return std::make_unique<Prepared>(sequence_.read(frame, before ? &*before : nullptr),
-                                        run_.options());
+      return std::make_unique<Prepared>(read(frame), run_.options());
     } catch (const Cancelled&) {
       throw;
     } catch (const OutOfMemory&) {
@@ -433,9 +437,7 @@ class Tracking {
   void take_up_segment(const EvolvingReader& reader, int frame, int place) {
     const EvolvingSegment segment = reader.segment(reader.frames()[frame].segment);
     if (frame > 0) current_ = reader.positions(frame - 1);
-    const std::optional<Mesh> before =
-        follower_ ? std::optional(mesh_of(follower_->known.segment, current_)) : std::nullopt;
-    const Prepared captured(sequence_.read(place, before ? &*before : nullptr), run_.options());
+    const Prepared captured(read(place), run_.options());
     const Captured& model = captured.model;
     const bool goes_on = follower_ && change(follower_->known.segment, segment).kept > 0;
     if (goes_on) {

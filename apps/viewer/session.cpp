@@ -51,8 +51,7 @@ std::string Session::lacking_for(Look::Paint paint) const {
     case normals:
     case tangent_normals: return before ? "" : "textures";
     case vertex_colours: return scene->model.colors.channels > 0 ? "" : "colours at vertices";
-    case lifespans:
-      return sequence && sequence->has_lifespans() ? "" : "lifespans: it is no evolving mesh";
+    case lifespans: return sequence && sequence->has_lifespans() ? "" : "lifespans";
     case texture:
     case clay: return "";
   }
