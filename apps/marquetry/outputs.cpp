@@ -13,9 +13,30 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The textures to be written. A model with texture coordinates that names no picture is given one for
+/// each texture that its triangles count, named after it.
+std::vector<Texture> textures_of(const Model& model) {
+  std::vector<Texture> textures;
+  for (const Texture& texture : model.textures) {
+    Texture& added = textures.emplace_back();
+    added.name = texture.name, added.path = texture.path, added.format = texture.format;
+  }
+  if (!textures.empty() || !model.mesh.has_uvs()) return textures;
+  int count = 1;
+  for (int t = 0; t < model.mesh.triangle_count(); ++t)
+    count = std::max(count, model.mesh.texture(t) + 1);
+  const std::string stem = model.path.stem().string();
+  for (int i = 0; i < count; ++i) {
+    Texture& added = textures.emplace_back();
+    added.name = (count == 1 ? stem : fmt::format("{}_{}", stem, i)) + ".png";
+    added.format.file_format = "png";
+  }
+  return textures;
+}
+
 /// The file name a texture goes by; pictures embedded in a model are named after it.
-fs::path own_name(const Model& model, std::size_t i) {
-  const Texture& texture = model.textures[i];
+fs::path own_name(const Model& model, const std::vector<Texture>& textures, std::size_t i) {
+  const Texture& texture = textures[i];
   if (!texture.path.empty()) return texture.path.filename();
   const std::string stem = texture.name.empty()
                                ? fmt::format("{}_{}", model.path.stem().string(), i)
@@ -97,17 +118,18 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
     return;
   }
   if (is_folder(name)) folder_ = name;
+  const std::vector<Texture> textures = textures_of(model);
   const std::size_t place = name.find("%s");
-  require(place != std::string::npos || !folder_.empty() || model.textures.size() == 1,
+  require(place != std::string::npos || !folder_.empty() || textures.size() == 1,
           fmt::format("--output: {} has {}: name a folder (with / at its end), or put %s in the "
                       "name; found '{}'",
-                      model.path.string(), counted(std::ssize(model.textures), "texture"), name));
-  for (std::size_t i = 0; i < model.textures.size(); ++i) {
+                      model.path.string(), counted(std::ssize(textures), "texture"), name));
+  for (std::size_t i = 0; i < textures.size(); ++i) {
     if (place == std::string::npos && folder_.empty()) {
       paths_.emplace_back(name);
       break;
     }
-    paths_.push_back(free_path(paths_, own_name(model, i), [&](const fs::path& own) {
+    paths_.push_back(free_path(paths_, own_name(model, textures, i), [&](const fs::path& own) {
       return !folder_.empty()
                  ? fs::path(name) / own
                  : fs::path(name.substr(0, place) + own.stem().string() + name.substr(place + 2));
@@ -121,9 +143,11 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
   paths_ = {path};
   if (kind == Kind::model) return;
   std::error_code ignored;
-  for (std::size_t i = 0; i < model.textures.size(); ++i) {
-    const Texture& texture = model.textures[i];
-    const fs::path own = own_name(model, i);
+  const std::vector<Texture> textures = textures_of(model);
+  const bool made_up = model.textures.empty();
+  for (std::size_t i = 0; i < textures.size(); ++i) {
+    const Texture& texture = textures[i];
+    const fs::path own = own_name(model, textures, i);
     if (!texture.path.empty() && joins_model(path, model.path)) {
       texture_names_.push_back(texture.name);
       continue;
@@ -131,9 +155,10 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
     const bool beside_source = fs::equivalent(path.parent_path() / own, texture.path, ignored) &&
                                !fs::equivalent(path, model.path, ignored);
     const std::string stem = path.stem().string();
-    const bool leaves = texture.path.empty() && leaves_model(path, model.path);
+    const bool leaves = made_up ? path.extension() != ".glb"
+                                : texture.path.empty() && leaves_model(path, model.path);
     const std::string wanted = !leaves && !beside_source ? texture.name
-                               : !leaves && model.textures.size() == 1
+                               : !leaves && textures.size() == 1
                                    ? stem + own.extension().string()
                                    : stem + "_" + own.string();
     texture_names_.push_back(wanted);
@@ -147,7 +172,7 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
 
 std::vector<std::string> Outputs::write(Model model, const Progress& progress) const {
   if (is_model_) {
-    for (std::size_t i = 0; i < texture_names_.size(); ++i)
+    for (std::size_t i = 0; i < std::min(texture_names_.size(), model.textures.size()); ++i)
       model.textures[i].name = texture_names_[i];
     return write_model(paths_.front(), model, progress);
   }
@@ -161,6 +186,7 @@ std::vector<std::string> Outputs::write(Model model, const Progress& progress) c
 }
 
 void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress& progress) {
+  if (run.receiver) return run.receiver(std::move(model));
   for (const std::string& note : outputs.write(std::move(model), progress))
     run.terminal().remark(note);
   say_written(run, outputs.paths());

@@ -159,6 +159,23 @@ TEST(Geodesic, ChecksSourcesBeforeAnyWork) {
   EXPECT_EQ(good.status, 0) << good.error;
 }
 
+/// A model that names no pictures gets some, named after it.
+TEST(Geodesic, WritesPicturesOfModelsThatHaveNone) {
+  const Folder folder;
+  write_bytes(folder / "bare.obj", bare_obj);
+  for (const char* output : {"one.png", "%s_d.png", "folder/", "model.ply"}) {
+    const Result result =
+        marquetry(folder, {"geodesic", "bare.obj", "--from", "0,0,0", "-o", output, "--json"});
+    ASSERT_EQ(result.status, 0) << output << result.error;
+    const auto files = result.json()["result"]["outputs"];
+    ASSERT_FALSE(files.empty()) << output;
+    for (const auto& file : files)
+      EXPECT_TRUE(std::filesystem::exists(folder / file.get<std::string>())) << file;
+  }
+  for (const char* file : {"bare_d.png", "folder/bare.png", "model_bare.png"})
+    EXPECT_TRUE(file_bytes(folder / file) == file_bytes(folder / "one.png")) << file;
+}
+
 TEST(Geodesic, WarnsOfASourceFarFromTheSurface) {
   const Folder folder;
   write_strip(folder);

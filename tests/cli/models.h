@@ -16,7 +16,14 @@ inline const char* const strip_obj =
     "vt 0.55 0.1\nvt 0.95 0.1\nvt 0.95 0.9\nvt 0.55 0.9\n"
     "f 1/1 2/2 5/3 4/4\nf 2/5 3/6 6/7 5/8\n";
 
-/// The same with the last triangle turned over in the texture.
+/// A square with texture coordinates, a few texels across in the texture that is assumed where there is
+/// none.
+inline const char* const bare_obj =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n"
+    "vt 0.1 0.1\nvt 0.14 0.1\nvt 0.1 0.14\nvt 0.14 0.14\n"
+    "f 1/1 2/2 3/3\nf 2/2 4/4 3/3\n";
+
+/// The strip with the last triangle turned over in the texture.
 inline const char* const folded_obj =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n"
     "vt 0.1 0.1\nvt 0.9 0.1\nvt 0.1 0.9\nvt 0.2 0.2\n"
