@@ -20,7 +20,8 @@ class Outputs {
 
   /// `name` is a model (.obj, .ply, .gltf, .glb), a picture, a picture with %s for the texture's
   /// name, or a folder (it exists, or ends in /). Of textures of one name all but the first get a
-  /// number, skin_2.png. Throws `InvalidInput` when it does not fit the kind, or when one picture
+  /// number, skin_2.png. A model with texture coordinates that names no pictures gets some, named after
+  /// it. Throws `InvalidInput` when it does not fit the kind, or when one picture
   /// is to hold several textures.
   Outputs(const std::string& name, const Model& model, Kind kind);
 
@@ -43,7 +44,7 @@ class Outputs {
 };
 
 /// Writes, remarks what is worth telling and which files there are now, and puts these into the
-/// result as "outputs".
+/// result as "outputs". Where the run has a receiver, that is given the model instead.
 void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress& progress);
 
 /// Remarks that these files were written and puts them into the result as "outputs".

@@ -70,9 +70,13 @@ class Run {
   /// Says on standard error which of them are worth a look.
   void warn(const Defects& defects);
 
-  /// Told what textures there are of work on its way, and what they are; empty: nobody looks on, and
-  /// a verb does nothing for it. From the thread that works; results are the same either way.
-  std::function<void(const std::string& what, const std::vector<Texture>& textures)> onlooker;
+  /// Told what textures, or colours at vertices, there are of work on its way, and what they are;
+  /// empty: nobody looks on, and a verb does nothing for it. From the thread that works; results are
+  /// the same either way.
+  std::function<void(const std::string& what, const Model& model)> onlooker;
+
+  /// Given the result of a verb that changes a model, which is not written then; empty: it is.
+  std::function<void(Model model)> receiver;
 
   Json input = Json::object();   ///< what was read
   Json result = Json::object();  ///< what the verb found, by name

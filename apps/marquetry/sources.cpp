@@ -48,9 +48,10 @@ std::optional<Place> parse_place(const std::string& text) {
 }
 
 /// The closest point of the surface.
-SourcePlace on_surface(Run& run, const Scene& scene, const std::string& text,
-                       const Vector3& point) {
-  const ClosestPoint closest = ClosestPointFinder(scene.surface.mesh)(point);
+SourcePlace on_surface(Run& run, const Scene& scene, const std::string& text, const Vector3& point,
+                       const ClosestPointFinder* finder) {
+  const ClosestPoint closest =
+      finder != nullptr ? (*finder)(point) : ClosestPointFinder(scene.surface.mesh)(point);
   require(works_at_vertices(run.options(), scene) || scene.atlas->chart[closest.triangle] >= 0,
           fmt::format("--from {}: the surface there (triangle {}) has no texture coordinates or no "
                       "area in the texture; give another place, or --vertices",
@@ -186,7 +187,8 @@ void add_source_options(OptionTable& table) {
              .details = "One picture for each texture, of its size, in their order."});
 }
 
-std::vector<SourcePlace> source_places(Run& run, const Scene& scene) {
+std::vector<SourcePlace> source_places(Run& run, const Scene& scene,
+                                       const ClosestPointFinder* closest) {
   const OptionValues& options = run.options();
   std::vector<SourcePlace> places;
   for (const std::string& text : options.texts("from")) {
@@ -195,7 +197,7 @@ std::vector<SourcePlace> source_places(Run& run, const Scene& scene) {
     places.push_back(place.kind == Place::Kind::texel ? at_texel(run, scene, text, place)
                      : place.kind == Place::Kind::vertex
                          ? at_vertex(run, scene, text, n[0])
-                         : on_surface(run, scene, text, {n[0], n[1], n[2]}));
+                         : on_surface(run, scene, text, {n[0], n[1], n[2]}, closest));
   }
   const std::vector<std::string> masks = options.texts("from-mask");
   if (!masks.empty() && works_at_vertices(run.options(), scene))

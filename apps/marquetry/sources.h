@@ -24,8 +24,10 @@ struct SourcePlace {
 
 /// What --from says. Throws `InvalidInput` with what was found and the remedy where it says
 /// something that is not on the surface; whether a chart uses a texel only `sources_at` can tell.
-/// Warns of places far from it.
-std::vector<SourcePlace> source_places(Run& run, const Scene& scene);
+/// Warns of places far from it. `closest` is of the scene's surface; null: one is made where it is
+/// wanted.
+std::vector<SourcePlace> source_places(Run& run, const Scene& scene,
+                                       const ClosestPointFinder* closest = nullptr);
 
 /// The same and --from-mask, as unknowns of the domain.
 std::vector<GeodesicSource> sources_at(const Run& run, const Scene& scene, const Domain& domain,

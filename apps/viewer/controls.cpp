@@ -28,6 +28,9 @@ std::string now(const OptionValues& values, const std::string& name) {
   return texts.empty() ? "" : texts.front();
 }
 
+/// In place of a number.
+constexpr const char* not_given = "not given";
+
 bool take(OptionValues& values, const std::string& name, const std::string& text) {
   try {
     OptionValues changed = values;
@@ -39,22 +42,22 @@ bool take(OptionValues& values, const std::string& name, const std::string& text
   }
 }
 
-bool edit_number(OptionValues& values, const Option& option) {
-  const std::string text = now(values, option.name);
+bool edit_number(OptionValues& values, const Option& option, const std::string& text) {
   auto value = float(text.empty() ? 0 : std::atof(text.c_str()));
   const bool bounded = std::isfinite(option.least) && std::isfinite(option.most);
   bool changed = false;
   if (option.type == Option::Type::integer) {
     int whole = int(value);
     changed = bounded ? ImGui::SliderInt(option.name.c_str(), &whole, int(option.least),
-                                         int(std::min(option.most, 1e6)))
+                                         int(std::min(option.most, 1e6)),
+                                         text.empty() ? not_given : "%d")
                       : ImGui::InputInt(option.name.c_str(), &whole);
     explain(option);
     return changed && take(values, option.name, std::to_string(whole));
   }
   const bool wide = bounded && option.most / std::max(option.least, 1e-3) > 200;
   changed = bounded ? ImGui::SliderFloat(option.name.c_str(), &value, float(option.least),
-                                         float(option.most), "%.4g",
+                                         float(option.most), text.empty() ? not_given : "%.4g",
                                          wide ? ImGuiSliderFlags_Logarithmic : 0)
                     : ImGui::InputFloat(option.name.c_str(), &value, 0, 0, "%.4g",
                                         ImGuiInputTextFlags_EnterReturnsTrue);
@@ -62,10 +65,9 @@ bool edit_number(OptionValues& values, const Option& option) {
   return changed && take(values, option.name, fmt::format("{:.4g}", value));
 }
 
-/// A slider in the unit that the length has, and texels where it has none.
-bool edit_length(OptionValues& values, const Option& option) {
-  const std::string text = now(values, option.name);
-  const Length length = text.empty() ? Length{3, Length::Unit::texels} : parse_length(text);
+/// A slider in the unit that the length has, and percent where it has none.
+bool edit_length(OptionValues& values, const Option& option, const std::string& text) {
+  const Length length = text.empty() ? Length{1, Length::Unit::percent} : parse_length(text);
   const bool percent = length.unit == Length::Unit::percent,
              model = length.unit == Length::Unit::model;
   auto value = float(length.value);
@@ -76,9 +78,10 @@ bool edit_length(OptionValues& values, const Option& option) {
                      : model ? value * 20
                              : 400.F;
   const bool changed = ImGui::SliderFloat(option.name.c_str(), &value, least, most,
-                                          percent ? "%.3g %%"
-                                          : model ? "%.3g"
-                                                  : "%.3g tx",
+                                          text.empty() ? not_given
+                                          : percent    ? "%.3g %%"
+                                          : model      ? "%.3g"
+                                                       : "%.3g tx",
                                           ImGuiSliderFlags_Logarithmic);
   explain(option);
   return changed && take(values, option.name,
@@ -153,8 +156,9 @@ bool edit_text(OptionValues& values, const Option& option) {
 
 }  // namespace
 
-bool edit(OptionValues& values, const std::string& name) {
+bool edit(OptionValues& values, const std::string& name, const std::string& in_force) {
   const Option& option = values.table().find(name);
+  const std::string own = now(values, name), text = own.empty() ? in_force : own;
   switch (option.type) {
     case Option::Type::flag: {
       bool on = values.flag(name);
@@ -163,8 +167,8 @@ bool edit(OptionValues& values, const std::string& name) {
       return changed && take(values, name, on ? "true" : "false");
     }
     case Option::Type::integer:
-    case Option::Type::number: return edit_number(values, option);
-    case Option::Type::length: return edit_length(values, option);
+    case Option::Type::number: return edit_number(values, option, text);
+    case Option::Type::length: return edit_length(values, option, text);
     case Option::Type::choice: return edit_choice(values, option);
     case Option::Type::text:
     case Option::Type::path: return edit_text(values, option);

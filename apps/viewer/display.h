@@ -27,6 +27,10 @@ class Display {
   virtual void stay_open() {}
   /// Files that were dropped on it since the last call.
   virtual std::vector<std::string> dropped() { return {}; }
+  /// Keys for taking back and doing again that were pressed since the last call, also where they were let
+  /// go at once.
+  enum class Key { undo, redo };
+  virtual std::vector<Key> keys() { return {}; }
   /// Waits for something to happen, a moment at most.
   virtual void rest() {}
 };

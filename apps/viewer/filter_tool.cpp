@@ -212,6 +212,7 @@ void FilterTool::change(const std::vector<int>& unknowns, const std::vector<int>
   stopped_ = false;
   hurry_ = true;
   ++wanted_.version;
+  ++changes_;
   saved_mask_.clear();
 }
 
@@ -375,20 +376,12 @@ void FilterTool::save_texture(const std::string& path) {
   const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
   const std::lock_guard lock(mutex_);
-  to_save_ = path;
+  saves_.emplace_back().path = path;
   stopped_ = false;
 }
 
 void FilterTool::save_mask(const std::string& path) {
   require_ready();
-  std::vector<Image<float>> pictures;
-  for (const TextureSize& size : session_.scene->texture_sizes)
-    pictures.emplace_back(size.width, size.height, 1);
-  const Texels& texels = target_->domain().space().texels();
-  for (int k = 0; k < texels.size(); ++k) {
-    const Texels::Place& at = texels.places[std::size_t(k)];
-    pictures[std::size_t(at.texture)](at.x, at.y) = float(mask_[std::size_t(k)]) / full;
-  }
   const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   for (const auto& file : outputs.paths()) {
     const std::string extension = file.extension().string();
@@ -403,15 +396,29 @@ void FilterTool::save_mask(const std::string& path) {
         fmt::format("{}: a mask wants 16 bits and no loss: name a .png or a .tif", file.string()));
   }
   session_.run.will_write(outputs.paths(), outputs.folder());
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    const bool floats = smoothed_ > 0 || outputs.paths()[i].extension() == ".exr";
-    write_image(outputs.paths()[i], pictures[i], floats ? Depth::f32 : Depth::u16);
-    names.push_back(outputs.paths()[i].string());
+  const std::lock_guard lock(mutex_);
+  saves_.push_back({.path = path,
+                    .masks = outputs.paths(),
+                    .mask = mask_,
+                    .depth = smoothed_ > 0 ? Depth::f32 : Depth::u16,
+                    .changes = changes_});
+  stopped_ = false;
+}
+
+/// What was painted since is not in the file.
+void FilterTool::take_note_of_written() {
+  std::vector<Save> written;
+  {
+    const std::lock_guard lock(mutex_);
+    written.swap(written_);
   }
-  options_.set("mask", names);
-  saved_mask_ = path;
-  session_.say("wrote " + path);
+  for (const Save& save : written) {
+    std::vector<std::string> names;
+    for (const auto& file : save.masks) names.push_back(file.string());
+    options_.set("mask", names);
+    if (save.changes == changes_) saved_mask_ = save.path;
+    session_.say("wrote " + save.path);
+  }
 }
 
 std::string FilterTool::as_command() {
@@ -435,12 +442,13 @@ void FilterTool::require_ready() const {
 bool FilterTool::is_settled() const {
   const std::lock_guard lock(mutex_);
   return ready_ && (settled_ || brushing_) && wanted_.mask.empty() && wanted_.gain == gain_ &&
-         wanted_.weight == weight_ && to_save_.empty();
+         wanted_.weight == weight_ && saves_.empty();
 }
 
 bool FilterTool::has_work() const { return !stopped_ && !is_settled(); }
 
 void FilterTool::frame() {
+  take_note_of_written();
   if (background_.busy()) return;
   if (const std::string error = background_.error(); !error.empty()) {
     stopped_ = true;
@@ -459,12 +467,15 @@ void FilterTool::stop() {
 
 void FilterTool::give_up_saving() {
   const std::lock_guard lock(mutex_);
-  if (!to_save_.empty()) session_.say("not saved: " + std::exchange(to_save_, {}));
+  std::string paths;
+  for (const Save& save : saves_) paths += (paths.empty() ? "" : ", ") + save.path;
+  saves_.clear();
+  if (!paths.empty()) session_.say("not saved: " + paths);
 }
 
 std::string FilterTool::saving() const {
   const std::lock_guard lock(mutex_);
-  return to_save_;
+  return saves_.empty() ? "" : saves_.front().path;
 }
 
 std::string FilterTool::unsaved() const {
@@ -514,6 +525,7 @@ void FilterTool::prepare(const Progress& progress) {
 void FilterTool::work(const Progress& progress) {
   if (!ready_) prepare(progress);
   for (;;) {
+    while (write_mask()) progress.check();
     Wanted wanted;
     {
       const std::lock_guard lock(mutex_);
@@ -587,22 +599,52 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     settling_ += watch.seconds();
     return true;
   }
+  return write_texture(wanted.version, progress);
+}
+
+/// Whether there was one to be written: nothing need be solved for it.
+bool FilterTool::write_mask() {
+  Save save;
+  {
+    const std::lock_guard lock(mutex_);
+    if (saves_.empty() || saves_.front().masks.empty()) return false;
+    save = saves_.front();
+  }
+  std::vector<Image<float>> pictures;
+  for (const TextureSize& size : session_.scene->texture_sizes)
+    pictures.emplace_back(size.width, size.height, 1);
+  const Texels& texels = target_->domain().space().texels();
+  for (int k = 0; k < texels.size(); ++k) {
+    const Texels::Place& at = texels.places[std::size_t(k)];
+    pictures[std::size_t(at.texture)](at.x, at.y) = float(save.mask[std::size_t(k)]) / full;
+  }
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    write_image(save.masks[i], pictures[i],
+                save.masks[i].extension() == ".exr" ? Depth::f32 : save.depth);
+  save.mask.clear();
+  const std::lock_guard lock(mutex_);
+  saves_.pop_front();
+  written_.push_back(std::move(save));
+  return true;
+}
+
+bool FilterTool::write_texture(int version, const Progress& progress) {
   std::string path;
   {
     const std::lock_guard lock(mutex_);
-    path = to_save_;
+    if (saves_.empty()) return false;
+    path = saves_.front().path;
   }
-  if (path.empty()) return false;
   Model model = session_.scene->model;
   const bool nothing = std::ranges::all_of(followed_, [](int m) { return m == 0; });
   if (!nothing) target_->put(before_, before_ + gain_ * (live_->signal() - before_), model);
   const app::Outputs outputs(path, model, app::Outputs::Kind::pictures);
   for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
     session_.run.terminal().remark(note);
-  saved_version_ = wanted.version;
+  saved_version_ = version;
   {
     const std::lock_guard lock(mutex_);
-    if (to_save_ == path) to_save_.clear();
+    saves_.pop_front();
   }
   session_.run.terminal().remark("wrote " + path);
   return true;

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <atomic>
+#include <deque>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -29,11 +31,14 @@ class FilterTool : public Tool {
   void panel() override;
   void press(const Pick& pick) override;
   void drag(const Pick& pick) override;
+  bool takes_mouse() const override { return true; }
   void release() override;
+  void undo() override;
+  void redo() override;
   double brush_radius() const override;
   bool command(const std::vector<std::string>& words) override;
   void frame() override;
-  bool busy() const override { return background_.busy() || has_work(); }
+  bool busy() const override { return background_.busy() || has_work() || has_written(); }
   double fraction() const override { return background_.fraction(); }
   std::string step() const override { return background_.step(); }
   void stop() override;
@@ -52,6 +57,15 @@ class FilterTool : public Tool {
     std::vector<int> unknowns, before, after;
   };
   enum class Brush { sharpen, smooth, erase };
+
+  /// A file that was asked for: the texture, once all is solved, or a mask as it was then.
+  struct Save {
+    std::string path;
+    std::vector<std::filesystem::path> masks;  ///< a file for each texture; empty: it is the texture
+    std::vector<int> mask;
+    Depth depth = Depth::u16;
+    int changes = 0;  ///< of the mask until then
+  };
 
   /// What the window wants of the work behind it.
   struct Wanted {
@@ -77,8 +91,6 @@ class FilterTool : public Tool {
   int painted_with(int before, double paint) const;
   void begin_stroke() { stroke_ = Stroke(); }
   void end_stroke();
-  void undo();
-  void redo();
   void choose(Brush brush);
   void set(const std::string& name, const std::string& value);
   void take(const OptionValues& options);
@@ -89,12 +101,19 @@ class FilterTool : public Tool {
   void require_ready() const;
   bool is_settled() const;
   bool has_work() const;
+  bool has_written() const {
+    const std::lock_guard lock(mutex_);
+    return !written_.empty();
+  }
+  void take_note_of_written();
   bool nothing_painted() const { return painted_ == 0; }
 
   // On the other one.
   void prepare(const Progress& progress);
   void work(const Progress& progress);
   bool step_on(Wanted wanted, const Progress& progress);
+  bool write_mask();
+  bool write_texture(int version, const Progress& progress);
   void follow(const Wanted& wanted);
   enum class Extent { all, followed };
   void show(Extent extent);
@@ -115,6 +134,7 @@ class FilterTool : public Tool {
   Stroke stroke_;
   std::optional<Vector3> last_dab_;
   std::vector<Stroke> undo_, redo_;
+  int changes_ = 0;         ///< of the mask
   std::string saved_mask_;  ///< where the mask was saved as it is now; empty: nowhere
   std::array<char, 256> mask_name_{"mask.png"}, texture_name_{"filtered.png"};
 
@@ -134,7 +154,8 @@ class FilterTool : public Tool {
   std::optional<LiveModulation> live_;  ///< of β = 1 + mask
   std::vector<int> followed_;
   double weight_ = 0, gain_ = 0;
-  std::string to_save_;    ///< guarded; a texture, once all is solved
+  std::deque<Save> saves_;  ///< guarded; the first is being written, or will be
+  std::vector<Save> written_;  ///< guarded; masks, for the window's thread to take note of
   Background background_;  ///< last: it ends before what it works on
 };
 

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "arguments.h"
+#include "field.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/filter/geodesic.h"
@@ -20,9 +21,10 @@ class GeodesicTool : public VerbTool {
   ~GeodesicTool() override { background_.stop(); }
 
   void press(const Pick& pick) override {
-    if (pick.chart >= 0) from(pick.point);
+    if (at_vertices() ? bool(pick) : pick.chart >= 0) from(pick.point);
   }
   void drag(const Pick& pick) override { press(pick); }
+  bool takes_mouse() const override { return true; }
 
   bool command(const std::vector<std::string>& words) override {
     if (words[0] != "source") return VerbTool::command(words);
@@ -41,7 +43,7 @@ class GeodesicTool : public VerbTool {
 
  private:
   void from(const Vector3& place) {
-    change("from", {fmt::format("{},{},{}", place.x(), place.y(), place.z())});
+    change("from", {fmt::format("{:.7g},{:.7g},{:.7g}", place.x(), place.y(), place.z())});
   }
 
   bool complete() const override {
@@ -55,9 +57,9 @@ class GeodesicTool : public VerbTool {
     const Stopwatch watch;
     app::Run run(options, session_.run.terminal(), progress);
     if (!domain_)
-      domain_ = std::make_unique<app::TexelDomain>(run, *session_.scene, TexelSpaceOptions{},
-                                                   progress.step("assemble", 0.3),
-                                                   app::TexelDomain::SharedTexels::one_for_each);
+      domain_ = app::make_domain(run, *session_.scene, progress.step("assemble", 0.3),
+                                 app::TexelDomain::SharedTexels::one_for_each);
+    if (!closest_) closest_ = std::make_unique<ClosestPointFinder>(session_.scene->surface.mesh);
     const SolverFactory solver =
         domain_->space().size() > 30'000 && options.text("solver") != "direct"
             ? domain_->multigrid({.tolerance = options.number("tolerance")})
@@ -76,7 +78,7 @@ class GeodesicTool : public VerbTool {
     app::Terminal silence("view");
     silence.set_voice(app::Terminal::Voice::quiet);
     app::Run run(options, silence, progress);
-    const auto places = app::source_places(run, *session_.scene);
+    const auto places = app::source_places(run, *session_.scene, closest_.get());
     const Geodesic found = geodesic_->from(app::sources_at(run, *session_.scene, *domain_, places),
                                            progress.step("distances", 0.3));
     const double most = domain_->largest_shown(found.distance);
@@ -88,18 +90,16 @@ class GeodesicTool : public VerbTool {
       const Colour colour = distance_colour(found.distance[i], scale);
       colours.row(i) << colour[0], colour[1], colour[2];
     }
-    std::vector<Image<float>> pixels;
-    for (const TextureSize& size : session_.scene->texture_sizes)
-      pixels.emplace_back(size.width, size.height, 3);
-    domain_->put(colours, pixels);
-    std::vector<Texture> pictures(pixels.size());
-    for (std::size_t i = 0; i < pixels.size(); ++i) pictures[i].pixels = std::move(pixels[i]);
+    Model result;
+    if (at_vertices()) result.mesh = session_.scene->model.mesh;
+    app::put_field(*session_.scene, *domain_, colours, Depth::u8, result);
     found_ = {{"max", most}};
     solving_.push_back(watch.seconds());
-    show(pictures);
+    show(result);
   }
 
-  std::unique_ptr<app::TexelDomain> domain_;
+  std::unique_ptr<app::Domain> domain_;
+  std::unique_ptr<ClosestPointFinder> closest_;
   std::optional<GeodesicDistance> geodesic_;
   std::vector<std::string> prepared_for_;
   double preparing_ = 0;

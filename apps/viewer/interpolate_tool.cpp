@@ -1,5 +1,6 @@
 // What the verb interpolate does, with the flow kept between one moment and the next.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <imgui.h>
 
 #include <array>
@@ -28,6 +29,18 @@ struct Aligned {
   std::unique_ptr<app::ModelPair> pair;
 };
 
+/// "a.png; b.png" as two.
+std::vector<std::string> names_in(const std::string& text) {
+  std::vector<std::string> names(1);
+  for (const char c : text) {
+    if (c == ';')
+      names.emplace_back();
+    else if (c != ' ' || !names.back().empty())
+      names.back() += c;
+  }
+  return names;
+}
+
 class InterpolateTool : public VerbTool {
  public:
   explicit InterpolateTool(Session& session) : VerbTool("interpolate", session) {}
@@ -36,7 +49,7 @@ class InterpolateTool : public VerbTool {
   void panel() override {
     if (ImGui::InputText("with", with_.data(), with_.size(), ImGuiInputTextFlags_EnterReturnsTrue))
       try {
-        with({with_.data()});
+        with(names_in(with_.data()));
       } catch (const Error& error) {
         session_.say(error.what());
       }
@@ -74,6 +87,8 @@ class InterpolateTool : public VerbTool {
       }
     both.insert(both.end(), second.begin(), second.end());
     change("texture", both);
+    with_ = {};
+    fmt::format("{}", fmt::join(second, "; ")).copy(with_.data(), with_.size() - 1);
   }
 
   bool complete() const override {
@@ -108,7 +123,7 @@ class InterpolateTool : public VerbTool {
     }
     const double time = options.number("time");
     const app::ModelPair& pair = *aligned_->pair;
-    show(pair.with(pair.between(time, progress.step("meet", 0.2)), time).textures);
+    show(pair.with(pair.between(time, progress.step("meet", 0.2)), time));
     between_.push_back(watch.seconds());
   }
 

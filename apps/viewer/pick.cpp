@@ -16,9 +16,22 @@ void read_texel(const app::Scene& scene, const TextureSet* textures, Pick& pick)
   if (textures != nullptr) pick.values = textures->texel(pick.texture, pick.x, pick.y);
 }
 
+/// Linear in the triangle.
+void read_colour(const app::Scene& scene, const VertexSignal& colours, Pick& pick) {
+  pick.values.assign(std::size_t(colours.channels), 0);
+  for (int k = 0; k < 3; ++k) {
+    const int vertex = scene.surface.mesh.triangles[std::size_t(pick.triangle)][std::size_t(k)];
+    const int source = scene.surface.source_from_vertex[std::size_t(vertex)];
+    for (int c = 0; c < colours.channels; ++c)
+      pick.values[std::size_t(c)] +=
+          float(pick.barycentric[k]) *
+          colours.values[std::size_t(source) * std::size_t(colours.channels) + std::size_t(c)];
+  }
+}
+
 }  // namespace
 
-Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const TextureSet* textures,
+Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const ShownValues& values,
                      const Ray& ray) {
   const Hit hit = rays.hit(ray);
   Pick pick;
@@ -26,7 +39,10 @@ Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const Textu
   if (!pick) return pick;
   pick.barycentric = hit.weights;
   pick.point = hit.point;
-  if (!scene.atlas || scene.atlas->chart[std::size_t(hit.triangle)] < 0) return pick;
+  if (!scene.atlas || scene.atlas->chart[std::size_t(hit.triangle)] < 0) {
+    if (values.colours != nullptr) read_colour(scene, *values.colours, pick);
+    return pick;
+  }
   pick.chart = scene.atlas->chart[std::size_t(hit.triangle)];
   pick.texture = scene.surface.mesh.texture(hit.triangle);
   const auto& corners = scene.atlas->corners[std::size_t(hit.triangle)];
@@ -34,7 +50,7 @@ Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const Textu
     pick.column += hit.weights[k] * corners[std::size_t(k)].column();
     pick.row += hit.weights[k] * corners[std::size_t(k)].row();
   }
-  read_texel(scene, textures, pick);
+  read_texel(scene, values.textures, pick);
   return pick;
 }
 
@@ -61,8 +77,9 @@ std::string in_words(const Pick& pick) {
   std::string text = fmt::format("face {}  bary {:.3f} {:.3f} {:.3f}  at {:.4g}, {:.4g}, {:.4g}",
                                  pick.triangle, pick.barycentric[0], pick.barycentric[1],
                                  pick.barycentric[2], pick.point[0], pick.point[1], pick.point[2]);
-  if (pick.chart < 0) return text + "  no texture here";
-  text += fmt::format("  chart {}  texel{} {}, {}", pick.chart,
+  if (pick.chart < 0 && pick.values.empty()) return text + "  no texture here";
+  if (pick.chart >= 0)
+    text += fmt::format("  chart {}  texel{} {}, {}", pick.chart,
                       pick.texture > 0 ? std::to_string(pick.texture) : "", pick.x, pick.y);
   if (!pick.values.empty()) text += "  value";
   for (const float value : pick.values) text += fmt::format(" {:.4g}", value);
@@ -75,7 +92,10 @@ nlohmann::ordered_json as_json(const Pick& pick) {
       {"face", pick.triangle},
       {"barycentric", {pick.barycentric[0], pick.barycentric[1], pick.barycentric[2]}},
       {"point", {pick.point[0], pick.point[1], pick.point[2]}}};
-  if (pick.chart < 0) return json;
+  if (pick.chart < 0) {
+    if (!pick.values.empty()) json["values"] = pick.values;
+    return json;
+  }
   json["chart"] = pick.chart;
   json["texture"] = pick.texture;
   json["texel"] = {pick.x, pick.y};

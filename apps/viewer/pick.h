@@ -21,13 +21,19 @@ struct Pick {
   int texture = -1;
   double column = 0, row = 0;  ///< in texels, the centre of texel (i, j) at (i, j)
   int x = 0, y = 0;            ///< the texel nearest
-  std::vector<float> values;   ///< its values
+  std::vector<float> values;   ///< its values; without a chart those of colours at vertices
 
   explicit operator bool() const { return triangle >= 0; }
 };
 
-/// What a line of sight meets. `textures` may be null.
-Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const TextureSet* textures,
+/// Values of a model; either may be null.
+struct ShownValues {
+  const TextureSet* textures = nullptr;
+  const VertexSignal* colours = nullptr;
+};
+
+/// What a line of sight meets.
+Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const ShownValues& values,
                      const Ray& ray);
 
 /// The triangle that covers a place of a texture, the first where several do.

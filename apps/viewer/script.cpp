@@ -328,6 +328,7 @@ class Player {
       viewer_.set_asking(Viewer::Asking::person);
       viewer_.open({words.begin() + 1, words.end()});
     } else if (words[0] == "answer") {
+      wait_for_loading();
       require(!viewer_.question().empty(), "there is nothing to answer: nothing was asked");
       viewer_.answer(one_of(words[1], {"no", "yes"}) == 1);
       viewer_.set_asking(Viewer::Asking::nobody);
@@ -467,6 +468,10 @@ void Script::play(Viewer& viewer, Session& session) const {
   at_line([&] {
     player.wait();
     player.frame();  // what the last lines changed is seen
+    require(viewer.question().empty(),
+            fmt::format("the script ends while it is asked '{}': end it with 'answer yes' or "
+                        "'answer no'",
+                        viewer.question()));
   });
 }
 

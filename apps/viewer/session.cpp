@@ -1,7 +1,11 @@
 #include "session.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "mq/base/error.h"
+#include "outputs.h"
 #include "verb.h"
 
 namespace mq::view {
@@ -20,7 +24,7 @@ void Session::open(std::unique_ptr<LoadedModel> other) {
   pictures.reset();
   rays.reset();
   triangles_at.reset();
-  result.reset();
+  show(nullptr, nullptr);
   scene = std::move(other->scene);
   rays = std::move(other->rays);
   triangles_at = std::move(other->triangles_at);
@@ -33,8 +37,28 @@ void Session::open(std::unique_ptr<LoadedModel> other) {
   if (scene->atlas) atlas.texture = std::min(atlas.texture, int(scene->atlas->textures.size()) - 1);
 }
 
+const VertexSignal* Session::shown_colours() const {
+  if (result_colours) return result_colours.get();
+  return scene->model.colors.channels > 0 ? &scene->model.colors : nullptr;
+}
+
+void Session::show(std::shared_ptr<TextureSet> textures,
+                   std::shared_ptr<const VertexSignal> colours) {
+  if (textures == result && colours == result_colours) return;
+  result = std::move(textures);
+  result_colours = std::move(colours);
+  ++results;
+}
+
+void Session::show_as(Look::Paint paint) {
+  shown_as_ = {paint, look.paint};
+  look.paint = paint;
+}
+
 void Session::reset_shown() {
-  result.reset();
+  show(nullptr, nullptr);
+  if (shown_as_ && look.paint == shown_as_->first) look.paint = shown_as_->second;
+  shown_as_.reset();
   if (!after) return;
   const auto lock = after->lock();
   for (int i = 0; i < after->size(); ++i)
@@ -49,8 +73,8 @@ std::string Session::lacking_for(Look::Paint paint) const {
     case density: return scene->atlas ? "" : "texture coordinates";
     case numbers:
     case normals:
-    case tangent_normals: return before ? "" : "textures";
-    case vertex_colours: return scene->model.colors.channels > 0 ? "" : "colours at vertices";
+    case tangent_normals: return shown() != nullptr ? "" : "textures";
+    case vertex_colours: return shown_colours() != nullptr ? "" : "colours at vertices";
     case lifespans: return sequence && sequence->has_lifespans() ? "" : "lifespans";
     case texture:
     case clay: return "";
@@ -60,6 +84,8 @@ std::string Session::lacking_for(Look::Paint paint) const {
 
 void Session::say(const std::string& text) {
   message = text;
+  said = Stopwatch();
+  ++messages;
   run.terminal().remark(text);
 }
 
@@ -72,6 +98,14 @@ OptionValues options_for(const std::string& verb, const Session& session) {
   OptionValues values(found->table);
   for (const char* name : {"mesh", "texture", "weld", "flipped"})
     if (session.opened.given(name)) values.set(name, session.opened.texts(name));
+  if (session.sequence) {
+    const std::string file = session.scene->model.path.string();
+    require(app::names_model(file),
+            fmt::format("{}: tools work on models that verbs read: write the frame as one, with "
+                        "'marquetry export'",
+                        file));
+    values.set("mesh", {file});
+  }
   for (const char* name : {"overwrite", "no-clobber"})
     if (session.run.options().flag(name)) values.set(name, {"true"});
   return values;

@@ -2,11 +2,14 @@
 /// What the panes and the tools of one open model share.
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "loader.h"
 #include "look.h"
+#include "mq/base/stopwatch.h"
 #include "pick.h"
 #include "run.h"
 #include "sequence.h"
@@ -34,6 +37,8 @@ struct Session {
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
   std::shared_ptr<TextureSet> result;         ///< other pictures in place of `after`; null: none
+  std::shared_ptr<const VertexSignal> result_colours;  ///< the same of colours at the file's vertices
+  int results = 0;                                     ///< how often these became others
   std::unique_ptr<ModelPictures> pictures;
   Turntable camera;
   AtlasView atlas;
@@ -51,19 +56,33 @@ struct Session {
   };
   std::vector<Frame> frames;
   std::string message;  ///< the last thing that was done, or why not
+  Stopwatch said;       ///< since then
+  int messages = 0;     ///< how many there were
 
   /// What of the textures is in front: `after` right of the wipe.
   const TextureSet* shown() const { return result ? result.get() : after.get(); }
-  /// The textures as they were opened.
+  /// The same of colours at vertices; null: there are none.
+  const VertexSignal* shown_colours() const;
+  /// Whether there is something on the left of the wipe.
+  bool compares() const { return before || result_colours; }
+  /// Puts a result in front; null: none.
+  void show(std::shared_ptr<TextureSet> textures, std::shared_ptr<const VertexSignal> colours);
+  /// Changes what is painted on until `reset_shown`, or until a person chooses something else.
+  void show_as(Look::Paint paint);
+  /// Textures and colours as they were opened.
   void reset_shown();
   /// What the model has not that this would show, as a noun; empty: it has.
   std::string lacking_for(Look::Paint paint) const;
   /// Says something at the bottom of the window and on standard error.
   void say(const std::string& text);
+
+ private:
+  std::optional<std::pair<Look::Paint, Look::Paint>> shown_as_;  ///< and what was shown before
 };
 
 /// The options of a verb at their defaults, with those that name the session's files as given to
-/// it.
+/// it, of a sequence of files the one that is shown. Throws `InvalidInput` where the model is no file
+/// that verbs read.
 OptionValues options_for(const std::string& verb, const Session& session);
 
 }  // namespace mq::view

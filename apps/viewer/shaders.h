@@ -57,20 +57,22 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 texel;
 layout(location = 3) in vec4 colour;
+layout(location = 4) in vec4 colour_before;
 uniform mat4 clip;
 out vec3 at, shading_normal, corner;
-out vec4 painted;
+out vec4 painted, painted_before;
 centroid out vec2 place;
 void main() {
   gl_Position = clip * vec4(position, 1);
   at = position, shading_normal = normal, place = texel, painted = colour;
+  painted_before = colour_before;
   corner = vec3(gl_VertexID % 3 == 0, gl_VertexID % 3 == 1, gl_VertexID % 3 == 2);
 }
 )";
 
 inline constexpr const char* surface_fragment = R"(
 in vec3 at, shading_normal, corner;
-in vec4 painted;
+in vec4 painted, painted_before;
 centroid in vec2 place;
 uniform sampler2D before, after;
 uniform vec3 eye, up, key_light;
@@ -98,7 +100,8 @@ void main() {
   if (paint == 0 && textured) colour = displayed(values), is_clay = false;
   if ((paint == 2 || paint == 3 || paint == 4) && painted.a > 0.5) colour = painted.rgb, is_clay = false;
   if (paint == 5 && textured) colour = false_colour(values[channel]), is_clay = false;
-  if (paint == 6 || paint == 9) colour = painted.rgb, is_clay = false;
+  if (paint == 6) colour = gl_FragCoord.x < wipe ? painted_before.rgb : painted.rgb, is_clay = false;
+  if (paint == 9) colour = painted.rgb, is_clay = false;
   if (paint == 7 && textured) normal = normalize(values.rgb * 2 - 1);
   if (paint == 8 && textured) {
     // Axes along the texture's columns and against its rows, from how place changes on the screen.

@@ -1,5 +1,7 @@
 // What the verb shock does to textures, with all that does not depend on the time kept between one time
-// and the next.
+// and the next, and what was shown of each. (Paths are followed from their beginning each time: from where
+// a shorter time left them they would end elsewhere by rounding, and preparing them takes fifty times as
+// long.) At vertices the verb runs.
 #include <fmt/format.h>
 
 #include <optional>
@@ -23,6 +25,7 @@ class ShockTool : public VerbTool {
   nlohmann::ordered_json report() const override {
     nlohmann::ordered_json report = VerbTool::report();
     report["prepare_seconds"] = preparing_;
+    report["prepared"] = prepared_;
     report["path_seconds"] = following_;
     return report;
   }
@@ -33,8 +36,15 @@ class ShockTool : public VerbTool {
   /// What it is prepared for: all but the time.
   static nlohmann::ordered_json asked(const OptionValues& options) {
     nlohmann::ordered_json asked = app::options_json(options);
-    for (const char* name : {"time", "absolute-time", "output"}) asked.erase(name);
+    for (const char* name : {"time", "absolute-time", "output", "json", "depth"}) asked.erase(name);
     return asked;
+  }
+  /// What stages differ in beside the time itself.
+  static nlohmann::ordered_json shown(const OptionValues& options) {
+    nlohmann::ordered_json shown = asked(options);
+    shown["depth"] = options.text("depth");
+    shown["absolute"] = options.given("absolute-time");
+    return shown;
   }
 
   /// Whether that was still to be done.
@@ -60,41 +70,56 @@ class ShockTool : public VerbTool {
     });
     prepared_for_ = asked(options);
     preparing_ = watch.seconds();
+    ++prepared_;
     return true;
   }
 
-  std::vector<Texture> textures_at(const ShockTime& time, const OptionValues& options,
-                                   const Progress& progress) {
+  /// The model with its textures at a time.
+  Model at_time(const ShockTime& time, const OptionValues& options, const Progress& progress) {
     const ShockedTexture shocked = shock_->at(time, progress);
     found_ = {{"time", shocked.time}, {"rate", shocked.rate}, {"vertices", shocked.vertices}};
     following_.push_back(shocked.path_seconds);
-    Model model;
-    model.textures = session_.scene->model.textures;
+    Model model = session_.scene->model;
     target_->put(before_, shocked.signal, model);
     app::set_depth(options, model);
-    return std::move(model.textures);
+    return model;
   }
 
   /// Where paths are new they are seen growing, twice as far each time; where the time alone is another
-  /// it is wanted at once.
+  /// it is wanted at once, and stays beside those there were.
   void make(const OptionValues& options, const Progress& progress) override {
+    if (at_vertices()) return VerbTool::make(options, progress);
     const ShockTime time = app::asked_time(options);
-    if (prepare(options, progress.step("prepare", 0.7))) {
-      constexpr int stages = 4;
-      for (int k = stages; k > 0; --k) {
-        const ShockTime early{time.unit, std::ldexp(time.value, -k)};
-        show_stage(fmt::format("time {:.3g}", early.value),
-                   textures_at(early, options, progress.step("follow paths", 0.05)));
-      }
+    const bool prepared = prepare(options, progress.step("prepare", 0.7));
+    if (shown(options) != shown_for_) forget_stages();
+    shown_for_ = shown(options);
+    if (show_again(time.value)) return;
+    constexpr int stages = 4;
+    for (int k = prepared ? stages : 0; k >= 0; --k) {
+      const ShockTime until{time.unit, std::ldexp(time.value, -k)};
+      show_stage(until.value, at_time(until, options, progress.step("follow paths", 0.05)));
     }
-    show(textures_at(time, options, progress.step("follow paths", 0.1)));
+  }
+
+  /// With what is prepared, if it is for these options.
+  void write(const OptionValues& options, const Progress& progress) override {
+    if (at_vertices() || !shock_ || asked(options) != prepared_for_)
+      return VerbTool::write(options, progress);
+    const app::Outputs outputs(options.text("output"), session_.scene->model,
+                               app::Outputs::Kind::pictures);
+    Model model = at_time(app::asked_time(options), options, progress.step("follow paths", 0.5));
+    for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0.5)))
+      session_.run.terminal().remark(note);
+    for (const auto& path : outputs.paths())
+      session_.run.terminal().remark("wrote " + path.string());
   }
 
   std::unique_ptr<app::TextureTarget> target_;
   Signal before_;
   std::unique_ptr<TextureShock> shock_;
-  nlohmann::ordered_json prepared_for_;
+  nlohmann::ordered_json prepared_for_, shown_for_;
   double preparing_ = 0;
+  int prepared_ = 0;  ///< how often
   std::vector<double> following_;
 };
 

@@ -90,6 +90,9 @@ class StitchTool : public VerbTool {
     dragging_ = false;
     end_stroke();
   }
+  bool takes_mouse() const override { return ready_; }
+  void undo() override;
+  void redo() override;
   double brush_radius() const override {
     return ready_ && region_ == Region::brush ? brush_size() : 0;
   }
@@ -128,11 +131,15 @@ class StitchTool : public VerbTool {
   }
   void end_stroke();
   void forget_others();
-  void undo();
-  void redo();
   void save_labels(const std::string& path);
-  void write_labels(const std::vector<std::filesystem::path>& files) const;
-  OptionValues options_to_save(const OptionValues& options) override;
+  void write_labels(const std::vector<int>& choice, Depth depth,
+                    const std::vector<std::filesystem::path>& files) const;
+  Depth depth_of_labels() const { return names_.size() > 256 ? Depth::u16 : Depth::u8; }
+  std::vector<int> choice_now() const {
+    const std::lock_guard lock(choice_mutex_);
+    return choice_;
+  }
+  Work saver(const OptionValues& options) override;
   std::string command_words(const OptionValues& options) const override {
     require(
         saved_,
@@ -173,6 +180,7 @@ class StitchTool : public VerbTool {
   Stroke stroke_;
   std::vector<Stroke> undo_, redo_;
   bool saved_ = true;  ///< what was chosen is in the file of --labels
+  int changes_ = 0;    ///< of what was chosen
 
   std::atomic<bool> ready_ = false, dragging_ = false;
   mutable std::mutex choice_mutex_;
@@ -292,6 +300,7 @@ void StitchTool::give(const std::vector<int>& unknowns, const std::vector<int>& 
   }
   if (!changed) return;
   saved_ = false;
+  ++changes_;
   if (saving().empty()) background_.cancel();
   make_again();
 }
@@ -326,15 +335,15 @@ void StitchTool::redo() {
 }
 
 /// Grey and alpha: the number of the photograph, transparent where the best is taken.
-void StitchTool::write_labels(const std::vector<std::filesystem::path>& files) const {
+void StitchTool::write_labels(const std::vector<int>& choice, Depth depth,
+                              const std::vector<std::filesystem::path>& files) const {
   std::vector<Image<float>> pictures;
   for (const TextureSize& size : session_.scene->texture_sizes)
     pictures.emplace_back(size.width, size.height, 2);
   const Texels& texels = target_->domain().space().texels();
-  const Depth depth = names_.size() > 256 ? Depth::u16 : Depth::u8;
   const int most = depth == Depth::u16 ? 65535 : 255;
   for (int k = 0; k < texels.size(); ++k) {
-    const int chosen = choice_[std::size_t(k)];
+    const int chosen = choice[std::size_t(k)];
     if (chosen == unseen) continue;
     const Texels::Place& at = texels.places[std::size_t(k)];
     pictures[std::size_t(at.texture)](at.x, at.y, 0) = float(chosen) / float(most);
@@ -353,31 +362,39 @@ void StitchTool::save_labels(const std::string& path) {
   for (const char* option : {"partial", "views"})
     for (const std::string& name : options_.texts(option)) session_.run.will_read(name);
   session_.run.will_write(outputs.paths(), outputs.folder());
-  write_labels(outputs.paths());
-  std::vector<std::string> names;
-  for (const auto& file : outputs.paths()) names.push_back(file.string());
-  options_.set("labels", names);
-  {
-    const std::lock_guard lock(choice_mutex_);
-    labels_read_ = names;
-  }
-  saved_ = true;
-  session_.say("wrote " + path);
+  const std::vector<std::filesystem::path> files = outputs.paths();
+  save_behind(
+      path,
+      [this, files, depth = depth_of_labels(), choice = choice_now()](const Progress&) {
+        write_labels(choice, depth, files);
+      },
+      [this, files, changes = changes_] {
+        if (changes != changes_) return;  // others were chosen since
+        std::vector<std::string> names;
+        for (const auto& file : files) names.push_back(file.string());
+        options_.set("labels", names);
+        const std::lock_guard lock(choice_mutex_);
+        labels_read_ = names;
+        saved_ = true;
+      });
 }
 
 /// What was chosen goes with the command, saved or not.
-OptionValues StitchTool::options_to_save(const OptionValues& options) {
-  if (saved_) return options;
+VerbTool::Work StitchTool::saver(const OptionValues& options) {
+  if (saved_) return VerbTool::saver(options);
   std::vector<std::filesystem::path> files;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < session_.scene->texture_sizes.size(); ++i) {
     files.push_back(folder() / fmt::format("labels{}.png", i));
     names.push_back(files.back().string());
   }
-  write_labels(files);
   OptionValues labelled = options;
   labelled.set("labels", names);
-  return labelled;
+  return [this, files, labelled, depth = depth_of_labels(),
+          choice = choice_now()](const Progress& progress) {
+    write_labels(choice, depth, files);
+    write(labelled, progress);
+  };
 }
 
 // ---- the work behind it
@@ -481,7 +498,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
   Model model;
   model.textures = session_.scene->model.textures;
   target_->put(before_, composite.values, model);
-  show_stage("photographs", model.textures);
+  show_stage("photographs", model);
   if (dragging_) return;  // the borders go once the mouse lets go
   progress.check();
   std::set<int> regions(composite.labels.begin(), composite.labels.end());
@@ -489,7 +506,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
   require(regions.size() > regions.count(unseen), "no photograph shows anything of the model");
   if (regions.size() > 1) solve(options, composite, model, progress);
   app::set_depth(options, model);
-  show(model.textures);
+  show(model);
 }
 
 }  // namespace

@@ -174,13 +174,29 @@ FalseColour ModelPictures::scale_of(const Look& look, const TextureSet* textures
   return scale;
 }
 
-/// Colours of the triangles, three corners each; alpha 0 where there is no chart.
-void ModelPictures::paint_with(Look::Paint paint, const FalseColour& scale) {
-  const std::pair now{paint, std::array{scale.low, scale.high}};
+/// Of vertices two sets, for both sides of the wipe.
+void ModelPictures::paint_with(const Shown& shown) {
+  const Look::Paint paint = shown.look.paint;
+  const Painted now{paint, {shown.scale.low, shown.scale.high}, shown.colours};
   if (painted_ == now) return;
   painted_ = now;
+  const VertexSignal& own = scene_.model.colors;
+  const auto fill = [&](int attribute, Buffer& buffer, const VertexSignal& at_vertices) {
+    const std::vector<std::uint8_t> colours = colours_of(paint, shown.scale, at_vertices);
+    buffer.fill(std::span<const std::uint8_t>(colours));
+    triangles_.attribute(attribute, buffer, {4, GL_UNSIGNED_BYTE, 4, 0});
+  };
+  fill(3, colours_, shown.colours ? *shown.colours : own);
+  if (paint == Look::Paint::vertex_colours && shown.colours)
+    fill(4, colours_before_, own);
+  else
+    triangles_.attribute(4, colours_, {4, GL_UNSIGNED_BYTE, 4, 0});
+}
+
+/// Colours of the triangles, three corners each; alpha 0 where there is no chart.
+std::vector<std::uint8_t> ModelPictures::colours_of(Look::Paint paint, const FalseColour& scale,
+                                                    const VertexSignal& at_vertices) const {
   std::vector<std::uint8_t> colours(model_.order.size() * 12);
-  const VertexSignal& at_vertices = scene_.model.colors;
   parallel_for(std::ssize(model_.order), [&](std::int64_t i) {
     const int t = model_.order[std::size_t(i)];
     const int chart = scene_.atlas ? scene_.atlas->chart[std::size_t(t)] : -1;
@@ -196,7 +212,7 @@ void ModelPictures::paint_with(Look::Paint paint, const FalseColour& scale) {
         for (int c = 0; c < 3; ++c)
           colour[std::size_t(c)] = at_vertices.values[std::size_t(v) * at_vertices.channels +
                                                       (at_vertices.channels < 3 ? 0 : c)];
-      } else if (chart >= 0 && !lives && paint != Look::Paint::stretch &&
+      } else if (chart >= 0 && !lives && paint != Look::Paint::vertex_colours && paint != Look::Paint::stretch &&
                  paint != Look::Paint::density) {
         colour = chart_colour(chart);
       }
@@ -205,8 +221,7 @@ void ModelPictures::paint_with(Look::Paint paint, const FalseColour& scale) {
       out[3] = chart >= 0 ? 255 : 0;
     }
   });
-  colours_.fill(std::span<const std::uint8_t>(colours));
-  triangles_.attribute(3, colours_, {4, GL_UNSIGNED_BYTE, 4, 0});
+  return colours;
 }
 
 void ModelPictures::show_scale(const FalseColour& scale) {
@@ -273,7 +288,7 @@ void set_values(const Shader& shader, const ModelPictures::Shown& shown, int tex
 void ModelPictures::draw_surface(const Turntable& camera, const Shown& shown,
                                  const Canvas& canvas) {
   const int width = canvas.width(), height = canvas.height();
-  paint_with(shown.look.paint, shown.scale);
+  paint_with(shown);
   show_scale(shown.scale);
   canvas.begin();
   glClear(GL_DEPTH_BUFFER_BIT);
@@ -308,7 +323,7 @@ void ModelPictures::draw_surface(const Turntable& camera, const Shown& shown,
 
 void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const Canvas& canvas) {
   const float width = float(canvas.width()), height = float(canvas.height());
-  paint_with(shown.look.paint, shown.scale);
+  paint_with(shown);
   show_scale(shown.scale);
   canvas.begin();
   glDisable(GL_DEPTH_TEST);

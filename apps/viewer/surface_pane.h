@@ -68,6 +68,7 @@ class ModelPictures {
     FalseColour scale;         ///< of numbers
     const TextureSet* before;  ///< null: there are no pictures
     const TextureSet* after;   ///< null: the same as before
+    std::shared_ptr<const VertexSignal> colours;  ///< at vertices; null: those of the model
   };
   void draw_surface(const Turntable& camera, const Shown& shown, const Canvas& canvas);
   void draw_atlas(const AtlasView& view, const Shown& shown, const Canvas& canvas);
@@ -76,16 +77,24 @@ class ModelPictures {
   double radius() const { return model_.radius; }
 
  private:
-  void paint_with(Look::Paint paint, const FalseColour& scale);
+  void paint_with(const Shown& shown);
+  std::vector<std::uint8_t> colours_of(Look::Paint paint, const FalseColour& scale,
+                                       const VertexSignal& at_vertices) const;
   void show_scale(const FalseColour& scale);
   void draw_backdrop(int width, int height);
 
   const app::Scene& scene_;
   DrawnModel model_;
-  std::optional<std::pair<Look::Paint, std::array<double, 2>>> painted_;
+  struct Painted {
+    Look::Paint paint;
+    std::array<double, 2> range;
+    std::shared_ptr<const VertexSignal> colours;
+    bool operator==(const Painted&) const = default;
+  };
+  std::optional<Painted> painted_;
 
   VertexArray triangles_, nothing_;
-  Buffer corners_, colours_;
+  Buffer corners_, colours_, colours_before_;
   Lines seams_, ends_;
   std::map<int, std::unique_ptr<Lines>> atlas_seams_, atlas_wires_;
   Picture colours_of_scale_, backdrop_, none_;

@@ -1,9 +1,11 @@
 #pragma once
 /// Something to do with the model, by mouse and sliders or by a script.
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "look.h"
 #include "pick.h"
 
 namespace mq::view {
@@ -20,8 +22,17 @@ class Tool {
   virtual void press(const Pick& pick) = 0;
   virtual void drag(const Pick& pick) = 0;
   virtual void release() = 0;
+  /// Whether these do something: the left button turns the model otherwise.
+  virtual bool takes_mouse() const { return false; }
+  /// Takes the last stroke back, and does it again.
+  virtual void undo() {}
+  virtual void redo() {}
   /// Model units around the mouse that a press changes; 0: it changes a place.
   virtual double brush_radius() const { return 0; }
+
+  /// What shows its result where the model as it was opened has nothing of the kind; nothing: it is
+  /// shown as it is.
+  virtual std::optional<Look::Paint> shown_as() const { return {}; }
 
   /// One command of a script that is the tool's; false where it knows no such one. Throws
   /// `InvalidInput`.

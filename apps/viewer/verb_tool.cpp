@@ -6,15 +6,20 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <string_view>
 
 #include "arguments.h"
 #include "command_words.h"
 #include "controls.h"
 #include "mq/base/error.h"
+#include "mq/base/length.h"
+#include "mq/filter/reaction_diffusion.h"
 #include "mq/io/atomic_file.h"
 #include "outputs.h"
+#include "signal_options.h"
 #include "verb.h"
 
 namespace mq::view {
@@ -36,14 +41,54 @@ app::Verb verb_named(const std::string& name) {
   return *std::ranges::find_if(verbs, [&](const app::Verb& v) { return v.table.verb() == name; });
 }
 
+/// Those that need no signal, and those that work on colours at vertices where there are no textures.
+constexpr std::array<std::string_view, 3> verbs_of_shape = {"geodesic", "lic", "react"},
+                                          verbs_of_signals = {"filter", "denoise", "shock"};
+
+/// Of filter at vertices.
+constexpr const char* no_brush =
+    "the brush paints on textures: at vertices mask takes a model that has the mask as its colours, and "
+    "spot takes places";
+
+/// Options that verbs refuse at vertices.
+constexpr std::array<std::string_view, 6> of_textures = {"from-mask", "guide",  "guide-edge",
+                                                         "space",     "normals", "longest-edge"};
+
 }  // namespace
 
 VerbTool::VerbTool(const std::string& verb, Session& session)
     : session_(session), options_(options_for(verb, session)), verb_(verb) {
-  require(session.before != nullptr, fmt::format("{}: has no textures for the tool {} to work on",
-                                                 session.scene->model.path.string(), verb));
-  app::require_usable(app::scene_defects(*session.scene), session.scene->model.path.string());
   folder_ = temporary_folder();
+  const app::Scene& scene = *session.scene;
+  if (!session.before) {
+    const bool of_shape = std::ranges::count(verbs_of_shape, verb) > 0;
+    at_vertices_ = !scene.atlas && (of_shape || (std::ranges::count(verbs_of_signals, verb) > 0 &&
+                                                 scene.model.colors.channels > 0));
+    if (!of_shape && !at_vertices_) refuse_as_the_verb();
+  }
+  app::require_usable(app::scene_defects(scene), scene.model.path.string());
+  if (at_vertices_) texture_name_ = {"out.ply"};
+  if (verb == "filter") options_.set("beta", {"3"});
+}
+
+/// What the verb refuses it says itself, before it works.
+void VerbTool::refuse_as_the_verb() const {
+  OptionValues trying = options_;
+  trying.set("output", {(folder_ / "%s.png").string()});
+  trying.set("dry-run", {"true"});
+  trying.set("json", {"true"});
+  app::Terminal silence("view");
+  silence.set_voice(app::Terminal::Voice::quiet);
+  app::Run run(trying, silence, {});
+  try {
+    verb_named(verb_).run(run);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+    throw;
+  }
+  throw InvalidInput(fmt::format("{}: has no textures for the tool {} to work on",
+                                 session_.scene->model.path.string(), verb_));
 }
 
 VerbTool::~VerbTool() {
@@ -59,17 +104,41 @@ std::vector<std::string> VerbTool::shown_options() const {
     if (option.place == Option::Place::named && option.group != "Running" &&
         option.group != "Model" && option.group != "Sequences" && option.name != "output" &&
         option.name != "vertices" && option.name != "geometry" && option.group != "Shape" &&
-        shows(option))
+        !(at_vertices_ && std::ranges::count(of_textures, option.name) > 0) && shows(option))
       names.push_back(option.name);
   return names;
 }
 
+/// alpha says what length does, each on its own way; presets say rates.
+std::string VerbTool::in_force(const std::string& option) const {
+  const app::Scene& scene = *session_.scene;
+  const SurfaceScale scale{scene.surface.area, scene.atlas ? scene.atlas->texel_spacing() : 0};
+  const auto has = [&](const char* name) {
+    return std::ranges::count(options_.table().options(), name, &Option::name) > 0;
+  };
+  if ((option == "length" || option == "alpha") && has("length") && has("alpha")) {
+    const Length spread = app::spread(options_);
+    if (spread.unit == Length::Unit::texels && !(scale.texel_spacing > 0)) return {};
+    const double alpha = weight_from_length(spread, scale) / scale.area;
+    return option == "alpha" ? fmt::format("{:.4g}", alpha)
+                             : fmt::format("{:.3g}%", 100 * std::sqrt(alpha));
+  }
+  if ((option == "feed" || option == "kill") && has("preset")) {
+    const auto& presets = gray_scott_presets();
+    const auto preset = std::ranges::find(presets, options_.text("preset"), &GrayScottPreset::name);
+    if (preset != presets.end())
+      return fmt::format("{:.4g}", option == "feed" ? preset->rates.feed : preset->rates.kill);
+  }
+  return {};
+}
+
 void VerbTool::panel() {
+  stage_controls();
   for (const std::string& option : shown_options()) {
     OptionValues edited = options_;
-    if (edit(edited, option)) change(option, edited.texts(option));
+    if (edit(edited, option, in_force(option))) change(option, edited.texts(option));
   }
-  stage_controls();
+  if (verb_ == "filter") ImGui::TextWrapped("%s", no_brush);
   const auto tried = [&](const auto& what) {
     try {
       what();
@@ -79,7 +148,7 @@ void VerbTool::panel() {
   };
   ImGui::InputText("##texture", texture_name_.data(), texture_name_.size());
   ImGui::SameLine();
-  if (ImGui::Button("save texture")) tried([&] { save(texture_name_.data()); });
+  if (ImGui::Button(at_vertices_ ? "save model" : "save texture")) tried([&] { save(texture_name_.data()); });
   if (ImGui::Button("copy as command"))
     tried([&] {
       OptionValues named = options_;
@@ -147,12 +216,13 @@ bool VerbTool::command(const std::vector<std::string>& words) {
   } else if (words[0] == "copy-command") {
     require_complete();
     OptionValues named = options_;
-    named.set("output", {"out.png"});
+    named.set("output", {at_vertices_ ? "out.ply" : "out.png"});
     const std::string line = command_words(named) + "\n";
     require(words.size() == 2, "wanted: copy-command FILE");
     session_.run.will_write({words[1]});
     write_file(words[1], std::as_bytes(std::span(line.data(), line.size())));
   } else {
+    require(verb_ != "filter" || words[0] == "source" || words[0] == "with", no_brush);
     return false;
   }
   return true;
@@ -165,9 +235,18 @@ void VerbTool::require_complete() const {
 
 void VerbTool::save(const std::string& path) {
   require_complete();
-  const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
+  const app::Outputs outputs(
+      path, session_.scene->model,
+      at_vertices_ ? app::Outputs::Kind::model : app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
-  saves_.push_back({path, options_});
+  OptionValues saving = options_;
+  saving.set("output", {path});
+  saving.set("json", {"true"});  // nothing on standard output
+  save_behind(path, saver(saving));
+}
+
+void VerbTool::save_behind(const std::string& path, Work work, std::function<void()> written) {
+  saves_.push_back({path, std::move(work), std::move(written)});
 }
 
 void VerbTool::give_up_saves() {
@@ -189,8 +268,8 @@ void VerbTool::frame() {
   {
     const std::lock_guard lock(stages_mutex_);
     if (at_newest_ && !stages_.empty()) {
-      stage_ = stages_.size() - 1;
-      session_.result = stages_[stage_].pictures;
+      stage_ = newest_;
+      session_.show(stages_[stage_].pictures, stages_[stage_].colours);
     }
   }
   if (background_.busy()) return;
@@ -206,8 +285,10 @@ void VerbTool::frame() {
     throw SolverError(error);
   }
   if (has_written) {
-    session_.say("saved " + saves_.front().path);
+    const Save save = std::move(saves_.front());
     saves_.pop_front();
+    if (save.written) save.written();
+    session_.say("saved " + save.path);
   }
   if (stale_ && !stopped_ && !complete()) stopped_ = true;  // until something is set
   if (stale_ && !stopped_) {
@@ -221,49 +302,94 @@ void VerbTool::frame() {
         [this, options = options_](const Progress& progress) { make(options, progress); });
   } else if (!saves_.empty()) {
     writing_ = true;
-    OptionValues saving = options_to_save(saves_.front().options);
-    saving.set("output", {saves_.front().path});
-    saving.set("json", {"true"});  // nothing on standard output
-    background_.start([this, saving](const Progress& progress) {
-      app::Run run(saving, session_.run.terminal(), progress);
-      verb_named(verb_).run(run);
-    });
+    background_.start(saves_.front().work);
   }
 }
 
+/// Pictures of numbers where the model's are.
 void VerbTool::make(const OptionValues& options, const Progress& progress) {
   OptionValues making = options;
   const bool numbers =
       std::ranges::any_of(session_.scene->model.textures, [](const Texture& texture) {
         return texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
       });
-  making.set("output", {(folder_ / (numbers ? "%s.exr" : "%s.png")).string()});
+  making.set("output", {(folder_ / (at_vertices_ ? "out.ply"
+                                    : numbers    ? "%s.exr"
+                                                 : "%s.png"))
+                            .string()});
   making.set("json", {"true"});
   app::Terminal silence("view");
   silence.set_voice(app::Terminal::Voice::quiet);
   app::Run run(making, silence, progress);
-  run.onlooker = [this](const std::string& what, const std::vector<Texture>& textures) {
-    show_stage(what, textures);
-  };
+  run.onlooker = [this](const std::string& what, const Model& model) { show_stage(what, model); };
+  std::optional<Model> made;
+  run.receiver = [&](Model model) { made = std::move(model); };
   verb_named(verb_).run(run);
   found_ = run.result;
-  found_.erase("outputs");
-  std::vector<Texture> pictures;
-  const app::Outputs outputs(making.text("output"), session_.scene->model,
-                             app::Outputs::Kind::pictures);
-  for (const fs::path& path : outputs.paths()) pictures.push_back(read_texture(path));
-  show(pictures);
+  if (made) show(*made);
 }
 
-void VerbTool::show_stage(const std::string& name, const std::vector<Texture>& pictures) {
-  auto set = std::make_shared<TextureSet>(pictures, largest_side_);
-  std::int64_t texels = 0;
-  for (const Texture& picture : pictures) texels += picture.pixels.pixel_count();
+void VerbTool::write(const OptionValues& options, const Progress& progress) {
+  app::Run run(options, session_.run.terminal(), progress);
+  verb_named(verb_).run(run);
+}
+
+VerbTool::Stage VerbTool::stage_of(const std::string& name, const Model& result) const {
+  Stage stage;
+  stage.name = name;
+  if (at_vertices_)
+    stage.colours = std::make_shared<VertexSignal>(result.colors);
+  else
+    stage.pictures = std::make_shared<TextureSet>(result.textures, largest_side_);
+  return stage;
+}
+
+void VerbTool::show_stage(const std::string& name, const Model& result) {
+  Stage stage = stage_of(name, result);
   const std::lock_guard lock(stages_mutex_);
   if (std::exchange(other_run_, false)) stages_.clear();
-  stages_.push_back({name, std::move(set)});
-  while (stages_.size() > 1 && std::int64_t(stages_.size()) * texels > most_texels_kept)
-    stages_.erase(stages_.begin());
+  put(std::move(stage), stages_.size());
+}
+
+void VerbTool::show_stage(double time, const Model& result) {
+  Stage stage = stage_of(fmt::format("time {:.4g}", time), result);
+  stage.time = time;
+  const std::lock_guard lock(stages_mutex_);
+  const auto later = std::ranges::find_if(stages_, [&](const Stage& s) { return s.time > time; });
+  put(std::move(stage), std::size_t(later - stages_.begin()));
+}
+
+bool VerbTool::show_again(double time) {
+  const std::lock_guard lock(stages_mutex_);
+  const auto found = std::ranges::find_if(stages_, [&](const Stage& s) { return s.time == time; });
+  if (found == stages_.end()) return false;
+  newest_ = std::size_t(found - stages_.begin());
+  return true;
+}
+
+void VerbTool::forget_stages() {
+  const std::lock_guard lock(stages_mutex_);
+  stages_.clear();
+}
+
+/// As the newest. Where all take too much memory the first of the others go.
+void VerbTool::put(Stage stage, std::size_t place) {
+  std::int64_t texels = session_.scene->model.mesh.vertex_count();
+  if (stage.pictures)
+    for (int i = 0; i < stage.pictures->size(); ++i)
+      texels += std::int64_t(stage.pictures->width(i)) * stage.pictures->height(i);
+  stages_.insert(stages_.begin() + std::ptrdiff_t(place), std::move(stage));
+  newest_ = place;
+  while (stages_.size() > 1 && std::int64_t(stages_.size()) * texels > most_texels_kept) {
+    const std::size_t gone = newest_ == 0 ? 1 : 0;
+    stages_.erase(stages_.begin() + std::ptrdiff_t(gone));
+    newest_ -= gone < newest_ ? 1 : 0;
+  }
+}
+
+std::optional<Look::Paint> VerbTool::shown_as() const {
+  if (session_.before) return {};
+  return at_vertices_ ? Look::Paint::vertex_colours : Look::Paint::texture;
 }
 
 /// Where work is shown on its way, what is shown of it.
@@ -284,8 +410,8 @@ void VerbTool::choose_stage(std::size_t stage) {
   require(stage < stages_.size(),
           fmt::format("there is no stage {}: {} to {} are there", stage, 0, stages_.size() - 1));
   stage_ = stage;
-  at_newest_ = stage + 1 == stages_.size();
-  session_.result = stages_[stage].pictures;
+  at_newest_ = stage == newest_;
+  session_.show(stages_[stage].pictures, stages_[stage].colours);
 }
 
 void VerbTool::stop() {

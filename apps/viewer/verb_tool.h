@@ -1,10 +1,11 @@
 #pragma once
-/// Any verb that makes textures: its options as sliders, its result beside the textures as they
-/// were.
+/// Any verb that makes textures, or colours at vertices: its options as sliders, its result beside the
+/// textures or colours as they were.
 
 #include <array>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -16,9 +17,12 @@
 namespace mq::view {
 
 /// The verb itself runs, behind the window, whenever an option was changed.
+///
+/// Of models without pictures geodesic, lic and react need the shape alone, and filter, denoise and shock
+/// work on colours at vertices: what verbs write into a model's file is then shown as its colours.
 class VerbTool : public Tool {
  public:
-  /// Throws `InvalidInput` where the model has no textures.
+  /// Throws `InvalidInput`, in the verb's words, where the verb refuses the model.
   VerbTool(const std::string& verb, Session& session);
   ~VerbTool() override;
 
@@ -29,6 +33,7 @@ class VerbTool : public Tool {
   void release() override {}
   bool command(const std::vector<std::string>& words) override;
   void frame() override;
+  std::optional<Look::Paint> shown_as() const override;
   bool busy() const override {
     return background_.busy() || (stale_ && !stopped_) || !saves_.empty();
   }
@@ -42,6 +47,8 @@ class VerbTool : public Tool {
  protected:
   /// What is shown for these options; on the other thread.
   virtual void make(const OptionValues& options, const Progress& progress);
+  /// Writes the result for these options, which name the output; on the other thread.
+  virtual void write(const OptionValues& options, const Progress& progress);
   /// Options have changed: what is shown is not theirs any more.
   void change(const std::string& name, const std::vector<std::string>& values);
   /// What is shown is not that of what was done since.
@@ -49,9 +56,15 @@ class VerbTool : public Tool {
     stale_ = true;
     stopped_ = false;
   }
-  /// On the window's thread: right before `make`; the options of a run that saves; as a command.
+  using Work = std::function<void(const Progress&)>;
+  /// On the window's thread: right before `make`; what saves the result for these options, whatever is
+  /// done until its turn comes; as a command.
   virtual void before_make(const OptionValues&) {}
-  virtual OptionValues options_to_save(const OptionValues& options) { return options; }
+  virtual Work saver(const OptionValues& options) {
+    return [this, options](const Progress& progress) { write(options, progress); };
+  }
+  /// Writes a file once nothing else is to be done; `written` is then called on the window's thread.
+  void save_behind(const std::string& path, Work work, std::function<void()> written = {});
   virtual std::string command_words(const OptionValues& options) const;
   const std::filesystem::path& folder() const { return folder_; }
   /// Whether all is there that the verb wants.
@@ -60,11 +73,19 @@ class VerbTool : public Tool {
   void require_complete() const;
   /// Whether an option that says what is computed is in the panel.
   virtual bool shows(const Option&) const { return true; }
-  /// The result, on the other thread.
-  void show(const std::vector<Texture>& pictures) { show_stage("result", pictures); }
+  /// The result, on the other thread: the model's textures, or its colours at vertices.
+  void show(const Model& result) { show_stage("result", result); }
   /// The same on its way there: it is shown until there is something newer, and can be gone back
   /// to.
-  void show_stage(const std::string& name, const std::vector<Texture>& pictures);
+  void show_stage(const std::string& name, const Model& result);
+  /// Stages in the order of their times, whichever comes first: those of runs before are kept.
+  void show_stage(double time, const Model& result);
+  /// Shows the stage of this time, if there is one.
+  bool show_again(double time);
+  /// Begins anew with the next stage.
+  void forget_stages();
+  /// What is worked on are colours at vertices, and not textures.
+  bool at_vertices() const { return at_vertices_; }
 
   Session& session_;
   OptionValues options_;
@@ -72,28 +93,37 @@ class VerbTool : public Tool {
 
  private:
   void save(const std::string& path);
+  void refuse_as_the_verb() const;
   std::vector<std::string> shown_options() const;
+  std::string in_force(const std::string& option) const;
 
   std::string verb_;
+  bool at_vertices_ = false;
   std::filesystem::path folder_;  ///< for results on their way to the window
   bool stale_ = true, stopped_ = false;
   struct Save {
     std::string path;
-    OptionValues options;  ///< as they were when it was asked for
+    Work work;
+    std::function<void()> written;
   };
   std::deque<Save> saves_;  ///< the first of them is being written if `writing_`
   bool writing_ = false;
   void give_up_saves();
   struct Stage {
     std::string name;
-    std::shared_ptr<TextureSet> pictures;
+    std::optional<double> time;
+    std::shared_ptr<TextureSet> pictures;         ///< null: it is colours
+    std::shared_ptr<const VertexSignal> colours;  ///< at vertices; null: it is pictures
   };
   void stage_controls();
   void choose_stage(std::size_t stage);
+  Stage stage_of(const std::string& name, const Model& result) const;
+  void put(Stage stage, std::size_t place);
 
   mutable std::mutex stages_mutex_;
   std::vector<Stage> stages_;  ///< guarded; of the last run that showed something
   bool other_run_ = false;     ///< guarded; what is shown next is not of that run
+  std::size_t newest_ = 0;     ///< guarded
   std::size_t stage_ = 0;
   bool at_newest_ = true;  ///< what is newest is shown
   int largest_side_ = TextureSet::largest_side();

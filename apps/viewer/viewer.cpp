@@ -75,6 +75,8 @@ void Viewer::change_tool(const std::string& name) {
   session_.reset_shown();
   tool_ = std::move(taken);
   tool_name_ = name;
+  if (!tool_) return;
+  if (const auto paint = tool_->shown_as()) session_.show_as(*paint);
 }
 
 /// What is left to the graphics, in scripts measured.
@@ -92,6 +94,9 @@ void Viewer::frame(const ScriptedInput* scripted) {
   ImGuiIO& io = ImGui::GetIO();
   scripted_ = scripted != nullptr;
   if (scripted != nullptr) {
+    mouse_used_since_said_ = scripted->x != io.MousePos.x || scripted->y != io.MousePos.y ||
+                             (mouse_used_since_said_ && said_ == session_.messages);
+    said_ = session_.messages;
     io.MousePos = {scripted->x, scripted->y};
     io.MouseDown[0] = scripted->left;
     io.MouseDown[1] = scripted->right;
@@ -168,6 +173,7 @@ void Viewer::layout() {
   panel(panel_width, top);
   surface_pane();
   if (session_.scene->atlas) atlas_pane();
+  use_keys();
   status_line(top, width);
   ask_before_losing();
 }
@@ -199,7 +205,7 @@ void Viewer::panel(float width, float height) {
   view_controls();
   if (session_.sequence) sequence_controls();
   ImGui::Separator();
-  if (ImGui::BeginCombo("tool", tool_name_.c_str())) {
+  if (ImGui::BeginCombo("tool", tool_name_.c_str(), ImGuiComboFlags_HeightLarge)) {
     for (const std::string& name : tool_names())
       if (ImGui::Selectable(name.c_str(), name == tool_name_)) {
         try {
@@ -211,7 +217,9 @@ void Viewer::panel(float width, float height) {
     ImGui::EndCombo();
   }
   if (tool_) {
+    ImGui::PushID("tool");  // options have names of their own, such as show
     tool_->panel();
+    ImGui::PopID();
     if (tool_->busy()) {
       ImGui::ProgressBar(float(tool_->fraction()), {-1, 0}, tool_->step().c_str());
       if (ImGui::Button("stop")) tool_->cancel();
@@ -233,7 +241,8 @@ void Viewer::view_controls() {
     home_atlas();
   }
   int paint = int(look.paint);
-  if (ImGui::BeginCombo("show", paint_names[std::size_t(paint)].c_str())) {
+  if (ImGui::BeginCombo("show", paint_names[std::size_t(paint)].c_str(),
+                        ImGuiComboFlags_HeightLarge)) {
     for (std::size_t i = 0; i < paint_names.size(); ++i) {
       const std::string lacking = session_.lacking_for(Look::Paint(i));
       const std::string shown = paint_names[i] + (lacking.empty() ? "" : " (no " + lacking + ")");
@@ -255,14 +264,14 @@ void Viewer::view_controls() {
     if (ImGui::SliderFloat("exposure", &stops, -10, 10, "%.2f stops")) look.exposure = stops;
   }
   if (shows_numbers(look)) number_controls();
-  if (session_.before) {
+  if (session_.compares()) {
     bool wiping = look.wipe >= 0;
     if (ImGui::Checkbox("before | after", &wiping)) look.wipe = wiping ? 0.5 : -1;
     if (wiping) {
       auto wipe = float(look.wipe);
       if (ImGui::SliderFloat("wipe", &wipe, 0, 1, "%.2f")) look.wipe = wipe;
     }
-    if (session_.before->size() > 1) {
+    if (session_.before && session_.before->size() > 1) {
       int texture = session_.atlas.texture;
       if (ImGui::SliderInt("texture", &texture, 0, session_.before->size() - 1)) {
         session_.atlas.texture = texture;
@@ -461,7 +470,7 @@ std::vector<double> Viewer::state_of_look(const FalseColour& scale) const {
           double(scale.isolines),
           double(uploads_),
           double(session_.openings),
-          double(reinterpret_cast<std::uintptr_t>(session_.shown()))};
+          double(session_.results)};
 }
 
 void Viewer::surface_pane() {
@@ -479,18 +488,37 @@ void Viewer::surface_pane() {
   if (std::exchange(surface_of_, state) != state)
     with_graphics([&] {
       session_.pictures->draw_surface(
-          session_.camera, {look, scale, session_.before.get(), session_.shown()}, surface_canvas_);
+          session_.camera,
+          {look, scale, session_.before.get(), session_.shown(), session_.result_colours},
+          surface_canvas_);
     });
   mark(pick_);
   if (shows_numbers(look)) show_legend();
   ImGui::End();
 }
 
+/// Ctrl+Z takes back, Ctrl+Y or Ctrl+Shift+Z does again; where no text is being written.
+void Viewer::use_keys() {
+  for (const Display::Key key : display_.keys()) {
+    if (!tool_ || !question_.empty() || dragging_ == Dragging::working) continue;
+    if (ImGui::GetIO().WantTextInput) continue;
+    try {
+      if (key == Display::Key::undo)
+        tool_->undo();
+      else
+        tool_->redo();
+    } catch (const Error& error) {
+      session_.say(error.what());
+    }
+  }
+}
+
 void Viewer::use_surface_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 mouse = mouse_in(surface_at_);
   Turntable& camera = session_.camera;
-  pick_ = pick_on_surface(*session_.scene, *session_.rays, session_.shown(),
+  pick_ = pick_on_surface(*session_.scene, *session_.rays,
+                          {session_.shown(), session_.shown_colours()},
                           camera.ray(mouse.x, mouse.y));
   if (pick_.chart >= 0 && pick_.texture != session_.atlas.texture &&
       dragging_ == Dragging::nothing) {
@@ -503,8 +531,8 @@ void Viewer::use_surface_mouse() {
     const bool on_wipe = session_.look.wipe >= 0 && std::abs(mouse.x - wipe) < 5;
     dragging_ = on_wipe                                    ? Dragging::wiping
                 : io.KeyShift                              ? Dragging::moving
-                : tool_ && pick_ && !tool_->name().empty() ? Dragging::working
-                                                           : Dragging::turning;
+                : tool_ && pick_ && tool_->takes_mouse() ? Dragging::working
+                                                         : Dragging::turning;
     if (dragging_ == Dragging::working) tool_->press(pick_);
   } else if (ImGui::IsItemClicked(1)) {
     dragging_ = Dragging::turning;
@@ -513,7 +541,8 @@ void Viewer::use_surface_mouse() {
   }
   const bool held = io.MouseDown[0] || io.MouseDown[1] || io.MouseDown[2];
   const bool moved = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
-  if (dragging_ == Dragging::working && moved && held) tool_->drag(pick_);
+  // With the button up the way since the last picture is still to be gone.
+  if (dragging_ == Dragging::working && moved) tool_->drag(pick_);
   if (dragging_ == Dragging::wiping && held)
     session_.look.wipe = std::clamp(double(mouse.x) / surface_at_.width, 0.0, 1.0);
   constexpr double degrees_per_pixel = 0.4;
@@ -548,8 +577,9 @@ void Viewer::atlas_pane() {
                              double(atlas_at_.width), double(atlas_at_.height)});
   if (std::exchange(atlas_of_, state) != state)
     with_graphics([&] {
-      session_.pictures->draw_atlas(view, {look, scale, session_.before.get(), session_.shown()},
-                                    atlas_canvas_);
+      session_.pictures->draw_atlas(
+          view, {look, scale, session_.before.get(), session_.shown(), session_.result_colours},
+          atlas_canvas_);
     });
   if (pick_.chart >= 0 && pick_.texture == view.texture) {
     ImDrawList* list = ImGui::GetWindowDrawList();
@@ -600,7 +630,7 @@ void Viewer::mark(const Pick& pick) const {
     list->AddCircle(at, radius, IM_COL32(20, 20, 24, 255), 64, 3);
     list->AddCircle(at, radius, IM_COL32(255, 255, 255, 255), 64, 1);
   }
-  if (session_.look.wipe >= 0 && session_.before) {
+  if (session_.look.wipe >= 0 && session_.compares()) {
     const float column =
         float(surface_at_.x) + float(session_.look.wipe) * float(surface_at_.width);
     const auto bottom = float(surface_at_.y + surface_at_.height);
@@ -633,15 +663,27 @@ void Viewer::show_legend() {
       {corner.x + float(legend_.width()), corner.y + float(legend_.height())});
 }
 
+/// What was said stays in front for a while, in scripts until the mouse is used; then what is under the
+/// mouse is. Words that are too long for a line take several.
 void Viewer::status_line(float y, float width) {
-  ImGui::SetNextWindowPos({0, y});
-  ImGui::SetNextWindowSize({width, status_height});
+  constexpr double seconds = 6;
+  const bool news = !session_.message.empty() &&
+                    (scripted_ ? !mouse_used_since_said_ : session_.said.seconds() < seconds);
+  const std::string words = in_words(pick_);
+  const std::string& shown = news || words.empty() ? session_.message : words;
+  const float lines = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width - 16).y;
+  const float height = std::max(status_height, lines + 10);
+  ImGui::SetNextWindowPos({0, y + status_height - height});
+  ImGui::SetNextWindowSize({width, height});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(8, 5));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
   ImGui::Begin("status", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
   ImGui::PopStyleVar(2);
-  const std::string words = in_words(pick_);
-  ImGui::TextUnformatted((words.empty() ? session_.message : words).c_str());
+  ImGui::PushTextWrapPos(width - 8);
+  if (news) ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 220, 140, 255));
+  ImGui::TextUnformatted(shown.c_str());
+  if (news) ImGui::PopStyleColor();
+  ImGui::PopTextWrapPos();
   ImGui::End();
 }
 

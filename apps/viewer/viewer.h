@@ -118,6 +118,7 @@ class Viewer {
   void surface_pane();
   void atlas_pane();
   void status_line(float y, float width);
+  void use_keys();
   void use_surface_mouse();
   void use_atlas_mouse();
   void mark(const Pick& pick) const;
@@ -153,6 +154,8 @@ class Viewer {
       on_saved_;  ///< the question is whether to wait for it; nothing: it is another
   bool closed_ = false;
   bool opened_ = false, scripted_ = false;
+  bool mouse_used_since_said_ = false;  ///< by a script
+  int said_ = 0;                        ///< of the session's messages, when that was found
 };
 
 }  // namespace mq::view

@@ -47,7 +47,15 @@ class Window : public Display {
       auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
       self->dropped_.assign(names, names + count);
     });
-    ImGui_ImplGlfw_InitForOpenGL(window_, true);
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
+      const char* const name = glfwGetKeyName(key, scancode);
+      if (action == GLFW_RELEASE || (with & GLFW_MOD_CONTROL) == 0 || name == nullptr) return;
+      auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
+      const std::string letter = name;
+      if (letter == "z") self->keys_.push_back((with & GLFW_MOD_SHIFT) ? Key::redo : Key::undo);
+      if (letter == "y") self->keys_.push_back(Key::redo);
+    });
+    ImGui_ImplGlfw_InitForOpenGL(window_, true);  // which goes on calling these
   }
 
   ~Window() override {
@@ -67,7 +75,8 @@ class Window : public Display {
   bool closing() const override { return glfwWindowShouldClose(window_) != 0; }
   void stay_open() override { glfwSetWindowShouldClose(window_, GLFW_FALSE); }
   std::vector<std::string> dropped() override { return std::exchange(dropped_, {}); }
-  void rest() override { glfwWaitEventsTimeout(0.05); }
+  std::vector<Key> keys() override { return std::exchange(keys_, {}); }
+  void rest() override { glfwWaitEventsTimeout(0.25); }
 
  private:
   int size(int side) const {
@@ -78,6 +87,7 @@ class Window : public Display {
 
   GLFWwindow* window_ = nullptr;
   std::vector<std::string> dropped_;
+  std::vector<Key> keys_;
 };
 
 }  // namespace

@@ -216,13 +216,14 @@ TEST(FilterTool, LosesNothingThatWasSavedWhenItIsClosedInTheMiddle) {
 TEST(FilterTool, RefusesWhatItCannotDo) {
   const Folder folder;
   write_strip(folder);
-  write_bytes(folder / "fan.ply", coloured_ply);
+  write_bytes(folder / "shape.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const auto refused = [&](const std::string& script, const std::string& mesh = "strip.obj") {
     const Result result = view(folder, "tool filter\n" + script, {mesh});
     EXPECT_EQ(result.status, 2) << script;
     return result.error;
   };
-  EXPECT_THAT(refused("", "fan.ply"), HasSubstr("session.txt, line 1: fan.ply: has no textures"));
+  EXPECT_THAT(refused("", "shape.obj"),
+              HasSubstr("session.txt, line 1: shape.obj: has neither texture coordinates"));
   EXPECT_THAT(refused("set beta 0.5\nfill everywhere\nbrush sharpen\n"),
               HasSubstr("line 4: what is painted smooths"));
   EXPECT_THAT(refused("brush smooth\nstroke 0.5,0.5,0\nset beta 0.5\n"),
@@ -237,7 +238,7 @@ TEST(FilterTool, RefusesWhatItCannotDo) {
   EXPECT_THAT(refused("save-texture strip.png\n"),
               HasSubstr("line 2: strip.png: --output would replace it"));
   EXPECT_THAT(folder.names(),
-              ElementsAre("fan.ply", "session.txt", "strip.mtl", "strip.obj", "strip.png"));
+              ElementsAre("session.txt", "shape.obj", "strip.mtl", "strip.obj", "strip.png"));
 }
 
 }  // namespace

@@ -126,9 +126,9 @@ TEST(Opening, AsksBeforePaintingIsLost) {
   const Result result =
       view(folder,
            paint +
-               "drop strip.obj\nwait\nscreenshot asked.png\nanswer no\nwait\n"
+               "drop strip.obj\nwait\nscreenshot asked.png\nanswer no\n"
                "hover surface 180 200\nsave-texture kept.png\n"
-               "stroke 1,0,0\ndrop strip.obj\nwait\nanswer yes\nhover surface 180 200\n"
+               "stroke 1,0,0\ndrop strip.obj\nanswer yes\nhover surface 180 200\n"
                "open sphere.obj\n" +
                paint + "open strip.obj\n",
            {"sphere.obj"});
@@ -143,9 +143,16 @@ TEST(Opening, AsksBeforePaintingIsLost) {
 
   // Saved as it is, nothing is lost, and nothing asked.
   const Result saved = view(
-      folder, paint + "save-mask mask.png\ndrop strip.obj\nwait\nanswer yes\n", {"sphere.obj"});
+      folder, paint + "save-mask mask.png\ndrop strip.obj\nanswer yes\n", {"sphere.obj"});
   EXPECT_EQ(saved.status, 2);
-  EXPECT_THAT(saved.error, HasSubstr("line 8: there is nothing to answer"));
+  EXPECT_THAT(saved.error, HasSubstr("line 7: there is nothing to answer"));
+
+  // A script has the last word.
+  for (const char* last : {"drop strip.obj\n", "close\n"}) {
+    const Result open = view(folder, paint + last, {"sphere.obj"});
+    EXPECT_EQ(open.status, 2);
+    EXPECT_THAT(open.error, HasSubstr("line 5: the script ends while it is asked 'To "));
+  }
 }
 
 TEST(Closing, WaitsForWhatIsBeingSaved) {

@@ -234,7 +234,9 @@ TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
            "stage 2\nscreenshot early.png atlas\nstage last\n"
            "screenshot last_again.png atlas\n"
            "set time 1.5\nwait\nscreenshot other.png atlas\n"
-           "save-texture saved.png\n",
+           "save-texture saved.png\n"
+           "set time 2\nwait\nscreenshot kept.png atlas\n"
+           "stage 0\nset time 4\nwait\nscreenshot kept_last.png atlas\n",
            {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const auto at_time = [&](const std::string& time) {
@@ -251,8 +253,15 @@ TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
   expect_nearly_equal(picture(folder, "early.png"), at_time("1"), 0);
   expect_nearly_equal(picture(folder, "other.png"), at_time("1.5"), 0);
   EXPECT_TRUE(file_bytes(folder / "saved.png") == file_bytes(folder / "1.5.png"));
-  // Five times where paths are new, with the default and for 0.5 %; else one, for 4 and 1.5.
-  EXPECT_EQ(result.json()["result"]["tool"]["path_seconds"].size(), 12U);
+  const auto tool = result.json()["result"]["tool"];
+  // In the order of times, whatever their own; what was seen once is not worked out again.
+  EXPECT_EQ(tool["stages"], nlohmann::json({"time 0.25", "time 0.5", "time 1", "time 1.5", "time 2",
+                                            "time 4"}));
+  expect_nearly_equal(picture(folder, "kept_last.png"), picture(folder, "last.png"), 0);
+  EXPECT_FALSE(file_bytes(folder / "kept.png") == file_bytes(folder / "last.png"));
+  // Five times where paths are new, with the default and for 0.5 %; else one, for 4, 1.5 and its file.
+  EXPECT_EQ(tool["path_seconds"].size(), 13U);
+  EXPECT_EQ(tool["prepared"], 2);
 }
 
 TEST(LicTool, ShowsLinesForming) {

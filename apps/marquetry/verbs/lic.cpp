@@ -60,13 +60,15 @@ Exit lic(Run& run) {
   about(scene.model, [&] {
     const Signal noise =
         solid_noise(domain->places(), grain, std::uint64_t(options.integer("seed")));
-    if (run.onlooker && !vertices) {
+    if (run.onlooker) {
       const Step step(run, "form", 0.05);
+      Model forming;
+      forming.path = scene.model.path;
+      forming.mesh = scene.model.mesh;
       watch_lines_form(*across, noise, wanted.weight, 64, [&](int done, const Signal& now) {
-        Model forming;
         put_field(scene, *domain, with_contrast(now, options.number("deviations")).replicate(1, 3),
                   Depth::u8, forming);
-        run.onlooker(done == 0 ? "noise" : fmt::format("step {}", done), forming.textures);
+        run.onlooker(done == 0 ? "noise" : fmt::format("step {}", done), forming);
       }, step);
     }
     solve_as_asked(run, *domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
