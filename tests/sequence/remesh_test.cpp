@@ -6,11 +6,17 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <Eigen/Geometry>
+
 #include <filesystem>
 
 #include "mq/io/model.h"
+#include "mq/mesh/soundness.h"
+#include "mq/mesh/surface.h"
 #include "mq/mesh/volume.h"
+#include "mq/sequence/clip_sheets.h"
 #include "mq/sequence/remesh_score.h"
+#include "mq/sequence/remesh_seam.h"
 #include "places.h"
 #include "sequence/remesh_models.h"
 
@@ -178,33 +184,153 @@ TEST(Remesh, CutsLargeTrianglesOnlyWhereTheChangeEnds) {
   EXPECT_LT(found.from_target.max, found.tolerance);
 }
 
-TEST(Remesh, ReplacesTrianglesDistortedSinceTheirBirth) {
+/// Of all triangles that went, or came.
+struct Shapes {
+  double worst_quality = 1, longest = 0;
+  void add(const Mesh& mesh, int t) {
+    const Vector3 &a = mesh.position(t, 0), &b = mesh.position(t, 1), &c = mesh.position(t, 2);
+    worst_quality = std::min(worst_quality, triangle_quality(a, b, c, (b - a).cross(c - a)));
+    longest = std::max(longest, longest_edge(mesh, t));
+  }
+};
+
+struct Exchange {
+  Shapes died, born;
+};
+Exchange exchanged(const Mesh& before, const Remeshed& found) {
+  Exchange result;
+  std::vector<char> kept(before.triangles.size(), 0);
+  for (int t = 0; t < found.mesh.triangle_count(); ++t) {
+    if (const int source = found.template_triangles[t]; source >= 0)
+      kept[source] = 1;
+    else
+      result.born.add(found.mesh, t);
+  }
+  for (int t = 0; t < before.triangle_count(); ++t)
+    if (!kept[t]) result.died.add(before, t);
+  return result;
+}
+
+TEST(Remesh, RenewsTrianglesDistortedSinceTheirBirthWhereTheyAre) {
   const Mesh born = fixtures::sphere(4);
   const Mesh now = mapped(born, [](Vector3 p) {
     if (p.z() > 0.8) p.head<2>() *= 0.3;
     return Vector3(p.normalized());
   });
-  const Surface surface = make_surface(now);
   const auto birth = corner_positions(born);
-  const Mesh target = fixtures::sphere(5);
-  EXPECT_EQ(remeshed(now, target).born, 0);
-  const Remeshed found = remesh(surface, make_surface(target), {.birth = birth});
-  EXPECT_GT(found.born, 0);
-  EXPECT_GT(found.kept, surface.triangle_count() / 2);
-  EXPECT_EQ(problems(surface, make_surface(target), found), "");
-  // What goes for its shape is within the region, which only grows.
-  EXPECT_EQ(found.distorted, std::ranges::count(distorted_triangles(now, birth), char(1)));
+  const Surface surface = make_surface(now), target = make_surface(fixtures::sphere(5));
+  EXPECT_EQ(remesh(surface, target).born, 0);
+  const Remeshed found = remesh(surface, target, {.birth = birth});
+  EXPECT_EQ(problems(surface, target, found), "");
+  EXPECT_EQ(euler(found.mesh), 2);
+  EXPECT_EQ(found.reached, 0);
+  const std::vector<char> distorted = distorted_triangles(now, birth);
+  EXPECT_EQ(found.distorted, std::ranges::count(distorted, char(1)));
+  ASSERT_GT(found.distorted, 0);
+  // All of those go, and nothing that has no corner in common with them.
+  std::set<int> corners;
+  int touching = 0;
+  for (int t = 0; t < now.triangle_count(); ++t)
+    if (distorted[t]) corners.insert(now.triangles[t].begin(), now.triangles[t].end());
+  for (const Triangle& t : now.triangles)
+    touching += std::ranges::any_of(t, [&](int v) { return corners.contains(v); });
+  EXPECT_EQ(found.died, touching);
+  for (const int t : found.template_triangles) EXPECT_TRUE(t < 0 || !distorted[t]);
+  EXPECT_TRUE(std::ranges::all_of(found.target_triangles, [](int t) { return t < 0; }));
+  const Exchange change = exchanged(now, found);
+  EXPECT_GT(change.born.worst_quality, 2 * change.died.worst_quality);
+  EXPECT_LT(change.born.longest, change.died.longest);
+  EXPECT_LT(found.to_target.max, 0.1 * mean_edge_length(surface));
+  // Born as it is now, nothing is distorted, and nothing happens any more.
+  EXPECT_EQ(remesh(make_surface(found.mesh), target, {.birth = corner_positions(found.mesh)}).born,
+            0);
+}
+
+TEST(Remesh, RenewsAStretchedSheetWithTheSizesOfItsBirth) {
+  const Mesh born = fixtures::flat_square(20, 0.2);
+  const Mesh now = mapped(born, [](const Vector3& p) {
+    const double in = std::clamp((p.x() - 0.4) / 0.2, 0.0, 1.0);
+    return Vector3(p.x() + 1.2 * in, p.y(), p.z());
+  });
+  const auto birth = corner_positions(born);
+  const Surface surface = make_surface(now);
+  const Remeshed found = remesh(surface, surface, {.birth = birth});
+  EXPECT_EQ(problems(surface, surface, found), "");
   EXPECT_GT(found.distorted, 0);
-  EXPECT_GT(found.reached, found.distorted);
-  EXPECT_GE(found.died, found.reached);
+  EXPECT_GT(found.born, 2 * found.died);
+  EXPECT_GT(found.kept, surface.triangle_count() / 2);
+  // Flat it was, with the same area and the same boundary.
+  const Surface result = make_surface(found.mesh, {WeldOptions::Kind::none});
+  EXPECT_NEAR(result.area, surface.area, 1e-12);
+  EXPECT_EQ(result.euler_characteristic, 1);
+  EXPECT_EQ(result.boundary_edges, surface.boundary_edges);
+  for (const Vector3& p : found.mesh.positions) EXPECT_EQ(p.z(), 0);
+  const Exchange change = exchanged(now, found);
+  EXPECT_GT(change.died.longest, 0.3);
+  EXPECT_LT(change.born.longest, change.died.longest);
+  EXPECT_TRUE(folded_triangles(result).empty());
+  // Where a vertex comes from is where it is now.
+  for (int v = 0; v < found.mesh.vertex_count(); ++v) {
+    const VertexOrigin& origin = found.origins[v];
+    Vector3 there = Vector3::Zero();
+    for (int k = 0; k < 3; ++k)
+      there += origin.barycentric[k] * surface.mesh.position(origin.triangle, k);
+    EXPECT_NEAR((there - found.mesh.positions[v]).norm(), 0, 1e-12);
+  }
+}
+
+TEST(Remesh, LeavesTheOtherSideOfAThinSheet) {
+  // A lens much thinner than the tolerance, on which one side gets a bump.
+  const auto lens = [](Vector3 p) { return Vector3(p.x(), p.y(), 0.02 * p.z()); };
+  const Mesh thin = mapped(fixtures::sphere(5), lens);
+  const Mesh bumped = mapped(fixtures::sphere(5), [&](const Vector3& p) {
+    const Vector3 q = lens(p);
+    const double bump = 0.3 * std::exp(-30 * q.head<2>().squaredNorm());
+    return Vector3(q + (p.z() > 0 ? bump : 0) * Vector3::UnitZ());
+  });
+  const Surface before = make_surface(thin), after = make_surface(bumped);
+  for (const auto& [from, to] : {std::pair{&before, &after}, std::pair{&after, &before}}) {
+    const Remeshed found = remesh(*from, *to);
+    EXPECT_EQ(problems(*from, *to, found), "");
+    EXPECT_EQ(euler(found.mesh), 2);
+    EXPECT_GT(found.born, 0);
+    int below = 0, kept_below = 0;
+    for (int t = 0; t < from->triangle_count(); ++t)
+      below += triangle_normal(from->mesh, t).z() < 0;
+    for (const int t : found.template_triangles)
+      kept_below += t >= 0 && triangle_normal(from->mesh, t).z() < 0;
+    EXPECT_EQ(kept_below, below);
+  }
+}
+
+TEST(Remesh, DoesNotGrowWhereASurfacePassesThroughItself) {
+  // Two balls that pass through each other, one of which grows a nose where they do.
+  const auto with_nose = [](const Mesh& ball, double height) {
+    return mapped(ball, [&](const Vector3& p) {
+      const Vector3 nose = Vector3(0.8, 0, 0.6).normalized();
+      return Vector3(p * (1 + height * std::exp(-60 * (p - nose).squaredNorm())));
+    });
+  };
+  const auto pair = [](const Mesh& left, const Mesh& right) {
+    return make_surface(fixtures::beside(
+        left, mapped(right, [](const Vector3& p) { return Vector3(p + Vector3(1.6, 0, 0)); })));
+  };
+  const Mesh ball = fixtures::sphere(5);
+  const Surface alone = make_surface(ball), alone_after = make_surface(with_nose(ball, 0.4));
+  const Surface two = pair(ball, ball), two_after = pair(with_nose(ball, 0.4), ball);
+  const Remeshed one = remesh(alone, alone_after), found = remesh(two, two_after);
+  EXPECT_EQ(problems(two, two_after, found), "");
+  EXPECT_GT(one.died, 0);
+  EXPECT_LT(found.died, 2 * one.died);
+  EXPECT_EQ(found.replaced_components, 0);
 }
 
 TEST(Remesh, ReplacesSmallerDifferencesWhereItIsToBeMoreAccurate) {
   // A dent of 0.6 tolerances.
   const Mesh sheet = fixtures::flat_square(30, 0.2);
   const Mesh dented = mapped(fixtures::flat_square(40, 0.2), [](const Vector3& p) {
-    return Vector3(
-        p - Vector3(0, 0, 0.03 * std::exp(-60 * (p - Vector3(0.5, 0.5, 0)).squaredNorm())));
+    return Vector3(p -
+                   Vector3(0, 0, 0.03 * std::exp(-60 * (p - Vector3(0.5, 0.5, 0)).squaredNorm())));
   });
   const RemeshOptions roughly{.tolerance = 0.05, .curvature = 0};
   EXPECT_EQ(remeshed(sheet, dented, roughly).born, 0);

@@ -15,6 +15,10 @@ bool repeats_vertex(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || 
 
 int tail(const Mesh& mesh, HalfEdge h) { return mesh.triangles[h / 3][h % 3]; }
 
+double squared_length(const Mesh& mesh, HalfEdge h) {
+  return (mesh.positions[tail(mesh, h)] - mesh.positions[tail(mesh, next(h))]).squaredNorm();
+}
+
 /// The halves of a split half-edge, or the whole of another, among the new half-edges.
 struct Heirs {
   HalfEdge first = -1, second = -1;
@@ -24,7 +28,7 @@ class Halving {
  public:
   Halving(SheetPair& pair, std::span<const int> triangles)
       : pair_(pair), heirs_(pair.twins.size()), middles_(pair.twins.size(), -1) {
-    for (const int t : triangles) halve(longest(t));
+    for (const int t : triangles) halve(longest_half_edge(pair_.mesh, t));
   }
 
   void run() {
@@ -44,21 +48,6 @@ class Halving {
   }
 
  private:
-  HalfEdge longest(int t) const {
-    HalfEdge best = 3 * t;
-    double length = -1;
-    for (HalfEdge h = 3 * t; h < 3 * t + 3; ++h) {
-      const double l = squared_length(h);
-      if (l > length) best = h, length = l;
-    }
-    return best;
-  }
-
-  double squared_length(HalfEdge h) const {
-    const auto& p = pair_.mesh.positions;
-    return (p[tail(pair_.mesh, h)] - p[tail(pair_.mesh, next(h))]).squaredNorm();
-  }
-
   void halve(HalfEdge h) {
     if (middles_[h] >= 0) return;
     Mesh& mesh = pair_.mesh;
@@ -92,8 +81,8 @@ class Halving {
     int k = -1;
     double length = -1;
     for (int i = 0; i < 3; ++i)
-      if (middles[i] >= 0 && squared_length(3 * t + i) > length)
-        k = i, length = squared_length(3 * t + i);
+      if (middles[i] >= 0 && squared_length(pair_.mesh, 3 * t + i) > length)
+        k = i, length = squared_length(pair_.mesh, 3 * t + i);
     if (k < 0) {
       for (int i = 0; i < 3; ++i) inherit(3 * t + i, origins[i]);
       return;
@@ -225,10 +214,15 @@ void append(SheetPair& pair, const Surface& surface, char of_target) {
 
 }  // namespace
 
+HalfEdge longest_half_edge(const Mesh& mesh, int triangle) {
+  HalfEdge best = 3 * triangle;
+  for (HalfEdge h = best + 1; h < 3 * triangle + 3; ++h)
+    if (squared_length(mesh, h) > squared_length(mesh, best)) best = h;
+  return best;
+}
+
 double longest_edge(const Mesh& mesh, int triangle) {
-  const Vector3 &a = mesh.position(triangle, 0), &b = mesh.position(triangle, 1),
-                &c = mesh.position(triangle, 2);
-  return std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()}));
+  return std::sqrt(squared_length(mesh, longest_half_edge(mesh, triangle)));
 }
 
 SheetPair join(const Surface& first, const Surface& second) {

@@ -36,7 +36,8 @@ bool cut_long_triangles(SheetPair& pair, double most, std::int64_t most_triangle
 /// edge are cut as well. A triangle's first part takes its place.
 void halve_longest_edges(SheetPair& pair, std::span<const int> triangles);
 
-/// The longest edge of a triangle, model units.
+/// The first longest edge of a triangle, and its length in model units.
+HalfEdge longest_half_edge(const Mesh& mesh, int triangle);
 double longest_edge(const Mesh& mesh, int triangle);
 
 template <class Meets>

@@ -21,6 +21,7 @@
 #include "mq/sequence/clip_crossings.h"
 #include "mq/sequence/remesh_measure.h"
 #include "mq/sequence/remesh_region.h"
+#include "mq/sequence/remesh_renewal.h"
 #include "mq/sequence/remesh_score.h"
 #include "mq/sequence/remesh_seam.h"
 #include "mq/sequence/zip_curves.h"
@@ -68,7 +69,7 @@ class Remesher {
 
   Remeshed run(const Progress& progress) {
     find_seeds(progress.step("find seeds", 0.5));
-    const Cut cut = grow(progress.step("grow", 0.3));
+    Cut cut = grow(progress.step("grow", 0.3));
     Stopwatch watch;
     finish(cut, progress.step("stitch", 0.2));
     return std::move(result_);
@@ -80,8 +81,11 @@ class Remesher {
   void group_components();
   Cut grow(const Progress& progress);
   std::optional<Cut> attempt();
+  bool leave_what_is_passed(Cut& cut, const std::vector<CutCurve>& curves,
+                            const CurvePairs& found) const;
   bool reaches_too_far(const Triangle& t) const;
-  void refuse_crossings(Cut& cut) const;
+  void refuse_crossings(Cut& cut);
+  bool crosses_itself_near(const Triangle& t);
   bool mark(const std::vector<int>& vertices, Mark how);
   std::vector<int> with_neighbours(const std::vector<int>& vertices) const;
   std::vector<char> groups_of(const std::vector<int>& vertices) const;
@@ -94,10 +98,9 @@ class Remesher {
   std::vector<Vector3> offsets() const;
   std::int64_t count_crossings(const Seam& seam) const;
   void unfold_born();
-  void finish(const Cut& cut, const Progress& progress);
-  std::vector<VertexOrigin> find_origins() const;
-  void put(const std::vector<Triangle>& triangles, const std::vector<Vector3>& positions,
-           const std::vector<int>& from);
+  void finish(Cut& cut, const Progress& progress);
+  std::vector<VertexOrigin> find_origins(const std::vector<Vector3>& positions) const;
+  void put(const Seam& seam);
 
   int group(int t) const {
     const int source = pair_.source_triangle[t];
@@ -113,12 +116,15 @@ class Remesher {
   SheetPair pair_;
   std::vector<ClosestPoint> on_target_, on_template_;  // of template's and target's vertices
   std::vector<double> scores_;
-  std::vector<Mark> marked_;  // per vertex of the pair
+  std::vector<char> distorted_;  // per triangle of the template, or none at all
+  std::vector<Mark> marked_;     // per vertex of the pair
   std::optional<MarkedRegion> region_;
   std::vector<int> template_group_, target_group_;  // per triangle
   std::vector<char> replaced_;                      // per group: as a whole
   std::vector<double> group_area_, first_inside_;   // per group
-  double reach_ = 0;                                // between curves that go together
+  std::optional<Mesh> self_crossings_;              // triangles of both surfaces, once asked for
+  std::optional<ClosestPointFinder> near_self_crossings_;
+  double reach_ = 0;  // between curves that go together
 };
 
 void Remesher::find_seeds(const Progress& progress) {
@@ -133,12 +139,8 @@ void Remesher::find_seeds(const Progress& progress) {
   Mismatch of_template = mismatch(template_, target_finder, how, progress.step("template", 0.5));
   Mismatch of_target = mismatch(target_, template_finder, how, progress.step("target", 0.5));
   if (!options_.birth.empty()) {
-    const std::vector<char> distorted = distorted_triangles(template_.mesh, options_.birth);
-    result_.distorted = int(std::ranges::count(distorted, char(1)));
-    for (int t = 0; t < template_.triangle_count(); ++t)
-      if (distorted[t])
-        for (const int v : template_.mesh.triangles[t])
-          of_template.scores[v] = std::max(of_template.scores[v], 2.0);
+    distorted_ = distorted_triangles(template_.mesh, options_.birth);
+    result_.distorted = int(std::ranges::count(distorted_, char(1)));
   }
   const auto above = [](const std::vector<double>& scores) {
     return int(std::ranges::count_if(scores, [](double s) { return s > 1; }));
@@ -297,9 +299,32 @@ bool Remesher::reaches_too_far(const Triangle& t) const {
   return false;
 }
 
+/// Whether one of the surfaces passes through itself, within reach of the triangle: what joins the
+/// two there does so too, however far the region grows.
+bool Remesher::crosses_itself_near(const Triangle& t) {
+  if (!self_crossings_) {
+    Mesh& all = self_crossings_.emplace();
+    for (const Surface* surface : {&template_, &target_}) {
+      const Mesh& mesh = surface->mesh;
+      const std::vector<char> crossing = crossed(mesh.positions, mesh.triangles, {});
+      for (int i = 0; i < mesh.triangle_count(); ++i) {
+        if (!crossing[i]) continue;
+        const int first = all.vertex_count();
+        all.triangles.push_back({first, first + 1, first + 2});
+        for (int k = 0; k < 3; ++k) all.positions.push_back(mesh.position(i, k));
+      }
+    }
+    if (!all.triangles.empty()) near_self_crossings_.emplace(all);
+  }
+  if (!near_self_crossings_) return false;
+  const auto& p = pair_.mesh.positions;
+  const std::array<Vector3, 1> center{(p[t[0]] + p[t[1]] + p[t[2]]) / 3};
+  return (*near_self_crossings_)(center)[0].squared_distance < reach_ * reach_;
+}
+
 /// Strips that pass through one another or through what is kept, and triangles of the target that
-/// pass through the template's where both end.
-void Remesher::refuse_crossings(Cut& cut) const {
+/// pass through the template's where both end, unless one of the two passes through itself there.
+void Remesher::refuse_crossings(Cut& cut) {
   std::vector<Triangle> kept, of_target, of_template;
   for (int t = 0; t < pair_.mesh.triangle_count(); ++t) {
     if (!cut.kept[t]) continue;
@@ -317,10 +342,47 @@ void Remesher::refuse_crossings(Cut& cut) const {
   }
   const auto refuse = [&](const std::vector<Triangle>& asked, const std::vector<char>& bad) {
     for (std::size_t i = 0; i < bad.size(); ++i)
-      if (bad[i]) cut.failed.insert(cut.failed.end(), asked[i].begin(), asked[i].end());
+      if (bad[i] && !crosses_itself_near(asked[i]))
+        cut.failed.insert(cut.failed.end(), asked[i].begin(), asked[i].end());
   };
   refuse(cut.strips, crossed(pair_.mesh.positions, cut.strips, kept));
   refuse(of_target, crossed_by(pair_.mesh.positions, of_target, of_template));
+}
+
+/// The region may reach parts of either surface that only lie near by, such as the other side of a
+/// thin one. Where nothing is marked in them, nor in what their curves go together with, the
+/// template's stay and the target's do not come. Whether there were any.
+bool Remesher::leave_what_is_passed(Cut& cut, const std::vector<CutCurve>& curves,
+                                    const CurvePairs& found) const {
+  const int count = pair_.mesh.triangle_count();
+  const auto changes = [&](int t) {
+    return !replaced_[group(t)] && (cut.kept[t] != 0) == pair_.triangle_of_target(t);
+  };
+  DisjointSets parts(std::size_t(count) + curves.size());
+  std::vector<int> curve_of(pair_.mesh.positions.size(), -1);
+  for (std::size_t i = 0; i < curves.size(); ++i)
+    for (const int v : curves[i].vertices) curve_of[v] = int(i);
+  for (const auto& [i, j] : found.pairs) parts.join(count + i, count + j);
+  for (HalfEdge h = 0; h < std::ssize(pair_.twins); ++h) {
+    if (!changes(h / 3)) continue;
+    const HalfEdge across = pair_.twins[h];
+    if (across >= 0 && changes(across / 3)) parts.join(h / 3, across / 3);
+    if (across < 0 || changes(across / 3)) continue;
+    for (const int k : {h % 3, (h + 1) % 3})
+      if (const int curve = curve_of[pair_.mesh.triangles[h / 3][k]]; curve >= 0)
+        parts.join(h / 3, count + curve);
+  }
+  std::vector<char> marked(std::size_t(count) + curves.size(), 0);
+  for (int t = 0; t < count; ++t)
+    if (changes(t))
+      for (const int v : pair_.mesh.triangles[t])
+        if (v < std::ssize(marked_) && marked_[v] != Mark::none) marked[parts.root(t)] = 1;
+  bool any = false;
+  std::vector<int> left;
+  for (int t = 0; t < count; ++t)
+    if (changes(t) && !marked[parts.root(t)]) left.push_back(t);
+  for (const int t : left) cut.kept[t] = !cut.kept[t], any = true;
+  return any;
 }
 
 /// Cuts and stitches with the region as it is; nothing where nothing of the template would stay, or
@@ -357,8 +419,12 @@ std::optional<Cut> Remesher::attempt() {
     cut.kept[t] = replaced_[group(t)] ? of_target : kept;
   }
   clean_cut(pair_, cut.kept);
-  const std::vector<CutCurve> curves = cut_curves(pair_, cut.kept);
-  const CurvePairs found = pair_curves(pair_, curves, reach_);
+  std::vector<CutCurve> curves = cut_curves(pair_, cut.kept);
+  CurvePairs found = pair_curves(pair_, curves, reach_);
+  if (leave_what_is_passed(cut, curves, found)) {
+    curves = cut_curves(pair_, cut.kept);
+    found = pair_curves(pair_, curves, reach_);
+  }
   for (const int i : found.alone)
     cut.failed.insert(cut.failed.end(), curves[i].vertices.begin(), curves[i].vertices.end());
   std::vector<Strip> strips(found.pairs.size());
@@ -412,14 +478,12 @@ Cut Remesher::grow(const Progress& progress) {
     marked_.push_back(seed ? Mark::seed : Mark::none);
   restart_region();
   first_inside_ = inside_area();
-  result_.reached =
-      int(std::count_if(pair_.mesh.triangles.begin(),
-                        pair_.mesh.triangles.begin() + template_.triangle_count(),
-                        [&](const Triangle& t) {
-                          return std::ranges::any_of(t, [&](int v) {
-                            return region_->distances()[v] <= region_->radius();
-                          });
-                        }));
+  result_.reached = int(std::count_if(
+      pair_.mesh.triangles.begin(), pair_.mesh.triangles.begin() + template_.triangle_count(),
+      [&](const Triangle& t) {
+        return std::ranges::any_of(
+            t, [&](int v) { return region_->distances()[v] <= region_->radius(); });
+      }));
   for (int round = 1;; ++round) {
     progress.at(std::min(0.95, 0.1 * round), fmt::format("round {}", round));
     std::optional<Cut> cut;
@@ -439,9 +503,9 @@ Cut Remesher::grow(const Progress& progress) {
   }
 }
 
-/// Where the vertices of the pair lie on their surfaces.
-std::vector<VertexOrigin> Remesher::find_origins() const {
-  std::vector<VertexOrigin> origins(pair_.mesh.positions.size());
+/// Where the vertices of the pair, now at these positions, lie on their surfaces.
+std::vector<VertexOrigin> Remesher::find_origins(const std::vector<Vector3>& positions) const {
+  std::vector<VertexOrigin> origins(positions.size());
   for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
     for (int k = 0; k < 3; ++k) {
       const int v = pair_.mesh.triangles[t][k], source = pair_.source_triangle[t];
@@ -454,16 +518,28 @@ std::vector<VertexOrigin> Remesher::find_origins() const {
       if (at != corners.end())
         origin.barycentric[at - corners.begin()] = 1;
       else
-        origin.barycentric = closest_point(mesh, source, pair_.mesh.positions[v]).barycentric;
+        origin.barycentric = closest_point(mesh, source, positions[v]).barycentric;
     }
+  for (const char of_target : {0, 1}) {
+    std::vector<int> moved;
+    std::vector<Vector3> points;
+    for (std::size_t v = 0; v < positions.size(); ++v)
+      if (pair_.of_target[v] == of_target && positions[v] != pair_.mesh.positions[v]) {
+        moved.push_back(int(v));
+        points.push_back(positions[v]);
+      }
+    if (moved.empty()) continue;
+    const auto places = ClosestPointFinder(of_target ? target_.mesh : template_.mesh)(points);
+    for (std::size_t i = 0; i < moved.size(); ++i)
+      origins[moved[i]] = {of_target, places[i].triangle, places[i].barycentric};
+  }
   return origins;
 }
 
-void Remesher::put(const std::vector<Triangle>& triangles, const std::vector<Vector3>& positions,
-                   const std::vector<int>& from) {
-  std::vector<int> place(positions.size(), -1);
-  const std::vector<VertexOrigin> origins = find_origins();
-  for (const Triangle& t : triangles)
+void Remesher::put(const Seam& seam) {
+  std::vector<int> place(seam.positions.size(), -1);
+  const std::vector<VertexOrigin> origins = find_origins(seam.positions);
+  for (const Triangle& t : seam.triangles)
     for (const int v : t) place[v] = 0;
   // Vertices of the template first, each surface in its order.
   for (const char of_target : {0, 1})
@@ -471,15 +547,15 @@ void Remesher::put(const std::vector<Triangle>& triangles, const std::vector<Vec
       if (place[v] < 0 || pair_.of_target[v] != of_target) continue;
       place[v] = result_.mesh.vertex_count();
       const int source = pair_.source_vertex[v];
-      result_.mesh.positions.push_back(positions[v]);
+      result_.mesh.positions.push_back(seam.positions[v]);
       result_.origins.push_back(origins[v]);
-      result_.template_vertices.push_back(of_target ? -1 : source);
+      result_.template_vertices.push_back(of_target || seam.free[v] ? -1 : source);
       result_.target_vertices.push_back(of_target ? source : -1);
     }
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const auto& [a, b, c] = triangles[i];
+  for (std::size_t i = 0; i < seam.triangles.size(); ++i) {
+    const auto& [a, b, c] = seam.triangles[i];
     result_.mesh.triangles.push_back({place[a], place[b], place[c]});
-    const int t = from[i];
+    const int t = seam.from[i];
     const bool whole = t >= 0 && pair_.whole[t];
     const bool of_target = t >= 0 && pair_.triangle_of_target(t);
     result_.template_triangles.push_back(whole && !of_target ? pair_.source_triangle[t] : -1);
@@ -551,25 +627,37 @@ void Remesher::unfold_born() {
   result_.mesh.positions = unfolded(result_.mesh, fixed);
 }
 
-void Remesher::finish(const Cut& cut, const Progress& progress) {
+void Remesher::finish(Cut& cut, const Progress& progress) {
   Stopwatch watch;
+  Renewal renewed;
+  if (distorted_.empty()) {
+    renewed.triangles.assign(pair_.mesh.triangles.size(), 0);
+    renewed.vertices.assign(pair_.mesh.positions.size(), 0);
+  } else {
+    renewed = renew(pair_, cut.kept, distorted_, options_.birth);
+  }
   std::vector<Triangle> triangles;
   std::vector<int> from;
-  const auto take = [&](auto&& wanted) {
+  const auto take = [&](bool renewal, auto&& wanted) {
     for (int t = 0; t < pair_.mesh.triangle_count(); ++t)
-      if (cut.kept[t] && wanted(t)) triangles.push_back(pair_.mesh.triangles[t]), from.push_back(t);
+      if (cut.kept[t] && (renewed.triangles[t] != 0) == renewal && wanted(t)) {
+        triangles.push_back(pair_.mesh.triangles[t]);
+        from.push_back(renewal ? -1 : t);
+      }
   };
-  take([&](int t) { return pair_.whole[t] && !pair_.triangle_of_target(t); });
-  take([&](int t) { return !pair_.whole[t] && !pair_.triangle_of_target(t); });
-  take([&](int t) { return pair_.triangle_of_target(t); });
+  take(false, [&](int t) { return pair_.whole[t] && !pair_.triangle_of_target(t); });
+  take(false, [&](int t) { return !pair_.whole[t] && !pair_.triangle_of_target(t); });
+  take(false, [&](int t) { return pair_.triangle_of_target(t); });
+  take(true, [](int) { return true; });
   triangles.insert(triangles.end(), cut.strips.begin(), cut.strips.end());
   from.resize(triangles.size(), -1);
-  Seam seam{std::move(triangles), std::move(from), pair_.mesh.positions, offsets()};
+  Seam seam{std::move(triangles), std::move(from), pair_.mesh.positions, offsets(),
+            std::move(renewed.vertices)};
   Seam better = seam;
   improve_seam(pair_, better);
   if (count_crossings(better) <= count_crossings(seam)) seam = std::move(better);
   drop_parts_without_area(seam);
-  put(seam.triangles, seam.positions, seam.from);
+  put(seam);
   unfold_born();
   note("stitch", watch);
   progress.at(0.5);

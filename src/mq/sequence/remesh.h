@@ -21,13 +21,13 @@ struct RemeshOptions {
                          ///< the target, model units; 0: two mean edges of the finer surface
   double accuracy = 0;   ///< the same for seeds alone, where the region around them is to stay as
                          ///< wide as `tolerance` says; 0: the tolerance
-  double farthest = 0;   ///< distance from which a vertex is a seed wherever it is; 0: there is none
-  double keep = 0.5;     ///< 0 to 1: neighbours of what is replaced go too from this score on
+  double farthest = 0;  ///< distance from which a vertex is a seed wherever it is; 0: there is none
+  double keep = 0.5;    ///< 0 to 1: neighbours of what is replaced go too from this score on
   double occlusion = 0.75;  ///< 0 to 1: how much less counts what cannot be seen
   double curvature = 2;     ///< from 0: how much more counts what is bent
   double growth = 0.25;     ///< share of a component that may go beyond what has to; else all goes
-  /// Per triangle of the template its corners when it was born: those distorted since go too. Empty:
-  /// not asked.
+  /// Per triangle of the template its corners when it was born: those distorted since are born anew
+  /// where they are. Empty: not asked.
   std::span<const std::array<Vector3, 3>> birth = {};
 };
 
@@ -54,11 +54,11 @@ struct Remeshed {
   int kept = 0;            ///< triangles of the template that are in the result
   int died = 0;            ///< those that are not
   int born = 0;            ///< triangles of the result that are not the template's
-  int template_seeds = 0;  ///< vertices with a score above 1, or of distorted triangles
+  int template_seeds = 0;  ///< vertices with a score above 1
   int target_seeds = 0;
   int distorted = 0;  ///< triangles of the template that went for their shape at birth
   int reached = 0;    ///< triangles of the template that the region reached before it grew
-  int regions = 0;                                      ///< connected parts of what was born
+  int regions = 0;    ///< connected parts of what was born
   int replaced_components = 0;                          ///< of the template, whole
   int rounds = 0;                                       ///< until all curves had partners
   double tolerance = 0;                                 ///< the one used, model units
@@ -80,12 +80,15 @@ struct Remeshed {
 ///    corresponds to it.
 /// 4. Strips of triangles close the gaps (zip_curves.h); around them, and only on the target's
 ///    side, short edges go, edges are flipped and vertices move a little.
+/// 5. What of the template is kept, but distorted since its birth, shows the target and only has
+/// the
+///    wrong triangles: it is triangulated anew where it is (remesh_renewal.h).
 ///
 /// The result is manifold where both surfaces are, whatever their topologies. Boundaries stay
 /// boundaries. Triangles of the template that are kept have their vertices bit for bit. Where no
-/// vertex is a seed the result is the template. Same bits for any number of threads.
-/// Throws `InvalidInput` where one of the two has no triangles, where they are turned inside out
-/// against each other, and where options are out of range.
+/// vertex is a seed and no triangle distorted the result is the template. Same bits for any number
+/// of threads. Throws `InvalidInput` where one of the two has no triangles, where they are turned
+/// inside out against each other, and where options are out of range.
 Remeshed remesh(const Surface& of_template, const Surface& target,
                 const RemeshOptions& options = {}, const Progress& progress = {});
 

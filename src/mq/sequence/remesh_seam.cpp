@@ -42,7 +42,7 @@ class SeamMesh {
     for (std::size_t i = 0; i < seam_.triangles.size(); ++i)
       if (seam_.from[i] < 0)
         for (const int v : seam_.triangles[i])
-          if (pair_.of_target[v]) ring_[v] = 0;
+          if (pair_.of_target[v] || seam_.free[v]) ring_[v] = 0;
     for (int ring = 1; ring <= 2; ++ring) {
       std::vector<int> reached;
       for (const Triangle& t : seam_.triangles)

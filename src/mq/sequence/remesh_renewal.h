@@ -1,0 +1,27 @@
+#pragma once
+/// Triangles that show what they should but no longer have the shape they were born with.
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "mq/sequence/clip_sheets.h"
+
+namespace mq {
+
+/// What is triangulated anew where it lies.
+struct Renewal {
+  std::vector<char> triangles;  ///< per triangle of the pair: is born
+  std::vector<char> vertices;   ///< per vertex of the pair: all around it is born, and it may move
+};
+
+/// Renews distorted triangles of a template that are kept as they are (`kept`, per triangle of the
+/// pair), and with them all that share a corner inside of what is kept. Edges of the distorted ones
+/// that are longer than twice the mean edge they were born with are halved, again and again, where
+/// what lies across is renewed too; for parts made by that, `kept` gets a 1 each.
+/// `distorted` and `birth` (corners) are per triangle of the template. Nothing of the target
+/// changes.
+Renewal renew(SheetPair& pair, std::vector<char>& kept, const std::vector<char>& distorted,
+              std::span<const std::array<Vector3, 3>> birth);
+
+}  // namespace mq
