@@ -240,7 +240,8 @@ TEST(Remesh, RenewsTrianglesDistortedSinceTheirBirthWhereTheyAre) {
   const Exchange change = exchanged(now, found);
   EXPECT_GT(change.born.worst_quality, 2 * change.died.worst_quality);
   EXPECT_LT(change.born.longest, change.died.longest);
-  EXPECT_LT(found.to_target.max, 0.1 * mean_edge_length(surface));
+  // No farther from the sphere than the middles of the edges that went.
+  EXPECT_LT(found.to_target.max, change.died.longest * change.died.longest / 8);
   // Born as it is now, nothing is distorted, and nothing happens any more.
   EXPECT_EQ(remesh(make_surface(found.mesh), target, {.birth = corner_positions(found.mesh)}).born,
             0);
@@ -259,15 +260,14 @@ TEST(Remesh, RenewsAStretchedSheetWithTheSizesOfItsBirth) {
   EXPECT_GT(found.distorted, 0);
   EXPECT_GT(found.born, 2 * found.died);
   EXPECT_GT(found.kept, surface.triangle_count() / 2);
-  // Flat it was, with the same area and the same boundary.
+  // Flat it was, with the same area.
   const Surface result = make_surface(found.mesh, {WeldOptions::Kind::none});
   EXPECT_NEAR(result.area, surface.area, 1e-12);
   EXPECT_EQ(result.euler_characteristic, 1);
-  EXPECT_EQ(result.boundary_edges, surface.boundary_edges);
   for (const Vector3& p : found.mesh.positions) EXPECT_EQ(p.z(), 0);
   const Exchange change = exchanged(now, found);
   EXPECT_GT(change.died.longest, 0.3);
-  EXPECT_LT(change.born.longest, change.died.longest);
+  EXPECT_LT(change.born.longest, 0.15);
   EXPECT_TRUE(folded_triangles(result).empty());
   // Where a vertex comes from is where it is now.
   for (int v = 0; v < found.mesh.vertex_count(); ++v) {

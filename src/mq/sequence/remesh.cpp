@@ -652,9 +652,9 @@ void Remesher::finish(Cut& cut, const Progress& progress) {
   triangles.insert(triangles.end(), cut.strips.begin(), cut.strips.end());
   from.resize(triangles.size(), -1);
   Seam seam{std::move(triangles), std::move(from), pair_.mesh.positions, offsets(),
-            std::move(renewed.vertices)};
+            renewed.vertices};
   Seam better = seam;
-  improve_seam(pair_, better);
+  improve_seam(pair_, target_.mesh, better);
   if (count_crossings(better) <= count_crossings(seam)) seam = std::move(better);
   drop_parts_without_area(seam);
   put(seam);

@@ -65,15 +65,25 @@ class Renewer {
         result_.triangles[t] = 1;
   }
 
-  /// Distorted triangles whose longest edge is to be halved, and may be.
+  /// Triangles whose longest edge is to be halved so that those of distorted ones become shorter,
+  /// and is the longest of what lies across as well: from triangle to triangle across longest edges
+  /// (Rivara, New longest-edge algorithms for the refinement and/or improvement of unstructured
+  /// triangulations, 1997). None where that leads out of what is renewed.
   std::vector<int> too_long() const {
     std::vector<int> found;
     for (int t = 0; t < pair_.mesh.triangle_count(); ++t) {
       if (!result_.triangles[t] || !is_distorted(t)) continue;
       const double most = longest_in_births * mean_edge(birth_[pair_.source_triangle[t]]);
       if (!(most > 0) || !(longest_edge(pair_.mesh, t) > most)) continue;
-      const HalfEdge across = pair_.twins[longest_half_edge(pair_.mesh, t)];
-      if (across >= 0 && result_.triangles[across / 3]) found.push_back(t);
+      for (int s = t;;) {
+        const HalfEdge across = pair_.twins[longest_half_edge(pair_.mesh, s)];
+        if (across >= 0 && !result_.triangles[across / 3]) break;
+        if (across < 0 || !(longest_edge(pair_.mesh, across / 3) > longest_edge(pair_.mesh, s))) {
+          found.push_back(s);
+          break;
+        }
+        s = across / 3;
+      }
     }
     return found;
   }

@@ -17,8 +17,8 @@ struct Renewal {
 
 /// Renews distorted triangles of a template that are kept as they are (`kept`, per triangle of the
 /// pair), and with them all that share a corner inside of what is kept. Edges of the distorted ones
-/// that are longer than twice the mean edge they were born with are halved, again and again, where
-/// what lies across is renewed too; for parts made by that, `kept` gets a 1 each.
+/// that are longer than twice the mean edge they were born with are halved, again and again, as far
+/// as what lies across is renewed too, or nothing; for parts made by that, `kept` gets a 1 each.
 /// `distorted` and `birth` (corners) are per triangle of the template. Nothing of the target
 /// changes.
 Renewal renew(SheetPair& pair, std::vector<char>& kept, const std::vector<char>& distorted,

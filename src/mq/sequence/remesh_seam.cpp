@@ -9,20 +9,28 @@
 #include <limits>
 #include <optional>
 
+#include "mq/mesh/closest_point.h"
+#include "mq/mesh/geometry.h"
+
 namespace mq {
 namespace {
 
 constexpr int passes = 3;
 constexpr double shortest = 0.4;       // of the mean edge around
 constexpr double flattest = 0.866;     // cosine between two triangles whose edge may be flipped
+constexpr double least_facing = 0.5;   // cosine between a vertex and the target it is put onto
 constexpr double least_cosine = 0.17;  // between a triangle and the surface: 80 degrees
 
 bool has(const Triangle& t, int v) { return t[0] == v || t[1] == v || t[2] == v; }
 
 class SeamMesh {
  public:
-  SeamMesh(const SheetPair& pair, Seam& seam)
-      : pair_(pair), seam_(seam), ring_(pair.of_target.size(), -1), around_(pair.of_target.size()) {
+  SeamMesh(const SheetPair& pair, const Mesh& target, Seam& seam)
+      : pair_(pair),
+        target_(target),
+        seam_(seam),
+        ring_(pair.of_target.size(), -1),
+        around_(pair.of_target.size()) {
     find_rings();
     find_around();
   }
@@ -140,7 +148,7 @@ class SeamMesh {
 
   void move_by_offsets() {
     for (const int v : movable_) {
-      const Vector3 offset = seam_.offsets[v] * (ring_[v] == 0 ? 0.5 : 0.25);
+      const Vector3 offset = seam_.offsets[v] * (seam_.free[v] ? 1 : ring_[v] == 0 ? 0.5 : 0.25);
       if (!offset.isZero()) try_move(v, at(v) + offset, 0.2);
     }
   }
@@ -153,8 +161,21 @@ class SeamMesh {
       for (const int w : ring) middle += at(w);
       const Vector3 step = 0.5 * (middle / double(ring.size()) - at(v));
       const Vector3& n = pair_.normals[v];
-      try_move(v, at(v) + step - step.dot(n) * n, 0.5);
+      const Vector3 to = at(v) + step - step.dot(n) * n;
+      if (!seam_.free[v])
+        try_move(v, to, 0.5);
+      else if (const Vector3 on = onto_target(to, n); !try_move(v, on, 0.5))
+        try_move(v, (at(v) + on) / 2, 0.5);
     }
+  }
+
+  /// The nearest point of the target, if that faces alike.
+  Vector3 onto_target(const Vector3& point, const Vector3& normal) {
+    if (!finder_) finder_.emplace(target_);
+    const ClosestPoint place = (*finder_)(point);
+    return triangle_normal(target_, place.triangle).dot(normal) > least_facing
+               ? point_at(target_, place)
+               : point;
   }
 
   void collapse_all() {
@@ -281,6 +302,8 @@ class SeamMesh {
   }
 
   const SheetPair& pair_;
+  const Mesh& target_;
+  std::optional<ClosestPointFinder> finder_;  // on the target, once asked for
   Seam& seam_;
   std::vector<int> ring_;                 // per vertex its distance to a strip, −1: beyond two
   std::vector<char> free_;                // per triangle
@@ -298,9 +321,9 @@ double triangle_quality(const Vector3& p, const Vector3& q, const Vector3& r,
   return n.dot(normal) < 0 ? -value : value;
 }
 
-void improve_seam(const SheetPair& pair, Seam& seam) {
+void improve_seam(const SheetPair& pair, const Mesh& target, Seam& seam) {
   if (std::ranges::none_of(seam.from, [](int t) { return t < 0; })) return;
-  SeamMesh(pair, seam).run();
+  SeamMesh(pair, target, seam).run();
 }
 
 }  // namespace mq

@@ -22,11 +22,11 @@ struct Seam {
 /// Then, three times: edges shorter than 0.4 of those around are collapsed onto a vertex that
 /// stays, edges are flipped where the worse of two triangles gets better, vertices of the target
 /// slide along the surface to the middle of their neighbours. So are those of the template that are
-/// free, and the triangles around them, all of which must be said to be changed. Nothing is done
-/// that would turn a triangle over against the surface or make the mesh not manifold. The
-/// template's other triangles and all boundaries stay. Triangles that went are taken out; the order
-/// of the others stays.
-void improve_seam(const SheetPair& pair, Seam& seam);
+/// free, onto the target where that faces alike, and the triangles around them, all of which must
+/// be said to be changed. Nothing is done that would turn a triangle over against the surface or
+/// make the mesh not manifold. The template's other triangles and all boundaries stay. Triangles
+/// that went are taken out; the order of the others stays.
+void improve_seam(const SheetPair& pair, const Mesh& target, Seam& seam);
 
 /// 4√3 area / (sum of squared edges): 1 equilateral, 0 without area; negative where the normal
 /// points away from `normal`.

@@ -113,6 +113,8 @@ struct SurfaceTracker::State {
   void keep_birth(std::span<const Vector3> current, const std::vector<NodeMotion>& motions,
                   const std::vector<NodeMotion>& turned);
   void snap(const TrackTarget& target, TrackedFrame& frame, const Progress& progress);
+  void add_pulls_of_target(const TrackTarget& target, const std::vector<Vector3>& normals,
+                           double width, std::vector<double>& weights, Signal& moves) const;
   Signal screened(const std::vector<double>& weights, const Signal& moves, double alpha);
 
   TrackOptions options;
@@ -317,6 +319,31 @@ Signal SurfaceTracker::State::screened(const std::vector<double>& weights, const
   return snap_solver->solve(right);
 }
 
+/// Points of the target pull at the corner they are nearest to as well, which brings vertices onto
+/// its sharp edges. Weights grow by theirs, times their area over that of the vertex.
+void SurfaceTracker::State::add_pulls_of_target(const TrackTarget& target,
+                                                const std::vector<Vector3>& normals, double width,
+                                                std::vector<double>& weights, Signal& moves) const {
+  const Mesh &mesh = now.mesh, &other = target.surface().mesh;
+  const double least_cosine = std::cos(options.most_angle * std::numbers::pi / 180);
+  const std::vector<ClosestPoint> back = ClosestPointFinder(mesh)(other.positions);
+  const std::vector<double> target_shares = area_shares(other);
+  for (std::size_t v = 0; v < weights.size(); ++v) moves.row(Eigen::Index(v)) *= weights[v];
+  for (std::size_t u = 0; u < back.size(); ++u) {
+    const ClosestPoint& p = back[u];
+    const Vector3 normal = normal_at(mesh, normals, p.triangle, p.barycentric);
+    if (!(normal.dot(target.normals()[u]) > least_cosine)) continue;
+    const int v = nearest_corner(mesh, p);
+    if (!(shares[v] > 0)) continue;
+    const double weight =
+        std::exp(-p.squared_distance / (2 * width * width)) * target_shares[u] / shares[v];
+    weights[v] += weight;
+    moves.row(v) += weight * (other.positions[u] - point_at(mesh, p)).transpose();
+  }
+  for (std::size_t v = 0; v < weights.size(); ++v)
+    if (weights[v] > 0) moves.row(Eigen::Index(v)) /= weights[v];
+}
+
 void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
                                  const Progress& progress) {
   const Stopwatch watch;
@@ -341,12 +368,11 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
       const Vector3 move = point_at(other, there[v]) - now.mesh.positions[v];
       moves.row(v) = (normal * normal.dot(move)).transpose();
     });
-    const Signal u = screened(weights, moves, options.snaps[pass]);
     frame.matched = 0;
-    for (int v = 0; v < n; ++v) {
-      now.mesh.positions[v] += u.row(v).transpose();
-      frame.matched += shares[v] * weights[v];
-    }
+    for (int v = 0; v < n; ++v) frame.matched += shares[v] * weights[v];
+    add_pulls_of_target(target, normals, width, weights, moves);
+    const Signal u = screened(weights, moves, options.snaps[pass]);
+    for (int v = 0; v < n; ++v) now.mesh.positions[v] += u.row(v).transpose();
   }
   frame.seconds.snap += watch.seconds();
 }
