@@ -69,6 +69,14 @@ struct Captured : Model {
   /// Per vertex where it lies in the file's mesh; empty: none were cut.
   std::vector<RefinedMesh::Place> places;
   std::vector<int> turned;  ///< of the file's triangles, as they faced the wrong way
+
+  /// 1 per vertex of the file; empty: all are.
+  std::vector<char> of_file() const {
+    std::vector<char> result;
+    for (const RefinedMesh::Place& place : places)
+      result.push_back(place.barycentric.maxCoeff() == 1);
+    return result;
+  }
 };
 
 Captured cut_for_nodes(Model model, double longest) {
@@ -328,7 +336,8 @@ class Tracking {
     TrackTarget target;
     Prepared(Captured model_, const OptionValues& options)
         : model(std::move(model_)),
-          target(model.mesh, options.flag("photometric") ? vertex_colours(model) : Signal()) {}
+          target(model.mesh, options.flag("photometric") ? vertex_colours(model) : Signal(),
+                 model.of_file()) {}
   };
 
   /// Facing as what followed the frame before does.
@@ -542,11 +551,12 @@ class Tracking {
   /// less and less where too many points are farther than --within.
   Remeshed remeshed_within(const Surface& tracked, const TrackTarget& target,
                            const Progress& progress) const {
-    const double within = run_.options().number("within") / 100 * target.diagonal();
+    const double share = run_.options().number("within") / 100;
+    const double within = share * target.diagonal();
     RemeshOptions how{.farthest = farthest_in_within * within, .birth = follower_->known.birth};
     Remeshed found = remesh(tracked, target.surface(), how, progress.step("remesh", 0.5));
     for (const double part : accuracies_in_within) {
-      if (std::max(found.to_target.p95, found.from_target.p95) <= within) break;
+      if (surface_distance(found.mesh, target).p95 <= share) break;
       how.accuracy = part * within;
       if (how.accuracy < found.tolerance)
         found = remesh(tracked, target.surface(), how, progress.step("remesh", 0.1));

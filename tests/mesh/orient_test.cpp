@@ -45,6 +45,28 @@ TEST(Oriented, TurnsTrianglesThatFaceAgainstTheirNeighbours) {
   }
 }
 
+TEST(Oriented, KeepsSolidsApartThatTouchInAFace) {
+  // Two tetrahedra with vertices of their own, of which three lie at the same places: no edge of
+  // that face has two triangles only.
+  const Mesh one = fixtures::tetrahedron();
+  Mesh other = one;
+  const Triangle base = one.triangles[0];
+  const int apex = 6 - base[0] - base[1] - base[2];
+  const Vector3 middle =
+      (one.positions[base[0]] + one.positions[base[1]] + one.positions[base[2]]) / 3;
+  other.positions[apex] = 2 * middle - one.positions[apex];
+  std::vector<int> all = every(1, other.triangle_count());
+  other = turned_over(other, all);
+  const Mesh both = fixtures::beside(one, other);
+  const Oriented found = oriented(both);
+  EXPECT_EQ(found.mesh.triangles, both.triangles);
+  EXPECT_TRUE(found.defects.empty());
+  const Oriented mended = oriented(turned_over(both, {1, 6}));
+  EXPECT_EQ(mended.turned, (std::vector<int>{1, 6}));
+  EXPECT_EQ(mended.mesh.triangles, both.triangles);
+  EXPECT_EQ(make_surface(mended.mesh).boundary_edges, 0);
+}
+
 TEST(Oriented, TurnsASolidThatIsInsideOut) {
   const Mesh mesh = fixtures::torus(20, 10);
   const Oriented found = oriented(turned_over(mesh, every(1, mesh.triangle_count())));

@@ -30,7 +30,9 @@ constexpr double most_samples = 500;  // of a part, of which the nearest points 
 
 /// A triangle at an edge, and whether it runs along it from the lower vertex to the higher.
 struct Side {
-  int low, high, triangle, forward;
+  int low, high;           // welded
+  std::pair<int, int> by;  // as the mesh has them, the lower first
+  int triangle, forward;
 };
 
 /// Two triangles with one edge; 1: they turn against each other.
@@ -49,7 +51,8 @@ struct Part {
   }
 };
 
-/// Per triangle those across its edges that have two triangles.
+/// Per triangle those across its edges that have two triangles: of more that lie at one place, the
+/// two that the mesh itself joins there, and two that are left.
 std::vector<std::vector<Neighbour>> neighbours(const Mesh& mesh) {
   const std::vector<int> welded =
       weld_vertices(mesh, referenced_vertices(mesh), {.kind = WeldOptions::Kind::exact});
@@ -60,20 +63,42 @@ std::vector<std::vector<Neighbour>> neighbours(const Mesh& mesh) {
     if (w[0] == w[1] || w[1] == w[2] || w[2] == w[0]) continue;
     for (int k = 0; k < 3; ++k) {
       const int a = w[k], b = w[(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), t, a < b});
+      sides.push_back(
+          {std::min(a, b), std::max(a, b), std::minmax(v[k], v[(k + 1) % 3]), t, a < b});
     }
   }
   std::ranges::sort(sides, [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+    return std::tie(a.low, a.high, a.by, a.triangle) < std::tie(b.low, b.high, b.by, b.triangle);
   });
   std::vector<std::vector<Neighbour>> result(mesh.triangles.size());
-  for (std::size_t i = 0, j = 0; i < sides.size(); i = j) {
-    while (j < sides.size() && sides[j].low == sides[i].low && sides[j].high == sides[i].high) ++j;
-    if (j - i != 2) continue;
-    const Side &a = sides[i], &b = sides[i + 1];
+  const auto join = [&](const Side& a, const Side& b) {
     const int against = a.forward == b.forward;
     result[a.triangle].push_back({b.triangle, against});
     result[b.triangle].push_back({a.triangle, against});
+  };
+  const auto end_of = [&](std::size_t i, auto&& same) {
+    std::size_t j = i;
+    while (j < sides.size() && same(sides[i], sides[j])) ++j;
+    return j;
+  };
+  for (std::size_t i = 0; i < sides.size();) {
+    const std::size_t end =
+        end_of(i, [](const Side& a, const Side& b) { return a.low == b.low && a.high == b.high; });
+    std::vector<std::size_t> left;
+    if (end - i == 2) {
+      join(sides[i], sides[i + 1]);
+      i = end;
+    }
+    while (i < end) {
+      const std::size_t j =
+          std::min(end, end_of(i, [](const Side& a, const Side& b) { return a.by == b.by; }));
+      if (j - i == 2)
+        join(sides[i], sides[i + 1]);
+      else
+        for (; i < j; ++i) left.push_back(i);
+      i = j;
+    }
+    if (left.size() == 2) join(sides[left[0]], sides[left[1]]);
   }
   return result;
 }

@@ -17,9 +17,10 @@ struct Oriented {
 /// Turns triangles over, corners with their texture coordinates:
 ///
 /// 1. Against their neighbours. Parts hang together by edges of exactly two triangles (vertices at
-///    equal positions are one); of each the side that has more of its area stays, the rest is
-///    turned to face alike. A part of which that does not at least halve the edges that disagree,
-///    as a Möbius strip, stays as it is.
+///    equal positions are one; of more triangles, the two that the mesh joins by its own vertices,
+///    so that solids which touch are two); of each the side that has more of its area stays, the
+///    rest is turned to face alike. A part of which that does not at least halve the edges that
+///    disagree, as a Möbius strip, stays as it is.
 /// 2. Inward. A part that encloses a negative volume, whatever the point that closes its boundary
 ///    as cones (within its box; ten times over, so that nothing that is open counts), is turned.
 ///    Those that lie inside it are turned with it: cavities face inward.

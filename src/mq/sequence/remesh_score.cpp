@@ -15,6 +15,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/volume.h"
 
 namespace mq {
 namespace {
@@ -120,7 +121,9 @@ std::vector<double> visibility(const Surface& surface, std::span<const int> vert
   std::vector<double> seen(vertices.size(), 1);
   if (vertices.empty()) return seen;
   const RayScene scene(surface.mesh);
-  const std::vector<Vector3> normals = vertex_normals(surface.mesh);
+  std::vector<Vector3> normals = vertex_normals(surface.mesh);
+  if (surface.boundary_edges == 0 && enclosed_volume(surface.mesh) < 0)
+    for (Vector3& n : normals) n = -n;
   const std::array<Vector3, rays> directions = cosine_spiral();
   const double above = 1e-4 * bounding_box(surface.mesh).diagonal();
   parallel_blocks(std::ssize(vertices), 256, [&](std::int64_t begin, std::int64_t end) {

@@ -32,13 +32,15 @@ struct Mismatch {
 /// d the distance to the other surface, V the share of directions, weighted by the cosine to the
 /// normal, in which nothing of the surface itself is in the way (1 minus its ambient occlusion), κ
 /// the larger of the absolute principal curvatures, h the surface's mean edge, o and c the options'
-/// `occlusion` and `curvature`; d / `farthest` where that is more. Without a unit. V is found only where d and κ alone reach `least`;
-/// elsewhere it counts as 1. A vertex that no triangle uses has score 0.
+/// `occlusion` and `curvature`; d / `farthest` where that is more. Without a unit. V is found only
+/// where d and κ alone reach `least`; elsewhere it counts as 1. A vertex that no triangle uses has
+/// score 0.
 Mismatch mismatch(const Surface& surface, const ClosestPointFinder& other,
                   const MismatchOptions& options, const Progress& progress = {});
 
 /// V of the formula above at some of a surface's vertices, by 64 rays each; 1 where there is no
-/// normal.
+/// normal. A closed surface of negative volume is seen from the
+/// other side.
 std::vector<double> visibility(const Surface& surface, std::span<const int> vertices,
                                const Progress& progress = {});
 

@@ -112,7 +112,10 @@ CleanMesh cleaned(const Mesh& mesh, double least_part) {
           std::move(rest.source_from_triangle)};
 }
 
-TrackTarget::TrackTarget(const Mesh& mesh, const Signal& colours) {
+TrackTarget::TrackTarget(const Mesh& mesh, const Signal& colours,
+                         const std::vector<char>& measured) {
+  require(measured.empty() || std::ssize(measured) == mesh.vertex_count(),
+          "what is measured of a frame needs an entry per vertex");
   require(colours.size() == 0 || colours.rows() == mesh.vertex_count(),
           fmt::format("{} rows of colours were given for {} vertices", colours.rows(),
                       mesh.vertex_count()));
@@ -126,6 +129,10 @@ TrackTarget::TrackTarget(const Mesh& mesh, const Signal& colours) {
   normals_ = vertex_normals(surface_.mesh);
   closest_ = std::make_unique<ClosestPointFinder>(surface_.mesh);
   diagonal_ = bounding_box(surface_.mesh).diagonal();
+  for (int v = 0; v < surface_.mesh.vertex_count(); ++v)
+    if (measured.empty() || measured[clean.source_from_vertex[v]])
+      measured_.push_back(surface_.mesh.positions[v]);
+  require(!measured_.empty(), "no vertex of the frame is measured");
 }
 
 std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh) {
@@ -148,8 +155,7 @@ SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target)
   const ClosestPointFinder on_tracked(tracked);
   const SurfaceDistance there =
       distances_of(target.closest()(tracked.positions), target.diagonal());
-  const SurfaceDistance back =
-      distances_of(on_tracked(target.surface().mesh.positions), target.diagonal());
+  const SurfaceDistance back = distances_of(on_tracked(target.measured()), target.diagonal());
   return {std::max(there.mean, back.mean), std::max(there.p95, back.p95),
           std::max(there.max, back.max)};
 }

@@ -30,14 +30,18 @@ CleanMesh cleaned(const Mesh& mesh, double least_part = 1e-3);
 /// A frame to follow, prepared.
 class TrackTarget {
  public:
-  /// `colours` have a row per vertex of the mesh, or none at all.
-  explicit TrackTarget(const Mesh& mesh, const Signal& colours = {});
+  /// `colours` have a row per vertex of the mesh, or none at all; `measured` 1 per vertex that is
+  /// asked for its distance (`surface_distance`), or none at all: all are.
+  explicit TrackTarget(const Mesh& mesh, const Signal& colours = {},
+                       const std::vector<char>& measured = {});
 
   const Surface& surface() const { return surface_; }
   const std::vector<Vector3>& normals() const { return normals_; }  ///< of vertices
   const Signal& colours() const { return colours_; }
   const ClosestPointFinder& closest() const { return *closest_; }
   double diagonal() const { return diagonal_; }
+  /// Positions of the vertices that are asked for their distance.
+  const std::vector<Vector3>& measured() const { return measured_; }
 
  private:
   Surface surface_;
@@ -45,6 +49,7 @@ class TrackTarget {
   Signal colours_;
   std::unique_ptr<ClosestPointFinder> closest_;
   double diagonal_ = 0;
+  std::vector<Vector3> measured_;
 };
 
 /// Positions of a tracked mesh without what is folded over (`unfolded`); what moved with that is
@@ -75,7 +80,7 @@ struct TrackOptions {
 };
 
 /// Distances as fractions of the diagonal of the target's bounding box, of the vertices of each to
-/// the surface of the other: the larger of both ways.
+/// the surface of the other (of the target those that are `measured`): the larger of both ways.
 struct SurfaceDistance {
   double mean = 0, p95 = 0, max = 0;
 };
