@@ -253,8 +253,31 @@ TrackTemplate own_template(const Sequence& sequence, int frame, const TrackTarge
   }
   std::vector<Vector3> material;
   if (sequence.has_truth()) material = sequence.material(frame, model, clean);
-  clean.mesh.positions = rounded(unfolded_onto(target, clean.mesh), step);
-  return new_template(clean.mesh, colours, material, next_vertex, next_triangle);
+  const Remeshed tidy =
+      tidied(make_surface(Mesh{clean.mesh.positions, clean.mesh.triangles, {}, {}, {}},
+                          {.kind = WeldOptions::Kind::none}));
+  // What moved has the colours and the material of where it is now.
+  const int count = tidy.mesh.vertex_count();
+  Signal tidy_colours(colours.size() > 0 ? count : 0, colours.cols());
+  for (int v = 0; v < tidy_colours.rows(); ++v) {
+    const auto& [of_target, triangle, b] = tidy.origins[v];
+    const Triangle& corners = clean.mesh.triangles[triangle];
+    tidy_colours.row(v) = b[0] * colours.row(corners[0]) + b[1] * colours.row(corners[1]) +
+                          b[2] * colours.row(corners[2]);
+  }
+  std::vector<Vector3> tidy_material;
+  if (!material.empty()) {
+    const MaterialFrame truth = sequence.truth(frame, model);
+    const ClosestPointFinder nearest(truth.space);
+    for (int v = 0; v < count; ++v)
+      if (const int before = tidy.template_vertices[v]; before >= 0)
+        tidy_material.push_back(material[before]);
+      else
+        tidy_material.push_back(point_at(truth.material, nearest(tidy.mesh.positions[v])));
+  }
+  Mesh mesh = tidy.mesh;
+  mesh.positions = rounded(unfolded_onto(target, mesh), step);
+  return new_template(mesh, tidy_colours, tidy_material, next_vertex, next_triangle);
 }
 
 Json frame_json(const TrackedFrame& tracked) {

@@ -279,6 +279,34 @@ TEST(Remesh, RenewsAStretchedSheetWithTheSizesOfItsBirth) {
   }
 }
 
+TEST(Remesh, TidiesThinAndFoldedTrianglesAndLeavesTheRest) {
+  // On a ball one vertex lies on the edge across from it, and one is pushed over another.
+  Mesh ball = fixtures::sphere(4);
+  const auto bad = [](const Mesh& mesh) {
+    const Surface surface = make_surface(mesh, {WeldOptions::Kind::none});
+    std::set<int> found;
+    for (const int t : folded_triangles(surface)) found.insert(t);
+    for (int t = 0; t < mesh.triangle_count(); ++t)
+      if (2 * triangle_area(mesh, t) < 1e-3 * std::pow(longest_edge(mesh, t), 2)) found.insert(t);
+    return found;
+  };
+  ASSERT_TRUE(bad(ball).empty());
+  EXPECT_EQ(tidied(make_surface(ball)).mesh.triangles, ball.triangles);
+  const Triangle thin = ball.triangles[100], folded = ball.triangles[900];
+  ball.positions[thin[0]] = 0.5 * (ball.positions[thin[1]] + ball.positions[thin[2]]);
+  ball.positions[folded[0]] +=
+      1.6 *
+      (0.5 * (ball.positions[folded[1]] + ball.positions[folded[2]]) - ball.positions[folded[0]]);
+  ASSERT_GE(bad(ball).size(), 2);
+  const Surface surface = make_surface(ball);
+  const Remeshed found = tidied(surface);
+  EXPECT_TRUE(bad(found.mesh).empty());
+  EXPECT_EQ(problems(surface, surface, found), "");
+  EXPECT_EQ(euler(found.mesh), 2);
+  EXPECT_GT(found.kept, surface.triangle_count() - 80);
+  EXPECT_LT(found.to_target.max, 0.1 * mean_edge_length(surface));
+}
+
 TEST(Remesh, LeavesTheOtherSideOfAThinSheet) {
   // A lens much thinner than the tolerance, on which one side gets a bump.
   const auto lens = [](Vector3 p) { return Vector3(p.x(), p.y(), 0.02 * p.z()); };

@@ -16,6 +16,7 @@
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/soundness.h"
 #include "mq/mesh/unfold.h"
 #include "mq/mesh/weld.h"
 #include "mq/sequence/clip_crossings.h"
@@ -33,6 +34,7 @@ constexpr int most_rounds = 60;
 constexpr double longest_in_radii = 2.5;        // edges that are left where the region ends
 constexpr double gap_in_radii = 0.125;          // between where the template and the target end
 constexpr double grown_farther = 0.5;           // in radii: what grows, grows by less
+constexpr double thinnest = 1e-3;               // height over longest edge
 constexpr double least_area_of_squares = 1e-9;  // of a part's sides, below which it has no area
 constexpr std::int64_t most_cut = 2;            // times as many triangles as before
 constexpr std::int64_t least_cut = 20'000;      // that may always be
@@ -48,6 +50,8 @@ void check(const Surface& of_template, const Surface& target, const RemeshOption
                   options.accuracy, options.farthest));
   require(options.keep >= 0 && options.keep <= 1,
           fmt::format("the score to keep must be from 0 to 1, found {}", options.keep));
+  require(options.renewed.empty() || std::ssize(options.renewed) == of_template.triangle_count(),
+          "what is renewed needs an entry per triangle of the template");
   require(options.growth >= 0,
           fmt::format("growth must not be negative, found {}", options.growth));
 }
@@ -138,10 +142,13 @@ void Remesher::find_seeds(const Progress& progress) {
   const ClosestPointFinder target_finder(target_.mesh), template_finder(template_.mesh);
   Mismatch of_template = mismatch(template_, target_finder, how, progress.step("template", 0.5));
   Mismatch of_target = mismatch(target_, template_finder, how, progress.step("target", 0.5));
+  distorted_.assign(options_.renewed.begin(), options_.renewed.end());
   if (!options_.birth.empty()) {
-    distorted_ = distorted_triangles(template_.mesh, options_.birth);
-    result_.distorted = int(std::ranges::count(distorted_, char(1)));
+    const std::vector<char> distorted = distorted_triangles(template_.mesh, options_.birth);
+    distorted_.resize(distorted.size(), 0);
+    for (std::size_t t = 0; t < distorted.size(); ++t) distorted_[t] |= distorted[t];
   }
+  result_.distorted = int(std::ranges::count(distorted_, char(1)));
   const auto above = [](const std::vector<double>& scores) {
     return int(std::ranges::count_if(scores, [](double s) { return s > 1; }));
   };
@@ -681,6 +688,16 @@ Remeshed remesh(const Surface& of_template, const Surface& target, const RemeshO
                 const Progress& progress) {
   check(of_template, target, options);
   return Remesher(of_template, target, options).run(progress);
+}
+
+Remeshed tidied(const Surface& surface, const Progress& progress) {
+  std::vector<char> flawed(surface.mesh.triangles.size(), 0);
+  for (const int t : folded_triangles(surface)) flawed[t] = 1;
+  for (int t = 0; t < surface.triangle_count(); ++t) {
+    const double longest = longest_edge(surface.mesh, t);
+    if (!(2 * triangle_area(surface.mesh, t) > thinnest * longest * longest)) flawed[t] = 1;
+  }
+  return remesh(surface, surface, {.renewed = flawed}, progress);
 }
 
 }  // namespace mq

@@ -29,6 +29,8 @@ struct RemeshOptions {
   /// Per triangle of the template its corners when it was born: those distorted since are born anew
   /// where they are. Empty: not asked.
   std::span<const std::array<Vector3, 3>> birth = {};
+  /// Per triangle of the template 1 where it is to be born anew where it is, besides. Empty: none.
+  std::span<const char> renewed = {};
 };
 
 /// How far vertices of one surface are from another, model units.
@@ -91,5 +93,10 @@ struct Remeshed {
 /// inside out against each other, and where options are out of range.
 Remeshed remesh(const Surface& of_template, const Surface& target,
                 const RemeshOptions& options = {}, const Progress& progress = {});
+
+/// The surface with other triangles where some are thin (a height of less than a thousandth of the
+/// longest edge) or folded (`folded_triangles`), as far as edges that are flipped or collapsed and
+/// vertices that move on it a little can help; the rest is kept, as `remesh` does.
+Remeshed tidied(const Surface& surface, const Progress& progress = {});
 
 }  // namespace mq

@@ -26,7 +26,7 @@ class Renewer {
 
   Renewal run() {
     choose();
-    for (int round = 0; round < most_halvings; ++round) {
+    for (int round = 0; round < most_halvings && !birth_.empty(); ++round) {
       const std::vector<int> long_ones = too_long();
       if (long_ones.empty()) break;
       halve_longest_edges(pair_, long_ones);

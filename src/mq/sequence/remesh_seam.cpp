@@ -18,6 +18,7 @@ namespace {
 constexpr int passes = 3;
 constexpr double shortest = 0.4;       // of the mean edge around
 constexpr double flattest = 0.866;     // cosine between two triangles whose edge may be flipped
+constexpr double thinnest = 1e-3;      // quality below which a triangle lies in no plane
 constexpr double least_facing = 0.5;   // cosine between a vertex and the target it is put onto
 constexpr double least_cosine = 0.17;  // between a triangle and the surface: 80 degrees
 
@@ -284,10 +285,12 @@ class SeamMesh {
     return true;
   }
 
+  /// Whether two triangles lie in a plane, or one is so thin that it has none.
   bool flat(const Triangle& s, const Triangle& t) const {
     const Vector3 n = (at(s[1]) - at(s[0])).cross(at(s[2]) - at(s[0]));
     const Vector3 m = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0]));
-    return n.dot(m) > flattest * n.norm() * m.norm();
+    return n.dot(m) > flattest * n.norm() * m.norm() || std::abs(quality(s)) < thinnest ||
+           std::abs(quality(t)) < thinnest;
   }
 
   void compact() {

@@ -78,11 +78,8 @@ Eigen::Matrix2d flat(const Vector3& a, const Vector3& b, const Vector3& c) {
   return F;
 }
 
-}  // namespace
-
-CleanMesh cleaned(const Mesh& mesh, double least_part) {
-  const Surface surface = make_surface(mesh);
-  const std::vector<char> kept = sound_triangles(surface, least_part);
+/// The triangles of a surface that are kept, with what `mesh`, which has the same, says of them.
+CleanMesh part_of(const Surface& surface, const std::vector<char>& kept, const Mesh& mesh) {
   CleanMesh rest;
   std::vector<int> vertex(surface.mesh.positions.size(), -1);
   for (int t = 0; t < surface.triangle_count(); ++t) {
@@ -103,13 +100,28 @@ CleanMesh cleaned(const Mesh& mesh, double least_part) {
     if (!mesh.textures.empty()) rest.mesh.textures.push_back(mesh.textures[t]);
   }
   rest.mesh.uvs = mesh.uvs;
-  require(!rest.mesh.triangles.empty() && surface.area > 0,
+  return rest;
+}
+
+}  // namespace
+
+CleanMesh cleaned(const Mesh& mesh, double least_part) {
+  Surface surface = make_surface(mesh);
+  require(surface.area > 0,
           "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
-  // What was left out may have held together what are two vertices now.
-  Surface split = make_surface(rest.mesh, {.kind = WeldOptions::Kind::none});
-  for (int& source : split.source_from_vertex) source = rest.source_from_vertex[source];
-  return {std::move(split.mesh), std::move(split.source_from_vertex),
-          std::move(rest.source_from_triangle)};
+  CleanMesh clean = part_of(surface, sound_triangles(surface, least_part), mesh);
+  for (;;) {
+    require(!clean.mesh.triangles.empty(),
+            "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
+    // What was left out may have held together what are two vertices, or two parts, now.
+    surface = make_surface(clean.mesh, {.kind = WeldOptions::Kind::none});
+    CleanMesh next = part_of(surface, sound_triangles(surface, least_part), clean.mesh);
+    for (int& source : next.source_from_vertex) source = clean.source_from_vertex[source];
+    for (int& source : next.source_from_triangle) source = clean.source_from_triangle[source];
+    const bool same = next.mesh.triangle_count() == clean.mesh.triangle_count();
+    clean = std::move(next);
+    if (same) return clean;
+  }
 }
 
 TrackTarget::TrackTarget(const Mesh& mesh, const Signal& colours,

@@ -18,8 +18,8 @@
 namespace mq {
 
 /// A mesh fit to be tracked with: vertices welded, triangles that use a vertex twice and parts of
-/// less than `least_part` of the area left out. Vertices no triangle uses are gone;
-/// `source_from_vertex` says which are left. Throws `InvalidInput` where nothing is left.
+/// less than `least_part` of the area left out, until there are none. Vertices no triangle uses are
+/// gone; `source_from_vertex` says which are left. Throws `InvalidInput` where nothing is left.
 struct CleanMesh {
   Mesh mesh;
   std::vector<int> source_from_vertex;
