@@ -34,6 +34,7 @@ constexpr int most_rounds = 60;
 constexpr double longest_in_radii = 2.5;        // edges that are left where the region ends
 constexpr double gap_in_radii = 0.125;          // between where the template and the target end
 constexpr double grown_farther = 0.5;           // in radii: what grows, grows by less
+constexpr double shown_in_tolerances = 0.2;     // or in farthest: nearer than that, renewed
 constexpr double thinnest = 1e-3;               // height over longest edge
 constexpr double least_area_of_squares = 1e-9;  // of a part's sides, below which it has no area
 constexpr std::int64_t most_cut = 2;            // times as many triangles as before
@@ -149,6 +150,15 @@ void Remesher::find_seeds(const Progress& progress) {
     for (std::size_t t = 0; t < distorted.size(); ++t) distorted_[t] |= distorted[t];
   }
   result_.distorted = int(std::ranges::count(distorted_, char(1)));
+  const double near = shown_in_tolerances *
+                      std::min(tolerance, options_.farthest > 0 ? options_.farthest : tolerance);
+  for (std::size_t t = 0; t < distorted_.size(); ++t) {
+    const Triangle& corners = template_.mesh.triangles[t];
+    if (distorted_[t] && std::ranges::any_of(corners, [&](int v) {
+          return of_template.places[v].squared_distance > near * near;
+        }))
+      for (const int v : corners) of_template.scores[v] = std::max(of_template.scores[v], 2.0);
+  }
   const auto above = [](const std::vector<double>& scores) {
     return int(std::ranges::count_if(scores, [](double s) { return s > 1; }));
   };
