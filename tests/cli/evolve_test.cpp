@@ -135,7 +135,7 @@ TEST(ExportFrom, GivesColoursAtVerticesWhereThereIsNoAtlas) {
     // Where the bodies have merged what follows them is on neither.
     int asked = 0;
     for (int v = 0; v < shown.mesh.vertex_count(); ++v) {
-      if (places[v].squared_distance > 1e-5) continue;
+      if (places[v].squared_distance > 1e-6) continue;
       ++asked;
       Eigen::RowVector3d wanted = Eigen::RowVector3d::Zero();
       for (int k = 0; k < 3; ++k)
