@@ -3,8 +3,9 @@
 // the width of the weights fall; colours move the correspondences along the surface; and a screened
 // Poisson equation brings each vertex the rest of the way,
 //
-//     (M·W + α·S)·u = M·W·d,   d = n nᵀ(y − x),   W the weights of the closest points y.
+//     (M·W + α·S)·u = M·W·d,   d = n nᵀ(y − x),   W the weights of the closest points y,
 //
+// to which the target's vertices that are nearest to a corner x add theirs, d = y − x without n nᵀ.
 // A part of the shape at birth is kept in every frame, so that what slides along the surface, where
 // no data hold it, comes back. What is folded over in the end is unfolded.
 
