@@ -4,6 +4,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 
 #include "evolving_frames.h"
 #include "frame_textures.h"
@@ -14,6 +15,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
+#include "mq/mesh/orient.h"
 #include "mq/mesh/surface.h"
 #include "mq/sequence/texture_frame.h"
 #include "outputs.h"
@@ -159,6 +161,18 @@ class Captured {
             fmt::format("{}: --from wants colours at vertices or a texture, and it has neither",
                         path.string()));
     mesh_ = mesh_of(reader_.segment(reader_.frames()[frame].segment), reader_.positions(frame));
+    turn_back(path);
+  }
+
+  /// As track does: what is seen from one side is only found by what faces the same way.
+  void turn_back(const std::filesystem::path& path) {
+    Oriented found = oriented_like(model_.mesh, mesh_);
+    model_.mesh = std::move(found.mesh);
+    std::erase_if(found.defects, [&](const Defect& one) { return !said_.insert(one.kind).second; });
+    for (Defect& defect : found.defects)
+      defect.message = fmt::format("{}: {}", path.string(), defect.message);
+    run_.found(found.defects);
+    run_.warn(found.defects);
   }
 
   Run& run_;
@@ -168,6 +182,7 @@ class Captured {
   Model model_;
   Mesh mesh_;
   TextureFrame texture_;
+  std::set<std::string> said_;  ///< kinds of defects
 };
 
 }  // namespace

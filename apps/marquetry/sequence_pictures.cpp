@@ -44,41 +44,68 @@ std::vector<double> numbers(const Json& frames, const std::string& name, double 
   return result;
 }
 
-/// Those of a panel's lines of which some frame has a number that is not 0.
+/// Those of a panel's lines of which some frame has a number that is not 0, each in the colour it
+/// always has.
 std::vector<ChartLine> known(std::vector<ChartLine> lines) {
+  for (std::size_t i = 0; i < lines.size(); ++i) lines[i].colour = int(i);
   std::erase_if(lines, [](const ChartLine& line) {
     return std::ranges::none_of(line.values, [](double v) { return std::isfinite(v) && v != 0; });
   });
   return lines;
 }
 
+/// How many of 100 triangles live on from the frame before; not a number where there is none.
+std::vector<double> kept_shares(const Json& frames) {
+  const std::vector<double> kept = numbers(frames, "triangles_kept"),
+                            died = numbers(frames, "triangles_died");
+  std::vector<double> shares;
+  for (std::size_t f = 0; f < kept.size(); ++f)
+    shares.push_back(100 * kept[f] / (kept[f] + died[f]));
+  return shares;
+}
+
+/// The next ten below the least of them.
+double tenth_below(const std::vector<double>& shares) {
+  double least = 100;
+  for (const double share : shares)
+    if (std::isfinite(share)) least = std::min(least, share);
+  return std::max(0.0, 10 * (std::ceil(least / 10) - 1));
+}
+
 std::vector<ChartPanel> panels_of(const Json& frames) {
+  const std::vector<double> shares = kept_shares(frames);
+  std::vector<double> born = numbers(frames, "triangles_born");
+  if (!born.empty()) born[0] = std::numeric_limits<double>::quiet_NaN();  // all of them are
   std::vector<ChartPanel> panels = {
       {.title = "distance [% of the diagonal]",
-       .lines = known({{"mean", numbers(frames, "distance_mean", 100)},
-                       {"95 %", numbers(frames, "distance_p95", 100)},
-                       {"largest", numbers(frames, "distance_max", 100)}}),
+       .lines = {{"mean", numbers(frames, "distance_mean", 100)},
+                 {"95 %", numbers(frames, "distance_p95", 100)},
+                 {"largest", numbers(frames, "distance_max", 100)}},
        .scale = ChartPanel::Scale::logarithmic},
+      {.title = "triangles kept [%]",
+       .lines = {{"of the frame before", shares}},
+       .base = tenth_below(shares)},
       {.title = "triangles",
-       .lines = known({{"kept", numbers(frames, "triangles_kept")},
-                       {"born", numbers(frames, "triangles_born")},
-                       {"died", numbers(frames, "triangles_died")}}),
+       .lines = {{"born", born}, {"died", numbers(frames, "triangles_died")}},
        .scale = ChartPanel::Scale::logarithmic},
       {.title = "distortion since birth [ratio]",
-       .lines = known({{"mean", numbers(frames, "distortion_mean")},
-                       {"95 %", numbers(frames, "distortion_p95")}}),
+       .lines = {{"mean", numbers(frames, "distortion_mean")},
+                 {"95 %", numbers(frames, "distortion_p95")}},
        .base = 1},
       {.title = "time [s]",
-       .lines = known({{"all", numbers(frames, "seconds.all")},
-                       {"follow", numbers(frames, "seconds.total")},
-                       {"colours", numbers(frames, "seconds.colour")},
-                       {"remesh", numbers(frames, "seconds.remesh")}})}};
+       .lines = {{"all", numbers(frames, "seconds.all")},
+                 {"follow", numbers(frames, "seconds.total")},
+                 {"colours", numbers(frames, "seconds.colour")},
+                 {"remesh", numbers(frames, "seconds.remesh")}}}};
   std::vector<double> drifts;
   for (const Json& frame : frames)
     drifts.push_back(frame.contains("drift") ? frame["drift"].value("mean_edges", 0.0)
                                              : std::numeric_limits<double>::quiet_NaN());
-  panels.push_back({.title = "drift [mean edges]", .lines = known({{"mean", drifts}})});
-  std::erase_if(panels, [](const ChartPanel& panel) { return panel.lines.empty(); });
+  panels.push_back({.title = "drift [mean edges]", .lines = {{"mean", drifts}}});
+  std::erase_if(panels, [](ChartPanel& panel) {
+    panel.lines = known(std::move(panel.lines));
+    return panel.lines.empty();
+  });
   return panels;
 }
 

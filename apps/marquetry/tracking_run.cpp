@@ -19,6 +19,7 @@
 #include "mq/base/stopwatch.h"
 #include "mq/base/words.h"
 #include "mq/io/evolving_file.h"
+#include "mq/io/file_print.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
@@ -39,8 +40,8 @@ namespace fs = std::filesystem;
 
 /// A frame of which 5 % of the points are farther than this, of the diagonal, is not shown.
 constexpr double lost = 0.01;
-/// How far points may be that are the farthest, and are in flat and open places, of a remeshed
-/// frame, in the distance that 95 % of them are to keep.
+/// How far points may be that are the farthest, and are in flat and open places, in the distance
+/// that 95 % of them are to keep.
 constexpr double farthest_in_within = 5;
 constexpr std::array accuracies_in_within = {4.0, 2.0, 1.0, 0.5};
 /// Texture coordinates that say the same lie no farther apart.
@@ -108,9 +109,11 @@ Captured cut_for_nodes(Model model, double longest) {
 class Sequence {
  public:
   Sequence(Run& run, Remeshing remeshing)
-      : files_(find_frames(run.options().text("sequence"),
-                           run.options().has("frames") ? parse_frames(run.options().text("frames"))
-                                                       : std::vector<int>())),
+      : wanted_(run.options().has("frames") ? parse_frames(run.options().text("frames"))
+                                            : std::vector<int>()),
+        files_(find_frames(
+            run.options().text("sequence"), wanted_,
+            run.options().flag("skip-bad") ? MissingFrames::left_out : MissingFrames::refused)),
         textures_(run.options().has("texture") ? run.options().text("texture") : ""),
         truth_(run.options().has("truth") ? run.options().text("truth") : ""),
         pictures_(run.options().flag("photometric")),
@@ -125,11 +128,25 @@ class Sequence {
       for (const FrameFile& file : files_) numbers.push_back(file.number);
       truths_ = find_frames(truth_, numbers);
     }
+    if (!run.options().flag("skip-bad")) require_textures();
     remark_gaps(run.terminal());
+    warn_of_missing(run.terminal(), run.options().text("sequence"));
+    for (int f = 0; f < count(); ++f) {
+      run.will_read(file(f).path);
+      if (!textures_.empty()) run.will_read(frame_name(textures_, file(f).number));
+      if (!truths_.empty()) run.will_read(truths_[std::size_t(f)].path);
+    }
   }
 
   int count() const { return int(files_.size()); }
   const FrameFile& file(int frame) const { return files_[std::size_t(frame)]; }
+
+  /// Numbers of frames that are wanted and not there, after the frame before this one.
+  std::vector<int> missing_before(int frame) const {
+    return {
+        frame == 0 ? wanted_.begin() : std::ranges::upper_bound(wanted_, file(frame - 1).number),
+        frame == count() ? wanted_.end() : std::ranges::lower_bound(wanted_, file(frame).number)};
+  }
 
   /// The place of the frame with this number, −1: there is none.
   int index_of(int number) const {
@@ -156,6 +173,39 @@ class Sequence {
     ReadModelOptions how;
     if (!textures_.empty()) how.textures = {frame_name(textures_, file(frame).number)};
     return read_model(file(frame).path, how);
+  }
+
+  /// The files a frame was read from, as its store remembers them: names from the first one's
+  /// folder.
+  Json files_json(int frame, const Model& model) const {
+    Json files = Json::array();
+    for (const fs::path& path : files_of(model)) {
+      const FilePrint print = file_print(path);
+      files.push_back({{"file", path.lexically_proximate(file(frame).path.parent_path()).string()},
+                       {"bytes", print.bytes},
+                       {"crc32", print.crc32}});
+    }
+    return files;
+  }
+
+  /// Whether a frame's files are not those that a store remembers. One that remembers none is
+  /// believed.
+  bool is_changed(int frame, const Json& files) const {
+    const fs::path& own = file(frame).path;
+    for (const Json& known : files.is_array() ? files : Json::array()) {
+      if (!known.is_object()) return true;
+      const fs::path path =
+          &known == &files.front() ? own : own.parent_path() / known.value("file", std::string());
+      try {
+        const FilePrint print = file_print(path);
+        if (known.value("bytes", Json()) != print.bytes ||
+            known.value("crc32", Json()) != print.crc32)
+          return true;
+      } catch (const IoError&) {
+        return true;
+      }
+    }
+    return false;
   }
 
   bool has_truth() const { return !truth_.empty(); }
@@ -204,8 +254,31 @@ class Sequence {
   }
 
  private:
+  void require_textures() const {
+    if (textures_.empty()) return;
+    for (const FrameFile& file : files_)
+      if (const std::string name = frame_name(textures_, file.number); !fs::exists(name))
+        throw IoError(fmt::format(
+            "--texture: {} is not there, the picture of {}: check the name, or go without it", name,
+            file.path.string()));
+  }
+
+  /// Those that are wanted by their numbers are left out one by one.
+  void warn_of_missing(Terminal& terminal, const std::string& name) const {
+    const std::size_t missing = wanted_.empty() ? 0 : wanted_.size() - files_.size();
+    for (int f = 0; f <= count() && missing > 0; ++f)
+      if (const std::vector<int> numbers = missing_before(f); !numbers.empty()) {
+        terminal.warning(fmt::format("{}: {} of {} {} missing, the first is frame {}; {} left out",
+                                     name, missing, counted(std::ssize(wanted_), "frame"),
+                                     missing == 1 ? "is" : "are", numbers.front(),
+                                     missing == 1 ? "it is" : "they are"));
+        return;
+      }
+  }
+
   /// Says where steps between numbers are longer than the shortest.
   void remark_gaps(Terminal& terminal) const {
+    if (!wanted_.empty()) return;
     int shortest = std::numeric_limits<int>::max(), gaps = 0, first = -1;
     for (int f = 1; f < count(); ++f)
       shortest = std::min(shortest, file(f).number - file(f - 1).number);
@@ -218,6 +291,7 @@ class Sequence {
           counted(gaps, "place"), file(first - 1).number, file(first).number));
   }
 
+  std::vector<int> wanted_;  // numbers; empty: all there are
   std::vector<FrameFile> files_, truths_;
   std::string textures_, truth_;
   bool pictures_;
@@ -318,20 +392,39 @@ class Tracking {
     const int begun = frame;
     if (frame > 0) say_resumable(output, frame);
     for (; frame < sequence_.count(); ++frame) {
+      list_missing_before(frame);
       const Progress part = progress.step(fmt::format("frame {}", sequence_.file(frame).number),
                                           1.0 / (sequence_.count() - begun));
       const Stopwatch watch;
       try {
         if (const std::unique_ptr<Prepared> captured = prepare(frame))
           one_frame(output, frame, *captured, watch, part);
-        if (writer_) say_resumable(output, frame + 1);
+        if (!frames_.empty()) say_resumable(output, frame + 1);
       } catch (const InvalidInput& error) {
         throw InvalidInput(naming(frame, error.what()));
       }
     }
-    require(!frames_.empty(), "--skip-bad: not one of the frames can be followed: " +
-                                  (skipped_.empty() ? std::string("there is none")
-                                                    : skipped_[0]["why"].get<std::string>()));
+    list_missing_before(frame);
+    require_one(!frames_.empty());
+    if (!writer_) writer_.emplace(*taken_up_, int(frames_.size()));  // cuts off what is broken
+  }
+
+  /// Finds out what can be known before anything is written: whether the first frame can be read
+  /// and be a template, or a store be taken up.
+  void rehearse(const fs::path& output) {
+    if (run_.options().flag("resume") && fs::exists(output) && take_up(output) > 0) return;
+    std::unique_ptr<Prepared> first;
+    for (int frame = 0; frame < sequence_.count() && !first; ++frame) {
+      try {
+        first = prepare(frame);
+        if (first)
+          own_template(sequence_, frame, first->target, first->model, run_.options(),
+                       step_of(first->model), 0, 0);
+      } catch (const InvalidInput& error) {
+        throw InvalidInput(naming(frame, error.what()));
+      }
+    }
+    require_one(first != nullptr);
   }
 
   const Json& frames() const { return frames_; }
@@ -351,6 +444,26 @@ class Tracking {
   void say_resumable(const fs::path& output, int frames) const {
     set_left_to_resume(fmt::format("{} has {} of {} frames, and --resume goes on from there",
                                    output.string(), frames, sequence_.count()));
+  }
+
+  void require_one(bool is_followed) const {
+    require(is_followed, "--skip-bad: not one of the frames can be followed: " +
+                             (skipped_.empty() ? std::string("there is none")
+                                               : skipped_[0]["why"].get<std::string>()));
+  }
+
+  void list_missing_before(int frame) {
+    for (const int number : sequence_.missing_before(frame))
+      skipped_.push_back({{"frame", number},
+                          {"why", fmt::format("{}: there is no frame {}",
+                                              run_.options().text("sequence"), number)}});
+  }
+
+  static double step_of(const Captured& model) {
+    const double diagonal = model.mesh.positions.empty() ? 0 : bounding_box(model.mesh).diagonal();
+    require(diagonal > 0,
+            "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
+    return store_step(diagonal);
   }
 
   /// A frame made ready to be followed.
@@ -423,33 +536,80 @@ class Tracking {
       require_same(std::string("--") + name, before.value(name, Json()), now.value(name, Json()));
   }
 
-  /// Continues a store: returns the first frame that is not in it.
+  /// Whether it can be followed now, as it was left out.
+  bool is_bad(int frame) const {
+    try {
+      const Prepared now(sequence_.read(frame, nullptr), run_.options());
+      return false;
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const OutOfMemory&) {
+      throw;
+    } catch (const Error&) {
+      return true;
+    }
+  }
+
+  /// How many of a store's first `stored` frames are still of the sequence as it is: those before
+  /// the first that was changed since, or was left out and can be followed now. Of what has another
+  /// beginning nothing is: then it may be another sequence, and the store is not given up for it.
+  int still_sound(const EvolvingReader& reader, int stored) const {
+    const std::string manifest = reader.manifest().string();
+    const Json measured = measured_of(reader);
+    for (int f = 0, expected = 0; f < stored; ++f, ++expected) {
+      const int number = reader.frames()[f].number, place = sequence_.index_of(number);
+      require(place >= 0,
+              fmt::format("{}: --resume: its frame {} is not one of these frames; track them "
+                          "without --resume",
+                          manifest, number));
+      for (; expected < place; ++expected) {
+        const FrameFile& file = sequence_.file(expected);
+        if (!is_bad(expected)) {
+          require(f > 0,
+                  fmt::format("{}: --resume: {}, which it leaves out, can be followed now and "
+                              "comes first; track without --resume",
+                              manifest, file.path.string()));
+          run_.terminal().remark(fmt::format("{} is not in {}, and can be followed now",
+                                             file.path.string(), manifest));
+          return f;
+        }
+        require(run_.options().flag("skip-bad"),
+                fmt::format("{}: --resume: it has no frame {}, which is one of these frames; give "
+                            "--skip-bad if it was left out, or track without --resume",
+                            manifest, file.number));
+      }
+      if (sequence_.is_changed(place, measured[f].value("files", Json()))) {
+        require(f > 0, fmt::format("{}: --resume: {} is not the mesh that it was made of; track "
+                                   "without --resume",
+                                   manifest, sequence_.file(place).path.string()));
+        run_.terminal().remark(fmt::format("{} was changed since it was followed",
+                                           sequence_.file(place).path.string()));
+        return f;
+      }
+    }
+    return stored;
+  }
+
+  /// Continues a store: returns the first frame that is not in it. Changes nothing yet.
   int take_up(const fs::path& output) {
-    const EvolvingReader reader(output);
+    taken_up_.emplace(output);
+    const EvolvingReader& reader = *taken_up_;
     if (!reader.broken().empty()) run_.terminal().warning(reader.broken());
     const std::vector<int> damaged = reader.damaged();
     warn_of_damage(run_.terminal(), reader, damaged);
-    const int stored = damaged.empty() ? int(reader.frames().size()) : damaged.front();
-    std::vector<int> places;  // in the sequence
-    for (int f = 0; f < stored; ++f) {
-      const int number = reader.frames()[f].number;
-      places.push_back(sequence_.index_of(number));
-      require(places[f] >= 0,
-              fmt::format("{}: --resume: its frame {} is not one of these frames; track them "
-                          "without --resume",
-                          output.string(), number));
-      const int expected = f == 0 ? 0 : places[f - 1] + 1;
-      require(places[f] == expected || run_.options().flag("skip-bad"),
-              fmt::format("{}: --resume: it has no frame {}, which is one of these frames; give "
-                          "--skip-bad if it was left out, or track without --resume",
-                          output.string(), sequence_.file(expected).number));
+    const int stored =
+        still_sound(reader, damaged.empty() ? int(reader.frames().size()) : damaged.front());
+    if (stored == 0) {
+      taken_up_.reset();
+      return 0;
     }
-    if (stored == 0) return 0;
     require_same_options(reader);
+    std::vector<int> places;  // in the sequence
+    for (int f = 0; f < stored; ++f)
+      places.push_back(sequence_.index_of(reader.frames()[f].number));
     for (int f = 0; f < stored; ++f)
       if (f == 0 || reader.frames()[f].segment != reader.frames()[f - 1].segment)
         take_up_segment(reader, f, places[f]);
-    writer_.emplace(reader, stored);
     current_ = reader.positions(stored - 1);
     if (stored > 1 && reader.frames()[stored - 2].segment == reader.frames()[stored - 1].segment)
       previous_ = reader.positions(stored - 2);
@@ -463,6 +623,17 @@ class Tracking {
       frames_.push_back(std::move(frame));
     }
     return places.back() + 1;
+  }
+
+  /// Of the store taken up, or of a new one, which is there once it has a frame.
+  void open_writer(const fs::path& output, const Captured& model) {
+    if (taken_up_) {
+      writer_.emplace(*taken_up_, int(frames_.size()));
+      return;
+    }
+    const Json about = {{"verb", run_.options().table().verb()},
+                        {"options", options_json(run_.options())}};
+    writer_.emplace(output, step_of(model), about.dump());
   }
 
   /// What was known when the segment that begins with this frame was begun.
@@ -503,17 +674,7 @@ class Tracking {
     if (!model.turned.empty()) measured["turned"] = model.turned.size();
     if (!skipped_.empty()) measured["skipped"] = std::exchange(skipped_, Json::array());
     say_defects(frame, model);
-    if (!writer_) {
-      const double diagonal =
-          model.mesh.positions.empty() ? 0 : bounding_box(model.mesh).diagonal();
-      require(diagonal > 0,
-              "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
-      writer_.emplace(
-          output, store_step(diagonal),
-          Json{{"verb", run_.options().table().verb()}, {"options", options_json(run_.options())}}
-              .dump());
-      say_resumable(output, 0);
-    }
+    if (!writer_) open_writer(output, model);
     bool is_new = !follower_;
     if (follower_) {
       TrackedFrame tracked =
@@ -537,6 +698,7 @@ class Tracking {
     measured["manifold"] = is_manifold(now);
     measured["folded"] = folded_triangles(now).size();
     if (sequence_.has_truth()) add_truth(frame, model, measured);
+    measured["files"] = sequence_.files_json(frame, model);
     measured["seconds"]["all"] = watch.seconds();
     writer_->add_frame(sequence_.file(frame).number, current_, measured.dump());
     frames_.push_back(std::move(measured));
@@ -643,7 +805,8 @@ class Tracking {
   Run& run_;
   const Sequence& sequence_;
   Remeshing remeshing_;
-  std::optional<EvolvingWriter> writer_;
+  std::optional<EvolvingReader> taken_up_;  ///< whose first frames are those in `frames_`
+  std::optional<EvolvingWriter> writer_;    ///< from the first frame that is followed on
   std::optional<Follower> follower_;
   std::vector<Vector3> current_, previous_;
   int next_vertex_ = 0, next_triangle_ = 0;
@@ -660,17 +823,27 @@ double worst(const Json& frames, const char* name) {
 }
 
 /// Says from where on the template no longer shows what was captured.
-void warn_where_lost(Run& run, const Json& frames) {
-  for (const Json& frame : frames)
-    if (const double far = frame.at("distance_p95").get<double>(); far > lost) {
-      run.terminal().warning(fmt::format(
-          "in frame {} 5 % of the points are farther than {:.3g} % of the diagonal from what "
-          "follows it: the motion was too fast or the shape changed; --remesh replaces what does "
-          "not fit, "
-          "--restart {:g} begins anew there",
-          frame.at("frame").get<int>(), 100 * far, 100 * lost));
-      return;
-    }
+void warn_where_lost(Run& run, const Json& frames, Remeshing remeshing) {
+  for (const Json& frame : frames) {
+    const double far = frame.at("distance_p95").get<double>(),
+                 farthest = frame.at("distance_max").get<double>();
+    if (far <= lost && farthest <= farthest_in_within * lost) continue;
+    const std::string what =
+        far > lost ? fmt::format(
+                         "5 % of the points are farther than {:.3g} % of the diagonal from "
+                         "what follows it: the motion was too fast or the shape changed",
+                         100 * far)
+                   : fmt::format(
+                         "the farthest point is {:.3g} % of the diagonal from what follows "
+                         "it, though 95 % are within {:.2g} %: a part came, went, or "
+                         "touches another",
+                         100 * farthest, 100 * far);
+    run.terminal().warning(fmt::format(
+        "in frame {} {}; {}--restart {:g} begins anew where 5 % are so far",
+        frame.at("frame").get<int>(), what,
+        remeshing == Remeshing::done ? "" : "--remesh replaces what does not fit, ", 100 * lost));
+    return;
+  }
 }
 
 std::string table(const Json& frames) {
@@ -723,18 +896,20 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
       output.extension() == ".evolving",
       fmt::format("--output: found '{}', wanted a name that ends in .evolving", output.string()));
   const Sequence sequence(run, remeshing);
-  for (int f = 0; f < sequence.count(); ++f) run.will_read(sequence.file(f).path);
   run.will_write(followed_paths(options));
   run.input = {{"frames", sequence.count()},
                {"first", sequence.file(0).path.string()},
                {"last", sequence.file(sequence.count() - 1).path.string()}};
-  if (run.dry_run()) return nullptr;
   Tracking tracking(run, sequence, remeshing);
+  if (run.dry_run()) {
+    tracking.rehearse(output);
+    return nullptr;
+  }
   {
     const Step step(run, "track", options.has("strip") ? 0.9 * share : share);
     tracking.go(output, step);
   }
-  warn_where_lost(run, tracking.frames());
+  warn_where_lost(run, tracking.frames(), remeshing);
   write_plot(run, tracking.frames());
   if (options.has("strip")) {
     const Step step(run, "draw", 0.1 * share);
@@ -785,8 +960,8 @@ void add_tracking_options(OptionTable& table) {
              .details = "The result is the same as that of one run with the same options."});
   table.add({.name = "skip-bad",
              .group = "Sequence",
-             .help = "leave out frames that cannot be read or hold no mesh to follow",
-             .details = "As if they were missing; the report lists them."});
+             .help = "leave out frames that are missing, cannot be read or hold no mesh to follow",
+             .details = "The report lists them."});
   table.add({.name = "restart",
              .type = Type::number,
              .unit = "% of the diagonal",

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "cli/models.h"
 #include "cli/refusal.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/vertex_colours.h"
+#include "mq/mesh/orient.h"
 
 namespace mq::test {
 namespace {
@@ -67,6 +69,7 @@ TEST(ExportFrom, WritesWhatWasCapturedAsTextures) {
   const Folder folder;
   make_balls(folder, "28-30");
   ASSERT_EQ(marquetry(folder, evolve("balls.evolving")).status, 0);
+  std::filesystem::create_directory(folder / "out");
   const Result result = marquetry(folder, {"export", "balls.evolving", "-o", "out/frame_%04d.obj",
                                            "--from", "balls", "--size", "256", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;
@@ -93,6 +96,25 @@ TEST(ExportFrom, WritesWhatWasCapturedAsTextures) {
             0);
   const Texture alone = read_texture(folder / "texture_28.png");
   EXPECT_TRUE(std::ranges::equal(alone.pixels.values(), shown.textures[0].pixels.values()));
+}
+
+TEST(ExportFrom, TurnsBackWhatFacesTheWrongWay) {
+  const Folder folder;
+  make_balls(folder, "28-28");
+  ASSERT_EQ(marquetry(folder, {"track", "balls", "-o", "bare.evolving"}).status, 0);
+  const std::vector<std::string> words = {"export",   "bare.evolving", "-o",
+                                          "f_%d.ply", "--from",        "balls"};
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  const std::string sound = file_bytes(folder / "f_28.ply");
+  Model model = read_model(folder / "balls/frame_0028.ply");
+  std::vector<int> all(model.mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0);
+  model.mesh = turned_over(std::move(model.mesh), all);
+  write_model(folder / "balls/frame_0028.ply", model);
+  const Result result = marquetry(folder, words);
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("frame_0028.ply: triangles of parts that were inside out"));
+  EXPECT_EQ(file_bytes(folder / "f_28.ply"), sound);
 }
 
 TEST(ExportFrom, TakesTheSizeThatTheAtlasWasMadeFor) {

@@ -189,12 +189,24 @@ TEST(Remesh, RefusesWhatItCannotWorkWithAndWritesNothing) {
   EXPECT_THAT(refusal(folder, {"remesh", "a.ply", "a.ply", "-o", "o.png"}, "o.png"),
               HasSubstr("wanted a model"));
   EXPECT_THAT(refusal(folder, {"remesh", "a.ply", "a.ply", "-o", "o.ply", "-t", "8tx"}, "o.ply"),
-              HasSubstr("texels are no measure"));
+              HasSubstr("found '8tx', wanted a length such as 0.02 (model units) or 1%"));
   write_bytes(folder / "points.ply",
               "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
               "property float z\nend_header\n0 0 0\n");
   EXPECT_THAT(refusal(folder, {"remesh", "a.ply", "points.ply", "-o", "o.ply"}, "o.ply"),
               HasSubstr("no faces"));
+  Mesh flat;
+  flat.positions.assign(3, Vector3(1, 2, 3));
+  flat.triangles = {{0, 1, 2}};
+  Model no_area;
+  no_area.mesh = flat;
+  write_model(folder / "flat.ply", no_area);
+  for (const bool is_target : {true, false})
+    EXPECT_THAT(refusal(folder,
+                        {"remesh", is_target ? "a.ply" : "flat.ply",
+                         is_target ? "flat.ply" : "a.ply", "-o", "o.ply"},
+                        "o.ply"),
+                HasSubstr("flat.ply: none of its triangles has an area"));
   write_ball(folder, "fine.ply", 4, 0, 0.25F);
   EXPECT_THAT(
       refusal(folder, {"remesh", "a.ply", "a.ply", "--reference", "fine.ply", "-o", "o.ply"},

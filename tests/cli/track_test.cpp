@@ -398,6 +398,23 @@ TEST(Track, SaysFromWhereItIsLost) {
   EXPECT_THAT(result.error, HasSubstr("--restart 1"));
 }
 
+TEST(Track, SaysWhereAFewPointsAreLost) {
+  const Folder folder;
+  // Balls that meet in frame 11, whose caps then stay.
+  ASSERT_EQ(marquetry(folder, {"sample", "merging", "-o", "body/", "--triangles", "1200",
+                               "--period", "40", "--frames", "9-13"})
+                .status,
+            0);
+  const Result left = marquetry(folder, {"track", "body", "-o", "left.evolving", "--json"});
+  ASSERT_EQ(left.status, 0) << left.error;
+  for (const auto& frame : left.json()["result"]["frames"]) EXPECT_LT(frame["distance_p95"], 0.01);
+  EXPECT_THAT(left.error, HasSubstr("in frame 12 the farthest point is"));
+  EXPECT_THAT(left.error, HasSubstr("--remesh"));
+  const Result healed = marquetry(folder, {"track", "body", "-o", "h.evolving", "--remesh"});
+  ASSERT_EQ(healed.status, 0) << healed.error;
+  EXPECT_THAT(healed.error, testing::Not(HasSubstr("farthest point")));
+}
+
 TEST(Track, RefusesWhatItCannotFollow) {
   const Folder folder;
   make_body(folder, "bending", 1);
@@ -444,7 +461,7 @@ TEST(Export, SaysWhatAnEvolvingMeshIs) {
   EXPECT_EQ(found["triangles_throughout"], 0);
   EXPECT_EQ(found["broken"], "");
   const std::string words = marquetry(folder, {"export", "body.evolving"}).output;
-  EXPECT_THAT(words, HasSubstr("segment 1: from frame 2, 1 frames"));
+  EXPECT_THAT(words, HasSubstr("segment 1: from frame 2, 1 frame, "));
 }
 
 TEST(Export, WritesFramesAsFiles) {
@@ -569,6 +586,9 @@ TEST(Export, RefusesWhatItCannotWrite) {
     return result.error;
   };
   EXPECT_THAT(refusal({"body.evolving", "-o", "frame.ply"}), HasSubstr("wanted an animation"));
+  EXPECT_THAT(refusal({"body.evolving", "-o", "nodir/f%d.ply"}), HasSubstr("make its folder"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "nodir"));
+  EXPECT_THAT(refusal({"body.evolving", "-o", "one_%d_%d.ply"}), HasSubstr("two places"));
   EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--frames", "7"}),
               HasSubstr("has no frame 7"));
   EXPECT_THAT(refusal({"body.evolving", "-o", "a.glb", "--frames", "0-2x2"}),
@@ -590,6 +610,117 @@ TEST(Track, WritesNothingWhenDry) {
   EXPECT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving", "--dry-run"}).status, 0);
   EXPECT_FALSE(std::filesystem::exists(folder / "body.evolving"));
   EXPECT_FALSE(std::filesystem::exists(folder / "body.blocks"));
+}
+
+TEST(Track, KeepsTheStoreThatIsThereUntilAFrameOfTheNextIsFollowed) {
+  const Folder folder;
+  make_body(folder, "bending", 2);
+  ASSERT_EQ(marquetry(folder, {"sample", "spinning", "-o", "other/", "--triangles", "1200",
+                               "--frames", "0-2"})
+                .status,
+            0);
+  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving"}).status, 0);
+  const std::string manifest = file_bytes(folder / "body.evolving"),
+                    blocks = file_bytes(folder / "body.blocks");
+  const auto names = folder.names();
+  const std::vector<std::vector<std::string>> refused = {
+      {"--truth", "uv"},
+      {"--truth", "other/material"},
+      {"--texture", "no_%04d.png"},
+      {"--texture", "no_%04d.png", "--photometric"},
+      {"--texture", "body/frame_0000.ply", "--photometric"}};  // no picture
+  for (const auto& options : refused)
+    for (const char* way : {"--quiet", "--dry-run", "--resume", "--skip-bad"}) {
+      if (way == std::string("--skip-bad") && options.size() == 2 && options[0] == "--texture")
+        continue;  // nothing looks at the pictures
+      if (way == std::string("--resume") && options[0] == "--texture") continue;  // other options
+      std::vector<std::string> words = {"track", "body", "-o", "body.evolving", way};
+      words.insert(words.end(), options.begin(), options.end());
+      const Result result = marquetry(folder, words);
+      EXPECT_EQ(result.status, 2) << testing::PrintToString(words);
+      EXPECT_EQ(file_bytes(folder / "body.evolving"), manifest) << testing::PrintToString(words);
+      EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks) << testing::PrintToString(words);
+      EXPECT_EQ(folder.names(), names);
+    }
+  // Stopped before its first frame, too.
+  write_bytes(folder / "body/frame_0000.ply", "ply\nformat");
+  EXPECT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving", "--dry-run"}).status, 2);
+  EXPECT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving"}).status, 2);
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
+}
+
+TEST(Track, GoesOnBeforeAFrameThatWasCapturedAnew) {
+  const Folder folder;
+  make_body(folder, "bending", 4);
+  const std::vector<std::string> words = {"track", "body", "-o", "body.evolving", "--resume"};
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  const std::string before = file_bytes(folder / "body.blocks");
+  EXPECT_THAT(marquetry(folder, words).error, HasSubstr("goes on after frame 4"));
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), before);
+  Model model = read_model(folder / "body/frame_0003.ply");
+  for (Vector3& p : model.mesh.positions) p.z() += 0.01;
+  write_model(folder / "body/frame_0003.ply", model);
+  const Result resumed = marquetry(folder, words);
+  ASSERT_EQ(resumed.status, 0) << resumed.error;
+  EXPECT_THAT(resumed.error, HasSubstr("body/frame_0003.ply was changed since"));
+  EXPECT_THAT(resumed.error, HasSubstr("goes on after frame 2"));
+  const std::string again = file_bytes(folder / "body.blocks");
+  EXPECT_NE(again, before);
+  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "whole.evolving"}).status, 0);
+  EXPECT_EQ(again, file_bytes(folder / "whole.blocks"));
+  // The template itself.
+  model = read_model(folder / "body/frame_0000.ply");
+  for (Vector3& p : model.mesh.positions) p.z() += 0.01;
+  const std::string first = file_bytes(folder / "body/frame_0000.ply");
+  write_model(folder / "body/frame_0000.ply", model);
+  const Result other = marquetry(folder, words);
+  EXPECT_EQ(other.status, 2);
+  EXPECT_THAT(other.error, HasSubstr("frame_0000.ply is not the mesh that it was made of"));
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), again);
+  write_bytes(folder / "body/frame_0000.ply", first);
+  // What cannot be read instead loses nothing.
+  write_bytes(folder / "body/frame_0003.ply", "");
+  EXPECT_EQ(marquetry(folder, words).status, 2);
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), again);
+}
+
+TEST(Track, FollowsFramesThatWereLeftOutOnceTheyCanBeRead) {
+  const Folder folder;
+  make_body(folder, "bending", 4);
+  const std::string sound = file_bytes(folder / "body/frame_0002.ply");
+  write_bytes(folder / "body/frame_0002.ply", "ply\nformat");
+  const std::vector<std::string> words = {"track",         "body",     "-o",
+                                          "body.evolving", "--resume", "--skip-bad"};
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  EXPECT_EQ(EvolvingReader(folder / "body.evolving").frames().size(), 4U);
+  write_bytes(folder / "body/frame_0002.ply", sound);
+  const Result resumed = marquetry(folder, words);
+  ASSERT_EQ(resumed.status, 0) << resumed.error;
+  EXPECT_THAT(resumed.error, HasSubstr("frame_0002.ply is not in body.evolving, and can be"));
+  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "whole.evolving"}).status, 0);
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), file_bytes(folder / "whole.blocks"));
+}
+
+TEST(Track, LeavesOutFramesThatAreMissingIfItMay) {
+  const Folder folder;
+  make_body(folder, "bending", 4);
+  std::filesystem::remove(folder / "body/frame_0002.ply");
+  std::vector<std::string> words = {"track",  "body",     "-o", "body.evolving",
+                                    "--json", "--frames", "0-5"};
+  EXPECT_THAT(marquetry(folder, words).error, HasSubstr("2 of 6 frames are missing"));
+  words.push_back("--skip-bad");
+  for (const char* way : {"--seed=0", "--resume"}) {
+    std::vector<std::string> all = words;
+    all.push_back(way);
+    const Result result = marquetry(folder, all);
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_THAT(result.error, HasSubstr("2 of 6 frames are missing, the first is frame 2"));
+    const auto found = result.json()["result"];
+    EXPECT_EQ(found["frames"].size(), 4U);
+    ASSERT_EQ(found["skipped"].size(), 2U);
+    EXPECT_EQ(found["skipped"][0]["frame"], 2);
+    EXPECT_EQ(found["skipped"][1]["frame"], 5);
+  }
 }
 
 }  // namespace

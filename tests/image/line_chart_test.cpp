@@ -71,6 +71,23 @@ TEST(LineChart, PutsPowersOfTenAtEqualSteps) {
   EXPECT_LT(high, low - 100);
 }
 
+TEST(LineChart, TellsTicksApartHoweverSmallTheRangeIs) {
+  // Of words that are all alike the left margin would be as wide as of one digit.
+  const auto margin = [](const std::vector<double>& values) {
+    const Image<float> image =
+        line_chart({0, 1, 2}, {{.title = "a", .lines = {{"a", values}}, .base = 1}});
+    return columns_of(image, 0, below_words).first;
+  };
+  EXPECT_GT(margin({1, 1 + 1e-9, 1 + 2e-9}), margin({1, 3, 9}) + 4 * text_width("0", 2));
+}
+
+TEST(LineChart, GivesALineTheColourItIsToldTo) {
+  const Image<float> image =
+      line_chart({0, 1}, {{.title = "a", .lines = {{.name = "b", .values = {1, 2}, .colour = 1}}}});
+  EXPECT_EQ(columns_of(image, 0, below_words).second, -1);
+  EXPECT_GT(columns_of(image, 1, below_words).second, 0);
+}
+
 TEST(LineChart, LeavesGapsWhereThereIsNoValue) {
   const double none = std::numeric_limits<double>::quiet_NaN();
   const Image<float> image =

@@ -312,6 +312,25 @@ TEST_F(EvolvingFile, CanGoOnFromAnEarlierFrameOrFromNone) {
   EXPECT_EQ(EvolvingReader(manifest_).broken(), "");
 }
 
+TEST_F(EvolvingFile, StaysUntilTheNextHasAFrame) {
+  const EvolvingMesh strip = waving_strip(2, 2);
+  write_evolving(manifest_, strip, test_step);
+  const Bytes lines = read_file(manifest_), blocks = read_file(blocks_);
+  {
+    EvolvingWriter writer(manifest_, test_step);
+    writer.add_segment(strip.segments[0], strip.frames[0].positions);
+    EXPECT_EQ(read_file(manifest_), lines);
+  }
+  EXPECT_EQ(read_file(manifest_), lines);
+  EXPECT_EQ(read_file(blocks_), blocks);
+  EvolvingWriter writer(manifest_, test_step);
+  writer.add_segment(strip.segments[0], strip.frames[0].positions);
+  writer.add_frame(7, strip.frames[0].positions);
+  ASSERT_EQ(EvolvingReader(manifest_).frames().size(), 1U);
+  writer.add_frame(8, strip.frames[1].positions);
+  EXPECT_EQ(EvolvingReader(manifest_).read().frames[1].number, 8);
+}
+
 TEST_F(EvolvingFile, KeepsWhatItsMakerMeasured) {
   const EvolvingMesh strip = waving_strip(2, 2);
   EvolvingWriter writer(manifest_, test_step, R"({"by":"a test"})");

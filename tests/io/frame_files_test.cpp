@@ -94,15 +94,38 @@ TEST(FrameFiles, ThatAreNotThereAreRefused) {
   EXPECT_THAT(refusal(folder / "f%d/model.ply"), HasSubstr("not of the folder"));
 }
 
-TEST(FrameFiles, WithNumbersTooLongAreNone) {
-  const Folder folder({"f12345678901234567890.ply", "f7.ply"});
-  EXPECT_THAT(numbers(find_frames(folder.path())), ElementsAre(7));
+TEST(FrameFiles, HaveNumbersOfTenDigitsAndNoLargerOnes) {
+  const Folder folder({"f1700000000.ply", "f1700000001.ply", "99999999999999.ply.txt"});
+  EXPECT_THAT(numbers(find_frames(folder.path())), ElementsAre(1700000000, 1700000001));
+  EXPECT_THAT(numbers(find_frames(folder / "f%d.ply", parse_frames("1700000001-1700000001"))),
+              ElementsAre(1700000001));
+  const Folder larger({"f7.ply", "f1700000000123.ply", "1700000000123.ply"});
+  for (const std::string& name : {larger.path(), larger / "f%d.ply"}) {
+    EXPECT_THAT(refusal(name), HasSubstr("1700000000123.ply: its number 1700000000123 is larger"));
+    EXPECT_THAT(refusal(name), HasSubstr("2147483647"));
+  }
+  EXPECT_THAT(refusal(larger / "g%d.ply"), HasSubstr("no file is called so"));
+}
+
+TEST(FrameFiles, ThatAreMissingMayBeLeftOut) {
+  const Folder folder({"f1.ply", "f2.ply", "f4.ply"});
+  EXPECT_THAT(numbers(find_frames(folder.path(), parse_frames("1-5"), MissingFrames::left_out)),
+              ElementsAre(1, 2, 4));
+  EXPECT_THROW(find_frames(folder.path(), {3}, MissingFrames::left_out), IoError);
+}
+
+TEST(Frames, HaveOnePlaceForTheirNumber) {
+  EXPECT_TRUE(has_frame_place("a/f_%04d.ply"));
+  EXPECT_FALSE(has_frame_place("a/f_4d.ply"));
+  EXPECT_THROW(has_frame_place("one_%d_%d.ply"), InvalidInput);
 }
 
 TEST(Frames, AreANumberARangeOrEveryNth) {
   EXPECT_THAT(parse_frames("5"), ElementsAre(5));
   EXPECT_THAT(parse_frames("3-9x3"), ElementsAre(3, 6, 9));
-  for (const char* text : {"", "5-1", "-3", "1-5x0", "a", "1-", "0-9999999"})
+  EXPECT_THAT(parse_frames("2147483646-2147483647"), ElementsAre(2147483646, 2147483647));
+  for (const char* text :
+       {"", "5-1", "-3", "1-5x0", "a", "1-", "0-9999999", "2147483648", "0-99999999999"})
     EXPECT_TRUE(parse_frames(text).empty()) << text;
 }
 

@@ -108,6 +108,15 @@ TEST(Oriented, TurnsWhatIsOpenAsItWasBefore) {
   EXPECT_TRUE(oriented(turned, &before).turned.empty());
 }
 
+TEST(OrientedLike, TurnsWhatWasCapturedUnlessWhatFollowsItIsInsideOut) {
+  const Mesh mesh = fixtures::torus(20, 10);
+  const Mesh inward = turned_over(mesh, every(1, mesh.triangle_count()));
+  EXPECT_EQ(oriented_like(inward, mesh).mesh.triangles, mesh.triangles);
+  EXPECT_EQ(oriented_like(inward, mesh).defects.at(0).kind, "inside_out_triangles");
+  EXPECT_EQ(oriented_like(inward, inward).mesh.triangles, inward.triangles);
+  EXPECT_TRUE(oriented_like(inward, inward).defects.empty());
+}
+
 TEST(Oriented, LeavesAStripThatHasOneSideAndWhatIsNoSurface) {
   const Mesh strip = fixtures::moebius_strip(20);
   EXPECT_TRUE(oriented(strip).turned.empty());

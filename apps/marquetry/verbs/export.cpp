@@ -11,6 +11,7 @@
 #include "evolving_frames.h"
 #include "frame_textures.h"
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/evolving_gltf.h"
 #include "mq/io/frame_files.h"
@@ -62,18 +63,21 @@ Json describe(const EvolvingReader& reader, const std::vector<int>& damaged) {
 
 std::string in_words(const Json& found, const EvolvingReader& reader) {
   std::string text = fmt::format(
-      "{} frames in {} segments, {} bytes in steps of {:.3g}\n"
-      "{} triangles, {} of them throughout; they live for {:.1f} frames on average\n",
-      found["frames"].get<int>(), found["segments"].get<int>(), found["bytes"].get<std::int64_t>(),
-      found["step"].get<double>(), found["triangles"].get<int>(),
-      found["triangles_throughout"].get<int>(), found["lifespan_mean"].get<double>());
+      "{} in {}, {} in steps of {:.3g}\n"
+      "{}, {} of them throughout; they live for {:.1f} frames on average\n",
+      counted(found["frames"].get<int>(), "frame"),
+      counted(found["segments"].get<int>(), "segment"),
+      counted(found["bytes"].get<std::int64_t>(), "byte"), found["step"].get<double>(),
+      counted(found["triangles"].get<int>(), "triangle"), found["triangles_throughout"].get<int>(),
+      found["lifespan_mean"].get<double>());
   for (std::size_t s = 0; s < reader.segments().size(); ++s) {
     const auto of_segment = [&](const StoredFrame& f) { return f.segment == int(s); };
     const auto first = std::ranges::find_if(reader.frames(), of_segment);
     if (first == reader.frames().end()) continue;
-    text += fmt::format("segment {}: from frame {}, {} frames, {} vertices, {} triangles\n", s,
-                        first->number, std::ranges::count_if(reader.frames(), of_segment),
-                        reader.segments()[s].vertices, reader.segments()[s].triangles);
+    text += fmt::format("segment {}: from frame {}, {}, {}, {}\n", s, first->number,
+                        counted(std::ranges::count_if(reader.frames(), of_segment), "frame"),
+                        counted(reader.segments()[s].vertices, "vertex"),
+                        counted(reader.segments()[s].triangles, "triangle"));
   }
   return text;
 }
@@ -206,7 +210,7 @@ Exit run_export(Run& run) {
     else
       for (const int f : frames)
         paths.emplace_back(frame_name(output, reader.frames()[std::size_t(f)].number));
-    run.will_write(paths, fs::path(output).parent_path());
+    run.will_write(paths);
   }
   if (options.has("plot")) run.will_write({options.text("plot")});
   const std::vector<int> damaged = reader.damaged();

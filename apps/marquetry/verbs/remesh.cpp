@@ -36,15 +36,9 @@ struct Side {
   Surface surface;
 };
 
-/// What of a target faces the wrong way is turned back; not where the template is inside out
-/// itself, which decides.
+/// What of a target faces the wrong way is turned back.
 void turn_back(Model& target, const Mesh& of_template) {
-  const bool inside_out =
-      std::ranges::any_of(oriented(of_template).defects, [](const Defect& defect) {
-        return defect.kind == "inside_out_triangles";
-      });
-  if (inside_out) return;
-  Oriented found = oriented(target.mesh, &of_template);
+  Oriented found = oriented_like(target.mesh, of_template);
   target.mesh = std::move(found.mesh);
   std::ranges::move(found.defects, std::back_inserter(target.defects));
 }
@@ -66,6 +60,11 @@ Side read_side(Run& run, const std::string& option, double share, const Mesh* be
     if (before != nullptr) turn_back(side.model, *before);
     side.surface = make_surface(side.model.mesh);
   });
+  require(
+      side.surface.area > 0,
+      fmt::format("{}: none of its triangles has an area, so it is no surface: check that it is "
+                  "a mesh, and not cut short",
+                  file));
   Defects defects = side.model.defects;
   defects.insert(defects.end(), side.surface.defects.begin(), side.surface.defects.end());
   run.found(defects);
@@ -225,8 +224,6 @@ RemeshOptions asked(const OptionValues& options, const Surface& of_template) {
                     .growth = options.number("growth")};
   if (!options.has("tolerance")) return how;
   const Length length = parse_length(options.text("tolerance"));
-  require(length.unit != Length::Unit::texels,
-          "--tolerance: texels are no measure here; give model units, or % of sqrt(area)");
   how.tolerance = std::sqrt(weight_from_length(length, {.area = of_template.area}));
   require(how.tolerance > 0, "--tolerance: must be above 0");
   return how;
@@ -276,13 +273,17 @@ Exit run_remesh(Run& run) {
 
 void add_remesh_options(OptionTable& table) {
   using Type = Option::Type;
-  table.add({.name = "tolerance",
-             .letter = 't',
-             .type = Type::length,
-             .group = "Remesh",
-             .help = "how far open, flat surfaces may be apart: 0.02 in model units, 1% of "
-                     "sqrt(area)",
-             .details = "By default two mean edges of the finer of the two meshes."});
+  table.add(
+      {.name = "tolerance",
+       .letter = 't',
+       .type = Type::length,
+       .accepts =
+           [](const std::string& text) { return parse_length(text).unit != Length::Unit::texels; },
+       .wanted = "a length such as 0.02 (model units) or 1% (of the square root of the area)",
+       .group = "Remesh",
+       .help = "how far open, flat surfaces may be apart: 0.02 in model units, 1% of "
+               "sqrt(area)",
+       .details = "By default two mean edges of the finer of the two meshes."});
   table.add({.name = "keep",
              .type = Type::number,
              .default_value = "0.5",

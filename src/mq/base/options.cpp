@@ -58,7 +58,8 @@ std::string wanted(const Option& option) {
     case Option::Type::flag: return "true or false";
     case Option::Type::integer: return "a whole number" + tail;
     case Option::Type::number: return "a number" + tail;
-    case Option::Type::length: return "a length such as 0.02, 1% or 8tx";
+    case Option::Type::length:
+      return option.wanted.empty() ? "a length such as 0.02, 1% or 8tx" : option.wanted;
     case Option::Type::choice: return joined(option.choices);
     case Option::Type::path: return "the name of a file or folder";
     case Option::Type::text: break;
@@ -90,7 +91,7 @@ bool acceptable(const Option& option, const std::string& text) {
       const auto value = parse<double>(text);
       return value ? in_range(option, *value) : option.infinite && text == infinity_text;
     }
-    case Option::Type::length: return is_length(text);
+    case Option::Type::length: return is_length(text) && (!option.accepts || option.accepts(text));
     case Option::Type::choice: return std::ranges::count(option.choices, text) > 0;
     case Option::Type::path: return !text.empty();
     case Option::Type::text: return option.accepts ? option.accepts(text) : !text.empty();

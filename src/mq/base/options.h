@@ -56,7 +56,8 @@ struct Option {
   double most = std::numeric_limits<double>::infinity();    ///< of a number, inclusive
   bool infinite = false;        ///< a number may also be inf
   std::vector<std::string> choices = {};
-  std::function<bool(const std::string&)> accepts = {};  ///< of a text; else any but ""
+  std::function<bool(const std::string&)> accepts =
+      {};                       ///< of a text, else any but ""; of a length
   std::string wanted = {};      ///< what `accepts` asks for, in words
   std::string metavar = {};     ///< what help calls the value; by default after the type
   std::string group = {};       ///< heading it stands under in the complete help

@@ -20,6 +20,7 @@ constexpr double line_width = 2.2, grid_width = 1;  // pixels
 constexpr double dot_radius = 3;
 constexpr int most_dots = 60;         // places, above which lines have none
 constexpr double headroom = 0.06;     // of the range, above the largest value
+constexpr double least_range = 1e-3;  // of the largest value, so that few digits tell ticks apart
 constexpr Colour ink = {0.12f, 0.12f, 0.14f}, grid = {0.86f, 0.86f, 0.88f},
                  paper = {1, 1, 1}, goal = {0.35f, 0.35f, 0.38f}, mark = {0.97f, 0.84f, 0.68f};
 
@@ -79,7 +80,8 @@ Range range_of(const ChartPanel& panel) {
   if (panel.wanted) take(*panel.wanted);
   if (panel.scale == ChartPanel::Scale::linear) {
     low = std::min(low, panel.base);
-    if (!(high > low)) high = low + 1;
+    if (!(high > low)) high = low + (low == 0 ? 1 : least_range * std::abs(low));
+    high = std::max(high, low + least_range * std::max(std::abs(low), std::abs(high)));
     return {low, high + headroom * (high - low)};
   }
   if (!(high >= low)) return {0, 1};
@@ -105,8 +107,17 @@ std::vector<double> ticks_across(const std::vector<double>& places, int count) {
   return ticks;
 }
 
-std::string tick_text(const ChartPanel& panel, double tick) {
-  return fmt::format("{:g}", panel.scale == ChartPanel::Scale::linear ? tick : std::pow(10, tick));
+/// Each with as many decimals as tell them apart.
+std::vector<std::string> tick_texts(const ChartPanel& panel, const std::vector<double>& ticks) {
+  std::vector<std::string> texts;
+  const bool linear = panel.scale == ChartPanel::Scale::linear;
+  for (int digits = 6; digits <= 15; ++digits) {
+    texts.clear();
+    for (const double tick : ticks)
+      texts.push_back(fmt::format("{:.{}g}", linear ? tick : std::pow(10, tick), digits));
+    if (std::ranges::adjacent_find(texts) == texts.end()) break;
+  }
+  return texts;
 }
 
 void check(const std::vector<double>& places, const std::vector<ChartPanel>& panels,
@@ -126,6 +137,11 @@ void check(const std::vector<double>& places, const std::vector<ChartPanel>& pan
                       options.panel_height));
 }
 
+Colour colour_of(const ChartPanel& panel, int line) {
+  const int own = panel.lines[std::size_t(line)].colour;
+  return chart_line_colour(own < 0 ? line : own);
+}
+
 /// Where things are on the page.
 class Page {
  public:
@@ -134,8 +150,9 @@ class Page {
       : places_(places), options_(options), scale_(options.text_scale), line_(text_height(scale_)) {
     int widest = 0;
     for (const ChartPanel& panel : panels)
-      for (const double tick : ticks_of(panel, range_of(panel), tick_count()))
-        widest = std::max(widest, text_width(tick_text(panel, tick), scale_));
+      for (const std::string& text :
+           tick_texts(panel, ticks_of(panel, range_of(panel), tick_count())))
+        widest = std::max(widest, text_width(text, scale_));
     left_ = widest + 8 * scale_;
     right_ = options.width - 12 * scale_;
     head_ = line_ + 6 * scale_;
@@ -155,7 +172,7 @@ class Page {
     draw_axes(panel, last);
     if (panel.wanted && shown(panel, *panel.wanted)) draw_wanted(up(on_axis(panel, *panel.wanted)));
     for (int i = 0; i < int(panel.lines.size()); ++i)
-      draw_line(panel, panel.lines[std::size_t(i)], chart_line_colour(i));
+      draw_line(panel, panel.lines[std::size_t(i)], colour_of(panel, i));
     draw_head(panel);
   }
 
@@ -187,11 +204,12 @@ class Page {
   }
 
   void draw_axes(const ChartPanel& panel, bool last) {
-    for (const double tick : ticks_of(panel, range_, tick_count())) {
-      const double y = up(tick);
+    const std::vector<double> ticks = ticks_of(panel, range_, tick_count());
+    const std::vector<std::string> texts = tick_texts(panel, ticks);
+    for (std::size_t i = 0; i < ticks.size(); ++i) {
+      const double y = up(ticks[i]);
       draw_stroke(image_, {double(left_), y}, {right_ - 1.0, y}, grid_width, grid);
-      draw_text(image_, left_ - 3 * scale_, int(std::lround(y)) - line_ / 2,
-                tick_text(panel, tick),
+      draw_text(image_, left_ - 3 * scale_, int(std::lround(y)) - line_ / 2, texts[i],
                 {.colour = ink, .scale = scale_, .anchor = TextStyle::Anchor::right});
     }
     for (const double x : {double(left_), right_ - 1.0})
@@ -237,7 +255,7 @@ class Page {
       draw_text(image_, x, y, name, {.colour = ink, .scale = scale_});
       x -= 4 * scale_;
       draw_stroke(image_, {x - 12.0 * scale_, y + 0.4 * line_}, {double(x), y + 0.4 * line_},
-                  line_width + 1, chart_line_colour(i));
+                  line_width + 1, colour_of(panel, i));
       x -= 22 * scale_;
     }
   }

@@ -15,13 +15,16 @@ namespace mq {
 struct ChartLine {
   std::string name;
   std::vector<double> values;  ///< one per place; what is not finite leaves a gap
+  /// The number of its colour, so that a line has it whichever others are drawn; −1: its place.
+  int colour = -1;
 };
 
 struct ChartPanel {
   std::string title;  ///< what is shown, and its unit in brackets
   std::vector<ChartLine> lines;
   enum class Scale {
-    linear,      ///< from `base`, or from the least value where that is less, to the largest
+    linear,      ///< from `base`, or from the least value where that is less, to the largest, and
+                 ///< at least over a thousandth of it
     logarithmic  ///< whole powers of ten; values not above 0 leave a gap
   } scale = Scale::linear;
   double base = 0;

@@ -36,6 +36,9 @@ class AtomicFile {
   /// The file to write to.
   const std::filesystem::path& temporary() const { return temporary_; }
 
+  /// Where it will be: `path`, or the file that this links to.
+  const std::filesystem::path& path() const { return path_; }
+
   /// Renames the temporary file to `path`, replacing what was there with its permissions kept.
   /// Throws `IoError`.
   void commit();

@@ -30,6 +30,7 @@ class Document {
   std::string name;  ///< of the mesh file, for messages
   Bytes bytes;
   std::vector<Part> parts;  ///< those that were found
+  std::vector<std::filesystem::path> files;  ///< the mesh file's and, in their order, the parts'
 };
 
 /// Where a document says the name of a texture: bytes of a part, or of the mesh file (part −1).

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "mq/base/error.h"
-#include "mq/io/atomic_file.h"
+#include "mq/base/words.h"
 #include "mq/io/evolving_blocks.h"
 
 namespace mq {
@@ -97,8 +97,9 @@ EvolvingReader::EvolvingReader(fs::path manifest) : manifest_(std::move(manifest
     }
   }
   if (!broken_.empty())
-    broken_ = fmt::format("{}: {}; {} frames before that are whole", manifest_.string(), broken_,
-                          frames_.size());
+    broken_ =
+        fmt::format("{}: {}; {} before that {} whole", manifest_.string(), broken_,
+                    counted(std::ssize(frames_), "frame"), frames_.size() == 1 ? "is" : "are");
 }
 
 /// Takes up one line; what is wrong with it in words, or nothing.
@@ -207,11 +208,24 @@ EvolvingMesh EvolvingReader::read() const {
 
 // ---- Writing ----
 
-EvolvingWriter::EvolvingWriter(const fs::path& manifest, double step, const std::string& about)
-    : manifest_(manifest), blocks_(fs::path(manifest).replace_extension(".blocks")), step_(step) {
-  require(manifest.extension() != ".blocks",
+namespace {
+
+fs::path blocks_beside(const fs::path& manifest) {
+  fs::path blocks = fs::path(manifest).replace_extension(".blocks");
+  require(manifest != blocks,
           manifest.string() + ": a store's name ends in .evolving; its blocks are beside it");
-  begin(blocks_.filename().string(), about);
+  return blocks;
+}
+
+}  // namespace
+
+EvolvingWriter::EvolvingWriter(const fs::path& manifest, double step, const std::string& about)
+    : step_(step) {
+  const fs::path blocks = blocks_beside(manifest);
+  beginning_ = std::make_unique<Beginning>(manifest, blocks);
+  manifest_ = beginning_->manifest.temporary();
+  blocks_ = beginning_->blocks.temporary();
+  begin(blocks.filename().string(), about);
 }
 
 void EvolvingWriter::begin(const std::string& blocks_name, const std::string& about) {
@@ -296,6 +310,12 @@ void EvolvingWriter::add_frame(int number, const std::vector<Vector3>& positions
                {"crc32", block.checksum}};
   if (!measured.empty()) line["measured"] = parsed(measured);
   append_line(line.dump() + "\n");
+  if (!beginning_) return;
+  beginning_->blocks.commit();
+  beginning_->manifest.commit();
+  blocks_ = beginning_->blocks.path();
+  manifest_ = beginning_->manifest.path();
+  beginning_.reset();
 }
 
 void write_evolving(const fs::path& manifest, const EvolvingMesh& evolving, double step,
@@ -304,9 +324,7 @@ void write_evolving(const fs::path& manifest, const EvolvingMesh& evolving, doub
   require(measured.empty() || measured.size() == evolving.frames.size(),
           fmt::format("{} frames were given with what was measured of {}", evolving.frames.size(),
                       measured.size()));
-  const fs::path blocks = fs::path(manifest).replace_extension(".blocks");
-  require(manifest != blocks,
-          manifest.string() + ": a store's name ends in .evolving; its blocks are beside it");
+  const fs::path blocks = blocks_beside(manifest);
   AtomicFile manifest_file(manifest), blocks_file(blocks);
   EvolvingWriter writer;
   writer.manifest_ = manifest_file.temporary();

@@ -4,13 +4,16 @@
 ///
 /// Blocks are only ever appended, and a block counts once the manifest has a whole line for it. So
 /// a writer that is stopped leaves a store that holds everything up to its last frame, and a reader
-/// may follow while it is written. Positions are multiples of a step of 2ᵏ model units.
+/// may follow while it is written. It is there from its first frame on. Positions are multiples of
+/// a step of 2ᵏ model units.
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/sequence/evolving_mesh.h"
 
@@ -83,8 +86,9 @@ class EvolvingReader {
 
 class EvolvingWriter {
  public:
-  /// Begins a store; what was there under these two names is replaced. `about` is a JSON object for
-  /// whoever reads, such as the options that made it.
+  /// Begins a store. Until its first frame has been added it is kept under temporary names: what is
+  /// there under these two names is only replaced by a store with a frame, and stays if the writer
+  /// goes before. `about` is a JSON object for whoever reads, such as the options that made it.
   EvolvingWriter(const std::filesystem::path& manifest, double step,
                  const std::string& about = "{}");
 
@@ -109,7 +113,15 @@ class EvolvingWriter {
   StoredBlock append(const Bytes& bytes);
   void append_line(const std::string& line);
 
-  std::filesystem::path manifest_, blocks_;
+  /// The files of a store that has no frame yet.
+  struct Beginning {
+    AtomicFile manifest, blocks;
+    Beginning(const std::filesystem::path& manifest_, const std::filesystem::path& blocks_)
+        : manifest(manifest_), blocks(blocks_) {}
+  };
+
+  std::unique_ptr<Beginning> beginning_;     ///< null: they are in their place
+  std::filesystem::path manifest_, blocks_;  ///< where they are now
   double step_ = 0;
   int segment_ = -1;
   std::int64_t size_ = 0;

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <limits>
 #include <map>
 #include <regex>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 
 namespace mq {
 namespace {
@@ -16,6 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const char* const place_pattern = "%(0?)([1-9]?)d";
+constexpr int largest_number = std::numeric_limits<int>::max();
 const char* const mesh_extensions[] = {".obj", ".ply", ".gltf", ".glb"};
 
 std::string lower(std::string text) {
@@ -42,19 +45,32 @@ std::vector<fs::path> files_of(const fs::path& folder) {
   return files;
 }
 
-/// A stem's last digits as a number and what stands before them; −1 where it has none, or more than
-/// a number can have.
+bool is_digit(unsigned char c) { return std::isdigit(c) != 0; }
+
+/// The number that digits say; where it is too large for a frame's, says so.
+int number_of(std::string_view digits, const fs::path& path) {
+  int number = -1;
+  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (read.ec != std::errc())
+    throw IoError(
+        fmt::format("{}: its number {} is larger than {}, the largest a frame can have: rename the "
+                    "files, or move it away if it is no frame",
+                    path.string(), digits, largest_number));
+  return number;
+}
+
+/// A stem's last digits as a number and what stands before them; −1 where it has none.
 struct Numbered {
   std::string before;
   int number = -1;
 };
-Numbered numbered(const std::string& stem) {
-  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+Numbered numbered(const fs::path& path) {
+  const std::string stem = path.stem().string();
   const auto end = std::find_if(stem.rbegin(), stem.rend(), is_digit).base();
   const auto begin =
       std::find_if_not(std::make_reverse_iterator(end), stem.rend(), is_digit).base();
   Numbered result{std::string(stem.begin(), begin) + '#' + std::string(end, stem.end()), -1};
-  if (end - begin <= 9) std::from_chars(&*begin, &*begin + (end - begin), result.number);
+  if (begin != end) result.number = number_of({begin, end}, path);
   return result;
 }
 
@@ -70,7 +86,7 @@ std::map<int, fs::path> frames_in(const fs::path& folder) {
   std::string before, extension;
   for (const fs::path& path : files_of(folder)) {
     if (!is_mesh(path)) continue;
-    const Numbered name = numbered(path.stem().string());
+    const Numbered name = numbered(path);
     if (name.number < 0) continue;
     if (frames.empty()) {
       before = name.before;
@@ -99,15 +115,21 @@ std::map<int, fs::path> frames_named(const fs::path& name) {
         fmt::format("{}: the place for the number belongs into the name of the "
                     "file, not of the folder",
                     name.string()));
+  std::smatch place;
+  std::regex_search(file, place, std::regex(place_pattern));
+  const std::string before = place.prefix(), after = place.suffix();
   const fs::path folder = name.has_parent_path() ? name.parent_path() : fs::path(".");
   std::map<int, fs::path> frames;
   for (const fs::path& path : files_of(folder)) {
     const std::string found = path.filename().string();
-    const auto [same, rest] = std::ranges::mismatch(found, file);
-    int number = -1;
-    const char* const begin = found.data() + (same - found.begin());
-    const auto read = std::from_chars(begin, found.data() + found.size(), number);
-    if (read.ec == std::errc() && number >= 0 && frame_name(file, number) == found)
+    if (found.size() <= before.size() + after.size() || !found.starts_with(before) ||
+        !found.ends_with(after))
+      continue;
+    const std::string_view digits =
+        std::string_view(found).substr(before.size(), found.size() - before.size() - after.size());
+    if (!std::ranges::all_of(digits, is_digit)) continue;
+    const int number = number_of(digits, path);
+    if (frame_name(file, number) == found)
       add(frames, number, name.has_parent_path() ? path : fs::path(found));
   }
   if (frames.empty())
@@ -120,19 +142,25 @@ std::map<int, fs::path> frames_named(const fs::path& name) {
 
 std::vector<int> parse_frames(const std::string& text) {
   std::smatch part;
-  static const std::regex pattern("([0-9]{1,7})(?:-([0-9]{1,7})(?:x([1-9][0-9]{0,5}))?)?");
+  static const std::regex pattern("([0-9]{1,10})(?:-([0-9]{1,10})(?:x([1-9][0-9]{0,5}))?)?");
   if (!std::regex_match(text, part, pattern)) return {};
-  const int first = std::stoi(part[1]);
-  const int last = part[2].matched ? std::stoi(part[2]) : first;
-  const int step = part[3].matched ? std::stoi(part[3]) : 1;
+  const std::int64_t first = std::stoll(part[1]);
+  const std::int64_t last = part[2].matched ? std::stoll(part[2]) : first;
+  const std::int64_t step = part[3].matched ? std::stoll(part[3]) : 1;
   std::vector<int> frames;
-  if ((last - first) / step >= 1'000'000) return {};
-  for (int frame = first; frame <= last; frame += step) frames.push_back(frame);
+  if (std::max(first, last) > largest_number || (last - first) / step >= 1'000'000) return {};
+  for (std::int64_t frame = first; frame <= last; frame += step) frames.push_back(int(frame));
   return frames;
 }
 
 bool has_frame_place(const std::string& name) {
-  return std::regex_search(name, std::regex(place_pattern));
+  const std::regex pattern(place_pattern);
+  std::smatch place;
+  if (!std::regex_search(name, place, pattern)) return false;
+  const std::string after = place.suffix();
+  require(!std::regex_search(after, pattern),
+          fmt::format("{}: found two places for a frame's number, wanted one", name));
+  return true;
 }
 
 std::string frame_name(const std::string& name, int frame) {
@@ -144,7 +172,8 @@ std::string frame_name(const std::string& name, int frame) {
   return place.prefix().str() + number + place.suffix().str();
 }
 
-std::vector<FrameFile> find_frames(const std::string& name, const std::vector<int>& numbers) {
+std::vector<FrameFile> find_frames(const std::string& name, const std::vector<int>& numbers,
+                                   MissingFrames where_missing) {
   std::error_code ignored;
   const bool is_folder = fs::is_directory(name, ignored);
   if (!is_folder && !has_frame_place(name)) {
@@ -167,11 +196,12 @@ std::vector<FrameFile> find_frames(const std::string& name, const std::vector<in
     else
       frames.push_back({number, place->second});
   }
-  if (!missing.empty())
-    throw IoError(fmt::format(
-        "{}: {} of {} frames are missing, the first is frame {}; there are {}, from {} to {}", name,
-        missing.size(), numbers.size(), missing[0], found.size(), found.begin()->first,
-        found.rbegin()->first));
+  if (!missing.empty() && (where_missing == MissingFrames::refused || frames.empty()))
+    throw IoError(
+        fmt::format("{}: {} of {} missing, the first is frame {}; there are {}, from {} to {}",
+                    name, missing.size(),
+                    counted(std::ssize(numbers), "frame") + (numbers.size() == 1 ? " is" : " are"),
+                    missing[0], found.size(), found.begin()->first, found.rbegin()->first));
   return frames;
 }
 

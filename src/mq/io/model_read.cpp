@@ -107,6 +107,7 @@ class ModelReader {
     Document document;
     document.name = model_.path.string();
     document.bytes = read_file(model_.path);
+    document.files = {model_.path};
     document.format = format_of(model_.path, document.bytes);
     mesh_progress.at(0.3);
     read_parts(document);
@@ -146,8 +147,12 @@ class ModelReader {
   /// A buffer goes by the name the document gives it, wherever it was found.
   void read_buffers(Document& document) {
     for (const std::string& name : gltf_parts(document))
-      if (const auto found = find_file(folder_, name))
-        document.parts.push_back({name, read_file(folder_ / *found)});
+      if (const auto found = find_file(folder_, name)) add_part(document, name, folder_ / *found);
+  }
+
+  static void add_part(Document& document, const std::string& name, const fs::path& path) {
+    document.parts.push_back({name, read_file(path)});
+    document.files.push_back(path);
   }
 
   void read_part(Document& document, const std::string& name) {
@@ -158,7 +163,7 @@ class ModelReader {
     }
     for (const Part& part : document.parts)
       if (part.name == *found) return;
-    document.parts.push_back({*found, read_file(folder_ / *found)});
+    add_part(document, *found, folder_ / *found);
   }
 
   void take_textures(const std::vector<TextureSlot>& slots) {

@@ -259,4 +259,11 @@ Oriented oriented(const Mesh& mesh, const Mesh* before) {
   return result;
 }
 
+Oriented oriented_like(const Mesh& mesh, const Mesh& before) {
+  const Defects of_before = oriented(before).defects;
+  if (std::ranges::count(of_before, "inside_out_triangles", &Defect::kind) > 0)
+    return {.mesh = mesh, .turned = {}, .defects = {}};
+  return oriented(mesh, &before);
+}
+
 }  // namespace mq

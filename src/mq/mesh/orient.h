@@ -32,6 +32,10 @@ struct Oriented {
 /// `InvalidInput` where `make_surface` does.
 Oriented oriented(const Mesh& mesh, const Mesh* before = nullptr);
 
+/// What was captured, facing as what follows it, `before`, does: as above, but left as it is where
+/// that is inside out itself, which decides.
+Oriented oriented_like(const Mesh& mesh, const Mesh& before);
+
 /// The same triangles turned over.
 Mesh turned_over(Mesh mesh, const std::vector<int>& triangles);
 
