@@ -48,17 +48,19 @@ bool edit_number(OptionValues& values, const Option& option, const std::string& 
   bool changed = false;
   if (option.type == Option::Type::integer) {
     int whole = int(value);
-    changed = bounded ? ImGui::SliderInt(option.name.c_str(), &whole, int(option.least),
-                                         int(std::min(option.most, 1e6)),
-                                         text.empty() ? not_given : "%d")
-                      : ImGui::InputInt(option.name.c_str(), &whole);
+    changed = bounded
+                  ? ImGui::SliderInt(option.name.c_str(), &whole, int(option.least),
+                                     int(std::min(option.most, 1e6)),
+                                     text.empty() ? not_given : "%d", ImGuiSliderFlags_AlwaysClamp)
+                  : ImGui::InputInt(option.name.c_str(), &whole);
     explain(option);
     return changed && take(values, option.name, std::to_string(whole));
   }
   const bool wide = bounded && option.most / std::max(option.least, 1e-3) > 200;
-  changed = bounded ? ImGui::SliderFloat(option.name.c_str(), &value, float(option.least),
-                                         float(option.most), text.empty() ? not_given : "%.4g",
-                                         wide ? ImGuiSliderFlags_Logarithmic : 0)
+  changed = bounded ? ImGui::SliderFloat(
+                          option.name.c_str(), &value, float(option.least), float(option.most),
+                          text.empty() ? not_given : "%.4g",
+                          ImGuiSliderFlags_AlwaysClamp | (wide ? ImGuiSliderFlags_Logarithmic : 0))
                     : ImGui::InputFloat(option.name.c_str(), &value, 0, 0, "%.4g",
                                         ImGuiInputTextFlags_EnterReturnsTrue);
   explain(option);

@@ -89,10 +89,12 @@ void FilterTool::panel() {
   ImGui::RadioButton("erase", &brush, 2);
   if (brush != int(brush_)) tried([&] { choose(Brush(brush)); });
   auto size = float(brush_radius() / std::sqrt(area_) * 100);
-  if (ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%", ImGuiSliderFlags_Logarithmic))
+  if (ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%",
+                         ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
     size_ = {size, Length::Unit::percent};
   auto strength = float(strength_);
-  if (ImGui::SliderFloat("strength", &strength, 0.01F, 1, "%.2f")) strength_ = strength;
+  if (ImGui::SliderFloat("strength", &strength, 0.01F, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp))
+    strength_ = strength;
   if (ImGui::Button("undo")) tried([&] { undo(); });
   ImGui::SameLine();
   if (ImGui::Button("redo")) tried([&] { redo(); });
@@ -137,15 +139,16 @@ double FilterTool::brush_radius() const {
   return std::sqrt(weight_from_length(size_, {area_, texel_spacing_}));
 }
 
-/// Along a straight line from the last one, a third of the radius apart.
+/// Along a straight line from the last one, a third of the radius apart; a thousand at most, which
+/// a brush much smaller than its way takes.
 void FilterTool::dabs_to(const Vector3& place) {
-  const double apart = brush_radius() / 3;
   if (!last_dab_) {
     dab(place);
     last_dab_ = place;
     return;
   }
-  const double way = (place - *last_dab_).norm();
+  const double way = (place - *last_dab_).norm(), apart = std::max(brush_radius() / 3, way / 1000);
+  if (!(apart > 0)) return;
   const Vector3 start = *last_dab_;
   for (double at = apart; at <= way; at += apart) {
     last_dab_ = start + at / way * (place - start);
@@ -270,7 +273,8 @@ void FilterTool::set(const std::string& name, const std::string& value) {
   if (name != "beta") {
     // The other way of saying it is forgotten.
     changed = options_for("filter", session_);
-    for (const char* kept : {"beta", "output"}) changed.set(kept, options_.texts(kept));
+    for (const char* kept : {"beta", "output", "mask"})
+      if (options_.has(kept)) changed.set(kept, options_.texts(kept));
   }
   changed.set(name, {value});
   take(changed);
@@ -348,6 +352,8 @@ bool FilterTool::command(const std::vector<std::string>& words) {
     for (const Vector3& place : places) dabs_to(place);
     end_stroke();
   } else if (what == "fill") {
+    require(words[1] == "everywhere" || words[1] == "nowhere",
+            fmt::format("fill: found '{}', wanted everywhere or nowhere", words[1]));
     fill(words[1] == "everywhere" ? full : 0);
   } else if (what == "undo") {
     undo();

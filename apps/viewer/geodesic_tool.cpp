@@ -43,7 +43,7 @@ class GeodesicTool : public VerbTool {
 
  private:
   void from(const Vector3& place) {
-    change("from", {fmt::format("{:.7g},{:.7g},{:.7g}", place.x(), place.y(), place.z())});
+    change("from", {fmt::format("{},{},{}", place.x(), place.y(), place.z())});
   }
 
   bool complete() const override {

@@ -56,7 +56,8 @@ class StitchTool : public VerbTool {
     region_ = Region(region);
     auto size = float(brush_size() / std::sqrt(session_.scene->surface.area) * 100);
     if (region_ == Region::brush &&
-        ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%", ImGuiSliderFlags_Logarithmic))
+        ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%",
+                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
       size_ = {size, Length::Unit::percent};
     if (ImGui::Button("undo")) undo();
     ImGui::SameLine();

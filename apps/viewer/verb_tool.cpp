@@ -41,17 +41,19 @@ app::Verb verb_named(const std::string& name) {
   return *std::ranges::find_if(verbs, [&](const app::Verb& v) { return v.table.verb() == name; });
 }
 
-/// Those that need no signal, and those that work on colours at vertices where there are no textures.
+/// Those that need no signal, and those that work on colours at vertices where there are no
+/// textures.
 constexpr std::array<std::string_view, 3> verbs_of_shape = {"geodesic", "lic", "react"},
                                           verbs_of_signals = {"filter", "denoise", "shock"};
 
 /// Of filter at vertices.
 constexpr const char* no_brush =
-    "the brush paints on textures: at vertices mask takes a model that has the mask as its colours, and "
+    "the brush paints on textures: at vertices mask takes a model that has the mask as its "
+    "colours, and "
     "spot takes places";
 
 /// Options that verbs refuse at vertices.
-constexpr std::array<std::string_view, 6> of_textures = {"from-mask", "guide",  "guide-edge",
+constexpr std::array<std::string_view, 6> of_textures = {"from-mask", "guide",   "guide-edge",
                                                          "space",     "normals", "longest-edge"};
 
 }  // namespace
@@ -148,7 +150,8 @@ void VerbTool::panel() {
   };
   ImGui::InputText("##texture", texture_name_.data(), texture_name_.size());
   ImGui::SameLine();
-  if (ImGui::Button(at_vertices_ ? "save model" : "save texture")) tried([&] { save(texture_name_.data()); });
+  if (ImGui::Button(at_vertices_ ? "save model" : "save texture"))
+    tried([&] { save(texture_name_.data()); });
   if (ImGui::Button("copy as command"))
     tried([&] {
       OptionValues named = options_;
@@ -401,7 +404,8 @@ void VerbTool::stage_controls() {
     count = int(stages_.size());
     if (stage < count) name = stages_[stage_].name;
   }
-  if (count > 1 && ImGui::SliderInt("stage", &stage, 0, count - 1, name.c_str()))
+  if (count > 1 &&
+      ImGui::SliderInt("stage", &stage, 0, count - 1, name.c_str(), ImGuiSliderFlags_AlwaysClamp))
     choose_stage(std::size_t(stage));
 }
 

@@ -261,7 +261,8 @@ void Viewer::view_controls() {
   ImGui::Checkbox("charts", &look.chart_tint);
   if (session_.before && session_.before->holds_light(session_.atlas.texture)) {
     auto stops = float(look.exposure);
-    if (ImGui::SliderFloat("exposure", &stops, -10, 10, "%.2f stops")) look.exposure = stops;
+    if (ImGui::SliderFloat("exposure", &stops, -10, 10, "%.2f stops", ImGuiSliderFlags_AlwaysClamp))
+      look.exposure = stops;
   }
   if (shows_numbers(look)) number_controls();
   if (session_.compares()) {
@@ -269,11 +270,13 @@ void Viewer::view_controls() {
     if (ImGui::Checkbox("before | after", &wiping)) look.wipe = wiping ? 0.5 : -1;
     if (wiping) {
       auto wipe = float(look.wipe);
-      if (ImGui::SliderFloat("wipe", &wipe, 0, 1, "%.2f")) look.wipe = wipe;
+      if (ImGui::SliderFloat("wipe", &wipe, 0, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp))
+        look.wipe = wipe;
     }
     if (session_.before && session_.before->size() > 1) {
       int texture = session_.atlas.texture;
-      if (ImGui::SliderInt("texture", &texture, 0, session_.before->size() - 1)) {
+      if (ImGui::SliderInt("texture", &texture, 0, session_.before->size() - 1, "%d",
+                           ImGuiSliderFlags_AlwaysClamp)) {
         session_.atlas.texture = texture;
         home_atlas();
       }
@@ -287,7 +290,8 @@ void Viewer::sequence_controls() {
   ImGui::Separator();
   if (loader_.busy() && asked_frame_ >= 0 && !session_.playing) frame = asked_frame_;
   const std::string number = std::to_string(sequence.number(frame));
-  if (ImGui::SliderInt("frame", &frame, 0, sequence.count() - 1, number.c_str())) {
+  if (ImGui::SliderInt("frame", &frame, 0, sequence.count() - 1, number.c_str(),
+                       ImGuiSliderFlags_AlwaysClamp)) {
     try {
       open_frame(frame);
     } catch (const Error& error) {
@@ -443,14 +447,15 @@ void Viewer::number_controls() {
   Look& look = session_.look;
   if (look.paint == Look::Paint::numbers && session_.before)
     ImGui::SliderInt("channel", &look.channel, 0,
-                     std::max(0, std::min(session_.before->channels(0), 4) - 1));
+                     std::max(0, std::min(session_.before->channels(0), 4) - 1), "%d",
+                     ImGuiSliderFlags_AlwaysClamp);
   ImGui::Checkbox("whole range", &look.automatic_scale);
   if (!look.automatic_scale) {
     float range[2] = {float(look.scale.low), float(look.scale.high)};
     if (ImGui::DragFloat2("range", range, 0.01F) && range[0] < range[1])
       look.scale.low = range[0], look.scale.high = range[1];
   }
-  ImGui::SliderInt("isolines", &look.scale.isolines, 0, 100);
+  ImGui::SliderInt("isolines", &look.scale.isolines, 0, 100, "%d", ImGuiSliderFlags_AlwaysClamp);
 }
 
 /// All that both panes show depends on.
@@ -517,9 +522,9 @@ void Viewer::use_surface_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 mouse = mouse_in(surface_at_);
   Turntable& camera = session_.camera;
-  pick_ = pick_on_surface(*session_.scene, *session_.rays,
-                          {session_.shown(), session_.shown_colours()},
-                          camera.ray(mouse.x, mouse.y));
+  pick_ =
+      pick_on_surface(*session_.scene, *session_.rays, {session_.shown(), session_.shown_colours()},
+                      camera.ray(mouse.x, mouse.y));
   if (pick_.chart >= 0 && pick_.texture != session_.atlas.texture &&
       dragging_ == Dragging::nothing) {
     session_.atlas.texture = pick_.texture;
@@ -529,8 +534,8 @@ void Viewer::use_surface_mouse() {
   const float wipe = float(session_.look.wipe) * float(surface_at_.width);
   if (ImGui::IsItemClicked(0)) {
     const bool on_wipe = session_.look.wipe >= 0 && std::abs(mouse.x - wipe) < 5;
-    dragging_ = on_wipe                                    ? Dragging::wiping
-                : io.KeyShift                              ? Dragging::moving
+    dragging_ = on_wipe                                  ? Dragging::wiping
+                : io.KeyShift                            ? Dragging::moving
                 : tool_ && pick_ && tool_->takes_mouse() ? Dragging::working
                                                          : Dragging::turning;
     if (dragging_ == Dragging::working) tool_->press(pick_);
@@ -663,8 +668,8 @@ void Viewer::show_legend() {
       {corner.x + float(legend_.width()), corner.y + float(legend_.height())});
 }
 
-/// What was said stays in front for a while, in scripts until the mouse is used; then what is under the
-/// mouse is. Words that are too long for a line take several.
+/// What was said stays in front for a while, in scripts until the mouse is used; then what is under
+/// the mouse is. Words that are too long for a line take several.
 void Viewer::status_line(float y, float width) {
   constexpr double seconds = 6;
   const bool news = !session_.message.empty() &&

@@ -468,6 +468,7 @@ TEST(Export, WritesFramesAsFiles) {
   const Folder folder;
   make_store(folder);
   const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
+  std::filesystem::create_directory(folder / "out");
   for (const std::string name : {"out/f_%03d.ply", "out/f_%03d.obj"}) {
     ASSERT_EQ(marquetry(folder, {"export", "body.evolving", "-o", name}).status, 0);
     for (int f = 0; f < 3; ++f) {
