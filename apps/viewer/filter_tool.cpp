@@ -51,7 +51,8 @@ FilterTool::FilterTool(Session& session)
           "colours at vertices too");
   app::require_usable(app::scene_defects(*session.scene), session.scene->model.path.string());
   options_.set("beta", {"3"});
-  options_.set("output", {"filtered.png"});
+  if (session.before->size() > 1) texture_name_ = {"filtered_%s.png"};
+  options_.set("output", {texture_name_.data()});
   area_ = session.scene->surface.area;
   texel_spacing_ = session.scene->atlas->texel_spacing();
   want();
@@ -381,6 +382,10 @@ void FilterTool::save_texture(const std::string& path) {
   require_ready();
   const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
+  if (path.size() < texture_name_.size()) {
+    texture_name_ = {};
+    std::ranges::copy(path, texture_name_.begin());
+  }
   const std::lock_guard lock(mutex_);
   saves_.emplace_back().path = path;
   stopped_ = false;
@@ -433,6 +438,7 @@ std::string FilterTool::as_command() {
   require(
       everywhere || !saved_mask_.empty(),
       "the command names the mask's file, and the mask is not saved as it is now: save it first");
+  options_.set("output", {texture_name_.data()});
   if (!everywhere) return app::command_line(options_);
   OptionValues without = options_for("filter", session_);
   for (const char* kept : {"beta", "output", "alpha", "length"})

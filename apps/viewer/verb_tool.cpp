@@ -69,7 +69,10 @@ VerbTool::VerbTool(const std::string& verb, Session& session)
     if (!of_shape && !at_vertices_) refuse_as_the_verb();
   }
   app::require_usable(app::scene_defects(scene), scene.model.path.string());
-  if (at_vertices_) texture_name_ = {"out.ply"};
+  if (at_vertices_)
+    texture_name_ = {"out.ply"};
+  else if (session_.scene->model.textures.size() > 1)
+    texture_name_ = {"out_%s.png"};
   if (verb == "filter") options_.set("beta", {"3"});
 }
 
@@ -219,7 +222,7 @@ bool VerbTool::command(const std::vector<std::string>& words) {
   } else if (words[0] == "copy-command") {
     require_complete();
     OptionValues named = options_;
-    named.set("output", {at_vertices_ ? "out.ply" : "out.png"});
+    named.set("output", {texture_name_.data()});
     const std::string line = command_words(named) + "\n";
     require(words.size() == 2, "wanted: copy-command FILE");
     session_.run.will_write({words[1]});
@@ -242,6 +245,10 @@ void VerbTool::save(const std::string& path) {
       path, session_.scene->model,
       at_vertices_ ? app::Outputs::Kind::model : app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
+  if (path.size() < texture_name_.size()) {
+    texture_name_ = {};
+    std::ranges::copy(path, texture_name_.begin());
+  }
   OptionValues saving = options_;
   saving.set("output", {path});
   saving.set("json", {"true"});  // nothing on standard output

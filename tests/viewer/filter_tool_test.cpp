@@ -68,9 +68,10 @@ TEST(FilterTool, MakesTheTextureThatFilterMakesOfTheSavedMask) {
   const std::string line = file_bytes(folder / "command.txt");
   EXPECT_EQ(
       line,
-      "marquetry filter --output=filtered.png --beta=4 --mask=mask.png --length=2tx sphere.obj\n");
+      "marquetry filter --output=painted.png --beta=4 --mask=mask.png --length=2tx sphere.obj\n");
+  std::filesystem::remove(folder / "painted.png");
   ASSERT_EQ(marquetry(folder, words_of(line)).status, 0);
-  expect_the_same(painted, picture(folder, "filtered.png"));
+  expect_the_same(painted, picture(folder, "painted.png"));
 
   ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "0.25",
                                "--length", "1%", "--mask", "mask.png"})
@@ -80,8 +81,26 @@ TEST(FilterTool, MakesTheTextureThatFilterMakesOfTheSavedMask) {
 
   const std::string everywhere = file_bytes(folder / "all.txt");
   EXPECT_THAT(everywhere, Not(HasSubstr("mask")));
+  const Image<float> all = picture(folder, "all.png");
+  std::filesystem::remove(folder / "all.png");
   ASSERT_EQ(marquetry(folder, words_of(everywhere)).status, 0);
-  expect_the_same(picture(folder, "all.png"), picture(folder, "filtered.png"));
+  expect_the_same(all, picture(folder, "all.png"));
+}
+
+TEST(FilterTool, KeepsTheMaskInTheCommandWhenALengthIsSetLater) {
+  const Folder folder;
+  write_sphere(folder);
+  const Result result = view(folder,
+                             "tool filter\nset alpha 1e-4\nbrush sharpen\nsize 15%\n"
+                             "stroke 1,0,0.2 0.6,0.2,0.8\nsave-mask mask.png\n"
+                             "set length 2tx\nsave-texture late.png\ncopy-command command.txt\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(file_bytes(folder / "command.txt"), HasSubstr("--output=late.png"));
+  EXPECT_THAT(file_bytes(folder / "command.txt"), HasSubstr("--mask=mask.png"));
+  const Result wrong = view(folder, "tool filter\nfill sometimes\n", {"sphere.obj"});
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_THAT(wrong.error, HasSubstr("wanted everywhere or nowhere"));
 }
 
 TEST(FilterTool, SharpensHereAndSmoothsThere) {
@@ -103,9 +122,11 @@ TEST(FilterTool, SharpensHereAndSmoothsThere) {
   EXPECT_EQ(difference(mask, picture(folder, "mask.tif")).values, 0);
   const std::string line = file_bytes(folder / "command.txt");
   EXPECT_THAT(line, HasSubstr("--beta=4 --mask=mask.tif"));
+  const Image<float> painted = picture(folder, "painted.png");
+  std::filesystem::remove(folder / "painted.png");
   ASSERT_EQ(marquetry(folder, words_of(line)).status, 0);
-  expect_the_same(picture(folder, "painted.png"), picture(folder, "filtered.png"));
-  expect_the_same(picture(folder, "again.png"), picture(folder, "filtered.png"));
+  expect_the_same(painted, picture(folder, "painted.png"));
+  expect_the_same(picture(folder, "again.png"), painted);
   ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "2", "--length",
                                "2tx", "--mask", "mask.exr"})
                 .status,
@@ -124,10 +145,11 @@ TEST(FilterTool, DoesNotPaintThroughToWhatLiesBehind) {
               "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n");
   write_bytes(folder / "sheets.mtl", "newmtl paper\nmap_Kd paper.png\n");
   write_image(folder / "paper.png", Image<float>(64, 64, 3, 0.5F));
-  const Result result = view(folder,
-                             "tool filter\nsize 30%\nstrength 1\nstroke 0.5,0.5,0\n"
-                             "save-mask front.png\nundo\nstroke 0.5,0.5,-0.02\nsave-mask back.png\n",
-                             {"sheets.obj"});
+  const Result result =
+      view(folder,
+           "tool filter\nsize 30%\nstrength 1\nstroke 0.5,0.5,0\n"
+           "save-mask front.png\nundo\nstroke 0.5,0.5,-0.02\nsave-mask back.png\n",
+           {"sheets.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const auto painted = [&](const std::string& name) {
     const Image<float> mask = picture(folder, name);

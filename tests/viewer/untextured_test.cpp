@@ -73,7 +73,7 @@ TEST(ToolsAtVertices, ShowWhatVerbsWriteIntoModels) {
     EXPECT_FALSE(file_bytes(folder / "shown.png") == file_bytes(folder / "before.png")) << script;
     EXPECT_TRUE(file_bytes(folder / "after.png") == file_bytes(folder / "before.png")) << script;
     EXPECT_TRUE(file_bytes(folder / "saved.ply") == file_bytes(folder / "verb.ply")) << script;
-    EXPECT_THAT(file_bytes(folder / "command.txt"), HasSubstr("--output=out.ply"));
+    EXPECT_THAT(file_bytes(folder / "command.txt"), HasSubstr("--output=saved.ply"));
     std::filesystem::remove(folder / "saved.ply");
     if (model != "coloured.ply") continue;
     // All of the pane on the left of the wipe is as it was, but for the word "before".

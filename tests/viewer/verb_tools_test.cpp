@@ -41,7 +41,7 @@ TEST(GeodesicTool, ShowsTheDistancesThatTheVerbWrites) {
   for (int c = 0; c < 3; ++c)
     EXPECT_NEAR(pick["values"][c].get<double>(), first[std::size_t(c)], 0.02);
   EXPECT_THAT(file_bytes(folder / "command.txt"),
-              HasSubstr("marquetry geodesic --output=out.png --from="));
+              HasSubstr("marquetry geodesic --output=verb.png --from="));
   EXPECT_GT(result.json()["result"]["tool"]["found"]["max"].get<double>(),
             2.9);  // half a great circle
 }
@@ -132,7 +132,7 @@ TEST(StitchTool, GivesRegionsToPhotographsAndTakesTheirBordersOut) {
   const auto tool = result.json()["result"]["tool"];
   EXPECT_EQ(tool["prepared"], 1);
   EXPECT_EQ(file_bytes(folder / "command.txt"),
-            "marquetry stitch --output=out.png --labels=labels.png --partial=best.png "
+            "marquetry stitch --output=saved.png --labels=labels.png --partial=best.png "
             "--partial=bright.png sphere.obj\n");
   const Result verb =
       marquetry(folder, {"stitch", "sphere.obj", "-o", "out.png", "--labels", "labels.png",
