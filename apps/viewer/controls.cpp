@@ -1,14 +1,15 @@
 #include "controls.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "mq/base/error.h"
-#include "mq/base/length.h"
+#include "mq/io/atomic_file.h"
 
 namespace mq::view {
 namespace {
@@ -31,10 +32,14 @@ std::string now(const OptionValues& values, const std::string& name) {
 /// In place of a number.
 constexpr const char* not_given = "not given";
 
-bool take(OptionValues& values, const std::string& name, const std::string& text) {
+/// None, or an empty one, is the default.
+bool take(OptionValues& values, const std::string& name, const std::vector<std::string>& texts) {
   try {
     OptionValues changed = values;
-    changed.set(name, {text});
+    if (texts.empty() || texts == std::vector<std::string>{""})
+      changed.reset(name);
+    else
+      changed.set(name, texts);
     values = changed;
     return true;
   } catch (const InvalidInput&) {
@@ -54,7 +59,7 @@ bool edit_number(OptionValues& values, const Option& option, const std::string& 
                                      text.empty() ? not_given : "%d", ImGuiSliderFlags_AlwaysClamp)
                   : ImGui::InputInt(option.name.c_str(), &whole);
     explain(option);
-    return changed && take(values, option.name, std::to_string(whole));
+    return changed && take(values, option.name, {std::to_string(whole)});
   }
   const bool wide = bounded && option.most / std::max(option.least, 1e-3) > 200;
   changed = bounded ? ImGui::SliderFloat(
@@ -64,7 +69,7 @@ bool edit_number(OptionValues& values, const Option& option, const std::string& 
                     : ImGui::InputFloat(option.name.c_str(), &value, 0, 0, "%.4g",
                                         ImGuiInputTextFlags_EnterReturnsTrue);
   explain(option);
-  return changed && take(values, option.name, fmt::format("{:.4g}", value));
+  return changed && take(values, option.name, {fmt::format("{:.4g}", value)});
 }
 
 /// A slider in the unit that the length has, and percent where it has none.
@@ -76,9 +81,9 @@ bool edit_length(OptionValues& values, const Option& option, const std::string& 
   const float least = percent ? 0.01F
                       : model ? value / 20
                               : 0.25F,
-              most = percent ? 50.F
+              most = percent ? std::max(50.F, value)
                      : model ? value * 20
-                             : 400.F;
+                             : std::max(400.F, value);
   const bool changed = ImGui::SliderFloat(option.name.c_str(), &value, least, most,
                                           text.empty() ? not_given
                                           : percent    ? "%.3g %%"
@@ -87,73 +92,47 @@ bool edit_length(OptionValues& values, const Option& option, const std::string& 
                                           ImGuiSliderFlags_Logarithmic);
   explain(option);
   return changed && take(values, option.name,
-                         fmt::format("{:.3g}{}", value,
-                                     percent ? "%"
-                                     : model ? ""
-                                             : "tx"));
+                         {fmt::format("{:.3g}{}", value,
+                                      percent ? "%"
+                                      : model ? ""
+                                              : "tx")});
 }
 
 bool edit_choice(OptionValues& values, const Option& option) {
   const std::string text = now(values, option.name);
   bool changed = false;
-  if (ImGui::BeginCombo(option.name.c_str(), text.c_str())) {
+  if (ImGui::BeginCombo(option.name.c_str(), text.empty() ? not_given : text.c_str())) {
+    if (option.default_value.empty() && ImGui::Selectable(not_given, text.empty()))
+      values.reset(option.name), changed = true;
     for (const std::string& choice : option.choices)
       if (ImGui::Selectable(choice.c_str(), choice == text))
-        changed = take(values, option.name, choice);
+        changed = take(values, option.name, {choice});
     ImGui::EndCombo();
   }
   explain(option);
   return changed;
 }
 
-/// "a.png; b.png" of an option that may be given several times.
-std::string joined(const std::vector<std::string>& texts) {
-  std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "" : "; ") + text;
-  return all;
-}
-
-bool take_many(OptionValues& values, const std::string& name, const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == ';')
-      parts.emplace_back();
-    else if (c != ' ' || !parts.back().empty())
-      parts.back() += c;
-  }
-  std::erase(parts, "");
-  try {
-    OptionValues changed = values;
-    changed.set(name, parts);
-    values = changed;
-    return true;
-  } catch (const InvalidInput&) {
-    return false;
-  }
-}
-
 /// With a list beside it where there are words that are not names of files.
 bool edit_text(OptionValues& values, const Option& option) {
-  char text[4096] = "";
-  std::strncpy(text, joined(values.effective(option.name)).c_str(), sizeof(text) - 1);
+  std::string text = joined(values.effective(option.name));
   bool changed = false;
   const bool listed = !option.choices.empty();
   if (listed && ImGui::BeginCombo(("##" + option.name).c_str(), "", ImGuiComboFlags_NoPreview)) {
     for (const std::string& choice : option.choices)
       if (ImGui::Selectable(choice.c_str(), choice == text))
-        changed = take(values, option.name, choice);
+        changed = take(values, option.name, {choice});
     ImGui::EndCombo();
   }
   if (listed) {
     ImGui::SameLine(0, 0);
     ImGui::SetNextItemWidth(ImGui::CalcItemWidth() - ImGui::GetFrameHeight());
   }
-  const bool typed = ImGui::InputText(option.name.c_str(), text, sizeof(text),
-                                      ImGuiInputTextFlags_EnterReturnsTrue);
+  const bool typed =
+      ImGui::InputText(option.name.c_str(), &text, ImGuiInputTextFlags_EnterReturnsTrue);
   explain(option);
-  if (option.count == Option::Count::many)
-    return changed || (typed && take_many(values, option.name, text));
-  return changed || (typed && take(values, option.name, text));
+  const bool many = option.count == Option::Count::many;
+  return changed || (typed && take(values, option.name, many ? parted(text) : std::vector{text}));
 }
 
 }  // namespace
@@ -166,7 +145,7 @@ bool edit(OptionValues& values, const std::string& name, const std::string& in_f
       bool on = values.flag(name);
       const bool changed = ImGui::Checkbox(name.c_str(), &on);
       explain(option);
-      return changed && take(values, name, on ? "true" : "false");
+      return changed && take(values, name, {on ? "true" : "false"});
     }
     case Option::Type::integer:
     case Option::Type::number: return edit_number(values, option, text);
@@ -176,6 +155,60 @@ bool edit(OptionValues& values, const std::string& name, const std::string& in_f
     case Option::Type::path: return edit_text(values, option);
   }
   return false;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  return fmt::format("{}", fmt::join(names, "; "));
+}
+
+std::vector<std::string> parted(const std::string& names) {
+  std::vector<std::string> parts(1);
+  for (const char c : names) {
+    if (c == ';')
+      parts.emplace_back();
+    else if (c != ' ' || !parts.back().empty())
+      parts.back() += c;
+  }
+  std::erase(parts, "");
+  return parts;
+}
+
+void tried(Session& session, const std::function<void()>& what) {
+  try {
+    what();
+  } catch (const Error& error) {
+    session.say(error.what());
+  }
+}
+
+void edit_brush(Length& size, double radius, double area) {
+  auto percent = float(radius / std::sqrt(area) * 100);
+  if (ImGui::SliderFloat("size", &percent, 0.1F, 50, "%.2f %%",
+                         ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+    size = {percent, Length::Unit::percent};
+}
+
+bool ask_to_save(const std::string& what, std::string& name) {
+  ImGui::InputText(("##" + what).c_str(), &name);
+  ImGui::SameLine();
+  return ImGui::Button(("save " + what).c_str());
+}
+
+void copy_button(Session& session, const std::function<std::string()>& command) {
+  if (!ImGui::Button("copy as command")) return;
+  tried(session, [&] {
+    const std::string line = command();
+    ImGui::SetClipboardText(line.c_str());
+    session.say(line);
+  });
+}
+
+void copy_command(Session& session, const std::vector<std::string>& words,
+                  const std::string& command) {
+  if (words.size() == 1) return session.say(command);
+  const std::string line = command + "\n";
+  session.run.will_write({words[1]});
+  write_file(words[1], std::as_bytes(std::span(line.data(), line.size())));
 }
 
 }  // namespace mq::view

@@ -1,16 +1,41 @@
 #pragma once
 /// Sliders, boxes and lists for the rows of an option table: the same words, defaults and ranges as
-/// on the command line.
+/// on the command line. And what panels of several tools have besides.
 
+#include <functional>
 #include <string>
+#include <vector>
 
+#include "mq/base/length.h"
 #include "mq/base/options.h"
+#include "session.h"
 
 namespace mq::view {
 
 /// Shows one option and takes over what a person does to it; true where that changed it. What
-/// cannot be is not taken. `in_force` is the value that holds where the option has none; empty: it says
-/// so.
+/// cannot be is not taken. `in_force` is the value that holds where the option has none; empty: it
+/// says so.
 bool edit(OptionValues& values, const std::string& name, const std::string& in_force = {});
+
+/// Several names in one line, "a.png; b.png".
+std::string joined(const std::vector<std::string>& names);
+std::vector<std::string> parted(const std::string& names);
+
+/// Does it; what it throws is said at the bottom of the window.
+void tried(Session& session, const std::function<void()>& what);
+
+/// How large a brush is, from 0.1 to 50 % of √area; `radius` and `area` are what it is on the
+/// surface.
+void edit_brush(Length& size, double radius, double area);
+
+/// A name that can be changed, and a button to save there, "save mask": true once that is pressed.
+bool ask_to_save(const std::string& what, std::string& name);
+
+/// A button that copies what `command` returns.
+void copy_button(Session& session, const std::function<std::string()>& command);
+
+/// What `copy-command FILE` of a script does, and `copy-command` alone, which says it.
+void copy_command(Session& session, const std::vector<std::string>& words,
+                  const std::string& command);
 
 }  // namespace mq::view

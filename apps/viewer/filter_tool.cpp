@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "arguments.h"
 #include "command_words.h"
@@ -22,12 +21,13 @@
 #include "mq/base/stopwatch.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/resample.h"
-#include "mq/io/atomic_file.h"
 #include "outputs.h"
 #include "signal_options.h"
 
 namespace mq::view {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr int full = 65535;
 
@@ -51,8 +51,8 @@ FilterTool::FilterTool(Session& session)
           "colours at vertices too");
   app::require_usable(app::scene_defects(*session.scene), session.scene->model.path.string());
   options_.set("beta", {"3"});
-  if (session.before->size() > 1) texture_name_ = {"filtered_%s.png"};
-  options_.set("output", {texture_name_.data()});
+  if (session.before->size() > 1) texture_name_ = "filtered_%s.png";
+  options_.set("output", {texture_name_});
   area_ = session.scene->surface.area;
   texel_spacing_ = session.scene->atlas->texel_spacing();
   want();
@@ -66,13 +66,7 @@ void FilterTool::panel() {
     ImGui::TextUnformatted("preparing ...");
     return;
   }
-  const auto tried = [&](const auto& what) {
-    try {
-      what();
-    } catch (const Error& error) {
-      session_.say(error.what());
-    }
-  };
+  const auto tried = [&](const auto& what) { view::tried(session_, what); };
   OptionValues edited = options_;
   const std::string reach = options_.given("length") ? "length" : "alpha";
   const bool other_beta = edit(edited, "beta"), other_reach = edit(edited, reach);
@@ -89,10 +83,7 @@ void FilterTool::panel() {
   ImGui::SameLine();
   ImGui::RadioButton("erase", &brush, 2);
   if (brush != int(brush_)) tried([&] { choose(Brush(brush)); });
-  auto size = float(brush_radius() / std::sqrt(area_) * 100);
-  if (ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%",
-                         ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
-    size_ = {size, Length::Unit::percent};
+  edit_brush(size_, brush_radius(), area_);
   auto strength = float(strength_);
   if (ImGui::SliderFloat("strength", &strength, 0.01F, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp))
     strength_ = strength;
@@ -103,18 +94,9 @@ void FilterTool::panel() {
   if (ImGui::Button("everywhere")) fill(full);
   ImGui::SameLine();
   if (ImGui::Button("nowhere")) fill(0);
-  ImGui::InputText("##mask", mask_name_.data(), mask_name_.size());
-  ImGui::SameLine();
-  if (ImGui::Button("save mask")) tried([&] { save_mask(mask_name_.data()); });
-  ImGui::InputText("##texture", texture_name_.data(), texture_name_.size());
-  ImGui::SameLine();
-  if (ImGui::Button("save texture")) tried([&] { save_texture(texture_name_.data()); });
-  if (ImGui::Button("copy as command"))
-    tried([&] {
-      const std::string line = as_command();
-      ImGui::SetClipboardText(line.c_str());
-      session_.say(line);
-    });
+  if (ask_to_save("mask", mask_name_)) tried([&] { save_mask(mask_name_); });
+  if (ask_to_save("texture", texture_name_)) tried([&] { save_texture(texture_name_); });
+  copy_button(session_, [&] { return as_command(); });
   ImGui::Text("%lld texels painted%s", static_cast<long long>(painted_),
               settled_ ? "" : ", solving");
 }
@@ -271,12 +253,8 @@ void FilterTool::set(const std::string& name, const std::string& value) {
   require(name == "beta" || name == "alpha" || name == "length",
           fmt::format("the tool filter has beta, alpha and length to set; found '{}'", name));
   OptionValues changed = options_;
-  if (name != "beta") {
-    // The other way of saying it is forgotten.
-    changed = options_for("filter", session_);
-    for (const char* kept : {"beta", "output", "mask"})
-      if (options_.has(kept)) changed.set(kept, options_.texts(kept));
-  }
+  if (name != "beta")  // the other way of saying it is forgotten
+    for (const char* way : {"alpha", "length"}) changed.reset(way);
   changed.set(name, {value});
   take(changed);
 }
@@ -326,6 +304,8 @@ bool FilterTool::command(const std::vector<std::string>& words) {
   };
   require_ready();
   if (what == "set") {
+    require(words.size() == 3,
+            fmt::format("set {}: found {} values, wanted one", words[1], words.size() - 2));
     set(words[1], words[2]);
   } else if (what == "brush") {
     require(words[1] == "sharpen" || words[1] == "smooth" || words[1] == "erase",
@@ -365,27 +345,31 @@ bool FilterTool::command(const std::vector<std::string>& words) {
   } else if (what == "save-mask") {
     save_mask(words[1]);
   } else if (what == "copy-command") {
-    const std::string line = as_command() + "\n";
-    if (words.size() == 1) {
-      session_.say(line);
-    } else {
-      session_.run.will_write({words[1]});
-      write_file(words[1], std::as_bytes(std::span(line.data(), line.size())));
-    }
+    copy_command(session_, words, as_command());
   } else {
     return false;
   }
   return true;
 }
 
+/// A command that reads the mask and writes the texture can only be repeated where they are two
+/// files.
+void FilterTool::require_other_files(const std::vector<fs::path>& files,
+                                     const std::vector<fs::path>& others) {
+  for (const fs::path& file : files)
+    for (const fs::path& other : others)
+      require(
+          fs::weakly_canonical(file) != fs::weakly_canonical(other),
+          fmt::format("{}: mask and texture need files of their own: name another", file.string()));
+}
+
 void FilterTool::save_texture(const std::string& path) {
   require_ready();
   const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
+  require_other_files(outputs.paths(), mask_files_);
   session_.run.will_write(outputs.paths(), outputs.folder());
-  if (path.size() < texture_name_.size()) {
-    texture_name_ = {};
-    std::ranges::copy(path, texture_name_.begin());
-  }
+  texture_name_ = path;
+  texture_files_ = outputs.paths();
   const std::lock_guard lock(mutex_);
   saves_.emplace_back().path = path;
   stopped_ = false;
@@ -406,7 +390,9 @@ void FilterTool::save_mask(const std::string& path) {
         floats || extension == ".png",
         fmt::format("{}: a mask wants 16 bits and no loss: name a .png or a .tif", file.string()));
   }
+  require_other_files(outputs.paths(), texture_files_);
   session_.run.will_write(outputs.paths(), outputs.folder());
+  mask_files_ = outputs.paths();
   const std::lock_guard lock(mutex_);
   saves_.push_back({.path = path,
                     .masks = outputs.paths(),
@@ -438,11 +424,10 @@ std::string FilterTool::as_command() {
   require(
       everywhere || !saved_mask_.empty(),
       "the command names the mask's file, and the mask is not saved as it is now: save it first");
-  options_.set("output", {texture_name_.data()});
+  options_.set("output", {texture_name_});
   if (!everywhere) return app::command_line(options_);
-  OptionValues without = options_for("filter", session_);
-  for (const char* kept : {"beta", "output", "alpha", "length"})
-    if (options_.given(kept)) without.set(kept, options_.texts(kept));
+  OptionValues without = options_;
+  without.reset("mask");
   return app::command_line(without);
 }
 
@@ -536,7 +521,9 @@ void FilterTool::prepare(const Progress& progress) {
 
 void FilterTool::work(const Progress& progress) {
   if (!ready_) prepare(progress);
+  const Progress solving = progress.step("solve", 1);
   for (;;) {
+    solving.at(0);
     while (write_mask()) progress.check();
     Wanted wanted;
     {

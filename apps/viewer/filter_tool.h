@@ -2,7 +2,6 @@
 /// Sharpening and smoothing by a brush (thesis 5.9.1): where it painted, and how strongly, is a
 /// mask, and the texture is what `marquetry filter --mask` makes of it.
 
-#include <array>
 #include <atomic>
 #include <deque>
 #include <filesystem>
@@ -61,7 +60,8 @@ class FilterTool : public Tool {
   /// A file that was asked for: the texture, once all is solved, or a mask as it was then.
   struct Save {
     std::string path;
-    std::vector<std::filesystem::path> masks;  ///< a file for each texture; empty: it is the texture
+    std::vector<std::filesystem::path>
+        masks;  ///< a file for each texture; empty: it is the texture
     std::vector<int> mask;
     Depth depth = Depth::u16;
     int changes = 0;  ///< of the mask until then
@@ -99,6 +99,8 @@ class FilterTool : public Tool {
   void save_mask(const std::string& path);
   std::string as_command();
   void require_ready() const;
+  static void require_other_files(const std::vector<std::filesystem::path>& files,
+                                  const std::vector<std::filesystem::path>& others);
   bool is_settled() const;
   bool has_work() const;
   bool has_written() const {
@@ -136,7 +138,8 @@ class FilterTool : public Tool {
   std::vector<Stroke> undo_, redo_;
   int changes_ = 0;         ///< of the mask
   std::string saved_mask_;  ///< where the mask was saved as it is now; empty: nowhere
-  std::array<char, 256> mask_name_{"mask.png"}, texture_name_{"filtered.png"};
+  std::vector<std::filesystem::path> mask_files_, texture_files_;  ///< asked for last
+  std::string mask_name_ = "mask.png", texture_name_ = "filtered.png";
 
   std::atomic<bool> ready_ = false, settled_ = false, stopped_ = false;
   std::atomic<bool> brushing_ = false;  ///< the button is down: what is far from the brush can wait
@@ -154,9 +157,9 @@ class FilterTool : public Tool {
   std::optional<LiveModulation> live_;  ///< of β = 1 + mask
   std::vector<int> followed_;
   double weight_ = 0, gain_ = 0;
-  std::deque<Save> saves_;  ///< guarded; the first is being written, or will be
+  std::deque<Save> saves_;     ///< guarded; the first is being written, or will be
   std::vector<Save> written_;  ///< guarded; masks, for the window's thread to take note of
-  Background background_;  ///< last: it ends before what it works on
+  Background background_;      ///< last: it ends before what it works on
 };
 
 }  // namespace mq::view

@@ -1,11 +1,11 @@
 // What the verb interpolate does, with the flow kept between one moment and the next.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
-#include <array>
 #include <memory>
 
+#include "controls.h"
 #include "flow_options.h"
 #include "flow_pair.h"
 #include "mq/base/error.h"
@@ -29,30 +29,14 @@ struct Aligned {
   std::unique_ptr<app::ModelPair> pair;
 };
 
-/// "a.png; b.png" as two.
-std::vector<std::string> names_in(const std::string& text) {
-  std::vector<std::string> names(1);
-  for (const char c : text) {
-    if (c == ';')
-      names.emplace_back();
-    else if (c != ' ' || !names.back().empty())
-      names.back() += c;
-  }
-  return names;
-}
-
 class InterpolateTool : public VerbTool {
  public:
   explicit InterpolateTool(Session& session) : VerbTool("interpolate", session) {}
   ~InterpolateTool() override { background_.stop(); }
 
   void panel() override {
-    if (ImGui::InputText("with", with_.data(), with_.size(), ImGuiInputTextFlags_EnterReturnsTrue))
-      try {
-        with(names_in(with_.data()));
-      } catch (const Error& error) {
-        session_.say(error.what());
-      }
+    if (ImGui::InputText("with", &with_, ImGuiInputTextFlags_EnterReturnsTrue))
+      tried(session_, [&] { with(parted(with_)); });
     VerbTool::panel();
   }
 
@@ -87,8 +71,7 @@ class InterpolateTool : public VerbTool {
       }
     both.insert(both.end(), second.begin(), second.end());
     change("texture", both);
-    with_ = {};
-    fmt::format("{}", fmt::join(second, "; ")).copy(with_.data(), with_.size() - 1);
+    with_ = joined(second);
   }
 
   bool complete() const override {
@@ -127,7 +110,7 @@ class InterpolateTool : public VerbTool {
     between_.push_back(watch.seconds());
   }
 
-  std::array<char, 256> with_{};
+  std::string with_;
   std::unique_ptr<Aligned> aligned_;
   std::vector<std::string> aligned_for_;
   double aligning_ = 0;

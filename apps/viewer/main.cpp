@@ -53,7 +53,10 @@ app::Exit view(app::Run& run) {
   app::Scene scene =
       sequence ? sequence->scene(0, {}) : app::read_scene(run, app::MissingPictures::assume, 1);
   run.warn(app::scene_defects(scene));
-  if (options.given("screenshot")) run.will_write({options.text("screenshot")});
+  if (options.given("screenshot")) {
+    require_screenshot(options.text("screenshot"));
+    run.will_write({options.text("screenshot")});
+  }
   if (run.dry_run()) return app::Exit::done;
 
   const auto size = *app::parse_size(options.text("size"));
@@ -85,7 +88,7 @@ app::Exit view(app::Run& run) {
     run.result["uploads"].push_back({{"texels", upload.texels}, {"seconds", upload.seconds}});
   }
   if (options.given("screenshot")) {
-    write_image(options.text("screenshot"), viewer.picture());
+    viewer.screenshot(options.text("screenshot"));
     run.result["outputs"] = {options.text("screenshot")};
   }
   return app::Exit::done;

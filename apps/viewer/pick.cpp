@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mq/image/resample.h"
@@ -72,15 +73,17 @@ Pick pick_in_atlas(const app::Scene& scene, const TrianglesAt& triangles,
   return pick;
 }
 
-std::string in_words(const Pick& pick) {
+std::string in_words(const Pick& pick, double size) {
   if (!pick) return "";
-  std::string text = fmt::format("face {}  bary {:.3f} {:.3f} {:.3f}  at {:.4g}, {:.4g}, {:.4g}",
-                                 pick.triangle, pick.barycentric[0], pick.barycentric[1],
-                                 pick.barycentric[2], pick.point[0], pick.point[1], pick.point[2]);
+  const int decimals = size > 0 ? std::clamp(4 - int(std::floor(std::log10(size))), 0, 12) : 4;
+  std::string text =
+      fmt::format("face {}  bary {:.3f} {:.3f} {:.3f}  at {:.{}f}, {:.{}f}, {:.{}f}", pick.triangle,
+                  pick.barycentric[0], pick.barycentric[1], pick.barycentric[2], pick.point[0],
+                  decimals, pick.point[1], decimals, pick.point[2], decimals);
   if (pick.chart < 0 && pick.values.empty()) return text + "  no texture here";
   if (pick.chart >= 0)
     text += fmt::format("  chart {}  texel{} {}, {}", pick.chart,
-                      pick.texture > 0 ? std::to_string(pick.texture) : "", pick.x, pick.y);
+                        pick.texture > 0 ? std::to_string(pick.texture) : "", pick.x, pick.y);
   if (!pick.values.empty()) text += "  value";
   for (const float value : pick.values) text += fmt::format(" {:.4g}", value);
   return text;

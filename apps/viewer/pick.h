@@ -40,8 +40,8 @@ Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const Shown
 Pick pick_in_atlas(const app::Scene& scene, const TrianglesAt& triangles,
                    const TextureSet* textures, int texture, double column, double row);
 
-/// In one line.
-std::string in_words(const Pick& pick);
+/// In one line, places to a ten thousandth of the model's `size`.
+std::string in_words(const Pick& pick, double size);
 nlohmann::ordered_json as_json(const Pick& pick);
 
 }  // namespace mq::view

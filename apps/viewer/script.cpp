@@ -384,10 +384,9 @@ class Player {
     session_.run.will_write({words[1]});
     frame();
     frame();
-    if (words.size() == 3)
-      write_image(words[1], viewer_.picture(Pane(one_of(words[2], {"surface", "atlas"}))));
-    else
-      write_image(words[1], viewer_.picture());
+    std::optional<Pane> pane;
+    if (words.size() == 3) pane = Pane(one_of(words[2], {"surface", "atlas"}));
+    viewer_.screenshot(words[1], pane);
   }
 
   int cause_ = 0, blamed_ = 0;  ///< lines that gave the tool work, and whose work failed

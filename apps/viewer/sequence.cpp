@@ -1,5 +1,7 @@
 #include "sequence.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 
@@ -11,11 +13,29 @@
 namespace mq::view {
 namespace {
 
+/// The pictures of a frame: those that are named, with its number where they have a place for one.
+std::vector<std::string> pictures_of(const std::vector<std::string>& names, int number) {
+  std::vector<std::string> pictures;
+  for (const std::string& name : names)
+    pictures.push_back(has_frame_place(name) ? frame_name(name, number) : name);
+  return pictures;
+}
+
+void require_pictures(const std::vector<std::string>& names, int number) {
+  for (const std::string& picture : pictures_of(names, number))
+    if (!std::filesystem::exists(picture))
+      throw IoError(fmt::format("{}: is not there, the picture of frame {}: check the name",
+                                picture, number));
+}
+
 class Evolving : public Sequence {
  public:
-  explicit Evolving(const std::filesystem::path& path)
-      : path_(path), evolving_(EvolvingReader(path).read()) {
+  Evolving(const std::filesystem::path& path, std::vector<std::string> textures)
+      : path_(path), textures_(std::move(textures)), evolving_(EvolvingReader(path).read()) {
     if (evolving_.frames.empty()) throw IoError(path.string() + ": it holds no frame");
+    require(textures_.size() <= 1, fmt::format("{}: has one texture, and {} pictures were given",
+                                               path_.string(), textures_.size()));
+    for (int frame = 0; frame < count(); ++frame) require_pictures(textures_, number(frame));
     for (const Lifespan& life : triangle_lifespans(evolving_)) lives_[life.id] = life;
   }
 
@@ -27,13 +47,23 @@ class Evolving : public Sequence {
     scene.model.path = path_;
     scene.model.mesh = evolving_.mesh(frame);
     scene.surface =
-        make_surface(scene.model.mesh, {WeldOptions::Kind::none}, progress.step("join", 0.5));
-    if (scene.model.mesh.has_uvs()) {
+        make_surface(scene.model.mesh, {WeldOptions::Kind::none}, progress.step("join", 0.3));
+    if (!scene.model.mesh.has_uvs()) return scene;
+    const Progress reading = progress.step("read pictures", 0.4);
+    for (const std::string& picture : pictures_of(textures_, number(frame)))
+      scene.model.textures.push_back(read_texture(picture, reading));
+    for (const Texture& texture : scene.model.textures)
+      scene.texture_sizes.push_back({texture.pixels.width(), texture.pixels.height()});
+    if (textures_.empty())
       scene.texture_sizes = {{app::assumed_texture_side, app::assumed_texture_side}};
-      scene.atlas = make_atlas(scene.surface, scene.texture_sizes, {AtlasOptions::Flipped::keep},
-                               progress.step("find charts", 0.5));
-    }
+    scene.atlas = make_atlas(scene.surface, scene.texture_sizes, {AtlasOptions::Flipped::keep},
+                             progress.step("find charts", 0.3));
     return scene;
+  }
+
+  void name(int frame, OptionValues& options) const override {
+    options.set("mesh", {path_.string()});
+    if (!textures_.empty()) options.set("texture", pictures_of(textures_, number(frame)));
   }
 
   bool has_lifespans() const override { return true; }
@@ -50,6 +80,7 @@ class Evolving : public Sequence {
 
  private:
   std::filesystem::path path_;
+  std::vector<std::string> textures_;
   EvolvingMesh evolving_;
   std::map<int, Lifespan> lives_;
 };
@@ -57,18 +88,26 @@ class Evolving : public Sequence {
 class Files : public Sequence {
  public:
   explicit Files(const OptionValues& options)
-      : options_(options), files_(find_frames(options.text("mesh"))) {}
+      : options_(options), files_(find_frames(options.text("mesh"))) {
+    for (const FrameFile& file : files_) require_pictures(options.texts("texture"), file.number);
+  }
 
   int count() const override { return int(files_.size()); }
   int number(int frame) const override { return files_[std::size_t(frame)].number; }
 
   app::Scene scene(int frame, const Progress& progress) const override {
     OptionValues options = options_;
-    options.set("mesh", {files_[std::size_t(frame)].path.string()});
+    name(frame, options);
     app::Terminal silence("view");
     silence.set_voice(app::Terminal::Voice::quiet);
     app::Run reading(options, silence, progress);
     return app::read_scene(reading, app::MissingPictures::assume, 1);
+  }
+
+  void name(int frame, OptionValues& options) const override {
+    options.set("mesh", {files_[std::size_t(frame)].path.string()});
+    if (options_.given("texture"))
+      options.set("texture", pictures_of(options_.texts("texture"), number(frame)));
   }
 
   bool has_lifespans() const override { return false; }
@@ -82,14 +121,16 @@ class Files : public Sequence {
 }  // namespace
 
 bool names_sequence(const std::string& name) {
-  return name.ends_with(".evolving") || has_frame_place(name);
+  std::error_code ignored;
+  return name.ends_with(".evolving") || has_frame_place(name) ||
+         std::filesystem::is_directory(name, ignored);
 }
 
 std::shared_ptr<Sequence> open_sequence(app::Run& run) {
   const std::string name = run.options().text("mesh");
   if (!name.ends_with(".evolving")) return std::make_shared<Files>(run.options());
   run.will_read(name);
-  return std::make_shared<Evolving>(name);
+  return std::make_shared<Evolving>(name, run.options().texts("texture"));
 }
 
 }  // namespace mq::view

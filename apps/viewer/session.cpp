@@ -99,12 +99,12 @@ OptionValues options_for(const std::string& verb, const Session& session) {
   for (const char* name : {"mesh", "texture", "weld", "flipped"})
     if (session.opened.given(name)) values.set(name, session.opened.texts(name));
   if (session.sequence) {
-    const std::string file = session.scene->model.path.string();
+    session.sequence->name(session.frame, values);
+    const std::string file = values.text("mesh");
     require(app::names_model(file),
             fmt::format("{}: tools work on models that verbs read: write the frame as one, with "
                         "'marquetry export'",
                         file));
-    values.set("mesh", {file});
   }
   for (const char* name : {"overwrite", "no-clobber"})
     if (session.run.options().flag(name)) values.set(name, {"true"});

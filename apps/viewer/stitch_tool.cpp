@@ -11,6 +11,7 @@
 #include <set>
 
 #include "arguments.h"
+#include "controls.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/base/words.h"
@@ -54,21 +55,11 @@ class StitchTool : public VerbTool {
     ImGui::SameLine();
     ImGui::RadioButton("chart", &region, 1);
     region_ = Region(region);
-    auto size = float(brush_size() / std::sqrt(session_.scene->surface.area) * 100);
-    if (region_ == Region::brush &&
-        ImGui::SliderFloat("size", &size, 0.1F, 50, "%.2f %%",
-                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
-      size_ = {size, Length::Unit::percent};
+    if (region_ == Region::brush) edit_brush(size_, brush_size(), session_.scene->surface.area);
     if (ImGui::Button("undo")) undo();
     ImGui::SameLine();
     if (ImGui::Button("redo")) redo();
-    ImGui::InputText("##labels", labels_name_.data(), labels_name_.size());
-    ImGui::SameLine();
-    if (ImGui::Button("save labels")) try {
-        save_labels(labels_name_.data());
-      } catch (const Error& error) {
-        session_.say(error.what());
-      }
+    if (ask_to_save("labels", labels_name_)) tried(session_, [&] { save_labels(labels_name_); });
     ImGui::Separator();
   }
 
@@ -151,9 +142,7 @@ class StitchTool : public VerbTool {
 
   // On the other one.
   void make(const OptionValues& options, const Progress& progress) override;
-  void before_make(const OptionValues& options) override {
-    if (photographs_of(options) != prepared_for_) ready_ = false;
-  }
+  void before_make(const OptionValues& options) override;
   static nlohmann::ordered_json without(const OptionValues& options,
                                         const std::vector<const char*>& names) {
     nlohmann::ordered_json asked = app::options_json(options);
@@ -165,10 +154,6 @@ class StitchTool : public VerbTool {
     return without(options, {"labels", "unseen", "output", "alpha", "length", "solver", "tolerance",
                              "cycles", "depth"});
   }
-  bool is_read(const std::vector<std::string>& files) const {
-    const std::lock_guard lock(choice_mutex_);
-    return files == labels_read_;
-  }
   void prepare(const OptionValues& options, const Progress& progress);
   void solve(const OptionValues& options, const Composite& composite, Model& model,
              const Progress& progress);
@@ -176,7 +161,7 @@ class StitchTool : public VerbTool {
   int photograph_ = 0;
   Region region_ = Region::brush;
   Length size_{5, Length::Unit::percent};
-  std::array<char, 256> labels_name_{"labels.png"};
+  std::string labels_name_ = "labels.png";
   std::optional<Vector3> last_;
   Stroke stroke_;
   std::vector<Stroke> undo_, redo_;
@@ -185,8 +170,9 @@ class StitchTool : public VerbTool {
 
   std::atomic<bool> ready_ = false, dragging_ = false;
   mutable std::mutex choice_mutex_;
-  std::vector<int> choice_;  ///< guarded, once `ready_` only changed by the window's thread
-  std::vector<std::string> labels_read_;  ///< guarded; the files that it was read from or saved to
+  std::vector<int> choice_;          ///< guarded, once `ready_` only changed by the window's thread
+  std::vector<std::string> labels_;  ///< the files that it was read from or saved to
+  bool other_labels_ = false;        ///< it is still to be read from them
 
   std::unique_ptr<app::Run> run_;
   app::Terminal silence_{"view"};
@@ -374,8 +360,7 @@ void StitchTool::save_labels(const std::string& path) {
         std::vector<std::string> names;
         for (const auto& file : files) names.push_back(file.string());
         options_.set("labels", names);
-        const std::lock_guard lock(choice_mutex_);
-        labels_read_ = names;
+        labels_ = names;
         saved_ = true;
       });
 }
@@ -396,6 +381,19 @@ VerbTool::Work StitchTool::saver(const OptionValues& options) {
     write_labels(choice, depth, files);
     write(labelled, progress);
   };
+}
+
+/// Other labels than those that were read or saved last take the place of what was chosen; without
+/// any nothing is.
+void StitchTool::before_make(const OptionValues& options) {
+  if (photographs_of(options) != prepared_for_) ready_ = false;
+  if (options.texts("labels") == labels_) return;
+  labels_ = options.texts("labels");
+  other_labels_ = true;
+  ready_ = false;
+  saved_ = true;
+  undo_.clear();
+  redo_.clear();
 }
 
 // ---- the work behind it
@@ -435,7 +433,10 @@ void StitchTool::prepare(const OptionValues& options, const Progress& progress) 
   {
     const std::lock_guard lock(choice_mutex_);
     const auto count = std::size_t(target_->space().size());
-    if (choice_.size() != count || before != names_.size()) choice_.assign(count, unseen);
+    if (choice_.size() != count || before != names_.size()) {
+      choice_.assign(count, unseen);
+      other_labels_ = true;
+    }
   }
   prepared_for_ = photographs;
   solver_for_ = solver;
@@ -481,13 +482,13 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
   }
   prepare(options, progress.step("prepare", 0.5));
   const TexelSpace& space = target_->domain().space();
-  const std::vector<std::string> files = options.texts("labels");
-  if (!files.empty() && !is_read(files)) {
-    std::vector<int> asked =
-        app::asked_photographs(options, *session_.scene, space, int(partials_.size()));
+  if (other_labels_) {
+    std::vector<int> asked(std::size_t(space.size()), unseen);
+    if (options.has("labels"))
+      asked = app::asked_photographs(options, *session_.scene, space, int(partials_.size()));
     const std::lock_guard lock(choice_mutex_);
     choice_ = std::move(asked);
-    labels_read_ = files;
+    other_labels_ = false;
   }
   ready_ = true;
   std::vector<int> choice;

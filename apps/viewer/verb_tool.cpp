@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <string_view>
 
 #include "arguments.h"
@@ -70,9 +69,9 @@ VerbTool::VerbTool(const std::string& verb, Session& session)
   }
   app::require_usable(app::scene_defects(scene), scene.model.path.string());
   if (at_vertices_)
-    texture_name_ = {"out.ply"};
+    texture_name_ = "out.ply";
   else if (session_.scene->model.textures.size() > 1)
-    texture_name_ = {"out_%s.png"};
+    texture_name_ = "out_%s.png";
   if (verb == "filter") options_.set("beta", {"3"});
 }
 
@@ -144,25 +143,16 @@ void VerbTool::panel() {
     if (edit(edited, option, in_force(option))) change(option, edited.texts(option));
   }
   if (verb_ == "filter") ImGui::TextWrapped("%s", no_brush);
-  const auto tried = [&](const auto& what) {
-    try {
-      what();
-    } catch (const Error& error) {
-      session_.say(error.what());
-    }
-  };
-  ImGui::InputText("##texture", texture_name_.data(), texture_name_.size());
-  ImGui::SameLine();
-  if (ImGui::Button(at_vertices_ ? "save model" : "save texture"))
-    tried([&] { save(texture_name_.data()); });
-  if (ImGui::Button("copy as command"))
-    tried([&] {
-      OptionValues named = options_;
-      named.set("output", {texture_name_.data()});
-      const std::string line = command_words(named);
-      ImGui::SetClipboardText(line.c_str());
-      session_.say(line);
-    });
+  if (ask_to_save(at_vertices_ ? "model" : "texture", texture_name_))
+    tried(session_, [&] { save(texture_name_); });
+  copy_button(session_, [&] { return as_command(); });
+}
+
+std::string VerbTool::as_command() const {
+  require_complete();
+  OptionValues named = options_;
+  named.set("output", {texture_name_});
+  return command_words(named);
 }
 
 std::string VerbTool::command_words(const OptionValues& options) const {
@@ -172,15 +162,12 @@ std::string VerbTool::command_words(const OptionValues& options) const {
 void VerbTool::change(const std::string& name, const std::vector<std::string>& values) {
   OptionValues changed = options_;
   for (const auto& group : options_.table().exclusives())
-    if (std::ranges::count(group, name) > 0) {
-      // What excludes it is forgotten.
-      changed = options_for(verb_, session_);
-      for (const Option& option : options_.table().options())
-        if (options_.given(option.name) && std::ranges::count(group, option.name) == 0)
-          changed.set(option.name, options_.texts(option.name));
-      break;
-    }
-  changed.set(name, values);
+    if (std::ranges::count(group, name) > 0)  // what excludes it is forgotten
+      for (const std::string& other : group) changed.reset(other);
+  if (values.empty())
+    changed.reset(name);
+  else
+    changed.set(name, values);
   options_ = changed;
   stale_ = true;
   stopped_ = false;
@@ -201,9 +188,12 @@ bool VerbTool::command(const std::vector<std::string>& words) {
   if (words[0] == "set") {
     const Option& option = options_.table().find(words[1]);
     require(option.scope == Option::Scope::result && option.place == Option::Place::named &&
-                option.name != "output",
+                option.name != "output" && option.name != "vertices",
             fmt::format("'{}' is not an option that the viewer sets", words[1]));
-    change(words[1], {words.begin() + 2, words.end()});
+    if (words.size() == 3 && words[2].empty())
+      change(words[1], {});
+    else
+      change(words[1], {words.begin() + 2, words.end()});
   } else if (words[0] == "stage") {
     std::size_t newest = 0;
     {
@@ -220,13 +210,7 @@ bool VerbTool::command(const std::vector<std::string>& words) {
   } else if (words[0] == "save-texture") {
     save(words[1]);
   } else if (words[0] == "copy-command") {
-    require_complete();
-    OptionValues named = options_;
-    named.set("output", {texture_name_.data()});
-    const std::string line = command_words(named) + "\n";
-    require(words.size() == 2, "wanted: copy-command FILE");
-    session_.run.will_write({words[1]});
-    write_file(words[1], std::as_bytes(std::span(line.data(), line.size())));
+    copy_command(session_, words, as_command());
   } else {
     require(verb_ != "filter" || words[0] == "source" || words[0] == "with", no_brush);
     return false;
@@ -245,10 +229,7 @@ void VerbTool::save(const std::string& path) {
       path, session_.scene->model,
       at_vertices_ ? app::Outputs::Kind::model : app::Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
-  if (path.size() < texture_name_.size()) {
-    texture_name_ = {};
-    std::ranges::copy(path, texture_name_.begin());
-  }
+  texture_name_ = path;
   OptionValues saving = options_;
   saving.set("output", {path});
   saving.set("json", {"true"});  // nothing on standard output

@@ -1,8 +1,7 @@
 #pragma once
-/// Any verb that makes textures, or colours at vertices: its options as sliders, its result beside the
-/// textures or colours as they were.
+/// Any verb that makes textures, or colours at vertices: its options as sliders, its result beside
+/// the textures or colours as they were.
 
-#include <array>
 #include <deque>
 #include <filesystem>
 #include <functional>
@@ -18,8 +17,9 @@ namespace mq::view {
 
 /// The verb itself runs, behind the window, whenever an option was changed.
 ///
-/// Of models without pictures geodesic, lic and react need the shape alone, and filter, denoise and shock
-/// work on colours at vertices: what verbs write into a model's file is then shown as its colours.
+/// Of models without pictures geodesic, lic and react need the shape alone, and filter, denoise and
+/// shock work on colours at vertices: what verbs write into a model's file is then shown as its
+/// colours.
 class VerbTool : public Tool {
  public:
   /// Throws `InvalidInput`, in the verb's words, where the verb refuses the model.
@@ -49,7 +49,7 @@ class VerbTool : public Tool {
   virtual void make(const OptionValues& options, const Progress& progress);
   /// Writes the result for these options, which name the output; on the other thread.
   virtual void write(const OptionValues& options, const Progress& progress);
-  /// Options have changed: what is shown is not theirs any more.
+  /// Options have changed: what is shown is not theirs any more. No values: it is not given.
   void change(const std::string& name, const std::vector<std::string>& values);
   /// What is shown is not that of what was done since.
   void make_again() {
@@ -57,13 +57,14 @@ class VerbTool : public Tool {
     stopped_ = false;
   }
   using Work = std::function<void(const Progress&)>;
-  /// On the window's thread: right before `make`; what saves the result for these options, whatever is
-  /// done until its turn comes; as a command.
+  /// On the window's thread: right before `make`; what saves the result for these options, whatever
+  /// is done until its turn comes; as a command.
   virtual void before_make(const OptionValues&) {}
   virtual Work saver(const OptionValues& options) {
     return [this, options](const Progress& progress) { write(options, progress); };
   }
-  /// Writes a file once nothing else is to be done; `written` is then called on the window's thread.
+  /// Writes a file once nothing else is to be done; `written` is then called on the window's
+  /// thread.
   void save_behind(const std::string& path, Work work, std::function<void()> written = {});
   virtual std::string command_words(const OptionValues& options) const;
   const std::filesystem::path& folder() const { return folder_; }
@@ -93,6 +94,7 @@ class VerbTool : public Tool {
 
  private:
   void save(const std::string& path);
+  std::string as_command() const;
   void refuse_as_the_verb() const;
   std::vector<std::string> shown_options() const;
   std::string in_force(const std::string& option) const;
@@ -127,7 +129,7 @@ class VerbTool : public Tool {
   std::size_t stage_ = 0;
   bool at_newest_ = true;  ///< what is newest is shown
   int largest_side_ = TextureSet::largest_side();
-  std::array<char, 256> texture_name_{"out.png"};
+  std::string texture_name_ = "out.png";
 
  protected:
   Background background_;

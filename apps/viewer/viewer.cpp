@@ -10,6 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/image/resample.h"
+#include "mq/io/picture_check.h"
 #include "outputs.h"
 #include "tools.h"
 
@@ -314,10 +315,17 @@ void Viewer::open_frame(int frame) {
           const Progress& progress) { return load_frame(sequence, frame, largest, progress); });
 }
 
+namespace {
+
+bool names_mesh(const std::string& file) {
+  return app::names_model(file) || (names_sequence(file) && !app::names_picture(file));
+}
+
+}  // namespace
+
 void Viewer::open(const std::vector<std::string>& files) {
   std::vector<std::string> meshes, pictures;
-  for (const std::string& file : files)
-    (app::names_model(file) || names_sequence(file) ? meshes : pictures).push_back(file);
+  for (const std::string& file : files) (names_mesh(file) ? meshes : pictures).push_back(file);
   require(meshes.size() <= 1, fmt::format("{} models were given, and one is shown", meshes.size()));
   OptionValues options(session_.opened.table());
   for (const Option& option : options.table().options())
@@ -674,7 +682,7 @@ void Viewer::status_line(float y, float width) {
   constexpr double seconds = 6;
   const bool news = !session_.message.empty() &&
                     (scripted_ ? !mouse_used_since_said_ : session_.said.seconds() < seconds);
-  const std::string words = in_words(pick_);
+  const std::string words = in_words(pick_, session_.pictures->radius());
   const std::string& shown = news || words.empty() ? session_.message : words;
   const float lines = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width - 16).y;
   const float height = std::max(status_height, lines + 10);
@@ -697,10 +705,21 @@ Image<float> Viewer::picture() const {
   return read_pixels(display_.width(), display_.height());
 }
 
-Image<float> Viewer::picture(Pane pane) const {
-  const Image<float> all = picture();
-  const Rectangle at = place_of(pane);
-  return cropped(all, at.x, at.y, at.width, at.height);
+void Viewer::screenshot(const std::string& path, std::optional<Pane> pane) const {
+  require_screenshot(path);
+  Image<float> seen = picture();
+  if (pane) {
+    const Rectangle at = place_of(*pane);
+    seen = cropped(seen, at.x, at.y, at.width, at.height);
+  }
+  write_image(path, seen);
+}
+
+void require_screenshot(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  require(app::names_picture(path) && extension != ".exr",
+          fmt::format("{}: found '{}', wanted .png, .jpg or .tif: what is on a screen has 8 bits",
+                      path, extension));
 }
 
 }  // namespace mq::view

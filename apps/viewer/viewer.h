@@ -35,9 +35,8 @@ class Viewer {
   /// Takes input, lets the tool work, draws everything.
   void frame(const ScriptedInput* scripted = nullptr);
 
-  /// What the last frame drew, and what of it is one pane.
-  Image<float> picture() const;
-  Image<float> picture(Pane pane) const;
+  /// Writes what the last frame drew, or one pane of it. Throws as `require_screenshot` does.
+  void screenshot(const std::string& path, std::optional<Pane> pane = {}) const;
 
   struct Rectangle {
     int x = 0, y = 0, width = 1, height = 1;
@@ -96,6 +95,7 @@ class Viewer {
   Tool* tool() { return tool_.get(); }
 
  private:
+  Image<float> picture() const;
   void layout();
   void place_panes();
   template <class Draw>
@@ -157,5 +157,8 @@ class Viewer {
   bool mouse_used_since_said_ = false;  ///< by a script
   int said_ = 0;                        ///< of the session's messages, when that was found
 };
+
+/// Throws `InvalidInput` where a name is not that of a picture of 8 bits: PNG, JPEG or TIFF.
+void require_screenshot(const std::string& path);
 
 }  // namespace mq::view

@@ -144,6 +144,14 @@ TEST(Options, LetAFlagThatIsOffContradictNothing) {
   EXPECT_THROW(parse_arguments(table, {"--a", "--b"}).check(), InvalidInput);
 }
 
+TEST(Options, AreAtTheirDefaultOnceReset) {
+  OptionValues values = parse_arguments(small_table(), {"a.obj", "--beta", "3"});
+  values.reset("beta");
+  EXPECT_FALSE(values.given("beta"));
+  EXPECT_EQ(values.text("beta"), parse_arguments(small_table(), {"a.obj"}).text("beta"));
+  EXPECT_THROW(values.reset("betta"), InvalidInput);
+}
+
 TEST(Options, RefuseATableWhoseDefaultIsOutOfRange) {
   OptionTable table("x", "");
   EXPECT_THROW(

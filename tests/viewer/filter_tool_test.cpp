@@ -87,6 +87,21 @@ TEST(FilterTool, MakesTheTextureThatFilterMakesOfTheSavedMask) {
   expect_the_same(all, picture(folder, "all.png"));
 }
 
+TEST(FilterTool, KeepsMaskAndTextureApart) {
+  const Folder folder;
+  write_sphere(folder);
+  const std::string painted = "tool filter\nsize 15%\nstroke 1,0,0.2\n";
+  const Result over_mask =
+      view(folder, painted + "save-mask same.png\nwait\nsave-texture same.png\n", {"sphere.obj"});
+  EXPECT_EQ(over_mask.status, 2);
+  EXPECT_THAT(over_mask.error, HasSubstr("same.png: mask and texture need files of their own"));
+  EXPECT_EQ(picture(folder, "same.png").channels(), 1);  // it is the mask still
+  const Result over_texture =
+      view(folder, painted + "save-texture other.png\nsave-mask ./other.png\n", {"sphere.obj"});
+  EXPECT_EQ(over_texture.status, 2);
+  EXPECT_EQ(view(folder, "tool filter\nset beta 3 4\n", {"sphere.obj"}).status, 2);
+}
+
 TEST(FilterTool, KeepsTheMaskInTheCommandWhenALengthIsSetLater) {
   const Folder folder;
   write_sphere(folder);

@@ -1,4 +1,5 @@
 // Sequences by frame, and other models in place of the one that is open.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -83,6 +84,77 @@ TEST(Sequences, OfFilesShowEachFile) {
   EXPECT_NEAR(shown(shown.width() / 2, shown.height() / 2, 2), 250 / 255.0, 0.02);
 }
 
+/// Two frames of a textured sphere, 3 and 4, whose pictures are darker and brighter.
+void write_frames(const Folder& folder) {
+  write_sphere(folder);
+  std::filesystem::remove(folder / "sphere.mtl");
+  Texture texture = read_texture(folder / "sphere.png");
+  for (const int frame : {3, 4}) {
+    std::filesystem::copy_file(folder / "sphere.obj", folder / fmt::format("ball_{}.obj", frame));
+    for (float& value : texture.pixels.values()) value *= 0.5F;
+    write_texture(folder / fmt::format("skin_{:03d}.png", frame), texture);
+  }
+}
+
+TEST(Sequences, ShowThePictureOfEachFrame) {
+  const Folder folder;
+  write_frames(folder);
+  const Result result = view(folder,
+                             "frame 4\nscreenshot shown.png surface\ntool denoise\n"
+                             "set length 2tx\nwait\ncopy-command command.txt\n",
+                             {"ball_%d.obj", "skin_%03d.png"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  ASSERT_EQ(view(folder, "screenshot alone.png surface\n", {"ball_4.obj", "skin_004.png"}).status,
+            0);
+  EXPECT_TRUE(file_bytes(folder / "shown.png") == file_bytes(folder / "alone.png"));
+  EXPECT_EQ(file_bytes(folder / "command.txt"),
+            "marquetry denoise --output=out.png --length=2tx ball_4.obj skin_004.png\n");
+  std::filesystem::remove(folder / "skin_004.png");
+  const Result lacking = view(folder, "", {"ball_%d.obj", "skin_%03d.png"});
+  EXPECT_EQ(lacking.status, 2);
+  EXPECT_THAT(lacking.error, HasSubstr("skin_004.png: is not there, the picture of frame 4"));
+}
+
+TEST(Sequences, OfAFolderAreItsFrames) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "balls");
+  write_frames(folder);
+  for (const char* name : {"ball_3.obj", "ball_4.obj"})
+    std::filesystem::rename(folder / name, folder / "balls" / name);
+  const Result result =
+      view(folder, "frame 4\nscreenshot shown.png surface\n", {"balls", "skin_%03d.png"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  ASSERT_EQ(
+      view(folder, "screenshot alone.png surface\n", {"balls/ball_4.obj", "skin_004.png"}).status,
+      0);
+  EXPECT_TRUE(file_bytes(folder / "shown.png") == file_bytes(folder / "alone.png"));
+}
+
+TEST(Sequences, OfAStoreShowThePictureOfEachFrame) {
+  const Folder folder;
+  EvolvingMesh evolving = square_in_time();
+  for (EvolvingSegment& segment : evolving.segments) {
+    segment.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    segment.corner_uvs = segment.triangles;
+  }
+  write_evolving(folder / "square.evolving", evolving, store_step(1.5));
+  for (int f = 10; f < 14; ++f) {
+    Image<float> grey(64, 64, 3);
+    for (float& value : grey.values()) value = float(f) / 16;
+    write_image(folder / fmt::format("grey_{}.png", f), grey);
+  }
+  const Result result = view(folder,
+                             "view front\nlight off\nframe 12\nscreenshot 12.png surface\n"
+                             "frame 11\nscreenshot 11.png surface\n",
+                             {"square.evolving", "grey_%d.png"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  for (const int f : {11, 12}) {
+    const Image<float> shown = picture(folder, fmt::format("{}.png", f));
+    EXPECT_NEAR(shown(shown.width() / 2, shown.height() / 2, 1), f / 16.0, 1.5 / 255) << f;
+  }
+  EXPECT_EQ(view(folder, "", {"square.evolving", "grey_10.png", "grey_11.png"}).status, 2);
+}
+
 TEST(Opening, PutsAnotherModelInPlaceAndKeepsTheOldOneWhereItCannot) {
   const Folder folder;
   write_strip(folder);
@@ -123,15 +195,14 @@ TEST(Opening, AsksBeforePaintingIsLost) {
   write_strip(folder);
   write_sphere(folder);
   const std::string paint = "tool filter\nset length 2tx\nsize 20%\nstroke 0,0,1\n";
-  const Result result =
-      view(folder,
-           paint +
-               "drop strip.obj\nwait\nscreenshot asked.png\nanswer no\n"
-               "hover surface 180 200\nsave-texture kept.png\n"
-               "stroke 1,0,0\ndrop strip.obj\nanswer yes\nhover surface 180 200\n"
-               "open sphere.obj\n" +
-               paint + "open strip.obj\n",
-           {"sphere.obj"});
+  const Result result = view(folder,
+                             paint +
+                                 "drop strip.obj\nwait\nscreenshot asked.png\nanswer no\n"
+                                 "hover surface 180 200\nsave-texture kept.png\n"
+                                 "stroke 1,0,0\ndrop strip.obj\nanswer yes\nhover surface 180 200\n"
+                                 "open sphere.obj\n" +
+                                 paint + "open strip.obj\n",
+                             {"sphere.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   const auto picks = result.json()["result"]["picks"];
   EXPECT_GT(picks[0]["pick"]["face"].get<int>(), 4);
@@ -142,8 +213,8 @@ TEST(Opening, AsksBeforePaintingIsLost) {
   EXPECT_TRUE(file_bytes(folder / "kept.png") == file_bytes(folder / "painted.png"));
 
   // Saved as it is, nothing is lost, and nothing asked.
-  const Result saved = view(
-      folder, paint + "save-mask mask.png\ndrop strip.obj\nanswer yes\n", {"sphere.obj"});
+  const Result saved =
+      view(folder, paint + "save-mask mask.png\ndrop strip.obj\nanswer yes\n", {"sphere.obj"});
   EXPECT_EQ(saved.status, 2);
   EXPECT_THAT(saved.error, HasSubstr("line 7: there is nothing to answer"));
 

@@ -205,6 +205,35 @@ TEST(StitchTool, ForgetsWhatWasChosenOfOtherPhotographs) {
   EXPECT_EQ(result.status, 0) << result.error;
 }
 
+TEST(StitchTool, TakesOtherLabelsAndNone) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  write_photographs(folder);
+  const Result result = view(folder,
+                             "tool stitch\nset partial best.png bright.png\nwait\n"
+                             "screenshot none.png atlas\nphotograph 1\nsize 40%\nstroke 0,0,1\n"
+                             "save-labels labels.png\nwait\nscreenshot chosen.png atlas\n"
+                             "set labels \"\"\nwait\nscreenshot emptied.png atlas\n"
+                             "save-texture emptied_texture.png\ncopy-command emptied.txt\n"
+                             "set labels labels.png\nwait\nscreenshot read.png atlas\n"
+                             "copy-command read.txt\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_TRUE(file_bytes(folder / "emptied.png") == file_bytes(folder / "none.png"));
+  EXPECT_FALSE(file_bytes(folder / "chosen.png") == file_bytes(folder / "none.png"));
+  expect_nearly_equal(picture(folder, "read.png"), picture(folder, "chosen.png"), 0);
+  const std::string photographs = "--partial=best.png --partial=bright.png sphere.obj\n";
+  EXPECT_EQ(file_bytes(folder / "emptied.txt"),
+            "marquetry stitch --output=emptied_texture.png " + photographs);
+  EXPECT_EQ(file_bytes(folder / "read.txt"),
+            "marquetry stitch --output=emptied_texture.png --labels=labels.png " + photographs);
+  ASSERT_EQ(marquetry(folder, {"stitch", "sphere.obj", "-o", "verb.png", "--partial", "best.png",
+                               "--partial", "bright.png"})
+                .status,
+            0);
+  EXPECT_TRUE(file_bytes(folder / "emptied_texture.png") == file_bytes(folder / "verb.png"));
+}
+
 TEST(VerbTool, DoesNotReplaceWhatWasOpenedLater) {
   const Folder folder;
   write_sphere(folder, "64");
@@ -255,11 +284,12 @@ TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
   EXPECT_TRUE(file_bytes(folder / "saved.png") == file_bytes(folder / "1.5.png"));
   const auto tool = result.json()["result"]["tool"];
   // In the order of times, whatever their own; what was seen once is not worked out again.
-  EXPECT_EQ(tool["stages"], nlohmann::json({"time 0.25", "time 0.5", "time 1", "time 1.5", "time 2",
-                                            "time 4"}));
+  EXPECT_EQ(tool["stages"],
+            nlohmann::json({"time 0.25", "time 0.5", "time 1", "time 1.5", "time 2", "time 4"}));
   expect_nearly_equal(picture(folder, "kept_last.png"), picture(folder, "last.png"), 0);
   EXPECT_FALSE(file_bytes(folder / "kept.png") == file_bytes(folder / "last.png"));
-  // Five times where paths are new, with the default and for 0.5 %; else one, for 4, 1.5 and its file.
+  // Five times where paths are new, with the default and for 0.5 %; else one, for 4, 1.5 and its
+  // file.
   EXPECT_EQ(tool["path_seconds"].size(), 13U);
   EXPECT_EQ(tool["prepared"], 2);
 }

@@ -178,6 +178,8 @@ void OptionValues::set(const std::string& name, const std::vector<std::string>& 
   given_[name] = values;
 }
 
+void OptionValues::reset(const std::string& name) { given_.erase(table_.find(name).name); }
+
 bool OptionValues::given(const std::string& name) const { return given_.contains(name); }
 
 bool OptionValues::has(const std::string& name) const { return !effective(name).empty(); }

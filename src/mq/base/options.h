@@ -100,6 +100,9 @@ class OptionValues {
   /// Gives an option its value or values (a flag: "true" or "false"), checked against its row.
   void set(const std::string& name, const std::vector<std::string>& values);
 
+  /// As if it had not been given.
+  void reset(const std::string& name);
+
   bool given(const std::string& name) const;  ///< by the user, not by default
   bool has(const std::string& name) const;    ///< given, or a default stands (see `effective`)
 

@@ -70,7 +70,11 @@ struct Cut {
 class Remesher {
  public:
   Remesher(const Surface& of_template, const Surface& target, const RemeshOptions& options)
-      : template_(of_template), target_(target), options_(options) {}
+      : template_(of_template),
+        target_(target),
+        options_(options),
+        template_finder_(of_template.mesh),
+        target_finder_(target.mesh) {}
 
   Remeshed run(const Progress& progress) {
     find_seeds(progress.step("find seeds", 0.5));
@@ -117,6 +121,7 @@ class Remesher {
 
   const Surface &template_, &target_;
   const RemeshOptions& options_;
+  const ClosestPointFinder template_finder_, target_finder_;
   Remeshed result_;
   SheetPair pair_;
   std::vector<ClosestPoint> on_target_, on_template_;  // of template's and target's vertices
@@ -140,9 +145,8 @@ void Remesher::find_seeds(const Progress& progress) {
   const double accuracy = options_.accuracy > 0 ? options_.accuracy : tolerance;
   const MismatchOptions how{accuracy, options_.occlusion, options_.curvature, options_.keep,
                             options_.farthest};
-  const ClosestPointFinder target_finder(target_.mesh), template_finder(template_.mesh);
-  Mismatch of_template = mismatch(template_, target_finder, how, progress.step("template", 0.5));
-  Mismatch of_target = mismatch(target_, template_finder, how, progress.step("target", 0.5));
+  Mismatch of_template = mismatch(template_, target_finder_, how, progress.step("template", 0.5));
+  Mismatch of_target = mismatch(target_, template_finder_, how, progress.step("target", 0.5));
   distorted_.assign(options_.renewed.begin(), options_.renewed.end());
   if (!options_.birth.empty()) {
     const std::vector<char> distorted = distorted_triangles(template_.mesh, options_.birth);
@@ -394,12 +398,11 @@ bool Remesher::leave_what_is_passed(Cut& cut, const std::vector<CutCurve>& curve
     if (changes(t))
       for (const int v : pair_.mesh.triangles[t])
         if (v < std::ssize(marked_) && marked_[v] != Mark::none) marked[parts.root(t)] = 1;
-  bool any = false;
   std::vector<int> left;
   for (int t = 0; t < count; ++t)
     if (changes(t) && !marked[parts.root(t)]) left.push_back(t);
-  for (const int t : left) cut.kept[t] = !cut.kept[t], any = true;
-  return any;
+  for (const int t : left) cut.kept[t] = !cut.kept[t];
+  return !left.empty();
 }
 
 /// Cuts and stitches with the region as it is; nothing where nothing of the template would stay, or
@@ -546,7 +549,7 @@ std::vector<VertexOrigin> Remesher::find_origins(const std::vector<Vector3>& pos
         points.push_back(positions[v]);
       }
     if (moved.empty()) continue;
-    const auto places = ClosestPointFinder(of_target ? target_.mesh : template_.mesh)(points);
+    const auto places = (of_target ? target_finder_ : template_finder_)(points);
     for (std::size_t i = 0; i < moved.size(); ++i)
       origins[moved[i]] = {of_target, places[i].triangle, places[i].barycentric};
   }
@@ -646,13 +649,7 @@ void Remesher::unfold_born() {
 
 void Remesher::finish(Cut& cut, const Progress& progress) {
   Stopwatch watch;
-  Renewal renewed;
-  if (distorted_.empty()) {
-    renewed.triangles.assign(pair_.mesh.triangles.size(), 0);
-    renewed.vertices.assign(pair_.mesh.positions.size(), 0);
-  } else {
-    renewed = renew(pair_, cut.kept, distorted_, options_.birth);
-  }
+  const Renewal renewed = renew(pair_, cut.kept, distorted_, options_.birth);
   std::vector<Triangle> triangles;
   std::vector<int> from;
   const auto take = [&](bool renewal, auto&& wanted) {
@@ -671,7 +668,7 @@ void Remesher::finish(Cut& cut, const Progress& progress) {
   Seam seam{std::move(triangles), std::move(from), pair_.mesh.positions, offsets(),
             renewed.vertices};
   Seam better = seam;
-  improve_seam(pair_, target_.mesh, better);
+  improve_seam(pair_, target_.mesh, target_finder_, better);
   if (count_crossings(better) <= count_crossings(seam)) seam = std::move(better);
   drop_parts_without_area(seam);
   put(seam);

@@ -39,7 +39,8 @@ class Renewer {
 
  private:
   bool is_distorted(int t) const {
-    return !pair_.triangle_of_target(t) && distorted_[pair_.source_triangle[t]] != 0;
+    return !distorted_.empty() && !pair_.triangle_of_target(t) &&
+           distorted_[pair_.source_triangle[t]] != 0;
   }
 
   void choose() {

@@ -19,7 +19,8 @@ struct Renewal {
 /// pair), and with them all that share a corner inside of what is kept. Edges of the distorted ones
 /// that are longer than twice the mean edge they were born with are halved, again and again, as far
 /// as what lies across is renewed too, or nothing; for parts made by that, `kept` gets a 1 each.
-/// `distorted` and `birth` (corners; empty: nothing is halved) are per triangle of the template.
+/// `distorted` (empty: none is) and `birth` (corners; empty: nothing is halved) are per triangle of
+/// the template.
 /// Nothing of the target changes.
 Renewal renew(SheetPair& pair, std::vector<char>& kept, const std::vector<char>& distorted,
               std::span<const std::array<Vector3, 3>> birth);

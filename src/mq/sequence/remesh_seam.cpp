@@ -9,7 +9,6 @@
 #include <limits>
 #include <optional>
 
-#include "mq/mesh/closest_point.h"
 #include "mq/mesh/geometry.h"
 
 namespace mq {
@@ -26,9 +25,10 @@ bool has(const Triangle& t, int v) { return t[0] == v || t[1] == v || t[2] == v;
 
 class SeamMesh {
  public:
-  SeamMesh(const SheetPair& pair, const Mesh& target, Seam& seam)
+  SeamMesh(const SheetPair& pair, const Mesh& target, const ClosestPointFinder& finder, Seam& seam)
       : pair_(pair),
         target_(target),
+        finder_(finder),
         seam_(seam),
         ring_(pair.of_target.size(), -1),
         around_(pair.of_target.size()) {
@@ -172,8 +172,7 @@ class SeamMesh {
 
   /// The nearest point of the target, if that faces alike.
   Vector3 onto_target(const Vector3& point, const Vector3& normal) {
-    if (!finder_) finder_.emplace(target_);
-    const ClosestPoint place = (*finder_)(point);
+    const ClosestPoint place = finder_(point);
     return triangle_normal(target_, place.triangle).dot(normal) > least_facing
                ? point_at(target_, place)
                : point;
@@ -306,7 +305,7 @@ class SeamMesh {
 
   const SheetPair& pair_;
   const Mesh& target_;
-  std::optional<ClosestPointFinder> finder_;  // on the target, once asked for
+  const ClosestPointFinder& finder_;  // on the target
   Seam& seam_;
   std::vector<int> ring_;                 // per vertex its distance to a strip, −1: beyond two
   std::vector<char> free_;                // per triangle
@@ -324,9 +323,10 @@ double triangle_quality(const Vector3& p, const Vector3& q, const Vector3& r,
   return n.dot(normal) < 0 ? -value : value;
 }
 
-void improve_seam(const SheetPair& pair, const Mesh& target, Seam& seam) {
+void improve_seam(const SheetPair& pair, const Mesh& target, const ClosestPointFinder& finder,
+                  Seam& seam) {
   if (std::ranges::none_of(seam.from, [](int t) { return t < 0; })) return;
-  SeamMesh(pair, target, seam).run();
+  SeamMesh(pair, target, finder, seam).run();
 }
 
 }  // namespace mq

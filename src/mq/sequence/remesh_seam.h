@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "mq/mesh/closest_point.h"
 #include "mq/sequence/clip_sheets.h"
 
 namespace mq {
@@ -26,7 +27,9 @@ struct Seam {
 /// be said to be changed. Nothing is done that would turn a triangle over against the surface or
 /// make the mesh not manifold. The template's other triangles and all boundaries stay. Triangles
 /// that went are taken out; the order of the others stays.
-void improve_seam(const SheetPair& pair, const Mesh& target, Seam& seam);
+/// `finder` is on the target.
+void improve_seam(const SheetPair& pair, const Mesh& target, const ClosestPointFinder& finder,
+                  Seam& seam);
 
 /// 4√3 area / (sum of squared edges): 1 equilateral, 0 without area; negative where the normal
 /// points away from `normal`.
