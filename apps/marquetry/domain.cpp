@@ -81,7 +81,7 @@ void TexelDomain::put(const Signal& values, std::span<Image<float>> pictures) co
 std::vector<Vector3> TexelDomain::places() const {
   std::vector<Vector3> places;
   places.reserve(std::size_t(space_->size()));
-  for (const auto& [x, y, z] : space_->texels().positions) places.emplace_back(x, y, z);
+  for (int i = 0; i < space_->size(); ++i) places.push_back(space_->texels().position(i));
   return places;
 }
 

@@ -75,8 +75,7 @@ Vector3 place_of_texel(const Scene& scene, const Target& target, const AskedSpot
   for (int i = 0; i < texels.size(); ++i) {
     const Texels::Place& place = texels.places[i];
     if (place.texture != asked.texture || place.x != asked.x || place.y != asked.y) continue;
-    const auto& [x, y, z] = texels.positions[i];
-    return {x, y, z};
+    return texels.position(i);
   }
   throw InvalidInput(fmt::format(
       "--spot texel{},{},{}: no chart of {} uses such a texel (x counts columns from the left, y "

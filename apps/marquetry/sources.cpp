@@ -118,8 +118,7 @@ std::vector<GeodesicSource> texel_sources(const Scene& scene, const Domain& doma
   const TexelDomain& texels = *texels_of(domain);
   std::vector<GeodesicSource> sources;
   for (const int i : texels.unknowns_at(*place.texel)) {
-    const auto& [x, y, z] = texels.space().texels().positions[std::size_t(i)];
-    sources.push_back({i, 0, Vector3(x, y, z)});
+    sources.push_back({i, 0, texels.space().texels().position(i)});
   }
   if (sources.empty()) refuse_texel(scene, place.text);
   return sources;

@@ -21,7 +21,6 @@
 #include "mq/base/stopwatch.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/resample.h"
-#include "outputs.h"
 #include "signal_options.h"
 
 namespace mq::view {
@@ -44,17 +43,17 @@ constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
 
 FilterTool::FilterTool(Session& session)
     : session_(session), options_(options_for("filter", session)) {
-  require(
-      session.before != nullptr,
-      session.scene->model.path.string() +
-          ": has no textures, and the tool filter paints on textures; 'marquetry filter' works on "
-          "colours at vertices too");
-  app::require_usable(app::scene_defects(*session.scene), session.scene->model.path.string());
+  const app::Scene& scene = *session.scene;
+  app::require_usable(app::scene_defects(scene), scene.model.path.string());
   options_.set("beta", {"3"});
-  if (session.before->size() > 1) texture_name_ = "filtered_%s.png";
+  const bool several = session.before && session.before->size() > 1;
+  const std::string tail = at_vertices() ? ".ply" : several ? "_%s.png" : ".png";
+  mask_name_ = "mask" + tail;
+  texture_name_ = "filtered" + tail;
   options_.set("output", {texture_name_});
-  area_ = session.scene->surface.area;
-  texel_spacing_ = session.scene->atlas->texel_spacing();
+  area_ = scene.surface.area;
+  texel_spacing_ = scene.atlas ? scene.atlas->texel_spacing()
+                               : std::sqrt(area_ / std::max(1, scene.surface.mesh.vertex_count()));
   want();
 }
 
@@ -95,10 +94,12 @@ void FilterTool::panel() {
   ImGui::SameLine();
   if (ImGui::Button("nowhere")) fill(0);
   if (ask_to_save("mask", mask_name_)) tried([&] { save_mask(mask_name_); });
-  if (ask_to_save("texture", texture_name_)) tried([&] { save_texture(texture_name_); });
+  if (ask_to_save(at_vertices() ? "model" : "texture", texture_name_))
+    tried([&] { save_texture(texture_name_); });
   copy_button(session_, [&] { return as_command(); });
-  ImGui::Text("%lld texels painted%s", static_cast<long long>(painted_),
-              settled_ ? "" : ", solving");
+  ImGui::TextUnformatted(fmt::format("{} {} painted{}", painted_, paint_target_->unknowns(),
+                                     settled_ ? "" : ", solving")
+                             .c_str());
 }
 
 void FilterTool::press(const Pick& pick) {
@@ -116,6 +117,11 @@ void FilterTool::drag(const Pick& pick) {
 void FilterTool::release() {
   brushing_ = false;
   end_stroke();
+}
+
+std::optional<Look::Paint> FilterTool::shown_as() const {
+  if (at_vertices()) return Look::Paint::vertex_colours;
+  return {};
 }
 
 double FilterTool::brush_radius() const {
@@ -142,17 +148,11 @@ void FilterTool::dabs_to(const Vector3& place) {
 void FilterTool::dab(const Vector3& place) {
   const Stopwatch watch;
   const double radius = brush_radius();
-  const ClosestPoint at = (*closest_)(place);
-  std::vector<int> unknowns;
-  if (session_.scene->atlas->chart[std::size_t(at.triangle)] >= 0)
-    unknowns = ball_->reach(at.triangle, at.barycentric, place, radius);
-  const Texels& texels = target_->domain().space().texels();
+  const std::vector<int> unknowns = paint_target_->reach(place, radius);
   const Spot spot{place, radius, strength_};
   std::vector<int> after;
-  for (const int k : unknowns) {
-    const auto& [x, y, z] = texels.positions[std::size_t(k)];
-    after.push_back(painted_with(mask_[std::size_t(k)], paint_at(spot, {x, y, z})));
-  }
+  for (const int k : unknowns)
+    after.push_back(painted_with(mask_[std::size_t(k)], paint_at(spot, paint_target_->place(k))));
   change(unknowns, after);
   touches_.push_back(watch.seconds());
 }
@@ -363,9 +363,13 @@ void FilterTool::require_other_files(const std::vector<fs::path>& files,
           fmt::format("{}: mask and texture need files of their own: name another", file.string()));
 }
 
+app::Outputs FilterTool::outputs(const std::string& path) const {
+  return {path, session_.scene->model, paint_target_->kind()};
+}
+
 void FilterTool::save_texture(const std::string& path) {
   require_ready();
-  const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
+  const app::Outputs outputs = this->outputs(path);
   require_other_files(outputs.paths(), mask_files_);
   session_.run.will_write(outputs.paths(), outputs.folder());
   texture_name_ = path;
@@ -377,19 +381,8 @@ void FilterTool::save_texture(const std::string& path) {
 
 void FilterTool::save_mask(const std::string& path) {
   require_ready();
-  const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
-  for (const auto& file : outputs.paths()) {
-    const std::string extension = file.extension().string();
-    const bool floats = extension == ".tif" || extension == ".tiff" || extension == ".exr";
-    require(
-        smoothed_ == 0 || floats,
-        fmt::format("{}: where it smooths the mask is below 0, which wants floating point: name a "
-                    ".exr or a .tif",
-                    file.string()));
-    require(
-        floats || extension == ".png",
-        fmt::format("{}: a mask wants 16 bits and no loss: name a .png or a .tif", file.string()));
-  }
+  const app::Outputs outputs = this->outputs(path);
+  for (const auto& file : outputs.paths()) paint_target_->require_mask_name(file, smoothed_ > 0);
   require_other_files(outputs.paths(), texture_files_);
   session_.run.will_write(outputs.paths(), outputs.folder());
   mask_files_ = outputs.paths();
@@ -397,7 +390,7 @@ void FilterTool::save_mask(const std::string& path) {
   saves_.push_back({.path = path,
                     .masks = outputs.paths(),
                     .mask = mask_,
-                    .depth = smoothed_ > 0 ? Depth::f32 : Depth::u16,
+                    .smooths = smoothed_ > 0,
                     .changes = changes_});
   stopped_ = false;
 }
@@ -446,6 +439,7 @@ bool FilterTool::has_work() const { return !stopped_ && !is_settled(); }
 
 void FilterTool::frame() {
   take_note_of_written();
+  if (ready_) paint_target_->present();
   if (background_.busy()) return;
   if (const std::string error = background_.error(); !error.empty()) {
     stopped_ = true;
@@ -484,7 +478,7 @@ std::string FilterTool::unsaved() const {
 nlohmann::ordered_json FilterTool::report() const {
   nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
   for (const Timing& t : timings_)
-    strokes.push_back({{"texels", t.texels},
+    strokes.push_back({{at_vertices() ? "vertices" : "texels", t.unknowns},
                        {"update", t.update},
                        {"solve", t.solve},
                        {"cycles", t.cycles},
@@ -506,13 +500,10 @@ void FilterTool::prepare(const Progress& progress) {
   const Stopwatch watch;
   run_ = std::make_unique<app::Run>(options_, session_.run.terminal(), progress);
   app::about(session_.scene->model, [&] {
-    target_ = std::make_unique<app::TextureTarget>(*run_, *session_.scene, app::ValueSpace{},
-                                                   progress.step("assemble", 0.8));
+    paint_target_ = make_paint_target(session_, *run_, progress.step("assemble", 0.8));
+    before_ = paint_target_->target().values();
   });
-  before_ = target_->values();
-  ball_ = std::make_unique<SurfaceBall>(target_->domain().space());
-  closest_ = std::make_unique<ClosestPointFinder>(session_.scene->surface.mesh);
-  mask_.assign(std::size_t(target_->space().size()), 0);
+  mask_.assign(std::size_t(before_.rows()), 0);
   followed_ = mask_;
   preparing_ = watch.seconds();
   settled_ = true;
@@ -553,7 +544,7 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     live_.reset();
     try {
       const Progress either([&](const ProgressEvent&) { progress.check(); }, &hurry_);
-      live_.emplace(target_->domain().space(), wanted.weight, before_, LiveOptions{}, either);
+      live_.emplace(paint_target_->live(wanted.weight, before_, either));
     } catch (const Cancelled&) {
       progress.check();
       return true;  // another weight is wanted by now, perhaps
@@ -609,17 +600,7 @@ bool FilterTool::write_mask() {
     if (saves_.empty() || saves_.front().masks.empty()) return false;
     save = saves_.front();
   }
-  std::vector<Image<float>> pictures;
-  for (const TextureSize& size : session_.scene->texture_sizes)
-    pictures.emplace_back(size.width, size.height, 1);
-  const Texels& texels = target_->domain().space().texels();
-  for (int k = 0; k < texels.size(); ++k) {
-    const Texels::Place& at = texels.places[std::size_t(k)];
-    pictures[std::size_t(at.texture)](at.x, at.y) = float(save.mask[std::size_t(k)]) / full;
-  }
-  for (std::size_t i = 0; i < pictures.size(); ++i)
-    write_image(save.masks[i], pictures[i],
-                save.masks[i].extension() == ".exr" ? Depth::f32 : save.depth);
+  paint_target_->write_mask(save.mask, full, save.smooths, save.masks);
   save.mask.clear();
   const std::lock_guard lock(mutex_);
   saves_.pop_front();
@@ -636,8 +617,9 @@ bool FilterTool::write_texture(int version, const Progress& progress) {
   }
   Model model = session_.scene->model;
   const bool nothing = std::ranges::all_of(followed_, [](int m) { return m == 0; });
-  if (!nothing) target_->put(before_, before_ + gain_ * (live_->signal() - before_), model);
-  const app::Outputs outputs(path, model, app::Outputs::Kind::pictures);
+  if (!nothing)
+    paint_target_->target().put(before_, before_ + gain_ * (live_->signal() - before_), model);
+  const app::Outputs outputs = this->outputs(path);
   for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
     session_.run.terminal().remark(note);
   saved_version_ = version;
@@ -650,25 +632,25 @@ bool FilterTool::write_texture(int version, const Progress& progress) {
 }
 
 void FilterTool::follow(const Wanted& wanted) {
-  Timing timing{.texels = wanted.mask.size()};
-  std::vector<int> texels;
+  Timing timing{.unknowns = wanted.mask.size()};
+  std::vector<int> unknowns;
   std::vector<double> beta;
   for (const auto& [unknown, value] : wanted.mask) {
     followed_[std::size_t(unknown)] = value;
-    texels.push_back(unknown);
+    unknowns.push_back(unknown);
   }
-  std::ranges::sort(texels);
-  texels.erase(std::unique(texels.begin(), texels.end()), texels.end());
-  for (const int k : texels) {
+  std::ranges::sort(unknowns);
+  unknowns.erase(std::unique(unknowns.begin(), unknowns.end()), unknowns.end());
+  for (const int k : unknowns) {
     const double mask = double(followed_[std::size_t(k)]) / full;
     beta.push_back(1 + (mask < 0 ? mask / gain_ : mask));
   }
   {
     const Stopwatch watch;
-    live_->modulate(texels, beta);
+    live_->modulate(unknowns, beta);
     timing.update = watch.seconds();
   }
-  const bool small = double(texels.size()) < most_to_follow * double(followed_.size());
+  const bool small = double(unknowns.size()) < most_to_follow * double(followed_.size());
   if (small) {
     const Stopwatch watch;
     timing.cycles = live_->follow({.error = seen / std::max(std::abs(gain_), seen)}).cycles;
@@ -681,18 +663,12 @@ void FilterTool::follow(const Wanted& wanted) {
 }
 
 void FilterTool::show(Extent extent) {
-  const Signal& now = live_->signal();
   const bool nothing = settled_ && std::ranges::all_of(followed_, [](int m) { return m == 0; });
-  const auto value = [&](std::int64_t k, int c) {
-    const double was = before_(k, c);
-    return nothing ? was : was + gain_ * (now(k, c) - was);
-  };
-  const Texels& texels = target_->domain().space().texels();
-  const auto lock = session_.after->lock();
+  const ShownSignal values{before_, live_->signal(), nothing ? 0 : gain_};
   if (extent == Extent::followed)
-    session_.after->change(texels, live_->followed(), value);
+    paint_target_->show(values, live_->followed());
   else
-    session_.after->change(texels, value);
+    paint_target_->show(values, std::nullopt);
 }
 
 }  // namespace mq::view

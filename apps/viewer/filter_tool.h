@@ -1,6 +1,7 @@
 #pragma once
 /// Sharpening and smoothing by a brush (thesis 5.9.1): where it painted, and how strongly, is a
-/// mask, and the texture is what `marquetry filter --mask` makes of it.
+/// mask, and the textures, or the colours at vertices, are what `marquetry filter --mask` makes of
+/// it.
 
 #include <atomic>
 #include <deque>
@@ -11,18 +12,16 @@
 
 #include "background.h"
 #include "mq/base/length.h"
-#include "mq/fem/surface_ball.h"
 #include "mq/filter/live_modulation.h"
-#include "mq/mesh/closest_point.h"
+#include "paint_target.h"
 #include "session.h"
-#include "signal_target.h"
 #include "tool.h"
 
 namespace mq::view {
 
 class FilterTool : public Tool {
  public:
-  /// Throws `InvalidInput` where the model has no textures, or has refused defects.
+  /// Of what `can_be_painted`. Throws `InvalidInput` where the model has refused defects.
   explicit FilterTool(Session& session);
   ~FilterTool() override { background_.stop(); }
 
@@ -35,6 +34,7 @@ class FilterTool : public Tool {
   void undo() override;
   void redo() override;
   double brush_radius() const override;
+  std::optional<Look::Paint> shown_as() const override;
   bool command(const std::vector<std::string>& words) override;
   void frame() override;
   bool busy() const override { return background_.busy() || has_work() || has_written(); }
@@ -60,11 +60,10 @@ class FilterTool : public Tool {
   /// A file that was asked for: the texture, once all is solved, or a mask as it was then.
   struct Save {
     std::string path;
-    std::vector<std::filesystem::path>
-        masks;  ///< a file for each texture; empty: it is the texture
+    std::vector<std::filesystem::path> masks;  ///< files of a mask; empty: it is the texture
     std::vector<int> mask;
-    Depth depth = Depth::u16;
-    int changes = 0;  ///< of the mask until then
+    bool smooths = false;  ///< somewhere
+    int changes = 0;       ///< of the mask until then
   };
 
   /// What the window wants of the work behind it.
@@ -77,7 +76,7 @@ class FilterTool : public Tool {
 
   /// Seconds that one change of the mask took.
   struct Timing {
-    std::size_t texels = 0;
+    std::size_t unknowns = 0;
     double update = 0, solve = 0, show = 0;
     int cycles = 0;
   };
@@ -109,6 +108,8 @@ class FilterTool : public Tool {
   }
   void take_note_of_written();
   bool nothing_painted() const { return painted_ == 0; }
+  bool at_vertices() const { return !session_.before; }
+  app::Outputs outputs(const std::string& path) const;
 
   // On the other one.
   void prepare(const Progress& progress);
@@ -131,15 +132,13 @@ class FilterTool : public Tool {
   std::vector<int> mask_;      ///< per unknown
   std::int64_t painted_ = 0;   ///< how many of them are not 0
   std::int64_t smoothed_ = 0;  ///< how many are below 0
-  std::unique_ptr<ClosestPointFinder> closest_;
-  std::unique_ptr<SurfaceBall> ball_;
   Stroke stroke_;
   std::optional<Vector3> last_dab_;
   std::vector<Stroke> undo_, redo_;
   int changes_ = 0;         ///< of the mask
   std::string saved_mask_;  ///< where the mask was saved as it is now; empty: nowhere
   std::vector<std::filesystem::path> mask_files_, texture_files_;  ///< asked for last
-  std::string mask_name_ = "mask.png", texture_name_ = "filtered.png";
+  std::string mask_name_, texture_name_;
 
   std::atomic<bool> ready_ = false, settled_ = false, stopped_ = false;
   std::atomic<bool> brushing_ = false;  ///< the button is down: what is far from the brush can wait
@@ -148,11 +147,11 @@ class FilterTool : public Tool {
   mutable std::mutex mutex_;
   Wanted wanted_;  ///< guarded
   std::vector<Timing> timings_;
-  std::vector<double> touches_;  ///< seconds, of finding the texels under the brush
+  std::vector<double> touches_;  ///< seconds, of finding what is under the brush
   int rounds_ = 0;
   double settling_ = 0, preparing_ = 0;
 
-  std::unique_ptr<app::TextureTarget> target_;
+  std::unique_ptr<PaintTarget> paint_target_;
   Signal before_;
   std::optional<LiveModulation> live_;  ///< of β = 1 + mask
   std::vector<int> followed_;

@@ -20,7 +20,7 @@ const std::vector<std::string>& tool_names() {
 
 std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "none") return nullptr;
-  if (name == "filter" && session.before) return std::make_unique<FilterTool>(session);
+  if (name == "filter" && can_be_painted(session)) return std::make_unique<FilterTool>(session);
   if (name == "geodesic") return make_geodesic_tool(session);
   if (name == "shock") return make_shock_tool(session);
   if (name == "stitch") return make_stitch_tool(session);

@@ -42,14 +42,8 @@ app::Verb verb_named(const std::string& name) {
 
 /// Those that need no signal, and those that work on colours at vertices where there are no
 /// textures.
-constexpr std::array<std::string_view, 3> verbs_of_shape = {"geodesic", "lic", "react"},
-                                          verbs_of_signals = {"filter", "denoise", "shock"};
-
-/// Of filter at vertices.
-constexpr const char* no_brush =
-    "the brush paints on textures: at vertices mask takes a model that has the mask as its "
-    "colours, and "
-    "spot takes places";
+constexpr std::array<std::string_view, 3> verbs_of_shape = {"geodesic", "lic", "react"};
+constexpr std::array<std::string_view, 2> verbs_of_signals = {"denoise", "shock"};
 
 /// Options that verbs refuse at vertices.
 constexpr std::array<std::string_view, 6> of_textures = {"from-mask", "guide",   "guide-edge",
@@ -72,7 +66,6 @@ VerbTool::VerbTool(const std::string& verb, Session& session)
     texture_name_ = "out.ply";
   else if (session_.scene->model.textures.size() > 1)
     texture_name_ = "out_%s.png";
-  if (verb == "filter") options_.set("beta", {"3"});
 }
 
 /// What the verb refuses it says itself, before it works.
@@ -81,6 +74,7 @@ void VerbTool::refuse_as_the_verb() const {
   trying.set("output", {(folder_ / "%s.png").string()});
   trying.set("dry-run", {"true"});
   trying.set("json", {"true"});
+  if (verb_ == "filter") trying.set("beta", {"3"});  // which it wants first of all
   app::Terminal silence("view");
   silence.set_voice(app::Terminal::Voice::quiet);
   app::Run run(trying, silence, {});
@@ -142,7 +136,6 @@ void VerbTool::panel() {
     OptionValues edited = options_;
     if (edit(edited, option, in_force(option))) change(option, edited.texts(option));
   }
-  if (verb_ == "filter") ImGui::TextWrapped("%s", no_brush);
   if (ask_to_save(at_vertices_ ? "model" : "texture", texture_name_))
     tried(session_, [&] { save(texture_name_); });
   copy_button(session_, [&] { return as_command(); });
@@ -212,7 +205,6 @@ bool VerbTool::command(const std::vector<std::string>& words) {
   } else if (words[0] == "copy-command") {
     copy_command(session_, words, as_command());
   } else {
-    require(verb_ != "filter" || words[0] == "source" || words[0] == "with", no_brush);
     return false;
   }
   return true;

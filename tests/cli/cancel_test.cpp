@@ -56,6 +56,16 @@ TEST(Cancelling, DoesNotWaitForFactorisations) {
   EXPECT_EQ(folder.names(), before);
 }
 
+TEST(Cancelling, EndsAtOnceWhenAskedAgain) {
+  const Folder folder;
+  const Result result = marquetry(
+      folder, {"stubborn", "-o", "out.png"},
+      {.interrupt_at = {"at work", "press Ctrl-C again to stop at once"}, .program = "stubborn"});
+  EXPECT_EQ(result.status, 130) << result.error;
+  EXPECT_THAT(result.error, testing::HasSubstr("stopped at once, nothing half-written is left"));
+  EXPECT_TRUE(folder.names().empty());
+}
+
 TEST(Cancelling, SaysHowManyFramesAreThere) {
   const Folder folder;
   for (const char* name : {"a.png", "b.png"}) write_image(folder / name, busy_picture(200, 200));

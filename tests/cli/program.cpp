@@ -58,7 +58,9 @@ namespace {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  execv(places::program().c_str(), argv.data());
+  const fs::path program = places::program();
+  execv((options.program.empty() ? program : program.parent_path() / options.program).c_str(),
+        argv.data());
   _exit(127);
 }
 

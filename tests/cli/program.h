@@ -40,7 +40,8 @@ struct RunOptions {
   std::map<std::string, std::string> environment = {};  ///< added to the test's own
   /// SIGINT is sent once standard error holds the first of these texts, again at the second, ...
   std::vector<std::string> interrupt_at = {};
-  long largest_file = 0;  ///< bytes a file may grow to; 0: no limit (a full disk, in small)
+  long largest_file = 0;     ///< bytes a file may grow to; 0: no limit (a full disk, in small)
+  std::string program = {};  ///< beside marquetry, in its place
   std::string standard_output = {};  ///< a file for standard output, such as /dev/full
 };
 

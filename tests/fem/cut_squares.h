@@ -46,7 +46,7 @@ inline Cut cut(std::string name, CutOptions options, TextureSize size, bool apar
 /// Where the texels lie.
 inline std::vector<Vector3> places_of(const TexelSpace& space) {
   std::vector<Vector3> places;
-  for (const auto& [x, y, z] : space.texels().positions) places.emplace_back(x, y, z);
+  for (int k = 0; k < space.size(); ++k) places.push_back(space.texels().position(k));
   return places;
 }
 

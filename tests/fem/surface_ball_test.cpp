@@ -10,8 +10,7 @@ namespace mq {
 namespace {
 
 Vector3 place_of(const TexelSpace& space, int k) {
-  const auto& [x, y, z] = space.texels().positions[std::size_t(k)];
-  return {x, y, z};
+  return space.texels().position(k);
 }
 
 std::vector<int> reached(const fixtures::Textured& model, const TexelSpace& space,
@@ -35,6 +34,33 @@ TEST(SurfaceBall, IsTheBallWhereTheSurfaceIsFlatHoweverItIsCut) {
     ASSERT_GT(inside.size(), 500U);
     EXPECT_EQ(reached(*model, space, place, radius), inside) << parts;
   }
+}
+
+TEST(VertexBall, IsTheBallOnAFlatMeshAndOneSideOfAFold) {
+  fixtures::CutOptions cut;
+  cut.jitter = 0;
+  Mesh mesh = fixtures::cut_square(cut);
+  const Surface flat = make_surface(mesh);
+  const VertexSpace space(flat);
+  const Vector3 place(0.45, 0.4, 0);
+  const double radius = 0.22;
+  std::vector<int> inside;
+  for (int v = 0; v < space.size(); ++v)
+    if ((flat.mesh.positions[std::size_t(v)] - place).norm() < radius) inside.push_back(v);
+  ASSERT_GT(inside.size(), 10U);
+  EXPECT_EQ(VertexBall(space, flat.mesh.positions)
+                .reach(ClosestPointFinder(flat.mesh)(place).triangle, place, radius),
+            inside);
+  for (Vector3& p : mesh.positions)
+    if (p.x() > 0.5) p = Vector3(1 - p.x(), p.y(), 0.02);
+  const Surface folded = make_surface(mesh);
+  const VertexSpace on_fold(folded);
+  const Vector3 below(0.2, 0.5, 0);
+  const std::vector<int> found =
+      VertexBall(on_fold, folded.mesh.positions)
+          .reach(ClosestPointFinder(folded.mesh)(below).triangle, below, 0.2);
+  EXPECT_FALSE(found.empty());
+  for (const int v : found) EXPECT_LT(folded.mesh.positions[std::size_t(v)].z(), 0.01);
 }
 
 /// A square folded like a sheet of paper, the halves so close that a ball holds parts of both.

@@ -40,6 +40,20 @@ std::vector<Cut> small_cut_squares() {
 
 Signal column(const SparseMatrix& matrix) { return matrix * Signal::Ones(matrix.cols(), 1); }
 
+TEST(TexelSpace, KnowsWhereTexelsLieFarFromTheOriginToo) {
+  const CutOptions options = turned(fixtures::odd_angle);
+  const auto here = square(options);
+  const Vector3 away(5e5, 4.1e6, 300);
+  Mesh moved = fixtures::cut_square(options);
+  for (Vector3& p : moved.positions) p += away;
+  const auto there = fixtures::textured(moved, {{48, 48}});
+  const TexelSpace near(here->surface, here->atlas), far(there->surface, there->atlas);
+  ASSERT_EQ(near.size(), far.size());
+  EXPECT_EQ(near.texels().origin.norm(), 0);
+  for (int k = 0; k < near.size(); ++k)
+    EXPECT_LT((far.texels().position(k) - away - near.texels().position(k)).norm(), 1e-6) << k;
+}
+
 TEST(TexelSpace, MassSumsToTheArea) {
   for (const Cut& cut : cut_squares()) {
     const TexelSpace space(cut.model->surface, cut.model->atlas);

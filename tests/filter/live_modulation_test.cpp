@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "fem/cut_squares.h"
+#include "fixtures.h"
 #include "linear/matrices.h"
 #include "mq/filter/screened_poisson.h"
 
@@ -47,6 +48,30 @@ TEST(LiveModulation, EndsWhereASolveFromTheStartEnds) {
   const double change = (exact - p.psi).cwiseAbs().maxCoeff();
   for (int i = 0; i < 4; ++i) live.follow();
   EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 0.02 * change);  // e^-4, the reach
+  EXPECT_TRUE(live.settle({.tolerance = 1e-9}).converged);
+  EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 1e-6 * change);
+}
+
+TEST(LiveModulation, EndsWhereASolveFromTheStartEndsAtVerticesToo) {
+  const Surface sphere = make_surface(fixtures::sphere(6));
+  const VertexSpace space(sphere);
+  const double weight = 4 * space.scale().area / space.size();
+  const Signal psi = test::random_signal(space.size(), 4);
+  LiveModulation live(space, sphere.mesh.positions, weight, psi, {.reach = 4});
+  for (const double x : {-0.2, 0.0, 0.2}) {
+    std::vector<int> painted;
+    for (int v = 0; v < space.size(); ++v)
+      if ((sphere.mesh.positions[std::size_t(v)] - Vector3(x, 0, 1)).norm() < 0.3)
+        painted.push_back(v);
+    ASSERT_GT(painted.size(), 100U);
+    live.modulate(painted, std::vector<double>(painted.size(), 3.0));
+    live.follow();
+  }
+  EXPECT_LT(live.followed().size(), std::size_t(space.size()) / 2);
+  const Signal exact = ScreenedPoisson(space, weight).solve(psi, live.beta()).signal;
+  const double change = (exact - psi).cwiseAbs().maxCoeff();
+  for (int i = 0; i < 4; ++i) live.follow();
+  EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 0.02 * change);
   EXPECT_TRUE(live.settle({.tolerance = 1e-9}).converged);
   EXPECT_LT((live.signal() - exact).cwiseAbs().maxCoeff(), 1e-6 * change);
 }

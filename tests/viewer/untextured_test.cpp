@@ -51,9 +51,6 @@ TEST(ToolsAtVertices, ShowWhatVerbsWriteIntoModels) {
        "tool react\nset scale 30%\nset time 500\n",
        {"react", "shape.ply", "--scale", "30%", "--time", "500"}},
       {"coloured.ply",
-       "tool filter\nset beta 0\nset length 5%\n",
-       {"filter", "coloured.ply", "--beta", "0", "--length", "5%"}},
-      {"coloured.ply",
        "tool denoise\nset length 5%\nset edge 0.5\n",
        {"denoise", "coloured.ply", "--length", "5%", "--edge", "0.5"}},
       {"coloured.ply",
@@ -81,6 +78,60 @@ TEST(ToolsAtVertices, ShowWhatVerbsWriteIntoModels) {
     for (int y = 30; y < before.height(); ++y)
       for (int x = 0; x < before.width() - 4; ++x) ASSERT_EQ(wiped(x, y, 0), before(x, y, 0));
   }
+}
+
+/// Colours of two models, of which both solve to 1e-6: in steps of 8 bits, and how many differ.
+std::pair<double, int> largest_difference(const Folder& folder, const char* a, const char* b) {
+  const std::vector<float> first = read_model(folder / a).colors.values,
+                           second = read_model(folder / b).colors.values;
+  EXPECT_EQ(first.size(), second.size());
+  double largest = 0;
+  int others = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    largest = std::max(largest, 255 * std::abs(double(first[i]) - second[i]));
+    others += first[i] != second[i];
+  }
+  return {largest, others};
+}
+
+TEST(ToolsAtVertices, PaintWhatFilterMakesOfTheSavedMask) {
+  const Folder folder;
+  write_shapes(folder);
+  const Result result = view(folder,
+                             "view front\nscreenshot before.png surface\ntool filter\nwait\n"
+                             "set length 3%\nset beta 2.5\nsize 30%\nstrength 0.7\n"
+                             "stroke 0,0,1 0.5,0,0.86\nbrush smooth\nstroke -0.6,0,0.8\n"
+                             "wait\nscreenshot painted.png surface\n"
+                             "save-mask mask.ply\nsave-texture painted.ply\n"
+                             "copy-command command.txt\nundo\nundo\nwait\n"
+                             "screenshot undone.png surface\nredo\nredo\nwait\n"
+                             "screenshot redone.png surface\nundo\nundo\n"
+                             "fill everywhere\nsave-texture all.ply\ncopy-command all.txt\n",
+                             {"coloured.ply"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto tool = result.json()["result"]["tool"];
+  EXPECT_GT(tool["strokes"][0]["vertices"], 10);
+  EXPECT_FALSE(file_bytes(folder / "painted.png") == file_bytes(folder / "before.png"));
+  EXPECT_TRUE(file_bytes(folder / "undone.png") == file_bytes(folder / "before.png"));
+  EXPECT_EQ(file_bytes(folder / "command.txt"),
+            "marquetry filter --output=painted.ply --beta=2.5 --mask=mask.ply --length=3% "
+            "coloured.ply\n");
+  EXPECT_EQ(file_bytes(folder / "all.txt"),
+            "marquetry filter --output=all.ply --beta=2.5 --length=3% coloured.ply\n");
+  for (const auto& [mask, saved] : {std::pair{"mask.ply", "painted.ply"}, {"", "all.ply"}}) {
+    std::vector<std::string> words = {"filter", "coloured.ply", "-o",  "verb.ply",   "--length",
+                                      "3%",     "-b",           "2.5", "--overwrite"};
+    if (*mask) words.insert(words.end(), {"--mask", mask});
+    const Result verb = marquetry(folder, words);
+    ASSERT_EQ(verb.status, 0) << verb.error;
+    const auto [largest, others] = largest_difference(folder, "verb.ply", saved);
+    EXPECT_LE(largest, 1.001) << saved;
+    EXPECT_LE(others, read_model(folder / saved).mesh.vertex_count() / 100) << saved;
+    EXPECT_GT(largest_difference(folder, "coloured.ply", saved).second, 100) << saved;
+  }
+  const Result refused =
+      view(folder, "tool filter\nfill everywhere\nsave-mask mask.png\n", {"coloured.ply"});
+  EXPECT_EQ(refused.status, 2);
 }
 
 TEST(ToolsAtVertices, TellTheColourUnderTheMouse) {
@@ -124,10 +175,6 @@ TEST(ToolsAtVertices, RefuseInTheWordsOfTheVerb) {
       EXPECT_EQ(result.status, 2) << tool << mesh;
       EXPECT_THAT(result.error, HasSubstr("session.txt, line 1: " + verb.error.substr(begin)));
     }
-  // No brush at vertices, and the window says what there is instead.
-  const Result brush = view(folder, "tool filter\nstroke 0,0,1\n", {"coloured.ply"});
-  EXPECT_EQ(brush.status, 2);
-  EXPECT_THAT(brush.error, HasSubstr("line 2: the brush paints on textures"));
 }
 
 /// Texture coordinates without pictures: pictures of the assumed size.
@@ -139,8 +186,8 @@ TEST(ToolsWithoutPictures, ShowTheTexturesThatVerbsMake) {
                              "save-texture saved.png\n",
                              {"bare.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
-  ASSERT_EQ(
-      marquetry(folder, {"geodesic", "bare.obj", "--from", "0,0,0", "-o", "verb.png"}).status, 0);
+  ASSERT_EQ(marquetry(folder, {"geodesic", "bare.obj", "--from", "0,0,0", "-o", "verb.png"}).status,
+            0);
   EXPECT_TRUE(file_bytes(folder / "saved.png") == file_bytes(folder / "verb.png"));
   ASSERT_EQ(view(folder, "screenshot verb_shown.png atlas\n", {"bare.obj", "verb.png"}).status, 0);
   EXPECT_TRUE(file_bytes(folder / "shown.png") == file_bytes(folder / "verb_shown.png"));
@@ -152,11 +199,11 @@ TEST(ToolsInSequences, WorkOnTheFileOfTheFrame) {
   std::filesystem::copy(folder / "coloured.ply", folder / "frame_0003.ply");
   std::filesystem::copy(folder / "coloured.ply", folder / "frame_0004.ply");
   const Result result =
-      view(folder, "frame 4\ntool filter\nset beta 0\nwait\ncopy-command command.txt\n",
+      view(folder, "frame 4\ntool denoise\nset length 5%\nwait\ncopy-command command.txt\n",
            {"frame_%04d.ply"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(file_bytes(folder / "command.txt"),
-            "marquetry filter --output=out.ply --beta=0 frame_0004.ply\n");
+            "marquetry denoise --output=out.ply --length=5% frame_0004.ply\n");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Where one of two coupled texels is `Texels::interior` they are neighbours in the grid and need not be
-// written down; of the others, near seams and borders, the pairs are kept.
+// Where one of two coupled texels is `Texels::interior` they are neighbours in the grid and need
+// not be written down; of the others, near seams and borders, the pairs are kept.
 #include "mq/fem/surface_ball.h"
 
 #include <algorithm>
@@ -49,7 +49,8 @@ bool SurfaceBall::has_grid_neighbours(int texel) const {
   const Texels& texels = space_.texels();
   const Texels::Place& at = texels.places[std::size_t(texel)];
   return texels.interior[std::size_t(texel)] != 0 && at.x > 0 && at.y > 0 &&
-         at.x + 1 < widths_[std::size_t(at.texture)] && at.y + 1 < heights_[std::size_t(at.texture)];
+         at.x + 1 < widths_[std::size_t(at.texture)] &&
+         at.y + 1 < heights_[std::size_t(at.texture)];
 }
 
 /// The first texel of a row from column x on.
@@ -74,24 +75,52 @@ void SurfaceBall::visit_neighbours(int texel, const Visit& visit) const {
   const auto found = std::ranges::lower_bound(seam_texels_, texel);
   if (found == seam_texels_.end() || *found != texel) return;
   const auto i = std::size_t(found - seam_texels_.begin());
-  for (int n = seam_first_[i]; n < seam_first_[i + 1]; ++n)
-    visit(seam_neighbours_[std::size_t(n)]);
+  for (int n = seam_first_[i]; n < seam_first_[i + 1]; ++n) visit(seam_neighbours_[std::size_t(n)]);
 }
 
-std::vector<int> SurfaceBall::reach(int triangle, const Vector3& barycentric, const Vector3& centre,
-                                    double radius) {
-  ++call_;
+namespace {
+
+/// Those nearer than `radius`, over neighbours; `begin` visits the first of them.
+template <class Position, class Begin, class Neighbours>
+std::vector<int> reached(std::vector<int>& seen, int call, const Position& position,
+                         const Vector3& centre, double radius, const Begin& begin,
+                         const Neighbours& visit_neighbours) {
   std::vector<int> found;
   const auto visit = [&](int k) {
-    if (seen_[std::size_t(k)] == call_) return;
-    seen_[std::size_t(k)] = call_;
-    const auto& [x, y, z] = space_.texels().positions[std::size_t(k)];
-    if ((Vector3(x, y, z) - centre).squaredNorm() < radius * radius) found.push_back(k);
+    if (seen[std::size_t(k)] == call) return;
+    seen[std::size_t(k)] = call;
+    if ((position(k) - centre).squaredNorm() < radius * radius) found.push_back(k);
   };
-  for (const auto& [texel, weight] : space_.basis_at(triangle, barycentric)) visit(texel);
+  begin(visit);
   for (std::size_t i = 0; i < found.size(); ++i) visit_neighbours(found[i], visit);
   std::ranges::sort(found);
   return found;
+}
+
+}  // namespace
+
+std::vector<int> SurfaceBall::reach(int triangle, const Vector3& barycentric, const Vector3& centre,
+                                    double radius) {
+  return reached(
+      seen_, ++call_, [&](int k) { return space_.texels().position(k); }, centre, radius,
+      [&](const auto& visit) {
+        for (const auto& [texel, weight] : space_.basis_at(triangle, barycentric)) visit(texel);
+      },
+      [&](int k, const auto& visit) { visit_neighbours(k, visit); });
+}
+
+std::vector<int> VertexBall::reach(int triangle, const Vector3& centre, double radius) {
+  return reached(
+      seen_, ++call_, [&](int v) { return positions_[std::size_t(v)]; }, centre, radius,
+      [&](const auto& visit) {
+        if (space_.shapes()[std::size_t(triangle)].empty()) return;
+        for (const int v : space_.triangles()[std::size_t(triangle)]) visit(v);
+      },
+      [&](int v, const auto& visit) {
+        for (int i = space_.row_starts()[std::size_t(v)];
+             i < space_.row_starts()[std::size_t(v) + 1]; ++i)
+          visit(space_.columns()[std::size_t(i)]);
+      });
 }
 
 }  // namespace mq

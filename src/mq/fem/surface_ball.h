@@ -1,24 +1,28 @@
 #pragma once
-/// The texels around a place as far as a brush reaches: along the surface, and not through the air.
+/// The texels or vertices around a place as far as a brush reaches: along the surface, and not
+/// through the air.
 
 #include <span>
 #include <vector>
 
 #include "mq/fem/texel_space.h"
+#include "mq/fem/vertex_space.h"
 
 namespace mq {
 
 /// Texels of a ball that one reaches from its middle over neighbours within it, two texels being
-/// neighbours where the stiffness couples them: beside each other in a chart, or across a seam. The other
-/// side of an ear is in the ball, and not among them, unless the ball holds the way around its rim.
+/// neighbours where the stiffness couples them: beside each other in a chart, or across a seam. The
+/// other side of an ear is in the ball, and not among them, unless the ball holds the way around
+/// its rim.
 class SurfaceBall {
  public:
-  /// The space must outlive the object. Costs its matrix for a moment, and then 5 bytes a texel and what
-  /// the texels at seams take.
+  /// The space must outlive the object. Costs its matrix for a moment, and then 5 bytes a texel and
+  /// what the texels at seams take.
   explicit SurfaceBall(const TexelSpace& space);
 
-  /// The texels nearer than `radius` to `centre`, in space, that are reached from the texels at a point of
-  /// a triangle (which must have a chart); increasing. Costs what is found. One call at a time.
+  /// The texels nearer than `radius` to `centre`, in space, that are reached from the texels at a
+  /// point of a triangle (which must have a chart); increasing. Costs what is found. One call at a
+  /// time.
   std::vector<int> reach(int triangle, const Vector3& barycentric, const Vector3& centre,
                          double radius);
 
@@ -32,8 +36,26 @@ class SurfaceBall {
   std::vector<int> rows_;       ///< first texel of each row of each texture, and one more
   std::vector<int> first_row_;  ///< of each texture
   std::vector<int> widths_, heights_;
-  std::vector<int> seam_texels_, seam_first_, seam_neighbours_;  ///< of texels beside others than the grid's
+  std::vector<int> seam_texels_, seam_first_,
+      seam_neighbours_;    ///< of texels beside others than the grid's
   std::vector<int> seen_;  ///< per texel in which call
+  int call_ = 0;
+};
+
+/// The same of vertices, which are neighbours along edges; those of the point's triangle begin.
+/// Nothing is reached where the triangle has no area.
+class VertexBall {
+ public:
+  /// Space and positions must outlive the object.
+  VertexBall(const VertexSpace& space, std::span<const Vector3> positions)
+      : space_(space), positions_(positions), seen_(positions.size(), 0) {}
+
+  std::vector<int> reach(int triangle, const Vector3& centre, double radius);
+
+ private:
+  const VertexSpace& space_;
+  std::span<const Vector3> positions_;
+  std::vector<int> seen_;  ///< per vertex in which call
   int call_ = 0;
 };
 

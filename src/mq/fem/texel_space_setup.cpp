@@ -136,8 +136,8 @@ namespace {
 
 /// The surface's affine map of one triangle, continued to a place in its chart at most a texel or
 /// so away; where the triangle itself is smaller than a texel, to its nearest corner instead.
-std::array<float, 3> position_near(const Surface& surface, const Atlas& atlas, int triangle,
-                                   double x, double y) {
+Vector3 position_near(const Surface& surface, const Atlas& atlas, int triangle, double x,
+                      double y) {
   const auto& p = atlas.corners[triangle];
   const double x0 = p[0].column(), y0 = p[0].row();
   const double ux = p[1].column() - x0, uy = p[1].row() - y0;
@@ -149,16 +149,23 @@ std::array<float, 3> position_near(const Surface& surface, const Atlas& atlas, i
   const double outside = std::max({-l1, -l2, l1 + l2 - 1});
   if (!(outside < reach)) l1 = std::clamp(l1, 0.0, 1.0), l2 = std::clamp(l2, 0.0, 1.0 - l1);
   const Mesh& mesh = surface.mesh;
-  const Vector3 at = mesh.position(triangle, 0) +
-                     l1 * (mesh.position(triangle, 1) - mesh.position(triangle, 0)) +
-                     l2 * (mesh.position(triangle, 2) - mesh.position(triangle, 0));
-  return {float(at.x()), float(at.y()), float(at.z())};
+  return mesh.position(triangle, 0) +
+         l1 * (mesh.position(triangle, 1) - mesh.position(triangle, 0)) +
+         l2 * (mesh.position(triangle, 2) - mesh.position(triangle, 0));
+}
+
+/// See `Texels::origin`: from ten lengths of the model on.
+Vector3 origin_for(const Surface& surface) {
+  if (surface.mesh.triangles.empty()) return Vector3::Zero();
+  const Vector3 corner = surface.mesh.position(0, 0);
+  return corner.norm() > 10 * std::sqrt(surface.area) ? corner : Vector3(Vector3::Zero());
 }
 
 }  // namespace
 
 void TexelSpace::Data::place_texels() {
   const int n = int(texels.places.size());
+  texels.origin = origin_for(surface);
   texels.positions.assign(n, {0, 0, 0});
   texels.chart.assign(n, -1);
   texels.interior.assign(n, 0);
@@ -195,7 +202,8 @@ void TexelSpace::Data::place_texels() {
       x += std::round((p.column() - x) / size.width) * size.width;
       y += std::round((p.row() - y) / size.height) * size.height;
     }
-    texels.positions[i] = position_near(surface, atlas, best, x, y);
+    const Vector3 place = position_near(surface, atlas, best, x, y) - texels.origin;
+    texels.positions[i] = {float(place.x()), float(place.y()), float(place.z())};
   });
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 /// The texels that carry unknowns of a texel space, and what a solver may know of where they lie.
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,8 +19,11 @@ struct Texels {
     int y = 0;  ///< row of the picture, 0 on top
   };
   std::vector<Place> places;
+  /// What positions count from: 0, but a place of the surface where that lies so far from 0, in a
+  /// country's coordinates, that single precision would not tell its texels apart.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   std::vector<std::array<float, 3>>
-      positions;           ///< on the surface; outside its chart, the affine
+      positions;           ///< on the surface, from `origin`; outside its chart, the affine
                            ///< extrapolation of a triangle near it; model units
   std::vector<int> chart;  ///< the chart whose cells touch the texel (where several do, of the
                            ///< earliest turn)
@@ -31,6 +36,12 @@ struct Texels {
     int count = 0;
     for (const int c : chart) count = std::max(count, c + 1);
     return count;
+  }
+
+  /// In the model's coordinates.
+  Eigen::Vector3d position(int k) const {
+    const auto& [x, y, z] = positions[std::size_t(k)];
+    return origin + Eigen::Vector3d(x, y, z);
   }
 
   double distance(int a, int b) const {

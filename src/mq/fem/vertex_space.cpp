@@ -130,12 +130,15 @@ Vector VertexSpace::lumped_mass() const {
   return mass;
 }
 
-/// Σ_t factor(t)·S_t·ψ.
+/// Σ_t factor(t)·S_t·ψ, in some rows or in all.
 template <class Factor>
-Signal VertexSpace::stiffness_product(const Signal& psi, const Factor& factor) const {
-  Signal result(psi.rows(), psi.cols());
-  parallel_for(size(), [&](std::int64_t i) {
-    auto sum = result.row(i);
+Signal VertexSpace::stiffness_product(std::span<const int> rows, const Signal& psi,
+                                      const Factor& factor) const {
+  const std::int64_t count = rows.empty() ? size() : std::ssize(rows);
+  Signal result(count, psi.cols());
+  parallel_for(count, [&](std::int64_t at) {
+    const std::int64_t i = rows.empty() ? at : rows[std::size_t(at)];
+    auto sum = result.row(at);
     sum.setZero();
     for (int n = incident_begin_[i]; n < incident_begin_[i + 1]; ++n) {
       const int t = incident_[n] / 3, k = incident_[n] % 3, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
@@ -150,10 +153,15 @@ Signal VertexSpace::stiffness_product(const Signal& psi, const Factor& factor) c
 }
 
 Signal VertexSpace::stiffness_times(const Signal& psi, std::span<const double> beta) const {
+  return stiffness_rows({}, psi, beta);
+}
+
+Signal VertexSpace::stiffness_rows(std::span<const int> rows, const Signal& psi,
+                                   std::span<const double> beta) const {
   require(psi.rows() == size() && (beta.empty() || int(beta.size()) == size()),
           fmt::format("a signal of {} rows and a modulation of {} values were given for {} vertices",
                       psi.rows(), beta.size(), size()));
-  return stiffness_product(psi, [&](int t) {
+  return stiffness_product(rows, psi, [&](int t) {
     const Triangle& v = triangles_[t];
     return beta.empty() ? 1 : (beta[v[0]] + beta[v[1]] + beta[v[2]]) / 3;
   });
@@ -162,7 +170,7 @@ Signal VertexSpace::stiffness_times(const Signal& psi, std::span<const double> b
 Signal VertexSpace::conducted(const Signal& psi, std::span<const float> conductivity) const {
   require(psi.rows() == size() && std::ssize(conductivity) == triangle_count(),
           "one row per vertex and one conductivity per triangle are needed");
-  return stiffness_product(psi, [&](int t) { return double(conductivity[t]); });
+  return stiffness_product({}, psi, [&](int t) { return double(conductivity[t]); });
 }
 
 std::vector<float> VertexSpace::gradient_norms(const Signal& psi) const {

@@ -30,6 +30,12 @@ class VertexSpace final : public SignalSpace {
   int size() const override { return int(incident_begin_.size()) - 1; }
   SparseMatrix system(double a, double b, const Progress& progress = {}) const override;
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
+
+  /// Some rows of `stiffness_times(psi, beta)`, in the order asked for; no rows: all of them. Costs
+  /// what those rows cost.
+  Signal stiffness_rows(std::span<const int> rows, const Signal& psi,
+                        std::span<const double> beta = {}) const;
+
   Vector lumped_mass() const override;
   SurfaceScale scale() const override { return {.area = area_, .texel_spacing = 0}; }
 
@@ -69,7 +75,8 @@ class VertexSpace final : public SignalSpace {
   template <class Factor>
   SparseMatrix assemble(double a, const Factor& factor, const Progress& progress) const;
   template <class Factor>
-  Signal stiffness_product(const Signal& psi, const Factor& factor) const;
+  Signal stiffness_product(std::span<const int> rows, const Signal& psi,
+                           const Factor& factor) const;
 
   std::vector<Triangle> triangles_;
   std::vector<FlatTriangle> shapes_;

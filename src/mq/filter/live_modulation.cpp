@@ -1,6 +1,6 @@
 /// With δ = φ − ψ, b = w·S_{β−1}·ψ and r = b − A·δ, everywhere: a change of β changes b, and with it r, in
-/// a few rows. Following it solves A_NN·z = r_N on the set N of texels near by, those further off held,
-/// and does δ_N += z, r −= A_·N·z. N is what lies within `reach` lengths √w of the changed texels;
+/// a few rows. Following it solves A_NN·z = r_N on the set N of unknowns near by, those further off held,
+/// and does δ_N += z, r −= A_·N·z. N is what lies within `reach` lengths √w of the changed ones;
 /// distances are straight ones, which are never longer than those on the surface.
 ///
 /// z is solved for in single precision until nobody sees what is left of it; r is in double, so that
@@ -9,63 +9,78 @@
 #include "mq/filter/live_modulation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/fem/texel_bins.h"
+#include "mq/fem/point_bins.h"
 #include "mq/fem/texel_hierarchy.h"
+#include "mq/fem/vertex_hierarchy.h"
 #include "mq/linear/local_multigrid.h"
 
 namespace mq {
 
 namespace {
 
-constexpr double least_reach = 8;       // texels: as many as relaxation sees
+constexpr double least_reach = 8;       // unknowns: as many as relaxation sees
 constexpr double bins_per_reach = 2;    // along an axis
 constexpr double most_to_keep = 1.25;   // times the bins needed: else another N is chosen
 
 }  // namespace
 
-struct LiveModulation::Data {
-  const TexelSpace& space;
-  double weight;
-  Signal psi;
+/// What is solved, whatever the unknowns are.
+struct LiveModulation::System {
   SparseMatrix A;
   Hierarchy hierarchy;
+  std::vector<std::array<float, 3>> places;  ///< of the unknowns, from somewhere
+  double spacing;                            ///< between them, in model units
+  /// S_β·ψ in some rows.
+  std::function<Signal(std::span<const int> rows, const Signal& psi, std::span<const double> beta)>
+      stiffness_rows;
+};
+
+struct LiveModulation::Data {
+  double weight;
+  Signal psi;
+  System system;
+  const SparseMatrix& A = system.A;
+  const Hierarchy& hierarchy = system.hierarchy;
   LocalMultigrid local;
   double reach;  ///< in model units
-  TexelBins bins;
+  PointBins bins;
   std::vector<double> beta, change;  ///< β and β − 1
   Signal b, r, phi;
   std::vector<int> changed;    ///< since the last `follow`
-  std::vector<int> near_bins;  ///< whose texels are N
+  std::vector<int> near_bins;  ///< whose unknowns are N
   std::vector<int> around;     ///< N and the rows it couples to
   RowSet rows;                 ///< empty between calls
 
-  Data(const TexelSpace& s, double weight_, Signal psi_, const LiveOptions& options,
-       const Progress& progress)
-      : space(s), weight(weight_), psi(std::move(psi_)),
-        A(s.solvable(1, weight, progress.step("assemble", 0.4))),
-        hierarchy(texel_hierarchy(A, s.texels(), {}, progress.step("levels", 0.6))),
+  Data(System of_space, double weight_, Signal psi_, const LiveOptions& options)
+      : weight(weight_), psi(std::move(psi_)), system(std::move(of_space)),
         local(hierarchy.multigrid(), lanes_for(int(psi.cols()))),
-        reach(std::max(options.reach * std::sqrt(weight), least_reach * s.scale().texel_spacing)),
-        bins(s.texels(), reach / bins_per_reach), beta(s.size(), 1.0), change(s.size(), 0.0),
-        b(Signal::Zero(s.size(), psi.cols())), r(b), phi(psi), rows(s.size()) {}
+        reach(std::max(options.reach * std::sqrt(weight), least_reach * system.spacing)),
+        bins(system.places, reach / bins_per_reach), beta(std::size_t(size()), 1.0),
+        change(std::size_t(size()), 0.0), b(Signal::Zero(size(), psi.cols())), r(b), phi(psi),
+        rows(size()) {
+    system.places = {};
+  }
 
-  std::vector<int> rows_around(std::span<const int> texels);
+  int size() const { return int(A.rows()); }
+  std::vector<int> rows_around(std::span<const int> unknowns);
   void choose_near();
   void take_right_hand_side(Eigen::Index first, Eigen::Index channels);
   template <int channels>
   void add_solution(Eigen::Index first);
 };
 
-/// These texels and those A couples them to: where the right-hand side depends on their β.
-std::vector<int> LiveModulation::Data::rows_around(std::span<const int> texels) {
-  for (const int t : texels)
-    for (SparseMatrix::InnerIterator entry(A, t); entry; ++entry) rows.add(int(entry.col()));
+/// These and those A couples them to: where the right-hand side depends on their β.
+std::vector<int> LiveModulation::Data::rows_around(std::span<const int> unknowns) {
+  for (const int k : unknowns)
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) rows.add(int(entry.col()));
   std::vector<int> result = rows.rows();
   rows.clear();
   return result;
@@ -116,33 +131,65 @@ void LiveModulation::Data::add_solution(Eigen::Index first) {
   });
 }
 
-LiveModulation::LiveModulation(const TexelSpace& space, double weight, Signal psi,
-                               const LiveOptions& options, const Progress& progress) {
+namespace {
+
+void check(const SignalSpace& space, double weight, const Signal& psi) {
   require(weight > 0 && std::isfinite(weight),
           fmt::format("the weight of a live modulation is {}; it must be positive and finite", weight));
   require(psi.rows() == space.size() && psi.cols() > 0 && psi.allFinite(),
-          fmt::format("a live modulation of {} texels wants a finite signal of as many rows; one of "
+          fmt::format("a live modulation of {} unknowns wants a finite signal of as many rows; one of "
                       "{} × {} was given", space.size(), psi.rows(), psi.cols()));
-  data_ = std::make_unique<Data>(space, weight, std::move(psi), options, progress);
+}
+
+}  // namespace
+
+LiveModulation::LiveModulation(const TexelSpace& space, double weight, Signal psi,
+                               const LiveOptions& options, const Progress& progress) {
+  check(space, weight, psi);
+  SparseMatrix A = space.solvable(1, weight, progress.step("assemble", 0.4));
+  Hierarchy hierarchy = texel_hierarchy(A, space.texels(), {}, progress.step("levels", 0.6));
+  data_ = std::make_unique<Data>(
+      System{std::move(A), std::move(hierarchy), space.texels().positions,
+             space.scale().texel_spacing,
+             [&space](auto rows, const Signal& of, auto beta) {
+               return space.stiffness_rows(rows, of, beta);
+             }},
+      weight, std::move(psi), options);
+}
+
+LiveModulation::LiveModulation(const VertexSpace& space, std::span<const Vector3> positions,
+                               double weight, Signal psi, const LiveOptions& options,
+                               const Progress& progress) {
+  check(space, weight, psi);
+  require(std::ssize(positions) == space.size(), "one position per vertex is needed");
+  SparseMatrix A = space.system(1, weight, progress.step("assemble", 0.4));
+  Hierarchy hierarchy = vertex_hierarchy(A, positions, {}, progress.step("levels", 0.6));
+  data_ = std::make_unique<Data>(
+      System{std::move(A), std::move(hierarchy), relative_positions(positions),
+             std::sqrt(space.scale().area / space.size()),
+             [&space](auto rows, const Signal& of, auto beta) {
+               return space.stiffness_rows(rows, of, beta);
+             }},
+      weight, std::move(psi), options);
 }
 
 LiveModulation::~LiveModulation() = default;
 LiveModulation::LiveModulation(LiveModulation&&) noexcept = default;
 
-void LiveModulation::modulate(std::span<const int> texels, std::span<const double> beta) {
+void LiveModulation::modulate(std::span<const int> unknowns, std::span<const double> beta) {
   Data& d = *data_;
-  require(texels.size() == beta.size(), "one modulation per texel is needed");
-  for (std::size_t i = 0; i < texels.size(); ++i)
-    if (texels[i] < 0 || texels[i] >= d.space.size() || !std::isfinite(beta[i]))
+  require(unknowns.size() == beta.size(), "one modulation per unknown is needed");
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    if (unknowns[i] < 0 || unknowns[i] >= d.size() || !std::isfinite(beta[i]))
       throw InvalidInput(fmt::format("a modulation of {} was given for unknown {} of {}", beta[i],
-                                     texels[i], d.space.size()));
-  if (texels.empty()) return;
-  for (std::size_t i = 0; i < texels.size(); ++i) {
-    d.beta[texels[i]] = beta[i];
-    d.change[texels[i]] = beta[i] - 1;
+                                     unknowns[i], d.size()));
+  if (unknowns.empty()) return;
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    d.beta[unknowns[i]] = beta[i];
+    d.change[unknowns[i]] = beta[i] - 1;
   }
-  const std::vector<int> rows = d.rows_around(texels);
-  const Signal now = d.weight * d.space.stiffness_rows(rows, d.psi, d.change);
+  const std::vector<int> rows = d.rows_around(unknowns);
+  const Signal now = d.weight * d.system.stiffness_rows(rows, d.psi, d.change);
   parallel_for(std::ssize(rows), [&](std::int64_t i) {
     for (Eigen::Index c = 0; c < now.cols(); ++c) {
       double& b = d.b(rows[i], c);
@@ -150,7 +197,7 @@ void LiveModulation::modulate(std::span<const int> texels, std::span<const doubl
       b = now(i, c);
     }
   });
-  d.changed.insert(d.changed.end(), texels.begin(), texels.end());
+  d.changed.insert(d.changed.end(), unknowns.begin(), unknowns.end());
 }
 
 Followed LiveModulation::follow(const FollowOptions& options) {

@@ -1,6 +1,6 @@
 #pragma once
-/// Sharpening and smoothing under a brush: the modulation changes at a few texels, and the solution
-/// follows while one looks on.
+/// Sharpening and smoothing under a brush: the modulation changes at a few texels or vertices, and the
+/// solution follows while one looks on.
 
 #include <cstdint>
 #include <memory>
@@ -9,12 +9,13 @@
 
 #include "mq/base/progress.h"
 #include "mq/fem/texel_space.h"
+#include "mq/fem/vertex_space.h"
 #include "mq/linear/solver.h"
 
 namespace mq {
 
 struct LiveOptions {
-  /// How far around the changed texels `follow` solves, in lengths √w: outside, the solution falls
+  /// How far around the changed unknowns `follow` solves, in lengths √w: outside, the solution falls
   /// off like exp(−distance/√w). What is sharpened changes from texel to texel, and falls off faster: at
   /// 2.5 no more than half a step of 8 bits is missing (`bench/live_bench`).
   double reach = 2.5;
@@ -29,7 +30,7 @@ struct FollowOptions {
 struct Followed {
   int cycles = 0;
   double error = 0;          ///< the largest that is left of a value near the change, estimated
-  std::int64_t updates = 0;  ///< how often a texel, or what stands for some on coarser levels, was relaxed
+  std::int64_t updates = 0;  ///< how often an unknown, or what stands for some on coarser levels, was relaxed
 };
 
 struct SettleOptions {
@@ -37,14 +38,14 @@ struct SettleOptions {
   int max_cycles = 60;      ///< few, again and again: the solution can be looked at on its way
 };
 
-/// The solution of `ScreenedPoisson` for a modulation per texel,
+/// The solution of `ScreenedPoisson` for a modulation per unknown, a texel or a vertex,
 ///
 ///     (M + w·S)·(φ − ψ) = w·S_{β−1}·ψ,
 ///
 /// kept up with changes of β. Right-hand side, residual and φ − ψ stay between changes: a change of β
-/// costs the rows of the matrix it touches; following it, a few cycles of multigrid on the texels that
+/// costs the rows of the matrix it touches; following it, a few cycles of multigrid on the unknowns that
 /// are near (`LocalMultigrid`), whose cost does not depend on how many others there are. What is too
-/// small to be seen, and what that leaves for the texels further off, stays in the residual and is solved
+/// small to be seen, and what that leaves for those further off, stays in the residual and is solved
 /// for with the next change there, or by `settle`. Begins with β = 1, which φ = ψ solves.
 ///
 /// Thesis 5.9.1, which runs cycles over the whole atlas.
@@ -55,17 +56,20 @@ class LiveModulation {
   /// or is not finite.
   LiveModulation(const TexelSpace& space, double weight, Signal psi, const LiveOptions& options = {},
                  const Progress& progress = {});
+  /// The same of vertices, which lie at `positions`.
+  LiveModulation(const VertexSpace& space, std::span<const Vector3> positions, double weight, Signal psi,
+                 const LiveOptions& options = {}, const Progress& progress = {});
   ~LiveModulation();
   LiveModulation(LiveModulation&&) noexcept;
 
-  /// Sets β at some texels, `beta[i]` at unknown `texels[i]`. Throws `InvalidInput` naming the first
-  /// that is no unknown or not finite.
-  void modulate(std::span<const int> texels, std::span<const double> beta);
+  /// Sets β at some unknowns, `beta[i]` at `unknowns[i]`. Throws `InvalidInput` naming the first that
+  /// is none or not finite.
+  void modulate(std::span<const int> unknowns, std::span<const double> beta);
 
   /// Solves around what was changed since the last time; once more where it did so last if nothing was.
   Followed follow(const FollowOptions& options = {});
 
-  /// The texels that the last `follow` may have changed, increasing.
+  /// The unknowns that the last `follow` may have changed, increasing.
   std::span<const int> followed() const;
 
   /// Solves everywhere. Stopped by `progress`, it leaves everything as it was.
@@ -78,6 +82,7 @@ class LiveModulation {
   const Signal& signal() const;
 
  private:
+  struct System;
   struct Data;
   std::unique_ptr<Data> data_;
 };

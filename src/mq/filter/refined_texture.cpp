@@ -97,9 +97,8 @@ std::vector<SurfacePoint> RefinedTexture::starts(const Progress& progress) const
   std::vector<Vector3> places;
   for (int i = 0; i < space_.size(); ++i)
     if (starts[i].triangle < 0) {
-      const auto& p = space_.texels().positions[i];
       outside.push_back(i);
-      places.emplace_back(p[0], p[1], p[2]);
+      places.push_back(space_.texels().position(i));
     }
   if (outside.empty()) return starts;
   Mesh kept;

@@ -1,4 +1,4 @@
-#include "mq/fem/texel_bins.h"
+#include "mq/fem/point_bins.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,14 @@
 namespace mq {
 
 /// 21 bits for each coordinate: cubes are never negative, see the constructor.
-std::uint64_t TexelBins::key_of(const Cube& cube) {
+std::uint64_t PointBins::key_of(const Cube& cube) {
   constexpr std::uint64_t mask = (std::uint64_t(1) << 21) - 1;
   std::uint64_t key = 0;
   for (const int c : cube) key = key << 21 | (std::uint64_t(std::uint32_t(c)) & mask);
   return key;
 }
 
-double TexelBins::distance(const Box& a, const Box& b) {
+double PointBins::distance(const Box& a, const Box& b) {
   double squared = 0;
   for (int i = 0; i < 3; ++i) {
     const double gap = std::max({0.0, double(a.low[i]) - b.high[i], double(b.low[i]) - a.high[i]});
@@ -26,22 +26,23 @@ double TexelBins::distance(const Box& a, const Box& b) {
   return std::sqrt(squared);
 }
 
-TexelBins::TexelBins(const Texels& texels, double side) : side_(side) {
+PointBins::PointBins(std::span<const std::array<float, 3>> points, double side) : side_(side) {
   require(side > 0 && std::isfinite(side),
-          fmt::format("texels are sorted into cubes with a side of {}; it must be positive", side));
+          fmt::format("points are sorted into cubes with a side of {}; it must be positive", side));
+  const int count = int(points.size());
   std::array<float, 3> low = {0, 0, 0}, high = {0, 0, 0};
-  for (int k = 0; k < texels.size(); ++k)
+  for (int k = 0; k < count; ++k)
     for (int i = 0; i < 3; ++i) {
-      const float p = texels.positions[k][i];
+      const float p = points[k][i];
       low[i] = k == 0 ? p : std::min(low[i], p);
       high[i] = k == 0 ? p : std::max(high[i], p);
     }
   // No more than 2^20 cubes along an axis, for the keys.
   for (int i = 0; i < 3; ++i) side_ = std::max(side_, (double(high[i]) - low[i]) / (1 << 20));
 
-  bin_of_.resize(std::size_t(texels.size()));
-  for (int k = 0; k < texels.size(); ++k) {
-    const std::array<float, 3>& p = texels.positions[k];
+  bin_of_.resize(std::size_t(count));
+  for (int k = 0; k < count; ++k) {
+    const std::array<float, 3>& p = points[k];
     Cube cube;
     for (int i = 0; i < 3; ++i) cube[i] = int(std::floor((double(p[i]) - low[i]) / side_));
     const auto [at, is_new] = bin_at_.try_emplace(key_of(cube), int(cubes_.size()));
@@ -61,12 +62,12 @@ TexelBins::TexelBins(const Texels& texels, double side) : side_(side) {
   for (std::size_t i = 0; i < boxes_.size(); ++i) starts_[i + 1] += starts_[i];
   std::vector<int> at(starts_.begin(), starts_.end() - 1);
   members_.resize(bin_of_.size());
-  for (int k = 0; k < texels.size(); ++k) members_[at[bin_of_[k]]++] = k;
+  for (int k = 0; k < count; ++k) members_[at[bin_of_[k]]++] = k;
 }
 
-std::vector<int> TexelBins::around(std::span<const int> texels, double reach) const {
+std::vector<int> PointBins::around(std::span<const int> points, double reach) const {
   RowSet holding(bin_count()), near(bin_count());
-  for (const int k : texels) holding.add(bin_of_[k]);
+  for (const int k : points) holding.add(bin_of_[k]);
   const int away = int(std::min(std::ceil(reach / side_), double(bin_count())));
   for (const int bin : holding.rows()) {
     const auto take = [&](int other) {
@@ -87,9 +88,9 @@ std::vector<int> TexelBins::around(std::span<const int> texels, double reach) co
   return near.rows();
 }
 
-void TexelBins::add(std::span<const int> bins, RowSet& to) const {
+void PointBins::add(std::span<const int> bins, RowSet& to) const {
   for (const int bin : bins)
-    for (const int k : texels_of(bin)) to.add(k);
+    for (const int k : points_of(bin)) to.add(k);
 }
 
 }  // namespace mq

@@ -1,4 +1,4 @@
-#include "mq/fem/texel_bins.h"
+#include "mq/fem/point_bins.h"
 
 #include <gtest/gtest.h>
 
@@ -17,31 +17,31 @@ struct Square {
   double spacing = space.scale().texel_spacing;
 };
 
-std::vector<int> texels_of(const TexelBins& bins, const std::vector<int>& some, int count) {
+std::vector<int> points_of(const PointBins& bins, const std::vector<int>& some, int count) {
   RowSet set(count);
   bins.add(some, set);
   return set.rows();
 }
 
-TEST(TexelBins, HoldEveryTexelOnce) {
+TEST(PointBins, HoldEveryPointOnce) {
   const Square s;
-  const TexelBins bins(s.texels, 5 * s.spacing);
+  const PointBins bins(s.texels.positions, 5 * s.spacing);
   std::vector<int> held(std::size_t(s.texels.size()), 0);
   for (int bin = 0; bin < bins.bin_count(); ++bin) {
-    EXPECT_TRUE(std::ranges::is_sorted(bins.texels_of(bin)));
-    for (const int k : bins.texels_of(bin)) ++held[std::size_t(k)];
+    EXPECT_TRUE(std::ranges::is_sorted(bins.points_of(bin)));
+    for (const int k : bins.points_of(bin)) ++held[std::size_t(k)];
   }
   EXPECT_TRUE(std::ranges::all_of(held, [](int count) { return count == 1; }));
 }
 
-TEST(TexelBins, FindAllWithinReachAndLittleBeyond) {
+TEST(PointBins, FindAllWithinReachAndLittleBeyond) {
   const Square s;
   for (const double side : {1.5, 4.0, 30.0, 1000.0})
     for (const double reach : {0.0, 3.0, 8.0}) {
-      const TexelBins bins(s.texels, side * s.spacing);
+      const PointBins bins(s.texels.positions, side * s.spacing);
       const std::vector<int> from = {17, s.texels.size() / 2};
       const std::vector<int> found =
-          texels_of(bins, bins.around(from, reach * s.spacing), s.texels.size());
+          points_of(bins, bins.around(from, reach * s.spacing), s.texels.size());
       for (int k = 0; k < s.texels.size(); ++k) {
         const double away =
             std::min(s.texels.distance(k, from[0]), s.texels.distance(k, from[1])) / s.spacing;
@@ -53,9 +53,9 @@ TEST(TexelBins, FindAllWithinReachAndLittleBeyond) {
     }
 }
 
-TEST(TexelBins, WantASide) {
+TEST(PointBins, WantASide) {
   const Square s;
-  EXPECT_THROW(TexelBins(s.texels, 0), InvalidInput);
+  EXPECT_THROW(PointBins(s.texels.positions, 0), InvalidInput);
 }
 
 }  // namespace
