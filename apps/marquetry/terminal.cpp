@@ -122,11 +122,23 @@ void Terminal::line(const char* color, const std::string& message) {
     fmt::print(stderr, "{}{}\n", prefix_, text);
 }
 
+void Terminal::set_listener(Listener listener) {
+  const std::lock_guard lock(listener_mutex_);
+  listener_ = std::move(listener);
+}
+
+void Terminal::tell(const std::string& text) {
+  const std::lock_guard lock(listener_mutex_);
+  if (listener_) listener_(text);
+}
+
 void Terminal::remark(const std::string& text) {
+  tell(text);
   if (voice_ == Voice::normal) line(nullptr, text);
 }
 
 void Terminal::warning(const std::string& text) {
+  tell(text);
   if (voice_ == Voice::normal) line(yellow, "warning: " + text);
 }
 

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <string>
 
@@ -24,6 +25,10 @@ class Terminal {
   /// Quiet: only errors are shown.
   void set_voice(Voice voice) { voice_ = voice; }
 
+  /// Told every remark and warning, from any thread, also where the voice is quiet; empty: nobody is.
+  using Listener = std::function<void(const std::string& text)>;
+  void set_listener(Listener listener);
+
   /// The innermost step that was last reported, with the frame it belongs to: "frame 3, solve".
   std::string step();
 
@@ -36,6 +41,7 @@ class Terminal {
   using Clock = std::chrono::steady_clock;
 
   void line(const char* color, const std::string& message);
+  void tell(const std::string& text);
   void erase_bar();
   void draw_bar(double fraction, double elapsed);
 
@@ -48,7 +54,8 @@ class Terminal {
   std::string detail_;         ///< of the same
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
-  std::mutex mutex_;
+  std::mutex mutex_, listener_mutex_;
+  Listener listener_;
 };
 
 }  // namespace mq::app

@@ -14,8 +14,9 @@
 namespace mq::view {
 namespace {
 
+/// Not while it is dragged, which what is below can be looked at for.
 void explain(const Option& option) {
-  if (!ImGui::IsItemHovered()) return;
+  if (!ImGui::IsItemHovered() || ImGui::IsItemActive()) return;
   ImGui::BeginTooltip();
   ImGui::PushTextWrapPos(420);
   ImGui::TextUnformatted(("--" + option.name + ": " + option.help).c_str());
@@ -34,17 +35,11 @@ constexpr const char* not_given = "not given";
 
 /// None, or an empty one, is the default.
 bool take(OptionValues& values, const std::string& name, const std::vector<std::string>& texts) {
-  try {
-    OptionValues changed = values;
-    if (texts.empty() || texts == std::vector<std::string>{""})
-      changed.reset(name);
-    else
-      changed.set(name, texts);
-    values = changed;
-    return true;
-  } catch (const InvalidInput&) {
-    return false;
-  }
+  if (texts.empty() || texts == std::vector<std::string>{""})
+    values.reset(name);
+  else
+    values.set(name, texts);
+  return true;
 }
 
 bool edit_number(OptionValues& values, const Option& option, const std::string& text) {
@@ -61,7 +56,7 @@ bool edit_number(OptionValues& values, const Option& option, const std::string& 
     explain(option);
     return changed && take(values, option.name, {std::to_string(whole)});
   }
-  const bool wide = bounded && option.most / std::max(option.least, 1e-3) > 200;
+  const bool wide = bounded && option.most > 1 && option.most / std::max(option.least, 1e-3) > 200;
   changed = bounded ? ImGui::SliderFloat(
                           option.name.c_str(), &value, float(option.least), float(option.most),
                           text.empty() ? not_given : "%.4g",
@@ -135,6 +130,15 @@ bool edit_text(OptionValues& values, const Option& option) {
   return changed || (typed && take(values, option.name, many ? parted(text) : std::vector{text}));
 }
 
+/// Takes back that it was given, where nothing is the default.
+bool give_up(OptionValues& values, const Option& option) {
+  if (!option.default_value.empty() || !values.given(option.name)) return false;
+  ImGui::SameLine();
+  if (!ImGui::SmallButton(("x##" + option.name).c_str())) return false;
+  values.reset(option.name);
+  return true;
+}
+
 }  // namespace
 
 bool edit(OptionValues& values, const std::string& name, const std::string& in_force) {
@@ -148,11 +152,11 @@ bool edit(OptionValues& values, const std::string& name, const std::string& in_f
       return changed && take(values, name, {on ? "true" : "false"});
     }
     case Option::Type::integer:
-    case Option::Type::number: return edit_number(values, option, text);
-    case Option::Type::length: return edit_length(values, option, text);
+    case Option::Type::number: return edit_number(values, option, text) || give_up(values, option);
+    case Option::Type::length: return edit_length(values, option, text) || give_up(values, option);
     case Option::Type::choice: return edit_choice(values, option);
     case Option::Type::text:
-    case Option::Type::path: return edit_text(values, option);
+    case Option::Type::path: return edit_text(values, option) || give_up(values, option);
   }
   return false;
 }

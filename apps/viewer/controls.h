@@ -12,9 +12,9 @@
 
 namespace mq::view {
 
-/// Shows one option and takes over what a person does to it; true where that changed it. What
-/// cannot be is not taken. `in_force` is the value that holds where the option has none; empty: it
-/// says so.
+/// Shows one option and takes over what a person does to it; true where that changed it. Throws
+/// `InvalidInput` for what cannot be, which is not taken. `in_force` is the value that holds where
+/// the option has none; empty: it says so.
 bool edit(OptionValues& values, const std::string& name, const std::string& in_force = {});
 
 /// Several names in one line, "a.png; b.png".

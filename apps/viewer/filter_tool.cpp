@@ -39,6 +39,10 @@ constexpr double seen = 0.5 / 255;
 /// Cycles between two looks at a solution on its way.
 constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
 
+/// A residual that is small does not say that the error is where charts are stretched; the steps of
+/// more cycles do.
+constexpr SettleOptions settling_to_the_end{.tolerance = 1e-6, .least_cycles = 4};
+
 }  // namespace
 
 FilterTool::FilterTool(Session& session)
@@ -46,10 +50,14 @@ FilterTool::FilterTool(Session& session)
   const app::Scene& scene = *session.scene;
   app::require_usable(app::scene_defects(scene), scene.model.path.string());
   options_.set("beta", {"3"});
-  const bool several = session.before && session.before->size() > 1;
-  const std::string tail = at_vertices() ? ".ply" : several ? "_%s.png" : ".png";
-  mask_name_ = "mask" + tail;
-  texture_name_ = "filtered" + tail;
+  const auto kind = at_vertices() ? app::Outputs::Kind::model : app::Outputs::Kind::pictures;
+  const std::string each = session.before && session.before->size() > 1 ? "_%s" : "";
+  mask_name_ = session.free_name("mask" + each + (at_vertices() ? ".ply" : ".png"), kind);
+  texture_name_ = session.free_name("filtered" + each +
+                                        (at_vertices()                ? ".ply"
+                                         : holds_numbers(scene.model) ? ".exr"
+                                                                      : ".png"),
+                                    kind);
   options_.set("output", {texture_name_});
   area_ = scene.surface.area;
   texel_spacing_ = scene.atlas ? scene.atlas->texel_spacing()
@@ -66,10 +74,12 @@ void FilterTool::panel() {
     return;
   }
   const auto tried = [&](const auto& what) { view::tried(session_, what); };
-  OptionValues edited = options_;
   const std::string reach = options_.given("length") ? "length" : "alpha";
-  const bool other_beta = edit(edited, "beta"), other_reach = edit(edited, reach);
-  if (other_beta || other_reach) tried([&] { take(edited); });
+  for (const std::string& name : {std::string("beta"), reach})
+    tried([&] {
+      OptionValues edited = options_;
+      if (edit(edited, name)) take(edited);
+    });
   if (reach == "alpha" && ImGui::SmallButton("as a length"))
     tried([&] {
       set("length",
@@ -137,7 +147,7 @@ void FilterTool::dabs_to(const Vector3& place) {
     return;
   }
   const double way = (place - *last_dab_).norm(), apart = std::max(brush_radius() / 3, way / 1000);
-  if (!(apart > 0)) return;
+  if (!(apart > 0) || !std::isfinite(way)) return;
   const Vector3 start = *last_dab_;
   for (double at = apart; at <= way; at += apart) {
     last_dab_ = start + at / way * (place - start);
@@ -182,6 +192,7 @@ void FilterTool::fill(int value) {
 
 /// Part of a stroke.
 void FilterTool::change(const std::vector<int>& unknowns, const std::vector<int>& values) {
+  if (unknowns.empty()) return;
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     int& mask = mask_[std::size_t(unknowns[i])];
@@ -274,6 +285,7 @@ void refuse_beta(double beta) {
 /// Options in place of those there are.
 void FilterTool::take(const OptionValues& options) {
   if (smoothed_ > 0 && options.number("beta") <= 1) refuse_beta(options.number("beta"));
+  require_weight(options);
   options_ = options;
   want();
 }
@@ -284,11 +296,17 @@ void FilterTool::require_beta_for(const std::vector<int>& mask) const {
   if (beta <= 1 && std::ranges::any_of(mask, [](int m) { return m < 0; })) refuse_beta(beta);
 }
 
+double FilterTool::require_weight(const OptionValues& options) const {
+  const double weight = app::spread_weight(options, {area_, texel_spacing_});
+  require(weight > 0 && std::isfinite(weight),
+          "the tool filter wants an alpha or a length above 0, which would change nothing, and "
+          "below infinity");
+  return weight;
+}
+
 void FilterTool::want() {
   const std::lock_guard lock(mutex_);
-  wanted_.weight = app::spread_weight(options_, {area_, texel_spacing_});
-  require(wanted_.weight > 0 && std::isfinite(wanted_.weight),
-          "the tool filter wants an alpha or a length above 0 and below infinity");
+  wanted_.weight = require_weight(options_);
   wanted_.gain = options_.number("beta") - 1;
   ++wanted_.version;
   stopped_ = false;
@@ -330,8 +348,10 @@ bool FilterTool::command(const std::vector<std::string>& words) {
     }
     begin_stroke();
     last_dab_.reset();
+    const int before = changes_;
     for (const Vector3& place : places) dabs_to(place);
     end_stroke();
+    if (changes_ == before) session_.say("the stroke touches nothing");
   } else if (what == "fill") {
     require(words[1] == "everywhere" || words[1] == "nowhere",
             fmt::format("fill: found '{}', wanted everywhere or nowhere", words[1]));
@@ -386,6 +406,7 @@ void FilterTool::save_mask(const std::string& path) {
   require_other_files(outputs.paths(), texture_files_);
   session_.run.will_write(outputs.paths(), outputs.folder());
   mask_files_ = outputs.paths();
+  mask_name_ = path;
   const std::lock_guard lock(mutex_);
   saves_.push_back({.path = path,
                     .masks = outputs.paths(),
@@ -578,6 +599,8 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     const Stopwatch watch;
     try {
       const SolveReport report = live_->settle(settling, Progress({}, &hurry_));
+      progress.check();
+      if (report.converged) live_->settle(settling_to_the_end, Progress({}, &hurry_));
       progress.check();
       ++rounds_;
       const std::lock_guard lock(mutex_);

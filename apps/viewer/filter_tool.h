@@ -82,6 +82,7 @@ class FilterTool : public Tool {
   };
 
   // On the window's thread.
+  double require_weight(const OptionValues& options) const;
   void want();
   void change(const std::vector<int>& unknowns, const std::vector<int>& values);
   void dab(const Vector3& place);

@@ -28,7 +28,8 @@ LoadedModel::LoadedModel(app::Scene read, int largest_side, const Progress& prog
   drawn = std::make_unique<DrawnModel>(*scene, step.step("draw", 0.5));
   rays = std::make_unique<mq::Scene>(scene->surface);
   step.at(0.8);
-  if (scene->atlas) triangles_at = std::make_unique<TrianglesAt>(scene->surface.mesh, *scene->atlas);
+  if (scene->atlas)
+    triangles_at = std::make_unique<TrianglesAt>(scene->surface.mesh, *scene->atlas);
   step.at(1);
 }
 
@@ -43,6 +44,13 @@ std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequenc
   return loaded;
 }
 
+void warn_of(app::Run& run, const app::Scene& scene) {
+  run.warn(app::scene_defects(scene));
+  if (run.options().given("texture") && !scene.model.mesh.has_uvs())
+    run.terminal().warning(scene.model.path.string() +
+                           ": has no texture coordinates, so that the pictures are not shown");
+}
+
 std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Terminal& terminal,
                                         int largest_side, const Progress& progress) {
   app::Run run(options, terminal, progress);
@@ -54,7 +62,7 @@ std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Termin
     loaded = std::make_unique<LoadedModel>(std::move(scene), largest_side,
                                            progress.step("prepare", 0.3));
   }
-  run.warn(app::scene_defects(*loaded->scene));
+  warn_of(run, *loaded->scene);
   loaded->opened = options;
   return loaded;
 }
@@ -93,9 +101,8 @@ bool Loader::ready() {
   if (!next_) return false;
   name_ = next_->name;
   begun_ = true;
-  background_.start([this, work = std::move(next_->work)](const Progress& progress) {
-    made_ = work(progress);
-  });
+  background_.start(
+      [this, work = std::move(next_->work)](const Progress& progress) { made_ = work(progress); });
   next_.reset();
   return false;
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// Models and frames on their way to the window: read and prepared on a thread of their own, while what
-/// is shown stays.
+/// Models and frames on their way to the window: read and prepared on a thread of their own, while
+/// what is shown stays.
 
 #include <functional>
 #include <memory>
@@ -24,12 +24,12 @@ struct LoadedModel {
 
   std::unique_ptr<const app::Scene> scene;
   std::unique_ptr<mq::Scene> rays;
-  std::unique_ptr<TrianglesAt> triangles_at;   ///< null: there is no atlas
+  std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
   std::unique_ptr<DrawnModel> drawn;
 
   // Where it came from.
-  std::optional<OptionValues> opened;   ///< nothing: it is a frame of the sequence that is open
+  std::optional<OptionValues> opened;  ///< nothing: it is a frame of the sequence that is open
   std::shared_ptr<Sequence> sequence;  ///< of which it is a frame; null: it stands still
   int frame = 0;
 };
@@ -42,8 +42,11 @@ std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequenc
 std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Terminal& terminal,
                                         int largest_side, const Progress& progress);
 
-/// One thing at a time; what is asked for meanwhile comes next, the last of it. All calls belong to the
-/// thread with the graphics.
+/// Says what is wrong with a model that is opened with these options, and with them.
+void warn_of(app::Run& run, const app::Scene& scene);
+
+/// One thing at a time; what is asked for meanwhile comes next, the last of it. All calls belong to
+/// the thread with the graphics.
 class Loader {
  public:
   using Work = std::function<std::unique_ptr<LoadedModel>(const Progress&)>;
@@ -59,8 +62,8 @@ class Loader {
   double fraction() const { return background_.fraction(); }
   std::string step() const { return background_.step(); }
 
-  /// Once per frame: begins what is next. True where a model is there to be taken, its textures on the
-  /// graphics card. Throws what loading threw, once.
+  /// Once per frame: begins what is next. True where a model is there to be taken, its textures on
+  /// the graphics card. Throws what loading threw, once.
   bool ready();
   /// The one that is ready.
   LoadedModel& peek() { return *loaded_; }
@@ -73,8 +76,8 @@ class Loader {
   };
   std::optional<Asked> next_;
   std::string name_;
-  bool begun_ = false;     ///< work whose end was not looked at yet
-  bool unwanted_ = false;  ///< that work
+  bool begun_ = false;                 ///< work whose end was not looked at yet
+  bool unwanted_ = false;              ///< that work
   std::unique_ptr<LoadedModel> made_;  ///< by the work, for this thread once it ended
   std::unique_ptr<LoadedModel> loaded_;
   Background background_;  ///< last: it ends before what it works on

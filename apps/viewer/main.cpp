@@ -52,7 +52,7 @@ app::Exit view(app::Run& run) {
   if (names_sequence(options.text("mesh"))) sequence = open_sequence(run);
   app::Scene scene =
       sequence ? sequence->scene(0, {}) : app::read_scene(run, app::MissingPictures::assume, 1);
-  run.warn(app::scene_defects(scene));
+  warn_of(run, scene);
   if (options.given("screenshot")) {
     require_screenshot(options.text("screenshot"));
     run.will_write({options.text("screenshot")});

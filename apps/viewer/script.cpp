@@ -259,7 +259,8 @@ class Player {
     } else if (words[0] == "exposure") {
       look.exposure = number(words[1], -30, 30);
     } else if (words[0] == "channel") {
-      look.channel = whole(words[1], 0, 3);
+      look.channel =
+          whole(words[1], 0, session_.before ? std::min(session_.before->channels(0), 4) - 1 : 3);
     } else if (words[0] == "range") {
       look.automatic_scale = words[1] == "whole";
       if (look.automatic_scale) return true;
@@ -376,8 +377,9 @@ class Player {
         viewer_.open_frame(i);
         return wait_for_loading();
       }
-    throw InvalidInput(fmt::format("there is no frame {}: {} to {} are there", number,
-                                   frames->number(0), frames->number(frames->count() - 1)));
+    throw InvalidInput(fmt::format("there is no frame {}: there are {}, from {} to {}", number,
+                                   frames->count(), frames->number(0),
+                                   frames->number(frames->count() - 1)));
   }
 
   void screenshot(const std::vector<std::string>& words) {
@@ -417,7 +419,8 @@ void report_frames(Session& session, int line, std::size_t first) {
 
 Script::Script(const std::filesystem::path& file) : file_(file) {
   const Bytes bytes = read_file(file);
-  const std::string text(text_of(bytes));
+  std::string text(text_of(bytes));
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // some editors begin with this mark
   int number = 0;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());

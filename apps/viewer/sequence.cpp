@@ -30,8 +30,10 @@ void require_pictures(const std::vector<std::string>& names, int number) {
 
 class Evolving : public Sequence {
  public:
-  Evolving(const std::filesystem::path& path, std::vector<std::string> textures)
-      : path_(path), textures_(std::move(textures)), evolving_(EvolvingReader(path).read()) {
+  /// What is broken is left out, with a warning.
+  Evolving(const EvolvingReader& reader, const std::filesystem::path& path,
+           std::vector<std::string> textures)
+      : path_(path), textures_(std::move(textures)), evolving_(reader.read()) {
     if (evolving_.frames.empty()) throw IoError(path.string() + ": it holds no frame");
     require(textures_.size() <= 1, fmt::format("{}: has one texture, and {} pictures were given",
                                                path_.string(), textures_.size()));
@@ -130,7 +132,9 @@ std::shared_ptr<Sequence> open_sequence(app::Run& run) {
   const std::string name = run.options().text("mesh");
   if (!name.ends_with(".evolving")) return std::make_shared<Files>(run.options());
   run.will_read(name);
-  return std::make_shared<Evolving>(name, run.options().texts("texture"));
+  const EvolvingReader reader(name);
+  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  return std::make_shared<Evolving>(reader, name, run.options().texts("texture"));
 }
 
 }  // namespace mq::view

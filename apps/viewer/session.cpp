@@ -5,13 +5,16 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
-#include "outputs.h"
 #include "verb.h"
 
 namespace mq::view {
 Session::Session(app::Run& the_run, std::unique_ptr<LoadedModel> first)
     : run(the_run), opened(the_run.options()) {
   open(std::move(first));
+  run.terminal().set_listener([this](const std::string& text) {
+    const std::lock_guard lock(heard_mutex_);
+    heard_.push_back(text);
+  });
   using enum Look::Paint;
   look.paint = before != nullptr                  ? texture
                : scene->model.colors.channels > 0 ? vertex_colours
@@ -83,10 +86,45 @@ std::string Session::lacking_for(Look::Paint paint) const {
 }
 
 void Session::say(const std::string& text) {
-  message = text;
-  said = Stopwatch();
-  ++messages;
   run.terminal().remark(text);
+  listen();
+}
+
+void Session::listen() {
+  constexpr std::size_t most = 4;
+  const std::lock_guard lock(heard_mutex_);
+  for (std::string& text : heard_) {
+    std::erase_if(news, [&](const News& old) { return old.text == text; });
+    if (news.size() == most) news.erase(news.begin());
+    news.push_back({std::move(text), Stopwatch()});
+    ++messages;
+  }
+  heard_.clear();
+}
+
+std::string Session::free_name(const std::string& name, app::Outputs::Kind kind) const {
+  const std::filesystem::path path(name);
+  for (int number = 1;; ++number) {
+    const std::string tried = number == 1 ? name
+                                          : fmt::format("{}_{}{}", path.stem().string(), number,
+                                                        path.extension().string());
+    std::vector<std::filesystem::path> files;
+    try {
+      files = app::Outputs(tried, scene->model, kind).paths();
+    } catch (const InvalidInput&) {
+      return name;  // what is wrong with it is said when it is saved to
+    }
+    std::error_code ignored;
+    if (std::ranges::none_of(
+            files, [&](const auto& file) { return std::filesystem::exists(file, ignored); }))
+      return tried;
+  }
+}
+
+bool holds_numbers(const Model& model) {
+  return std::ranges::any_of(model.textures, [](const Texture& texture) {
+    return texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
+  });
 }
 
 OptionValues options_for(const std::string& verb, const Session& session) {

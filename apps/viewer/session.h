@@ -2,6 +2,7 @@
 /// What the panes and the tools of one open model share.
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "loader.h"
 #include "look.h"
 #include "mq/base/stopwatch.h"
+#include "outputs.h"
 #include "pick.h"
 #include "run.h"
 #include "sequence.h"
@@ -21,6 +23,9 @@ namespace mq::view {
 
 struct Session {
   Session(app::Run& the_run, std::unique_ptr<LoadedModel> first);
+  ~Session() { run.terminal().set_listener({}); }
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
 
   /// Another model in place of this one; camera and what is shown of it stay.
   void open(std::unique_ptr<LoadedModel> other);
@@ -37,8 +42,9 @@ struct Session {
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
   std::shared_ptr<TextureSet> result;         ///< other pictures in place of `after`; null: none
-  std::shared_ptr<const VertexSignal> result_colours;  ///< the same of colours at the file's vertices
-  int results = 0;                                     ///< how often these became others
+  std::shared_ptr<const VertexSignal>
+      result_colours;  ///< the same of colours at the file's vertices
+  int results = 0;     ///< how often these became others
   std::unique_ptr<ModelPictures> pictures;
   Turntable camera;
   AtlasView atlas;
@@ -55,9 +61,13 @@ struct Session {
     double program, graphics;
   };
   std::vector<Frame> frames;
-  std::string message;  ///< the last thing that was done, or why not
-  Stopwatch said;       ///< since then
-  int messages = 0;     ///< how many there were
+  /// What was done, or why not, and what verbs and files remark.
+  struct News {
+    std::string text;
+    Stopwatch since;
+  };
+  std::vector<News> news;  ///< the last few
+  int messages = 0;        ///< how many there were
 
   /// What of the textures is in front: `after` right of the wipe.
   const TextureSet* shown() const { return result ? result.get() : after.get(); }
@@ -75,14 +85,23 @@ struct Session {
   std::string lacking_for(Look::Paint paint) const;
   /// Says something at the bottom of the window and on standard error.
   void say(const std::string& text);
+  /// Takes over what was remarked since the last time; once a picture.
+  void listen();
+  /// A name of the kind of `name` that no file has yet: out.png, out_2.png, ...
+  std::string free_name(const std::string& name, app::Outputs::Kind kind) const;
 
  private:
+  std::mutex heard_mutex_;
+  std::vector<std::string> heard_;                               ///< guarded
   std::optional<std::pair<Look::Paint, Look::Paint>> shown_as_;  ///< and what was shown before
 };
 
+/// Whether textures hold more than pictures of whole numbers can: floating point.
+bool holds_numbers(const Model& model);
+
 /// The options of a verb at their defaults, with those that name the session's files as given to
-/// it, of a sequence of files the one that is shown. Throws `InvalidInput` where the model is no file
-/// that verbs read.
+/// it, of a sequence of files the one that is shown. Throws `InvalidInput` where the model is no
+/// file that verbs read.
 OptionValues options_for(const std::string& verb, const Session& session);
 
 }  // namespace mq::view

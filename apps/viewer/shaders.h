@@ -79,6 +79,7 @@ uniform vec3 eye, up, key_light;
 uniform int paint;         // Look::Paint
 uniform int has_texture, lit;
 uniform float wires; // pixels
+uniform float chart_tint;
 out vec4 shown;
 const vec3 clay = vec3(0.80, 0.79, 0.765);
 
@@ -111,6 +112,8 @@ void main() {
     vec3 n = values.rgb * 2 - 1;
     normal = normalize(n.x * u * size + n.y * v * size + n.z * normal);
   }
+  bool is_chart = paint == 0 || paint == 1 || paint == 5 || paint == 7 || paint == 8;
+  if (is_chart && painted.a > 0.5) colour = mix(colour, painted.rgb, chart_tint);
   bool back = !gl_FrontFacing;
   if (lit != 0) {
     if (dot(normal, view) < 0) normal -= 2 * dot(normal, view) * view;

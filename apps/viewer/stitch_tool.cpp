@@ -91,7 +91,7 @@ class StitchTool : public VerbTool {
 
   bool command(const std::vector<std::string>& words) override;
   std::string unsaved() const override {
-    return saved_ ? "" : "which photographs were chosen for the tool stitch";
+    return is_saved() ? "" : "which photographs were chosen for the tool stitch";
   }
 
   nlohmann::ordered_json report() const override {
@@ -131,10 +131,15 @@ class StitchTool : public VerbTool {
     const std::lock_guard lock(choice_mutex_);
     return choice_;
   }
+  bool is_saved() const {
+    const std::lock_guard lock(choice_mutex_);
+    return choice_ == saved_choice_;
+  }
+  void require_keeps(const OptionValues& options) const override;
   Work saver(const OptionValues& options) override;
   std::string command_words(const OptionValues& options) const override {
     require(
-        saved_,
+        is_saved(),
         "the command names the labels' file, and what was chosen is not saved as it is now: save "
         "the labels first");
     return VerbTool::command_words(options);
@@ -165,8 +170,8 @@ class StitchTool : public VerbTool {
   std::optional<Vector3> last_;
   Stroke stroke_;
   std::vector<Stroke> undo_, redo_;
-  bool saved_ = true;  ///< what was chosen is in the file of --labels
-  int changes_ = 0;    ///< of what was chosen
+  /// Guarded; what is in the files of --labels, `unseen` everywhere without them.
+  std::vector<int> saved_choice_;
 
   std::atomic<bool> ready_ = false, dragging_ = false;
   mutable std::mutex choice_mutex_;
@@ -286,8 +291,6 @@ void StitchTool::give(const std::vector<int>& unknowns, const std::vector<int>& 
     }
   }
   if (!changed) return;
-  saved_ = false;
-  ++changes_;
   if (saving().empty()) background_.cancel();
   make_again();
 }
@@ -355,19 +358,22 @@ void StitchTool::save_labels(const std::string& path) {
       [this, files, depth = depth_of_labels(), choice = choice_now()](const Progress&) {
         write_labels(choice, depth, files);
       },
-      [this, files, changes = changes_] {
-        if (changes != changes_) return;  // others were chosen since
+      [this, files, choice = choice_now()] {
+        {
+          const std::lock_guard lock(choice_mutex_);
+          saved_choice_ = choice;
+        }
+        if (!is_saved()) return;  // others were chosen since
         std::vector<std::string> names;
         for (const auto& file : files) names.push_back(file.string());
         options_.set("labels", names);
         labels_ = names;
-        saved_ = true;
       });
 }
 
 /// What was chosen goes with the command, saved or not.
 VerbTool::Work StitchTool::saver(const OptionValues& options) {
-  if (saved_) return VerbTool::saver(options);
+  if (is_saved()) return VerbTool::saver(options);
   std::vector<std::filesystem::path> files;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < session_.scene->texture_sizes.size(); ++i) {
@@ -383,6 +389,15 @@ VerbTool::Work StitchTool::saver(const OptionValues& options) {
   };
 }
 
+/// Neither other labels nor other photographs take the place of what is not saved.
+void StitchTool::require_keeps(const OptionValues& options) const {
+  if (photographs_of(options) == photographs_of(options_) &&
+      options.texts("labels") == options_.texts("labels"))
+    return;
+  require(is_saved(),
+          "what was chosen would be lost, and is not saved: save the labels first, or undo it");
+}
+
 /// Other labels than those that were read or saved last take the place of what was chosen; without
 /// any nothing is.
 void StitchTool::before_make(const OptionValues& options) {
@@ -391,7 +406,6 @@ void StitchTool::before_make(const OptionValues& options) {
   labels_ = options.texts("labels");
   other_labels_ = true;
   ready_ = false;
-  saved_ = true;
   undo_.clear();
   redo_.clear();
 }
@@ -435,6 +449,7 @@ void StitchTool::prepare(const OptionValues& options, const Progress& progress) 
     const auto count = std::size_t(target_->space().size());
     if (choice_.size() != count || before != names_.size()) {
       choice_.assign(count, unseen);
+      saved_choice_ = choice_;
       other_labels_ = true;
     }
   }
@@ -487,7 +502,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
     if (options.has("labels"))
       asked = app::asked_photographs(options, *session_.scene, space, int(partials_.size()));
     const std::lock_guard lock(choice_mutex_);
-    choice_ = std::move(asked);
+    choice_ = saved_choice_ = std::move(asked);
     other_labels_ = false;
   }
   ready_ = true;

@@ -19,6 +19,8 @@ std::string with_lookups(const char* fragment) {
   return std::string("#version 330 core\n") + shaders::lookups + fragment;
 }
 
+constexpr float tint = 0.4F;  // of charts, over what is shown
+
 std::uint8_t byte(float value) {
   return std::uint8_t(std::lround(std::clamp(value, 0.F, 1.F) * 255));
 }
@@ -204,16 +206,18 @@ std::vector<std::uint8_t> ModelPictures::colours_of(Look::Paint paint, const Fal
       Colour colour = {0.8F, 0.79F, 0.765F};
       const bool lives = paint == Look::Paint::lifespans && !model_.triangle_colours.empty();
       if (lives) colour = model_.triangle_colours[std::size_t(t)];
-      if (paint == Look::Paint::stretch) colour = false_colour(model_.stretch[std::size_t(t)], scale);
-      if (paint == Look::Paint::density) colour = false_colour(model_.density[std::size_t(t)], scale);
+      if (paint == Look::Paint::stretch)
+        colour = false_colour(model_.stretch[std::size_t(t)], scale);
+      if (paint == Look::Paint::density)
+        colour = false_colour(model_.density[std::size_t(t)], scale);
       if (paint == Look::Paint::vertex_colours && at_vertices.channels > 0) {
         const int v = scene_.surface.source_from_vertex[std::size_t(
             scene_.surface.mesh.triangles[std::size_t(t)][std::size_t(k)])];
         for (int c = 0; c < 3; ++c)
           colour[std::size_t(c)] = at_vertices.values[std::size_t(v) * at_vertices.channels +
                                                       (at_vertices.channels < 3 ? 0 : c)];
-      } else if (chart >= 0 && !lives && paint != Look::Paint::vertex_colours && paint != Look::Paint::stretch &&
-                 paint != Look::Paint::density) {
+      } else if (chart >= 0 && !lives && paint != Look::Paint::vertex_colours &&
+                 paint != Look::Paint::stretch && paint != Look::Paint::density) {
         colour = chart_colour(chart);
       }
       std::uint8_t* const out = &colours[std::size_t(12 * i + 4 * k)];
@@ -298,6 +302,7 @@ void ModelPictures::draw_surface(const Turntable& camera, const Shown& shown,
   const Eigen::Matrix4f clip = camera.clip(model_.middle, model_.radius);
   pane_shaders().surface.use();
   pane_shaders().surface.set("clip", clip);
+  pane_shaders().surface.set("chart_tint", shown.look.chart_tint ? tint : 0.F);
   pane_shaders().surface.set("eye", Eigen::Vector3f((camera.eye() - model_.middle).cast<float>()));
   pane_shaders().surface.set("up", Eigen::Vector3f(camera.up().cast<float>()));
   const Vector3 key = -0.5 * camera.right() + 0.65 * camera.up() + 0.57 * camera.backward();
@@ -340,7 +345,8 @@ void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const 
   pane_shaders().atlas_picture.set("size", Eigen::Vector2f(float(size.width), float(size.height)));
   pane_shaders().atlas_picture.set("zoom", float(view.zoom));
   pane_shaders().atlas_picture.set("height", height);
-  pane_shaders().atlas_picture.set("wipe", shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
+  pane_shaders().atlas_picture.set("wipe",
+                                   shown.look.wipe < 0 ? -1.F : float(shown.look.wipe * width));
   nothing_.bind();
   glDrawArrays(GL_TRIANGLES, 0, 3);
 
@@ -355,7 +361,7 @@ void ModelPictures::draw_atlas(const AtlasView& view, const Shown& shown, const 
     pane_shaders().atlas_tint.set("corner", corner);
     pane_shaders().atlas_tint.set("pane", Eigen::Vector2f(width, height));
     pane_shaders().atlas_tint.set("zoom", float(view.zoom));
-    pane_shaders().atlas_tint.set("strength", painted ? 1.F : 0.4F);
+    pane_shaders().atlas_tint.set("strength", painted ? 1.F : tint);
     triangles_.bind();
     for (const DrawnModel::Group& group : model_.groups)
       if (group.texture == view.texture) glDrawArrays(GL_TRIANGLES, group.first, group.count);

@@ -62,10 +62,11 @@ VerbTool::VerbTool(const std::string& verb, Session& session)
     if (!of_shape && !at_vertices_) refuse_as_the_verb();
   }
   app::require_usable(app::scene_defects(scene), scene.model.path.string());
-  if (at_vertices_)
-    texture_name_ = "out.ply";
-  else if (session_.scene->model.textures.size() > 1)
-    texture_name_ = "out_%s.png";
+  const std::string each = scene.model.textures.size() > 1 ? "_%s" : "";
+  texture_name_ = at_vertices_ ? session.free_name("out.ply", app::Outputs::Kind::model)
+                               : session.free_name(
+                                     "out" + each + (holds_numbers(scene.model) ? ".exr" : ".png"),
+                                     app::Outputs::Kind::pictures);
 }
 
 /// What the verb refuses it says itself, before it works.
@@ -132,10 +133,14 @@ std::string VerbTool::in_force(const std::string& option) const {
 
 void VerbTool::panel() {
   stage_controls();
-  for (const std::string& option : shown_options()) {
-    OptionValues edited = options_;
-    if (edit(edited, option, in_force(option))) change(option, edited.texts(option));
-  }
+  for (const std::string& option : shown_options())
+    tried(session_, [&] {
+      OptionValues edited = options_;
+      if (edit(edited, option, in_force(option)))
+        change(option, edited.given(option) ? edited.texts(option) : std::vector<std::string>{});
+    });
+  if (!failure_.empty())
+    ImGui::TextWrapped("What is shown has other options: %s", failure_.c_str());
   if (ask_to_save(at_vertices_ ? "model" : "texture", texture_name_))
     tried(session_, [&] { save(texture_name_); });
   copy_button(session_, [&] { return as_command(); });
@@ -161,9 +166,10 @@ void VerbTool::change(const std::string& name, const std::vector<std::string>& v
     changed.reset(name);
   else
     changed.set(name, values);
+  require_keeps(changed);
   options_ = changed;
-  stale_ = true;
-  stopped_ = false;
+  failure_.clear();
+  make_again();
 }
 
 bool VerbTool::complete() const {
@@ -263,6 +269,7 @@ void VerbTool::frame() {
     } else {
       stopped_ = true;
       stale_ = false;
+      failure_ = error;
       give_up_saves();
     }
     throw SolverError(error);
@@ -292,13 +299,9 @@ void VerbTool::frame() {
 /// Pictures of numbers where the model's are.
 void VerbTool::make(const OptionValues& options, const Progress& progress) {
   OptionValues making = options;
-  const bool numbers =
-      std::ranges::any_of(session_.scene->model.textures, [](const Texture& texture) {
-        return texture.format.depth == Depth::half || texture.format.depth == Depth::f32;
-      });
-  making.set("output", {(folder_ / (at_vertices_ ? "out.ply"
-                                    : numbers    ? "%s.exr"
-                                                 : "%s.png"))
+  making.set("output", {(folder_ / (at_vertices_                           ? "out.ply"
+                                    : holds_numbers(session_.scene->model) ? "%s.exr"
+                                                                           : "%s.png"))
                             .string()});
   making.set("json", {"true"});
   app::Terminal silence("view");
@@ -384,9 +387,12 @@ void VerbTool::stage_controls() {
     count = int(stages_.size());
     if (stage < count) name = stages_[stage_].name;
   }
-  if (count > 1 &&
-      ImGui::SliderInt("stage", &stage, 0, count - 1, name.c_str(), ImGuiSliderFlags_AlwaysClamp))
+  ImGui::BeginDisabled(count < 2);  // where it is, so that what is below stays where it is
+  if (ImGui::SliderInt("stage", &stage, 0, std::max(1, count - 1), name.c_str(),
+                       ImGuiSliderFlags_AlwaysClamp) &&
+      stage < count)
     choose_stage(std::size_t(stage));
+  ImGui::EndDisabled();
 }
 
 void VerbTool::choose_stage(std::size_t stage) {

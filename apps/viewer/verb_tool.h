@@ -60,6 +60,8 @@ class VerbTool : public Tool {
   /// On the window's thread: right before `make`; what saves the result for these options, whatever
   /// is done until its turn comes; as a command.
   virtual void before_make(const OptionValues&) {}
+  /// Throws `InvalidInput` where other options would lose what was done by hand.
+  virtual void require_keeps(const OptionValues&) const {}
   virtual Work saver(const OptionValues& options) {
     return [this, options](const Progress& progress) { write(options, progress); };
   }
@@ -103,6 +105,7 @@ class VerbTool : public Tool {
   bool at_vertices_ = false;
   std::filesystem::path folder_;  ///< for results on their way to the window
   bool stale_ = true, stopped_ = false;
+  std::string failure_;  ///< of the last run, if it failed
   struct Save {
     std::string path;
     Work work;

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
 #include <backends/imgui_impl_opengl3.h>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "controls.h"
 #include "mq/base/error.h"
 #include "mq/image/resample.h"
 #include "mq/io/picture_check.h"
@@ -113,6 +115,12 @@ void Viewer::frame(const ScriptedInput* scripted) {
     display_.end_frame();
   });
   if (scripted_) session_.frames.push_back({watch.seconds() - drawing_, drawing_});
+  if (std::exchange(screenshot_asked_, false))
+    tried(session_, [&] {
+      session_.run.will_write({screenshot_name_});
+      screenshot(screenshot_name_);
+      session_.say("wrote " + screenshot_name_);
+    });
 }
 
 /// Also for a picture of what is shown: a window's framebuffer holds nothing once it was shown.
@@ -175,6 +183,7 @@ void Viewer::layout() {
   surface_pane();
   if (session_.scene->atlas) atlas_pane();
   use_keys();
+  session_.listen();
   status_line(top, width);
   ask_before_losing();
 }
@@ -227,6 +236,7 @@ void Viewer::panel(float width, float height) {
     }
   }
   loading_controls();
+  file_controls();
   ImGui::PopItemWidth();
   ImGui::End();
 }
@@ -379,6 +389,19 @@ void Viewer::play() {
   open_frame((session_.frame + 1) % session_.sequence->count());
 }
 
+/// What dropping files and --screenshot do.
+void Viewer::file_controls() {
+  ImGui::Separator();
+  if (ImGui::InputTextWithHint("open", "a model; pictures", &to_open_,
+                               ImGuiInputTextFlags_EnterReturnsTrue))
+    tried(session_, [&] {
+      const std::vector<std::string> files = parted(to_open_);
+      require(!files.empty(), "name a model, or pictures for this one");
+      open(files);
+    });
+  if (ask_to_save("screenshot", screenshot_name_)) screenshot_asked_ = true;
+}
+
 /// What is on its way, once it takes longer than a moment.
 void Viewer::loading_controls() {
   if (!loader_.busy() || session_.playing) return;
@@ -417,6 +440,7 @@ void Viewer::go_on_when_saved(bool failed) {
 void Viewer::answer(bool go_on) {
   const std::function<void()> act = go_on ? std::move(on_yes_) : std::move(on_no_);
   question_.clear();
+  asked_to_close_ = false;
   on_yes_ = on_no_ = on_saved_ = {};
   if (!act) return;
   try {
@@ -427,7 +451,11 @@ void Viewer::answer(bool go_on) {
 }
 
 void Viewer::close() {
-  if (question_.empty()) unless_lost("close the window", [this] { closed_ = true; });
+  if (!question_.empty() && !asked_to_close_) answer(false);
+  if (question_.empty()) {
+    asked_to_close_ = true;
+    unless_lost("close the window", [this] { closed_ = true; });
+  }
   if (!closed_) display_.stay_open();
 }
 
@@ -463,6 +491,8 @@ void Viewer::number_controls() {
     if (ImGui::DragFloat2("range", range, 0.01F) && range[0] < range[1])
       look.scale.low = range[0], look.scale.high = range[1];
   }
+  int map = int(look.scale.map);
+  if (ImGui::Combo("map", &map, "sequential\0diverging\0")) look.scale.map = FalseColour::Map(map);
   ImGui::SliderInt("isolines", &look.scale.isolines, 0, 100, "%d", ImGuiSliderFlags_AlwaysClamp);
 }
 
@@ -680,10 +710,14 @@ void Viewer::show_legend() {
 /// the mouse is. Words that are too long for a line take several.
 void Viewer::status_line(float y, float width) {
   constexpr double seconds = 6;
-  const bool news = !session_.message.empty() &&
-                    (scripted_ ? !mouse_used_since_said_ : session_.said.seconds() < seconds);
+  std::string message;
+  if (scripted_ && !session_.news.empty()) message = session_.news.back().text;
+  for (const Session::News& one : session_.news)
+    if (!scripted_ && one.since.seconds() < seconds)
+      message += (message.empty() ? "" : "\n") + one.text;
   const std::string words = in_words(pick_, session_.pictures->radius());
-  const std::string& shown = news || words.empty() ? session_.message : words;
+  const bool news = !message.empty() && !(scripted_ && mouse_used_since_said_ && !words.empty());
+  const std::string& shown = news ? message : words;
   const float lines = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width - 16).y;
   const float height = std::max(status_height, lines + 10);
   ImGui::SetNextWindowPos({0, y + status_height - height});

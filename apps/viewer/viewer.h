@@ -117,6 +117,7 @@ class Viewer {
   void adopt(std::unique_ptr<LoadedModel> loaded);
   void surface_pane();
   void atlas_pane();
+  void file_controls();
   void status_line(float y, float width);
   void use_keys();
   void use_surface_mouse();
@@ -152,7 +153,9 @@ class Viewer {
   std::function<void()> on_yes_, on_no_;
   std::function<void()>
       on_saved_;  ///< the question is whether to wait for it; nothing: it is another
-  bool closed_ = false;
+  bool closed_ = false, asked_to_close_ = false;
+  std::string to_open_, screenshot_name_ = "view.png";
+  bool screenshot_asked_ = false;
   bool opened_ = false, scripted_ = false;
   bool mouse_used_since_said_ = false;  ///< by a script
   int said_ = 0;                        ///< of the session's messages, when that was found

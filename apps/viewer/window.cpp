@@ -40,6 +40,7 @@ class Window : public Display {
           "(libgl1-mesa-dri) any machine has it, LIBGL_ALWAYS_SOFTWARE=1 if need be",
           words));
     }
+    glfwSetWindowSizeLimits(window_, 640, 400, GLFW_DONT_CARE, GLFW_DONT_CARE);
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
     glfwSetWindowUserPointer(window_, this);
@@ -47,14 +48,15 @@ class Window : public Display {
       auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
       self->dropped_.assign(names, names + count);
     });
-    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
-      const char* const name = glfwGetKeyName(key, scancode);
-      if (action == GLFW_RELEASE || (with & GLFW_MOD_CONTROL) == 0 || name == nullptr) return;
-      auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
-      const std::string letter = name;
-      if (letter == "z") self->keys_.push_back((with & GLFW_MOD_SHIFT) ? Key::redo : Key::undo);
-      if (letter == "y") self->keys_.push_back(Key::redo);
-    });
+    glfwSetKeyCallback(
+        window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
+          const char* const name = glfwGetKeyName(key, scancode);
+          if (action == GLFW_RELEASE || (with & GLFW_MOD_CONTROL) == 0 || name == nullptr) return;
+          auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
+          const std::string letter = name;
+          if (letter == "z") self->keys_.push_back((with & GLFW_MOD_SHIFT) ? Key::redo : Key::undo);
+          if (letter == "y") self->keys_.push_back(Key::redo);
+        });
     ImGui_ImplGlfw_InitForOpenGL(window_, true);  // which goes on calling these
   }
 

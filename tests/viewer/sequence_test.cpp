@@ -67,7 +67,7 @@ TEST(Sequences, RefuseFramesThatAreNotThere) {
   const Result result = view(folder, "frame 14\n", {"square.evolving"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.error,
-              HasSubstr("session.txt, line 1: there is no frame 14: 10 to 13 are there"));
+              HasSubstr("session.txt, line 1: there is no frame 14: there are 4, from 10 to 13"));
   EXPECT_EQ(view(folder, "", {"frame_%04d.ply"}).status, 2);  // there are none
 }
 

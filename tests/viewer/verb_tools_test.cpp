@@ -199,10 +199,21 @@ TEST(StitchTool, ForgetsWhatWasChosenOfOtherPhotographs) {
   write_photographs(folder);
   const Result result = view(folder,
                              "tool stitch\nset partial best.png bright.png\nwait\nphotograph 1\n"
-                             "stroke 0,0,1\nwait\nset partial best.png\nwait\nundo\n"
+                             "stroke 0,0,1\nwait\nundo\nset partial best.png\nwait\nredo\n"
                              "stroke 0,0,1\nwait\nsave-labels labels.png\n",
                              {"sphere.obj"});
   EXPECT_EQ(result.status, 0) << result.error;
+  // What is not saved is not given up for others, nor for other labels.
+  for (const char* change : {"set partial best.png", "set labels \"\""}) {
+    const Result lost = view(folder,
+                             std::string("tool stitch\nset partial best.png bright.png\n"
+                                         "set labels labels.png\nwait\nphotograph 1\n"
+                                         "stroke 0,0,1\n") +
+                                 change + "\n",
+                             {"sphere.obj"});
+    EXPECT_EQ(lost.status, 2) << change;
+    EXPECT_THAT(lost.error, HasSubstr("line 7: what was chosen would be lost")) << change;
+  }
 }
 
 TEST(StitchTool, TakesOtherLabelsAndNone) {

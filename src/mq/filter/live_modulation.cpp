@@ -229,7 +229,8 @@ SolveReport LiveModulation::settle(const SettleOptions& options, const Progress&
   Signal delta = d.phi - d.psi;
   const SolveReport report = mixed_conjugate_gradients(
       h.high(), h.low(), h.scaling(), h.multigrid(), h.components(), d.b, delta,
-      {.tolerance = options.tolerance, .max_cycles = options.max_cycles}, progress);
+      {.tolerance = options.tolerance, .max_cycles = options.max_cycles,
+       .least_cycles = options.least_cycles}, progress);
   d.phi = d.psi + delta;
   parallel_for(d.r.rows(), [&](std::int64_t i) {
     d.r.row(i) = d.b.row(i);

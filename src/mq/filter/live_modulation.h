@@ -36,6 +36,7 @@ struct Followed {
 struct SettleOptions {
   double tolerance = 1e-6;  ///< relative to the right-hand side
   int max_cycles = 60;      ///< few, again and again: the solution can be looked at on its way
+  int least_cycles = 0;     ///< more than a few tell the error, where the residual is small from the start
 };
 
 /// The solution of `ScreenedPoisson` for a modulation per unknown, a texel or a vertex,

@@ -418,8 +418,9 @@ class Group {
   }
 
   bool converged(int c) const {
-    return c >= channels_ ||
-           (!(squared_[c] > wanted_[c]) && error_[c].within(options_.tolerance));
+    return c >= channels_ || squared_[c] == 0 ||
+           (cycles_ >= options_.least_cycles && !(squared_[c] > wanted_[c]) &&
+            error_[c].within(options_.tolerance));
   }
   bool converged() const {
     return converged(0) && converged(1) && converged(2) && converged(3);
@@ -448,7 +449,7 @@ class Group {
     multigrid_.cycle(r_.data(), z_.data(), workspace_);
     constants_.remove(z_);
     Double4 beta{}, alpha{};
-    if (!first_iteration_) beta = -dot(z_, q_);
+    if (cycles_ > 0) beta = -dot(z_, q_);
     for (int c = 0; c < 4; ++c) beta[c] = form_[c] > 0 ? beta[c] / form_[c] : 0;
     next_direction(z_, beta, p_);
     const StencilMatrix::Products of_p = high_.multiply(lanes_, p_.data(), r_.data(), q_.data());
@@ -464,7 +465,7 @@ class Group {
     for (int c = 0; c < channels_; ++c)
       if (alpha[c] != 0) error_[c].add_step(found.change[c], found.value[c]);
     squared_ = reduce_residual(scaling_, q_, alpha, r_);
-    first_iteration_ = false;
+    ++cycles_;
     if (needs_renewal()) renew();
   }
 
@@ -520,7 +521,7 @@ class Group {
   std::array<int, 4> lost_ = {0, 0, 0, 0};
   std::array<ErrorEstimate, 4> error_;
   std::array<int, 4> idle_ = {0, 0, 0, 0};
-  bool first_iteration_ = true;
+  int cycles_ = 0;
 };
 
 }  // namespace

@@ -21,6 +21,7 @@ struct MixedCgOptions {
   double tolerance = 1e-6;  ///< stop when ‖B − A·X‖ ≤ tolerance · ‖B‖ in every channel, and
                             ///< `ErrorEstimate` finds the error small enough
   int max_cycles = 60;
+  int least_cycles = 0;  ///< so many before the error is believed to be small: it shows by the steps
 };
 
 /// Improves X towards A·X = B, high + low = common · D·A·D, by conjugate gradients around
