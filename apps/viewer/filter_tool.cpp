@@ -59,10 +59,6 @@ FilterTool::FilterTool(Session& session)
                                                                       : ".png"),
                                     kind);
   options_.set("output", {texture_name_});
-  area_ = scene.surface.area;
-  texel_spacing_ = scene.atlas ? scene.atlas->texel_spacing()
-                               : std::sqrt(area_ / std::max(1, scene.surface.mesh.vertex_count()));
-  want();
 }
 
 // ---- what a person does
@@ -82,8 +78,8 @@ void FilterTool::panel() {
     });
   if (reach == "alpha" && ImGui::SmallButton("as a length"))
     tried([&] {
-      set("length",
-          fmt::format("{:.3g}tx", std::sqrt(options_.number("alpha") * area_) / texel_spacing_));
+      set("length", fmt::format("{:.3g}tx", std::sqrt(options_.number("alpha") * scale_.area) /
+                                                scale_.texel_spacing));
     });
   int brush = int(brush_);
   ImGui::RadioButton("sharpen", &brush, 0);
@@ -92,7 +88,7 @@ void FilterTool::panel() {
   ImGui::SameLine();
   ImGui::RadioButton("erase", &brush, 2);
   if (brush != int(brush_)) tried([&] { choose(Brush(brush)); });
-  edit_brush(size_, brush_radius(), area_);
+  edit_brush(size_, brush_radius(), scale_.area);
   auto strength = float(strength_);
   if (ImGui::SliderFloat("strength", &strength, 0.01F, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp))
     strength_ = strength;
@@ -135,7 +131,7 @@ std::optional<Look::Paint> FilterTool::shown_as() const {
 }
 
 double FilterTool::brush_radius() const {
-  return std::sqrt(weight_from_length(size_, {area_, texel_spacing_}));
+  return ready_ ? std::sqrt(weight_from_length(size_, scale_)) : 0;
 }
 
 /// Along a straight line from the last one, a third of the radius apart; a thousand at most, which
@@ -297,7 +293,7 @@ void FilterTool::require_beta_for(const std::vector<int>& mask) const {
 }
 
 double FilterTool::require_weight(const OptionValues& options) const {
-  const double weight = app::spread_weight(options, {area_, texel_spacing_});
+  const double weight = app::spread_weight(options, scale_);
   require(weight > 0 && std::isfinite(weight),
           "the tool filter wants an alpha or a length above 0, which would change nothing, and "
           "below infinity");
@@ -524,6 +520,8 @@ void FilterTool::prepare(const Progress& progress) {
     paint_target_ = make_paint_target(session_, *run_, progress.step("assemble", 0.8));
     before_ = paint_target_->target().values();
   });
+  scale_ = paint_target_->target().domain().scale();
+  want();
   mask_.assign(std::size_t(before_.rows()), 0);
   followed_ = mask_;
   preparing_ = watch.seconds();

@@ -125,7 +125,7 @@ class FilterTool : public Tool {
   Session& session_;
   OptionValues options_;  ///< of the verb
   std::unique_ptr<app::Run> run_;
-  double area_, texel_spacing_;
+  SurfaceScale scale_{1, 1};  ///< of what the unknowns cover, once `ready_`
 
   Brush brush_ = Brush::sharpen;
   Length size_{3, Length::Unit::percent};

@@ -87,6 +87,23 @@ TEST(FilterTool, MakesTheTextureThatFilterMakesOfTheSavedMask) {
   expect_the_same(all, picture(folder, "all.png"));
 }
 
+/// alpha is of the area that texels show.
+TEST(FilterTool, MeasuresAsFilterDoesWhereSomeTrianglesHaveNoTexels) {
+  const Folder folder;
+  write_sphere(folder);
+  std::string obj = file_bytes(folder / "sphere.obj");
+  obj += "v 2 0 0\nv 9 0 0\nv 2 7 0\nf -3 -2 -1\n";
+  write_bytes(folder / "more.obj", obj);
+  const Result result = view(
+      folder, "tool filter\nset alpha 2e-4\nfill everywhere\nsave-texture all.png\n", {"more.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  ASSERT_EQ(
+      marquetry(folder, {"filter", "more.obj", "-o", "verb.png", "-b", "3", "-a", "2e-4"}).status,
+      0);
+  expect_the_same(picture(folder, "all.png"), picture(folder, "verb.png"));
+  EXPECT_GT(difference(picture(folder, "all.png"), picture(folder, "sphere.png")).values, 3000);
+}
+
 TEST(FilterTool, KeepsMaskAndTextureApart) {
   const Folder folder;
   write_sphere(folder);
