@@ -30,6 +30,9 @@ namespace fs = std::filesystem;
 
 constexpr int full = 65535;
 
+/// The verb has no default: it sharpens clearly.
+constexpr const char* first_beta = "3";
+
 /// A change of more texels than this share of all is solved for everywhere at once.
 constexpr double most_to_follow = 0.25;
 
@@ -49,7 +52,7 @@ FilterTool::FilterTool(Session& session)
     : session_(session), options_(options_for("filter", session)) {
   const app::Scene& scene = *session.scene;
   app::require_usable(app::scene_defects(scene), scene.model.path.string());
-  options_.set("beta", {"3"});
+  options_.set("beta", {first_beta});
   const auto kind = at_vertices() ? app::Outputs::Kind::model : app::Outputs::Kind::pictures;
   const std::string each = session.before && session.before->size() > 1 ? "_%s" : "";
   mask_name_ = session.free_name("mask" + each + (at_vertices() ? ".ply" : ".png"), kind);
@@ -74,7 +77,9 @@ void FilterTool::panel() {
   for (const std::string& name : {std::string("beta"), reach})
     tried([&] {
       OptionValues edited = options_;
-      if (edit(edited, name)) take(edited);
+      if (!edit(edited, name)) return;
+      if (!edited.given("beta")) edited.set("beta", {first_beta});
+      take(edited);
     });
   if (reach == "alpha" && ImGui::SmallButton("as a length"))
     tried([&] {
@@ -253,7 +258,7 @@ void FilterTool::choose(Brush brush) {
                   "and the other smooths",
                   options_.number("beta")));
   brush_ = brush;
-  if (cannot) set("beta", "3");
+  if (cannot) set("beta", first_beta);
 }
 
 void FilterTool::set(const std::string& name, const std::string& value) {
