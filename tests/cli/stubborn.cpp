@@ -4,7 +4,8 @@
 #include <thread>
 
 #include "mq/io/atomic_file.h"
-#include "program.h"
+#include "run.h"
+#include <program.h>  // that of apps/marquetry
 
 namespace {
 
