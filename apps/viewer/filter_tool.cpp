@@ -258,7 +258,9 @@ void FilterTool::choose(Brush brush) {
                   "and the other smooths",
                   options_.number("beta")));
   brush_ = brush;
-  if (cannot) set("beta", first_beta);
+  if (!cannot) return;
+  set("beta", first_beta);
+  session_.say(fmt::format("beta is {} now: below 1 nothing sharpens", first_beta));
 }
 
 void FilterTool::set(const std::string& name, const std::string& value) {
@@ -300,8 +302,8 @@ void FilterTool::require_beta_for(const std::vector<int>& mask) const {
 double FilterTool::require_weight(const OptionValues& options) const {
   const double weight = app::spread_weight(options, scale_);
   require(weight > 0 && std::isfinite(weight),
-          "the tool filter wants an alpha or a length above 0, which would change nothing, and "
-          "below infinity");
+          "the tool filter wants an alpha or a length above 0 and below infinity: with 0 nothing "
+          "would change");
   return weight;
 }
 
@@ -436,6 +438,7 @@ void FilterTool::take_note_of_written() {
 std::string FilterTool::as_command() {
   const bool whole = painted_ == std::ssize(mask_);
   const bool everywhere = whole && std::ranges::all_of(mask_, [](int m) { return m == full; });
+  require(!nothing_painted(), "nothing is painted: there is nothing to do again");
   require(
       everywhere || !saved_mask_.empty(),
       "the command names the mask's file, and the mask is not saved as it is now: save it first");

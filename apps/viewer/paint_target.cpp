@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+#include <mutex>
+
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/surface_ball.h"
@@ -89,7 +93,12 @@ class PaintedVertices : public PaintTarget {
         scene_(*session.scene),
         target_(scene_),
         ball_(target_.domain().space(), scene_.surface.mesh.positions),
-        closest_(scene_.surface.mesh) {}
+        closest_(scene_.surface.mesh) {
+    std::vector<int> parts(std::size_t(scene_.model.mesh.vertex_count()), 0);
+    for (int u = 0; u < scene_.surface.mesh.vertex_count(); ++u) ++parts[std::size_t(source(u))];
+    for (int u = 0; u < scene_.surface.mesh.vertex_count(); ++u)
+      if (parts[std::size_t(source(u))] > 1) parted_[source(u)].push_back(u);
+  }
 
   std::string unknowns() const override { return "vertices"; }
   const app::Target& target() const override { return target_; }
@@ -98,8 +107,16 @@ class PaintedVertices : public PaintTarget {
   }
   app::Outputs::Kind kind() const override { return app::Outputs::Kind::model; }
 
+  /// With the other parts of vertices that the surface was parted at: a file has one mask for all.
   std::vector<int> reach(const Vector3& place, double radius) override {
-    return ball_.reach(closest_(place).triangle, place, radius);
+    std::vector<int> found = ball_.reach(closest_(place).triangle, place, radius);
+    const std::size_t count = found.size();
+    for (std::size_t i = 0; i < count && !parted_.empty(); ++i)
+      if (const auto at = parted_.find(source(found[i])); at != parted_.end())
+        found.insert(found.end(), at->second.begin(), at->second.end());
+    std::ranges::sort(found);
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
   }
 
   LiveModulation live(double weight, const Signal& before,
@@ -153,11 +170,14 @@ class PaintedVertices : public PaintTarget {
   }
 
  private:
+  int source(int unknown) const { return scene_.surface.source_from_vertex[std::size_t(unknown)]; }
+
   Session& session_;
   const app::Scene& scene_;
   app::VertexTarget target_;
   VertexBall ball_;
   ClosestPointFinder closest_;
+  std::map<int, std::vector<int>> parted_;  ///< vertices of the file that are several unknowns
   std::mutex mutex_;
   std::shared_ptr<const VertexSignal> shown_;  ///< guarded; not presented yet
 };

@@ -102,23 +102,40 @@ void Session::listen() {
   heard_.clear();
 }
 
-std::string Session::free_name(const std::string& name, app::Outputs::Kind kind) const {
+namespace {
+
+/// The first of out.png, out_2.png, ... that is none of a person's files.
+template <class Taken>
+std::string first_free(const std::string& name, const Taken& is_taken) {
   const std::filesystem::path path(name);
-  for (int number = 1;; ++number) {
-    const std::string tried = number == 1 ? name
-                                          : fmt::format("{}_{}{}", path.stem().string(), number,
-                                                        path.extension().string());
-    std::vector<std::filesystem::path> files;
+  std::string tried = name;
+  for (int number = 2; is_taken(tried); ++number)
+    tried = (path.parent_path() /
+             fmt::format("{}_{}{}", path.stem().string(), number, path.extension().string()))
+                .string();
+  return tried;
+}
+
+bool exists(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
+}
+
+}  // namespace
+
+/// What is wrong with a name is said when something is saved to it.
+std::string Session::free_name(const std::string& name, app::Outputs::Kind kind) const {
+  return first_free(name, [&](const std::string& tried) {
     try {
-      files = app::Outputs(tried, scene->model, kind).paths();
+      return std::ranges::any_of(app::Outputs(tried, scene->model, kind).paths(), exists);
     } catch (const InvalidInput&) {
-      return name;  // what is wrong with it is said when it is saved to
+      return false;
     }
-    std::error_code ignored;
-    if (std::ranges::none_of(
-            files, [&](const auto& file) { return std::filesystem::exists(file, ignored); }))
-      return tried;
-  }
+  });
+}
+
+std::string Session::free_file(const std::string& name) {
+  return first_free(name, [](const std::string& tried) { return exists(tried); });
 }
 
 bool holds_numbers(const Model& model) {

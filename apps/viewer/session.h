@@ -89,6 +89,8 @@ struct Session {
   void listen();
   /// A name of the kind of `name` that no file has yet: out.png, out_2.png, ...
   std::string free_name(const std::string& name, app::Outputs::Kind kind) const;
+  /// The same of a single file.
+  static std::string free_file(const std::string& name);
 
  private:
   std::mutex heard_mutex_;

@@ -120,6 +120,7 @@ void Viewer::frame(const ScriptedInput* scripted) {
       session_.run.will_write({screenshot_name_});
       screenshot(screenshot_name_);
       session_.say("wrote " + screenshot_name_);
+      screenshot_name_ = Session::free_file(screenshot_name_);
     });
 }
 
@@ -724,7 +725,10 @@ void Viewer::status_line(float y, float width) {
   ImGui::SetNextWindowSize({width, height});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(8, 5));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
-  ImGui::Begin("status", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
+  // In front of the panes, of which several lines cover some.
+  ImGui::Begin("status", nullptr,
+               (fixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) | ImGuiWindowFlags_NoScrollbar |
+                   ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::PopStyleVar(2);
   ImGui::PushTextWrapPos(width - 8);
   if (news) ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 220, 140, 255));

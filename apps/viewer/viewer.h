@@ -154,7 +154,7 @@ class Viewer {
   std::function<void()>
       on_saved_;  ///< the question is whether to wait for it; nothing: it is another
   bool closed_ = false, asked_to_close_ = false;
-  std::string to_open_, screenshot_name_ = "view.png";
+  std::string to_open_, screenshot_name_ = Session::free_file("view.png");
   bool screenshot_asked_ = false;
   bool opened_ = false, scripted_ = false;
   bool mouse_used_since_said_ = false;  ///< by a script

@@ -134,6 +134,46 @@ TEST(ToolsAtVertices, PaintWhatFilterMakesOfTheSavedMask) {
   EXPECT_EQ(refused.status, 2);
 }
 
+/// Two spheres that touch in a vertex, at which the surface is parted: a file has one mask for
+/// both.
+TEST(ToolsAtVertices, PaintAllPartsOfAVertexAlike) {
+  const Folder folder;
+  write_shapes(folder);
+  Model model = read_model(folder / "coloured.ply");
+  model.document = nullptr;
+  const int count = model.mesh.vertex_count();
+  const auto top =
+      std::ranges::max_element(model.mesh.positions, {}, [](const Vector3& p) { return p.z(); });
+  const int touching = int(top - model.mesh.positions.begin());
+  const double plane = top->z();
+  for (int v = 0; v < count; ++v) {
+    const Vector3 p = model.mesh.positions[std::size_t(v)];
+    model.mesh.positions.emplace_back(p.x(), p.y(), 2 * plane - p.z());
+    for (int c = 0; c < 3; ++c)
+      model.colors.values.push_back(1 - model.colors.values[std::size_t(3 * v + c)]);
+  }
+  const int triangles = model.mesh.triangle_count();
+  for (int t = 0; t < triangles; ++t) {
+    Triangle other = model.mesh.triangles[std::size_t(t)];
+    for (int& v : other) v = v == touching ? touching : v + count;
+    model.mesh.triangles.push_back({other[0], other[2], other[1]});
+  }
+  write_model(folder / "touching.ply", model);
+  const Result result = view(folder,
+                             "tool filter\nset length 10%\nset beta 4\nsize 20%\nstrength 1\n"
+                             "stroke 0.1,0,0.99\nsave-mask mask.ply\nsave-texture painted.ply\n",
+                             {"touching.ply"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  ASSERT_EQ(marquetry(folder, {"filter", "touching.ply", "-o", "verb.ply", "-b", "4", "--length",
+                               "10%", "--mask", "mask.ply"})
+                .status,
+            0);
+  const auto [largest, others] = largest_difference(folder, "verb.ply", "painted.ply");
+  EXPECT_LE(largest, 1.001);
+  EXPECT_LE(others, count / 100);
+  EXPECT_GT(largest_difference(folder, "touching.ply", "painted.ply").second, 20);
+}
+
 TEST(ToolsAtVertices, TellTheColourUnderTheMouse) {
   const Folder folder;
   write_bytes(folder / "fan.ply", coloured_ply);

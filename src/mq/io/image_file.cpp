@@ -552,6 +552,8 @@ EncodedPicture encode(const Texture& texture, const std::string& name, const Fil
   const Image<float>& pixels = texture.pixels;
   const Depth depth = format.depth[std::size_t(texture.format.depth)];
   const ImageSpec spec = spec_for(texture, format, depth);
+  // Debian's build of it tells standard error which tags a format does not know.
+  [[maybe_unused]] static const bool is_silent = OIIO::attribute("debug", 0);
   const auto output = OIIO::ImageOutput::create(std::string(format.name));
   if (!output)
     throw Unsupported(
