@@ -50,6 +50,10 @@ void require_atlas(const EvolvingReader& reader) {
                       reader.manifest().string()));
 }
 
+void warn_of_broken(Terminal& terminal, const EvolvingReader& reader) {
+  if (!reader.broken().empty()) terminal.warning(reader.broken());
+}
+
 void warn_of_damage(Terminal& terminal, const EvolvingReader& reader,
                     const std::vector<int>& damaged) {
   if (damaged.empty()) return;

@@ -24,6 +24,9 @@ bool has_atlas(const EvolvingReader& reader);
 /// Throws `InvalidInput`, saying how to get one, where a store has no atlas.
 void require_atlas(const EvolvingReader& reader);
 
+/// Says what of the store is broken and left out, if anything is: `EvolvingReader::broken`.
+void warn_of_broken(Terminal& terminal, const EvolvingReader& reader);
+
 /// Says which frames the store cannot give, if there are any: `EvolvingReader::damaged`.
 void warn_of_damage(Terminal& terminal, const EvolvingReader& reader,
                     const std::vector<int>& damaged);

@@ -17,10 +17,11 @@ std::string what_is_left();
 /// says it instead of how many files are finished, as some of them are not.
 void set_left_to_resume(const std::string& words);
 
-/// While one exists, SIGINT, SIGTERM and SIGHUP (unless that is ignored, as under nohup) are answered so: the first sets `requested`, which the
-/// library's `Progress` looks at; where the work does not stop within half a second, the terminal
-/// says what it is finishing. The second removes half-written files and ends the program with
-/// status 130. A third ends it as the system does. At most one exists at a time.
+/// While one exists, SIGINT, SIGTERM and SIGHUP (unless that is ignored, as under nohup) are
+/// answered so: the first sets `requested`, which the library's `Progress` looks at; where the work
+/// does not stop within half a second, the terminal says what it is finishing. The second removes
+/// half-written files and ends the program with status 130. A third ends it as the system does. At
+/// most one exists at a time.
 class Interrupt {
  public:
   explicit Interrupt(Terminal& terminal);

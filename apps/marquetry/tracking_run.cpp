@@ -594,7 +594,7 @@ class Tracking {
   int take_up(const fs::path& output) {
     taken_up_.emplace(output);
     const EvolvingReader& reader = *taken_up_;
-    if (!reader.broken().empty()) run_.terminal().warning(reader.broken());
+    warn_of_broken(run_.terminal(), reader);
     const std::vector<int> damaged = reader.damaged();
     warn_of_damage(run_.terminal(), reader, damaged);
     const int stored =

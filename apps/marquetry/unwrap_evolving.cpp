@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "evolving_frames.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/draw/lifespans.h"
@@ -234,7 +235,7 @@ Exit unwrap_evolving(Run& run) {
   run.will_read(input);
   run.will_read(reader.blocks_file());
   run.will_write(store_paths(options));
-  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  warn_of_broken(run.terminal(), reader);
   run.input = {{"frames", reader.frames().size()}, {"segments", reader.segments().size()}};
   if (run.dry_run()) return Exit::done;
   unwrap_store(run, reader, output, 1);

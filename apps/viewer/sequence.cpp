@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "evolving_frames.h"
 #include "mq/base/error.h"
 #include "mq/draw/lifespans.h"
 #include "mq/io/evolving_file.h"
@@ -133,7 +134,7 @@ std::shared_ptr<Sequence> open_sequence(app::Run& run) {
   if (!name.ends_with(".evolving")) return std::make_shared<Files>(run.options());
   run.will_read(name);
   const EvolvingReader reader(name);
-  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  app::warn_of_broken(run.terminal(), reader);
   return std::make_shared<Evolving>(reader, name, run.options().texts("texture"));
 }
 

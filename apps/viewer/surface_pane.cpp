@@ -181,6 +181,7 @@ void ModelPictures::paint_with(const Shown& shown) {
   const Look::Paint paint = shown.look.paint;
   const Painted now{paint, {shown.scale.low, shown.scale.high}, shown.colours};
   if (painted_ == now) return;
+  const bool has_before = painted_ && painted_->paint == paint && painted_->colours;
   painted_ = now;
   const VertexSignal& own = scene_.model.colors;
   const auto fill = [&](int attribute, Buffer& buffer, const VertexSignal& at_vertices) {
@@ -189,10 +190,11 @@ void ModelPictures::paint_with(const Shown& shown) {
     triangles_.attribute(attribute, buffer, {4, GL_UNSIGNED_BYTE, 4, 0});
   };
   fill(3, colours_, shown.colours ? *shown.colours : own);
-  if (paint == Look::Paint::vertex_colours && shown.colours)
-    fill(4, colours_before_, own);
-  else
+  if (paint == Look::Paint::vertex_colours && shown.colours) {
+    if (!has_before) fill(4, colours_before_, own);  // which stay while a brush changes the others
+  } else {
     triangles_.attribute(4, colours_, {4, GL_UNSIGNED_BYTE, 4, 0});
+  }
 }
 
 /// Colours of the triangles, three corners each; alpha 0 where there is no chart.

@@ -191,7 +191,7 @@ Exit run_export(Run& run) {
   if (options.has("paint")) run.will_read(options.text("paint"));
   require_video_for_codec(options, options.has("output") && names_video(options.text("output")));
   const EvolvingReader reader(options.text("evolving"));
-  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  warn_of_broken(run.terminal(), reader);
   std::vector<int> frames;
   std::vector<fs::path> paths;
   if (options.has("output")) {

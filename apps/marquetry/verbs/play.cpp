@@ -154,7 +154,7 @@ Exit run_play(Run& run) {
     run.will_read(options.text("video"));
   }
   const EvolvingReader reader(store);
-  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  warn_of_broken(run.terminal(), reader);
   const std::vector<int> frames = wanted_frames(options, reader);
   require(std::ranges::is_sorted(frames), "--frames: time runs forwards in a film");
   if (options.has("from") || options.has("video")) require_atlas(reader);

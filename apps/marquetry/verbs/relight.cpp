@@ -326,7 +326,7 @@ Exit relight(Run& run) {
   require_video_for_codec(options, names_video(options.text("output")));
   const EvolvingReader reader(options.text("evolving"));
   run.will_read(options.text("evolving"));
-  if (!reader.broken().empty()) run.terminal().warning(reader.broken());
+  warn_of_broken(run.terminal(), reader);
   require_atlas(reader);
   const std::vector<int> frames = wanted_frames(options, reader);
   Film film(run, reader, frames);
