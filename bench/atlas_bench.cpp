@@ -10,12 +10,12 @@
 #include <cmath>
 
 #include "fem/cut_squares.h"
-#include "mq/atlas/lay_apart.h"
+#include "mq/atlas/separate_overlaps.h"
 #include "mq/base/stopwatch.h"
 #include "mq/fem/elements.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/filter/denoise.h"
-#include "mq/filter/front.h"
+#include "mq/filter/fast_sweeping.h"
 #include "mq/filter/geodesic.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/filter/line_integral.h"
@@ -29,7 +29,8 @@ namespace {
 /// 36 charts turned by odd angles on a square, and a signal on them.
 struct Ground {
   explicit Ground(int side, double scale = 0.6)
-      : cut(fixtures::cut("", scaled(fixtures::turned(fixtures::odd_angle, 6), scale), {side, side})),
+      : cut(fixtures::cut("", scaled(fixtures::turned(fixtures::odd_angle, 6), scale),
+                          {side, side})),
         space(cut.model->surface, cut.model->atlas),
         places(fixtures::places_of(space)),
         stiffness(space.stiffness()),
@@ -82,22 +83,22 @@ void lay_charts_apart(benchmark::State& state) {
   const Ground ground(int(state.range(0)), 1);
   const fixtures::Textured& model = *ground.cut.model;
   compare(state, ground,
-          [&] { benchmark::DoNotOptimize(lay_apart(model.surface, model.atlas)); });
+          [&] { benchmark::DoNotOptimize(separate_overlaps(model.surface, model.atlas)); });
 }
 
 void geodesic_front(benchmark::State& state) {
   const Ground ground(int(state.range(0)));
   compare(state, ground, [&] {
-    benchmark::DoNotOptimize(front_distances(ground.stiffness, ground.places, {{0, 0.0}}));
+    benchmark::DoNotOptimize(fast_sweeping_distances(ground.stiffness, ground.places, {{0, 0.0}}));
   });
 }
 
 void geodesic_sweeps(benchmark::State& state) {
   const Ground ground(int(state.range(0)));
-  SparseMatrix heat = ground.space.solvable(0, ground.weight(2));
+  SparseMatrix heat = ground.space.regularised_system(0, ground.weight(2));
   heat.diagonal() += ground.space.mass() * Vector::Ones(ground.space.size());
   const Vector guess =
-      front_distances(heat, ground.places, {{0, 0.0}}) / -std::sqrt(ground.weight(2));
+      fast_sweeping_distances(heat, ground.places, {{0, 0.0}}) / -std::sqrt(ground.weight(2));
   int sweeps = 0;
   compare(state, ground, [&] {
     sweeps = sweep_heat(heat, {{0, 0.0}}, {.tolerance = 1e-3}, guess).sweeps;

@@ -3,10 +3,10 @@
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
-#include "mq/sequence/lifespan_atlas.h"
-#include "mq/sequence/lifespan_charts.h"
-#include "mq/sequence/neighbour_graph.h"
-#include "sequence/evolving_models.h"
+#include "evolving/evolving_models.h"
+#include "mq/evolving/lifespan_atlas.h"
+#include "mq/evolving/lifespan_charts.h"
+#include "mq/evolving/neighbour_graph.h"
 
 namespace mq {
 namespace {

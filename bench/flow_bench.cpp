@@ -101,7 +101,7 @@ double end_point_error(const Pair& pair, const Vector& field, const Motion& trut
 /// |φ₀(p − X/2) − φ₁(p + X/2)|² of the signals as given, relative to the linear blend's.
 double halfway_error(const Pair& pair, const Vector& field) {
   const TraceMesh mesh(pair.surface);
-  const Meeting halfway = meet(mesh, field, pair.source, pair.target, 0.5);
+  const WarpedPair halfway = warp_pair(mesh, field, pair.source, pair.target, 0.5);
   return (halfway.source - halfway.target).squaredNorm() /
          (pair.source - pair.target).squaredNorm();
 }

@@ -106,22 +106,21 @@ void Residual(benchmark::State& state) {
 
 void Multiply(benchmark::State& state) {
   Case& c = flat_case(int(state.range(0)));
-  for (auto _ : state) 
-    benchmark::DoNotOptimize(
-        c.hierarchy->high().multiply(4, c.x.data(), c.b.data(), c.r.data()));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(c.hierarchy->high().multiply(4, c.x.data(), c.b.data(), c.r.data()));
   report(state, 24 + 16 + 16 + 16);
 }
 
 void Restrict(benchmark::State& state) {
   Case& c = flat_case(int(state.range(0)));
-  const Transfer& P = *c.hierarchy->multigrid().levels[0]->transfer;
+  const LevelTransfer& P = *c.hierarchy->multigrid().levels[0]->transfer;
   for (auto _ : state) P.restrict_to(4, c.r.data(), c.coarse.data());
   report(state, 16 + 4 + 4);
 }
 
 void Prolongate(benchmark::State& state) {
   Case& c = flat_case(int(state.range(0)));
-  const Transfer& P = *c.hierarchy->multigrid().levels[0]->transfer;
+  const LevelTransfer& P = *c.hierarchy->multigrid().levels[0]->transfer;
   for (auto _ : state) P.prolongate_add(4, c.coarse.data(), c.x.data());
   report(state, 32 + 8 + 4);
 }
@@ -151,8 +150,7 @@ void SetUp(benchmark::State& state) {
   Case& c = flat_case(int(state.range(0)));
   for (auto _ : state) {
     const Hierarchy hierarchy = texel_hierarchy(c.flat.A, c.flat.texels);
-    state.counters["bytes_per_texel"] =
-        double(hierarchy.bytes()) / double(c.flat.texels.size());
+    state.counters["bytes_per_texel"] = double(hierarchy.bytes()) / double(c.flat.texels.size());
   }
   report(state, 0);
 }
@@ -184,8 +182,8 @@ int main(int argc, char** argv) {
   const char* threads = std::getenv("MARQUETRY_THREADS");
   std::unique_ptr<tbb::global_control> control;
   if (threads)
-    control = std::make_unique<tbb::global_control>(
-        tbb::global_control::max_allowed_parallelism, std::max(1, std::atoi(threads)));
+    control = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                    std::max(1, std::atoi(threads)));
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

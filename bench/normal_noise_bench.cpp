@@ -1,11 +1,12 @@
 // How much of the noise of normals filters take off (thesis, Figure 3.10, with figures): the mean
-// angle between the normals of the triangles of a clean mesh, and of the same mesh after noise and a
-// filter. Every filter's normals are fitted to in the same way (`NormalFit`, five steps), and of each
-// filter the best of a few settings counts.
+// angle between the normals of the triangles of a clean mesh, and of the same mesh after noise and
+// a filter. Every filter's normals are fitted to in the same way (`NormalFit`, five steps), and of
+// each filter the best of a few settings counts.
 //
 //     normal_noise_bench [-o FOLDER] [MESH...]
 //
-// Without meshes: a cube and the owl. With -o the shapes at the noise of 0.3 edges are written as PLY.
+// Without meshes: a cube and the owl. With -o the shapes at the noise of 0.3 edges are written as
+// PLY.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -20,9 +21,9 @@
 #include <vector>
 
 #include "mq/base/random.h"
+#include "mq/baseline/normal_denoise.h"
 #include "mq/filter/geometry_filter.h"
 #include "mq/filter/geometry_shock.h"
-#include "mq/filter/normal_denoise.h"
 #include "mq/io/model.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/implicit.h"
@@ -88,8 +89,8 @@ std::vector<Vector3> shocked(const Surface& surface, double before, double field
 }
 
 std::vector<Method> methods() {
-  std::vector<Method> all = {{"bilateral", {}}, {"mean shift", {}}, {"smooth", {}},
-                             {"shock", {}}, {"smooth, shock", {}}};
+  std::vector<Method> all = {
+      {"bilateral", {}}, {"mean shift", {}}, {"smooth", {}}, {"shock", {}}, {"smooth, shock", {}}};
   for (const double difference : {0.2, 0.35, 0.5})
     for (const double place : {1.0, 1.5})
       for (const int iterations : {5, 20})
@@ -100,21 +101,19 @@ std::vector<Method> methods() {
              }});
   for (const double difference : {0.35, 0.5, 0.8})
     for (const double place : {1.0, 2.0})
-      all[1].settings.push_back({fmt::format("σ {:g} {:g}", place, difference),
-                                 [=](const Surface& s) {
-                                   return mean_shift_normals(s, {place, difference});
-                                 }});
+      all[1].settings.push_back(
+          {fmt::format("σ {:g} {:g}", place, difference), [=](const Surface& s) {
+             return mean_shift_normals(s, {place, difference});
+           }});
   for (const double edges : {0.5, 1.0, 2.0, 3.0})
-    all[2].settings.push_back({fmt::format("{:g} edges", edges), [=](const Surface& s) {
-                                 return filter_normals(
-                                            s, {.weight = area_of_edges(s, edges), .beta = 0})
-                                     .of_triangles;
-                               }});
+    all[2].settings.push_back(
+        {fmt::format("{:g} edges", edges), [=](const Surface& s) {
+           return filter_normals(s, {.weight = area_of_edges(s, edges), .beta = 0}).of_triangles;
+         }});
   for (const double field : {2.0, 4.0})
     for (const double tau : {0.3, 1.0, 4.0}) {
-      all[3].settings.push_back(
-          {fmt::format("field {:g}, τ {:g}", field, tau),
-           [=](const Surface& s) { return shocked(s, 0, field, tau); }});
+      all[3].settings.push_back({fmt::format("field {:g}, τ {:g}", field, tau),
+                                 [=](const Surface& s) { return shocked(s, 0, field, tau); }});
       for (const double before : {1.0, 2.0})
         all[4].settings.push_back(
             {fmt::format("{:g} edges, field {:g}, τ {:g}", before, field, tau),
@@ -184,11 +183,11 @@ int main(int argc, char** argv) {
   fmt::print("---|\n");
   if (files.empty()) {
     measure("cube", make_surface(cube_cross(28).mesh), folder);
-    measure("owl",
-            make_surface(mesh_of_solid(owl_solid, {.low = {-0.75, -1, -0.7},
-                                                   .high = {0.75, 1.08, 0.7},
-                                                   .triangles = 10000})),
-            folder);
+    measure(
+        "owl",
+        make_surface(mesh_of_solid(
+            owl_solid, {.low = {-0.75, -1, -0.7}, .high = {0.75, 1.08, 0.7}, .triangles = 10000})),
+        folder);
   }
   for (const std::string& file : files)
     measure(std::filesystem::path(file).stem().string(), make_surface(read_model(file).mesh),

@@ -9,14 +9,14 @@
 #include <numbers>
 
 #include "mq/base/random.h"
+#include "mq/evolving/lifespan_atlas.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/moving.h"
 #include "mq/sample/paint.h"
-#include "mq/sequence/flicker.h"
-#include "mq/sequence/lifespan_atlas.h"
-#include "mq/sequence/light_removal.h"
-#include "mq/sequence/temporal_poisson.h"
-#include "mq/sequence/texel_owners.h"
+#include "mq/video/flicker.h"
+#include "mq/video/light_removal.h"
+#include "mq/video/temporal_poisson.h"
+#include "mq/video/texel_owners.h"
 
 namespace mq {
 namespace {
@@ -270,7 +270,7 @@ void cycle_factor(benchmark::State& state) {
     held.push_back(film.load(f + 10));
     const TemporalFrame& frame = held.back();
     const Vector m = frame.space->lumped_mass().cwiseMax(1e-12);
-    SparseMatrix K = frame.space->solvable(0, weight);
+    SparseMatrix K = frame.space->regularised_system(0, weight);
     K.diagonal() += m;
     planes.push_back({K, f > 0 ? frame.links : TimeLinks(), gamma * m});
   }
@@ -296,11 +296,7 @@ void cycle_factor(benchmark::State& state) {
   }
 }
 
-BENCHMARK(noise_filtered)
-    ->Args({2, 0})
-    ->Args({2, 16})
-    ->Unit(benchmark::kSecond)
-    ->Iterations(1);
+BENCHMARK(noise_filtered)->Args({2, 0})->Args({2, 16})->Unit(benchmark::kSecond)->Iterations(1);
 BENCHMARK(window_memory)->Unit(benchmark::kSecond)->Iterations(1);
 BENCHMARK(light_removed)
     ->Args({10, 5})

@@ -3,8 +3,10 @@
 //
 //     remesh_pairs_bench            the table, as Markdown
 //     remesh_pairs_bench FOLDER     the pairs as NAME_before.ply and NAME_after.ply
-//     remesh_pairs_bench 0 1000     random pairs (tests/sequence/remesh_models.h) with numbers from 0
-//                                   to 999: what is wrong with any result, and how many have nothing
+//     remesh_pairs_bench 0 1000     random pairs (tests/sequence/remesh_models.h) with numbers from
+//     0
+//                                   to 999: what is wrong with any result, and how many have
+//                                   nothing
 //
 // Seconds are processor time of the library alone, of all threads together.
 
@@ -18,7 +20,7 @@
 #include "mq/base/error.h"
 #include "mq/io/model.h"
 #include "mq/mesh/closest_point.h"
-#include "sequence/remesh_models.h"
+#include "remesh/remesh_models.h"
 
 namespace mq {
 namespace {
@@ -57,12 +59,10 @@ void write(const std::string& path, Mesh mesh) {
 /// Triangles of which all corners are nearer to the other surface than the tolerance: none of them
 /// has to go for itself.
 int shown_triangles(const Surface& surface, const Surface& other, double tolerance) {
-  const std::vector<ClosestPoint> places =
-      ClosestPointFinder(other.mesh)(surface.mesh.positions);
+  const std::vector<ClosestPoint> places = ClosestPointFinder(other.mesh)(surface.mesh.positions);
   return int(std::ranges::count_if(surface.mesh.triangles, [&](const Triangle& t) {
-    return std::ranges::all_of(t, [&](int v) {
-      return places[std::size_t(v)].squared_distance <= tolerance * tolerance;
-    });
+    return std::ranges::all_of(
+        t, [&](int v) { return places[std::size_t(v)].squared_distance <= tolerance * tolerance; });
   }));
 }
 
@@ -74,10 +74,11 @@ void print_row(const std::string& what, const Mesh& before, const Mesh& after) {
   const double diagonal = bounding_box(to.mesh).diagonal();
   const std::string wrong = test::problems(from, to, found);
   const int shown = shown_triangles(from, to, found.tolerance);
-  fmt::print("| {} | {} | {} | {:.2f} % | {:.2f} % | {} | {} | {:.1e} | {:.1e} | {} | {:.2f} |\n", what,
-             from.triangle_count(), to.triangle_count(), 100.0 * found.kept / from.triangle_count(),
-             100.0 * found.kept / shown, found.born, found.died, found.from_target.mean / diagonal,
-             found.from_target.max / diagonal, wrong.empty() ? "yes" : wrong, seconds);
+  fmt::print("| {} | {} | {} | {:.2f} % | {:.2f} % | {} | {} | {:.1e} | {:.1e} | {} | {:.2f} |\n",
+             what, from.triangle_count(), to.triangle_count(),
+             100.0 * found.kept / from.triangle_count(), 100.0 * found.kept / shown, found.added,
+             found.removed, found.from_target.mean / diagonal, found.from_target.max / diagonal,
+             wrong.empty() ? "yes" : wrong, seconds);
 }
 
 /// Random pairs of surfaces, results that are none or have triangles turned over along their seams.
@@ -92,8 +93,8 @@ int fuzz(std::uint64_t first, std::uint64_t last) {
       const int turned = test::turned_triangles(from, to, found);
       if (!wrong.empty() || turned > 0)
         fmt::print("pair {}: {} + {} triangles, {} kept, {} born, {} rounds: {}{} turned\n", seed,
-                   from.triangle_count(), to.triangle_count(), found.kept, found.born, found.rounds,
-                   wrong, turned);
+                   from.triangle_count(), to.triangle_count(), found.kept, found.added,
+                   found.rounds, wrong, turned);
       wrong_pairs += !wrong.empty();
       turned_pairs += turned > 0;
       sound += wrong.empty() && turned == 0;

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "fixtures.h"
+#include "mq/draw/contact_sheet.h"
 #include "mq/draw/render.h"
 #include "mq/filter/shock.h"
-#include "mq/image/contact_sheet.h"
 #include "mq/io/model.h"
 #include "mq/linear/conjugate_gradients.h"
 

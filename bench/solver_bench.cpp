@@ -28,8 +28,8 @@
 #include "mq/base/error.h"
 #include "mq/base/options.h"
 #include "mq/base/random.h"
+#include "mq/baseline/reference_cycle.h"
 #include "mq/fem/multigrid_solver.h"
-#include "mq/fem/reference_cycle.h"
 #include "mq/fem/texel_hierarchy.h"
 #include "mq/fem/texel_space.h"
 #include "mq/io/model.h"
@@ -181,11 +181,11 @@ System make_system(const TexelSpace& space, double alpha) {
   for (Eigen::Index i = 0; i < psi.size(); ++i) psi.data()[i] = random.uniform(std::uint64_t(i));
   System s;
   if (std::isinf(alpha)) {
-    s.A = space.solvable(0, 1);
+    s.A = space.regularised_system(0, 1);
     multiply(s.A, psi, s.B);
     s.component = connected_components(s.A);
   } else {
-    s.A = space.solvable(1, alpha * space.scale().area);
+    s.A = space.regularised_system(1, alpha * space.scale().area);
     multiply(space.mass(), psi, s.B);
   }
   return s;
@@ -282,8 +282,8 @@ Curve our_curve(const Case& c, const System& system, const Measure& measure, con
   Curve curve;
   while (limits.go_on(curve)) {
     Signal X = Signal::Zero(system.B.rows(), 3);
-    mixed_conjugate_gradients(h.high(), h.low(), h.scaling(), h.multigrid(), h.components(), system.B,
-                              X, {.tolerance = 1e-14, .max_cycles = curve.cycles() + 1});
+    mixed_conjugate_gradients(h.high(), h.low(), h.scaling(), h.multigrid(), h.components(),
+                              system.B, X, {.tolerance = 1e-14, .max_cycles = curve.cycles() + 1});
     measure.add(X, curve);
   }
   return curve;
@@ -442,11 +442,11 @@ void print_times(const Case& c, const std::string& solver, const Times& t, Recor
 /// What comes before any solver: cells and seams, and the matrix.
 void print_assembly(const Case& c, const Request& request, Record& record) {
   std::unique_ptr<TexelSpace> space;
-  const double cells = seconds_of(
-      request.wall, [&] { space = std::make_unique<TexelSpace>(c.surface, c.atlas); });
+  const double cells =
+      seconds_of(request.wall, [&] { space = std::make_unique<TexelSpace>(c.surface, c.atlas); });
   SparseMatrix A;
   const double matrix = seconds_of(request.wall, [&] {
-    A = space->solvable(1, request.alphas.front() * space->scale().area);
+    A = space->regularised_system(1, request.alphas.front() * space->scale().area);
   });
   fmt::print("| {} | {} | {} | assembly | cells {:.2f}, matrix {:.2f} | | {:.2f} |\n", c.name,
              c.space->size(), c.atlas.charts.size(), cells, matrix, cells + matrix);

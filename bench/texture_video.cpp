@@ -24,9 +24,9 @@
 #include "mq/io/image_file.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
-#include "mq/sequence/gutter.h"
-#include "mq/sequence/texel_owners.h"
-#include "mq/sequence/texture_frame.h"
+#include "mq/video/gutter.h"
+#include "mq/video/texel_owners.h"
+#include "mq/video/texture_frame.h"
 
 namespace mq {
 namespace {

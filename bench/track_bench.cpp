@@ -2,8 +2,8 @@
 #include <benchmark/benchmark.h>
 
 #include "mq/sample/moving.h"
-#include "mq/sequence/deformation_graph.h"
-#include "mq/sequence/tracking.h"
+#include "mq/track/deformation_graph.h"
+#include "mq/track/tracking.h"
 
 namespace mq {
 namespace {
@@ -34,14 +34,14 @@ void graph_step(benchmark::State& state) {
   const Mesh mesh = make_moving_frame("twisting", 0, {.triangles = int(state.range(0))}).mesh;
   const Surface surface = make_surface(mesh);
   DeformationGraph graph(surface, 0.05 * std::sqrt(surface.area));
-  std::vector<VertexPull> pulls(mesh.positions.size());
-  for (VertexPull& pull : pulls)
+  std::vector<PointConstraint> pulls(mesh.positions.size());
+  for (PointConstraint& pull : pulls)
     pull.add(Eigen::Matrix3d::Identity() / double(pulls.size()), Vector3(0.01, 0, 0));
   const std::vector<NodeMotion> still(std::size_t(graph.node_count()));
   for (auto _ : state) {
     std::vector<NodeMotion> motions = still;
     benchmark::DoNotOptimize(
-        graph.improve(mesh.positions, pulls, mesh.positions, still, {1, 0.1}, motions));
+        graph.gauss_newton_step(mesh.positions, pulls, mesh.positions, still, {1, 0.1}, motions));
   }
   state.counters["nodes"] = graph.node_count();
 }

@@ -17,7 +17,7 @@
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/orient.h"
 #include "mq/mesh/surface.h"
-#include "mq/sequence/texture_frame.h"
+#include "mq/video/texture_frame.h"
 #include "outputs.h"
 
 namespace mq::app {
@@ -102,7 +102,7 @@ class Captured {
   /// The same as display values.
   Image<float> displayed(int frame) {
     const Image<float>& picture = texture(frame).picture;
-    return is_light() ? encode(picture, ColourSpace::linear, Transfer::srgb) : picture;
+    return is_light() ? encode(picture, ColourSpace::linear, TransferFunction::srgb) : picture;
   }
 
   /// The mesh of a frame with what its vertices show.

@@ -7,8 +7,8 @@
 #include "mq/atlas/coverage.h"
 #include "mq/atlas/texel_grid.h"
 #include "mq/base/error.h"
+#include "mq/baseline/reference_solver.h"
 #include "mq/fem/multigrid_solver.h"
-#include "mq/fem/reference_solver.h"
 #include "mq/fem/vertex_multigrid.h"
 
 namespace mq::app {
@@ -28,10 +28,11 @@ Defects shared_texels(const TexelCopies& copies, const std::vector<TextureSize>&
   const TexelGrid grid(pictures);
   for (const Texels::Place& at : copies.shared()) ids.push_back(grid.texel(at.texture, at.x, at.y));
   Defects defects;
-  add_defect(defects, "shared_texels", Defect::Severity::warning, "texel", ids,
-             "texels that stand for several places of the surface (ids counted row by row): each "
-             "place was worked out by itself, and the picture can show one of them, that of the chart "
-             "which covers the texel's centre; a wider gutter or a larger texture parts them");
+  add_defect(
+      defects, "shared_texels", Defect::Severity::warning, "texel", ids,
+      "texels that stand for several places of the surface (ids counted row by row): each "
+      "place was worked out by itself, and the picture can show one of them, that of the chart "
+      "which covers the texel's centre; a wider gutter or a larger texture parts them");
   return defects;
 }
 
@@ -52,12 +53,13 @@ TexelDomain::TexelDomain(Run& run, const Scene& scene, const TexelSpaceOptions& 
     : scene_(scene) {
   Progress rest = progress;
   if (shared == SharedTexels::one_for_each) {
-    apart_ = lay_apart(scene.surface, *scene.atlas, progress.step("lay charts apart", 0.2));
+    apart_ = separate_overlaps(scene.surface, *scene.atlas, progress.step("lay charts apart", 0.2));
     rest = progress.step("texels", 0.8);
   }
   space_.emplace(scene.surface, atlas(), options, rest);
   if (apart_) copies_.emplace(scene.surface, *apart_, *space_);
-  const Defects defects = copies_ ? shared_texels(*copies_, scene.texture_sizes) : space_->defects();
+  const Defects defects =
+      copies_ ? shared_texels(*copies_, scene.texture_sizes) : space_->defects();
   run.found(defects);
   run.warn(defects);
 }

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "mq/atlas/lay_apart.h"
+#include "mq/atlas/separate_overlaps.h"
 #include "mq/fem/boundary_unknowns.h"
 #include "mq/fem/texel_copies.h"
 #include "mq/fem/texel_space.h"
@@ -50,7 +50,8 @@ class Domain {
 class TexelDomain : public Domain {
  public:
   /// A texel that several charts read is one unknown, whose value is right for none of them but the
-  /// best there is for all; or one for each chart, of which the picture can show one (`lay_apart`).
+  /// best there is for all; or one for each chart, of which the picture can show one
+  /// (`separate_overlaps`).
   enum class SharedTexels { one_unknown, one_for_each };
 
   /// Puts the space's defects into the report and warns of them.
@@ -59,8 +60,8 @@ class TexelDomain : public Domain {
 
   const TexelSpace& space() const override { return *space_; }
 
-  /// The unknowns of a texel of the pictures, none where no chart reads it. With one for each chart,
-  /// those of the charts that cover its centre.
+  /// The unknowns of a texel of the pictures, none where no chart reads it. With one for each
+  /// chart, those of the charts that cover its centre.
   std::vector<int> unknowns_at(const Texels::Place& texel) const;
 
   /// Puts values, one row per unknown, into the texels of the pictures.
@@ -77,7 +78,7 @@ class TexelDomain : public Domain {
   const Atlas& atlas() const { return apart_ ? apart_->atlas : *scene_.atlas; }
 
   const Scene& scene_;
-  std::optional<LaidApart> apart_;  ///< nothing where each texel is one unknown
+  std::optional<SeparatedAtlas> apart_;  ///< nothing where each texel is one unknown
   std::optional<TexelSpace> space_;
   std::optional<TexelCopies> copies_;
 };

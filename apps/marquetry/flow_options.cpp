@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
-#include "mq/image/flow_colour.h"
+#include "mq/draw/flow_colour.h"
 #include "scene.h"
 #include "signal_options.h"
 

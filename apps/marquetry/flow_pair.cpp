@@ -408,16 +408,16 @@ void ModelPair::warn_of_cost(Run& run, const FlowForecast& forecast) const {
                   forecast.factorisations, duration(total), without_factors(run.options())));
 }
 
-Meeting ModelPair::meet(double t, const Progress& progress) const {
-  return textures_ ? textures_->meet(first_, second_, t, progress)
-                   : mq::meet(*mesh_, flow_.field, first_, second_, t, progress);
+WarpedPair ModelPair::warp_pair(double t, const Progress& progress) const {
+  return textures_ ? textures_->warp_pair(first_, second_, t, progress)
+                   : mq::warp_pair(*mesh_, flow_.field, first_, second_, t, progress);
 }
 
 Signal ModelPair::between(double t, const Progress& progress) const {
   if (t == 0) return first_;
   if (t == 1) return second_;
-  const Meeting meeting = meet(t, progress);
-  return meeting.source + t * (meeting.target - meeting.source);
+  const WarpedPair warped = warp_pair(t, progress);
+  return warped.source + t * (warped.target - warped.source);
 }
 
 TangentField ModelPair::field() const {

@@ -73,7 +73,7 @@ class ModelPair {
   void align(Run& run, const TextureFlowOptions& options, const Progress& progress);
   const MeshFlow& flow() const { return textures_ ? textures_->flow() : flow_; }
   int flow_vertices() const { return textures_ ? textures_->vertices() : target_->space().size(); }
-  Meeting meet(double t, const Progress& progress) const;
+  WarpedPair warp_pair(double t, const Progress& progress) const;
 
   /// (1 − t)·source + t·target of them; the signals themselves, bit for bit, at 0 and 1.
   Signal between(double t, const Progress& progress) const;

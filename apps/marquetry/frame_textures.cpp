@@ -8,7 +8,7 @@
 #include "mq/image/colour.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
-#include "mq/sequence/gutter.h"
+#include "mq/video/gutter.h"
 #include "outputs.h"
 #include "signal_options.h"
 
@@ -27,7 +27,7 @@ Texture as_texture(const FrameTextures::Frame& frame, const std::string& name,
   Texture texture;
   texture.name = name;
   texture.pixels = frame.values == FrameTextures::Values::light && !exr
-                       ? encode(frame.pixels, ColourSpace::linear, Transfer::srgb)
+                       ? encode(frame.pixels, ColourSpace::linear, TransferFunction::srgb)
                        : frame.pixels;
   texture.format.depth =
       exr ? std::max(frame.depth, Depth::half) : std::min(frame.depth, Depth::u16);

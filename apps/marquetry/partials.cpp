@@ -47,15 +47,15 @@ bool has_alpha(const Texture& texture) {
 }
 
 /// The colours of a picture as `wanted` stores them, display values or light.
-void restore(Texture& picture, Transfer wanted) {
-  const Transfer found = transfer(picture);
+void restore(Texture& picture, TransferFunction wanted) {
+  const TransferFunction found = transfer(picture);
   if (found == wanted) return;
-  picture.pixels = encode(decode(picture.pixels, ColourSpace::linear, found), ColourSpace::linear,
-                          wanted);
+  picture.pixels =
+      encode(decode(picture.pixels, ColourSpace::linear, found), ColourSpace::linear, wanted);
 }
 
 /// How all textures of the model store colours.
-Transfer common_transfer(const Model& model) {
+TransferFunction common_transfer(const Model& model) {
   for (std::size_t i = 1; i < model.textures.size(); ++i)
     require(transfer(model.textures[i]) == transfer(model.textures[0]),
             fmt::format("--space stored: {} and {} do not store colours alike (light in floating "
@@ -65,8 +65,8 @@ Transfer common_transfer(const Model& model) {
   return transfer(model.textures.at(0));
 }
 
-/// The camera of a photograph for its file as it is, which may have been made smaller or larger as a
-/// whole since the camera was found.
+/// The camera of a photograph for its file as it is, which may have been made smaller or larger as
+/// a whole since the camera was found.
 PinholeCamera camera_of_size(const Photograph& photograph, int width, int height) {
   const PinholeCamera& camera = photograph.camera;
   try {
@@ -137,11 +137,11 @@ void check_partials(const OptionValues& options, const Scene& scene) {
                  {"partial", Count::many_sets, InputPictures::Size::of_the_texture});
   const std::size_t partials = options.texts("partial").size(),
                     confidences = options.texts("confidence").size();
-  require(confidences == 0 || confidences == partials,
-          fmt::format(
-              "--confidence: found {} for {} of --partial: give one for each, in their order",
-              counted(std::int64_t(confidences), "picture"),
-              counted(std::int64_t(partials), "picture")));
+  require(
+      confidences == 0 || confidences == partials,
+      fmt::format("--confidence: found {} for {} of --partial: give one for each, in their order",
+                  counted(std::int64_t(confidences), "picture"),
+                  counted(std::int64_t(partials), "picture")));
   check_pictures(options, scene, {"confidence", Count::many_sets});
   for (const std::string& file : options.texts("views"))
     for (const Photograph& photograph : read_cameras(file)) {
@@ -202,7 +202,7 @@ std::vector<Partial> project_views(Run& run, const Scene& scene, const TextureTa
   std::vector<Partial> partials;
   const ValueSpace space = value_space(options);
   const bool stored = space.space == ColourSpace::stored;
-  const Transfer wanted = stored ? common_transfer(scene.model) : Transfer::linear;
+  const TransferFunction wanted = stored ? common_transfer(scene.model) : TransferFunction::linear;
   Json views = Json::array();
   for (const Photograph& photograph : photographs) {
     const std::string name = photograph.picture.filename().string();
@@ -271,10 +271,12 @@ std::vector<int> asked_photographs(const OptionValues& options, const Scene& sce
   std::vector<double> steps;
   for (const std::string& file : options.texts("labels")) {
     const Texture texture = read_texture(file);
-    require(texture.format.file_format != "jpeg" &&
-                (texture.format.depth == Depth::u8 || texture.format.depth == Depth::u16),
-            file + ": --labels: the numbers of photographs want whole numbers kept exactly: save it as "
-                   "PNG");
+    require(
+        texture.format.file_format != "jpeg" &&
+            (texture.format.depth == Depth::u8 || texture.format.depth == Depth::u16),
+        file +
+            ": --labels: the numbers of photographs want whole numbers kept exactly: save it as "
+            "PNG");
     steps.push_back(texture.format.depth == Depth::u8 ? 255 : 65535);
     pictures.push_back(texture.pixels);
   }

@@ -8,9 +8,9 @@
 #include <unordered_map>
 
 #include "mq/base/error.h"
+#include "mq/draw/contact_sheet.h"
 #include "mq/draw/frame_strip.h"
-#include "mq/image/contact_sheet.h"
-#include "mq/image/line_chart.h"
+#include "mq/draw/line_plot.h"
 #include "mq/io/image_file.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/closest_point.h"
@@ -23,32 +23,30 @@ namespace {
 
 constexpr const char* wanted_picture = "a picture: .png, .jpg, .tif, .exr, .bmp or .tga";
 constexpr int most_columns = 8;
-constexpr float born_later = 0.55F;  // grey
+constexpr float added_later = 0.55F;  // grey
 
-/// A number of each frame, times `factor`; not a number where a frame has none. `name` may lead into
-/// an object: "seconds.all".
+/// A number of each frame, times `factor`; not a number where a frame has none. `name` may lead
+/// into an object: "seconds.all".
 std::vector<double> numbers(const Json& frames, const std::string& name, double factor = 1) {
   const std::size_t dot = name.find('.');
   std::vector<double> result;
   for (const Json& frame : frames) {
     const Json* at = &frame;
-    for (const std::string& word :
-         dot == std::string::npos
-             ? std::vector{name}
-             : std::vector{name.substr(0, dot), name.substr(dot + 1)})
+    for (const std::string& word : dot == std::string::npos
+                                       ? std::vector{name}
+                                       : std::vector{name.substr(0, dot), name.substr(dot + 1)})
       at = at->is_object() && at->contains(word) ? &at->at(word) : nullptr;
-    result.push_back(at != nullptr && at->is_number()
-                         ? factor * at->get<double>()
-                         : std::numeric_limits<double>::quiet_NaN());
+    result.push_back(at != nullptr && at->is_number() ? factor * at->get<double>()
+                                                      : std::numeric_limits<double>::quiet_NaN());
   }
   return result;
 }
 
 /// Those of a panel's lines of which some frame has a number that is not 0, each in the colour it
 /// always has.
-std::vector<ChartLine> known(std::vector<ChartLine> lines) {
+std::vector<PlotLine> known(std::vector<PlotLine> lines) {
   for (std::size_t i = 0; i < lines.size(); ++i) lines[i].colour = int(i);
-  std::erase_if(lines, [](const ChartLine& line) {
+  std::erase_if(lines, [](const PlotLine& line) {
     return std::ranges::none_of(line.values, [](double v) { return std::isfinite(v) && v != 0; });
   });
   return lines;
@@ -57,10 +55,10 @@ std::vector<ChartLine> known(std::vector<ChartLine> lines) {
 /// How many of 100 triangles live on from the frame before; not a number where there is none.
 std::vector<double> kept_shares(const Json& frames) {
   const std::vector<double> kept = numbers(frames, "triangles_kept"),
-                            died = numbers(frames, "triangles_died");
+                            removed = numbers(frames, "triangles_died");
   std::vector<double> shares;
   for (std::size_t f = 0; f < kept.size(); ++f)
-    shares.push_back(100 * kept[f] / (kept[f] + died[f]));
+    shares.push_back(100 * kept[f] / (kept[f] + removed[f]));
   return shares;
 }
 
@@ -72,22 +70,22 @@ double tenth_below(const std::vector<double>& shares) {
   return std::max(0.0, 10 * (std::ceil(least / 10) - 1));
 }
 
-std::vector<ChartPanel> panels_of(const Json& frames) {
+std::vector<PlotPanel> panels_of(const Json& frames) {
   const std::vector<double> shares = kept_shares(frames);
-  std::vector<double> born = numbers(frames, "triangles_born");
-  if (!born.empty()) born[0] = std::numeric_limits<double>::quiet_NaN();  // all of them are
-  std::vector<ChartPanel> panels = {
+  std::vector<double> added = numbers(frames, "triangles_born");
+  if (!added.empty()) added[0] = std::numeric_limits<double>::quiet_NaN();  // all of them are
+  std::vector<PlotPanel> panels = {
       {.title = "distance [% of the diagonal]",
        .lines = {{"mean", numbers(frames, "distance_mean", 100)},
                  {"95 %", numbers(frames, "distance_p95", 100)},
                  {"largest", numbers(frames, "distance_max", 100)}},
-       .scale = ChartPanel::Scale::logarithmic},
+       .scale = PlotPanel::Scale::logarithmic},
       {.title = "triangles kept [%]",
        .lines = {{"of the frame before", shares}},
        .base = tenth_below(shares)},
       {.title = "triangles",
-       .lines = {{"born", born}, {"died", numbers(frames, "triangles_died")}},
-       .scale = ChartPanel::Scale::logarithmic},
+       .lines = {{"born", added}, {"died", numbers(frames, "triangles_died")}},
+       .scale = PlotPanel::Scale::logarithmic},
       {.title = "distortion since birth [ratio]",
        .lines = {{"mean", numbers(frames, "distortion_mean")},
                  {"95 %", numbers(frames, "distortion_p95")}},
@@ -102,7 +100,7 @@ std::vector<ChartPanel> panels_of(const Json& frames) {
     drifts.push_back(frame.contains("drift") ? frame["drift"].value("mean_edges", 0.0)
                                              : std::numeric_limits<double>::quiet_NaN());
   panels.push_back({.title = "drift [mean edges]", .lines = {{"mean", drifts}}});
-  std::erase_if(panels, [](ChartPanel& panel) {
+  std::erase_if(panels, [](PlotPanel& panel) {
     panel.lines = known(std::move(panel.lines));
     return panel.lines.empty();
   });
@@ -192,13 +190,13 @@ Json measured_of(const EvolvingReader& reader) {
 
 void write_plot(const Run& run, const Json& frames) {
   if (!run.options().has("plot")) return;
-  const std::vector<ChartPanel> panels = panels_of(frames);
+  const std::vector<PlotPanel> panels = panels_of(frames);
   require(!panels.empty(), "--plot: nothing was measured of these frames; follow them anew");
-  ChartOptions options{.marked = "triangles replaced"};
+  LinePlotOptions options{.marked = "triangles replaced"};
   for (std::size_t f = 1; f < frames.size(); ++f)
     if (frames[f].value("triangles_born", 0) > 0)
       options.marks.push_back(frames[f].at("frame").get<double>());
-  write_image(run.options().text("plot"), line_chart(numbers(frames, "frame"), panels, options));
+  write_image(run.options().text("plot"), line_plot(numbers(frames, "frame"), panels, options));
 }
 
 void write_strip(const Run& run, const EvolvingReader& reader,
@@ -210,8 +208,8 @@ void write_strip(const Run& run, const EvolvingReader& reader,
     frames.push_back(columns == 1 ? 0 : int(std::int64_t(i) * (count - 1) / (columns - 1)));
   double extent = 0, worst = 0;
   for (const int f : frames) {
-    const Mesh mesh = mesh_of(reader.segment(reader.frames()[std::size_t(f)].segment),
-                              reader.positions(f));
+    const Mesh mesh =
+        mesh_of(reader.segment(reader.frames()[std::size_t(f)].segment), reader.positions(f));
     extent = std::max(extent, bounding_box(mesh).diagonal());
     const Json measured = Json::parse(reader.frames()[std::size_t(f)].measured, nullptr, false);
     if (measured.is_object()) worst = std::max(worst, measured.value("distance_p95", 0.0));
@@ -230,7 +228,7 @@ void write_strip(const Run& run, const EvolvingReader& reader,
     for (const int id : segment.vertex_ids) {
       const auto found = colours.find(id);
       const Colour colour =
-          found == colours.end() ? Colour{born_later, born_later, born_later} : found->second;
+          found == colours.end() ? Colour{added_later, added_later, added_later} : found->second;
       values.insert(values.end(), colour.begin(), colour.end());
     }
     const std::vector<float> own = values_of(vertex_colours(model));
@@ -249,13 +247,13 @@ void write_strip(const Run& run, const EvolvingReader& reader,
   std::vector<Tile> tiles;
   for (std::vector<Tile>& row : rows) std::ranges::move(row, std::back_inserter(tiles));
   write_image(run.options().text("strip"),
-              contact_sheet(tiles, {.columns = columns,
-                                    .gap = 6,
-                                    .text_scale = 1,
-                                    .title = fmt::format(
-                                        "captured; followed; distance, light: {:g} % of the "
-                                        "diagonal",
-                                        100 * most)}));
+              contact_sheet(
+                  tiles, {.columns = columns,
+                          .gap = 6,
+                          .text_scale = 1,
+                          .title = fmt::format("captured; followed; distance, light: {:g} % of the "
+                                               "diagonal",
+                                               100 * most)}));
 }
 
 }  // namespace mq::app

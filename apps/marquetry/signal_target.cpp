@@ -60,8 +60,8 @@ ValueSpace value_space(const OptionValues& options) {
   return values;
 }
 
-Transfer transfer(const Texture& texture) {
-  return holds_light(texture.format) ? Transfer::linear : Transfer::srgb;
+TransferFunction transfer(const Texture& texture) {
+  return holds_light(texture.format) ? TransferFunction::linear : TransferFunction::srgb;
 }
 
 Image<float> decoded(const Texture& texture, const ValueSpace& values) {

@@ -26,7 +26,7 @@ struct ValueSpace {
 ValueSpace value_space(const OptionValues& options);
 
 /// Whether a texture stores display values or light.
-Transfer transfer(const Texture& texture);
+TransferFunction transfer(const Texture& texture);
 
 /// A texture's values in that space, and back.
 Image<float> decoded(const Texture& texture, const ValueSpace& values);

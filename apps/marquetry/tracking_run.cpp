@@ -26,10 +26,10 @@
 #include "mq/mesh/orient.h"
 #include "mq/mesh/refine.h"
 #include "mq/mesh/soundness.h"
-#include "mq/sequence/birth_shape.h"
-#include "mq/sequence/track_template.h"
-#include "mq/sequence/track_truth.h"
-#include "mq/sequence/tracking.h"
+#include "mq/track/rest_shape.h"
+#include "mq/track/track_template.h"
+#include "mq/track/track_truth.h"
+#include "mq/track/tracking.h"
 #include "run.h"
 #include "sequence_pictures.h"
 
@@ -222,7 +222,7 @@ class Sequence {
         captured.uncut.empty() ? captured.mesh.triangles : captured.uncut;
     // Of triangles that were turned it may be turned as they were, or not.
     if (material.triangles.size() == wanted.size() && material.triangles != wanted)
-      material = turned_over(std::move(material), captured.turned);
+      material = with_flipped(std::move(material), captured.turned);
     require(material.triangles == wanted,
             fmt::format("{}: its triangles are not those of {}",
                         truths_[std::size_t(frame)].path.string(), file(frame).path.string()));
@@ -306,7 +306,7 @@ struct Follower {
 
   Follower(TrackTemplate what, const OptionValues& options)
       : known(std::move(what)),
-        tracker(mesh_of(known.segment, birth_shape(known.mesh(), known.birth)), known.colours,
+        tracker(mesh_of(known.segment, rest_shape(known.mesh(), known.rest)), known.colours,
                 track_options(options)),
         edge(mean_edge_length(make_surface(known.mesh(), {.kind = WeldOptions::Kind::none}))) {}
 };
@@ -371,10 +371,10 @@ Json frame_json(const TrackedFrame& tracked) {
             {"total", tracked.seconds.total}}}};
 }
 
-Json born_json(const SurfaceDistance& distance, int triangles, int died) {
+Json added_json(const SurfaceDistance& distance, int triangles, int removed) {
   return {{"distance_mean", distance.mean}, {"distance_p95", distance.p95},
           {"distance_max", distance.max},   {"triangles_kept", 0},
-          {"triangles_born", triangles},    {"triangles_died", died},
+          {"triangles_born", triangles},    {"triangles_died", removed},
           {"distortion_mean", 1},           {"distortion_p95", 1}};
 }
 
@@ -720,16 +720,16 @@ class Tracking {
 
   /// Takes the frame's own mesh as the template from here on.
   Json begin_segment(int frame, const Prepared& captured) {
-    const int died = follower_ ? follower_->known.segment.triangle_count() : 0;
+    const int removed = follower_ ? follower_->known.segment.triangle_count() : 0;
     follower_.emplace(own_template(sequence_, frame, captured.target, captured.model,
                                    run_.options(), writer_->step(), next_vertex_, next_triangle_),
                       run_.options());
     count_ids(follower_->known.segment);
-    current_ = follower_->known.rest;
+    current_ = follower_->known.start;
     previous_.clear();
     writer_->add_segment(follower_->known.segment, current_);
-    return born_json(surface_distance(follower_->known.mesh(), captured.target),
-                     follower_->known.segment.triangle_count(), died);
+    return added_json(surface_distance(follower_->known.mesh(), captured.target),
+                      follower_->known.segment.triangle_count(), removed);
   }
 
   /// Replaces what of the template does not show the frame: at first what is two edges off, and
@@ -738,7 +738,7 @@ class Tracking {
                            const Progress& progress) const {
     const double share = run_.options().number("within") / 100;
     const double within = share * target.diagonal();
-    RemeshOptions how{.farthest = farthest_in_within * within, .birth = follower_->known.birth};
+    RemeshOptions how{.farthest = farthest_in_within * within, .rest = follower_->known.rest};
     Remeshed found = remesh(tracked, target.surface(), how, progress.step("remesh", 0.5));
     for (const double part : accuracies_in_within) {
       if (surface_distance(found.mesh, target).p95 <= share) break;
@@ -757,7 +757,7 @@ class Tracking {
     const Surface tracked =
         make_surface(mesh_of(before, current_), {.kind = WeldOptions::Kind::none});
     const Remeshed remeshed = remeshed_within(tracked, target, progress);
-    const bool changes = remeshed.born > 0 || remeshed.died > 0;
+    const bool changes = remeshed.added > 0 || remeshed.removed > 0;
     if (changes && run_.options().flag("keyframes")) {
       measured.update(begin_segment(frame, captured));
     } else if (changes) {
@@ -779,8 +779,8 @@ class Tracking {
                        {"distortion_mean", stretched.mean},
                        {"distortion_p95", stretched.p95},
                        {"triangles_kept", remeshed.kept},
-                       {"triangles_born", remeshed.born},
-                       {"triangles_died", remeshed.died},
+                       {"triangles_born", remeshed.added},
+                       {"triangles_died", remeshed.removed},
                        {"replaced",
                         {{"distorted", remeshed.distorted},
                          {"template_seeds", remeshed.template_seeds},

@@ -7,12 +7,12 @@
 #include "evolving_frames.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/baseline/forgetful.h"
+#include "mq/draw/contact_sheet.h"
 #include "mq/draw/lifespans.h"
-#include "mq/image/contact_sheet.h"
+#include "mq/evolving/lifespan_atlas.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
-#include "mq/sequence/lifespan_atlas.h"
-#include "mq/sequence/renewed.h"
 #include "outputs.h"
 #include "render_request.h"
 
@@ -40,7 +40,7 @@ Json frames_json(const EvolvingMesh& evolving, const LifespanAtlas& atlas) {
   for (std::size_t f = 0; f < atlas.frames.size(); ++f)
     frames.push_back({{"frame", evolving.frames[f].number},
                       {"charts", atlas.frames[f].charts},
-                      {"born", atlas.frames[f].born},
+                      {"born", atlas.frames[f].added},
                       {"renewed", atlas.frames[f].renewed},
                       {"occupancy", atlas.frames[f].occupancy},
                       {"stretch", atlas.frames[f].stretch},
@@ -54,7 +54,7 @@ void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) 
   for (const LifespanAtlasFrame& frame : atlas.frames) {
     stretch = std::max(stretch, frame.stretch);
     flipped += frame.flipped;
-    moved += frame.renewed - frame.born;
+    moved += frame.renewed - frame.added;
   }
   Json cleared = Json::array();
   for (const int frame : atlas.cleared) cleared.push_back(evolving.frames[frame].number);
@@ -86,10 +86,11 @@ void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) 
       counted(int(atlas.charts.size()), "chart"), counted(int(atlas.frames.size()), "frame"),
       atlas.charts_per_frame, atlas.lifespan, 100 * atlas.occupancy, stretch));
   if (run.options().has("look-ahead"))
-    run.print(fmt::format("energy {:.3f} times that with the whole sequence known; planned {}, "
-                          "the texture made anew {}\n",
-                          atlas.charting.energy / atlas.energy_of_whole,
-                          counted(atlas.plans, "time"), counted(int(atlas.cleared.size()), "time")));
+    run.print(
+        fmt::format("energy {:.3f} times that with the whole sequence known; planned {}, "
+                    "the texture made anew {}\n",
+                    atlas.charting.energy / atlas.energy_of_whole, counted(atlas.plans, "time"),
+                    counted(int(atlas.cleared.size()), "time")));
 }
 
 Image<float> picture(const EvolvingMesh& evolving, const LifespanAtlas& atlas,
@@ -192,8 +193,8 @@ void unwrap_store(Run& run, const EvolvingReader& reader, const fs::path& output
   }
   require(!evolving.frames.empty(), input.string() + ": it holds no frame");
   if (options.text("renew") != "never")
-    evolving = renewed(evolving, options.text("renew") == "frames" ? Renewal::frames
-                                                                    : Renewal::segments);
+    evolving = with_new_ids(
+        evolving, options.text("renew") == "frames" ? Forgetting::frames : Forgetting::segments);
   LifespanAtlas atlas;
   {
     const Step step(run, "unwrap", 0.85 * share);

@@ -7,8 +7,8 @@
 #include "field.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
+#include "mq/draw/false_colour.h"
 #include "mq/filter/geodesic.h"
-#include "mq/image/false_colour.h"
 #include "sources.h"
 #include "verb_tool.h"
 

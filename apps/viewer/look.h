@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "mq/image/false_colour.h"
+#include "mq/draw/false_colour.h"
 
 namespace mq::view {
 

@@ -5,9 +5,9 @@
 #include <cstdlib>
 
 #include "cli/models.h"
+#include "evolving/evolving_models.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
-#include "sequence/evolving_models.h"
 
 namespace mq::test {
 namespace {

@@ -36,17 +36,17 @@ TEST(Evolve, FollowsRemeshesAndLaysOut) {
   const auto found = result.json()["result"];
   EXPECT_EQ(found["flipped"], 0);
   ASSERT_EQ(found["frames"].size(), 4U);
-  int born = 0, renewed = 0;
+  int added = 0, renewed = 0;
   for (const auto& frame : found["frames"]) {
     EXPECT_LT(frame["distance_p95"], 0.01);
     EXPECT_GT(frame["occupancy"], 0.2);
     EXPECT_GT(frame["charts"], 0);
     if (frame["frame"] == 28) continue;
-    born += frame["triangles_born"].get<int>();
+    added += frame["triangles_born"].get<int>();
     renewed += frame["renewed"].get<int>();
   }
-  EXPECT_GT(born, 0);  // the balls touch
-  EXPECT_GE(renewed, born);
+  EXPECT_GT(added, 0);  // the balls touch
+  EXPECT_GE(renewed, added);
   const EvolvingMesh evolving = EvolvingReader(folder / "balls.evolving").read();
   EXPECT_NO_THROW(check(evolving));
   EXPECT_GT(evolving.segments.size(), 1U);
@@ -109,7 +109,7 @@ TEST(ExportFrom, TurnsBackWhatFacesTheWrongWay) {
   Model model = read_model(folder / "balls/frame_0028.ply");
   std::vector<int> all(model.mesh.triangles.size());
   std::iota(all.begin(), all.end(), 0);
-  model.mesh = turned_over(std::move(model.mesh), all);
+  model.mesh = with_flipped(std::move(model.mesh), all);
   write_model(folder / "balls/frame_0028.ply", model);
   const Result result = marquetry(folder, words);
   ASSERT_EQ(result.status, 0) << result.error;

@@ -215,16 +215,16 @@ TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {
   const Result whole = marquetry(folder, words);
   ASSERT_EQ(whole.status, 0) << whole.error;
   const auto frames = whole.json()["result"]["frames"];
-  int born = 0;
+  int added = 0;
   for (std::size_t f = 1; f < frames.size(); ++f) {
-    born += frames[f]["triangles_born"].get<int>();
+    added += frames[f]["triangles_born"].get<int>();
     EXPECT_LT(frames[f]["distance_p95"], 0.001) << f;
     EXPECT_LT(frames[f]["distance_max"], 0.005) << f;
     EXPECT_GT(frames[f]["triangles_kept"].get<int>(), 9 * frames[f]["triangles_died"].get<int>());
     EXPECT_EQ(frames[f]["manifold"], true) << f;
     EXPECT_EQ(frames[f]["folded"], 0) << f;
   }
-  EXPECT_GT(born, 0);
+  EXPECT_GT(added, 0);
   const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
   EXPECT_GT(evolving.segments.size(), 1U);
   int throughout = 0;
@@ -299,7 +299,7 @@ void turn_over(const std::filesystem::path& path, int step) {
   Model model = read_model(path);
   std::vector<int> some;
   for (int t = 0; t < model.mesh.triangle_count(); t += step) some.push_back(t);
-  model.mesh = turned_over(std::move(model.mesh), some);
+  model.mesh = with_flipped(std::move(model.mesh), some);
   write_model(path, model);
 }
 

@@ -3,9 +3,9 @@
 
 #include "cli/models.h"
 #include "cli/refusal.h"
+#include "evolving/evolving_models.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
-#include "sequence/evolving_models.h"
 
 namespace mq::test {
 namespace {

@@ -519,7 +519,7 @@ TEST(UvLayout, SaysWhatDoesNotFit) {
 
 // ---- Sheets ----
 
-TEST(Sheets, ShowOneSurfaceFromManySidesAndBeforeAndAfter) {
+TEST(InjectiveParts, ShowOneSurfaceFromManySidesAndBeforeAndAfter) {
   const Model model(flat_square(1), noise(4, 4, 3));
   const Renderer renderer(model.surface, &model.atlas);
   RenderOptions options;

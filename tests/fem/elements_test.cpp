@@ -15,8 +15,10 @@ namespace {
 void expect_conductivity_one_is_stiffness(const SignalSpace& space) {
   const Signal psi = test::random_signal(space.size(), 2);
   const std::vector<float> one(std::size_t(space.element_count()), 1.0F);
-  EXPECT_LE((space.conducted(psi, one) - space.stiffness_times(psi)).cwiseAbs().maxCoeff(), 1e-11);
-  const SparseMatrix difference = space.conducting(2, 3, one) - space.solvable(2, 3);
+  EXPECT_LE(
+      (space.weighted_stiffness_times(psi, one) - space.stiffness_times(psi)).cwiseAbs().maxCoeff(),
+      1e-11);
+  const SparseMatrix difference = space.weighted_system(2, 3, one) - space.regularised_system(2, 3);
   EXPECT_EQ(difference.norm(), 0);
 }
 
@@ -25,12 +27,13 @@ void expect_conducted_is_its_matrix(const SignalSpace& space) {
   std::vector<float> some(std::size_t(space.element_count()));
   const Random random(3);
   for (std::size_t e = 0; e < some.size(); ++e) some[e] = float(random.uniform(e, 0.5, 2));
-  const SparseMatrix S = space.conducting(0, 1, some);
-  const Signal product = S * psi, conducted = space.conducted(psi, some);
-  // Apart from what `solvable` adds at hardly visible texels.
-  EXPECT_LE((product - conducted).cwiseAbs().maxCoeff(), 1e-3);
+  const SparseMatrix S = space.weighted_system(0, 1, some);
+  const Signal product = S * psi,
+               weighted_stiffness_times = space.weighted_stiffness_times(psi, some);
+  // Apart from what `regularised_system` adds at hardly visible texels.
+  EXPECT_LE((product - weighted_stiffness_times).cwiseAbs().maxCoeff(), 1e-3);
   EXPECT_LE((S * Vector::Ones(space.size())).cwiseAbs().maxCoeff(), 1e-11);
-  EXPECT_LE(conducted.colwise().sum().cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LE(weighted_stiffness_times.colwise().sum().cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TEST(Elements, AddUpToTheStiffness) {

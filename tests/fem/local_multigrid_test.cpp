@@ -26,7 +26,7 @@ struct System {
   explicit System(int side = 160, double texels = 3)
       : cut(fixtures::cut("turned", fixtures::turned(fixtures::odd_angle), {side, side})),
         space(cut.model->surface, cut.model->atlas),
-        A(space.solvable(1, std::pow(texels * space.scale().texel_spacing, 2))),
+        A(space.regularised_system(1, std::pow(texels * space.scale().texel_spacing, 2))),
         hierarchy(texel_hierarchy(A, space.texels())) {}
 
   /// Texels within `radius` texel spacings of the square's middle, where its charts meet.
@@ -91,7 +91,9 @@ TEST(LocalMultigrid, SolvesTheRowsItWasGivenAndNoOthers) {
           << weight << ", " << radius;
       const RowSet inside = s.middle(radius);
       for (int k = 0; k < s.space.size(); ++k)
-        if (!inside.has(k)) { ASSERT_EQ(x[k], 0) << k; }
+        if (!inside.has(k)) {
+          ASSERT_EQ(x[k], 0) << k;
+        }
     }
   }
 }
@@ -137,10 +139,12 @@ TEST(LocalMultigrid, ACycleBringsItNearer) {
   double before = wanted.dot(s.A * wanted);
   for (int cycles = 1; cycles < 5; ++cycles) {
     for (const int i : local.rows())
-      local.right_hand_side()[i] = float(s.hierarchy.scaling().common * s.hierarchy.scaling().row(i) * b[i]);
+      local.right_hand_side()[i] =
+          float(s.hierarchy.scaling().common * s.hierarchy.scaling().row(i) * b[i]);
     local.solve({.error = 0, .max_cycles = cycles});
     Vector e = -wanted;
-    for (const int i : local.rows()) e[i] += s.hierarchy.scaling().row(i) * double(local.solution()[i]);
+    for (const int i : local.rows())
+      e[i] += s.hierarchy.scaling().row(i) * double(local.solution()[i]);
     const double now = e.dot(s.A * e);
     EXPECT_LT(now, 0.25 * before) << cycles;  // half the error
     before = now;
@@ -178,7 +182,8 @@ TEST(LocalMultigrid, IsTheSameForAnyNumberOfThreads) {
   const Vector b = forces(s);
   std::vector<Vector> found;
   for (const int threads : {1, 2, 7}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    std::size_t(threads));
     LocalMultigrid local(s.hierarchy.multigrid(), 1);
     local.choose(s.middle(40));
     found.push_back(solve(s, local, b, 1e-4));

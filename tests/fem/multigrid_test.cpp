@@ -96,7 +96,7 @@ TEST(Patchwork, IsAPartitionOfUnityWithConstantsAsNullSpace) {
 }
 
 /// P·1 = 1, and children, restriction and prolongation are what parents say.
-void expect_consistent(const Transfer& P) {
+void expect_consistent(const LevelTransfer& P) {
   SparseMatrix by_rows(P.fine_rows(), P.coarse_rows()), by_columns = by_rows;
   std::vector<Eigen::Triplet<double>> rows, columns;
   std::array<WeightedIndex, 4> parents;
@@ -139,8 +139,8 @@ TEST(Hierarchy, ProlongsConstantsToConstantsAndRestrictsByTheTranspose) {
   for (const auto& level : hierarchy.multigrid().levels) expect_consistent(*level->transfer);
 }
 
-/// A strip ten times as long as it is wide whose texture coordinates run to the right and back, with a gap
-/// of this width between the two ways.
+/// A strip ten times as long as it is wide whose texture coordinates run to the right and back,
+/// with a gap of this width between the two ways.
 Mesh hairpin(double gap) {
   constexpr double length = 0.75, width = 0.12, bottom = 0.3;
   constexpr int steps = 40, bend = 12;
@@ -167,7 +167,8 @@ Mesh hairpin(double gap) {
     add(way, {u, bottom + 2 * width + gap}, {u, bottom + width + gap});
   }
   for (int i = 0; 2 * i + 3 < mesh.vertex_count(); ++i)
-    for (const Triangle& t : {Triangle{2 * i, 2 * i + 2, 2 * i + 1}, {2 * i + 1, 2 * i + 2, 2 * i + 3}}) {
+    for (const Triangle& t :
+         {Triangle{2 * i, 2 * i + 2, 2 * i + 1}, {2 * i + 1, 2 * i + 2, 2 * i + 3}}) {
       mesh.triangles.push_back(t);
       mesh.corner_uvs.push_back(t);
     }
@@ -179,7 +180,7 @@ TEST(Hierarchy, KeepsPartsOfAChartApartThatAGapNarrowerThanTheCoarseGridParts) {
   for (const double gap : {5.4, 1.4, 0.7}) {
     const auto model = fixtures::textured(hairpin(gap / 256), {{256, 256}});
     const TexelSpace space(model->surface, model->atlas);
-    const SparseMatrix A = space.solvable(0, 1);
+    const SparseMatrix A = space.regularised_system(0, 1);
     const StencilLayout layout = make_robust_layout(A, space.texels());
     GridCoarsening grid = coarsen_grid(space.texels(), {{2, 2}});
     const int nodes = grid.coarse.size();
@@ -257,7 +258,8 @@ TEST(Cycle, IsSymmetricAndReducesTheErrorInTheEnergyNorm) {
   }
 }
 
-/// A with some blocks of 5 × 3 texels joined 3000 times as stiffly, as triangles of nearly no area are.
+/// A with some blocks of 5 × 3 texels joined 3000 times as stiffly, as triangles of nearly no area
+/// are.
 SparseMatrix with_stiff_spots(const Patchwork& p, SparseMatrix A) {
   const double stiffness = 3000 * A.diagonal().mean();
   const auto in_block = [&](int k) {
@@ -304,8 +306,7 @@ INSTANTIATE_TEST_SUITE_P(Multigrid, Rate,
 // Texels of one chart are so many times closer, across the seam, as those of the next.
 TEST(Multigrid, IsLittleSlowedWhereTexelsOfDifferentSizesMeet) {
   for (const auto& [denser, wanted] : {std::pair(4.0, 0.1), std::pair(16.0, 0.25)}) {
-    const Patchwork p =
-        make_patchwork({.size = 80, .charts = 2, .denser = denser});
+    const Patchwork p = make_patchwork({.size = 80, .charts = 2, .denser = denser});
     // Coarsened each at its own pace they left 0.12 and 0.45 per cycle at a ratio of 1e4.
     for (const double ratio : {20.0, 1e4})
       EXPECT_LE(mean_rate(solve(p, system_of(p, ratio)).report, 6), wanted) << ratio;
@@ -491,7 +492,8 @@ TEST(Multigrid, SolvesSmallPartsBesideALargeOneAsFast) {
   // On coarse levels each of the small ones comes down to one row, which holds next to nothing.
   Patchwork all = make_patchwork({.size = 200, .charts = 2});
   const int large = all.texels.size();
-  for (const int size : {4, 5, 6, 7, 8, 10, 12}) all = side_by_side(all, make_patchwork({.size = size}));
+  for (const int size : {4, 5, 6, 7, 8, 10, 12})
+    all = side_by_side(all, make_patchwork({.size = size}));
   SparseMatrix A = system_of(all, std::numeric_limits<double>::infinity());
   A.diagonal() *= 1 + 1e-13;
   const Signal wanted = noise(A.rows(), 3);

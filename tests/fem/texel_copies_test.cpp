@@ -13,14 +13,14 @@ namespace {
 struct Copies {
   explicit Copies(const fixtures::StripOptions& options)
       : model(fixtures::textured(fixtures::laid_strip(options), {options.size})),
-        apart(*lay_apart(model->surface, model->atlas)),
+        apart(*separate_overlaps(model->surface, model->atlas)),
         space(model->surface, apart.atlas),
         copies(model->surface, apart, space) {}
 
   int chart(int unknown) const { return space.texels().chart[std::size_t(unknown)]; }
 
   std::unique_ptr<fixtures::Textured> model;
-  LaidApart apart;
+  SeparatedAtlas apart;
   TexelSpace space;
   TexelCopies copies;
 };

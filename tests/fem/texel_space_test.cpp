@@ -59,7 +59,8 @@ TEST(TexelSpace, MassSumsToTheArea) {
     const TexelSpace space(cut.model->surface, cut.model->atlas);
     EXPECT_NEAR(column(space.mass()).sum(), 1.0, 1e-13) << cut.name;
     EXPECT_GT(space.mass().diagonal().minCoeff(), 0) << cut.name;
-    EXPECT_LE((space.lumped_mass() - column(space.mass())).cwiseAbs().maxCoeff(), 1e-15) << cut.name;
+    EXPECT_LE((space.lumped_mass() - column(space.mass())).cwiseAbs().maxCoeff(), 1e-15)
+        << cut.name;
   }
 }
 
@@ -117,8 +118,7 @@ TEST(TexelSpace, ReproducesLinearFunctionsAcrossSeams) {
         ASSERT_NEAR(value_at(space, phi, h / 3, l), linear(p), 1e-11) << cut.name << " seam " << h;
       }
   }
-  EXPECT_EQ(left_out,
-            (std::vector<std::string>{"charts of few texels", "charts below a texel"}));
+  EXPECT_EQ(left_out, (std::vector<std::string>{"charts of few texels", "charts below a texel"}));
 }
 
 TEST(TexelSpace, IsAPartitionOfUnity) {
@@ -133,7 +133,8 @@ TEST(TexelSpace, IsAPartitionOfUnity) {
           << cut.name;
     const std::vector<HalfEdge> seams = fixtures::seams_of(*cut.model);
     for (std::uint64_t k = 0; k < 2000 && !seams.empty(); ++k)
-      for (HalfEdge h : {seams[k % seams.size()], cut.model->surface.twins[seams[k % seams.size()]]})
+      for (HalfEdge h :
+           {seams[k % seams.size()], cut.model->surface.twins[seams[k % seams.size()]]})
         ASSERT_NEAR(value_at(space, ones, h / 3, fixtures::on_half_edge(h, random.uniform(k))), 1,
                     1e-13)
             << cut.name;
@@ -189,8 +190,7 @@ TEST(TexelSpace, IsBilinearAwayFromSeams) {
       for (int c = 0; c < 4; ++c) {
         const std::array<int, 2> at{i + (c & 1), j + (c >> 1)};
         inside = inside && unknown.count(at) && space.texels().interior[unknown[at]];
-        expected[unknown[at]] =
-            double((1 - std::abs(x - at[0])) * (1 - std::abs(y - at[1])));
+        expected[unknown[at]] = double((1 - std::abs(x - at[0])) * (1 - std::abs(y - at[1])));
       }
       if (!inside) continue;
       ++tested;
@@ -256,15 +256,16 @@ Cut seams_beside_lines(double offset, double angle, TextureSize size = {24, 24})
 
 constexpr std::array<double, 8> offsets = {0.3, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 0.0};
 
-/// Of the mass, and of the system whose weight is 4 to 6 texels squared. No seam's place shows in it.
+/// Of the mass, and of the system whose weight is 4 to 6 texels squared. No seam's place shows in
+/// it.
 TEST(TexelSpace, StaysWellConditionedHoweverNearASeamIsToTexels) {
   for (const double angle : {0.0, std::acos(-1.0) / 2, 1.1})
     for (const TextureSize size : {TextureSize{24, 24}, TextureSize{24, 40}})
       for (const double offset : offsets) {
         const Cut cut = seams_beside_lines(offset, angle, size);
         const TexelSpace space(cut.model->surface, cut.model->atlas);
-        const auto [largest, condition] = scaled_spectrum(space.solvable(1, 1e-2));
-        const auto [mass_largest, mass_condition] = scaled_spectrum(space.solvable(1, 0));
+        const auto [largest, condition] = scaled_spectrum(space.regularised_system(1, 1e-2));
+        const auto [mass_largest, mass_condition] = scaled_spectrum(space.regularised_system(1, 0));
         EXPECT_LT(largest, 5) << angle << ' ' << size.height << ' ' << offset;
         EXPECT_LT(condition, 60) << angle << ' ' << size.height << ' ' << offset;
         EXPECT_LT(mass_largest, 5) << angle << ' ' << size.height << ' ' << offset;
@@ -304,10 +305,10 @@ TEST(TexelSpace, VariesContinuouslyWithTheOffsetOfASeam) {
       EXPECT_LT(change_by_offset(offset, angle), 1.2 * offset + 1e-10) << angle << ' ' << offset;
 }
 
-/// Where a seam crosses a texel line the texels beyond it become unknowns, however little they cover:
-/// seam values, means of both sides, gain a freedom. It is of use as far as the sides disagree, so
-/// the result jumps, by less the finer the texture (1.4e-3 with 24² texels, 1.8e-4 with 96²), and not
-/// at all where texels of both sides meet.
+/// Where a seam crosses a texel line the texels beyond it become unknowns, however little they
+/// cover: seam values, means of both sides, gain a freedom. It is of use as far as the sides
+/// disagree, so the result jumps, by less the finer the texture (1.4e-3 with 24² texels, 1.8e-4
+/// with 96²), and not at all where texels of both sides meet.
 TEST(TexelSpace, JumpsALittleWhereASeamCrossesATexelLine) {
   const double coarse = change_by_offset(1e-8, 1.1, 24), fine = change_by_offset(1e-8, 1.1, 96);
   EXPECT_LT(coarse, 2e-3);
@@ -390,7 +391,8 @@ TEST(TexelSpace, DivergenceOfDifferencesIsStiffnessTimesThePotential) {
     for (std::size_t e = 0; e < edges.size(); ++e)
       z(e, 0) = psi(edges[e][1], 0) - psi(edges[e][0], 0);
     const Signal expected = space.stiffness_times(psi);
-    EXPECT_LT((space.edge_divergence(edges, z) - expected).norm(), 1e-12 * expected.norm()) << cut.name;
+    EXPECT_LT((space.edge_divergence(edges, z) - expected).norm(), 1e-12 * expected.norm())
+        << cut.name;
   }
 }
 
@@ -446,7 +448,8 @@ TEST(TexelSpace, CouplesOnlyWhatMeetsOnLongThinTextures) {
         samples.values.transpose() * (density * samples.weights).asDiagonal() * samples.values;
     for (std::size_t i = 0; i < samples.texels.size(); ++i)
       for (std::size_t j = 0; j < samples.texels.size(); ++j)
-        if (block(i, j) != 0) entries.emplace_back(samples.texels[i], samples.texels[j], block(i, j));
+        if (block(i, j) != 0)
+          entries.emplace_back(samples.texels[i], samples.texels[j], block(i, j));
   });
   integrated.setFromTriplets(entries.begin(), entries.end());
   EXPECT_LT((space.mass() - integrated).norm(), 1e-12 * integrated.norm());
@@ -462,7 +465,7 @@ TEST(TexelSpace, IsSolvableWhereTipsOfChartsMakeTexelsDependent) {
   for (const Cut& cut : small_cut_squares()) {
     const TexelSpace space(cut.model->surface, cut.model->atlas);
     const double w = 1e-2;
-    const SparseMatrix A = space.solvable(1, w), plain = space.system(1, w);
+    const SparseMatrix A = space.regularised_system(1, w), plain = space.system(1, w);
     EXPECT_EQ(A.nonZeros(), plain.nonZeros());
     EXPECT_LT((A - SparseMatrix(A.transpose())).norm(), 1e-13 * A.norm()) << cut.name;
     EXPECT_LT((column(A) - column(plain)).cwiseAbs().maxCoeff(), 1e-13) << cut.name;
@@ -509,8 +512,8 @@ TEST(TexelSpace, RefusesAnAtlasWithRefusedDefects) {
   }
 }
 
-/// A mesh and a copy of it one unit above with the same texture coordinates; of every other chart the
-/// copy comes first.
+/// A mesh and a copy of it one unit above with the same texture coordinates; of every other chart
+/// the copy comes first.
 Mesh with_copy_above(const Mesh& mesh) {
   const auto model = fixtures::textured(mesh, {{64, 64}});
   Mesh both = mesh;
@@ -532,7 +535,8 @@ Mesh with_copy_above(const Mesh& mesh) {
 }
 
 TEST(TexelSpace, PlacesTexelsThatCopiesShareOnOneOfThem) {
-  const auto model = fixtures::textured(with_copy_above(fixtures::cut_square({.parts = 3})), {{90, 90}});
+  const auto model =
+      fixtures::textured(with_copy_above(fixtures::cut_square({.parts = 3})), {{90, 90}});
   ASSERT_EQ(model->atlas.charts.size(), 18);
   const TexelSpace space(model->surface, model->atlas);
   for (const auto& position : space.texels().positions) EXPECT_NEAR(position[2], 0, 1e-6);

@@ -8,9 +8,9 @@
 
 #include "fem/cut_squares.h"
 #include "linear/matrices.h"
-#include "mq/fem/conducting_space.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/vertex_space.h"
+#include "mq/fem/weighted_stiffness_space.h"
 
 namespace mq {
 namespace {
@@ -117,14 +117,13 @@ TEST(Denoise, GivesTheSameWithAnySolver) {
   EXPECT_LE((found.signal - direct).cwiseAbs().maxCoeff(), 1e-5);
 }
 
-TEST(ConductingSpace, TakesAnotherConductivity) {
+TEST(WeightedStiffnessSpace, TakesAnotherConductivity) {
   const VertexSpace space(make_surface(fixtures::torus(8, 6)));
-  const std::vector<float> one(std::size_t(space.element_count()), 0.5F),
-      other(one.size(), 0.25F);
-  ConductingSpace changed(space, one);
+  const std::vector<float> one(std::size_t(space.element_count()), 0.5F), other(one.size(), 0.25F);
+  WeightedStiffnessSpace changed(space, one);
   changed.set_conductivity(other);
-  EXPECT_EQ((changed.system(1, 2) - ConductingSpace(space, other).system(1, 2)).norm(), 0);
-  EXPECT_GT((changed.system(1, 2) - ConductingSpace(space, one).system(1, 2)).norm(), 0);
+  EXPECT_EQ((changed.system(1, 2) - WeightedStiffnessSpace(space, other).system(1, 2)).norm(), 0);
+  EXPECT_GT((changed.system(1, 2) - WeightedStiffnessSpace(space, one).system(1, 2)).norm(), 0);
 }
 
 TEST(Denoise, RefusesWhatDoesNotFit) {
@@ -133,8 +132,8 @@ TEST(Denoise, RefusesWhatDoesNotFit) {
   EXPECT_THROW(denoise(space, psi, {}, {.weight = 1, .edge = 0}), InvalidInput);
   EXPECT_THROW(denoise(space, psi, {}, {.weight = 1, .edge = 1, .steps = 0}), InvalidInput);
   EXPECT_THROW(denoise(space, psi, {{Signal::Zero(3, 1), 0.1}}, {.weight = 1}), InvalidInput);
-  EXPECT_THROW(ConductingSpace(space, {1.0F}), InvalidInput);
-  EXPECT_THROW(ConductingSpace(space, std::vector<float>(space.element_count(), -1.0F)),
+  EXPECT_THROW(WeightedStiffnessSpace(space, {1.0F}), InvalidInput);
+  EXPECT_THROW(WeightedStiffnessSpace(space, std::vector<float>(space.element_count(), -1.0F)),
                InvalidInput);
 }
 

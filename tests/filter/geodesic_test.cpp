@@ -13,11 +13,11 @@
 
 #include "atlas/laid_strips.h"
 #include "fem/cut_squares.h"
-#include "mq/atlas/lay_apart.h"
+#include "mq/atlas/separate_overlaps.h"
 #include "mq/fem/boundary_unknowns.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/vertex_space.h"
-#include "mq/filter/front.h"
+#include "mq/filter/fast_sweeping.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/linear/direct.h"
 #include "mq/mesh/closest_point.h"
@@ -298,12 +298,12 @@ std::unique_ptr<fixtures::Textured> laid(const fixtures::StripOptions& options) 
 /// they are discretised alike, so distances are what they are where nothing is shared.
 TEST(GeodesicDistance, IsTheSameWhereChartsThatShareTexelsAreLaidApart) {
   const auto apart = laid(fixtures::two_halves(18.5));
-  ASSERT_FALSE(lay_apart(apart->surface, apart->atlas));
+  ASSERT_FALSE(separate_overlaps(apart->surface, apart->atlas));
   const AlongStrip wanted = along_strip(apart->surface, apart->atlas);
   EXPECT_LE(wanted.errors.mean, 0.02);
   for (const double gap : {0.5, -0.5, -9.5}) {  // half a texel apart, overlapping, on one another
     const auto near = laid(fixtures::two_halves(gap));
-    const auto moved = lay_apart(near->surface, near->atlas);
+    const auto moved = separate_overlaps(near->surface, near->atlas);
     ASSERT_TRUE(moved);
     const AlongStrip found = along_strip(near->surface, moved->atlas);
     for (std::size_t k = 0; k < wanted.found.size(); ++k)
@@ -315,7 +315,7 @@ TEST(GeodesicDistance, IsTheSameWhereChartsThatShareTexelsAreLaidApart) {
 
 TEST(GeodesicDistance, GoesAroundAChartThatIsBentBackOnItself) {
   const auto far = laid(fixtures::bent_back(4)), near = laid(fixtures::bent_back(0.6));
-  const auto moved = lay_apart(near->surface, near->atlas);
+  const auto moved = separate_overlaps(near->surface, near->atlas);
   ASSERT_TRUE(moved);
   const Errors wanted = along_strip(far->surface, far->atlas).errors,
                found = along_strip(near->surface, moved->atlas).errors;
@@ -327,7 +327,7 @@ TEST(GeodesicDistance, GoesAroundAChartThatIsBentBackOnItself) {
 
 TEST(GeodesicDistance, GoesTwiceAroundARepeatingTexture) {
   const auto twice = laid(fixtures::around_twice());
-  const auto unrolled = lay_apart(twice->surface, twice->atlas);
+  const auto unrolled = separate_overlaps(twice->surface, twice->atlas);
   ASSERT_TRUE(unrolled);
   EXPECT_LE(along_strip(twice->surface, unrolled->atlas).errors.mean, 0.02);
 }
@@ -442,7 +442,7 @@ TEST(FrontDistances, AreRightToAFewPerCent) {
     const TexelSpace space(model->surface, model->atlas);
     const std::vector<Vector3> places = places_of(space);
     const int source = nearest(space.texels(), {0.31, 0.42, 0});
-    const Vector w = front_distances(space.stiffness(), places, {{source, 0}});
+    const Vector w = fast_sweeping_distances(space.stiffness(), places, {{source, 0}});
     double sum = 0;
     for (int i = 0; i < space.size(); ++i) {
       const double d = (places[i] - places[source]).norm();
@@ -459,7 +459,7 @@ TEST(FrontDistances, AreExactForAPlaneFront) {
   std::vector<std::pair<int, double>> edge;
   for (int i = 0; i < space.size(); ++i)
     if (space.texels().places[i].x == 0) edge.emplace_back(i, 0.5);
-  const Vector w = front_distances(space.stiffness(), places_of(space), edge);
+  const Vector w = fast_sweeping_distances(space.stiffness(), places_of(space), edge);
   for (int i = 0; i < space.size(); ++i)
     EXPECT_NEAR(w[i], 0.5 + space.texels().places[i].x / 64.0, 1e-6);
 }
@@ -472,7 +472,7 @@ double share_beyond(double far, const CutOptions& options, int side) {
   const auto model = fixtures::textured(fixtures::cut_square(options), {{side, side}});
   const TexelSpace space(model->surface, model->atlas);
   const double t = 4 * space.scale().texel_spacing * space.scale().texel_spacing;
-  SparseMatrix A = space.solvable(0, t);
+  SparseMatrix A = space.regularised_system(0, t);
   A.diagonal() += space.mass() * Vector::Ones(space.size());
   Vector b = Vector::Zero(space.size());
   b[40] = 1;

@@ -89,8 +89,8 @@ TEST(LineIntegral, IsTheSameHoweverTheSurfaceIsCut) {
             0.95);
 }
 
-// The hardest matrix there is for multigrid: a hundred times as far along the lines as across, at any
-// angle to the texels.
+// The hardest matrix there is for multigrid: a hundred times as far along the lines as across, at
+// any angle to the texels.
 TEST(LineIntegral, IsSolvedByMultigrid) {
   const auto model =
       fixtures::textured(fixtures::cut_square(fixtures::turned(fixtures::odd_angle)), {{200, 200}});
@@ -100,11 +100,11 @@ TEST(LineIntegral, IsSolvedByMultigrid) {
   const Signal noise = solid_noise(places, 1.0 / 90, 7);
   for (const double angle : {0.0, 0.4, 0.6, 0.8}) {
     TexelSpaceOptions across;
-    across.metrics = texel_metrics_across(
-        model->surface, model->atlas,
-        std::vector<Vector3>(model->surface.mesh.triangles.size(),
-                             Vector3(std::cos(angle), std::sin(angle), 0)),
-        100);
+    across.metrics =
+        texel_metrics_across(model->surface, model->atlas,
+                             std::vector<Vector3>(model->surface.mesh.triangles.size(),
+                                                  Vector3(std::cos(angle), std::sin(angle), 0)),
+                             100);
     const TexelSpace stretched(model->surface, model->atlas, across);
     const auto spread = [&](const SolverFactory& factory) {
       return line_integral(stretched, space, noise, {.weight = 0.04}, factory);
@@ -159,7 +159,7 @@ TEST(WatchLinesForm, BeginsWithTheNoiseAndComesNearerToTheLines) {
   const Signal noise = solid_noise(places, 0.03);
   const double weight = 0.01;
   const Signal lines = ScreenedPoisson(space, weight).solve(noise, 0).signal;
-  const SparseMatrix A = space.solvable(1, weight);
+  const SparseMatrix A = space.regularised_system(1, weight);
   std::vector<int> steps;
   std::vector<double> errors;
   watch_lines_form(space, noise, weight, 64, [&](int step, const Signal& now) {

@@ -72,7 +72,7 @@ TEST(Modulation, NeedsNoNewFactorisation) {
     add_spots(std::vector<Spot>{{.center = {x, 0.4, 0}, .radius = 0.3}}, places, mask);
     const std::vector<double> beta = modulation(mask, 4);
     const Signal anew =
-        DirectSolver(space.solvable(1, w))
+        DirectSolver(space.regularised_system(1, w))
             .solve(w * (modulated_moments(cut, space, psi, beta) - space.stiffness_times(psi)));
     const Signal change = prepared.solve(psi, beta).signal - psi;
     EXPECT_GT(change.cwiseAbs().maxCoeff(), 0.1);

@@ -69,7 +69,8 @@ TEST(ScreenedPoisson, KeepsTheMeanOfEachComponent) {
   for (const double weight : {1e-4, 1.0, infinite}) {
     const Signal change = ScreenedPoisson(space, weight).solve(psi, 3).signal - psi;
     EXPECT_GT(change.cwiseAbs().maxCoeff(), 1e-3);
-    for (const auto rows : {Eigen::seq(0, torus_size - 1), Eigen::seq(torus_size, space.size() - 1)})
+    for (const auto rows :
+         {Eigen::seq(0, torus_size - 1), Eigen::seq(torus_size, space.size() - 1)})
       EXPECT_LE((mass(rows).transpose() * change(rows, Eigen::all)).cwiseAbs().maxCoeff(), 1e-12)
           << "weight " << weight;
   }
@@ -89,7 +90,8 @@ TEST(ScreenedPoisson, ScalesEigenmodesByItsGain) {
       const double w = alpha * area;
       const Signal phi = ScreenedPoisson(space, w).solve(psi, beta).signal;
       const auto gain = [&](double l) { return (1 + beta * w * l) / (1 + w * l); };
-      EXPECT_LE((phi - gain(lambda) * psi).cwiseAbs().maxCoeff(), 0.005 * std::max(gain(lambda), 0.1));
+      EXPECT_LE((phi - gain(lambda) * psi).cwiseAbs().maxCoeff(),
+                0.005 * std::max(gain(lambda), 0.1));
       EXPECT_LE((phi - gain(discrete) * psi).cwiseAbs().maxCoeff(), 1e-11);
     }
 }
@@ -99,7 +101,8 @@ TEST(ScreenedPoisson, RepeatedInSmallStepsFollowsTheHeatEquation) {
   const VertexSpace space(torus.surface, torus.shapes);
   const double time = 0.3;
   const auto diffuse = [&](int steps) {
-    Signal phi = torus.sample([](double x, double y) { return std::exp(std::cos(x) + std::sin(2 * y)); });
+    Signal phi =
+        torus.sample([](double x, double y) { return std::exp(std::cos(x) + std::sin(2 * y)); });
     const ScreenedPoisson equation(space, time / steps);
     for (int i = 0; i < steps; ++i) phi = equation.solve(phi, 0).signal;
     return phi;
@@ -164,7 +167,8 @@ TEST(ScreenedPoisson, TakesAModulationPerVertex) {
   std::vector<double> half(space.size(), 1.0);
   for (int i = 0; i < space.size() / 2; ++i) half[i] = 3;
   const Signal modulated = space.stiffness_times(psi, half);
-  const Signal expected = DirectSolver(space.system(1, 0.02)).solve(space.mass() * psi + 0.02 * modulated);
+  const Signal expected =
+      DirectSolver(space.system(1, 0.02)).solve(space.mass() * psi + 0.02 * modulated);
   EXPECT_LE((equation.solve(psi, half).signal - expected).cwiseAbs().maxCoeff(), 1e-11);
 }
 
@@ -191,7 +195,8 @@ TEST(ScreenedPoisson, KeepsWhatItCanWhenTheWeightChanges) {
   ScreenedPoisson equation(space, 0.02);
   for (const double weight : {0.5, infinite, 1e-3}) {
     equation.set_weight(weight);
-    EXPECT_TRUE(equation.solve(psi, 2).signal == ScreenedPoisson(space, weight).solve(psi, 2).signal);
+    EXPECT_TRUE(equation.solve(psi, 2).signal ==
+                ScreenedPoisson(space, weight).solve(psi, 2).signal);
   }
 }
 
@@ -210,7 +215,9 @@ TEST(ScreenedPoisson, GivesEqualBitsForAnyNumberOfThreads) {
   const Signal psi = random_signal(space.size(), 3);
   const auto solve = [&](int threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    return ScreenedPoisson(VertexSpace(make_surface(fixtures::torus(150, 80))), 0.1).solve(psi, 3).signal;
+    return ScreenedPoisson(VertexSpace(make_surface(fixtures::torus(150, 80))), 0.1)
+        .solve(psi, 3)
+        .signal;
   };
   const Signal one = solve(1);
   EXPECT_TRUE(one == solve(2));
@@ -248,9 +255,11 @@ class TwoUnknowns final : public SignalSpace {
   SurfaceScale scale() const override { return {}; }
   int element_count() const override { return 0; }
   std::vector<float> gradient_norms(const Signal&) const override { return {}; }
-  Signal conducted(const Signal& psi, std::span<const float>) const override { return 0 * psi; }
-  SparseMatrix conducting(double a, double b, std::span<const float>,
-                          const Progress& progress) const override {
+  Signal weighted_stiffness_times(const Signal& psi, std::span<const float>) const override {
+    return 0 * psi;
+  }
+  SparseMatrix weighted_system(double a, double b, std::span<const float>,
+                               const Progress& progress) const override {
     return system(a, b, progress);
   }
 
@@ -286,7 +295,8 @@ TEST(Smooth, IsTheFilterWithBetaZero) {
   const VertexSpace space(make_surface(fixtures::torus(30, 20)));
   const Signal psi = random_signal(space.size(), 2);
   const Length length{.value = 0.2, .unit = Length::Unit::model};
-  EXPECT_TRUE(smooth(space, psi, length).signal == ScreenedPoisson(space, 0.2 * 0.2).solve(psi, 0).signal);
+  EXPECT_TRUE(smooth(space, psi, length).signal ==
+              ScreenedPoisson(space, 0.2 * 0.2).solve(psi, 0).signal);
   EXPECT_TRUE(sharpen(space, psi, length, 4).signal ==
               ScreenedPoisson(space, 0.2 * 0.2).solve(psi, 4).signal);
 }

@@ -101,7 +101,7 @@ TEST(Stitch, RemovesOffsetsFromLinearFunctions) {
     if (!cut.apart || cut.size.width < 20) continue;  // charts below a texel: places are rough
     const TexelSpace texels(cut.model->surface, cut.model->atlas);
     // Texels that are held to their neighbours pull along borders with 1e-4 of the slope.
-    const bool held = (texels.solvable(0, 1) - texels.system(0, 1)).norm() > 0;
+    const bool held = (texels.regularised_system(0, 1) - texels.system(0, 1)).norm() > 0;
     const std::vector<Vector3> places = places_of(texels);
     for (const auto& labels : {texels.texels().chart, quadrants(places)}) {
       const Ground ground(texels, places, labels);
@@ -278,7 +278,7 @@ TEST(StitchPartials, FindsTheOffsetWhereBothSee) {
   for (const Cut& cut : cut_squares()) {
     if (!cut.apart || cut.size.width < 40) continue;
     const TexelSpace space(cut.model->surface, cut.model->atlas);
-    if ((space.solvable(0, 1) - space.system(0, 1)).norm() > 0) continue;
+    if ((space.regularised_system(0, 1) - space.system(0, 1)).norm() > 0) continue;
     const std::vector<Vector3> places = places_of(space);
     const Signal truth = test::random_signal(space.size(), 2);
     const std::vector<Partial> partials = overlapping(truth, places);
@@ -313,7 +313,9 @@ TEST(StitchPartials, TakeTheOneThatIsWantedWhereItShowsAnything) {
   const Composite composite = best_of(partials, std::vector{1, 1, unseen});
   EXPECT_EQ(composite.labels, (std::vector{1, 0, 1}));
   EXPECT_EQ(composite.values, (Signal(3, 1) << 2, 1, 2).finished());
-  EXPECT_THAT(fixtures::error_of([&] { best_of(partials, std::vector{0, 2, 0}); }),
+  EXPECT_THAT(fixtures::error_of([&] {
+                best_of(partials, std::vector{0, 2, 0});
+              }),
               testing::HasSubstr("found photograph 2, wanted a number from 0 to 1"));
 }
 

@@ -17,8 +17,8 @@
 namespace mq {
 namespace {
 
-using fixtures::cut_squares;
 using fixtures::Cut;
+using fixtures::cut_squares;
 using fixtures::CutOptions;
 using Place = Texels::Place;
 
@@ -53,8 +53,7 @@ void expect_same_result(const Model& first, const Model& second, const Home& hom
   for (int i = 0; i < space_a.size(); ++i) number[key(space_a.texels().places[i])] = i;
   std::vector<int> twin(space_b.size());
   for (int i = 0; i < space_b.size(); ++i) {
-    const auto at =
-        number.find(key(home(space_b.texels().places[i], space_b.texels().chart[i])));
+    const auto at = number.find(key(home(space_b.texels().places[i], space_b.texels().chart[i])));
     ASSERT_NE(at, number.end());
     twin[i] = at->second;
   }
@@ -176,12 +175,12 @@ Eigen::RowVectorXd mean(const TexelSpace& space, const Signal& signal) {
 }
 
 /// Texels that hardly any point of the surface shows are held to their neighbours in what is solved
-/// (`TexelSpace::solvable`); the addition sums to 0 over every row, so means stay.
+/// (`TexelSpace::regularised_system`); the addition sums to 0 over every row, so means stay.
 TEST(TexelFilter, KeepsTheMeanWhereTexelsAreHeld) {
   int held = 0;
   for (const Cut& cut : cut_squares()) {
     const TexelSpace space(cut.model->surface, cut.model->atlas);
-    held += (space.solvable(1, 1e-3) - space.system(1, 1e-3)).norm() > 0;
+    held += (space.regularised_system(1, 1e-3) - space.system(1, 1e-3)).norm() > 0;
     const Signal psi = test::random_signal(space.size(), 3);
     for (const double weight : {1e-4, 1e-2, 1.0, ScreenedPoisson::infinite_weight})
       for (const double beta : {0.0, 3.0}) {
@@ -224,14 +223,15 @@ TEST(TexelFilter, ReturnsTheInputBitForBitForBetaOne) {
 }
 
 /// Only gradients count, and those asked for are a linear function's: it comes back across all
-/// seams, up to a constant. Texels that are held to their neighbours (`TexelSpace::solvable`, τ = 1e-4)
-/// pull along borders with a ten-thousandth of the gradient; without any, the screen of 1e-10 is left.
+/// seams, up to a constant. Texels that are held to their neighbours
+/// (`TexelSpace::regularised_system`, τ = 1e-4) pull along borders with a ten-thousandth of the
+/// gradient; without any, the screen of 1e-10 is left.
 TEST(TexelFilter, FindsLinearFunctionsFromTheirGradient) {
   int without = 0, with = 0;
   for (const Cut& cut : cut_squares()) {
     if (!cut.apart) continue;
     const TexelSpace space(cut.model->surface, cut.model->atlas);
-    const bool held = (space.solvable(0, 1) - space.system(0, 1)).norm() > 0;
+    const bool held = (space.regularised_system(0, 1) - space.system(0, 1)).norm() > 0;
     const auto linear = [](const Vector2& p) { return p.x() - 0.6 * p.y() - 0.2; };  // of mean 0
     const std::vector<Vector3> gradient(cut.model->surface.triangle_count(), Vector3(1, -0.6, 0));
     const ScreenedPoisson equation(space, ScreenedPoisson::infinite_weight);
@@ -252,12 +252,14 @@ TEST(TexelFilter, FindsLinearFunctionsFromTheirGradient) {
 }
 
 TEST(TexelFilter, KeepsTheMeanHoweverLargeTheWeight) {
-  const fixtures::Cut cut = fixtures::cut("turned", fixtures::turned(fixtures::odd_angle), {160, 160});
+  const fixtures::Cut cut =
+      fixtures::cut("turned", fixtures::turned(fixtures::odd_angle), {160, 160});
   const TexelSpace space(cut.model->surface, cut.model->atlas);
   const Signal psi = test::random_signal(space.size(), 3);
   const Eigen::RowVectorXd mean = (space.mass() * psi).colwise().sum() / space.scale().area;
   for (const double weight : {1.0, 1e3, 1e6}) {
-    const Signal phi = ScreenedPoisson(space, weight, multigrid_solver(space.texels())).solve(psi, 0).signal;
+    const Signal phi =
+        ScreenedPoisson(space, weight, multigrid_solver(space.texels())).solve(psi, 0).signal;
     const Eigen::RowVectorXd after = (space.mass() * phi).colwise().sum() / space.scale().area;
     EXPECT_LT((after - mean).cwiseAbs().maxCoeff(), 0.1 / 65535) << weight;
 

@@ -5,12 +5,12 @@
 #include <numeric>
 
 #include "fixtures.h"
+#include "mq/draw/contact_sheet.h"
+#include "mq/draw/false_colour.h"
+#include "mq/draw/text.h"
 #include "mq/image/colour.h"
 #include "mq/image/compare.h"
-#include "mq/image/contact_sheet.h"
-#include "mq/image/false_colour.h"
 #include "mq/image/resample.h"
-#include "mq/image/text.h"
 
 namespace mq {
 namespace {
@@ -56,16 +56,16 @@ TEST(ColourSpace, LogarithmTurnsRatiosIntoDifferences) {
 TEST(ColourSpace, LeavesAlphaAlone) {
   const Image<float> image = noise(5, 4, 4);
   for (const ColourSpace space : {ColourSpace::linear, ColourSpace::log}) {
-    const Image<float> decoded = decode(image, space, Transfer::srgb);
-    const Image<float> back = encode(decoded, space, Transfer::srgb);
+    const Image<float> decoded = decode(image, space, TransferFunction::srgb);
+    const Image<float> back = encode(decoded, space, TransferFunction::srgb);
     for (int x = 0; x < 5; ++x) {
       EXPECT_EQ(decoded(x, 1, 3), image(x, 1, 3));
       EXPECT_NE(decoded(x, 1, 0), image(x, 1, 0));
       EXPECT_NEAR(back(x, 1, 0), image(x, 1, 0), 1e-6);
     }
   }
-  EXPECT_EQ(decode(image, ColourSpace::stored, Transfer::srgb), image);
-  EXPECT_EQ(decode(image, ColourSpace::linear, Transfer::linear), image);
+  EXPECT_EQ(decode(image, ColourSpace::stored, TransferFunction::srgb), image);
+  EXPECT_EQ(decode(image, ColourSpace::linear, TransferFunction::linear), image);
 }
 
 TEST(ColourSpace, BlendsAlphaAndSpreadsGrey) {

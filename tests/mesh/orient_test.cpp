@@ -34,7 +34,7 @@ TEST(Oriented, TurnsTrianglesThatFaceAgainstTheirNeighbours) {
   for (const Mesh& mesh : {fixtures::torus(20, 10), fixtures::triangle_soup(fixtures::sphere(3)),
                            fixtures::flat_square(6)}) {
     const std::vector<int> some = every(7, mesh.triangle_count());
-    const Oriented found = oriented(turned_over(mesh, some));
+    const Oriented found = oriented(with_flipped(mesh, some));
     EXPECT_EQ(found.turned, some);
     EXPECT_EQ(found.defects[0].kind, "turned_triangles");
     EXPECT_EQ(found.defects[0].count, std::ssize(some));
@@ -56,12 +56,12 @@ TEST(Oriented, KeepsSolidsApartThatTouchInAFace) {
       (one.positions[base[0]] + one.positions[base[1]] + one.positions[base[2]]) / 3;
   other.positions[apex] = 2 * middle - one.positions[apex];
   std::vector<int> all = every(1, other.triangle_count());
-  other = turned_over(other, all);
+  other = with_flipped(other, all);
   const Mesh both = fixtures::beside(one, other);
   const Oriented found = oriented(both);
   EXPECT_EQ(found.mesh.triangles, both.triangles);
   EXPECT_TRUE(found.defects.empty());
-  const Oriented mended = oriented(turned_over(both, {1, 6}));
+  const Oriented mended = oriented(with_flipped(both, {1, 6}));
   EXPECT_EQ(mended.turned, (std::vector<int>{1, 6}));
   EXPECT_EQ(mended.mesh.triangles, both.triangles);
   EXPECT_EQ(make_surface(mended.mesh).boundary_edges, 0);
@@ -69,7 +69,7 @@ TEST(Oriented, KeepsSolidsApartThatTouchInAFace) {
 
 TEST(Oriented, TurnsASolidThatIsInsideOut) {
   const Mesh mesh = fixtures::torus(20, 10);
-  const Oriented found = oriented(turned_over(mesh, every(1, mesh.triangle_count())));
+  const Oriented found = oriented(with_flipped(mesh, every(1, mesh.triangle_count())));
   EXPECT_EQ(found.mesh.triangles, mesh.triangles);
   EXPECT_EQ(found.defects.at(0).kind, "inside_out_triangles");
   EXPECT_EQ(found.defects.at(0).count, mesh.triangle_count());
@@ -77,10 +77,10 @@ TEST(Oriented, TurnsASolidThatIsInsideOut) {
 
 TEST(Oriented, KnowsACavityFromASolidThatIsInsideOut) {
   const Mesh ball = fixtures::sphere(3);
-  const Mesh hollow = turned_over(scaled(ball, 0.5), every(1, ball.triangle_count()));
+  const Mesh hollow = with_flipped(scaled(ball, 0.5), every(1, ball.triangle_count()));
   const Mesh shell = fixtures::beside(ball, hollow);
   EXPECT_TRUE(oriented(shell).turned.empty());
-  const Oriented found = oriented(turned_over(shell, every(1, shell.triangle_count())));
+  const Oriented found = oriented(with_flipped(shell, every(1, shell.triangle_count())));
   EXPECT_EQ(found.mesh.triangles, shell.triangles);
   EXPECT_NEAR(enclosed_volume(found.mesh), enclosed_volume(shell), 1e-12);
 }
@@ -91,13 +91,13 @@ TEST(Oriented, TurnsOneOfTwoBalls) {
   for (Vector3& p : away.positions) p += Vector3(3, 0, 0);
   const Mesh two = fixtures::beside(ball, away);
   const Oriented found =
-      oriented(fixtures::beside(ball, turned_over(away, every(1, away.triangle_count()))));
+      oriented(fixtures::beside(ball, with_flipped(away, every(1, away.triangle_count()))));
   EXPECT_EQ(found.mesh.triangles, two.triangles);
 }
 
 TEST(Oriented, TurnsWhatIsOpenAsItWasBefore) {
   const Mesh sheet = fixtures::flat_square(6);
-  const Mesh turned = turned_over(sheet, every(1, sheet.triangle_count()));
+  const Mesh turned = with_flipped(sheet, every(1, sheet.triangle_count()));
   EXPECT_TRUE(oriented(turned).turned.empty());
   Mesh before = sheet;
   for (Vector3& p : before.positions) p.z() += 0.01;
@@ -110,7 +110,7 @@ TEST(Oriented, TurnsWhatIsOpenAsItWasBefore) {
 
 TEST(OrientedLike, TurnsWhatWasCapturedUnlessWhatFollowsItIsInsideOut) {
   const Mesh mesh = fixtures::torus(20, 10);
-  const Mesh inward = turned_over(mesh, every(1, mesh.triangle_count()));
+  const Mesh inward = with_flipped(mesh, every(1, mesh.triangle_count()));
   EXPECT_EQ(oriented_like(inward, mesh).mesh.triangles, mesh.triangles);
   EXPECT_EQ(oriented_like(inward, mesh).defects.at(0).kind, "inside_out_triangles");
   EXPECT_EQ(oriented_like(inward, inward).mesh.triangles, inward.triangles);

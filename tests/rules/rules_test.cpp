@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 const fs::path root = mq::places::source();
 
 /// In the order data flows: a room includes itself and the rooms before it.
-const std::vector<std::string> rooms = {"base", "linear", "image",  "mesh", "atlas",
-                                        "fem",  "trace",  "filter", "flow", "sequence",
-                                        "draw", "sample", "io"};
+const std::vector<std::string> rooms = {
+    "base",   "linear", "image", "mesh",  "remesh", "unwrap", "atlas", "fem",   "evolving", "trace",
+    "filter", "flow",   "track", "video", "draw",   "sample", "io",    "model", "baseline"};
 
 std::vector<std::string> lines_of(const fs::path& path) {
   std::ifstream file(path);
@@ -99,6 +99,13 @@ TEST(Rooms, IncludeOnlyRoomsAboveThem) {
   }
 }
 
+TEST(Rooms, IncludeNothingThatExistsOnlyToBeComparedWith) {
+  for (const Include& include : includes("src/mq"))
+    if (room_of(include.file) != "baseline") {
+      EXPECT_NE(room_of_include(include.name), "baseline") << include.where;
+    }
+}
+
 TEST(Rooms, KeepFileFormatsInIo) {
   static const std::regex formats(
       "^(OpenImageIO|nlohmann|tiny_|tiny_gltf|png\\.h|jpeglib|OpenEXR)");
@@ -156,7 +163,8 @@ TEST(Library, LeavesTheNumberOfThreadsToTheApplication) {
 TEST(Library, TakesNoBoolParameters) {
   // A public function with a bool parameter reads as nothing where it is called; what a check
   // checks is no such parameter.
-  static const std::regex parameter(R"([(,]\s*(const\s+)?bool\s+(?!condition)\w+\s*(=[^,)]*)?[,)])");
+  static const std::regex parameter(
+      R"([(,]\s*(const\s+)?bool\s+(?!condition)\w+\s*(=[^,)]*)?[,)])");
   for (const fs::path& file : sources("src/mq")) {
     if (file.extension() != ".h") continue;
     const auto lines = lines_of(file);

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mq/image/false_colour.h"
+#include "mq/draw/false_colour.h"
 #include "viewer/sessions.h"
 
 namespace mq::test {

@@ -117,14 +117,14 @@ class CarriedColours {
     for (const int id : segment.vertex_ids) {
       const auto found = colours_.find(id);
       for (int c = 0; c < 3; ++c)
-        signal.values.push_back(found == colours_.end() ? born_later : found->second[c]);
+        signal.values.push_back(found == colours_.end() ? added_later : found->second[c]);
     }
     return signal;
   }
 
  private:
   static constexpr double own_within = 0.02;
-  static constexpr float born_later = 0.5F;  // grey
+  static constexpr float added_later = 0.5F;  // grey
   std::map<int, Eigen::RowVector3f> colours_;
 };
 

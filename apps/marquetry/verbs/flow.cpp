@@ -11,10 +11,10 @@
 #include "flow_options.h"
 #include "flow_pair.h"
 #include "mq/base/error.h"
+#include "mq/draw/contact_sheet.h"
+#include "mq/draw/false_colour.h"
+#include "mq/draw/flow_colour.h"
 #include "mq/flow/flow_errors.h"
-#include "mq/image/contact_sheet.h"
-#include "mq/image/false_colour.h"
-#include "mq/image/flow_colour.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/flow_file.h"
 #include "mq/io/vector_field.h"
@@ -234,7 +234,7 @@ Exit flow_model(Run& run) {
     pair.align(run, how, step);
   }
   const Step step(run, "write", 0.2);
-  const Meeting met = pair.meet(0.5, step.progress().step("meet", 0.5));
+  const WarpedPair met = pair.warp_pair(0.5, step.progress().step("meet", 0.5));
   const Vector before = distances(pair.first(), pair.second()),
                after = distances(met.source, met.target);
   const double mean_before = std::sqrt(before.squaredNorm() / double(before.size()));

@@ -91,7 +91,7 @@ class Results {
       for (const std::string& note : video_->notes()) run_.terminal().remark(note);
     }
     video_->write(holds_light(frame.format)
-                      ? encode(frame.pixels, ColourSpace::linear, Transfer::srgb)
+                      ? encode(frame.pixels, ColourSpace::linear, TransferFunction::srgb)
                       : frame.pixels);
     progress.check();
   }

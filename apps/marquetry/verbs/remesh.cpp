@@ -16,8 +16,8 @@
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/orient.h"
 #include "mq/mesh/soundness.h"
-#include "mq/sequence/remesh.h"
-#include "mq/sequence/remesh_texture.h"
+#include "mq/remesh/remesh.h"
+#include "mq/remesh/texture.h"
 #include "outputs.h"
 #include "scene.h"
 #include "verb.h"
@@ -81,17 +81,17 @@ Side read_side(Run& run, const std::string& option, double share, const Mesh* be
 }
 
 /// Corners of the template's triangles at their birth.
-std::vector<std::array<Vector3, 3>> read_birth(Run& run, const Side& side) {
+std::vector<std::array<Vector3, 3>> read_rest(Run& run, const Side& side) {
   if (!run.options().has("reference")) return {};
   const std::string file = run.options().text("reference");
-  const Model birth = read_model(file, shape_alone);
-  run.will_read(birth.path);
-  require(birth.mesh.triangles == side.model.mesh.triangles &&
-              birth.mesh.vertex_count() == side.model.mesh.vertex_count(),
+  const Model rest = read_model(file, shape_alone);
+  run.will_read(rest.path);
+  require(rest.mesh.triangles == side.model.mesh.triangles &&
+              rest.mesh.vertex_count() == side.model.mesh.vertex_count(),
           fmt::format("{}: has other triangles than {}, wanted the same mesh as it was when its "
                       "triangles were made",
                       file, side.model.path.string()));
-  return corner_positions(birth.mesh);
+  return corner_positions(rest.mesh);
 }
 
 /// Colours of what was kept and of what was born, where both models have the same channels.
@@ -167,8 +167,8 @@ void report(Run& run, const Side& of_template, const Side& target, const Remeshe
   Json& result = run.result;
   result["triangles"] = found.mesh.triangle_count();
   result["triangles_kept"] = {{"count", found.kept}, {"fraction", found.kept / all}};
-  result["triangles_born"] = found.born;
-  result["triangles_died"] = found.died;
+  result["triangles_born"] = found.added;
+  result["triangles_died"] = found.removed;
   const Surface surface = make_surface(found.mesh, {WeldOptions::Kind::none});
   result["manifold"] = is_manifold(surface);
   result["manifold_inputs"] = {{"template", is_manifold(of_template.surface)},
@@ -189,8 +189,8 @@ void report(Run& run, const Side& of_template, const Side& target, const Remeshe
   for (const auto& [step, time] : found.seconds) seconds[step] = time;
   result["seconds"] = seconds;
   run.print(fmt::format("kept {} of {} triangles ({:.2f} %), {} born, {} died, in {}\n", found.kept,
-                        of_template.surface.triangle_count(), 100 * found.kept / all, found.born,
-                        found.died, counted(found.regions, "region")));
+                        of_template.surface.triangle_count(), 100 * found.kept / all, found.added,
+                        found.removed, counted(found.regions, "region")));
   run.print(fmt::format(
       "distance, of the diagonal: to the target {:.2g} (largest {:.2g}), from it {:.2g} ({:.2g})\n",
       found.to_target.mean / diagonal, found.to_target.max / diagonal,
@@ -233,7 +233,7 @@ Exit run_remesh(Run& run) {
   const OptionValues& options = run.options();
   const Side of_template = read_side(run, "template", 0.1);
   const Side target = read_side(run, "target", 0.1, &of_template.model.mesh);
-  const std::vector<std::array<Vector3, 3>> birth = read_birth(run, of_template);
+  const std::vector<std::array<Vector3, 3>> rest = read_rest(run, of_template);
   Model model;
   model.path = of_template.model.path;
   const bool has_uvs =
@@ -250,7 +250,7 @@ Exit run_remesh(Run& run) {
   {
     const Step step(run, "remesh", 0.7);
     RemeshOptions how = asked(options, of_template.surface);
-    how.birth = birth;
+    how.rest = rest;
     about(of_template.model,
           [&] { found = remesh(of_template.surface, target.surface, how, step); });
   }

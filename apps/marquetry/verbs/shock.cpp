@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/baseline/osher_rudin.h"
 #include "mq/filter/image_shock.h"
 #include "mq/filter/texture_shock.h"
 #include "outputs.h"
@@ -63,8 +64,7 @@ void refuse_for_models(const OptionValues& options) {
 
 void refuse_without_geometry(const OptionValues& options) {
   for (const char* name : {"smooth-normals", "fit-weight", "fit-steps"})
-    require(!asks_for(options, name),
-            fmt::format("--{} is for shapes: it needs --geometry", name));
+    require(!asks_for(options, name), fmt::format("--{} is for shapes: it needs --geometry", name));
 }
 
 /// The explicit scheme takes as many steps as stability asks for, which may be more than anybody
@@ -72,10 +72,11 @@ void refuse_without_geometry(const OptionValues& options) {
 void announce_steps(Run& run, const Image<float>& image, const OsherRudinOptions& evolution) {
   const double steps = osher_rudin_steps(image, evolution);
   run.result["expected_steps"] = number_json(steps);
-  const std::string about =
-      steps < 1e7 ? fmt::format("about {:.0f} steps", steps) : fmt::format("about {:.1e} steps", steps);
+  const std::string about = steps < 1e7 ? fmt::format("about {:.0f} steps", steps)
+                                        : fmt::format("about {:.1e} steps", steps);
   if (steps <= evolution.most_steps)
-    run.terminal().remark(fmt::format("osher-rudin takes {} of the whole picture per channel", about));
+    run.terminal().remark(
+        fmt::format("osher-rudin takes {} of the whole picture per channel", about));
   else
     run.terminal().warning(fmt::format(
         "osher-rudin would take {} for this time, and ends after {} unless it comes to rest "
@@ -134,8 +135,7 @@ Exit shock_picture(Run& run) {
       if (method == "osher-rudin") {
         require(weights.signal == 0 || !options.given("smooth"),
                 "--smooth is for methods that follow paths; smooth the picture before");
-        OsherRudinOptions evolution{.time = osher_rudin_time(before, time),
-                                    .concavity = concavity};
+        OsherRudinOptions evolution{.time = osher_rudin_time(before, time), .concavity = concavity};
         // Half of what such a picture can tell apart.
         if (values.space == ColourSpace::stored && texture.format.depth == Depth::u8)
           evolution.least_change = 0.5 / 255;
@@ -190,9 +190,10 @@ Exit shock_model(Run& run) {
   Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.15);
   const bool vertices = at_vertices(options, scene);
   if (vertices) refuse_pictures(options);
-  require(!vertices || !asks_for(options, "longest-edge"),
-          "--longest-edge is for textures, whose triangles are cut; colours at vertices are taken as "
-          "they are");
+  require(
+      !vertices || !asks_for(options, "longest-edge"),
+      "--longest-edge is for textures, whose triangles are cut; colours at vertices are taken as "
+      "they are");
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
@@ -298,9 +299,10 @@ void add_shock_options(OptionTable& table) {
              .most = 64,
              .group = "Shock",
              .help = "triangles are cut until no edge is longer, for textures",
-             .details = "Without it 0.7 up to 290,000 texels in charts, more for more, and 1.4 from "
-                        "1.2 million. More than 0.7 is quicker, needs less memory and leaves edges "
-                        "serrated."});
+             .details =
+                 "Without it 0.7 up to 290,000 texels in charts, more for more, and 1.4 from "
+                 "1.2 million. More than 0.7 is quicker, needs less memory and leaves edges "
+                 "serrated."});
   table.add({.name = "method",
              .type = Type::choice,
              .default_value = "transport",
@@ -348,9 +350,10 @@ void add_shock_options(OptionTable& table) {
 }  // namespace
 
 Verb shock_verb() {
-  OptionTable table("shock",
-                    "Sharpen a picture, colours at vertices, a texture or a shape by shock filters: "
-                    "steep edges, flat regions, and no value out of the range there was.");
+  OptionTable table(
+      "shock",
+      "Sharpen a picture, colours at vertices, a texture or a shape by shock filters: "
+      "steep edges, flat regions, and no value out of the range there was.");
   add_scene_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
   add_output_option(table);
   add_shock_options(table);

@@ -13,7 +13,7 @@
 #include "mq/atlas/coverage.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
-#include "mq/sequence/unwrap.h"
+#include "mq/unwrap/unwrap.h"
 #include "outputs.h"
 #include "percentiles.h"
 #include "run.h"

@@ -4,7 +4,7 @@
 
 #include <unordered_map>
 
-#include "mq/image/contact_sheet.h"
+#include "mq/draw/contact_sheet.h"
 
 namespace mq {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/draw/render.h"
-#include "mq/sequence/lifespan_atlas.h"
+#include "mq/evolving/lifespan_atlas.h"
 
 namespace mq {
 

@@ -12,8 +12,8 @@
 #include "mq/atlas/atlas.h"
 #include "mq/base/progress.h"
 #include "mq/draw/camera.h"
+#include "mq/draw/false_colour.h"
 #include "mq/draw/samples.h"
-#include "mq/image/false_colour.h"
 
 namespace mq {
 

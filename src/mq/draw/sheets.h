@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "mq/draw/contact_sheet.h"
 #include "mq/draw/render.h"
 #include "mq/draw/seam_difference.h"
-#include "mq/image/contact_sheet.h"
 
 namespace mq {
 

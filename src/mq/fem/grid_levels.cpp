@@ -43,8 +43,8 @@ constexpr int rows_per_hard = 50;
 /// How hard a row is for relaxation, both from 1 on where it is.
 struct Hardness {
   float anisotropy = 0;  ///< of a stencil
-  float stiffness = 0;   ///< beside the softest stencil it couples to, as in a triangle of nearly no
-                         ///< area, whose texels can only move as one
+  float stiffness = 0;  ///< beside the softest stencil it couples to, as in a triangle of nearly no
+                        ///< area, whose texels can only move as one
 
   float worse() const { return std::max(anisotropy, stiffness); }
 };
@@ -215,20 +215,24 @@ std::vector<CoarseRow> coarse_rows(const Texels& texels, const FineRows& fine,
       rows[found].fine[row.y - step * y + 1] = f;
     }
   }
-  parallel_for(std::int64_t(rows.size()), [&](std::int64_t i) {
-    CoarseRow& row = rows[i];
-    const int step = steps[row.chart].x;
-    for (const int f : row.fine) {
-      if (f < 0) continue;
-      for (int item = fine.rows[f].begin; item < fine.rows[f].end; ++item) {
-        const int x = texels.places[fine.items[item]].x;
-        for (int column = below(x, step); column <= above(x, step); ++column)
-          if (row.columns.empty() || row.columns.back() != column) row.columns.push_back(column);
-      }
-    }
-    std::sort(row.columns.begin(), row.columns.end());
-    row.columns.erase(std::unique(row.columns.begin(), row.columns.end()), row.columns.end());
-  }, 16);
+  parallel_for(
+      std::int64_t(rows.size()),
+      [&](std::int64_t i) {
+        CoarseRow& row = rows[i];
+        const int step = steps[row.chart].x;
+        for (const int f : row.fine) {
+          if (f < 0) continue;
+          for (int item = fine.rows[f].begin; item < fine.rows[f].end; ++item) {
+            const int x = texels.places[fine.items[item]].x;
+            for (int column = below(x, step); column <= above(x, step); ++column)
+              if (row.columns.empty() || row.columns.back() != column)
+                row.columns.push_back(column);
+          }
+        }
+        std::sort(row.columns.begin(), row.columns.end());
+        row.columns.erase(std::unique(row.columns.begin(), row.columns.end()), row.columns.end());
+      },
+      16);
   int begin = 0;
   for (CoarseRow& row : rows) {
     row.begin = begin;
@@ -289,21 +293,25 @@ std::array<float, 3> node_position(const Texels& fine, const GridTransfer& trans
   return {float(sum[0] / total), float(sum[1] / total), float(sum[2] / total)};
 }
 
-/// Per texel how far its neighbours are along the axis where they are farther, on the nearer side, as the
-/// other may be of another sheet; of one without a stencil the largest of those that it couples to, else
-/// the mean of its chart, 0 where no texel of that has one.
-std::vector<float> widths(const SparseMatrix& A, const Texels& texels, const StencilLayout& layout) {
+/// Per texel how far its neighbours are along the axis where they are farther, on the nearer side,
+/// as the other may be of another sheet; of one without a stencil the largest of those that it
+/// couples to, else the mean of its chart, 0 where no texel of that has one.
+std::vector<float> widths(const SparseMatrix& A, const Texels& texels,
+                          const StencilLayout& layout) {
   std::vector<float> width(std::size_t(texels.size()), 0.0F);
-  parallel_for(std::ssize(layout.runs), [&](std::int64_t r) {
-    const StencilRun& run = layout.runs[r];
-    for (int i = 0; i < run.count; ++i) {
-      const int k = run.first + i;
-      const auto nearer = [&](int a, int b) {
-        return std::min(texels.distance(k, a), texels.distance(k, b));
-      };
-      width[k] = float(std::max(nearer(k - 1, k + 1), nearer(run.up + i, run.down + i)));
-    }
-  }, 64);
+  parallel_for(
+      std::ssize(layout.runs),
+      [&](std::int64_t r) {
+        const StencilRun& run = layout.runs[r];
+        for (int i = 0; i < run.count; ++i) {
+          const int k = run.first + i;
+          const auto nearer = [&](int a, int b) {
+            return std::min(texels.distance(k, a), texels.distance(k, b));
+          };
+          width[k] = float(std::max(nearer(k - 1, k + 1), nearer(run.up + i, run.down + i)));
+        }
+      },
+      64);
   std::vector<double> sum(std::size_t(texels.chart_count()), 0), count(sum.size(), 0);
   for (int k = 0; k < texels.size(); ++k) {
     sum[texels.chart[k]] += width[k];
@@ -321,9 +329,9 @@ std::vector<float> widths(const SparseMatrix& A, const Texels& texels, const Ste
 }
 
 /// Which of a node's texels are of one sheet, numbered from that of the first.
-class SheetFinder {
+class InjectivePartFinder {
  public:
-  SheetFinder(const SparseMatrix& A, const Texels& texels, const StencilLayout& layout)
+  InjectivePartFinder(const SparseMatrix& A, const Texels& texels, const StencilLayout& layout)
       : A_(A), texels_(texels), width_(widths(A, texels, layout)) {}
 
   int find(const std::vector<WeightedIndex>& children, std::vector<int>& sheet) const {
@@ -355,7 +363,8 @@ class SheetFinder {
   }
 
  private:
-  static constexpr double far = 6;  // times the width: diagonal neighbours of a sheet that turns are nearer
+  static constexpr double far =
+      6;  // times the width: diagonal neighbours of a sheet that turns are nearer
 
   bool touch(int a, int b) const {
     const int* begin = A_.innerIndexPtr() + A_.outerIndexPtr()[a];
@@ -415,7 +424,7 @@ std::vector<GridStep> coarsening_steps(const Texels& texels, const StencilLayout
 
 std::vector<int> find_contacts(const SparseMatrix& A, const Texels& texels,
                                const StencilLayout& layout) {
-  const SheetFinder sheets(A, texels, layout);
+  const InjectivePartFinder sheets(A, texels, layout);
   std::vector<char> contact(layout.irregular.size(), 0);
   parallel_for(std::ssize(contact), [&](std::int64_t p) {
     const int k = layout.irregular[p];
@@ -444,27 +453,34 @@ GridCoarsening coarsen_grid(const Texels& texels, const std::vector<GridStep>& s
       }
 
   std::vector<GridTransfer::Parents> parents(texels.size());
-  parallel_for(std::int64_t(fine.rows.size()), [&](std::int64_t f) {
-    const auto [upper, lower] = rows_of_parents[f];
-    link_parents(texels, fine, fine.rows[f], rows[upper], rows[lower], steps[rows[upper].chart].x,
-                 upper != lower, parents);
-  }, 16);
+  parallel_for(
+      std::int64_t(fine.rows.size()),
+      [&](std::int64_t f) {
+        const auto [upper, lower] = rows_of_parents[f];
+        link_parents(texels, fine, fine.rows[f], rows[upper], rows[lower],
+                     steps[rows[upper].chart].x, upper != lower, parents);
+      },
+      16);
 
   GridCoarsening result;
   Texels& coarse = result.coarse;
   coarse.places.resize(nodes);
   coarse.chart.resize(nodes);
   std::vector<GridTransfer::Children> children(nodes);
-  parallel_for(std::int64_t(rows.size()), [&](std::int64_t r) {
-    const CoarseRow& row = rows[r];
-    for (int i = 0; i < 3; ++i)
-      if (row.fine[i] >= 0)
-        link_children(texels, fine, fine.rows[row.fine[i]], row, i, steps[row.chart].x, children);
-    for (std::size_t c = 0; c < row.columns.size(); ++c) {
-      coarse.places[row.begin + c] = {row.texture, row.columns[c], row.y};
-      coarse.chart[row.begin + c] = row.chart;
-    }
-  }, 16);
+  parallel_for(
+      std::int64_t(rows.size()),
+      [&](std::int64_t r) {
+        const CoarseRow& row = rows[r];
+        for (int i = 0; i < 3; ++i)
+          if (row.fine[i] >= 0)
+            link_children(texels, fine, fine.rows[row.fine[i]], row, i, steps[row.chart].x,
+                          children);
+        for (std::size_t c = 0; c < row.columns.size(); ++c) {
+          coarse.places[row.begin + c] = {row.texture, row.columns[c], row.y};
+          coarse.chart[row.begin + c] = row.chart;
+        }
+      },
+      16);
   result.transfer = std::make_unique<GridTransfer>(std::move(parents), std::move(children));
 
   coarse.positions.resize(nodes);
@@ -491,7 +507,7 @@ void part_sheets(const SparseMatrix& A, const Texels& texels, const StencilLayou
 
   // Per node and texel its sheet; 0, which keeps the node, is that of the first.
   constexpr int block = 256;
-  const SheetFinder sheets(A, texels, layout);
+  const InjectivePartFinder sheets(A, texels, layout);
   std::vector<std::vector<GridTransfer::Move>> found(nodes.size() / block + 1);
   parallel_blocks(std::ssize(nodes), block, [&](std::int64_t begin, std::int64_t end) {
     std::vector<WeightedIndex> children;
@@ -528,7 +544,8 @@ void part_sheets(const SparseMatrix& A, const Texels& texels, const StencilLayou
     }
   transfer.move(std::move(moves), end - int(near.size()));
   std::vector<WeightedIndex> list;
-  for (const int node : changed) coarse.positions[node] = node_position(texels, transfer, node, list);
+  for (const int node : changed)
+    coarse.positions[node] = node_position(texels, transfer, node, list);
 }
 
 }  // namespace mq

@@ -40,8 +40,8 @@ class HierarchySolver final : public LinearSolver {
   SolveReport solve(const Signal& B, Signal& X, const Progress& progress) const override {
     require(B.rows() == hierarchy_.rows() && X.rows() == B.rows() && X.cols() == B.cols(),
             fmt::format("a system of {} rows was given a right-hand side of {} × {} and a first "
-                        "guess of {} × {}", hierarchy_.rows(), B.rows(), B.cols(), X.rows(),
-                        X.cols()));
+                        "guess of {} × {}",
+                        hierarchy_.rows(), B.rows(), B.cols(), X.rows(), X.cols()));
     SolveReport report;
     if (B.size() > 0)
       report = mixed_conjugate_gradients(hierarchy_.high(), hierarchy_.low(), hierarchy_.scaling(),
@@ -68,18 +68,20 @@ class HierarchySolver final : public LinearSolver {
 
 Hierarchy::Hierarchy(const SparseMatrix& A, std::int64_t nodes, const MultigridOptions& options)
     : options_(options), rows_(int(A.rows())), entries_(A.nonZeros()) {
-  require(A.rows() == A.cols() && A.rows() == nodes && A.isCompressed(),
-          fmt::format("a compressed matrix of {0} × {0} was wanted for {0} unknowns, one of {1} × {2} "
-                      "was given", nodes, A.rows(), A.cols()));
+  require(
+      A.rows() == A.cols() && A.rows() == nodes && A.isCompressed(),
+      fmt::format("a compressed matrix of {0} × {0} was wanted for {0} unknowns, one of {1} × {2} "
+                  "was given",
+                  nodes, A.rows(), A.cols()));
   multigrid_.options.sweeps = options.sweeps;
 }
 
 SparseMatrix Hierarchy::add_level(const SparseMatrix& matrix, StencilLayout layout,
-                                  Patches::Kind kind, std::unique_ptr<Transfer> transfer,
+                                  PatchSmoother::Kind kind, std::unique_ptr<LevelTransfer> transfer,
                                   const Progress& progress) {
   auto level = std::make_unique<MultigridLevel>();
   level->layout = std::move(layout);
-  level->patches = Patches(matrix, level->layout, kind);
+  level->patches = PatchSmoother(matrix, level->layout, kind);
   level->transfer = std::move(transfer);
   multigrid_.levels.push_back(std::move(level));
   take_values(matrix, multigrid_.levels.size() - 1);
@@ -87,16 +89,17 @@ SparseMatrix Hierarchy::add_level(const SparseMatrix& matrix, StencilLayout layo
 }
 
 SparseMatrix Hierarchy::add_graph_levels(SparseMatrix matrix, SurfacePoints points,
-                                         StencilLayout layout, Patches::Kind kind,
+                                         StencilLayout layout, PatchSmoother::Kind kind,
                                          const Progress& progress) {
   while (multigrid_.levels.empty() || matrix.rows() > options_.coarsest_rows) {
     GraphCoarsening graph = coarsen_graph(matrix, points, options_.graph_radius);
-    if (!multigrid_.levels.empty() && graph.transfer->coarse_rows() > stalled * double(matrix.rows()))
+    if (!multigrid_.levels.empty() &&
+        graph.transfer->coarse_rows() > stalled * double(matrix.rows()))
       break;
     matrix = add_level(matrix, std::move(layout), kind, std::move(graph.transfer), progress);
     points = std::move(graph.coarse);
     layout = layout_without_stencils(int(matrix.rows()));
-    kind = Patches::Kind::single;
+    kind = PatchSmoother::Kind::single;
     progress.at(1 - double(matrix.rows()) / rows_);
   }
   return matrix;

@@ -10,10 +10,10 @@
 namespace mq {
 
 /// The levels of one matrix A, each with its values in single precision, and what of A that leaves.
-/// All values are scaled so that the mean diagonal value of A is 1, which keeps single precision away
-/// from its ends whatever the unit of the model is. Rows without a stencil and of hardly any influence
-/// (a corner of a texel's footprint at a seam) get a unit of their own in which they are not
-/// negligible: they would else be lost in the rounding of the others.
+/// All values are scaled so that the mean diagonal value of A is 1, which keeps single precision
+/// away from its ends whatever the unit of the model is. Rows without a stencil and of hardly any
+/// influence (a corner of a texel's footprint at a seam) get a unit of their own in which they are
+/// not negligible: they would else be lost in the rounding of the others.
 ///
 /// Levels are added from the finest on, then `finish` takes the coarsest; `texel_hierarchy` and
 /// `vertex_multigrid_solver` say what they are.
@@ -23,13 +23,13 @@ class Hierarchy {
   Hierarchy(const SparseMatrix& A, std::int64_t nodes, const MultigridOptions& options);
 
   /// Adds a level with the rows of `matrix` (A itself at first) and returns the matrix of the next.
-  SparseMatrix add_level(const SparseMatrix& matrix, StencilLayout layout, Patches::Kind kind,
-                         std::unique_ptr<Transfer> transfer, const Progress& progress);
+  SparseMatrix add_level(const SparseMatrix& matrix, StencilLayout layout, PatchSmoother::Kind kind,
+                         std::unique_ptr<LevelTransfer> transfer, const Progress& progress);
 
   /// Adds levels of points on the surface, the first with `layout` and patches of `kind`, until a
   /// level has few rows; `points` are where the rows of `matrix` lie.
   SparseMatrix add_graph_levels(SparseMatrix matrix, SurfacePoints points, StencilLayout layout,
-                                Patches::Kind kind, const Progress& progress);
+                                PatchSmoother::Kind kind, const Progress& progress);
 
   /// Takes the coarsest matrix; `A` is that of the constructor.
   void finish(const SparseMatrix& A, const SparseMatrix& coarsest);
@@ -37,8 +37,8 @@ class Hierarchy {
   /// Takes the values of another matrix of the same pattern.
   void set_values(const SparseMatrix& A, const Progress& progress = {});
 
-  /// Lets go of what only conjugate gradients in mixed precision need: no solver can be made of it any
-  /// more.
+  /// Lets go of what only conjugate gradients in mixed precision need: no solver can be made of it
+  /// any more.
   void keep_cycle_only() {
     low_ = {};
     components_ = {};

@@ -28,7 +28,7 @@ class SignalSpace {
   /// What to solve with in place of a·M + b·S: the same, plus a trace of smoothness that determines
   /// what no point of the domain shows and the equations would leave arbitrary. Constants stay in
   /// the null space of the addition.
-  virtual SparseMatrix solvable(double a, double b, const Progress& progress = {}) const {
+  virtual SparseMatrix regularised_system(double a, double b, const Progress& progress = {}) const {
     return system(a, b, progress);
   }
 
@@ -49,11 +49,12 @@ class SignalSpace {
   virtual std::vector<float> gradient_norms(const Signal& psi) const = 0;
 
   /// Σ_e c_e·S_e·ψ for a conductivity per element: ∫ c ⟨∇ψ, ∇φ_i⟩ dA. Sums to 0 per channel.
-  virtual Signal conducted(const Signal& psi, std::span<const float> conductivity) const = 0;
+  virtual Signal weighted_stiffness_times(const Signal& psi,
+                                          std::span<const float> conductivity) const = 0;
 
-  /// a·M + b·Σ_e c_e·S_e, c_e ≥ 0, with what `solvable` adds.
-  virtual SparseMatrix conducting(double a, double b, std::span<const float> conductivity,
-                                  const Progress& progress = {}) const = 0;
+  /// a·M + b·Σ_e c_e·S_e, c_e ≥ 0, with what `regularised_system` adds.
+  virtual SparseMatrix weighted_system(double a, double b, std::span<const float> conductivity,
+                                       const Progress& progress = {}) const = 0;
 
   /// M·1 = ∫ φ_i dA, which sums to the area. Next to seams a value may be a little below 0.
   virtual Vector lumped_mass() const { return mass() * Vector::Ones(size()); }

@@ -9,7 +9,8 @@
 
 namespace mq {
 
-TexelCopies::TexelCopies(const Surface& surface, const LaidApart& apart, const TexelSpace& space)
+TexelCopies::TexelCopies(const Surface& surface, const SeparatedAtlas& apart,
+                         const TexelSpace& space)
     : apart_(apart), space_(space), offsets_{0} {
   for (const TextureSize& size : apart.pictures)
     offsets_.push_back(offsets_.back() + std::int64_t(size.width) * size.height);
@@ -18,7 +19,7 @@ TexelCopies::TexelCopies(const Surface& surface, const LaidApart& apart, const T
   copies_.resize(std::size_t(texels.size()));
   parallel_for(texels.size(), [&](std::int64_t i) {
     const Texels::Place& at = texels.places[std::size_t(i)];
-    const LaidApart::Home home = apart.home(at.texture, at.x, at.y);
+    const SeparatedAtlas::Home home = apart.home(at.texture, at.x, at.y);
     const bool covers = coverage[std::size_t(at.texture)].triangle(at.x, at.y) >= 0;
     copies_[std::size_t(i)] = {number({at.texture, home.x, home.y}), int(i),
                                !home.inside ? 2
@@ -50,7 +51,7 @@ std::int64_t TexelCopies::number(const Texels::Place& texel) const {
 
 Texels::Place TexelCopies::home(int unknown) const {
   const Texels::Place& at = space_.texels().places[std::size_t(unknown)];
-  const LaidApart::Home home = apart_.home(at.texture, at.x, at.y);
+  const SeparatedAtlas::Home home = apart_.home(at.texture, at.x, at.y);
   return {at.texture, home.x, home.y};
 }
 

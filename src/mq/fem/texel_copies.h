@@ -5,19 +5,19 @@
 #include <span>
 #include <vector>
 
-#include "mq/atlas/lay_apart.h"
+#include "mq/atlas/separate_overlaps.h"
 #include "mq/fem/texel_space.h"
 
 namespace mq {
 
-/// Between pictures and a texel space on `LaidApart::atlas`. A texel that stands for several places
-/// of the surface has a copy there for each, and can show the value of one: of the copy in the
-/// chart that covers the texel's centre; where charts overlap, in that of the earliest turn among
-/// them; where none covers it, of the copy of the largest mass.
+/// Between pictures and a texel space on `SeparatedAtlas::atlas`. A texel that stands for several
+/// places of the surface has a copy there for each, and can show the value of one: of the copy in
+/// the chart that covers the texel's centre; where charts overlap, in that of the earliest turn
+/// among them; where none covers it, of the copy of the largest mass.
 class TexelCopies {
  public:
   /// All three must outlive the object.
-  TexelCopies(const Surface& surface, const LaidApart& apart, const TexelSpace& space);
+  TexelCopies(const Surface& surface, const SeparatedAtlas& apart, const TexelSpace& space);
 
   /// Texels of the pictures that have several copies; in order.
   const std::vector<Texels::Place>& shared() const { return shared_; }
@@ -40,7 +40,7 @@ class TexelCopies {
   };
   std::int64_t number(const Texels::Place& texel) const;
 
-  const LaidApart& apart_;
+  const SeparatedAtlas& apart_;
   const TexelSpace& space_;
   std::vector<std::int64_t> offsets_;  // per picture
   std::vector<Copy> copies_;           // by texel, those that are shown first

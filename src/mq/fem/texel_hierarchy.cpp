@@ -16,8 +16,8 @@ namespace mq {
 namespace {
 
 /// Per node how close its neighbours are along the axis where they are closer. Nodes without a
-/// stencil take the mean of the neighbours that have one, else of their chart; in charts without any
-/// stencil they ask the neighbours in the grid that they have, else take the mean of all.
+/// stencil take the mean of the neighbours that have one, else of their chart; in charts without
+/// any stencil they ask the neighbours in the grid that they have, else take the mean of all.
 std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
                             const StencilLayout& layout) {
   const int charts = grid.chart_count();
@@ -26,7 +26,8 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
   for (const StencilRun& run : layout.runs)
     for (int i = 0; i < run.count; ++i) {
       const int k = run.first + i;
-      result[k] = float(0.5 * std::min(grid.distance(k - 1, k + 1), grid.distance(run.up + i, run.down + i)));
+      result[k] = float(
+          0.5 * std::min(grid.distance(k - 1, k + 1), grid.distance(run.up + i, run.down + i)));
       for (const int c : {grid.chart[k], charts}) {
         sum[c] += result[k];
         count[c] += 1;
@@ -38,7 +39,8 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
         sum[charts] += grid.distance(k, k + 1);
         count[charts] += 1;
       }
-  // The lesser of the mean distances along x and y of neighbours in the chart's grid; 0: it has none.
+  // The lesser of the mean distances along x and y of neighbours in the chart's grid; 0: it has
+  // none.
   const auto to_grid_neighbours = [&](int k) {
     const Texels::Place& here = grid.places[k];
     double along[2] = {0, 0}, found[2] = {0, 0};
@@ -49,7 +51,8 @@ std::vector<float> spacings(const SparseMatrix& A, const Texels& grid,
       along[dy] += grid.distance(k, j);
       found[dy] += 1;
     }
-    if (found[0] == 0 || found[1] == 0) return (along[0] + along[1]) / std::max(1.0, found[0] + found[1]);
+    if (found[0] == 0 || found[1] == 0)
+      return (along[0] + along[1]) / std::max(1.0, found[0] + found[1]);
     return std::min(along[0] / found[0], along[1] / found[1]);
   };
   std::vector<float> around(layout.irregular.size());
@@ -82,11 +85,10 @@ Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels,
   Hierarchy hierarchy(A, texels.size(), options);
   if (A.rows() == 0) return hierarchy;
   StencilLayout layout = make_robust_layout(A, texels);
-  GridCoarsening grid =
-      coarsen_grid(texels, coarsening_steps(texels, layout, options.max_stretch));
+  GridCoarsening grid = coarsen_grid(texels, coarsening_steps(texels, layout, options.max_stretch));
   part_sheets(A, texels, layout, grid);
   progress.at(0.3);
-  SparseMatrix matrix = hierarchy.add_level(A, std::move(layout), Patches::Kind::neighbours,
+  SparseMatrix matrix = hierarchy.add_level(A, std::move(layout), PatchSmoother::Kind::neighbours,
                                             std::move(grid.transfer), progress);
   progress.at(0.6);
 
@@ -101,7 +103,7 @@ Hierarchy texel_hierarchy(const SparseMatrix& A, const Texels& texels,
   }
   points.positions = std::move(grid.coarse.positions);
   matrix = hierarchy.add_graph_levels(std::move(matrix), std::move(points), std::move(layout),
-                                      Patches::Kind::neighbours, progress);
+                                      PatchSmoother::Kind::neighbours, progress);
   hierarchy.finish(A, matrix);
   progress.at(1);
   return hierarchy;

@@ -181,13 +181,12 @@ void TexelSpace::Data::hold_weak(double a, double b, SparseMatrix& A) const {
     const int i = one.unknown;
     const Texels::Place& place = texels.places[i];
     for (int n = 0; n < 9; ++n) {
-      const int j =
-          unknown[grid.texel(place.texture, place.x + n % 3 - 1, place.y + n / 3 - 1)];
+      const int j = unknown[grid.texel(place.texture, place.x + n % 3 - 1, place.y + n / 3 - 1)];
       if (j < 0 || j == i || (area_of_weak[j] > 0 && j < i)) continue;
       double* const coupling = entry_of(i, j);
       if (!coupling) continue;
-      const double area = area_of_weak[j] > 0 ? (one.texel_area + area_of_weak[j]) / 2
-                                              : one.texel_area;
+      const double area =
+          area_of_weak[j] > 0 ? (one.texel_area + area_of_weak[j]) / 2 : one.texel_area;
       const double weight = tau * (a * area + b);
       *coupling -= weight;
       *entry_of(j, i) -= weight;
@@ -197,14 +196,14 @@ void TexelSpace::Data::hold_weak(double a, double b, SparseMatrix& A) const {
   }
 }
 
-SparseMatrix TexelSpace::solvable(double a, double b, const Progress& progress) const {
+SparseMatrix TexelSpace::regularised_system(double a, double b, const Progress& progress) const {
   SparseMatrix A = system(a, b, progress);
   data_->hold_weak(a, b, A);
   return A;
 }
 
-SparseMatrix TexelSpace::conducting(double a, double b, std::span<const float> conductivity,
-                                    const Progress& progress) const {
+SparseMatrix TexelSpace::weighted_system(double a, double b, std::span<const float> conductivity,
+                                         const Progress& progress) const {
   require(std::ssize(conductivity) == element_count(), "one conductivity per element is needed");
   SparseMatrix A = data_->assemble(a, b, conductivity, progress);
   data_->hold_weak(a, b, A);

@@ -75,16 +75,17 @@ class TexelSpace : public SignalSpace {
   /// texels, alone or together, could take on huge values that no point of the surface shows, and
   /// make columns of M and S nearly dependent; τ = 10⁻⁴ holds them to their neighbours. Same
   /// pattern as `system`; the sum of each row too, so that means are kept.
-  SparseMatrix solvable(double a, double b, const Progress& progress = {}) const override;
+  SparseMatrix regularised_system(double a, double b, const Progress& progress = {}) const override;
   Vector lumped_mass() const override;
   SurfaceScale scale() const override;
 
   /// Elements are the cells of all textures, then the strips within a quarter of a texel of a seam.
   int element_count() const override;
   std::vector<float> gradient_norms(const Signal& psi) const override;
-  Signal conducted(const Signal& psi, std::span<const float> conductivity) const override;
-  SparseMatrix conducting(double a, double b, std::span<const float> conductivity,
-                          const Progress& progress = {}) const override;
+  Signal weighted_stiffness_times(const Signal& psi,
+                                  std::span<const float> conductivity) const override;
+  SparseMatrix weighted_system(double a, double b, std::span<const float> conductivity,
+                               const Progress& progress = {}) const override;
 
   /// Where the unknowns lie.
   const Texels& texels() const;

@@ -64,7 +64,8 @@ std::vector<float> TexelSpace::gradient_norms(const Signal& psi) const {
   return norms;
 }
 
-Signal TexelSpace::conducted(const Signal& psi, std::span<const float> conductivity) const {
+Signal TexelSpace::weighted_stiffness_times(const Signal& psi,
+                                            std::span<const float> conductivity) const {
   require(psi.rows() == size() && std::ssize(conductivity) == element_count(),
           "one row per texel and one conductivity per element are needed");
   const Data& d = *data_;

@@ -41,7 +41,7 @@ Hierarchy vertex_hierarchy(const SparseMatrix& A, std::span<const Vector3> posit
   if (A.rows() == 0) return hierarchy;
   hierarchy.finish(A, hierarchy.add_graph_levels(A, points_of(A, positions),
                                                  layout_without_stencils(int(A.rows())),
-                                                 Patches::Kind::single, progress));
+                                                 PatchSmoother::Kind::single, progress));
   progress.at(1);
   return hierarchy;
 }

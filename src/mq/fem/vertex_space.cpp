@@ -110,13 +110,15 @@ SparseMatrix VertexSpace::assemble(double a, const Factor& factor, const Progres
 }
 
 SparseMatrix VertexSpace::system(double a, double b, const Progress& progress) const {
-  return assemble(a, [&](int) { return b; }, progress);
+  return assemble(
+      a, [&](int) { return b; }, progress);
 }
 
-SparseMatrix VertexSpace::conducting(double a, double b, std::span<const float> conductivity,
-                                     const Progress& progress) const {
+SparseMatrix VertexSpace::weighted_system(double a, double b, std::span<const float> conductivity,
+                                          const Progress& progress) const {
   require(std::ssize(conductivity) == triangle_count(), "one conductivity per triangle is needed");
-  return assemble(a, [&](int t) { return b * conductivity[t]; }, progress);
+  return assemble(
+      a, [&](int t) { return b * conductivity[t]; }, progress);
 }
 
 Vector VertexSpace::lumped_mass() const {
@@ -158,16 +160,18 @@ Signal VertexSpace::stiffness_times(const Signal& psi, std::span<const double> b
 
 Signal VertexSpace::stiffness_rows(std::span<const int> rows, const Signal& psi,
                                    std::span<const double> beta) const {
-  require(psi.rows() == size() && (beta.empty() || int(beta.size()) == size()),
-          fmt::format("a signal of {} rows and a modulation of {} values were given for {} vertices",
-                      psi.rows(), beta.size(), size()));
+  require(
+      psi.rows() == size() && (beta.empty() || int(beta.size()) == size()),
+      fmt::format("a signal of {} rows and a modulation of {} values were given for {} vertices",
+                  psi.rows(), beta.size(), size()));
   return stiffness_product(rows, psi, [&](int t) {
     const Triangle& v = triangles_[t];
     return beta.empty() ? 1 : (beta[v[0]] + beta[v[1]] + beta[v[2]]) / 3;
   });
 }
 
-Signal VertexSpace::conducted(const Signal& psi, std::span<const float> conductivity) const {
+Signal VertexSpace::weighted_stiffness_times(const Signal& psi,
+                                             std::span<const float> conductivity) const {
   require(psi.rows() == size() && std::ssize(conductivity) == triangle_count(),
           "one row per vertex and one conductivity per triangle are needed");
   return stiffness_product({}, psi, [&](int t) { return double(conductivity[t]); });
@@ -183,8 +187,8 @@ std::vector<float> VertexSpace::gradient_norms(const Signal& psi) const {
 }
 
 Signal VertexSpace::gradient(const Signal& phi) const {
-  require(phi.rows() == size(), fmt::format("a signal of {} rows was given for {} vertices",
-                                            phi.rows(), size()));
+  require(phi.rows() == size(),
+          fmt::format("a signal of {} rows was given for {} vertices", phi.rows(), size()));
   Signal field = Signal::Zero(2 * triangle_count(), phi.cols());
   parallel_for(triangle_count(), [&](std::int64_t t) {
     if (shapes_[t].empty()) return;

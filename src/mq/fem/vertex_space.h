@@ -42,9 +42,10 @@ class VertexSpace final : public SignalSpace {
   /// Elements are the triangles.
   int element_count() const override { return triangle_count(); }
   std::vector<float> gradient_norms(const Signal& psi) const override;
-  Signal conducted(const Signal& psi, std::span<const float> conductivity) const override;
-  SparseMatrix conducting(double a, double b, std::span<const float> conductivity,
-                          const Progress& progress = {}) const override;
+  Signal weighted_stiffness_times(const Signal& psi,
+                                  std::span<const float> conductivity) const override;
+  SparseMatrix weighted_system(double a, double b, std::span<const float> conductivity,
+                               const Progress& progress = {}) const override;
 
   int triangle_count() const { return int(triangles_.size()); }
   const std::vector<Triangle>& triangles() const { return triangles_; }
@@ -54,7 +55,8 @@ class VertexSpace final : public SignalSpace {
   const int* corners_begin(int v) const { return incident_.data() + incident_begin_[v]; }
   const int* corners_end(int v) const { return incident_.data() + incident_begin_[v + 1]; }
 
-  /// The pattern of M and S: of each row the vertex and the other corners of its triangles, ascending.
+  /// The pattern of M and S: of each row the vertex and the other corners of its triangles,
+  /// ascending.
   const std::vector<int>& row_starts() const { return row_begin_; }
   const std::vector<int>& columns() const { return column_; }
 

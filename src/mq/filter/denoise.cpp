@@ -12,7 +12,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/fem/conducting_space.h"
+#include "mq/fem/weighted_stiffness_space.h"
 #include "mq/linear/conjugate_gradients.h"
 
 namespace mq {
@@ -61,7 +61,7 @@ Signal slightly_smoothed(const SignalSpace& space, const Signal& psi, double mos
   Signal change = space.stiffness_times(psi);
   if (change.isZero(0)) return psi;
   try {
-    const SparseMatrix A = space.solvable(1, weight, progress.step("assemble", 0.2));
+    const SparseMatrix A = space.regularised_system(1, weight, progress.step("assemble", 0.2));
     change *= -weight;
     Signal smoothed = Signal::Zero(psi.rows(), psi.cols());
     conjugate_gradients(A, change, smoothed, jacobi_preconditioner(A), slight,
@@ -88,10 +88,10 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
   for (const Guide& guide : guides) stop_at_edges(space, guide.values, guide.edge, of_guides);
   require(options.edge > 0, fmt::format("an edge is {}; it must be more than 0", options.edge));
   const bool own_edges = !std::isinf(options.edge);
-  std::optional<ConductingSpace> conducting;
-  if (!guides.empty()) conducting.emplace(space, of_guides);
+  std::optional<WeightedStiffnessSpace> weighted_system;
+  if (!guides.empty()) weighted_system.emplace(space, of_guides);
   const auto guided = [&]() -> const SignalSpace& {
-    return conducting ? static_cast<const SignalSpace&>(*conducting) : space;
+    return weighted_system ? static_cast<const SignalSpace&>(*weighted_system) : space;
   };
   Filtered result{psi, {}};
   if (own_edges)
@@ -106,10 +106,10 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
       std::vector<float> conductivity = of_guides;
       conductivity.resize(std::size_t(space.element_count()), 1.0F);
       stop_at_edges(space, result.signal, options.edge, conductivity);
-      if (conducting)
-        conducting->set_conductivity(std::move(conductivity));
+      if (weighted_system)
+        weighted_system->set_conductivity(std::move(conductivity));
       else
-        conducting.emplace(space, std::move(conductivity));
+        weighted_system.emplace(space, std::move(conductivity));
     }
     const Progress preparing = step.step("prepare", 0.6);
     if (equation)

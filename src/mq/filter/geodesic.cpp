@@ -18,7 +18,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/filter/front.h"
+#include "mq/filter/fast_sweeping.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/linear/connected_components.h"
@@ -46,7 +46,7 @@ double mean_spacing(const SignalSpace& space) {
 }
 
 SparseMatrix heat_matrix(const SignalSpace& space, double t, const Progress& progress) {
-  SparseMatrix A = space.solvable(0, t, progress);
+  SparseMatrix A = space.regularised_system(0, t, progress);
   A.diagonal() += space.lumped_mass();
   return A;
 }
@@ -62,7 +62,7 @@ constexpr double boundary_lengths = 3;
 Signal unit_gradient_moments(const SignalSpace& space, const Signal& w) {
   std::vector<float> factor = space.gradient_norms(w);
   for (float& f : factor) f = 1 / std::max(f, least_gradient);
-  return space.conducted(w, factor);
+  return space.weighted_stiffness_times(w, factor);
 }
 
 void require_sources(const std::vector<GeodesicSource>& sources, int size) {
@@ -227,7 +227,7 @@ void continue_to_boundary(const GeodesicDistance::Parts& parts,
     w(i, 0) = even(w(i, 0));
     if (!near[std::size_t(i)]) inside.emplace_back(int(i), w(i, 0));
   }
-  const Vector front = front_distances(parts.heat, parts.places, inside, progress);
+  const Vector front = fast_sweeping_distances(parts.heat, parts.places, inside, progress);
   for (Eigen::Index i = 0; i < w.rows(); ++i)
     if (near[std::size_t(i)] && std::isfinite(front[i])) w(i, 0) = front[i];
 }
@@ -295,8 +295,9 @@ Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
   if (!parts_->places.empty()) {
     std::vector<std::pair<int, double>> begin;
     for (const GeodesicSource& s : sources) begin.emplace_back(s.unknown, s.distance);
-    guess = front_distances(parts_->heat, parts_->places, begin, progress.step("front", 0.25)) /
-            -parts_->length;
+    guess =
+        fast_sweeping_distances(parts_->heat, parts_->places, begin, progress.step("front", 0.25)) /
+        -parts_->length;
   }
   HeatSweeps heat =
       sweep_heat(parts_->heat, fixed, {parts_->options.tolerance, parts_->options.max_sweeps},

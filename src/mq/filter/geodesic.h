@@ -49,22 +49,23 @@ struct Geodesic {
 /// φ is determined per component up to a constant, chosen such that the given distances are met on
 /// average, and is then what is given where it is given; nothing is below 0.
 ///
-/// Around a source that is a point, the unknowns within three spacings have their straight distances
-/// from it, if all of them lie near a plane (a tenth of that radius): the error there, which the
-/// distances of all others inherit, then does not depend on where between the unknowns it lies.
+/// Around a source that is a point, the unknowns within three spacings have their straight
+/// distances from it, if all of them lie near a plane (a tenth of that radius): the error there,
+/// which the distances of all others inherit, then does not depend on where between the unknowns it
+/// lies.
 ///
 /// Heat does not leave through boundaries, so near them ∇u runs along them, wherever the shortest
 /// paths go. Within 3√t of a boundary w, brought to slope 1 by a function of w, is therefore
-/// continued from what lies farther inside, by `front_distances`.
+/// continued from what lies farther inside, by `fast_sweeping_distances`.
 ///
 /// u falls by a factor e every √t, two spacings; `sweep_heat` finds it with every ratio accurate,
-/// however far from a source, beginning with `front_distances`. Then one Poisson equation is
-/// solved.
+/// however far from a source, beginning with `fast_sweeping_distances`. Then one Poisson equation
+/// is solved.
 ///
 /// The error is of order h̄: on a square of 256² texels 0.13 % on average for a source near the
 /// middle, wherever between texels it lies, 3 % at most beyond three texels; 0.2 % and 5 % for one
-/// 25 texels from an edge. Largest near the source and where shortest paths meet. Without places and
-/// boundary it is two to three times that, and boundaries are drawn out by two or three texels.
+/// 25 texels from an edge. Largest near the source and where shortest paths meet. Without places
+/// and boundary it is two to three times that, and boundaries are drawn out by two or three texels.
 class GeodesicDistance {
  public:
   /// Assembles and prepares both equations. `space` must outlive the object.
@@ -72,12 +73,12 @@ class GeodesicDistance {
                             const GeodesicOptions& options = {}, const Progress& progress = {});
   ~GeodesicDistance();
 
-  /// Where the unknowns lie. Sweeps then begin with `front_distances` and are a few instead of
-  /// dozens; where charts are much stretched they do not get there without.
+  /// Where the unknowns lie. Sweeps then begin with `fast_sweeping_distances` and are a few instead
+  /// of dozens; where charts are much stretched they do not get there without.
   void set_places(std::vector<Vector3> places);
 
-  /// The unknowns at the boundaries of the surface (`boundary_unknowns`), for what is said above; it
-  /// needs places, too.
+  /// The unknowns at the boundaries of the surface (`boundary_unknowns`), for what is said above;
+  /// it needs places, too.
   void set_boundary(std::vector<int> unknowns);
 
   /// Throws `InvalidInput` when there are no sources, or one is not an unknown or not finite.

@@ -93,8 +93,8 @@ double nearest_to_zero(const std::array<double, 4>& values) {
   return low > 0 ? low : high < 0 ? high : 0;
 }
 
-/// −X, X = Σ_c L_c ∇φ_c, constant on cells. Of the Laplacians at a cell's pixels the one nearest to 0
-/// counts, and none where their signs differ: an edge no wider than a cell is at rest.
+/// −X, X = Σ_c L_c ∇φ_c, constant on cells. Of the Laplacians at a cell's pixels the one nearest to
+/// 0 counts, and none where their signs differ: an edge no wider than a cell is at rest.
 GridFlow along_laplacian(const Field& phi) {
   const int cells_x = phi.width - 1, cells_y = phi.height - 1;
   std::vector<std::array<double, 2>> X(std::size_t(cells_x) * cells_y);
@@ -174,15 +174,16 @@ ShockedImage follow(const Image<float>& image, const ImageShockOptions& options,
   const int steps = options.method == ImageShockOptions::Method::transport ? 1 : options.steps;
   const bool iterated = options.method == ImageShockOptions::Method::iterated;
   Field signal = first;
-  const Field calm = along ? Field{} : smoothed(first, options.weights.signal + options.weights.potential);
+  const Field calm =
+      along ? Field{} : smoothed(first, options.weights.signal + options.weights.potential);
   Field carried = calm;
   Traced traced;
   for (int k = 0; k < steps; ++k) {
     const Progress step = progress.step(fmt::format("step {} of {}", k + 1, steps), 1.0 / steps);
     const GridFlow flow =
-        along ? GridFlow::downhill(image.width(), image.height(),
-                                   k == 0 ? potential.values
-                                          : potential_of(signal, options.weights).values)
+        along ? GridFlow::downhill(
+                    image.width(), image.height(),
+                    k == 0 ? potential.values : potential_of(signal, options.weights).values)
               : along_laplacian(carried);
     const Stopwatch watch;
     const bool composes = options.method == ImageShockOptions::Method::composed && k > 0;
@@ -222,18 +223,6 @@ double potential_rate(int width, int height, std::span<const double> potential) 
       },
       16);
   return std::sqrt(sum / (double(width) * height));
-}
-
-double osher_rudin_time(const Image<float>& image, const ShockTime& time) {
-  if (time.unit == ShockTime::Unit::absolute) return time.value;
-  const Field potential = potential_of(field_of(at_least_two(image)), {});
-  const double rate = potential_rate(potential.width, potential.height, potential.values);
-  double squares = 0, fourths = 0;
-  for (const double P : potential.values) {
-    squares += 2 * P;
-    fourths += 4 * P * P;
-  }
-  return rate > 0 ? time.value * std::sqrt(fourths / squares) / rate : 0;
 }
 
 ShockedImage shock(const Image<float>& image, const ImageShockOptions& options,

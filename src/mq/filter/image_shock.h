@@ -1,12 +1,18 @@
 #pragma once
 /// Shock filters on images, by following paths and looking values up at their ends.
 
-#include "mq/filter/osher_rudin.h"
 #include "mq/filter/shock.h"
 #include "mq/image/image.h"
 #include "mq/trace/grid_flow.h"
 
 namespace mq {
+
+/// What is taken for the curvature L of the signal: where it is positive, values move to the
+/// minimum.
+enum class Concavity {
+  laplacian,      ///< Δφ: the mean over all directions (Osher and Rudin)
+  along_gradient  ///< ⟨Hess φ·∇φ, ∇φ⟩/|∇φ|²: across edges only (thesis (3.5))
+};
 
 struct ImageShockOptions {
   /// Thesis 3.3.1 and 3.3.2. With one step all three are the same.
@@ -39,14 +45,14 @@ struct ShockedImage {
 /// The image is bilinear between pixel centres: |∇φ|² is its mean over each cell, P the mean of the
 /// cells around a pixel, and values are looked up bilinearly. P is linear on the triangles of
 /// `GridFlow`, along which −X is followed without steps. Δφ is the sum of differences to four
-/// neighbours; on a cell the one nearest to 0 of those at its pixels counts, and 0 where their signs
-/// differ, so that edges one cell wide rest.
+/// neighbours; on a cell the one nearest to 0 of those at its pixels counts, and 0 where their
+/// signs differ, so that edges one cell wide rest.
 ///
-/// In later steps `along_gradient` smooths the signal of the step before and its potential again, as
-/// the thesis has it. Δφ = φₙₙ + κ|∇φ| is 0 outside a curved edge, by about the smoothing's variance
-/// times its curvature κ: smoothed anew in each step, edges would wander and bulge without end. So
-/// `laplacian` smooths the first signal, by both weights together, and carries that along the same
-/// paths.
+/// In later steps `along_gradient` smooths the signal of the step before and its potential again,
+/// as the thesis has it. Δφ = φₙₙ + κ|∇φ| is 0 outside a curved edge, by about the smoothing's
+/// variance times its curvature κ: smoothed anew in each step, edges would wander and bulge without
+/// end. So `laplacian` smooths the first signal, by both weights together, and carries that along
+/// the same paths.
 ///
 /// No value leaves the range of its channel, for any time. A pixel whose path rests keeps its
 /// values bit for bit. Alpha is a channel like any other. Images with a side of one pixel are as if
@@ -61,10 +67,5 @@ std::vector<double> shock_potential(const Image<float>& image, const ShockWeight
 /// Λ of values at pixels: the root mean square of the sum of differences to four neighbours, the
 /// border repeated.
 double potential_rate(int width, int height, std::span<const double> potential);
-
-/// The time for `osher_rudin`, whose speed is |∇φ|·L where that of paths is |∇φ|²·L: value if it is
-/// absolute, and otherwise value·g/Λ with g² = ∫|∇φ|⁴/∫|∇φ|², the slope of edges, and Λ of the
-/// potential, nothing smoothed.
-double osher_rudin_time(const Image<float>& image, const ShockTime& time);
 
 }  // namespace mq

@@ -55,8 +55,9 @@ LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface
   require(across.size() == surface.size() && noise.rows() == surface.size(),
           "noise and both spaces need the same unknowns");
   require(options.weight >= 0 && std::isfinite(options.weight),
-          fmt::format("the weight of a line integral convolution is {}; it must be 0 or more, and finite",
-                      options.weight));
+          fmt::format(
+              "the weight of a line integral convolution is {}; it must be 0 or more, and finite",
+              options.weight));
   LineIntegral result;
   if (options.weight == 0) {
     result.signal = noise;
@@ -86,7 +87,7 @@ void watch_lines_form(const SignalSpace& across, const Signal& noise, double wei
                       const Progress& progress) {
   shown(0, noise);
   if (weight == 0) return;
-  const SparseMatrix A = across.solvable(1, weight);
+  const SparseMatrix A = across.regularised_system(1, weight);
   const Signal B = across.mass() * noise;
   const Preconditioner jacobi = jacobi_preconditioner(A);
   Signal X = noise;

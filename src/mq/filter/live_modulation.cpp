@@ -1,10 +1,10 @@
-/// With δ = φ − ψ, b = w·S_{β−1}·ψ and r = b − A·δ, everywhere: a change of β changes b, and with it r, in
-/// a few rows. Following it solves A_NN·z = r_N on the set N of unknowns near by, those further off held,
-/// and does δ_N += z, r −= A_·N·z. N is what lies within `reach` lengths √w of the changed ones;
-/// distances are straight ones, which are never longer than those on the surface.
+/// With δ = φ − ψ, b = w·S_{β−1}·ψ and r = b − A·δ, everywhere: a change of β changes b, and with
+/// it r, in a few rows. Following it solves A_NN·z = r_N on the set N of unknowns near by, those
+/// further off held, and does δ_N += z, r −= A_·N·z. N is what lies within `reach` lengths √w of
+/// the changed ones; distances are straight ones, which are never longer than those on the surface.
 ///
-/// z is solved for in single precision until nobody sees what is left of it; r is in double, so that
-/// nothing of that is lost.
+/// z is solved for in single precision until nobody sees what is left of it; r is in double, so
+/// that nothing of that is lost.
 
 #include "mq/filter/live_modulation.h"
 
@@ -26,9 +26,9 @@ namespace mq {
 
 namespace {
 
-constexpr double least_reach = 8;       // unknowns: as many as relaxation sees
-constexpr double bins_per_reach = 2;    // along an axis
-constexpr double most_to_keep = 1.25;   // times the bins needed: else another N is chosen
+constexpr double least_reach = 8;      // unknowns: as many as relaxation sees
+constexpr double bins_per_reach = 2;   // along an axis
+constexpr double most_to_keep = 1.25;  // times the bins needed: else another N is chosen
 
 }  // namespace
 
@@ -60,11 +60,17 @@ struct LiveModulation::Data {
   RowSet rows;                 ///< empty between calls
 
   Data(System of_space, double weight_, Signal psi_, const LiveOptions& options)
-      : weight(weight_), psi(std::move(psi_)), system(std::move(of_space)),
+      : weight(weight_),
+        psi(std::move(psi_)),
+        system(std::move(of_space)),
         local(hierarchy.multigrid(), lanes_for(int(psi.cols()))),
         reach(std::max(options.reach * std::sqrt(weight), least_reach * system.spacing)),
-        bins(system.places, reach / bins_per_reach), beta(std::size_t(size()), 1.0),
-        change(std::size_t(size()), 0.0), b(Signal::Zero(size(), psi.cols())), r(b), phi(psi),
+        bins(system.places, reach / bins_per_reach),
+        beta(std::size_t(size()), 1.0),
+        change(std::size_t(size()), 0.0),
+        b(Signal::Zero(size(), psi.cols())),
+        r(b),
+        phi(psi),
         rows(size()) {
     system.places = {};
   }
@@ -107,7 +113,8 @@ void LiveModulation::Data::take_right_hand_side(Eigen::Index first, Eigen::Index
     const int i = near[at];
     const double factor = scaling.common * scaling.row(i);
     for (Eigen::Index c = 0; c < channels; ++c)
-      local.right_hand_side()[std::int64_t(i) * local.lanes() + c] = float(factor * r(i, first + c));
+      local.right_hand_side()[std::int64_t(i) * local.lanes() + c] =
+          float(factor * r(i, first + c));
   });
 }
 
@@ -134,11 +141,14 @@ void LiveModulation::Data::add_solution(Eigen::Index first) {
 namespace {
 
 void check(const SignalSpace& space, double weight, const Signal& psi) {
-  require(weight > 0 && std::isfinite(weight),
-          fmt::format("the weight of a live modulation is {}; it must be positive and finite", weight));
-  require(psi.rows() == space.size() && psi.cols() > 0 && psi.allFinite(),
-          fmt::format("a live modulation of {} unknowns wants a finite signal of as many rows; one of "
-                      "{} × {} was given", space.size(), psi.rows(), psi.cols()));
+  require(
+      weight > 0 && std::isfinite(weight),
+      fmt::format("the weight of a live modulation is {}; it must be positive and finite", weight));
+  require(
+      psi.rows() == space.size() && psi.cols() > 0 && psi.allFinite(),
+      fmt::format("a live modulation of {} unknowns wants a finite signal of as many rows; one of "
+                  "{} × {} was given",
+                  space.size(), psi.rows(), psi.cols()));
 }
 
 }  // namespace
@@ -146,15 +156,14 @@ void check(const SignalSpace& space, double weight, const Signal& psi) {
 LiveModulation::LiveModulation(const TexelSpace& space, double weight, Signal psi,
                                const LiveOptions& options, const Progress& progress) {
   check(space, weight, psi);
-  SparseMatrix A = space.solvable(1, weight, progress.step("assemble", 0.4));
+  SparseMatrix A = space.regularised_system(1, weight, progress.step("assemble", 0.4));
   Hierarchy hierarchy = texel_hierarchy(A, space.texels(), {}, progress.step("levels", 0.6));
-  data_ = std::make_unique<Data>(
-      System{std::move(A), std::move(hierarchy), space.texels().positions,
-             space.scale().texel_spacing,
-             [&space](auto rows, const Signal& of, auto beta) {
-               return space.stiffness_rows(rows, of, beta);
-             }},
-      weight, std::move(psi), options);
+  data_ = std::make_unique<Data>(System{std::move(A), std::move(hierarchy),
+                                        space.texels().positions, space.scale().texel_spacing,
+                                        [&space](auto rows, const Signal& of, auto beta) {
+                                          return space.stiffness_rows(rows, of, beta);
+                                        }},
+                                 weight, std::move(psi), options);
 }
 
 LiveModulation::LiveModulation(const VertexSpace& space, std::span<const Vector3> positions,
@@ -209,7 +218,8 @@ Followed LiveModulation::follow(const FollowOptions& options) {
   for (Eigen::Index first = 0; first < d.psi.cols(); first += 4) {
     const Eigen::Index channels = std::min<Eigen::Index>(4, d.psi.cols() - first);
     d.take_right_hand_side(first, channels);
-    const LocalSolve solve = d.local.solve({.error = options.error, .max_cycles = options.max_cycles});
+    const LocalSolve solve =
+        d.local.solve({.error = options.error, .max_cycles = options.max_cycles});
     switch (channels) {
       case 1: d.add_solution<1>(first); break;
       case 2: d.add_solution<2>(first); break;
@@ -227,10 +237,12 @@ SolveReport LiveModulation::settle(const SettleOptions& options, const Progress&
   Data& d = *data_;
   const Hierarchy& h = d.hierarchy;
   Signal delta = d.phi - d.psi;
-  const SolveReport report = mixed_conjugate_gradients(
-      h.high(), h.low(), h.scaling(), h.multigrid(), h.components(), d.b, delta,
-      {.tolerance = options.tolerance, .max_cycles = options.max_cycles,
-       .least_cycles = options.least_cycles}, progress);
+  const SolveReport report = mixed_conjugate_gradients(h.high(), h.low(), h.scaling(),
+                                                       h.multigrid(), h.components(), d.b, delta,
+                                                       {.tolerance = options.tolerance,
+                                                        .max_cycles = options.max_cycles,
+                                                        .least_cycles = options.least_cycles},
+                                                       progress);
   d.phi = d.psi + delta;
   parallel_for(d.r.rows(), [&](std::int64_t i) {
     d.r.row(i) = d.b.row(i);

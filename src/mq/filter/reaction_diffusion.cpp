@@ -69,7 +69,7 @@ ReactionDiffusion::ReactionDiffusion(const SignalSpace& space, std::array<double
   for (const double d : diffusivity)
     require(d >= 0 && std::isfinite(d), fmt::format("a diffusivity is {}", d));
   require(longest_step > 0, "a step must be longer than 0");
-  const SparseMatrix S = space.solvable(0, 1, progress.step("assemble", 0.8));
+  const SparseMatrix S = space.regularised_system(0, 1, progress.step("assemble", 0.8));
   const Vector mass = space.lumped_mass();
   const double most = std::max(diffusivity[0], diffusivity[1]);
   std::vector<double> coupling(std::size_t(S.rows()), 0), fastest(coupling.size());

@@ -1,7 +1,7 @@
 /// (M + w·S)·δ = w·(b − S·ψ),  φ = ψ + δ,  with b = S_β·ψ or the moments of any target gradient.
 ///
-/// The thesis solves for φ. Solving for the change δ costs the same, and whatever asks for no change
-/// gets none: the right-hand side is 0 exactly, and the solver is not called.
+/// The thesis solves for φ. Solving for the change δ costs the same, and whatever asks for no
+/// change gets none: the right-hand side is 0 exactly, and the solver is not called.
 
 #include "mq/filter/screened_poisson.h"
 
@@ -24,15 +24,15 @@ namespace {
 /// null, as its rounding errors in them would else be the largest part of what it finds.
 constexpr double vanishing_screen = 1e-8, vanishing_share = 1e-13;
 
-/// In areas: from here on an error of the solver in the constants of a component, which the residual
-/// shows little of, could be one that 16 bits show.
+/// In areas: from here on an error of the solver in the constants of a component, which the
+/// residual shows little of, could be one that 16 bits show.
 constexpr double large_weight = 0.01;
 
 /// The least that a screen given per unknown counts as.
 constexpr double least_screen = 1e-8;
 
-/// What is added to the diagonal of A so that constants are not quite in its null space; shares are of
-/// the areas of components.
+/// What is added to the diagonal of A so that constants are not quite in its null space; shares are
+/// of the areas of components.
 Vector vanishing(const SparseMatrix& A, const std::vector<int>& component, Vector share) {
   const Signal trace = component_sums(component, Vector(A.diagonal()));
   for (Eigen::Index i = 0; i < share.size(); ++i) {
@@ -43,8 +43,8 @@ Vector vanishing(const SparseMatrix& A, const std::vector<int>& component, Vecto
 }
 
 void require_finite(const Signal& signal, int rows, const char* what) {
-  require(signal.rows() == rows, fmt::format("{} has {} rows, and the space has {} unknowns", what,
-                                             signal.rows(), rows));
+  require(signal.rows() == rows,
+          fmt::format("{} has {} rows, and the space has {} unknowns", what, signal.rows(), rows));
   if (signal.allFinite()) return;
   for (Eigen::Index i = 0; i < signal.rows(); ++i)
     for (Eigen::Index c = 0; c < signal.cols(); ++c)
@@ -78,9 +78,9 @@ ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight,
                                  std::vector<double> screen, SolverFactory factory,
                                  const Progress& progress)
     : space_(space), screen_(std::move(screen)), factory_(std::move(factory)) {
-  require(screen_.size() == std::size_t(space.size()),
-          fmt::format("a screen of {} values was given for {} unknowns", screen_.size(),
-                      space.size()));
+  require(
+      screen_.size() == std::size_t(space.size()),
+      fmt::format("a screen of {} values was given for {} unknowns", screen_.size(), space.size()));
   for (double& s : screen_) {
     if (!(s >= 0 && std::isfinite(s)))
       throw InvalidInput(fmt::format("a screen holds {}; it must be 0 or more, and finite", s));
@@ -89,8 +89,8 @@ ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight,
   set_weight(weight, progress);
 }
 
-/// s_i m_i, or the lumped mass. A function that hardly meets the surface, next to a seam, may have an
-/// integral a little below 0.
+/// s_i m_i, or the lumped mass. A function that hardly meets the surface, next to a seam, may have
+/// an integral a little below 0.
 Vector ScreenedPoisson::screened_mass() const {
   Vector mass = space_.lumped_mass();
   if (!screen_.empty()) mass = mass.cwiseMax(1e-12 * mass.mean());
@@ -100,14 +100,15 @@ Vector ScreenedPoisson::screened_mass() const {
 
 void ScreenedPoisson::set_weight(double weight, const Progress& progress) {
   require(weight >= 0, fmt::format("the weight of a screened Poisson equation is {}; it must be 0 "
-                                   "or more, or infinite", weight));
+                                   "or more, or infinite",
+                                   weight));
   const Progress assembling = progress.step("assemble", 0.2);
   // Beyond, the matrix would hold nothing of M but rounding.
   if (screen_.empty() && weight * vanishing_screen >= space_.scale().area) weight = infinite_weight;
   const bool finite = std::isfinite(weight), screened = !screen_.empty();
   require(finite || !screened, "a screened Poisson equation with a screen needs a finite weight");
   SparseMatrix A =
-      space_.solvable(finite && !screened ? 1 : 0, finite ? weight : 1, assembling);
+      space_.regularised_system(finite && !screened ? 1 : 0, finite ? weight : 1, assembling);
   if (screened) A.diagonal() += screened_mass();
   Components components;
   if (!finite) {
@@ -129,8 +130,10 @@ double ScreenedPoisson::prepare(SparseMatrix& A, const Progress& progress) {
   double shift = 0;
   for (const double next : {1e-12, 1e-11, 1e-10, 1e-9, 0.0}) {
     try {
-      if (solver_) solver_->update(A, progress);
-      else solver_ = factory_(A, progress);
+      if (solver_)
+        solver_->update(A, progress);
+      else
+        solver_ = factory_(A, progress);
       break;
     } catch (const NotPositiveDefinite&) {
       if (next == 0) throw;
@@ -143,8 +146,7 @@ double ScreenedPoisson::prepare(SparseMatrix& A, const Progress& progress) {
 
 Filtered ScreenedPoisson::correct(const Signal& psi, Signal gradient_change,
                                   const Progress& progress) const {
-  if (gradient_change.isZero(0) || weight_ == 0)
-    return {psi, nothing_to_solve()};
+  if (gradient_change.isZero(0) || weight_ == 0) return {psi, nothing_to_solve()};
   if (std::isfinite(weight_)) gradient_change *= weight_;
   Signal correction = Signal::Zero(psi.rows(), psi.cols());
   SolveReport report = solver_->solve(gradient_change, correction, progress);
@@ -174,8 +176,8 @@ Filtered ScreenedPoisson::solve(const Signal& psi, std::span<const double> beta,
   std::vector<double> change(beta.begin(), beta.end());
   for (std::size_t i = 0; i < change.size(); ++i) {
     if (!std::isfinite(change[i]))
-      throw InvalidInput(fmt::format("the modulation is {} at unknown {}; it must be finite",
-                                     change[i], i));
+      throw InvalidInput(
+          fmt::format("the modulation is {} at unknown {}; it must be finite", change[i], i));
     change[i] -= 1;
   }
   return correct(psi, space_.stiffness_times(psi, change), progress);

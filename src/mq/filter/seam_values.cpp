@@ -47,7 +47,7 @@ std::vector<char> seam_texels(const Surface& surface, const Atlas& atlas, const 
 namespace {
 
 /// The free texels of components in which something is held.
-std::vector<int> solvable_rows(const SparseMatrix& A, const std::vector<char>& free) {
+std::vector<int> regularised_rows(const SparseMatrix& A, const std::vector<char>& free) {
   const std::vector<int> component = connected_components(A);
   std::vector<char> held(free.size(), 0);
   for (std::size_t i = 0; i < free.size(); ++i)
@@ -172,8 +172,8 @@ Filtered smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::
   require(psi.rows() == space.size() && std::ssize(free) == space.size(),
           fmt::format("a signal of {} rows and {} marks were given for {} texels", psi.rows(),
                       free.size(), space.size()));
-  const SparseMatrix A = space.solvable(0, 1, progress.step("assemble", 0.3));
-  std::vector<int> rows = solvable_rows(A, free);
+  const SparseMatrix A = space.regularised_system(0, 1, progress.step("assemble", 0.3));
+  std::vector<int> rows = regularised_rows(A, free);
   if (rows.empty()) return {psi, nothing_to_solve()};
   const Signal right = imbalance(space, A, psi, rows, what);
   Filtered result{psi, {}};
@@ -186,7 +186,7 @@ Filtered smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::
   if (held.empty()) return result;
   std::vector<char> still_free = free;
   for (const int i : held) still_free[i] = 0;
-  rows = solvable_rows(A, still_free);
+  rows = regularised_rows(A, still_free);
   if (rows.empty()) return result;
   const SolveReport again =
       solve_rows(A, psi, right, rows, factory, result.signal, progress.step("bounded", 0.35));

@@ -29,13 +29,13 @@ enum class Smooth {
 ///     ∫ |∇φ|² dA + weight/spacing · ∫ d² ds,        or with ∇(φ − ψ),
 ///
 /// where the others stay as they are. The space must have been made with `soft_seams`. Texels that
-/// hardly meet the surface are held to their neighbours (`TexelSpace::solvable`), and none is left
-/// beyond what ψ has around it by more than a quarter of that range (at itself and its neighbours; of
-/// smooth values at those that are not free, or else their neighbours): it is brought back and held
-/// while the others are solved for again. A component whose texels are all
+/// hardly meet the surface are held to their neighbours (`TexelSpace::regularised_system`), and
+/// none is left beyond what ψ has around it by more than a quarter of that range (at itself and its
+/// neighbours; of smooth values at those that are not free, or else their neighbours): it is
+/// brought back and held while the others are solved for again. A component whose texels are all
 /// free has no value to start from and stays as it is. Where most texels are near seams, and charts
-/// share them, factors are too large: the default goes on by conjugate gradients there. The report is
-/// that of the first solution, converged if both did. Throws `InvalidInput` where sizes differ.
+/// share them, factors are too large: the default goes on by conjugate gradients there. The report
+/// is that of the first solution, converged if both did. Throws `InvalidInput` where sizes differ.
 Filtered smooth_at_seams(const TexelSpace& space, const Signal& psi, const std::vector<char>& free,
                          Smooth what, const SolverFactory& factory = economical_solver(),
                          const Progress& progress = {});

@@ -19,7 +19,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
-#include "mq/flow/image_carry.h"
+#include "mq/flow/forward_warp.h"
 #include "mq/flow/image_signals.h"
 #include "mq/flow/image_system.h"
 
@@ -548,8 +548,9 @@ Image<float> interpolated(const ImageFlow& flow, const Image<float>& source,
   if (t == 0) return source;
   if (t == 1) return target;
   const bool forward = flow.alignment == Alignment::forward;
-  const CarriedField on_the_way =
-      forward ? carried(flow.field, t, disagreement(flow.field, source, target)) : CarriedField();
+  const ForwardWarpedField on_the_way =
+      forward ? forward_warp(flow.field, t, disagreement(flow.field, source, target))
+              : ForwardWarpedField();
   const Image<float>& X = forward ? on_the_way.field : flow.field;
   const Image<float> back = displacement(X, -t, flow.path);
   const Image<float> forth = displacement(X, 1 - t, flow.path);

@@ -35,7 +35,7 @@ enum class FlowAlignment {
 enum class FlowSolver {
   hierarchical,  ///< multigrid over coarser and coarser meshes, each scale on the coarsest mesh
                  ///< that shows it; vertex basis only
-  direct  ///< a factorisation per step, every scale on the mesh itself
+  direct         ///< a factorisation per step, every scale on the mesh itself
 };
 
 /// The published weights and normalisations (thesis 4.4 to 4.6 and what its program does): each
@@ -174,10 +174,10 @@ Signal interpolate(const TraceMesh& mesh, const Vector& field, const Signal& sou
                    const Signal& target, double t, const Progress& progress = {});
 
 /// φ₀ and φ₁ as they meet at time t: φ₀(Φ_{−X}(p, t)) and φ₁(Φ_X(p, 1 − t)).
-struct Meeting {
+struct WarpedPair {
   Signal source, target;
 };
-Meeting meet(const TraceMesh& mesh, const Vector& field, const Signal& source, const Signal& target,
-             double t, const Progress& progress = {});
+WarpedPair warp_pair(const TraceMesh& mesh, const Vector& field, const Signal& source,
+                     const Signal& target, double t, const Progress& progress = {});
 
 }  // namespace mq

@@ -50,8 +50,8 @@ double mean_square_difference(const Vector& lumped_mass, const Signal& a, const 
   return sum[0] / (sum[1] * double(std::max<Eigen::Index>(1, a.cols())));
 }
 
-Meeting meet(const TraceMesh& mesh, const Vector& field, const Signal& source, const Signal& target,
-             double t, const Progress& progress) {
+WarpedPair warp_pair(const TraceMesh& mesh, const Vector& field, const Signal& source,
+                     const Signal& target, double t, const Progress& progress) {
   require(t >= 0 && t <= 1, fmt::format("a time between 0 and 1 was wanted, {} was given", t));
   require(source.rows() == target.rows() && source.cols() == target.cols(),
           fmt::format("signals of {} × {} and {} × {} values do not meet", source.rows(),
@@ -70,8 +70,8 @@ Signal interpolate(const TraceMesh& mesh, const Vector& field, const Signal& sou
                    const Signal& target, double t, const Progress& progress) {
   if (t == 0) return source;
   if (t == 1) return target;
-  const Meeting meeting = meet(mesh, field, source, target, t, progress);
-  return (1 - t) * meeting.source + t * meeting.target;
+  const WarpedPair warped = warp_pair(mesh, field, source, target, t, progress);
+  return (1 - t) * warped.source + t * warped.target;
 }
 
 }  // namespace mq

@@ -115,8 +115,8 @@ Signal TextureFlow::looked_up(const Signal& signal, double time, const Progress&
   return values;
 }
 
-Meeting TextureFlow::meet(const Signal& source, const Signal& target, double t,
-                          const Progress& progress) const {
+WarpedPair TextureFlow::warp_pair(const Signal& source, const Signal& target, double t,
+                                  const Progress& progress) const {
   require(t >= 0 && t <= 1, fmt::format("a time between 0 and 1 was wanted, {} was given", t));
   return {looked_up(source, -t, progress.step("source", 0.5)),
           looked_up(target, 1 - t, progress.step("target", 0.5))};

@@ -19,11 +19,12 @@ struct TextureFlowOptions {
 /// in their chart, the textures are looked up at the vertices so made (with edges above two texels:
 /// their means around them), and `mesh_flow` aligns these. Values between the two are found by
 /// following the field from the centre of each texel and looking the textures themselves up at the
-/// ends, so that what does not move loses nothing to the mesh: a texel both of whose paths rest keeps
-/// its values bit for bit. Texels whose centre lies outside their chart follow the path of the
-/// nearest point of the surface, so that lookups agree across seams, and change by as much as the
-/// texture changes along it: what they hold beside it, such as the dark ground of an atlas, stays,
-/// so that pictures at near times are near each other. No value leaves the range of the textures.
+/// ends, so that what does not move loses nothing to the mesh: a texel both of whose paths rest
+/// keeps its values bit for bit. Texels whose centre lies outside their chart follow the path of
+/// the nearest point of the surface, so that lookups agree across seams, and change by as much as
+/// the texture changes along it: what they hold beside it, such as the dark ground of an atlas,
+/// stays, so that pictures at near times are near each other. No value leaves the range of the
+/// textures.
 ///
 /// Surface, atlas and space must outlive it.
 class TextureFlow {
@@ -37,8 +38,8 @@ class TextureFlow {
 
   /// Both textures as they meet at time t between 0 and 1, equation (4.26): φ₀ at the ends of paths
   /// along −X for t, φ₁ along X for 1 − t. At its own time each comes back bit for bit.
-  Meeting meet(const Signal& source, const Signal& target, double t,
-               const Progress& progress = {}) const;
+  WarpedPair warp_pair(const Signal& source, const Signal& target, double t,
+                       const Progress& progress = {}) const;
 
   /// X on the triangles of the surface: the mean over their parts by area, in space.
   TangentField field() const;

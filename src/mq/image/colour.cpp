@@ -22,12 +22,12 @@ Image<float> map_colours(const Image<float>& image, const Map& map) {
   return mapped;
 }
 
-double light(double v, Transfer transfer) {
-  return transfer == Transfer::srgb ? linear_from_srgb(v) : v;
+double light(double v, TransferFunction transfer) {
+  return transfer == TransferFunction::srgb ? linear_from_srgb(v) : v;
 }
 
-double stored(double v, Transfer transfer) {
-  return transfer == Transfer::srgb ? srgb_from_linear(v) : v;
+double stored(double v, TransferFunction transfer) {
+  return transfer == TransferFunction::srgb ? srgb_from_linear(v) : v;
 }
 
 /// OKLab to linear sRGB (Ottosson 2020).
@@ -42,18 +42,18 @@ std::array<double, 3> light_from_oklab(double L, double a, double b) {
 
 }  // namespace
 
-Image<float> decode(const Image<float>& image, ColourSpace space, Transfer transfer) {
+Image<float> decode(const Image<float>& image, ColourSpace space, TransferFunction transfer) {
   if (space == ColourSpace::log)
     return map_colours(image, [=](double v) { return log_from_linear(light(v, transfer)); });
-  if (space == ColourSpace::linear && transfer == Transfer::srgb)
+  if (space == ColourSpace::linear && transfer == TransferFunction::srgb)
     return map_colours(image, linear_from_srgb);
   return image;
 }
 
-Image<float> encode(const Image<float>& image, ColourSpace space, Transfer transfer) {
+Image<float> encode(const Image<float>& image, ColourSpace space, TransferFunction transfer) {
   if (space == ColourSpace::log)
     return map_colours(image, [=](double v) { return stored(linear_from_log(v), transfer); });
-  if (space == ColourSpace::linear && transfer == Transfer::srgb)
+  if (space == ColourSpace::linear && transfer == TransferFunction::srgb)
     return map_colours(image, srgb_from_linear);
   return image;
 }

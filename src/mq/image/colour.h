@@ -38,7 +38,7 @@ inline double log_from_linear(double v) { return std::asinh(v / (2 * log_thresho
 inline double linear_from_log(double v) { return std::sinh(v) * (2 * log_threshold); }
 
 /// What a file's values are.
-enum class Transfer {
+enum class TransferFunction {
   srgb,   ///< display values: PNG, JPEG, BMP, TGA, integer TIFF
   linear  ///< light: EXR, floating-point TIFF
 };
@@ -49,10 +49,10 @@ inline int colour_channels(int channels) {
 }
 
 /// The picture's colour channels taken into `space`; alpha stays.
-Image<float> decode(const Image<float>& image, ColourSpace space, Transfer transfer);
+Image<float> decode(const Image<float>& image, ColourSpace space, TransferFunction transfer);
 
 /// The way back.
-Image<float> encode(const Image<float>& image, ColourSpace space, Transfer transfer);
+Image<float> encode(const Image<float>& image, ColourSpace space, TransferFunction transfer);
 
 /// The displayed colour of a lightness (0 to 1), chroma and hue (degrees) of OKLab (Ottosson, A
 /// perceptual color space for image processing, 2020); where the display cannot show that much

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "mq/evolving/evolving_mesh.h"
 #include "mq/io/bytes.h"
-#include "mq/sequence/evolving_mesh.h"
 
 namespace mq {
 

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "mq/evolving/evolving_mesh.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
-#include "mq/sequence/evolving_mesh.h"
 
 namespace mq {
 
@@ -61,7 +61,8 @@ class EvolvingReader {
   EvolvingSegment segment(int index) const;
   std::vector<Vector3> positions(int frame) const;
 
-  /// Frames whose bytes, or whose segment's, are not those that were written, by checksum, in order.
+  /// Frames whose bytes, or whose segment's, are not those that were written, by checksum, in
+  /// order.
   std::vector<int> damaged() const;
 
   /// Everything. Throws as `segment` and `positions` do.

@@ -3,7 +3,7 @@
 
 #include "mq/io/model.h"
 #include "mq/linear/matrix.h"
-#include "mq/sequence/texture_frame.h"
+#include "mq/video/texture_frame.h"
 
 namespace mq {
 

@@ -30,7 +30,7 @@ struct Block {
   std::vector<double> values;
 };
 
-void gather_row(const SparseMatrix& A, const Transfer& P, int row, Scratch& s) {
+void gather_row(const SparseMatrix& A, const LevelTransfer& P, int row, Scratch& s) {
   s.columns.clear();
   s.values.clear();
   s.children.clear();
@@ -67,7 +67,7 @@ void append_row(Scratch& s, Block& block) {
 
 }  // namespace
 
-SparseMatrix galerkin(const SparseMatrix& A, const Transfer& P, const Progress& progress) {
+SparseMatrix galerkin(const SparseMatrix& A, const LevelTransfer& P, const Progress& progress) {
   const int rows = P.coarse_rows();
   constexpr int block_rows = 4096;
   std::vector<Block> blocks((rows + block_rows - 1) / block_rows);
@@ -96,12 +96,15 @@ SparseMatrix galerkin(const SparseMatrix& A, const Transfer& P, const Progress& 
       ++row;
     }
   C.resizeNonZeros(outer[rows]);
-  parallel_for(std::int64_t(blocks.size()), [&](std::int64_t b) {
-    const int at = outer[b * block_rows];
-    std::copy(blocks[b].columns.begin(), blocks[b].columns.end(), C.innerIndexPtr() + at);
-    std::copy(blocks[b].values.begin(), blocks[b].values.end(), C.valuePtr() + at);
-    blocks[b] = {};
-  }, 1);
+  parallel_for(
+      std::int64_t(blocks.size()),
+      [&](std::int64_t b) {
+        const int at = outer[b * block_rows];
+        std::copy(blocks[b].columns.begin(), blocks[b].columns.end(), C.innerIndexPtr() + at);
+        std::copy(blocks[b].values.begin(), blocks[b].values.end(), C.valuePtr() + at);
+        blocks[b] = {};
+      },
+      1);
   return C;
 }
 

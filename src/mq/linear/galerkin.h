@@ -7,8 +7,8 @@
 
 namespace mq {
 
-/// Pᵀ·A·P: symmetric, as definite as A, with the null space of A where P reproduces it. Row by row in
-/// parallel; every sum is taken in a fixed order. Costs entries of A × parents of a row.
-SparseMatrix galerkin(const SparseMatrix& A, const Transfer& P, const Progress& progress = {});
+/// Pᵀ·A·P: symmetric, as definite as A, with the null space of A where P reproduces it. Row by row
+/// in parallel; every sum is taken in a fixed order. Costs entries of A × parents of a row.
+SparseMatrix galerkin(const SparseMatrix& A, const LevelTransfer& P, const Progress& progress = {});
 
 }  // namespace mq

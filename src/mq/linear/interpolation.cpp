@@ -8,7 +8,7 @@
 namespace mq {
 
 template <class Real>
-Interpolation<Real>::Interpolation(const Transfer& P) {
+Interpolation<Real>::Interpolation(const LevelTransfer& P) {
   std::array<WeightedIndex, 4> parents;
   for (int i = 0; i < P.fine_rows(); ++i) {
     const int count = P.parents(i, parents);

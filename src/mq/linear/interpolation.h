@@ -8,12 +8,12 @@
 
 namespace mq {
 
-/// P of a `Transfer` by rows and by columns. Vectors are rows × lanes (1 or 4).
+/// P of a `LevelTransfer` by rows and by columns. Vectors are rows × lanes (1 or 4).
 template <class Real>
 class Interpolation {
  public:
   Interpolation() = default;
-  explicit Interpolation(const Transfer& P);
+  explicit Interpolation(const LevelTransfer& P);
 
   void restrict_to(int lanes, const Real* r, Real* b) const;     ///< b = Pᵀ·r
   void prolongate_add(int lanes, const Real* y, Real* x) const;  ///< x += P·y

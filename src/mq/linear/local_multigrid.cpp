@@ -20,10 +20,10 @@ namespace mq {
 namespace {
 
 constexpr double dominated_below = 0.5;  // of `StencilMatrix::dominance`
-constexpr int sweeps = 1;                // before and after a coarser level: twice cost more than they gain
-constexpr int last_sweeps = 12;          // on the last level where relaxation does not solve
-// Below so many rows a cycle on one thread is done before others would have been called to each of its
-// steps and waited for, the more so where something else runs on their cores.
+constexpr int sweeps = 1;        // before and after a coarser level: twice cost more than they gain
+constexpr int last_sweeps = 12;  // on the last level where relaxation does not solve
+// Below so many rows a cycle on one thread is done before others would have been called to each of
+// its steps and waited for, the more so where something else runs on their cores.
 constexpr std::int64_t rows_for_threads = 40000;
 
 /// Runs by their first row.
@@ -49,8 +49,10 @@ StencilTiles clipped(const StencilTiles& tiles, const std::vector<int>& by_row,
       const StencilRun& run = tiles.runs[*at];
       const int first = std::max(run.first, s.first);
       const int skipped = first - run.first;
-      pieces.push_back({*at, 0, {first, std::min(end_of(*at), s.first + s.count) - first,
-                                 run.up + skipped, run.down + skipped}});
+      pieces.push_back({*at,
+                        0,
+                        {first, std::min(end_of(*at), s.first + s.count) - first, run.up + skipped,
+                         run.down + skipped}});
     }
   }
   std::ranges::stable_sort(pieces, {}, &Piece::run);
@@ -114,9 +116,13 @@ LocalMultigrid::LocalMultigrid(const Multigrid& multigrid, int lanes)
 }
 
 void LocalMultigrid::clear(LaneVector& v, const std::vector<int>& rows) const {
-  parallel_for(std::ssize(rows), [&](std::int64_t i) {
-    std::memset(v.data() + std::int64_t(rows[i]) * lanes_, 0, sizeof(float) * std::size_t(lanes_));
-  }, 8192);
+  parallel_for(
+      std::ssize(rows),
+      [&](std::int64_t i) {
+        std::memset(v.data() + std::int64_t(rows[i]) * lanes_, 0,
+                    sizeof(float) * std::size_t(lanes_));
+      },
+      8192);
 }
 
 /// Does something to the rows, by as many threads as it is worth.
@@ -161,8 +167,7 @@ void LocalMultigrid::take_rows(std::size_t l) {
   const MultigridLevel& whole = *multigrid_.levels[l];
   const std::vector<RowSet::Segment> segments = segments_of(here.rows);
   here.part.stencils = clipped(whole.layout, here.runs_by_row, segments);
-  here.part.anisotropic =
-      clipped(whole.matrix.anisotropic(), here.anisotropic_by_row, segments);
+  here.part.anisotropic = clipped(whole.matrix.anisotropic(), here.anisotropic_by_row, segments);
   here.part.irregular = positions_in(whole.layout.irregular, segments);
   std::vector<int> listed = here.part.irregular;
   for (const int p : positions_in(whole.layout.clustered, segments))
@@ -177,7 +182,7 @@ void LocalMultigrid::take_rows(std::size_t l) {
 void LocalMultigrid::coarsen(std::size_t l) {
   const Level& here = levels_[l];
   Level& below = levels_[l + 1];
-  const Transfer& transfer = *multigrid_.levels[l]->transfer;
+  const LevelTransfer& transfer = *multigrid_.levels[l]->transfer;
   std::vector<WeightedIndex> children;
   std::array<WeightedIndex, 4> parents;
   RowSet seen(transfer.coarse_rows());
@@ -188,7 +193,8 @@ void LocalMultigrid::coarsen(std::size_t l) {
       if (!seen.add(coarse)) continue;
       children.clear();
       transfer.children(coarse, children);
-      if (std::ranges::all_of(children, [&](const WeightedIndex& c) { return here.set.has(c.index); }))
+      if (std::ranges::all_of(children,
+                              [&](const WeightedIndex& c) { return here.set.has(c.index); }))
         below.set.add(coarse);
     }
   }
@@ -221,7 +227,8 @@ void LocalMultigrid::relax(std::size_t l, int sweeps, Order order) {
   for (int i = 0; i < sweeps; ++i) {
     if (order == Order::backward)
       for (auto p = alone.rbegin(); p != alone.rend(); ++p) relax_alone(l, *p);
-    whole.patches.relax(here.patches.order, whole.matrix, lanes_, here.b.data(), here.x.data(), order);
+    whole.patches.relax(here.patches.order, whole.matrix, lanes_, here.b.data(), here.x.data(),
+                        order);
     if (order == Order::forward)
       for (const int p : alone) relax_alone(l, p);
   }

@@ -24,11 +24,11 @@ struct LocalSolve {
 
 /// A_NN·x = b for a set N of rows of the finest level of a multigrid, x = 0 in the others.
 ///
-/// The levels are those of the whole matrix: nothing is assembled for N. On each level are the rows all
-/// of whose children are in the set of the finer one, so that what they correct stays within N and the
-/// coarse matrices are exact: a cycle can only bring x nearer to the solution, as measured by ⟨e, A·e⟩.
-/// Levels end where relaxation alone solves (mass outweighs stiffness), or where no row is left.
-/// The same bits for any number of threads.
+/// The levels are those of the whole matrix: nothing is assembled for N. On each level are the rows
+/// all of whose children are in the set of the finer one, so that what they correct stays within N
+/// and the coarse matrices are exact: a cycle can only bring x nearer to the solution, as measured
+/// by ⟨e, A·e⟩. Levels end where relaxation alone solves (mass outweighs stiffness), or where no
+/// row is left. The same bits for any number of threads.
 class LocalMultigrid {
  public:
   /// The multigrid must outlive it. Keeps three floats per row and lane of all levels.
@@ -56,7 +56,7 @@ class LocalMultigrid {
     RowSet set;
     std::vector<int> rows;
     StencilPart part;
-    Patches::Within patches;
+    PatchSmoother::Within patches;
     std::vector<WeightedIndex> rescaled;
     LaneVector b, x, r;
     std::vector<int> runs_by_row, anisotropic_by_row;  ///< of the whole level
@@ -80,8 +80,8 @@ class LocalMultigrid {
   std::vector<Level> levels_;  ///< the last is the coarsest, which is solved as a whole if at all
   std::size_t last_ = 0;       ///< the last level in use
   LaneVector before_;          ///< x before the cycle
-  /// What a cycle leaves of the error: the last ratio of changes by two cycles, of this solve or the one
-  /// before, and the larger of the last two.
+  /// What a cycle leaves of the error: the last ratio of changes by two cycles, of this solve or
+  /// the one before, and the larger of the last two.
   double ratio_ = 0.5, rate_ = 0.5;
   std::int64_t updates_ = 0;
   tbb::task_arena one_thread_{1};

@@ -15,27 +15,29 @@
 
 namespace mq {
 
-/// One level above the coarsest: its matrix in single precision, how its irregular rows are relaxed,
-/// and the way to the next coarser level.
+/// One level above the coarsest: its matrix in single precision, how its irregular rows are
+/// relaxed, and the way to the next coarser level.
 struct MultigridLevel {
   StencilLayout layout;
   StencilMatrix matrix;
-  Patches patches;
-  std::unique_ptr<Transfer> transfer;
+  PatchSmoother patches;
+  std::unique_ptr<LevelTransfer> transfer;
   /// Unknowns that the matrix has in another unit than the transfer: x of the matrix is `weight`
   /// times x of the transfer (see `Scaling`).
   std::vector<WeightedIndex> rescaled;
 };
 
-/// The coarsest level, solved directly in double precision: densely where it is as small as it should
-/// be, as its rows hold too many entries for sparse factors to gain anything. Components on which the matrix vanishes
-/// on constants are pinned at one unknown, which solves a consistent system.
+/// The coarsest level, solved directly in double precision: densely where it is as small as it
+/// should be, as its rows hold too many entries for sparse factors to gain anything. Components on
+/// which the matrix vanishes on constants are pinned at one unknown, which solves a consistent
+/// system.
 class CoarsestLevel {
  public:
   CoarsestLevel() = default;
 
   /// `singular` has one flag per component, `component` one number per row.
-  CoarsestLevel(SparseMatrix A, const std::vector<int>& component, const std::vector<char>& singular);
+  CoarsestLevel(SparseMatrix A, const std::vector<int>& component,
+                const std::vector<char>& singular);
 
   int rows() const { return rows_; }
   void solve(int lanes, const float* b, float* x) const;
@@ -50,9 +52,10 @@ class CoarsestLevel {
 };
 
 struct CycleOptions {
-  int sweeps = 2;  ///< of every tile, and passes over the patches, before and after the coarse solve
-  /// The levels from this one on are walked through twice per cycle, with what the first walk left. They
-  /// hold a twentieth of all rows, and the waves that are hardest to have on points.
+  int sweeps =
+      2;  ///< of every tile, and passes over the patches, before and after the coarse solve
+  /// The levels from this one on are walked through twice per cycle, with what the first walk left.
+  /// They hold a twentieth of all rows, and the waves that are hardest to have on points.
   int twice_from = 2;
 };
 
@@ -89,7 +92,8 @@ class Multigrid {
  private:
   enum class Guess { zero, given };
 
-  void descend(std::size_t level, Guess guess, const float* b, float* x, Workspace& workspace) const;
+  void descend(std::size_t level, Guess guess, const float* b, float* x,
+               Workspace& workspace) const;
 };
 
 }  // namespace mq

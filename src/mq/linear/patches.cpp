@@ -9,14 +9,14 @@ namespace mq {
 
 namespace {
 
-constexpr int max_patch = 64;       // members; a row with more neighbours keeps the first of them
-constexpr int max_cluster = 64;     // members of a patch of strong couplings
-constexpr double strong = 0.25;     // of the largest coupling of a row
-constexpr int patch_block = 32;     // patches handed to a thread at once
-constexpr int single_block = 256;   // rows handed to a thread at once
-constexpr double shift = 1e-6;      // of the diagonal, see the header
-// A whole component in one row of a coarse level, which holds no more than this where finest rows hold 1:
-// its constants are the null space or as good, and what to divide by would be rounding.
+constexpr int max_patch = 64;      // members; a row with more neighbours keeps the first of them
+constexpr int max_cluster = 64;    // members of a patch of strong couplings
+constexpr double strong = 0.25;    // of the largest coupling of a row
+constexpr int patch_block = 32;    // patches handed to a thread at once
+constexpr int single_block = 256;  // rows handed to a thread at once
+constexpr double shift = 1e-6;     // of the diagonal, see the header
+// A whole component in one row of a coarse level, which holds no more than this where finest rows
+// hold 1: its constants are the null space or as good, and what to divide by would be rounding.
 constexpr double null_below = 1e-7;
 
 /// Per row its position among the listed ones, −1 for the others.
@@ -42,10 +42,10 @@ void invert(std::vector<double>& a, int n) {
   }
 }
 
-/// Orders rows (positions) in each block so that consecutive ones do not couple where that can be had:
-/// by greedy colours within the block. A processor then overlaps their updates.
-void interleave(const SparseMatrix& A, const StencilLayout& layout, const std::vector<int>& position,
-                std::vector<int>& members) {
+/// Orders rows (positions) in each block so that consecutive ones do not couple where that can be
+/// had: by greedy colours within the block. A processor then overlaps their updates.
+void interleave(const SparseMatrix& A, const StencilLayout& layout,
+                const std::vector<int>& position, std::vector<int>& members) {
   const int count = int(members.size());
   std::vector<int> colour(count, -1);
   parallel_blocks(count, single_block, [&](std::int64_t begin, std::int64_t end) {
@@ -87,7 +87,8 @@ std::vector<int> cluster_around(int p, const SparseMatrix& A, const StencilLayou
 
 }  // namespace
 
-Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) : kind_(kind) {
+PatchSmoother::PatchSmoother(const SparseMatrix& A, const StencilLayout& layout, Kind kind)
+    : kind_(kind) {
   const std::vector<int> position = positions_of(layout);
   const int count = layout.listed_count();
   std::vector<char> covered(count, 0);
@@ -124,8 +125,8 @@ Patches::Patches(const SparseMatrix& A, const StencilLayout& layout, Kind kind) 
     }
 }
 
-void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout,
-                         const Scaling& scaling) {
+void PatchSmoother::set_values(const SparseMatrix& A, const StencilLayout& layout,
+                               const Scaling& scaling) {
   if (kind_ == Kind::single) {
     values_.resize(layout.listed_count());
     parallel_for(layout.listed_count(), [&](std::int64_t p) {
@@ -137,26 +138,29 @@ void Patches::set_values(const SparseMatrix& A, const StencilLayout& layout,
     return;
   }
   values_.resize(inverses_.back());
-  parallel_for(count(), [&](std::int64_t p) {
-    const int begin = starts_[p], n = starts_[p + 1] - begin;
-    std::vector<double> block(std::size_t(n) * n);
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) {
-        const int k = layout.listed(members_[begin + i]);
-        const int l = layout.listed(members_[begin + j]);
-        block[i * n + j] = scaling(k, l) * A.coeff(k, l);
-      }
-    for (int i = 0; i < n; ++i) {
-      double& diagonal = block[i * n + i];
-      diagonal = diagonal > 0 ? diagonal * (1 + shift) : 1;
-    }
-    invert(block, n);
-    for (int i = 0; i < n * n; ++i) values_[inverses_[p] + i] = float(block[i]);
-  }, 64);
+  parallel_for(
+      count(),
+      [&](std::int64_t p) {
+        const int begin = starts_[p], n = starts_[p + 1] - begin;
+        std::vector<double> block(std::size_t(n) * n);
+        for (int i = 0; i < n; ++i)
+          for (int j = 0; j < n; ++j) {
+            const int k = layout.listed(members_[begin + i]);
+            const int l = layout.listed(members_[begin + j]);
+            block[i * n + j] = scaling(k, l) * A.coeff(k, l);
+          }
+        for (int i = 0; i < n; ++i) {
+          double& diagonal = block[i * n + i];
+          diagonal = diagonal > 0 ? diagonal * (1 + shift) : 1;
+        }
+        invert(block, n);
+        for (int i = 0; i < n * n; ++i) values_[inverses_[p] + i] = float(block[i]);
+      },
+      64);
 }
 
-Patches::Within Patches::within(const RowSet& rows, const std::vector<int>& positions,
-                                const StencilLayout& layout) const {
+PatchSmoother::Within PatchSmoother::within(const RowSet& rows, const std::vector<int>& positions,
+                                            const StencilLayout& layout) const {
   std::vector<int> found, covered;
   const auto take = [&](int patch) {
     for (int i = starts_[patch]; i < starts_[patch + 1]; ++i)
@@ -178,9 +182,9 @@ Patches::Within Patches::within(const RowSet& rows, const std::vector<int>& posi
     // Patches are in the order of the positions that they began with.
     int patch = 0;
     for (const int p : positions) {
-      const auto first = std::lower_bound(
-          starts_.begin() + patch, starts_.end() - 1, p,
-          [&](int start, int position) { return members_[start] < position; });
+      const auto first =
+          std::lower_bound(starts_.begin() + patch, starts_.end() - 1, p,
+                           [&](int start, int position) { return members_[start] < position; });
       patch = int(first - starts_.begin());
       if (patch < count() && members_[starts_[patch]] == p) take(patch);
     }
@@ -194,8 +198,8 @@ Patches::Within Patches::within(const RowSet& rows, const std::vector<int>& posi
 }
 
 template <int lanes>
-void Patches::relax_with(const BlockOrder& some, const StencilMatrix& A, const float* b, float* x,
-                         Order order) const {
+void PatchSmoother::relax_with(const BlockOrder& some, const StencilMatrix& A, const float* b,
+                               float* x, Order order) const {
   using Pack = Floats<lanes>;
   const StencilLayout& layout = A.layout();
   const auto residual_at = [&](int position) {
@@ -231,15 +235,15 @@ void Patches::relax_with(const BlockOrder& some, const StencilMatrix& A, const f
   });
 }
 
-void Patches::relax(const BlockOrder& some, const StencilMatrix& A, int lanes, const float* b,
-                    float* x, Order order) const {
+void PatchSmoother::relax(const BlockOrder& some, const StencilMatrix& A, int lanes, const float* b,
+                          float* x, Order order) const {
   if (lanes == 1)
     relax_with<1>(some, A, b, x, order);
   else
     relax_with<4>(some, A, b, x, order);
 }
 
-std::int64_t Patches::bytes() const {
+std::int64_t PatchSmoother::bytes() const {
   return std::int64_t(sizeof(int)) * std::int64_t(starts_.size() + members_.size()) +
          std::int64_t(sizeof(std::int64_t)) * std::int64_t(inverses_.size()) +
          std::int64_t(sizeof(float)) * std::int64_t(values_.size());

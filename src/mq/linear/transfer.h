@@ -13,11 +13,11 @@ struct WeightedIndex {
   float weight = 0;
 };
 
-/// P, which makes functions of the fine level of coarse ones, and its transpose R = Pᵀ. The rows of P
-/// sum to 1: constants stay constants.
-class Transfer {
+/// P, which makes functions of the fine level of coarse ones, and its transpose R = Pᵀ. The rows of
+/// P sum to 1: constants stay constants.
+class LevelTransfer {
  public:
-  virtual ~Transfer() = default;
+  virtual ~LevelTransfer() = default;
   virtual int fine_rows() const = 0;
   virtual int coarse_rows() const = 0;
 
@@ -31,7 +31,8 @@ class Transfer {
   virtual void restrict_to(int lanes, const float* r, float* b) const = 0;
 
   /// The same in some coarse rows.
-  virtual void restrict_to(std::span<const int> rows, int lanes, const float* r, float* b) const = 0;
+  virtual void restrict_to(std::span<const int> rows, int lanes, const float* r,
+                           float* b) const = 0;
 
   /// x += P·y.
   virtual void prolongate_add(int lanes, const float* y, float* x) const = 0;
@@ -44,7 +45,7 @@ class Transfer {
 };
 
 /// P of any shape with at most 4 entries per row.
-class SparseTransfer final : public Transfer {
+class SparseTransfer final : public LevelTransfer {
  public:
   /// Row i of P has entries[starts[i]] … entries[starts[i + 1] − 1].
   SparseTransfer(std::vector<int> starts, std::vector<WeightedIndex> entries, int coarse_rows);
@@ -56,7 +57,8 @@ class SparseTransfer final : public Transfer {
   void restrict_to(int lanes, const float* r, float* b) const override;
   void restrict_to(std::span<const int> rows, int lanes, const float* r, float* b) const override;
   void prolongate_add(int lanes, const float* y, float* x) const override;
-  void prolongate_add(std::span<const int> rows, int lanes, const float* y, float* x) const override;
+  void prolongate_add(std::span<const int> rows, int lanes, const float* y,
+                      float* x) const override;
   std::int64_t bytes() const override;
 
  private:
@@ -69,9 +71,10 @@ class SparseTransfer final : public Transfer {
   std::vector<WeightedIndex> entries_, child_entries_;
 };
 
-/// Bilinear interpolation between the nodes of a grid. A fine unknown lies on a coarse node, halfway
-/// between two in its row or column, or amid four. A few may read other nodes in the place of some.
-class GridTransfer final : public Transfer {
+/// Bilinear interpolation between the nodes of a grid. A fine unknown lies on a coarse node,
+/// halfway between two in its row or column, or amid four. A few may read other nodes in the place
+/// of some.
+class GridTransfer final : public LevelTransfer {
  public:
   /// Where a fine unknown lies: coarse nodes `upper` and, if between two columns, upper + 1; if
   /// between two rows, also `lower` and, if between two columns, lower + 1.
@@ -87,7 +90,8 @@ class GridTransfer final : public Transfer {
   /// centre or, where flagged so, centre + 1.
   struct Children {
     std::array<int, 3> centre = {0, 0, 0};
-    std::array<std::uint8_t, 3> flags = {0, 0, 0};  ///< 1: left, 2: on, 4: right, 8: it is centre + 1
+    std::array<std::uint8_t, 3> flags = {0, 0,
+                                         0};  ///< 1: left, 2: on, 4: right, 8: it is centre + 1
     static constexpr std::uint8_t some_moved = 16;  ///< of the first: some read other nodes
   };
 
@@ -110,7 +114,8 @@ class GridTransfer final : public Transfer {
   void restrict_to(int lanes, const float* r, float* b) const override;
   void restrict_to(std::span<const int> rows, int lanes, const float* r, float* b) const override;
   void prolongate_add(int lanes, const float* y, float* x) const override;
-  void prolongate_add(std::span<const int> rows, int lanes, const float* y, float* x) const override;
+  void prolongate_add(std::span<const int> rows, int lanes, const float* y,
+                      float* x) const override;
   std::int64_t bytes() const override;
 
  private:

@@ -192,7 +192,7 @@ bool faces_against(const Part& part, const Mesh& mesh, const Mesh& before,
 
 }  // namespace
 
-Mesh turned_over(Mesh mesh, const std::vector<int>& triangles) {
+Mesh with_flipped(Mesh mesh, const std::vector<int>& triangles) {
   for (const int t : triangles) {
     std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
     if (mesh.has_uvs()) std::swap(mesh.corner_uvs[t][1], mesh.corner_uvs[t][2]);
@@ -210,7 +210,7 @@ Oriented oriented(const Mesh& mesh, const Mesh* before) {
       if (marked[t]) list.push_back(int(t));
     return list;
   };
-  Oriented result{.mesh = turned_over(mesh, listed(turned)), .turned = {}, .defects = {}};
+  Oriented result{.mesh = with_flipped(mesh, listed(turned)), .turned = {}, .defects = {}};
   std::vector<std::int64_t> scattered, whole;
   for (std::size_t t = 0; t < turned.size(); ++t)
     if (turned[t]) scattered.push_back(std::int64_t(t));
@@ -247,7 +247,7 @@ Oriented oriented(const Mesh& mesh, const Mesh* before) {
         again.push_back(t);
         whole.push_back(t);
       }
-  result.mesh = turned_over(std::move(result.mesh), again);
+  result.mesh = with_flipped(std::move(result.mesh), again);
   result.turned = listed(turned);
   std::ranges::sort(whole);
   add_defect(result.defects, "turned_triangles", Defect::Severity::warning, "triangle", scattered,

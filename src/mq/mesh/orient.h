@@ -37,6 +37,6 @@ Oriented oriented(const Mesh& mesh, const Mesh* before = nullptr);
 Oriented oriented_like(const Mesh& mesh, const Mesh& before);
 
 /// The same triangles turned over.
-Mesh turned_over(Mesh mesh, const std::vector<int>& triangles);
+Mesh with_flipped(Mesh mesh, const std::vector<int>& triangles);
 
 }  // namespace mq

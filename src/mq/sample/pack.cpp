@@ -155,7 +155,7 @@ std::vector<Vector2> place_all(const std::vector<Outline>& outlines, const std::
 
 }  // namespace
 
-void pack(Mesh& mesh, const std::vector<int>& charts, const PackOptions& options) {
+void pack(Mesh& mesh, const std::vector<int>& charts, const SamplePackOptions& options) {
   require(options.texture_size >= 1, "a texture needs at least one texel");
   const int count = charts.empty() ? 0 : *std::max_element(charts.begin(), charts.end()) + 1;
   if (count == 0) return;

@@ -7,7 +7,7 @@
 
 namespace mq {
 
-struct PackOptions {
+struct SamplePackOptions {
   int texture_size = 1024;  ///< texels a side
   double gutter = 4;        ///< texels between charts, and half of it to the border
 };
@@ -17,6 +17,6 @@ struct PackOptions {
 /// charts themselves is halved, until all gutters take less than a quarter of the texture.
 /// `mesh.uvs` come in the surface's scale; `charts` says the chart of each triangle, and no chart
 /// shares a texture coordinate with another.
-void pack(Mesh& mesh, const std::vector<int>& charts, const PackOptions& options = {});
+void pack(Mesh& mesh, const std::vector<int>& charts, const SamplePackOptions& options = {});
 
 }  // namespace mq

@@ -1,0 +1,95 @@
+#pragma once
+/// An atlas that is made segment by segment, of what is known by then.
+
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/base/stopwatch.h"
+#include "mq/evolving/lifespan_atlas.h"
+
+namespace mq {
+
+/// What `lay_out` makes its atlas with, which says how.
+class RollingAtlas {
+ public:
+  /// All must live as long.
+  RollingAtlas(EvolvingMesh& film, const std::vector<Period>& periods,
+               const LifespanAtlasOptions& options);
+  ~RollingAtlas();
+
+  /// Gives the segment of the next period texture coordinates.
+  void add_period(const Progress& progress);
+
+  int plans() const { return plans_; }
+  int edits() const { return edits_; }
+  const std::vector<int>& cleared() const { return cleared_; }
+  const std::vector<UnwrapFigures::Seconds>& seconds() const { return seconds_; }
+
+  /// The charts planned last.
+  const LifespanCharts& planned() const;
+
+  /// Connected pieces that the texture has in each period.
+  const std::vector<int>& pieces_of_period() const { return pieces_of_period_; }
+
+  /// Charts in the texture, of the periods so far.
+  std::vector<AtlasPrism> prisms() const;
+
+  /// What was laid flat together, and which triangles it lost when.
+  struct Lived {
+    int first = 0;                     ///< period
+    std::vector<int> triangles, last;  ///< and per triangle the last period
+  };
+  std::vector<Lived> lived() const;
+
+ private:
+  struct Plan;
+
+  /// A flat chart with its place.
+  struct Piece {
+    int chart = 0;  ///< number of the planned chart, of which this may be a part
+    int body = 0;   ///< number of what was laid flat together: all of the chart, or a half
+    int first = 0;  ///< period
+    double scale = 0;
+    std::vector<int> ids = {};
+    std::vector<Triangle> vertex_ids = {},
+                          corners = {};  ///< per triangle; corners are indices into uvs
+    std::vector<double> areas = {};      ///< per triangle, at scale 1
+    std::vector<int> last = {};          ///< per triangle, the last period it was there in
+    std::vector<Vector2> uvs = {};
+  };
+
+  /// Where a triangle is.
+  struct Home {
+    int piece, index;
+  };
+
+  enum class Past { goes_on, forgotten };
+
+  void plan(Past past, const Progress& progress);
+  void pack_all(const Progress& progress);
+  bool place_new(const Progress& progress);
+  void settle();
+  void write();
+  std::vector<int> new_charts() const;
+  std::vector<std::vector<Vector2>> kept_triangles() const;
+  void lap(const char* step);
+
+  EvolvingMesh& film_;
+  const std::vector<Period>& periods_;
+  const LifespanAtlasOptions& options_;
+  UnitGrid grid_;
+  std::unique_ptr<Plan> plan_;
+  int now_ = -1;      ///< the period that is being added
+  double scale_ = 0;  ///< texels per unit of the grid
+  int charts_ = 0, bodies_ = 0, plans_ = 0, edits_ = 0;
+  std::vector<int> cleared_, pieces_of_period_;
+  std::vector<Piece> pieces_;
+  std::unordered_map<int, Home> homes_;  ///< of triangles of the last period, by id
+  Stopwatch watch_;
+  double before_ = 0;
+  std::vector<UnwrapFigures::Seconds> seconds_ = {{"chart", 0}, {"flatten", 0}, {"pack", 0}};
+};
+
+}  // namespace mq

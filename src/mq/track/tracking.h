@@ -1,0 +1,129 @@
+#pragma once
+/// A template that follows a surface from frame to frame, each a mesh of its own (thesis 6.3.1; Li,
+/// Sumner, Pauly, Global correspondence optimization for non-rigid registration of depth scans,
+/// 2008; colours as in thesis 4.8.2).
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mq/base/length.h"
+#include "mq/base/progress.h"
+#include "mq/linear/matrix.h"
+#include "mq/mesh/closest_point.h"
+#include "mq/mesh/geometry.h"
+#include "mq/mesh/surface.h"
+
+namespace mq {
+
+/// A mesh fit to be tracked with: vertices welded, triangles that use a vertex twice and parts of
+/// less than `least_part` of the area left out, until there are none. Vertices no triangle uses are
+/// gone; `source_from_vertex` says which are left. Throws `InvalidInput` where nothing is left.
+struct CleanMesh {
+  Mesh mesh;
+  std::vector<int> source_from_vertex;
+  std::vector<int> source_from_triangle;
+};
+CleanMesh cleaned(const Mesh& mesh, double least_part = 1e-3);
+
+/// A frame to follow, prepared.
+class TrackTarget {
+ public:
+  /// `colours` have a row per vertex of the mesh, or none at all; `measured` 1 per vertex that is
+  /// asked for its distance (`surface_distance`), or none at all: all are.
+  explicit TrackTarget(const Mesh& mesh, const Signal& colours = {},
+                       const std::vector<char>& measured = {});
+
+  const Surface& surface() const { return surface_; }
+  const std::vector<Vector3>& normals() const { return normals_; }  ///< of vertices
+  const Signal& colours() const { return colours_; }
+  const ClosestPointFinder& closest() const { return *closest_; }
+  double diagonal() const { return diagonal_; }
+  /// Positions of the vertices that are asked for their distance.
+  const std::vector<Vector3>& measured() const { return measured_; }
+
+ private:
+  Surface surface_;
+  std::vector<Vector3> normals_;
+  Signal colours_;
+  std::unique_ptr<ClosestPointFinder> closest_;
+  double diagonal_ = 0;
+  std::vector<Vector3> measured_;
+};
+
+/// Positions of a tracked mesh without what is folded over (`unfolded`); what moved with that is
+/// brought back onto the target, where this faces alike and no fold comes of it.
+std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh);
+
+struct TrackOptions {
+  double node_spacing = 0.05;  ///< of the graph, in √area of the template
+  /// Of the graph's edges against the data, from the first to the last level: see
+  /// `DeformationGraph::gauss_newton_step`.
+  double first_stiffness = 30;
+  double last_stiffness = 0.03;
+  int levels = 4;
+  int iterations = 5;  ///< of each level, at most
+  /// How much of the shape at birth is kept in each frame, 0 to 1; the rest is that of the last.
+  double elasticity = 0.1;
+  double most_angle = 60;  ///< degrees between normals that may correspond
+  /// Weights α of the screened Poisson equation that brings vertices onto the surface, one pass
+  /// each, on the surface scaled to area 1.
+  std::vector<double> snaps{1e-3, 1e-4, 1e-5};
+  enum class Prediction { none, constant_velocity } prediction = Prediction::constant_velocity;
+  int colour_cycles = 0;        ///< of registration by colour; 0: geometry alone
+  double colour_weight = 1;     ///< of their pull along the surface, against that of distances
+  double colour_stiffness = 1;  ///< of the graph's edges while colours pull
+  /// How far flow of colours looks, and how smooth it is in the end.
+  Length colour_largest{10, Length::Unit::percent};
+  Length colour_smallest{6, Length::Unit::percent};
+};
+
+/// Distances as fractions of the diagonal of the target's bounding box, of the vertices of each to
+/// the surface of the other (of the target those that are `measured`): the larger of both ways.
+struct SurfaceDistance {
+  double mean = 0, p95 = 0, max = 0;
+};
+SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target);
+
+/// What has become of the triangles: max(σ₁, 1/σ₂) of the map from their shape at birth, σ₁ ≥ σ₂
+/// its singular values; 1: unchanged. Mean and 95th percentile by area at birth.
+struct Distortion {
+  double mean = 1, p95 = 1;
+};
+Distortion distortion(const std::vector<Triangle>& triangles, std::span<const Vector3> rest,
+                      std::span<const Vector3> now);
+
+struct TrackedFrame {
+  std::vector<Vector3> positions;
+  SurfaceDistance distance;
+  Distortion distortion;
+  double matched = 0;      ///< share of the area whose closest points were accepted in the end
+  bool predicted = false;  ///< whether the constant velocity was nearer than standing still
+  struct Seconds {
+    double correspond = 0, solve = 0, colour = 0, snap = 0, measure = 0, total = 0;
+  } seconds;
+};
+
+/// Follows one template. Nothing but positions is carried from frame to frame, so that a run can go
+/// on from any frame.
+class SurfaceTracker {
+ public:
+  /// `rest` is the template as it was made; `colours` have a row per vertex, or none at all.
+  /// Throws `InvalidInput` where the mesh has no area.
+  SurfaceTracker(const Mesh& rest, const Signal& colours = {}, const TrackOptions& options = {});
+  ~SurfaceTracker();
+
+  int node_count() const;
+
+  /// The template, now at `current`, deformed to lie on the target; `previous` are the positions of
+  /// the frame before, empty where there are none. Throws `InvalidInput` on sizes that do not fit.
+  TrackedFrame follow(std::span<const Vector3> current, std::span<const Vector3> previous,
+                      const TrackTarget& target, const Progress& progress = {});
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace mq

@@ -1,0 +1,279 @@
+// With L = Dᵀ m̄ D and δ = φ − ψ:
+//
+//     (m + w·S + γ·L)·δ = w (β − 1) S·ψ + γ (η − 1) L·ψ.
+//
+// A window's first frame hangs on the last one that was kept, whose δ is known by then:
+//
+//     γ m̄ |δ(t) − Σ w δ_before(s) + (1 − η) Dψ(t)|²   adds γ m̄ to the diagonal
+//     and γ m̄ (Σ w δ_before(s) + (η − 1) Dψ(t)) on the right.
+
+#include "mq/video/temporal_poisson.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+
+namespace mq {
+namespace {
+
+/// A frame while it is held.
+struct Held {
+  TemporalFrame frame;
+  std::weak_ptr<const SignalSpace> space;
+  Vector mass, strength;
+  SparseMatrix K;
+  Signal right;  // of the spatial part
+};
+
+/// As `ScreenedPoisson` with a screen of ones.
+Vector positive_mass(const SignalSpace& space) {
+  const Vector mass = space.lumped_mass();
+  return mass.cwiseMax(1e-12 * mass.mean());
+}
+
+SparseMatrix diagonal_matrix(const Vector& diagonal) {
+  SparseMatrix D(diagonal.size(), diagonal.size());
+  D.reserve(diagonal.size());
+  for (int i = 0; i < diagonal.size(); ++i) {
+    D.startVec(i);
+    D.insertBack(i, i) = diagonal[i];
+  }
+  D.finalize();
+  return D;
+}
+
+Vector strengths(const TimeLinks& links, const Vector& mass, const Vector& mass_before,
+                 double gamma) {
+  Vector result = Vector::Zero(links.rows());
+  for (int t = 0; t < links.rows(); ++t) {
+    if (!links.linked(t)) continue;
+    const int same = links.same(t);
+    result[t] = gamma * (same >= 0 ? 0.5 * (mass[t] + mass_before[same]) : mass[t]);
+  }
+  return result;
+}
+
+void check_frame(const TemporalFrame& frame, int number, int before) {
+  const int size = frame.space->size();
+  require(frame.psi.rows() == size, fmt::format("frame {} has a signal of {} rows and {} unknowns",
+                                                number, frame.psi.rows(), size));
+  require(frame.psi.allFinite(), fmt::format("frame {} has values that are not finite", number));
+  if (number == 0) return;
+  require(frame.links.rows() == size, fmt::format("frame {} has links of {} rows and {} unknowns",
+                                                  number, frame.links.rows(), size));
+  for (const TimeLinks::Entry& entry : frame.links.entries)
+    require(entry.column >= 0 && entry.column < before,
+            fmt::format("frame {} is linked to unknown {} of {}", number, entry.column, before));
+}
+
+/// Σ w v(s) over a row of links.
+Eigen::RowVectorXd before(const TimeLinks& links, int t, const Signal& v) {
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(v.cols());
+  for (int e = links.starts[t]; e < links.starts[t + 1]; ++e)
+    sum += links.entries[e].weight * v.row(links.entries[e].column);
+  return sum;
+}
+
+class Stream {
+ public:
+  Stream(int frames, const std::function<TemporalFrame(int)>& load, const TemporalOptions& options)
+      : frames_(frames), load_(load), options_(options) {}
+
+  /// Holds frames up to, not including, this one.
+  void hold(int end, const Progress& progress) {
+    const int missing = end - loaded_, first = loaded_;
+    for (; loaded_ < end; ++loaded_) {
+      progress.at(double(loaded_ - first) / missing);
+      Held held;
+      held.frame = load_(loaded_);
+      const TemporalFrame& frame = held.frame;
+      check_frame(frame, loaded_, int(mass_before_.size()));
+      held.mass = positive_mass(*frame.space);
+      if (loaded_ > 0)
+        held.strength = strengths(frame.links, held.mass, mass_before_, options_.gamma);
+      held.K = diagonal_matrix(held.mass);
+      held.right = Signal::Zero(frame.psi.rows(), frame.psi.cols());
+      if (options_.weight > 0) {
+        held.K = SparseMatrix(frame.space->regularised_system(0, options_.weight) + held.K);
+        if (options_.beta != 1) {
+          held.right = frame.space->stiffness_times(frame.psi);
+          held.right *= options_.weight * (options_.beta - 1);
+        }
+      }
+      held.space = frame.space;
+      held.frame.space.reset();
+      mass_before_ = held.mass;
+      held_.push_back(std::move(held));
+    }
+  }
+
+  int held() const { return int(held_.size()); }
+  const TemporalFrame& frame(int i) const { return held_[i].frame; }
+
+  /// A frame to be given back.
+  const TemporalFrame& whole_frame(int i) {
+    held_[i].frame.space = held_[i].space.lock();
+    return held_[i].frame;
+  }
+
+  /// The system's; the first frames are not needed again, and hand their matrices over.
+  std::vector<TimePlane> planes(int last_time) {
+    std::vector<TimePlane> result;
+    for (std::size_t f = 0; f < held_.size(); ++f) {
+      TimePlane plane{{}, held_[f].frame.links, held_[f].strength};
+      if (int(f) < last_time)
+        plane.K = std::move(held_[f].K);
+      else
+        plane.K = held_[f].K;
+      if (f == 0) {
+        for (int t = 0; t < plane.strength.size(); ++t) plane.K.coeffRef(t, t) += plane.strength[t];
+        plane.K.makeCompressed();
+        plane.links = {};
+        plane.strength = {};
+      }
+      result.push_back(std::move(plane));
+    }
+    return result;
+  }
+
+  Signal right_hand_side(const TimeMultigrid& system) const {
+    const int channels = int(held_[0].right.cols());
+    Signal b(system.matrix().rows(), channels);
+    for (int f = 0; f < held(); ++f) {
+      require(held_[f].right.cols() == channels,
+              fmt::format("frames have {} and {} channels", channels, held_[f].right.cols()));
+      b.middleRows(system.offset(f), held_[f].right.rows()) = held_[f].right;
+    }
+    for (int f = 0; f < held(); ++f) {
+      const TimeLinks& links = held_[f].frame.links;
+      const Signal& was = f > 0 ? held_[f - 1].frame.psi : psi_before_;
+      for (int t = 0; t < held_[f].strength.size(); ++t) {
+        const double d = held_[f].strength[t];
+        if (d == 0) continue;
+        const Eigen::RowVectorXd force =
+            d * (options_.change - 1) * (held_[f].frame.psi.row(t) - before(links, t, was));
+        b.row(system.offset(f) + t) += force;
+        if (f == 0) {
+          b.row(t) += d * before(links, t, delta_before_);
+          continue;
+        }
+        for (int e = links.starts[t]; e < links.starts[t + 1]; ++e)
+          b.row(system.offset(f - 1) + links.entries[e].column) -= links.entries[e].weight * force;
+      }
+    }
+    return b;
+  }
+
+  /// Lets the first frames go, the change of the last of which is this.
+  void release(int count, const Signal& delta) {
+    psi_before_ = std::move(held_[count - 1].frame.psi);
+    delta_before_ = delta;
+    held_.erase(held_.begin(), held_.begin() + count);
+  }
+
+ private:
+  int frames_;
+  const std::function<TemporalFrame(int)>& load_;
+  const TemporalOptions& options_;
+  int loaded_ = 0;
+  std::deque<Held> held_;
+  Vector mass_before_;
+  Signal psi_before_, delta_before_;
+};
+
+void check(const TemporalOptions& options) {
+  for (const double value : {options.weight, options.gamma})
+    require(value >= 0 && std::isfinite(value),
+            fmt::format("weights of a screened Poisson equation in space and time are {} and {}; "
+                        "they must be 0 or more, and finite",
+                        options.weight, options.gamma));
+  require(std::isfinite(options.beta) && std::isfinite(options.change),
+          "gains of gradients and changes must be finite");
+  require(
+      options.accuracy > 0 && options.accuracy < 1,
+      fmt::format("an accuracy of {} was asked for; it must be between 0 and 1", options.accuracy));
+}
+
+int look_ahead_for(const TemporalOptions& options) {
+  if (options.gamma == 0) return 0;
+  return int(std::ceil(std::log(options.accuracy) / std::log(decay_in_time(options.gamma))));
+}
+
+int window_for(const TemporalOptions& options) {
+  return options.window > 0 ? options.window : 2 * look_ahead_for(options) + 8;
+}
+
+double factor_of(const SolveReport& report) {
+  if (report.cycles == 0 || report.residuals.empty()) return 0;
+  return std::pow(report.residuals.back(), 1.0 / report.cycles);
+}
+
+}  // namespace
+
+void TemporalReport::add(const SolveReport& window) {
+  const double setup_before = solve.setup_seconds, solve_before = solve.solve_seconds;
+  const bool converged = solve.converged && window.converged;
+  if (windows == 0 || window.cycles > solve.cycles) solve = window;
+  solve.setup_seconds = setup_before + window.setup_seconds;
+  solve.solve_seconds = solve_before + window.solve_seconds;
+  solve.converged = converged;
+  factor = std::max(factor, factor_of(window));
+  ++windows;
+}
+
+double decay_in_time(double gamma) {
+  const double root = std::sqrt(1 + 4 * gamma);
+  return 4 * gamma / ((1 + root) * (1 + root));  // = (1 + 2γ − √(1 + 4γ)) / 2γ
+}
+
+int frames_held(int frames, const TemporalOptions& options) {
+  check(options);
+  return std::min(frames, window_for(options));
+}
+
+TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(int)>& load,
+                                const std::function<void(int, const TemporalFrame&, Signal)>& store,
+                                const TemporalOptions& options, const Progress& progress) {
+  check(options);
+  TemporalReport report;
+  report.look_ahead = look_ahead_for(options);
+  const int window = window_for(options);
+  require(window > report.look_ahead || window >= frames,
+          fmt::format("a window of {} frames: a gamma of {} wants more than {}, or all of them",
+                      window, options.gamma, report.look_ahead));
+  Stream stream(frames, load, options);
+  for (int begin = 0; begin < frames;) {
+    const int end = std::min(frames, begin + window);
+    const int keep = end == frames ? frames - begin : end - begin - report.look_ahead;
+    const Progress part = progress.step(fmt::format("frames {} to {}", begin, begin + keep - 1),
+                                        double(keep) / frames);
+    stream.hold(end, part.step("read", 0.3));
+    report.held = std::max(report.held, stream.held());
+    const bool texels = bool(stream.frame(0).texels);
+    const TimeMultigrid system(
+        stream.planes(keep),
+        texels ? texel_planes([&](int f) -> const Texels& { return *stream.frame(f).texels; })
+               : factored_planes(),
+        options.solver, part.step("prepare", 0.2));
+    const Signal b = stream.right_hand_side(system);
+    Signal delta = Signal::Zero(b.rows(), b.cols());
+    SolveReport solved = nothing_to_solve();
+    if (!b.isZero(0)) solved = system.solve(b, delta, part.step("solve", 0.5));
+    report.add(solved);
+    Signal last;
+    for (int f = 0; f < keep; ++f) {
+      const TemporalFrame& frame = stream.whole_frame(f);
+      last = delta.middleRows(system.offset(f), frame.psi.rows());
+      store(begin + f, frame, frame.psi + last);
+    }
+    stream.release(keep, last);
+    begin += keep;
+  }
+  return report;
+}
+
+}  // namespace mq

@@ -1,0 +1,83 @@
+#pragma once
+/// The screened Poisson equation in space and time (thesis 6.5.3, equation 6.2).
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/fem/space.h"
+#include "mq/fem/texels.h"
+#include "mq/video/time_links.h"
+#include "mq/video/time_multigrid.h"
+
+namespace mq {
+
+struct TemporalOptions {
+  double weight = 0;  ///< w of gradients in space, model units squared: alpha · area
+  double beta = 1;    ///< what gradients in space are multiplied by
+  double gamma = 1;   ///< γ of changes in time, frames squared
+  double change = 0;  ///< what changes in time are multiplied by: 0 takes them out, 1 leaves them
+  int window = 0;     ///< frames held at once; 0: twice the look-ahead and 8
+  double accuracy = 0.01;  ///< what may be lost of a value beyond the look-ahead
+  TimeMultigridOptions solver = {};
+};
+
+/// A frame's signal: ψ, size() × channels.
+struct TemporalFrame {
+  std::shared_ptr<const SignalSpace> space;
+  std::shared_ptr<const Texels> texels;  ///< of the space, for multigrid; none: planes are factored
+  Signal psi;
+  TimeLinks links;  ///< to the frame before; no rows in the first
+};
+
+struct TemporalReport {
+  SolveReport solve;   ///< of the window that took most cycles; seconds are those of all
+  int windows = 0;     ///< that were solved one after another
+  int held = 0;        ///< frames in the largest of them
+  int look_ahead = 0;  ///< frames solved for beyond those that are kept
+  double factor = 0;   ///< mean reduction of the residual per cycle, in the worst window
+
+  void add(const SolveReport& window);
+};
+
+/// Of what a frame is changed by an unlimited past or future, the part that goes on to its
+/// neighbour: r = (1 + 2γ − √(1 + 4γ)) / 2γ. Smooth signals are the worst: with a wave's λ, γ is γ
+/// / (1 + wλ).
+double decay_in_time(double gamma);
+
+/// How many of so many frames are held at once, at most.
+int frames_held(int frames, const TemporalOptions& options);
+
+/// Minimises, over the signals φ_f of all frames and for each channel alone,
+///
+///     E(φ) = Σ_f [ (φ_f − ψ_f)ᵀ m_f (φ_f − ψ_f) + w ∫ |∇φ_f − β∇ψ_f|² dA_f ]
+///            + γ Σ_f (Dφ_f − η Dψ_f)ᵀ m̄_f (Dφ_f − η Dψ_f),
+///
+///     (Dφ_f)(t) = φ_f(t) − Σ_s w_ts φ_{f−1}(s)   along the links of frame f,
+///
+/// m_f the lumped mass, m̄_f the mean of m_f and m_{f−1} where a texel is linked to itself, else
+/// m_f, η the `change`. So ν of (6.2) is η ∂ψ/∂t, and ∂/∂t is that of a point of the surface:
+/// nothing flows where a point is born or dies. On one point of a surface that lasts (λ its
+/// eigenvalue, ω radians a frame) the gain is
+///
+///     (1 + βwλ + η γ 2(1 − cos ω)) / (1 + wλ + γ 2(1 − cos ω)).
+///
+/// w = 0 filters each texel alone; γ = 0 each frame, as `ScreenedPoisson` with a screen of ones
+/// does (the same lumped mass). What is solved for is the change φ − ψ: where none is asked for ψ
+/// comes back bit for bit.
+///
+/// Frames are asked for in their order, once each, and given back in their order; `window` of them
+/// are held. A frame's space is let go when its matrix is made: it is given back where somebody
+/// else has kept it, else there is none. Each window begins with the last value that was given back
+/// and is solved to `look_ahead` frames beyond what is kept of it, so that of a value farther away
+/// at most `accuracy` is missed. Memory is about 1 kB a texel and held frame, and 1.7 kB while a
+/// window is set up (measured, see docs/relight.md).
+///
+/// Throws `InvalidInput` for weights that are negative or not finite, for a window that is no
+/// longer than the look-ahead, and where links or signals do not fit their spaces.
+TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(int)>& load,
+                                const std::function<void(int, const TemporalFrame&, Signal)>& store,
+                                const TemporalOptions& options = {}, const Progress& progress = {});
+
+}  // namespace mq
