@@ -1,6 +1,6 @@
-// It finds the verb, reads its options, shows progress, stops on Ctrl-C, writes the report and turns
-// errors into words and an exit status. The work itself is in verbs/, one file each, and in the
-// library.
+// It finds the verb, reads its options, shows progress, stops on Ctrl-C, writes the report and
+// turns errors into words and an exit status. The work itself is in verbs/, one file each, and in
+// the library.
 #include "program.h"
 
 #include <fmt/format.h>
@@ -22,6 +22,7 @@
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/frame_files.h"
+#include "mq/version.h"
 #include "run.h"
 #include "terminal.h"
 #include "unwrap_evolving.h"
@@ -177,7 +178,7 @@ Exit run_words(const std::vector<Verb>& verbs, const std::vector<std::string>& w
     return Exit::done;
   }
   if (words[0] == "--version") {
-    fmt::print("marquetry {}\n", MARQUETRY_VERSION);
+    fmt::print("marquetry {}\n", version);
     return Exit::done;
   }
   return run_verb(find_verb(verbs, words[0]), {words.begin() + 1, words.end()}, terminal);
@@ -216,8 +217,7 @@ void say_error(const std::string& message, const std::vector<std::string>& words
   if (std::find(words.begin(), end, "--json") == end) return;
   Json error = {{"message", message}};
   if (const Json file = file_of(message, words); !file.is_null()) error["file"] = file;
-  fmt::print("{}",
-             json_text({{"verb", words[0]}, {"version", MARQUETRY_VERSION}, {"error", error}}));
+  fmt::print("{}", json_text({{"verb", words[0]}, {"version", version}, {"error", error}}));
 }
 
 /// Says what went wrong and chooses the exit status.

@@ -14,6 +14,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/json_read.h"
 #include "mq/io/video.h"
+#include "mq/version.h"
 
 namespace mq::app {
 namespace {
@@ -120,7 +121,7 @@ Json Run::report() const {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return {{"verb", options_.table().verb()},
-          {"version", MARQUETRY_VERSION},
+          {"version", version},
           {"options", options_json(options_)},
           {"input", input},
           {"defects", defects},
