@@ -1,4 +1,4 @@
-# cmake --install: the program, the libraries mq and mq_io with their headers, and what find_package and
+# cmake --install: the program, the libraries mq, mq_io and mq_model with their headers, and what find_package and
 # pkg-config need to find them.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -9,7 +9,8 @@ configure_file(${CMAKE_CURRENT_LIST_DIR}/version.h.in ${generated}/version.h @ON
 configure_file(${CMAKE_CURRENT_LIST_DIR}/mq.h ${generated}/mq.h COPYONLY)
 
 set_target_properties(mq_io PROPERTIES EXPORT_NAME io)
-install(TARGETS mq mq_io EXPORT marquetryTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+set_target_properties(mq_model PROPERTIES EXPORT_NAME model)
+install(TARGETS mq mq_io mq_model EXPORT marquetryTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS marquetry RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 if(TARGET marquetry-view)
   install(TARGETS marquetry-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

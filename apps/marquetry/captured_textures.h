@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mq/io/evolving_file.h"
-#include "run.h"
+#include "shell/run.h"
 
 namespace mq::app {
 

@@ -11,7 +11,7 @@
 #include "mq/fem/texel_space.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/linear/solver.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
 
 namespace mq::app {

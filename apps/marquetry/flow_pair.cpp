@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "duration.h"
-#include "flow_options.h"
+#include "shell/duration.h"
+#include "options/flow_options.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/fem/flat_triangle.h"
 #include "mq/io/flow_file.h"
 #include "outputs.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 
 namespace mq::app {
 namespace {

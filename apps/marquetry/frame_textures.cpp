@@ -10,7 +10,7 @@
 #include "mq/io/model.h"
 #include "mq/video/gutter.h"
 #include "outputs.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 
 namespace mq::app {
 namespace {

@@ -8,7 +8,7 @@
 #include "mq/io/normals.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/volume.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 
 namespace mq::app {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "mq/linear/solver.h"
 #include "outputs.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
 
 namespace mq::app {

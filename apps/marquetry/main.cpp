@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "program.h"
+#include "shell/program.h"
 
 int main(int argc, char** argv) {
   const int status = mq::app::run_program(mq::app::all_verbs(), {argv + 1, argv + argc});

@@ -7,7 +7,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/io/model.h"
-#include "run.h"
+#include "shell/run.h"
 
 namespace mq::app {
 

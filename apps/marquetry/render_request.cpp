@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/image_file.h"

@@ -6,7 +6,7 @@
 
 #include "mq/draw/sheets.h"
 #include "mq/draw/uv_layout.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
 
 namespace mq::app {

@@ -9,7 +9,7 @@
 #include "mq/atlas/atlas.h"
 #include "mq/io/model.h"
 #include "mq/mesh/surface.h"
-#include "run.h"
+#include "shell/run.h"
 
 namespace mq::app {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// How far textures jump across seams, for the report.
 
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
 
 namespace mq::app {

@@ -7,7 +7,7 @@
 
 #include "mq/io/evolving_file.h"
 #include "mq/io/model.h"
-#include "run.h"
+#include "shell/run.h"
 
 namespace mq::app {
 

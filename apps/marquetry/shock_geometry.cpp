@@ -5,7 +5,7 @@
 #include "geometry.h"
 #include "mq/base/error.h"
 #include "mq/filter/geometry_shock.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "solving.h"
 
 namespace mq::app {

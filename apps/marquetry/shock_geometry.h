@@ -3,8 +3,8 @@
 
 #include "mq/filter/shock.h"
 #include "mq/filter/texture_shock.h"
-#include "run.h"
-#include "verb.h"
+#include "shell/run.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 

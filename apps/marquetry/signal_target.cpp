@@ -8,7 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/image/normal_map.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 
 namespace mq::app {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "memory.h"
+#include "shell/memory.h"
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
 #include "mq/base/words.h"

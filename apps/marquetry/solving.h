@@ -7,7 +7,7 @@
 #include "domain.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/filter/seam_values.h"
-#include "run.h"
+#include "shell/run.h"
 #include "signal_target.h"
 
 namespace mq::app {

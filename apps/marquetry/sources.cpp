@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "field.h"
 #include "input_pictures.h"
 #include "mq/base/error.h"

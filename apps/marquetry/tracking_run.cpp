@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "evolving_frames.h"
-#include "interrupt.h"
+#include "shell/interrupt.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/base/words.h"
@@ -30,7 +30,7 @@
 #include "mq/track/track_template.h"
 #include "mq/track/track_truth.h"
 #include "mq/track/tracking.h"
-#include "run.h"
+#include "shell/run.h"
 #include "sequence_pictures.h"
 
 namespace mq::app {

@@ -1,7 +1,7 @@
 #pragma once
 /// What track and evolve have in common: a sequence followed with one triangulation.
 
-#include "run.h"
+#include "shell/run.h"
 
 namespace mq::app {
 

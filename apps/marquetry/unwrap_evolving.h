@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "mq/io/evolving_file.h"
-#include "run.h"
-#include "verb.h"
+#include "shell/run.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 

@@ -13,15 +13,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arguments.h"
-#include "command_words.h"
+#include "shell/arguments.h"
+#include "shell/command_words.h"
 #include "controls.h"
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/resample.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 
 namespace mq::view {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "field.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "controls.h"
-#include "flow_options.h"
+#include "options/flow_options.h"
 #include "flow_pair.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"

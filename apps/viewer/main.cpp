@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <optional>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "mq/base/error.h"
 #include "mq/io/model.h"
-#include "program.h"
+#include "shell/program.h"
 #include "scene.h"
 #include "script.h"
 #include "viewer.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <thread>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "mq/base/error.h"
 #include "mq/io/bytes.h"
 #include "mq/io/model.h"

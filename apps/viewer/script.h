@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "run.h"
+#include "shell/run.h"
 #include "viewer.h"
 
 namespace mq::view {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::view {
 Session::Session(app::Run& the_run, std::unique_ptr<LoadedModel> first)

@@ -13,7 +13,7 @@
 #include "mq/base/stopwatch.h"
 #include "outputs.h"
 #include "pick.h"
-#include "run.h"
+#include "shell/run.h"
 #include "sequence.h"
 #include "surface_pane.h"
 #include "texture_set.h"

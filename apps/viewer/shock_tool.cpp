@@ -9,8 +9,8 @@
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "outputs.h"
-#include "shock_options.h"
-#include "signal_options.h"
+#include "options/shock_options.h"
+#include "options/signal_options.h"
 #include "signal_target.h"
 #include "verb_tool.h"
 

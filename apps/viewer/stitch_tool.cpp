@@ -10,7 +10,7 @@
 #include <optional>
 #include <set>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "controls.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
@@ -21,7 +21,7 @@
 #include "mq/mesh/closest_point.h"
 #include "outputs.h"
 #include "partials.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
 #include "verb_tool.h"

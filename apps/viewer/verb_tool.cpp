@@ -10,16 +10,16 @@
 #include <cmath>
 #include <string_view>
 
-#include "arguments.h"
-#include "command_words.h"
+#include "shell/arguments.h"
+#include "shell/command_words.h"
 #include "controls.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/filter/reaction_diffusion.h"
 #include "mq/io/atomic_file.h"
 #include "outputs.h"
-#include "signal_options.h"
-#include "verb.h"
+#include "options/signal_options.h"
+#include "shell/verb.h"
 
 namespace mq::view {
 namespace {

@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "mq/io/atomic_file.h"
-#include "run.h"
+#include "shell/run.h"
 #include <program.h>  // that of apps/marquetry
 
 namespace {

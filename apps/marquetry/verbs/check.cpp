@@ -5,9 +5,9 @@
 
 #include "mq/base/words.h"
 #include "mq/fem/texel_space.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

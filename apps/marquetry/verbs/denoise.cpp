@@ -5,10 +5,10 @@
 #include "mq/base/error.h"
 #include "mq/filter/denoise.h"
 #include "outputs.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -3,11 +3,11 @@
 //
 // The store is there without texture coordinates until the sequence has been followed to its end,
 // so that --resume can go on with it.
-#include "interrupt.h"
+#include "shell/interrupt.h"
 #include "outputs.h"
 #include "tracking_run.h"
 #include "unwrap_evolving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

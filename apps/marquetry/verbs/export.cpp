@@ -20,9 +20,9 @@
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/geometry.h"
 #include "outputs.h"
-#include "run.h"
+#include "shell/run.h"
 #include "sequence_pictures.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -12,17 +12,17 @@
 #include <utility>
 
 #include "geometry.h"
-#include "mask_options.h"
+#include "options/mask_options.h"
 #include "mq/base/error.h"
 #include "mq/filter/geometry_filter.h"
 #include "mq/filter/modulation.h"
 #include "outputs.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "field.h"
-#include "flow_options.h"
+#include "options/flow_options.h"
 #include "flow_pair.h"
 #include "mq/base/error.h"
 #include "mq/draw/contact_sheet.h"
@@ -19,8 +19,8 @@
 #include "mq/io/flow_file.h"
 #include "mq/io/vector_field.h"
 #include "outputs.h"
-#include "signal_options.h"
-#include "verb.h"
+#include "options/signal_options.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -9,10 +9,10 @@
 #include "mq/draw/false_colour.h"
 #include "mq/filter/geodesic.h"
 #include "outputs.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "solving.h"
 #include "sources.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -9,10 +9,10 @@
 
 #include "mq/base/words.h"
 #include "mq/mesh/geometry.h"
-#include "percentiles.h"
-#include "run.h"
+#include "shell/percentiles.h"
+#include "shell/run.h"
 #include "scene.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -4,16 +4,16 @@
 
 #include <memory>
 
-#include "flow_options.h"
+#include "options/flow_options.h"
 #include "flow_pair.h"
-#include "frame_place.h"
+#include "shell/frame_place.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/video.h"
 #include "outputs.h"
-#include "signal_options.h"
-#include "verb.h"
+#include "options/signal_options.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

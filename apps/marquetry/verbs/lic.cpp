@@ -10,9 +10,9 @@
 #include "mq/base/length.h"
 #include "mq/filter/line_integral.h"
 #include "outputs.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "solving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -9,10 +9,10 @@
 #include "mq/base/error.h"
 #include "mq/filter/seam_values.h"
 #include "outputs.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
-#include "signal_options.h"
-#include "verb.h"
+#include "options/signal_options.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

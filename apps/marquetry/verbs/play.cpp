@@ -18,8 +18,8 @@
 #include "mq/io/video.h"
 #include "outputs.h"
 #include "player_files.h"
-#include "run.h"
-#include "verb.h"
+#include "shell/run.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

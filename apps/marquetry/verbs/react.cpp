@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "field.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
@@ -12,8 +12,8 @@
 #include "mq/base/words.h"
 #include "mq/filter/reaction_diffusion.h"
 #include "outputs.h"
-#include "signal_options.h"
-#include "verb.h"
+#include "options/signal_options.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -19,11 +19,11 @@
 #include "mq/video/light_removal.h"
 #include "mq/video/temporal_poisson.h"
 #include "outputs.h"
-#include "run.h"
-#include "signal_options.h"
+#include "shell/run.h"
+#include "options/signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -20,7 +20,7 @@
 #include "mq/remesh/texture.h"
 #include "outputs.h"
 #include "scene.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -12,7 +12,7 @@
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
 #include "render_request.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -14,9 +14,9 @@
 #include "mq/sample/moving.h"
 #include "mq/sample/sample.h"
 #include "outputs.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -11,13 +11,13 @@
 #include "mq/base/error.h"
 #include "mq/filter/seam_values.h"
 #include "outputs.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
 #include "seam_report.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

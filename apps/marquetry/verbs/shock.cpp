@@ -13,11 +13,11 @@
 #include "mq/filter/texture_shock.h"
 #include "outputs.h"
 #include "shock_geometry.h"
-#include "shock_options.h"
-#include "signal_options.h"
+#include "options/shock_options.h"
+#include "options/signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

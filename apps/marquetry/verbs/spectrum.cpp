@@ -13,8 +13,8 @@
 #include "mq/filter/line_integral.h"
 #include "mq/io/vector_field.h"
 #include "outputs.h"
-#include "signal_options.h"
-#include "verb.h"
+#include "options/signal_options.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

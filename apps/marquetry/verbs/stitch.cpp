@@ -11,7 +11,7 @@
 #include <optional>
 #include <set>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -19,13 +19,13 @@
 #include "mq/filter/stitch.h"
 #include "outputs.h"
 #include "partials.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
 #include "seam_report.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "signal_target.h"
 #include "solving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -1,11 +1,11 @@
 // marquetry track SEQUENCE -o OUT.evolving: one triangulation that follows a sequence of meshes,
 // each of which is a mesh of its own. The first frame is the template.
 #include "mq/base/error.h"
-#include "interrupt.h"
+#include "shell/interrupt.h"
 #include "outputs.h"
 #include "render_request.h"
 #include "tracking_run.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -15,12 +15,12 @@
 #include "mq/base/words.h"
 #include "mq/unwrap/unwrap.h"
 #include "outputs.h"
-#include "percentiles.h"
-#include "run.h"
+#include "shell/percentiles.h"
+#include "shell/run.h"
 #include "scene.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 #include "unwrap_evolving.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -7,12 +7,12 @@
 
 #include <cstring>
 
-#include "arguments.h"
-#include "command_words.h"
+#include "shell/arguments.h"
+#include "shell/command_words.h"
 #include "mq/base/error.h"
-#include "run.h"
+#include "shell/run.h"
 #include "scene.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

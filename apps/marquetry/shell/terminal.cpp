@@ -1,4 +1,4 @@
-#include "terminal.h"
+#include "shell/terminal.h"
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "duration.h"
+#include "shell/duration.h"
 
 namespace mq::app {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 

@@ -1,6 +1,6 @@
 // A signal's handler may do next to nothing, so it writes a byte into a pipe, and a thread at the
 // other end does what there is to do.
-#include "interrupt.h"
+#include "shell/interrupt.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 namespace {

@@ -12,15 +12,16 @@
 #include <string>
 
 #include "mq/base/progress.h"
+#include "mq/model/messages.h"
 
 namespace mq::app {
 
-class Terminal {
+class Terminal : public Messages {
  public:
   enum class Voice { normal, quiet };
 
   explicit Terminal(const std::string& verb);
-  ~Terminal();
+  ~Terminal() override;
 
   /// Quiet: only errors are shown.
   void set_voice(Voice voice) { voice_ = voice; }
@@ -33,8 +34,8 @@ class Terminal {
   std::string step();
 
   void progress(const ProgressEvent& event);
-  void remark(const std::string& text);
-  void warning(const std::string& text);
+  void remark(const std::string& text) override;
+  void warning(const std::string& text) override;
   void error(const std::string& text);
 
  private:

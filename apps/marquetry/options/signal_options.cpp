@@ -1,4 +1,4 @@
-#include "signal_options.h"
+#include "options/signal_options.h"
 
 #include <fmt/format.h>
 

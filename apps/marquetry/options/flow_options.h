@@ -4,7 +4,7 @@
 #include "mq/base/options.h"
 #include "mq/flow/image_flow.h"
 #include "mq/flow/texture_flow.h"
-#include "run.h"
+#include "shell/run.h"
 
 namespace mq::app {
 

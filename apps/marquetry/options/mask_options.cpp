@@ -1,4 +1,4 @@
-#include "mask_options.h"
+#include "options/mask_options.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "arguments.h"
+#include "shell/arguments.h"
 #include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"

@@ -1,4 +1,4 @@
-#include "flow_options.h"
+#include "options/flow_options.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include "mq/base/error.h"
 #include "mq/draw/flow_colour.h"
 #include "scene.h"
-#include "signal_options.h"
+#include "options/signal_options.h"
 
 namespace mq::app {
 namespace {

@@ -1,4 +1,4 @@
-#include "duration.h"
+#include "shell/duration.h"
 
 #include <fmt/format.h>
 

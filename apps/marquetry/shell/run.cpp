@@ -1,4 +1,4 @@
-#include "run.h"
+#include "shell/run.h"
 
 #include <fmt/format.h>
 #include <sys/resource.h>

@@ -14,7 +14,7 @@
 #include "mq/base/options.h"
 #include "mq/base/progress.h"
 #include "mq/io/model.h"
-#include "terminal.h"
+#include "shell/terminal.h"
 
 namespace mq::app {
 

@@ -1,4 +1,4 @@
-#include "arguments.h"
+#include "shell/arguments.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "verb.h"
+#include "shell/verb.h"
 
 namespace mq::app {
 

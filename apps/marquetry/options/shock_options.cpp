@@ -1,4 +1,4 @@
-#include "shock_options.h"
+#include "options/shock_options.h"
 
 #include <string>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <thread>
 
-#include "terminal.h"
+#include "shell/terminal.h"
 
 namespace mq::app {
 

@@ -1,7 +1,7 @@
 // It finds the verb, reads its options, shows progress, stops on Ctrl-C, writes the report and
 // turns errors into words and an exit status. The work itself is in verbs/, one file each, and in
 // the library.
-#include "program.h"
+#include "shell/program.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -17,14 +17,14 @@
 #include <malloc.h>
 #endif
 
-#include "frame_place.h"
-#include "interrupt.h"
+#include "shell/frame_place.h"
+#include "shell/interrupt.h"
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/version.h"
-#include "run.h"
-#include "terminal.h"
+#include "shell/run.h"
+#include "shell/terminal.h"
 #include "unwrap_evolving.h"
 
 namespace mq::app {

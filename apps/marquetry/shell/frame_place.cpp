@@ -1,4 +1,4 @@
-#include "frame_place.h"
+#include "shell/frame_place.h"
 
 #include <fmt/format.h>
 

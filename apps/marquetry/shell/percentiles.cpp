@@ -1,4 +1,4 @@
-#include "percentiles.h"
+#include "shell/percentiles.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "memory.h"
+#include "shell/memory.h"
 
 #include <algorithm>
 #include <cmath>

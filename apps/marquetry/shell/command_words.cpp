@@ -1,4 +1,4 @@
-#include "command_words.h"
+#include "shell/command_words.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,0 +1,21 @@
+#pragma once
+/// What work on a model has to say to the person who waits for it, while it goes on.
+
+#include <string>
+
+namespace mq {
+
+/// Given to what may take long or may find the user's data odd. This one hears nothing; a program
+/// derives from it and shows what it is told. Calls come from the thread that called.
+class Messages {
+ public:
+  virtual ~Messages() = default;
+
+  /// Something worth knowing; the result is what was asked for.
+  virtual void remark(const std::string& text);
+
+  /// The result may not be what was wanted. The text names the remedy.
+  virtual void warning(const std::string& text);
+};
+
+}  // namespace mq
