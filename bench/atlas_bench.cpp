@@ -12,7 +12,6 @@
 #include "fem/cut_squares.h"
 #include "mq/atlas/separate_overlaps.h"
 #include "mq/base/stopwatch.h"
-#include "mq/fem/elements.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/filter/denoise.h"
 #include "mq/filter/fast_sweeping.h"
@@ -72,9 +71,8 @@ void compare(benchmark::State& state, const Ground& ground, const auto& kernel) 
 
 void stitch_change(benchmark::State& state) {
   const Ground ground(int(state.range(0)));
-  const StitchDomain domain{mixed_elements(ground.space), ground.stiffness, ground.places};
   compare(state, ground, [&] {
-    benchmark::DoNotOptimize(stitch_regions(domain, ground.psi, ground.space.texels().chart));
+    benchmark::DoNotOptimize(stitch_regions(ground.space, ground.psi, ground.space.texels().chart));
   });
 }
 

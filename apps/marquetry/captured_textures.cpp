@@ -12,13 +12,14 @@
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/io/evolving_gltf.h"
+#include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/orient.h"
 #include "mq/mesh/surface.h"
 #include "mq/video/texture_frame.h"
-#include "outputs.h"
+#include "shell/results.h"
 
 namespace mq::app {
 namespace {

@@ -10,8 +10,9 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/fem/flat_triangle.h"
+#include "mq/io/file_names.h"
 #include "mq/io/flow_file.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "options/signal_options.h"
 
 namespace mq::app {
@@ -218,7 +219,7 @@ ModelPair::ModelPair(Run& run) {
     (i < others.size() / 2 ? first : second).emplace_back(others[i]);
   factors_ = texture_flow_options(options).flow.solver == FlowSolver::direct;
   const double share = factors_ ? 0.01 : 0.15;
-  scene_ = read_usable_scene(run, models ? MissingPictures::unneeded : MissingPictures::refuse,
+  scene_ = read_usable_model(run, models ? MissingPictures::unneeded : MissingPictures::refuse,
                              share, first);
   vertices_ = models || app::at_vertices(options, scene_);
   require(
@@ -234,7 +235,7 @@ ModelPair::ModelPair(Run& run) {
   about(scene_.model, [&] {
     if (models) {
       require(scene_.model.colors.channels > 0, "has no colours at its vertices to align");
-      auto target = std::make_unique<VertexTarget>(scene_);
+      auto target = std::make_unique<VertexColours>(scene_);
       const Model other = read_model(
           others.front(), {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
       require(
@@ -265,7 +266,7 @@ ModelPair::ModelPair(Run& run) {
     require(first.size() == scene_.model.textures.size(),
             fmt::format("{} of its textures come first and as many after; found {}",
                         scene_.model.textures.size(), counted(std::ssize(others), "picture")));
-    auto target = std::make_unique<TextureTarget>(run, scene_, value_space(options), step);
+    auto target = make_texture_signal(run, scene_, {.values = value_space(options)}, step);
     std::vector<Texture> textures;
     for (std::size_t i = 0; i < second.size(); ++i) {
       textures.push_back(read_texture(second[i]));
@@ -306,7 +307,7 @@ Model ModelPair::with(const Signal& values, double t) const {
                     &model.colors.values[v * channels]);
     return model;
   }
-  const TexelSpace& space = dynamic_cast<const TexelDomain&>(target_->domain()).space();
+  const TexelSpace& space = *target_->texel_space();
   for (const Texels::Place& place : space.texels().places) {
     const auto from = shown.textures[std::size_t(place.texture)].pixels.pixel(place.x, place.y);
     std::ranges::copy(
@@ -322,7 +323,7 @@ double ModelPair::edge_for(Run& run, double longest_edge) const {
   if (run.options().has("longest-edge") || !(vertices > most_vertices / 4)) return longest_edge;
   // Narrow triangles make more: counted on a cut that is as much coarser as makes it cheap.
   const double coarser = std::sqrt(std::max(1.0, 16 * vertices / most_vertices));
-  const TexelSpace& space = dynamic_cast<const TexelDomain&>(target_->domain()).space();
+  const TexelSpace& space = *target_->texel_space();
   const RefinedTexture sparse(scene_.surface, *scene_.atlas, space, coarser * longest_edge);
   const int added = sparse.fine().surface.mesh.vertex_count() - scene_.surface.mesh.vertex_count();
   vertices = std::max(vertices, added * coarser * coarser);
@@ -391,7 +392,7 @@ void ModelPair::find(const TextureFlowOptions& options, const Progress& progress
       mesh_ = std::make_unique<TraceMesh>(scene_.surface, progress.step("order triangles", 0.05));
       return;
     }
-    const TexelSpace& space = dynamic_cast<const TexelDomain&>(target_->domain()).space();
+    const TexelSpace& space = *target_->texel_space();
     textures_ = std::make_unique<TextureFlow>(scene_.surface, *scene_.atlas, space, first_, second_,
                                               options, progress);
   });

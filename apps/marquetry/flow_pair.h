@@ -7,7 +7,7 @@
 
 #include "mq/flow/image_flow.h"
 #include "mq/flow/texture_flow.h"
-#include "signal_target.h"
+#include "options/signal_options.h"
 
 namespace mq::app {
 
@@ -63,8 +63,8 @@ class ModelPair {
   /// Of the run, what `align` takes.
   double share_of_align() const { return factors_ ? 0.95 : 0.45; }
 
-  Scene& scene() { return scene_; }
-  const Target& target() const { return *target_; }
+  TexturedModel& scene() { return scene_; }
+  const ModelSignal& target() const { return *target_; }
   const Signal& first() const { return first_; }
   const Signal& second() const { return second_; }
   bool at_vertices() const { return vertices_; }
@@ -95,10 +95,10 @@ class ModelPair {
   /// Says what factorisations will take where that is much, and what else could be done.
   void warn_of_cost(Run& run, const FlowForecast& forecast) const;
 
-  Scene scene_;
+  TexturedModel scene_;
   bool factors_ = false;  ///< not by multigrid
   bool vertices_ = false;
-  std::unique_ptr<Target> target_;
+  std::unique_ptr<ModelSignal> target_;
   Signal first_, second_;
   std::vector<Image<float>> second_pictures_;  ///< of textures, as stored
   VertexSignal second_colors_;                 ///< of vertices

@@ -6,10 +6,11 @@
 
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
+#include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/video/gutter.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "options/signal_options.h"
 
 namespace mq::app {

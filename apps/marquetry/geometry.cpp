@@ -80,13 +80,13 @@ void refuse_pictures_of_shape(const OptionValues& options) {
                       options.text("mesh"), pictures.empty() ? "" : pictures.front()));
 }
 
-Scene read_shape(Run& run, double share) {
+TexturedModel read_shape(Run& run, double share) {
   require(!asks_for(run.options(), "flipped"),
           "--flipped is for charts of textures, and --geometry looks at none: leave it out");
-  return read_usable_scene(run, MissingPictures::unneeded, share);
+  return read_usable_model(run, MissingPictures::unneeded, share);
 }
 
-Outputs shape_outputs(const OptionValues& options, const Scene& scene) {
+Outputs shape_outputs(const OptionValues& options, const TexturedModel& scene) {
   return Outputs(options.text("output"), scene.model, Outputs::Kind::model);
 }
 
@@ -115,7 +115,7 @@ SolveReport worst_of(const std::vector<SolveReport>& reports) {
   return reports.empty() ? SolveReport{} : reports.back();
 }
 
-void put_positions(Run& run, Scene& scene, const std::vector<Vector3>& positions,
+void put_positions(Run& run, TexturedModel& scene, const std::vector<Vector3>& positions,
                    const std::string& advice) {
   Mesh after = scene.surface.mesh;
   after.positions = positions;

@@ -8,7 +8,7 @@
 
 namespace mq::app {
 
-void require_size(const std::string& file, int width, int height, const Scene& scene,
+void require_size(const std::string& file, int width, int height, const TexturedModel& scene,
                   std::size_t i) {
   const TextureSize& size = scene.texture_sizes[i];
   require(width == size.width && height == size.height,
@@ -16,7 +16,7 @@ void require_size(const std::string& file, int width, int height, const Scene& s
                       size.width, size.height));
 }
 
-void check_pictures(const OptionValues& options, const Scene& scene, const InputPictures& wanted) {
+void check_pictures(const OptionValues& options, const TexturedModel& scene, const InputPictures& wanted) {
   const std::vector<std::string> files = options.texts(wanted.option);
   const std::size_t given = files.size(), count = scene.texture_sizes.size();
   const bool many = wanted.count == InputPictures::Count::many_sets;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "mq/base/options.h"
-#include "scene.h"
+#include "options/model_options.h"
 
 namespace mq::app {
 
@@ -18,10 +18,10 @@ struct InputPictures {
 /// Refuses, before any work and in dry runs as well, pictures of which there are not as many as
 /// wanted, whose heads cannot be read or whose size is another. Where the scene has no textures
 /// only the heads are looked at. Throws `InvalidInput` or `IoError`.
-void check_pictures(const OptionValues& options, const Scene& scene, const InputPictures& wanted);
+void check_pictures(const OptionValues& options, const TexturedModel& scene, const InputPictures& wanted);
 
 /// Throws `InvalidInput` naming the file where a picture has not the size of the scene's texture i.
-void require_size(const std::string& file, int width, int height, const Scene& scene,
+void require_size(const std::string& file, int width, int height, const TexturedModel& scene,
                   std::size_t i);
 
 }  // namespace mq::app

@@ -18,7 +18,7 @@ namespace {
 
 /// Pictures of one partial texture: files [first, first + count).
 std::vector<Texture> read_pictures(const std::vector<std::string>& files, std::size_t first,
-                                   const Scene& scene) {
+                                   const TexturedModel& scene) {
   std::vector<Texture> textures;
   for (std::size_t i = 0; i < scene.texture_sizes.size(); ++i) {
     textures.push_back(read_texture(files[first + i]));
@@ -131,7 +131,7 @@ bool has_partials(const OptionValues& options) {
   return !options.texts("partial").empty() || has_views(options);
 }
 
-void check_partials(const OptionValues& options, const Scene& scene) {
+void check_partials(const OptionValues& options, const TexturedModel& scene) {
   using Count = InputPictures::Count;
   check_pictures(options, scene,
                  {"partial", Count::many_sets, InputPictures::Size::of_the_texture});
@@ -150,7 +150,7 @@ void check_partials(const OptionValues& options, const Scene& scene) {
     }
 }
 
-void add_missing_pictures(Scene& scene) {
+void add_missing_pictures(TexturedModel& scene) {
   std::vector<Texture>& textures = scene.model.textures;
   textures.resize(std::max(textures.size(), scene.texture_sizes.size()));
   for (std::size_t k = 0; k < scene.texture_sizes.size(); ++k) {
@@ -187,14 +187,14 @@ Signal widened(const Signal& values, int channels) {
   return result;
 }
 
-std::vector<Partial> project_views(Run& run, const Scene& scene, const TextureTarget& target,
+std::vector<Partial> project_views(Run& run, const TexturedModel& scene, const TextureSignal& target,
                                    const Progress& progress) {
   const OptionValues& options = run.options();
   std::vector<Photograph> photographs;
   for (const std::string& file : options.texts("views"))
     for (Photograph& photograph : read_cameras(file)) photographs.push_back(std::move(photograph));
   for (const Photograph& photograph : photographs) run.will_read(photograph.picture);
-  const Projector projector(scene.surface, target.domain().places(), scene.atlas->texel_spacing(),
+  const Projector projector(scene.surface, target.space().positions(), scene.atlas->texel_spacing(),
                             progress.step("places", 0.3));
   PhotographOptions projecting;
   projecting.steepest = options.number("steepest");
@@ -232,7 +232,7 @@ std::vector<Partial> project_views(Run& run, const Scene& scene, const TextureTa
 
 }  // namespace
 
-std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTarget& target,
+std::vector<Partial> read_partials(Run& run, const TexturedModel& scene, const TextureSignal& target,
                                    const Progress& progress) {
   if (has_views(run.options())) return project_views(run, scene, target, progress);
   const std::vector<std::string> files = run.options().texts("partial");
@@ -255,14 +255,14 @@ std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTa
       if (stored) restore(textures[i], transfer(scene.model.textures[i]));
       shown.push_back(confidences.empty() ? alpha : read_texture(confidences[first + i]).pixels);
     }
-    const Texels& texels = target.domain().space().texels();
+    const Texels& texels = target.space().texels();
     partials.push_back(
         {target.values_of(textures), mask_of_pictures(texels, scene.texture_sizes, shown)});
   }
   return partials;
 }
 
-std::vector<int> asked_photographs(const OptionValues& options, const Scene& scene,
+std::vector<int> asked_photographs(const OptionValues& options, const TexturedModel& scene,
                                    const TexelSpace& space, int count) {
   require(!options.has("unseen"),
           "--unseen is a label of regions: where photographs are given too, the labels are their "

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "mq/filter/stitch.h"
-#include "signal_target.h"
+#include "options/signal_options.h"
 
 namespace mq::app {
 
@@ -19,19 +19,19 @@ bool has_partials(const OptionValues& options);
 bool has_views(const OptionValues& options);
 
 /// Refuses what cannot be read of these files, before any work. Throws `InvalidInput` or `IoError`.
-void check_partials(const OptionValues& options, const Scene& scene);
+void check_partials(const OptionValues& options, const TexturedModel& scene);
 
 /// Black pictures where a model's textures have none.
-void add_missing_pictures(Scene& scene);
+void add_missing_pictures(TexturedModel& scene);
 
 /// The photographs that the pictures of --labels choose where they are given beside photographs, one per
 /// unknown; `unseen`: that which shows it best. `count` is how many there are. Throws `InvalidInput` or
 /// `IoError` naming the file.
-std::vector<int> asked_photographs(const OptionValues& options, const Scene& scene,
+std::vector<int> asked_photographs(const OptionValues& options, const TexturedModel& scene,
                                    const TexelSpace& space, int count);
 
 /// The partial signals that the options name. Throws `InvalidInput` or `IoError` naming the file.
-std::vector<Partial> read_partials(Run& run, const Scene& scene, const TextureTarget& target,
+std::vector<Partial> read_partials(Run& run, const TexturedModel& scene, const TextureSignal& target,
                                    const Progress& progress);
 
 }  // namespace mq::app

@@ -18,7 +18,7 @@ using Lines = RenderOptions::Lines;
 bool is_place(const std::string& text) { return text == "seam" || parse_numbers(text, 3); }
 
 /// Colours at the vertices of the surface, from those of the model: copies of a vertex are one.
-std::vector<float> surface_colours(const Scene& scene) {
+std::vector<float> surface_colours(const TexturedModel& scene) {
   const VertexSignal& colors = scene.model.colors;
   std::vector<float> values;
   for (const int source : scene.surface.source_from_vertex)
@@ -29,7 +29,7 @@ std::vector<float> surface_colours(const Scene& scene) {
 }
 
 /// What --paint says, or the best there is.
-Paint paint_of(const OptionValues& options, const Scene& scene) {
+Paint paint_of(const OptionValues& options, const TexturedModel& scene) {
   const std::string name = options.text("paint"), file = scene.model.path.string();
   const bool colours = scene.model.colors.channels > 0;
   if (name == "clay") return Paint::clay;
@@ -45,7 +45,7 @@ Paint paint_of(const OptionValues& options, const Scene& scene) {
   return name == "numbers" ? Paint::texture_numbers : Paint::texture;
 }
 
-FalseColour scale_for(const OptionValues& options, const Scene& scene) {
+FalseColour scale_for(const OptionValues& options, const TexturedModel& scene) {
   const bool diverging = options.text("map") == "diverging";
   const auto map = diverging ? FalseColour::Map::diverging : FalseColour::Map::sequential;
   FalseColour scale;
@@ -66,7 +66,7 @@ FalseColour scale_for(const OptionValues& options, const Scene& scene) {
   return scale;
 }
 
-RenderOptions render_options(const OptionValues& options, const Scene& scene) {
+RenderOptions render_options(const OptionValues& options, const TexturedModel& scene) {
   RenderOptions render;
   render.view = parse_view(options.texts("view").front());
   render.view.up = options.text("up") == "z" ? View::Up::z : View::Up::y;
@@ -86,7 +86,7 @@ RenderOptions render_options(const OptionValues& options, const Scene& scene) {
   return render;
 }
 
-std::vector<Texture> read_after(const OptionValues& options, const Scene& scene) {
+std::vector<Texture> read_after(const OptionValues& options, const TexturedModel& scene) {
   std::vector<Texture> after;
   for (const std::string& path : options.texts("compare")) after.push_back(read_texture(path));
   if (after.empty()) return after;
@@ -304,7 +304,7 @@ Paints RenderRequest::paints() const { return {pictures_of(scene.model.textures)
 
 Paints RenderRequest::paints_after() const { return {pictures_of(after), vertex_colours}; }
 
-bool has_pictures(const Scene& scene) {
+bool has_pictures(const TexturedModel& scene) {
   return scene.atlas && scene.model.textures.size() == scene.atlas->textures.size() &&
          std::ranges::none_of(scene.model.textures,
                               [](const Texture& texture) { return texture.pixels.empty(); });
@@ -323,7 +323,7 @@ std::vector<double> numbers_of(const OptionValues& options, const std::string& n
 
 UvLayoutOptions layout_options(const RenderRequest& request) {
   const OptionValues& options = request.options;
-  const Scene& scene = request.scene;
+  const TexturedModel& scene = request.scene;
   UvLayoutOptions layout;
   const auto size = *parse_size(options.text("size"));
   layout.side = std::max(size[0], size[1]);
@@ -338,7 +338,7 @@ UvLayoutOptions layout_options(const RenderRequest& request) {
   return layout;
 }
 
-RenderRequest make_render_request(const OptionValues& options, const Scene& scene) {
+RenderRequest make_render_request(const OptionValues& options, const TexturedModel& scene) {
   RenderRequest request{options, scene};
   request.after = read_after(options, scene);
   if (scene.model.colors.channels > 0) request.vertex_colours = surface_colours(scene);

@@ -7,7 +7,7 @@
 #include "mq/draw/sheets.h"
 #include "mq/draw/uv_layout.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 
 namespace mq::app {
 
@@ -23,7 +23,7 @@ void add_render_options(OptionTable& table);
 /// Borrows the options and the scene.
 struct RenderRequest {
   const OptionValues& options;
-  const Scene& scene;
+  const TexturedModel& scene;
   std::vector<Texture> after = {};         ///< of --compare
   std::vector<float> vertex_colours = {};  ///< per vertex of the surface; empty: it has none
   RenderOptions render = {};
@@ -36,12 +36,12 @@ struct RenderRequest {
 };
 
 /// Reads the pictures of --compare. Throws `InvalidInput` where the model lacks what is asked for.
-RenderRequest make_render_request(const OptionValues& options, const Scene& scene);
+RenderRequest make_render_request(const OptionValues& options, const TexturedModel& scene);
 
 UvLayoutOptions layout_options(const RenderRequest& request);
 
 /// Whether every texture of the model has its picture.
-bool has_pictures(const Scene& scene);
+bool has_pictures(const TexturedModel& scene);
 
 std::vector<const Image<float>*> pictures_of(const std::vector<Texture>& textures);
 

@@ -4,7 +4,7 @@
 
 namespace mq::app {
 
-Json seams_json(const Scene& scene) {
+Json seams_json(const TexturedModel& scene) {
   std::vector<const Image<float>*> pictures;
   for (const Texture& texture : scene.model.textures) pictures.push_back(&texture.pixels);
   const SeamDifference seams = seam_difference(scene.surface, *scene.atlas, pictures);

@@ -11,11 +11,12 @@
 #include "mq/draw/contact_sheet.h"
 #include "mq/draw/frame_strip.h"
 #include "mq/draw/line_plot.h"
+#include "mq/io/file_names.h"
 #include "mq/io/image_file.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/geometry.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "render_request.h"
 
 namespace mq::app {

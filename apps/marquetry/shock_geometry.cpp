@@ -6,7 +6,7 @@
 #include "mq/base/error.h"
 #include "mq/filter/geometry_shock.h"
 #include "options/signal_options.h"
-#include "solving.h"
+#include "options/solver_options.h"
 
 namespace mq::app {
 namespace {
@@ -49,7 +49,7 @@ Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
           "--longest-edge is for textures, whose triangles are cut; those of a shape are taken as they "
           "are: leave it out");
   refuse_pictures_of_shape(options);
-  Scene scene = read_shape(run, 0.15);
+  TexturedModel scene = read_shape(run, 0.15);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;

@@ -13,7 +13,7 @@
 #include "mq/evolving/lifespan_atlas.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "render_request.h"
 
 namespace mq::app {

@@ -50,10 +50,10 @@ constexpr SettleOptions settling_to_the_end{.tolerance = 1e-6, .least_cycles = 4
 
 FilterTool::FilterTool(Session& session)
     : session_(session), options_(options_for("filter", session)) {
-  const app::Scene& scene = *session.scene;
-  app::require_usable(app::scene_defects(scene), scene.model.path.string());
+  const TexturedModel& scene = *session.scene;
+  require_usable(scene.defects(), scene.model.path.string());
   options_.set("beta", {first_beta});
-  const auto kind = at_vertices() ? app::Outputs::Kind::model : app::Outputs::Kind::pictures;
+  const auto kind = at_vertices() ? Outputs::Kind::model : Outputs::Kind::pictures;
   const std::string each = session.before && session.before->size() > 1 ? "_%s" : "";
   mask_name_ = session.free_name("mask" + each + (at_vertices() ? ".ply" : ".png"), kind);
   texture_name_ = session.free_name("filtered" + each +
@@ -386,13 +386,13 @@ void FilterTool::require_other_files(const std::vector<fs::path>& files,
           fmt::format("{}: mask and texture need files of their own: name another", file.string()));
 }
 
-app::Outputs FilterTool::outputs(const std::string& path) const {
+Outputs FilterTool::outputs(const std::string& path) const {
   return {path, session_.scene->model, paint_target_->kind()};
 }
 
 void FilterTool::save_texture(const std::string& path) {
   require_ready();
-  const app::Outputs outputs = this->outputs(path);
+  const Outputs outputs = this->outputs(path);
   require_other_files(outputs.paths(), mask_files_);
   session_.run.will_write(outputs.paths(), outputs.folder());
   texture_name_ = path;
@@ -404,7 +404,7 @@ void FilterTool::save_texture(const std::string& path) {
 
 void FilterTool::save_mask(const std::string& path) {
   require_ready();
-  const app::Outputs outputs = this->outputs(path);
+  const Outputs outputs = this->outputs(path);
   for (const auto& file : outputs.paths()) paint_target_->require_mask_name(file, smoothed_ > 0);
   require_other_files(outputs.paths(), texture_files_);
   session_.run.will_write(outputs.paths(), outputs.folder());
@@ -524,11 +524,11 @@ nlohmann::ordered_json FilterTool::report() const {
 void FilterTool::prepare(const Progress& progress) {
   const Stopwatch watch;
   run_ = std::make_unique<app::Run>(options_, session_.run.terminal(), progress);
-  app::about(session_.scene->model, [&] {
+  about(session_.scene->model, [&] {
     paint_target_ = make_paint_target(session_, *run_, progress.step("assemble", 0.8));
     before_ = paint_target_->target().values();
   });
-  scale_ = paint_target_->target().domain().scale();
+  scale_ = paint_target_->target().scale();
   want();
   mask_.assign(std::size_t(before_.rows()), 0);
   followed_ = mask_;
@@ -648,7 +648,7 @@ bool FilterTool::write_texture(int version, const Progress& progress) {
   const bool nothing = std::ranges::all_of(followed_, [](int m) { return m == 0; });
   if (!nothing)
     paint_target_->target().put(before_, before_ + gain_ * (live_->signal() - before_), model);
-  const app::Outputs outputs = this->outputs(path);
+  const Outputs outputs = this->outputs(path);
   for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
     session_.run.terminal().remark(note);
   saved_version_ = version;

@@ -110,7 +110,7 @@ class FilterTool : public Tool {
   void take_note_of_written();
   bool nothing_painted() const { return painted_ == 0; }
   bool at_vertices() const { return !session_.before; }
-  app::Outputs outputs(const std::string& path) const;
+  Outputs outputs(const std::string& path) const;
 
   // On the other one.
   void prepare(const Progress& progress);

@@ -4,12 +4,13 @@
 #include <optional>
 
 #include "shell/arguments.h"
-#include "field.h"
+#include "options/signal_options.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/draw/false_colour.h"
 #include "mq/filter/geodesic.h"
-#include "sources.h"
+#include "mq/linear/direct_solver.h"
+#include "options/source_options.h"
 #include "verb_tool.h"
 
 namespace mq::view {
@@ -57,17 +58,15 @@ class GeodesicTool : public VerbTool {
     const Stopwatch watch;
     app::Run run(options, session_.run.terminal(), progress);
     if (!domain_)
-      domain_ = app::make_domain(run, *session_.scene, progress.step("assemble", 0.3),
-                                 app::TexelDomain::SharedTexels::one_for_each);
+      domain_ = app::make_field_signal(run, *session_.scene, progress.step("assemble", 0.3),
+                                 TextureSignalOptions::SharedTexels::one_for_each);
     if (!closest_) closest_ = std::make_unique<ClosestPointFinder>(session_.scene->surface.mesh);
     const SolverFactory solver =
-        domain_->space().size() > 30'000 && options.text("solver") != "direct"
-            ? domain_->multigrid({.tolerance = options.number("tolerance")})
-            : direct_solver();
+        options.text("solver") == "direct"
+            ? direct_solver()
+            : domain_->space().solver({.tolerance = options.number("tolerance")});
     geodesic_.emplace(domain_->space(), solver, GeodesicOptions{.time = options.number("time")},
                       progress.step("prepare", 0.4));
-    geodesic_->set_places(domain_->places());
-    geodesic_->set_boundary(domain_->boundary());
     prepared_for_ = asked;
     preparing_ = watch.seconds();
   }
@@ -81,24 +80,19 @@ class GeodesicTool : public VerbTool {
     const auto places = app::source_places(run, *session_.scene, closest_.get());
     const Geodesic found = geodesic_->from(app::sources_at(run, *session_.scene, *domain_, places),
                                            progress.step("distances", 0.3));
-    const double most = domain_->largest_shown(found.distance);
+    const double most = domain_->space().largest_shown(found.distance);
     const DistanceColours scale{.most = most,
                                 .lines = int(options.integer("isolines")),
                                 .line_width = 1.5 * domain_->scale().texel_spacing};
-    Signal colours(found.distance.size(), 3);
-    for (Eigen::Index i = 0; i < colours.rows(); ++i) {
-      const Colour colour = distance_colour(found.distance[i], scale);
-      colours.row(i) << colour[0], colour[1], colour[2];
-    }
     Model result;
     if (at_vertices()) result.mesh = session_.scene->model.mesh;
-    app::put_field(*session_.scene, *domain_, colours, Depth::u8, result);
+    domain_->replace(distance_colours(found.distance, scale), Depth::u8, result);
     found_ = {{"max", most}};
     solving_.push_back(watch.seconds());
     show(result);
   }
 
-  std::unique_ptr<app::Domain> domain_;
+  std::unique_ptr<ModelSignal> domain_;
   std::unique_ptr<ClosestPointFinder> closest_;
   std::optional<GeodesicDistance> geodesic_;
   std::vector<std::string> prepared_for_;

@@ -13,8 +13,8 @@ constexpr std::int64_t texels_at_a_time = 1 << 20;
 
 }  // namespace
 
-LoadedModel::LoadedModel(app::Scene read, int largest_side, const Progress& progress)
-    : scene(std::make_unique<app::Scene>(std::move(read))) {
+LoadedModel::LoadedModel(TexturedModel read, int largest_side, const Progress& progress)
+    : scene(std::make_unique<TexturedModel>(std::move(read))) {
   {
     const Progress step = progress.step("prepare textures", 0.4);
     if (app::has_pictures(*scene)) {
@@ -35,7 +35,7 @@ LoadedModel::LoadedModel(app::Scene read, int largest_side, const Progress& prog
 
 std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequence, int frame,
                                         int largest_side, const Progress& progress) {
-  app::Scene scene = sequence->scene(frame, progress.step("read", 0.7));
+  TexturedModel scene = sequence->scene(frame, progress.step("read", 0.7));
   auto loaded =
       std::make_unique<LoadedModel>(std::move(scene), largest_side, progress.step("prepare", 0.3));
   loaded->drawn->triangle_colours = sequence->lifespans(frame);
@@ -44,8 +44,8 @@ std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequenc
   return loaded;
 }
 
-void warn_of(app::Run& run, const app::Scene& scene) {
-  run.warn(app::scene_defects(scene));
+void warn_of(app::Run& run, const TexturedModel& scene) {
+  run.warn(scene.defects());
   if (run.options().given("texture") && !scene.model.mesh.has_uvs())
     run.terminal().warning(scene.model.path.string() +
                            ": has no texture coordinates, so that the pictures are not shown");
@@ -58,7 +58,7 @@ std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Termin
   if (names_sequence(options.text("mesh"))) {
     loaded = load_frame(open_sequence(run), 0, largest_side, progress);
   } else {
-    app::Scene scene = app::read_scene(run, app::MissingPictures::assume, 0.7);
+    TexturedModel scene = app::read_textured_model(run, MissingPictures::assume, 0.7);
     loaded = std::make_unique<LoadedModel>(std::move(scene), largest_side,
                                            progress.step("prepare", 0.3));
   }

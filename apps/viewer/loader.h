@@ -20,9 +20,9 @@ namespace mq::view {
 /// `ModelPictures` are left to the thread with the graphics.
 struct LoadedModel {
   /// `largest_side` as `TextureSet` wants it.
-  LoadedModel(app::Scene read, int largest_side, const Progress& progress);
+  LoadedModel(TexturedModel read, int largest_side, const Progress& progress);
 
-  std::unique_ptr<const app::Scene> scene;
+  std::unique_ptr<const TexturedModel> scene;
   std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
@@ -43,7 +43,7 @@ std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Termin
                                         int largest_side, const Progress& progress);
 
 /// Says what is wrong with a model that is opened with these options, and with them.
-void warn_of(app::Run& run, const app::Scene& scene);
+void warn_of(app::Run& run, const TexturedModel& scene);
 
 /// One thing at a time; what is asked for meanwhile comes next, the last of it. All calls belong to
 /// the thread with the graphics.

@@ -9,7 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/io/model.h"
 #include "shell/program.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "script.h"
 #include "viewer.h"
 
@@ -50,8 +50,8 @@ app::Exit view(app::Run& run) {
           "--in-window shows a script's session: give --script too");
   std::shared_ptr<Sequence> sequence;
   if (names_sequence(options.text("mesh"))) sequence = open_sequence(run);
-  app::Scene scene =
-      sequence ? sequence->scene(0, {}) : app::read_scene(run, app::MissingPictures::assume, 1);
+  TexturedModel scene =
+      sequence ? sequence->scene(0, {}) : app::read_textured_model(run, MissingPictures::assume, 1);
   warn_of(run, scene);
   if (options.given("screenshot")) {
     require_screenshot(options.text("screenshot"));

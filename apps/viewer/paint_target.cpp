@@ -22,14 +22,14 @@ class PaintedTextures : public PaintTarget {
  public:
   PaintedTextures(Session& session, app::Run& run, const Progress& progress)
       : session_(session),
-        target_(run, *session.scene, app::ValueSpace{}, progress),
-        ball_(target_.domain().space()),
+        target_(app::make_texture_signal(run, *session.scene, {}, progress)),
+        ball_(target_->space()),
         closest_(session.scene->surface.mesh) {}
 
   std::string unknowns() const override { return "texels"; }
-  const app::Target& target() const override { return target_; }
+  const ModelSignal& target() const override { return *target_; }
   Vector3 place(int unknown) const override { return texels().position(unknown); }
-  app::Outputs::Kind kind() const override { return app::Outputs::Kind::pictures; }
+  Outputs::Kind kind() const override { return Outputs::Kind::pictures; }
 
   std::vector<int> reach(const Vector3& place, double radius) override {
     const ClosestPoint at = closest_(place);
@@ -39,7 +39,7 @@ class PaintedTextures : public PaintTarget {
 
   LiveModulation live(double weight, const Signal& before,
                       const Progress& progress) const override {
-    return {target_.domain().space(), weight, before, LiveOptions{}, progress};
+    return {target_->space(), weight, before, LiveOptions{}, progress};
   }
 
   void show(const ShownSignal& values, std::optional<std::span<const int>> some) override {
@@ -78,10 +78,10 @@ class PaintedTextures : public PaintTarget {
   }
 
  private:
-  const Texels& texels() const { return target_.domain().space().texels(); }
+  const Texels& texels() const { return target_->space().texels(); }
 
   Session& session_;
-  app::TextureTarget target_;
+  std::unique_ptr<TextureSignal> target_;
   SurfaceBall ball_;
   ClosestPointFinder closest_;
 };
@@ -92,7 +92,7 @@ class PaintedVertices : public PaintTarget {
       : session_(session),
         scene_(*session.scene),
         target_(scene_),
-        ball_(target_.domain().space(), scene_.surface.mesh.positions),
+        ball_(target_.space(), scene_.surface.mesh.positions),
         closest_(scene_.surface.mesh) {
     std::vector<int> parts(std::size_t(scene_.model.mesh.vertex_count()), 0);
     for (int u = 0; u < scene_.surface.mesh.vertex_count(); ++u) ++parts[std::size_t(source(u))];
@@ -101,11 +101,11 @@ class PaintedVertices : public PaintTarget {
   }
 
   std::string unknowns() const override { return "vertices"; }
-  const app::Target& target() const override { return target_; }
+  const ModelSignal& target() const override { return target_; }
   Vector3 place(int unknown) const override {
     return scene_.surface.mesh.positions[std::size_t(unknown)];
   }
-  app::Outputs::Kind kind() const override { return app::Outputs::Kind::model; }
+  Outputs::Kind kind() const override { return Outputs::Kind::model; }
 
   /// With the other parts of vertices that the surface was parted at: a file has one mask for all.
   std::vector<int> reach(const Vector3& place, double radius) override {
@@ -121,7 +121,7 @@ class PaintedVertices : public PaintTarget {
 
   LiveModulation live(double weight, const Signal& before,
                       const Progress& progress) const override {
-    return {target_.domain().space(), scene_.surface.mesh.positions, weight, before, {}, progress};
+    return {target_.space(), weight, before, LiveOptions{}, progress};
   }
 
   /// What is as it was keeps the bits of the file, copies of a vertex their own.
@@ -173,8 +173,8 @@ class PaintedVertices : public PaintTarget {
   int source(int unknown) const { return scene_.surface.source_from_vertex[std::size_t(unknown)]; }
 
   Session& session_;
-  const app::Scene& scene_;
-  app::VertexTarget target_;
+  const TexturedModel& scene_;
+  VertexColours target_;
   VertexBall ball_;
   ClosestPointFinder closest_;
   std::map<int, std::vector<int>> parted_;  ///< vertices of the file that are several unknowns

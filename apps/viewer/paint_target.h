@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "mq/filter/live_modulation.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "session.h"
-#include "signal_target.h"
+#include "options/signal_options.h"
 
 namespace mq::view {
 
@@ -33,9 +33,9 @@ class PaintTarget {
 
   /// "texels" or "vertices".
   virtual std::string unknowns() const = 0;
-  virtual const app::Target& target() const = 0;
+  virtual const ModelSignal& target() const = 0;
   virtual Vector3 place(int unknown) const = 0;
-  virtual app::Outputs::Kind kind() const = 0;
+  virtual Outputs::Kind kind() const = 0;
 
   /// The unknowns nearer than `radius` to a place of the surface that are joined to it there;
   /// increasing. One call at a time.

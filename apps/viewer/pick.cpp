@@ -10,7 +10,7 @@
 namespace mq::view {
 namespace {
 
-void read_texel(const app::Scene& scene, const TextureSet* textures, Pick& pick) {
+void read_texel(const TexturedModel& scene, const TextureSet* textures, Pick& pick) {
   const TextureSize& size = scene.atlas->textures[std::size_t(pick.texture)];
   pick.x = wrapped(std::llround(pick.column), size.width, size.wrap);
   pick.y = wrapped(std::llround(pick.row), size.height, size.wrap);
@@ -18,7 +18,7 @@ void read_texel(const app::Scene& scene, const TextureSet* textures, Pick& pick)
 }
 
 /// Linear in the triangle.
-void read_colour(const app::Scene& scene, const VertexSignal& colours, Pick& pick) {
+void read_colour(const TexturedModel& scene, const VertexSignal& colours, Pick& pick) {
   pick.values.assign(std::size_t(colours.channels), 0);
   for (int k = 0; k < 3; ++k) {
     const int vertex = scene.surface.mesh.triangles[std::size_t(pick.triangle)][std::size_t(k)];
@@ -32,13 +32,13 @@ void read_colour(const app::Scene& scene, const VertexSignal& colours, Pick& pic
 
 }  // namespace
 
-Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const ShownValues& values,
+Pick pick_on_surface(const TexturedModel& scene, const mq::Scene& rays, const ShownValues& values,
                      const Ray& ray) {
   const Hit hit = rays.hit(ray);
   Pick pick;
   pick.triangle = hit.triangle;
   if (!pick) return pick;
-  pick.barycentric = hit.weights;
+  pick.barycentric = hit.barycentric;
   pick.point = hit.point;
   if (!scene.atlas || scene.atlas->chart[std::size_t(hit.triangle)] < 0) {
     if (values.colours != nullptr) read_colour(scene, *values.colours, pick);
@@ -48,14 +48,14 @@ Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const Shown
   pick.texture = scene.surface.mesh.texture(hit.triangle);
   const auto& corners = scene.atlas->corners[std::size_t(hit.triangle)];
   for (int k = 0; k < 3; ++k) {
-    pick.column += hit.weights[k] * corners[std::size_t(k)].column();
-    pick.row += hit.weights[k] * corners[std::size_t(k)].row();
+    pick.column += hit.barycentric[k] * corners[std::size_t(k)].column();
+    pick.row += hit.barycentric[k] * corners[std::size_t(k)].row();
   }
   read_texel(scene, values.textures, pick);
   return pick;
 }
 
-Pick pick_in_atlas(const app::Scene& scene, const TrianglesAt& triangles,
+Pick pick_in_atlas(const TexturedModel& scene, const TrianglesAt& triangles,
                    const TextureSet* textures, int texture, double column, double row) {
   const TrianglesAt::Found found =
       triangles(texture, {std::llround(column * double(TexelPoint::one)),

@@ -8,7 +8,7 @@
 
 #include "mq/atlas/triangles_at.h"
 #include "mq/draw/scene.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "texture_set.h"
 
 namespace mq::view {
@@ -33,11 +33,11 @@ struct ShownValues {
 };
 
 /// What a line of sight meets.
-Pick pick_on_surface(const app::Scene& scene, const mq::Scene& rays, const ShownValues& values,
+Pick pick_on_surface(const TexturedModel& scene, const mq::Scene& rays, const ShownValues& values,
                      const Ray& ray);
 
 /// The triangle that covers a place of a texture, the first where several do.
-Pick pick_in_atlas(const app::Scene& scene, const TrianglesAt& triangles,
+Pick pick_in_atlas(const TexturedModel& scene, const TrianglesAt& triangles,
                    const TextureSet* textures, int texture, double column, double row);
 
 /// In one line, places to a ten thousandth of the model's `size`.

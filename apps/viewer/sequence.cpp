@@ -45,8 +45,8 @@ class Evolving : public Sequence {
   int count() const override { return int(evolving_.frames.size()); }
   int number(int frame) const override { return evolving_.frames[std::size_t(frame)].number; }
 
-  app::Scene scene(int frame, const Progress& progress) const override {
-    app::Scene scene;
+  TexturedModel scene(int frame, const Progress& progress) const override {
+    TexturedModel scene;
     scene.model.path = path_;
     scene.model.mesh = evolving_.mesh(frame);
     scene.surface =
@@ -58,7 +58,7 @@ class Evolving : public Sequence {
     for (const Texture& texture : scene.model.textures)
       scene.texture_sizes.push_back({texture.pixels.width(), texture.pixels.height()});
     if (textures_.empty())
-      scene.texture_sizes = {{app::assumed_texture_side, app::assumed_texture_side}};
+      scene.texture_sizes = {{assumed_texture_side, assumed_texture_side}};
     scene.atlas = make_atlas(scene.surface, scene.texture_sizes, {AtlasOptions::Flipped::keep},
                              progress.step("find charts", 0.3));
     return scene;
@@ -98,13 +98,13 @@ class Files : public Sequence {
   int count() const override { return int(files_.size()); }
   int number(int frame) const override { return files_[std::size_t(frame)].number; }
 
-  app::Scene scene(int frame, const Progress& progress) const override {
+  TexturedModel scene(int frame, const Progress& progress) const override {
     OptionValues options = options_;
     name(frame, options);
     app::Terminal silence("view");
     silence.set_voice(app::Terminal::Voice::quiet);
     app::Run reading(options, silence, progress);
-    return app::read_scene(reading, app::MissingPictures::assume, 1);
+    return app::read_textured_model(reading, MissingPictures::assume, 1);
   }
 
   void name(int frame, OptionValues& options) const override {

@@ -9,7 +9,7 @@
 
 #include "mq/base/options.h"
 #include "mq/image/colour.h"
-#include "scene.h"
+#include "options/model_options.h"
 
 namespace mq::view {
 
@@ -20,7 +20,7 @@ class Sequence {
   virtual int count() const = 0;
   virtual int number(int frame) const = 0;  ///< of a frame, counted from 0, as its file says
   /// From any thread.
-  virtual app::Scene scene(int frame, const Progress& progress) const = 0;
+  virtual TexturedModel scene(int frame, const Progress& progress) const = 0;
   /// Names the files of a frame, its mesh and its textures, in the options of a verb.
   virtual void name(int frame, OptionValues& options) const = 0;
   virtual bool has_lifespans() const = 0;

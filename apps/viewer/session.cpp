@@ -124,10 +124,10 @@ bool exists(const std::filesystem::path& path) {
 }  // namespace
 
 /// What is wrong with a name is said when something is saved to it.
-std::string Session::free_name(const std::string& name, app::Outputs::Kind kind) const {
+std::string Session::free_name(const std::string& name, Outputs::Kind kind) const {
   return first_free(name, [&](const std::string& tried) {
     try {
-      return std::ranges::any_of(app::Outputs(tried, scene->model, kind).paths(), exists);
+      return std::ranges::any_of(Outputs(tried, scene->model, kind).paths(), exists);
     } catch (const InvalidInput&) {
       return false;
     }
@@ -156,7 +156,7 @@ OptionValues options_for(const std::string& verb, const Session& session) {
   if (session.sequence) {
     session.sequence->name(session.frame, values);
     const std::string file = values.text("mesh");
-    require(app::names_model(file),
+    require(names_model(file),
             fmt::format("{}: tools work on models that verbs read: write the frame as one, with "
                         "'marquetry export'",
                         file));

@@ -11,7 +11,7 @@
 #include "loader.h"
 #include "look.h"
 #include "mq/base/stopwatch.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "pick.h"
 #include "shell/run.h"
 #include "sequence.h"
@@ -37,7 +37,7 @@ struct Session {
   app::Run& run;        ///< of the verb view
   OptionValues opened;  ///< its options, with the files that are open now
   int openings = 0;     ///< how often another model took the place of one
-  std::unique_ptr<const app::Scene> scene;
+  std::unique_ptr<const TexturedModel> scene;
   std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
   std::unique_ptr<TextureSet> before, after;  ///< null: the model has no pictures
@@ -88,7 +88,7 @@ struct Session {
   /// Takes over what was remarked since the last time; once a picture.
   void listen();
   /// A name of the kind of `name` that no file has yet: out.png, out_2.png, ...
-  std::string free_name(const std::string& name, app::Outputs::Kind kind) const;
+  std::string free_name(const std::string& name, Outputs::Kind kind) const;
   /// The same of a single file.
   static std::string free_file(const std::string& name);
 

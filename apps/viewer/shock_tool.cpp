@@ -8,10 +8,9 @@
 
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "options/shock_options.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
 #include "verb_tool.h"
 
 namespace mq::view {
@@ -55,11 +54,11 @@ class ShockTool : public VerbTool {
     app::Terminal silence("view");
     silence.set_voice(app::Terminal::Voice::quiet);
     app::Run run(options, silence, progress);
-    app::about(session_.scene->model, [&] {
-      target_ = std::make_unique<app::TextureTarget>(run, *session_.scene, app::value_space(options),
-                                                     progress.step("assemble", 0.3));
+    about(session_.scene->model, [&] {
+      target_ = app::make_texture_signal(run, *session_.scene, {.values = app::value_space(options)},
+                                         progress.step("assemble", 0.3));
       before_ = target_->values();
-      const TexelSpace& space = target_->domain().space();
+      const TexelSpace& space = target_->space();
       shock_ = std::make_unique<TextureShock>(
           session_.scene->surface, *session_.scene->atlas, space, before_,
           TextureShockOptions{.weights = app::asked_weights(options, space.scale()),
@@ -105,8 +104,8 @@ class ShockTool : public VerbTool {
   void write(const OptionValues& options, const Progress& progress) override {
     if (at_vertices() || !shock_ || asked(options) != prepared_for_)
       return VerbTool::write(options, progress);
-    const app::Outputs outputs(options.text("output"), session_.scene->model,
-                               app::Outputs::Kind::pictures);
+    const Outputs outputs(options.text("output"), session_.scene->model,
+                               Outputs::Kind::pictures);
     Model model = at_time(app::asked_time(options), options, progress.step("follow paths", 0.5));
     for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0.5)))
       session_.run.terminal().remark(note);
@@ -114,7 +113,7 @@ class ShockTool : public VerbTool {
       session_.run.terminal().remark("wrote " + path.string());
   }
 
-  std::unique_ptr<app::TextureTarget> target_;
+  std::unique_ptr<TextureSignal> target_;
   Signal before_;
   std::unique_ptr<TextureShock> shock_;
   nlohmann::ordered_json prepared_for_, shown_for_;

@@ -19,11 +19,10 @@
 #include "mq/filter/stitch.h"
 #include "mq/io/image_file.h"
 #include "mq/mesh/closest_point.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "partials.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
-#include "solving.h"
+#include "options/solver_options.h"
 #include "verb_tool.h"
 
 namespace mq::view {
@@ -109,7 +108,7 @@ class StitchTool : public VerbTool {
   };
 
   double brush_size() const {
-    const app::Scene& scene = *session_.scene;
+    const TexturedModel& scene = *session_.scene;
     return std::sqrt(weight_from_length(size_, {scene.surface.area, scene.atlas->texel_spacing()}));
   }
 
@@ -181,13 +180,12 @@ class StitchTool : public VerbTool {
 
   std::unique_ptr<app::Run> run_;
   app::Terminal silence_{"view"};
-  std::unique_ptr<app::TextureTarget> target_;
+  std::unique_ptr<TextureSignal> target_;
   std::unique_ptr<ClosestPointFinder> closest_;
   std::unique_ptr<SurfaceBall> ball_;
   std::vector<Partial> partials_;
   std::vector<std::string> names_;
   Signal before_;
-  SparseMatrix S_;
   std::unique_ptr<Stitcher> stitcher_;
   nlohmann::ordered_json prepared_for_, solver_for_;
   double preparing_ = 0;
@@ -265,7 +263,7 @@ void StitchTool::give_at(const Vector3& place) {
   if (region_ == Region::brush) {
     unknowns = ball_->reach(at.triangle, at.barycentric, place, brush_size());
   } else {
-    const std::vector<int>& charts = target_->domain().space().texels().chart;
+    const std::vector<int>& charts = target_->space().texels().chart;
     for (int k = 0; k < int(charts.size()); ++k)
       if (charts[std::size_t(k)] == chart) unknowns.push_back(k);
   }
@@ -330,7 +328,7 @@ void StitchTool::write_labels(const std::vector<int>& choice, Depth depth,
   std::vector<Image<float>> pictures;
   for (const TextureSize& size : session_.scene->texture_sizes)
     pictures.emplace_back(size.width, size.height, 2);
-  const Texels& texels = target_->domain().space().texels();
+  const Texels& texels = target_->space().texels();
   const int most = depth == Depth::u16 ? 65535 : 255;
   for (int k = 0; k < texels.size(); ++k) {
     const int chosen = choice[std::size_t(k)];
@@ -343,7 +341,7 @@ void StitchTool::write_labels(const std::vector<int>& choice, Depth depth,
 }
 
 void StitchTool::save_labels(const std::string& path) {
-  const app::Outputs outputs(path, session_.scene->model, app::Outputs::Kind::pictures);
+  const Outputs outputs(path, session_.scene->model, Outputs::Kind::pictures);
   for (const auto& file : outputs.paths()) {
     const std::string extension = file.extension().string();
     require(extension == ".png" || extension == ".tif" || extension == ".tiff",
@@ -424,15 +422,14 @@ void StitchTool::prepare(const OptionValues& options, const Progress& progress) 
   stitcher_.reset();
   silence_.set_voice(app::Terminal::Voice::quiet);
   run_ = std::make_unique<app::Run>(options, silence_, progress);
-  const app::Scene& scene = *session_.scene;
-  app::about(scene.model, [&] {
+  const TexturedModel& scene = *session_.scene;
+  about(scene.model, [&] {
     app::check_partials(options, scene);
-    target_ = std::make_unique<app::TextureTarget>(*run_, scene, app::value_space(options),
-                                                   progress.step("assemble", 0.4));
+    target_ = app::make_texture_signal(*run_, scene, {.values = app::value_space(options)},
+                                       progress.step("assemble", 0.4));
     before_ = target_->values();
     partials_ = app::read_partials(*run_, scene, *target_, progress.step("photographs", 0.4));
-    S_ = target_->space().stiffness();
-    ball_ = std::make_unique<SurfaceBall>(target_->domain().space());
+    ball_ = std::make_unique<SurfaceBall>(target_->space());
   });
   closest_ = std::make_unique<ClosestPointFinder>(scene.surface.mesh);
   const bool views = app::has_views(options);
@@ -462,15 +459,13 @@ void StitchTool::prepare(const OptionValues& options, const Progress& progress) 
 void StitchTool::solve(const OptionValues& options, const Composite& composite, Model& model,
                        const Progress& progress) {
   const Stopwatch watch;
-  const TexelSpace& space = target_->domain().space();
-  const std::vector<Vector3> places = target_->domain().places();
-  const StitchDomain domain{mixed_elements(space), S_, places};
+  const TexelSpace& space = target_->space();
   const double weight = app::spread_weight(options, space.scale());
   app::Run run(options, silence_, progress);
   Filtered result;
   int attempts = 0;
   app::solve_as_asked(
-      run, target_->domain(), [&](const SolverFactory& factory, const app::SolvingShares& shares) {
+      run, *target_, [&](const SolverFactory& factory, const app::SolvingShares& shares) {
         if (attempts++ > 0 || !stitcher_) {
           stitcher_.reset();
           const app::Step step(run, "prepare", shares.prepare);
@@ -480,8 +475,8 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
         }
         const app::Step step(run, "solve", shares.solve);
         const Signal psi = stitcher_->fill(composite.values, step.progress().step("fill", 0.3));
-        const Signal change = stitch_partials(domain, partials_, {psi, composite.labels});
-        result = stitcher_->solve(domain, psi, change, step.progress().step("stitch", 0.7));
+        const Signal change = stitcher_->change(partials_, {psi, composite.labels});
+        result = stitcher_->solve(psi, change, step.progress().step("stitch", 0.7));
         return result.report;
       });
   // A factorisation of a second attempt is not what the next choice should begin with.
@@ -496,7 +491,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
     return VerbTool::make(options, progress);
   }
   prepare(options, progress.step("prepare", 0.5));
-  const TexelSpace& space = target_->domain().space();
+  const TexelSpace& space = target_->space();
   if (other_labels_) {
     std::vector<int> asked(std::size_t(space.size()), unseen);
     if (options.has("labels"))

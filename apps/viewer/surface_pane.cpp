@@ -52,7 +52,7 @@ const PaneShaders& pane_shaders() {
 
 }  // namespace
 
-DrawnModel::DrawnModel(const app::Scene& scene, const Progress& progress) {
+DrawnModel::DrawnModel(const TexturedModel& scene, const Progress& progress) {
   const Mesh& mesh = scene.surface.mesh;
   const Box box = bounding_box(mesh);
   middle = (box.low + box.high) / 2;
@@ -74,7 +74,7 @@ DrawnModel::DrawnModel(const app::Scene& scene, const Progress& progress) {
   progress.at(1);
 }
 
-void DrawnModel::find_metrics(const app::Scene& scene) {
+void DrawnModel::find_metrics(const TexturedModel& scene) {
   const int count = scene.surface.triangle_count();
   stretch.assign(std::size_t(count), 1);
   density.assign(std::size_t(count), 0);
@@ -92,7 +92,7 @@ void DrawnModel::find_metrics(const app::Scene& scene) {
   density_high = high_of(std::move(sizes));
 }
 
-void DrawnModel::find_corners(const app::Scene& scene) {
+void DrawnModel::find_corners(const TexturedModel& scene) {
   const Mesh& mesh = scene.surface.mesh;
   const std::vector<Eigen::Vector3f> normals = corner_normals(mesh);
   corners.resize(order.size() * 3);
@@ -111,7 +111,7 @@ void DrawnModel::find_corners(const app::Scene& scene) {
   });
 }
 
-void DrawnModel::find_lines(const app::Scene& scene) {
+void DrawnModel::find_lines(const TexturedModel& scene) {
   const Surface& surface = scene.surface;
   const auto place = [&](HalfEdge h) {
     const TexelPoint& p = scene.atlas->corners[std::size_t(h / 3)][std::size_t(h % 3)];
@@ -136,7 +136,7 @@ void DrawnModel::find_lines(const app::Scene& scene) {
     }
 }
 
-ModelPictures::ModelPictures(const app::Scene& scene, DrawnModel model)
+ModelPictures::ModelPictures(const TexturedModel& scene, DrawnModel model)
     : scene_(scene), model_(std::move(model)) {
   using Corner = DrawnModel::Corner;
   none_.allocate(1, 1, Picture::Kind::bytes);
@@ -261,7 +261,7 @@ namespace {
 
 /// What both panes say of textures and numbers.
 void set_values(const Shader& shader, const ModelPictures::Shown& shown, int texture,
-                const app::Scene& scene, const Picture& none, const Picture& scale) {
+                const TexturedModel& scene, const Picture& none, const Picture& scale) {
   const TextureSet* const before = shown.before != nullptr ? shown.before : shown.after;
   const TextureSet* const after = shown.after != nullptr ? shown.after : shown.before;
   const bool there =

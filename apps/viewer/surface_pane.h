@@ -8,7 +8,7 @@
 
 #include "gl.h"
 #include "look.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "texture_set.h"
 #include "turntable.h"
 
@@ -24,7 +24,7 @@ struct AtlasView {
 /// What the graphics card is given of a model, and what is asked of it in every frame; made on any
 /// thread.
 struct DrawnModel {
-  explicit DrawnModel(const app::Scene& scene, const Progress& progress = {});
+  explicit DrawnModel(const TexturedModel& scene, const Progress& progress = {});
 
   struct Corner {
     Eigen::Vector3f position, normal;
@@ -50,15 +50,15 @@ struct DrawnModel {
   std::vector<Colour> triangle_colours;
 
  private:
-  void find_metrics(const app::Scene& scene);
-  void find_corners(const app::Scene& scene);
-  void find_lines(const app::Scene& scene);
+  void find_metrics(const TexturedModel& scene);
+  void find_corners(const TexturedModel& scene);
+  void find_lines(const TexturedModel& scene);
 };
 
 class ModelPictures {
  public:
   /// The scene must outlive the object.
-  ModelPictures(const app::Scene& scene, DrawnModel model);
+  ModelPictures(const TexturedModel& scene, DrawnModel model);
 
   /// The legend of what is shown, as `legend` draws it; its scale where there are numbers.
   FalseColour scale_of(const Look& look, const TextureSet* textures) const;
@@ -83,7 +83,7 @@ class ModelPictures {
   void show_scale(const FalseColour& scale);
   void draw_backdrop(int width, int height);
 
-  const app::Scene& scene_;
+  const TexturedModel& scene_;
   DrawnModel model_;
   struct Painted {
     Look::Paint paint;

@@ -17,7 +17,7 @@
 #include "mq/base/length.h"
 #include "mq/filter/reaction_diffusion.h"
 #include "mq/io/atomic_file.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "options/signal_options.h"
 #include "shell/verb.h"
 
@@ -54,19 +54,19 @@ constexpr std::array<std::string_view, 6> of_textures = {"from-mask", "guide",  
 VerbTool::VerbTool(const std::string& verb, Session& session)
     : session_(session), options_(options_for(verb, session)), verb_(verb) {
   folder_ = temporary_folder();
-  const app::Scene& scene = *session.scene;
+  const TexturedModel& scene = *session.scene;
   if (!session.before) {
     const bool of_shape = std::ranges::count(verbs_of_shape, verb) > 0;
     at_vertices_ = !scene.atlas && (of_shape || (std::ranges::count(verbs_of_signals, verb) > 0 &&
                                                  scene.model.colors.channels > 0));
     if (!of_shape && !at_vertices_) refuse_as_the_verb();
   }
-  app::require_usable(app::scene_defects(scene), scene.model.path.string());
+  require_usable(scene.defects(), scene.model.path.string());
   const std::string each = scene.model.textures.size() > 1 ? "_%s" : "";
-  texture_name_ = at_vertices_ ? session.free_name("out.ply", app::Outputs::Kind::model)
+  texture_name_ = at_vertices_ ? session.free_name("out.ply", Outputs::Kind::model)
                                : session.free_name(
                                      "out" + each + (holds_numbers(scene.model) ? ".exr" : ".png"),
-                                     app::Outputs::Kind::pictures);
+                                     Outputs::Kind::pictures);
 }
 
 /// What the verb refuses it says itself, before it works.
@@ -110,7 +110,7 @@ std::vector<std::string> VerbTool::shown_options() const {
 
 /// alpha says what length does, each on its own way; presets say rates.
 std::string VerbTool::in_force(const std::string& option) const {
-  const app::Scene& scene = *session_.scene;
+  const TexturedModel& scene = *session_.scene;
   const SurfaceScale scale{scene.surface.area, scene.atlas ? scene.atlas->texel_spacing() : 0};
   const auto has = [&](const char* name) {
     return std::ranges::count(options_.table().options(), name, &Option::name) > 0;
@@ -223,9 +223,9 @@ void VerbTool::require_complete() const {
 
 void VerbTool::save(const std::string& path) {
   require_complete();
-  const app::Outputs outputs(
+  const Outputs outputs(
       path, session_.scene->model,
-      at_vertices_ ? app::Outputs::Kind::model : app::Outputs::Kind::pictures);
+      at_vertices_ ? Outputs::Kind::model : Outputs::Kind::pictures);
   session_.run.will_write(outputs.paths(), outputs.folder());
   texture_name_ = path;
   OptionValues saving = options_;

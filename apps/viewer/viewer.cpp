@@ -13,7 +13,7 @@
 #include "mq/base/error.h"
 #include "mq/image/resample.h"
 #include "mq/io/picture_check.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "tools.h"
 
 namespace mq::view {
@@ -205,7 +205,7 @@ void Viewer::panel(float width, float height) {
   ImGui::SetNextWindowSize({width - 2, height});
   ImGui::Begin("panel", nullptr, fixed);
   ImGui::PushItemWidth(width * 0.5F);
-  const app::Scene& scene = *session_.scene;
+  const TexturedModel& scene = *session_.scene;
   ImGui::TextUnformatted(scene.model.path.filename().string().c_str());
   ImGui::Text("%d triangles, %d vertices", scene.surface.triangle_count(),
               scene.surface.mesh.vertex_count());
@@ -329,7 +329,7 @@ void Viewer::open_frame(int frame) {
 namespace {
 
 bool names_mesh(const std::string& file) {
-  return app::names_model(file) || (names_sequence(file) && !app::names_picture(file));
+  return names_model(file) || (names_sequence(file) && !names_picture(file));
 }
 
 }  // namespace
@@ -755,7 +755,7 @@ void Viewer::screenshot(const std::string& path, std::optional<Pane> pane) const
 
 void require_screenshot(const std::string& path) {
   const std::string extension = lower_extension(path);
-  require(app::names_picture(path) && extension != ".exr",
+  require(names_picture(path) && extension != ".exr",
           fmt::format("{}: found '{}', wanted .png, .jpg or .tif: what is on a screen has 8 bits",
                       path, extension));
 }

@@ -117,8 +117,8 @@ inline Signal sample(const Cut& cut, const TexelSpace& space,
 inline double value_at(const TexelSpace& space, const Signal& signal, int triangle,
                        const Vector3& barycentric) {
   double value = 0;
-  for (const TexelWeight& w : space.basis_at(triangle, barycentric))
-    value += w.weight * signal(w.texel, 0);
+  for (const BasisWeight& w : space.basis_at(triangle, barycentric))
+    value += w.weight * signal(w.unknown, 0);
   return value;
 }
 

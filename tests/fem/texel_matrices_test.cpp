@@ -144,8 +144,8 @@ TEST(TexelMatrices, HaveTheSlopesOfTheBasis) {
           const Vector3 move(-d.sum(), d.x(), d.y());
           std::map<int, std::array<double, 3>> value;
           for (int side : {-1, 0, 1})
-            for (const TexelWeight& w : space.basis_at(p.triangle, l + side * move))
-              value[w.texel][side + 1] = w.weight;
+            for (const BasisWeight& w : space.basis_at(p.triangle, l + side * move))
+              value[w.unknown][side + 1] = w.weight;
           for (std::size_t k = 0; k < p.texels.size(); ++k) {
             const auto [left, middle, right] = value[p.texels[k]];
             ASSERT_NEAR(middle, p.values(q, k), 1e-10) << cut.name;
@@ -297,8 +297,8 @@ std::vector<char> off_the_border(const Cut& cut, const TexelSpace& space) {
   for (HalfEdge h = 0; h < HalfEdge(cut.model->atlas.edges.size()); ++h)
     if (cut.model->atlas.edges[h] == EdgeKind::boundary)
       for (int k = 0; k <= 200; ++k)
-        for (const TexelWeight& w : space.basis_at(h / 3, fixtures::on_half_edge(h, k / 200.0)))
-          off[w.texel] = 0;
+        for (const BasisWeight& w : space.basis_at(h / 3, fixtures::on_half_edge(h, k / 200.0)))
+          off[w.unknown] = 0;
   return off;
 }
 

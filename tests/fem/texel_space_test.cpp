@@ -154,11 +154,11 @@ TEST(TexelSpace, HasOneValueOnBothSidesOfASeam) {
       for (int k = 0; k < 6; ++k) places.push_back(random.uniform(6 * h + k));
       for (double s : places) {
         std::map<int, double> difference;
-        for (const TexelWeight& w : space.basis_at(h / 3, fixtures::on_half_edge(h, s)))
-          difference[w.texel] += w.weight;
+        for (const BasisWeight& w : space.basis_at(h / 3, fixtures::on_half_edge(h, s)))
+          difference[w.unknown] += w.weight;
         const HalfEdge twin = cut.model->surface.twins[h];
-        for (const TexelWeight& w : space.basis_at(twin / 3, fixtures::on_half_edge(twin, 1 - s)))
-          difference[w.texel] -= w.weight;
+        for (const BasisWeight& w : space.basis_at(twin / 3, fixtures::on_half_edge(twin, 1 - s)))
+          difference[w.unknown] -= w.weight;
         for (const auto& [texel, d] : difference)
           ASSERT_NEAR(d, 0, 1e-13) << cut.name << ", seam " << h << " at " << s;
         ++tested;
@@ -195,7 +195,7 @@ TEST(TexelSpace, IsBilinearAwayFromSeams) {
       if (!inside) continue;
       ++tested;
       std::map<int, double> found;
-      for (const TexelWeight& w : space.basis_at(t, l)) found[w.texel] = w.weight;
+      for (const BasisWeight& w : space.basis_at(t, l)) found[w.unknown] = w.weight;
       ASSERT_EQ(found.size(), 4);
       for (const auto& [texel, weight] : expected) ASSERT_NEAR(found[texel], weight, 1e-14);
     }

@@ -14,7 +14,6 @@
 #include "atlas/laid_strips.h"
 #include "fem/cut_squares.h"
 #include "mq/atlas/separate_overlaps.h"
-#include "mq/fem/boundary_unknowns.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/filter/fast_sweeping.h"
@@ -84,9 +83,7 @@ Vector3 position(const Texels& texels, int i) {
 }
 
 Geodesic distances(const TexelSpace& space, int source) {
-  GeodesicDistance geodesic(space);
-  geodesic.set_places(places_of(space));
-  return geodesic.from({{source, 0}});
+  return GeodesicDistance(space).from({{source, 0}});
 }
 
 Errors errors_on_square(const CutOptions& options, int texels, const Vector3& near) {
@@ -117,18 +114,15 @@ std::vector<GeodesicSource> around(const fixtures::Textured& model, const TexelS
                                    const Vector3& place) {
   const ClosestPoint closest = ClosestPointFinder(model.surface.mesh)(place);
   std::vector<GeodesicSource> sources;
-  for (const TexelWeight& w : space.basis_at(closest.triangle, closest.barycentric))
+  for (const BasisWeight& w : space.basis_at(closest.triangle, closest.barycentric))
     if (w.weight > 1e-3)
-      sources.push_back({w.texel, (position(space.texels(), w.texel) - place).norm(), place});
+      sources.push_back({w.unknown, (position(space.texels(), w.unknown) - place).norm(), place});
   return sources;
 }
 
 Geodesic distances_from_point(const fixtures::Textured& model, const TexelSpace& space,
                               const Vector3& place) {
-  GeodesicDistance geodesic(space);
-  geodesic.set_places(places_of(space));
-  geodesic.set_boundary(boundary_unknowns(model.surface, model.atlas, space));
-  return geodesic.from(around(model, space, place));
+  return GeodesicDistance(space).from(around(model, space, place));
 }
 
 /// Wherever between texels the source lies and however the square is cut. The last is 13 texels
@@ -386,16 +380,6 @@ TEST(GeodesicDistance, IsFoundByMultigridOnPartsOfAFewTexels) {
     if (std::isfinite(exact.distance[i])) {
       EXPECT_NEAR(found.distance[i], exact.distance[i], 1e-5);
     }
-}
-
-TEST(GeodesicDistance, NeedsNoPlacesOnEvenCharts) {
-  const auto model = fixtures::textured(fixtures::cut_square(four_charts()), {{160, 160}});
-  const TexelSpace space(model->surface, model->atlas);
-  const Geodesic with = distances(space, 50), without = GeodesicDistance(space).from({{50, 0}});
-  EXPECT_LT(with.sweeps, without.sweeps);
-  EXPECT_LE((with.distance - without.distance).cwiseAbs().mean(), 0.002);
-  GeodesicDistance geodesic(space);
-  EXPECT_THROW(geodesic.set_places({}), InvalidInput);
 }
 
 TEST(GeodesicDistance, GrowsWithTheSurface) {

@@ -57,7 +57,7 @@ TEST(LiveModulation, EndsWhereASolveFromTheStartEndsAtVerticesToo) {
   const VertexSpace space(sphere);
   const double weight = 4 * space.scale().area / space.size();
   const Signal psi = test::random_signal(space.size(), 4);
-  LiveModulation live(space, sphere.mesh.positions, weight, psi, {.reach = 4});
+  LiveModulation live(space, weight, psi, {.reach = 4});
   for (const double x : {-0.2, 0.0, 0.2}) {
     std::vector<int> painted;
     for (int v = 0; v < space.size(); ++v)

@@ -262,6 +262,13 @@ class TwoUnknowns final : public SignalSpace {
                                const Progress& progress) const override {
     return system(a, b, progress);
   }
+  std::vector<Vector3> positions() const override { return {{0, 0, 0}, {1, 0, 0}}; }
+  std::vector<int> boundary() const override { return {}; }
+  std::vector<BasisWeight> basis_at(int, const Vector3&) const override { return {}; }
+  double largest_shown(const Vector& values) const override { return values.maxCoeff(); }
+  void for_each_mixed_element(std::span<const int>,
+                              const std::function<void(const Element&)>&) const override {}
+  SolverFactory multigrid(const StoppingRule&) const override { return direct_solver(); }
 
  private:
   double coupling_;

@@ -26,19 +26,12 @@ constexpr double almost_no_screen = 1e5;
 /// A space, its unknowns' places and chart numbers or another partition.
 struct Ground {
   const SignalSpace& space;
-  MixedElements elements;
   std::vector<Vector3> places;
   std::vector<int> labels;
   SparseMatrix stiffness;
-  StitchDomain domain{elements, stiffness, places};
 
-  template <class Space>
-  Ground(const Space& s, std::vector<Vector3> p, std::vector<int> l)
-      : space(s),
-        elements(mixed_elements(s)),
-        places(std::move(p)),
-        labels(std::move(l)),
-        stiffness(s.stiffness()) {}
+  Ground(const SignalSpace& s, std::vector<Vector3> p, std::vector<int> l)
+      : space(s), places(std::move(p)), labels(std::move(l)), stiffness(s.stiffness()) {}
 };
 
 /// Quadrants around a point, crossing charts.
@@ -66,7 +59,7 @@ double rms_up_to_constants(const SignalSpace& space, const Signal& a, const Sign
 
 Signal stitched(const Ground& ground, const Signal& psi, double weight = almost_no_screen) {
   return ScreenedPoisson(ground.space, weight)
-      .solve_change(psi, stitch_regions(ground.domain, psi, ground.labels))
+      .solve_change(psi, stitch_regions(ground.space, psi, ground.labels))
       .signal;
 }
 
@@ -172,7 +165,7 @@ TEST(Stitcher, FillsWhatIsUnseen) {
   const auto result = [&](const Signal& values) {
     const Signal filled = stitcher.fill(values);
     return stitcher
-        .solve(ground.domain, filled, stitch_regions(ground.domain, filled, ground.labels))
+        .solve(filled, stitch_regions(ground.space, filled, ground.labels))
         .signal;
   };
   EXPECT_LT((result(other) - result(psi)).cwiseAbs().maxCoeff(), 1e-4);
@@ -194,7 +187,7 @@ TEST(Stitcher, StitchesAroundWhatIsUnseen) {
   const Stitcher stitcher(space, 1e4, ground.labels);
   const Signal filled = stitcher.fill(psi);
   const Signal found =
-      stitcher.solve(ground.domain, filled, stitch_regions(ground.domain, filled, ground.labels))
+      stitcher.solve(filled, stitch_regions(ground.space, filled, ground.labels))
           .signal;
   EXPECT_GT(rms_up_to_constants(space, filled, truth), 0.1);
   EXPECT_LT(rms_up_to_constants(space, found, truth), 1.0 / 255);
@@ -230,11 +223,11 @@ TEST(Stitcher, KeepsTexelsThatHardlyCountBetweenTheirNeighbours) {
     const TexelSpace space(cut.model->surface, cut.model->atlas);
     const Ground ground(space, places_of(space), space.texels().chart);
     const Signal psi = with_offsets(test::random_signal(space.size(), 1), ground.labels);
-    const Signal asked = stitch_regions(ground.domain, psi, ground.labels);
+    const Signal asked = stitch_regions(ground.space, psi, ground.labels);
     const Signal raw =
         ScreenedPoisson(space, almost_no_screen).solve_change(psi, asked).signal - psi;
     const Signal change =
-        Stitcher(space, almost_no_screen, ground.labels).solve(ground.domain, psi, asked).signal -
+        Stitcher(space, almost_no_screen, ground.labels).solve(psi, asked).signal -
         psi;
     for (int i = 0; i < space.size(); ++i) {
       const Outlier now = outlier(ground, change, i);
@@ -285,7 +278,7 @@ TEST(StitchPartials, FindsTheOffsetWhereBothSee) {
     const Composite composite = best_of(partials);
     EXPECT_GT(rms_up_to_constants(space, composite.values, truth), 0.1);
     const Ground ground(space, places, composite.labels);
-    const Signal change = stitch_partials(ground.domain, partials, composite);
+    const Signal change = stitch_partials(ground.space, partials, composite);
     const Signal found =
         ScreenedPoisson(space, almost_no_screen).solve_change(composite.values, change).signal;
     EXPECT_LT(rms_up_to_constants(space, found, truth), 1e-5) << cut.name;
@@ -302,7 +295,7 @@ TEST(StitchPartials, ReturnConsistentPhotographsUnchanged) {
   const Composite composite = best_of(partials);
   EXPECT_TRUE(composite.values == truth);
   const Ground ground(space, places, composite.labels);
-  const Signal change = stitch_partials(ground.domain, partials, composite);
+  const Signal change = stitch_partials(ground.space, partials, composite);
   const Signal found = ScreenedPoisson(space, 1e-2).solve_change(truth, change).signal;
   EXPECT_LT((found - truth).cwiseAbs().maxCoeff(), 1e-10);
 }

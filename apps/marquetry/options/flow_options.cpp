@@ -6,7 +6,7 @@
 
 #include "mq/base/error.h"
 #include "mq/draw/flow_colour.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "options/signal_options.h"
 
 namespace mq::app {
@@ -40,7 +40,7 @@ void refuse(const OptionValues& options, const std::string& name, const std::str
 
 void add_flow_options(OptionTable& table) {
   using Type = Option::Type;
-  add_scene_options(
+  add_model_options(
       table, "the first picture, or a model: OBJ, PLY, glTF or GLB",
       "the second picture; for a model the pictures of both, first all of the first, or "
       "a second PLY with colours at the same vertices");

@@ -14,7 +14,8 @@
 #include "mq/base/length.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/colour.h"
-#include "outputs.h"
+#include "mq/io/file_names.h"
+#include "shell/results.h"
 
 namespace mq::app {
 namespace {
@@ -68,23 +69,20 @@ std::optional<AskedSpot> parse_spot(const std::string& text) {
   return spot;
 }
 
-Vector3 place_of_texel(const Scene& scene, const Target& target, const AskedSpot& asked) {
-  const auto* domain = dynamic_cast<const TexelDomain*>(&target.domain());
-  require(domain, "--spot texel: colours at vertices have no texels; give a place in space");
-  const Texels& texels = domain->space().texels();
-  for (int i = 0; i < texels.size(); ++i) {
-    const Texels::Place& place = texels.places[i];
-    if (place.texture != asked.texture || place.x != asked.x || place.y != asked.y) continue;
-    return texels.position(i);
-  }
+Vector3 place_of_texel(const TexturedModel& scene, const ModelSignal& target, const AskedSpot& asked) {
+  require(target.texel_space() != nullptr,
+          "--spot texel: colours at vertices have no texels; give a place in space");
+  const Texels::Place texel{asked.texture, int(asked.x), int(asked.y)};
+  if (texel.x == asked.x && texel.y == asked.y)
+    for (const int i : target.unknowns_at(texel)) return target.texel_space()->texels().position(i);
   throw InvalidInput(fmt::format(
       "--spot texel{},{},{}: no chart of {} uses such a texel (x counts columns from the left, y "
       "rows from the top, both from 0)",
       asked.texture, asked.x, asked.y, scene.model.path.string()));
 }
 
-std::vector<Spot> asked_spots(const OptionValues& options, const Scene& scene,
-                              const Target& target) {
+std::vector<Spot> asked_spots(const OptionValues& options, const TexturedModel& scene,
+                              const ModelSignal& target) {
   std::vector<Spot> spots;
   for (const std::string& text : options.texts("spot")) {
     const AskedSpot asked = *parse_spot(text);
@@ -111,7 +109,7 @@ Model colours_of_mask(const std::string& file) {
   return model;
 }
 
-std::vector<double> vertex_mask(const std::string& file, const Target& target,
+std::vector<double> vertex_mask(const std::string& file, const ModelSignal& target,
                                 const Progress& progress) {
   const Model model = colours_of_mask(file);
   const VertexSignal& colors = model.colors;
@@ -123,14 +121,14 @@ std::vector<double> vertex_mask(const std::string& file, const Target& target,
   }
   std::vector<double> mask;
   about(model,
-        [&] { mask = mask_of_vertices(model.mesh, values, target.domain().places(), -1, progress); });
+        [&] { mask = mask_of_vertices(model.mesh, values, target.space().positions(), -1, progress); });
   return mask;
 }
 
 std::vector<double> picture_mask(Run& run, const std::vector<std::string>& files,
-                                 const Scene& scene, const Target& target) {
-  const auto* domain = dynamic_cast<const TexelDomain*>(&target.domain());
-  require(domain, files.front() +
+                                 const TexturedModel& scene, const ModelSignal& target) {
+  require(target.texel_space() != nullptr,
+          files.front() +
                       ": --mask: colours at vertices have no texels; give a model with "
                       "the mask as colours at its vertices");
   std::vector<Image<float>> pictures;
@@ -153,7 +151,7 @@ std::vector<double> picture_mask(Run& run, const std::vector<std::string>& files
                                         files[i], picture.width(), picture.height(), size.width,
                                         size.height));
   }
-  return mask_of_pictures(domain->space().texels(), scene.texture_sizes, pictures, -1);
+  return mask_of_pictures(target.texel_space()->texels(), scene.texture_sizes, pictures, -1);
 }
 
 }  // namespace
@@ -186,7 +184,7 @@ void add_mask_options(OptionTable& table, const std::string& group) {
                  "0). The radius is a length as --length."});
 }
 
-void check_mask(Run& run, const Scene& scene) {
+void check_mask(Run& run, const TexturedModel& scene) {
   const std::vector<std::string> files = run.options().texts("mask");
   if (files.empty() || !names_model(files.front()))
     return check_pictures(run.options(), scene, {"mask"});
@@ -194,7 +192,7 @@ void check_mask(Run& run, const Scene& scene) {
   if (run.dry_run()) colours_of_mask(files.front());
 }
 
-std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, const Target& target,
+std::optional<std::vector<double>> asked_mask(Run& run, const TexturedModel& scene, const ModelSignal& target,
                                               const Progress& progress) {
   const OptionValues& options = run.options();
   const std::vector<std::string> files = options.texts("mask");
@@ -205,9 +203,9 @@ std::optional<std::vector<double>> asked_mask(Run& run, const Scene& scene, cons
   } else if (!files.empty()) {
     mask = picture_mask(run, files, scene, target);
   }
-  const std::vector<Vector3> places = target.domain().places();
+  const std::vector<Vector3> positions = target.space().positions();
   for (const Spot& spot : asked_spots(options, scene, target))
-    if (add_spots(std::array{spot}, places, mask) == 0)
+    if (add_spots(std::array{spot}, positions, mask) == 0)
       run.terminal().warning(
           fmt::format("--spot at {:.4g}, {:.4g}, {:.4g} changes nothing: no part of {} is within "
                       "{:.4g} of it, or the mask is full there",

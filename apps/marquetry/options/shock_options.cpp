@@ -1,6 +1,7 @@
 #include "options/shock_options.h"
 
 #include <string>
+#include "mq/linear/direct_solver.h"
 
 namespace mq::app {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mq/base/error.h"
@@ -88,11 +89,11 @@ void add_vertices_option(OptionTable& table, const std::string& help) {
              .details = "Without texture coordinates this is what is done anyway."});
 }
 
-bool at_vertices(const OptionValues& options, const Scene& scene) {
+bool at_vertices(const OptionValues& options, const TexturedModel& model) {
   const bool asked = options.flag("vertices");
-  if (!asked && scene.atlas) return false;
-  const std::string file = scene.model.path.string();
-  require(scene.model.colors.channels > 0,
+  if (!asked && model.atlas) return false;
+  const std::string file = model.model.path.string();
+  require(model.model.colors.channels > 0,
           asked ? file + ": has no colours at its vertices (--vertices)"
                 : file +
                       ": has neither texture coordinates nor colours at its vertices: there is "
@@ -113,21 +114,66 @@ void refuse_pictures(const OptionValues& options) {
                       options.text("mesh"), pictures.empty() ? "" : pictures.front()));
 }
 
-void add_depth_option(OptionTable& table) {
-  table.add({.name = "depth",
-             .type = Type::choice,
-             .default_value = "keep",
-             .choices = {"keep", "8", "16", "half", "float"},
-             .group = "Signal",
-             .help = "bits per value in the output"});
+ValueSpace value_space(const OptionValues& options) {
+  const auto has = [&](const std::string& name) {
+    return std::ranges::any_of(options.table().options(),
+                               [&](const Option& option) { return option.name == name; });
+  };
+  ValueSpace values;
+  if (has("normals") && options.flag("normals")) values.meaning = ValueSpace::Meaning::normals;
+  const std::string name = has("space") ? options.text("space") : "stored";
+  values.space = name == "linear" ? ColourSpace::linear
+                 : name == "log"  ? ColourSpace::log
+                                  : ColourSpace::stored;
+  return values;
 }
 
-void set_depth(const OptionValues& options, Model& model) {
-  const std::string name = options.text("depth");
-  if (name == "keep") return;
-  const Depth depth = depth_from_name(name);
-  for (Texture& texture : model.textures) texture.format.depth = depth;
-  model.colors.depth = depth;
+namespace {
+
+template <class Signal>
+std::unique_ptr<Signal> with_defects_said(Run& run, std::unique_ptr<Signal> signal) {
+  const Defects defects = signal->defects();
+  run.found(defects);
+  run.warn(defects);
+  return signal;
+}
+
+}  // namespace
+
+std::unique_ptr<TextureSignal> make_texture_signal(Run& run, const TexturedModel& model,
+                                                   const TextureSignalOptions& options,
+                                                   const Progress& progress) {
+  std::unique_ptr<TextureSignal> signal;
+  about(model.model, [&] {
+    signal = with_defects_said(
+        run, std::make_unique<TextureSignal>(model, options, run.terminal(), progress));
+  });
+  return signal;
+}
+
+std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
+                                         const Progress& progress) {
+  if (!at_vertices(run.options(), model))
+    return make_texture_signal(run, model, {.values = value_space(run.options())}, progress);
+  std::unique_ptr<ModelSignal> signal;
+  about(model.model, [&] { signal = std::make_unique<VertexColours>(model); });
+  return signal;
+}
+
+bool works_at_vertices(const OptionValues& options, const TexturedModel& model) {
+  return options.flag("vertices") || !model.atlas;
+}
+
+std::unique_ptr<ModelSignal> make_field_signal(Run& run, const TexturedModel& model,
+                                               const Progress& progress,
+                                               TextureSignalOptions::SharedTexels shared) {
+  if (!works_at_vertices(run.options(), model))
+    return make_texture_signal(
+        run, model,
+        {.shared = shared, .pictures = TextureSignalOptions::Pictures::replaced}, progress);
+  std::unique_ptr<ModelSignal> signal;
+  about(model.model, [&] { signal = std::make_unique<VertexColours>(model); });
+  return signal;
 }
 
 }  // namespace mq::app

@@ -1,13 +1,15 @@
 #pragma once
-/// Options that verbs of signals share: where the result goes, in which values is worked, how far
-/// something reaches.
+/// Options that verbs of signals share: which signal, in which values is worked, how far something
+/// reaches, where the result goes.
 
+#include <memory>
 #include <string>
 
 #include "mq/base/length.h"
 #include "mq/base/options.h"
-#include "mq/io/model.h"
-#include "scene.h"
+#include "mq/model/model_signal.h"
+#include "options/model_options.h"
+#include "shell/run.h"
 
 namespace mq::app {
 
@@ -42,15 +44,31 @@ void add_vertices_option(OptionTable& table, const std::string& help);
 /// Whether colours at vertices are meant: asked for, or all there is. Throws `InvalidInput` where
 /// there are neither these nor texture coordinates ("there is nothing to `verb`"), or where --space
 /// was asked for.
-bool at_vertices(const OptionValues& options, const Scene& scene);
+bool at_vertices(const OptionValues& options, const TexturedModel& model);
 
 /// Throws `InvalidInput` where pictures are named beside colours at vertices, see `at_vertices`.
 void refuse_pictures(const OptionValues& options);
 
-/// Adds --depth.
-void add_depth_option(OptionTable& table);
+/// What --space and --normals say, where the verb has them.
+ValueSpace value_space(const OptionValues& options);
 
-/// Gives all pictures and colours of a model the depth that --depth asks for.
-void set_depth(const OptionValues& options, Model& model);
+/// The signal that a verb changes, as the options ask for it (see `at_vertices`); what was found wrong
+/// with its space goes into the report. The model must outlive it.
+std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
+                                         const Progress& progress);
+
+/// The unknowns of a field that a verb computes: texels, or vertices where `--vertices` is given or
+/// there are no texture coordinates. The verb must have the option.
+std::unique_ptr<ModelSignal> make_field_signal(
+    Run& run, const TexturedModel& model, const Progress& progress,
+    TextureSignalOptions::SharedTexels shared = TextureSignalOptions::SharedTexels::one_unknown);
+
+/// Whether that will be vertices.
+bool works_at_vertices(const OptionValues& options, const TexturedModel& model);
+
+/// A signal of textures, with what was found wrong with its space in the report.
+std::unique_ptr<TextureSignal> make_texture_signal(Run& run, const TexturedModel& model,
+                                                   const TextureSignalOptions& options,
+                                                   const Progress& progress);
 
 }  // namespace mq::app

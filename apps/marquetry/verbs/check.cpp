@@ -6,7 +6,7 @@
 #include "mq/base/words.h"
 #include "mq/fem/texel_space.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -30,7 +30,7 @@ std::string entry(const Defect& defect) {
 }
 
 /// What only shows when the texels are cut to cells. An atlas of which nothing is left is a defect.
-Defects texel_defects(const Scene& scene, const Progress& progress) {
+Defects texel_defects(const TexturedModel& scene, const Progress& progress) {
   if (scene.atlas->charts.empty())
     return {{.kind = "nothing_textured",
              .severity = Defect::Severity::refused,
@@ -42,8 +42,8 @@ Defects texel_defects(const Scene& scene, const Progress& progress) {
 }
 
 Exit check(Run& run) {
-  const Scene scene = read_scene(run, MissingPictures::assume, 0.6);
-  Defects defects = scene_defects(scene);
+  const TexturedModel scene = read_textured_model(run, MissingPictures::assume, 0.6);
+  Defects defects = scene.defects();
   if (scene.atlas && !refused(defects)) {
     const Step step(run, "look at texels", 0.4);
     Defects more;
@@ -70,7 +70,7 @@ Exit check(Run& run) {
 
 Verb check_verb() {
   OptionTable table("check", "List every defect of a model; exit status 1 if there are any.");
-  add_scene_options(table);
+  add_model_options(table);
   add_frames_option(table);
   return {table, check};
 }

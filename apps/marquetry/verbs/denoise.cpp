@@ -4,22 +4,21 @@
 #include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/filter/denoise.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
-#include "solving.h"
+#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
 namespace {
 
 /// The pictures of --guide, a set for each guide.
-std::vector<Guide> asked_guides(const OptionValues& options, const Scene& scene,
-                                const Target& target) {
+std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel& scene,
+                                const ModelSignal& target) {
   const std::vector<std::string> files = options.texts("guide");
   if (files.empty()) return {};
-  const auto* domain = dynamic_cast<const TexelDomain*>(&target.domain());
-  require(domain, files.front() + ": --guide is for textures, not for colours at vertices");
+  const TexelSpace* space = target.texel_space();
+  require(space != nullptr, files.front() + ": --guide is for textures, not for colours at vertices");
   const std::size_t count = scene.texture_sizes.size();
   std::vector<Guide> guides;
   for (std::size_t first = 0; first < files.size(); first += count) {
@@ -28,14 +27,14 @@ std::vector<Guide> asked_guides(const OptionValues& options, const Scene& scene,
       pictures.push_back(read_texture(files[first + i]).pixels);
       require_size(files[first + i], pictures[i].width(), pictures[i].height(), scene, i);
     }
-    guides.push_back({domain->space().gather(pictures), options.number("guide-edge")});
+    guides.push_back({space->gather(pictures), options.number("guide-edge")});
   }
   return guides;
 }
 
 Exit denoise_verb_run(Run& run) {
   const OptionValues& options = run.options();
-  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
   if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,
@@ -45,10 +44,10 @@ Exit denoise_verb_run(Run& run) {
                  {"guide", InputPictures::Count::many_sets, InputPictures::Size::of_the_texture});
   if (run.dry_run()) return Exit::done;
 
-  std::unique_ptr<Target> target;
+  std::unique_ptr<ModelSignal> target;
   {
     const Step step(run, "assemble", 0.2);
-    target = make_target(run, scene, step);
+    target = make_signal(run, scene, step);
   }
   const double edge = options.number("edge");
   DenoiseOptions wanted{.weight = spread_weight(options, target->space().scale()),
@@ -59,7 +58,7 @@ Exit denoise_verb_run(Run& run) {
   about(scene.model, [&] {
     const std::vector<Guide> guides = asked_guides(options, scene, *target);
     before = target->values();
-    solve_as_asked(run, target->domain(),
+    solve_as_asked(run, *target,
                    [&](const SolverFactory& factory, const SolvingShares& shares) {
                      const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
                      found = denoise(target->space(), before, guides, wanted, factory, step);
@@ -83,7 +82,7 @@ Verb denoise_verb() {
   OptionTable table("denoise",
                     "Take noise off a texture, a bake or a lightmap on the surface and keep its "
                     "edges, across the seams of the texture.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   add_spread_options(table, "3e-5", "Denoise",
                      "how far values spread where no edge is: on the surface scaled to unit area");

@@ -4,7 +4,7 @@
 // The store is there without texture coordinates until the sequence has been followed to its end,
 // so that --resume can go on with it.
 #include "shell/interrupt.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "tracking_run.h"
 #include "unwrap_evolving.h"
 #include "shell/verb.h"

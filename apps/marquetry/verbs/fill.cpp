@@ -14,13 +14,12 @@
 #include "mq/base/error.h"
 #include "mq/filter/seam_values.h"
 #include "mq/image/spread.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "seam_report.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
-#include "solving.h"
+#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -57,14 +56,14 @@ std::int64_t spread_all(const TexelSpace& space, const std::vector<Coverage>& co
 
 Exit fill(Run& run) {
   const OptionValues& options = run.options();
-  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates, so no charts to fill around");
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
 
-  std::unique_ptr<TextureTarget> target;
+  std::unique_ptr<TextureSignal> target;
   std::vector<Coverage> coverage;
   std::vector<char> free;
   Signal before, after;
@@ -75,14 +74,15 @@ Exit fill(Run& run) {
       coverage = texel_coverage(scene.surface, *scene.atlas, step.progress().step("cover", 0.1));
       ValueSpace values = value_space(options);
       values.meets_at_seams = options.number("weight") > 0;
-      target = std::make_unique<TextureTarget>(run, scene, values,
-                                               soft_seams(*scene.atlas, options.number("weight")),
-                                               step.progress().step("space", 0.9));
-      free = outside(target->domain().space(), coverage);
+      target = make_texture_signal(
+          run, scene,
+          {.values = values, .space = soft_seams(*scene.atlas, options.number("weight"))},
+          step.progress().step("space", 0.9));
+      free = outside(target->space(), coverage);
     }
     const Step step(run, "solve", 0.3);
     before = target->values();
-    after = solve_at_seams(run, target->domain().space(), before, free, Smooth::values, step);
+    after = solve_at_seams(run, target->space(), before, free, Smooth::values, step);
     // Nothing lies beyond what was given: a border may extrapolate, a picture should not.
     const Eigen::RowVectorXd low = before.colwise().minCoeff(), high = before.colwise().maxCoeff();
     for (Eigen::Index i = 0; i < after.rows(); ++i)
@@ -95,7 +95,7 @@ Exit fill(Run& run) {
   const double distance = options.has("distance") ? options.number("distance")
                                                   : std::numeric_limits<double>::infinity();
   run.result["outside_texels"] =
-      spread_all(target->domain().space(), coverage, distance, scene.model);
+      spread_all(target->space(), coverage, distance, scene.model);
   run.result["seams"] = {{"before", difference}, {"after", seams_json(scene)}};
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
@@ -108,7 +108,7 @@ Verb fill_verb() {
   OptionTable table("fill",
                     "Give the texels outside charts values that go on from inside, so that neither "
                     "seams nor smaller levels of a mipmap show what was there.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   table.add({.name = "distance",
              .type = Option::Type::number,

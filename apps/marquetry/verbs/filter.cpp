@@ -16,12 +16,11 @@
 #include "mq/base/error.h"
 #include "mq/filter/geometry_filter.h"
 #include "mq/filter/modulation.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
-#include "solving.h"
+#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -69,19 +68,18 @@ Exit filter_geometry(Run& run) {
           "--smooth-normals is for finding creases: give --by-curvature too. To smooth the normals "
           "themselves, give --normals --beta 0 and how far as --length");
   refuse_pictures_of_shape(options);
-  Scene scene = read_shape(run, 0.2);
+  TexturedModel scene = read_shape(run, 0.2);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
 
   std::vector<Vector3> positions;
   about(scene.model, [&] {
-    const VertexTarget target(scene);
-    const VertexDomain& domain = target.domain();
-    const SurfaceScale scale = domain.space().scale();
+    const VertexColours target(scene);
+    const SurfaceScale scale = target.space().scale();
     GeometryFilterOptions wanted = asked_filter(options, scale);
     if (const auto mask = asked_mask(run, scene, target, {})) wanted.mask = *mask;
-    solve_as_asked(run, domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
       const Step step(run, "filter", shares.prepare + shares.solve + 0.3);
       SolveReport report;
       std::tie(positions, report) =
@@ -104,7 +102,7 @@ Exit filter(Run& run) {
   for (const char* name : {"by-curvature", "smooth-normals", "fit-weight", "fit-steps"})
     require(!asks_for(options, name),
             fmt::format("--{} is for the shape of a model: give --geometry too", name));
-  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
   if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,
@@ -113,11 +111,11 @@ Exit filter(Run& run) {
   check_mask(run, scene);
   if (run.dry_run()) return Exit::done;
 
-  std::unique_ptr<Target> target;
+  std::unique_ptr<ModelSignal> target;
   std::optional<std::vector<double>> mask;
   {
     const Step step(run, "assemble", 0.2);
-    target = make_target(run, scene, step.progress().step("space", 0.9));
+    target = make_signal(run, scene, step.progress().step("space", 0.9));
     mask = asked_mask(run, scene, *target, step.progress().step("mask", 0.1));
   }
   const SurfaceScale scale = target->space().scale();
@@ -148,7 +146,7 @@ Verb filter_verb() {
   OptionTable table("filter",
                     "Smooth or sharpen a texture, or colours at vertices, on the surface, across "
                     "the seams of the texture; or the shape of the surface itself.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   table.add({.name = "beta",
              .letter = 'b',

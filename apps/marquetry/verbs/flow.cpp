@@ -7,7 +7,7 @@
 #include <iterator>
 #include <optional>
 
-#include "field.h"
+#include "options/signal_options.h"
 #include "options/flow_options.h"
 #include "flow_pair.h"
 #include "mq/base/error.h"
@@ -18,8 +18,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/flow_file.h"
 #include "mq/io/vector_field.h"
-#include "outputs.h"
-#include "options/signal_options.h"
+#include "shell/results.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -252,8 +251,8 @@ Exit flow_model(Run& run) {
   {
     Model differences = model;
     const double most = before.size() > 0 ? before.maxCoeff() : 0;
-    put_field(pair.scene(), pair.target().domain(),
-              coloured(after, {.low = 0, .high = most > 0 ? most : 1}), Depth::u8, differences);
+    pair.target().replace(
+        coloured(after, {.low = 0, .high = most > 0 ? most : 1}), Depth::u8, differences);
     error.write(std::move(differences), step.progress().step("error", 0.2));
   }
   say_written(run, paths);

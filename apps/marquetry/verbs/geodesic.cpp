@@ -3,15 +3,15 @@
 
 #include <cmath>
 
-#include "field.h"
+#include "options/signal_options.h"
 #include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/draw/false_colour.h"
 #include "mq/filter/geodesic.h"
-#include "outputs.h"
-#include "options/signal_options.h"
-#include "solving.h"
-#include "sources.h"
+#include "mq/io/file_names.h"
+#include "shell/results.h"
+#include "options/solver_options.h"
+#include "options/source_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -33,16 +33,7 @@ Signal as_numbers(const Vector& distance, int channels) {
   return values;
 }
 
-Signal as_colours(const Vector& distance, const DistanceColours& scale) {
-  Signal values(distance.size(), 3);
-  for (Eigen::Index i = 0; i < distance.size(); ++i) {
-    const Colour colour = distance_colour(distance[i], scale);
-    values.row(i) << colour[0], colour[1], colour[2];
-  }
-  return values;
-}
-
-Geodesic solve(Run& run, const Domain& domain, const std::vector<GeodesicSource>& sources) {
+Geodesic solve(Run& run, const ModelSignal& domain, const std::vector<GeodesicSource>& sources) {
   Geodesic found;
   solve_as_asked(run, domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
     std::unique_ptr<GeodesicDistance> geodesic;
@@ -51,8 +42,6 @@ Geodesic solve(Run& run, const Domain& domain, const std::vector<GeodesicSource>
       geodesic = std::make_unique<GeodesicDistance>(
           domain.space(), factory, GeodesicOptions{.time = run.options().number("time")}, step);
     }
-    geodesic->set_places(domain.places());
-    geodesic->set_boundary(domain.boundary());
     const Step step(run, "solve", shares.solve + 0.15);
     found = geodesic->from(sources, step);
     run.result["diffusion_length"] = geodesic->diffusion_length();
@@ -66,7 +55,7 @@ Exit geodesic(Run& run) {
   require(!options.texts("from").empty() || !options.texts("from-mask").empty(),
           "--from: say where distances begin: --from x,y,z, --from texel,column,row or --from-mask "
           "PICTURE");
-  Scene scene = read_usable_scene(run, MissingPictures::assume, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.2);
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
@@ -76,10 +65,10 @@ Exit geodesic(Run& run) {
   const std::vector<SourcePlace> places = source_places(run, scene);
   if (run.dry_run()) return Exit::done;
 
-  std::unique_ptr<Domain> domain;
+  std::unique_ptr<ModelSignal> domain;
   {
     const Step step(run, "assemble", 0.2);
-    domain = make_domain(run, scene, step, TexelDomain::SharedTexels::one_for_each);
+    domain = make_field_signal(run, scene, step, TextureSignalOptions::SharedTexels::one_for_each);
   }
   Geodesic found;
   about(scene.model, [&] {
@@ -87,7 +76,7 @@ Exit geodesic(Run& run) {
     run.result["sources"] = sources.size();
     found = solve(run, *domain, sources);
   });
-  const double most = domain->largest_shown(found.distance);
+  const double most = domain->space().largest_shown(found.distance);
   run.result["max"] = most;
   run.result["unreached"] = found.unreached;
   run.result["sweeps"] = found.sweeps;
@@ -109,9 +98,8 @@ Exit geodesic(Run& run) {
   const DistanceColours scale{.most = most,
                               .lines = int(options.integer("isolines")),
                               .line_width = 1.5 * domain->scale().texel_spacing};
-  put_field(
-      scene, *domain,
-      numbers ? as_numbers(found.distance, vertices ? 3 : 1) : as_colours(found.distance, scale),
+  domain->replace(
+      numbers ? as_numbers(found.distance, vertices ? 3 : 1) : distance_colours(found.distance, scale),
       numbers ? Depth::f32 : Depth::u8, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
@@ -124,7 +112,7 @@ Verb geodesic_verb() {
   OptionTable table("geodesic",
                     "Measure distances along the surface, across the seams of the texture, from "
                     "one place or many.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   add_source_options(table);
   table.add({.name = "time",

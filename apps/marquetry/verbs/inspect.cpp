@@ -11,7 +11,7 @@
 #include "mq/mesh/geometry.h"
 #include "shell/percentiles.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -19,7 +19,7 @@ namespace {
 
 Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
-Json surface_json(const Scene& scene) {
+Json surface_json(const TexturedModel& scene) {
   const Box box = bounding_box(scene.surface.mesh);
   return {{"area", scene.surface.area},
           {"box", {{"low", vector_json(box.low)}, {"high", vector_json(box.high)}}},
@@ -32,7 +32,7 @@ Json surface_json(const Scene& scene) {
 }
 
 /// Percentiles of stretch and of the texel's side on the surface.
-Json stretch_json(const Scene& scene) {
+Json stretch_json(const TexturedModel& scene) {
   std::vector<Weighted> stretch, side;
   for (int t = 0; t < scene.surface.triangle_count(); ++t) {
     if (scene.atlas->chart[t] < 0) continue;
@@ -44,7 +44,7 @@ Json stretch_json(const Scene& scene) {
   return {{"stretch", percentiles_json(stretch)}, {"texel_side", percentiles_json(side)}};
 }
 
-Json atlas_json(const Scene& scene) {
+Json atlas_json(const TexturedModel& scene) {
   const Atlas& atlas = *scene.atlas;
   double pixels = 0;
   for (const TextureSize& size : scene.texture_sizes) pixels += double(size.width) * size.height;
@@ -60,7 +60,7 @@ std::string row(const std::string& name, const std::string& value) {
   return fmt::format("  {:<18}{}\n", name, value);
 }
 
-std::string surface_text(const Scene& scene) {
+std::string surface_text(const TexturedModel& scene) {
   const Surface& surface = scene.surface;
   const Box box = bounding_box(surface.mesh);
   const Vector3 size = box.high - box.low;
@@ -83,7 +83,7 @@ std::string surface_text(const Scene& scene) {
   return text;
 }
 
-std::string atlas_text(const Scene& scene, const Json& atlas) {
+std::string atlas_text(const TexturedModel& scene, const Json& atlas) {
   std::string text;
   text += row("charts", fmt::format("{} ({} mirrored)", atlas["charts"].get<int>(),
                                     atlas["mirrored_charts"].get<int>()));
@@ -111,7 +111,7 @@ std::string defects_text(const Defects& defects) {
 }
 
 Exit inspect(Run& run) {
-  const Scene scene = read_scene(run, MissingPictures::assume, 0.9);
+  const TexturedModel scene = read_textured_model(run, MissingPictures::assume, 0.9);
   const Step step(run, "measure", 0.1);
   run.result["surface"] = surface_json(scene);
   std::string text = surface_text(scene);
@@ -121,7 +121,7 @@ Exit inspect(Run& run) {
   } else {
     text += row("texture", "none: the mesh has no texture coordinates");
   }
-  run.print(text + defects_text(scene_defects(scene)));
+  run.print(text + defects_text(scene.defects()));
   return Exit::done;
 }
 
@@ -129,7 +129,7 @@ Exit inspect(Run& run) {
 
 Verb inspect_verb() {
   OptionTable table("inspect", "Say what a model is: counts, charts, seams, stretch, textures.");
-  add_scene_options(table);
+  add_model_options(table);
   add_frames_option(table);
   return {table, inspect};
 }

@@ -9,9 +9,10 @@
 #include "shell/frame_place.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
+#include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/video.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "options/signal_options.h"
 #include "shell/verb.h"
 

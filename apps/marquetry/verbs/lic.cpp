@@ -3,15 +3,13 @@
 
 #include <cmath>
 
-#include "field.h"
-#include "field_lines.h"
-#include "field_source.h"
+#include "options/signal_options.h"
+#include "options/field_options.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/filter/line_integral.h"
-#include "outputs.h"
-#include "options/signal_options.h"
-#include "solving.h"
+#include "shell/results.h"
+#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -31,25 +29,25 @@ double asked_grain(const OptionValues& options, const SurfaceScale& scale) {
 
 Exit lic(Run& run) {
   const OptionValues& options = run.options();
-  Scene scene = read_usable_scene(run, MissingPictures::assume, 0.1);
+  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.1);
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
-  check_field(options, scene);
+  check_field(scene, asked_request(options));
   if (run.dry_run()) return Exit::done;
 
-  std::unique_ptr<Domain> domain;
+  std::unique_ptr<ModelSignal> domain;
   std::unique_ptr<SignalSpace> across;
   double grain = 0;
   {
     const Step step(run, "assemble", 0.3);
-    domain = make_domain(run, scene, step.progress().step("surface", 0.4));
+    domain = make_field_signal(run, scene, step.progress().step("surface", 0.4));
     about(scene.model, [&] {
       grain = asked_grain(options, domain->scale());
       const TangentField field =
           asked_field(run, scene, *domain, step.progress().step("field", 0.2));
-      across = space_across(scene, *domain, field, options.number("kappa"),
+      across = domain->space_across(field, options.number("kappa"),
                             step.progress().step("metric", 0.4));
     });
   }
@@ -59,14 +57,14 @@ Exit lic(Run& run) {
   LineIntegral lines;
   about(scene.model, [&] {
     const Signal noise =
-        solid_noise(domain->places(), grain, std::uint64_t(options.integer("seed")));
+        solid_noise(domain->space().positions(), grain, std::uint64_t(options.integer("seed")));
     if (run.onlooker) {
       const Step step(run, "form", 0.05);
       Model forming;
       forming.path = scene.model.path;
       forming.mesh = scene.model.mesh;
       watch_lines_form(*across, noise, wanted.weight, 64, [&](int done, const Signal& now) {
-        put_field(scene, *domain, with_contrast(now, options.number("deviations")).replicate(1, 3),
+        domain->replace(with_contrast(now, options.number("deviations")).replicate(1, 3),
                   Depth::u8, forming);
         run.onlooker(done == 0 ? "noise" : fmt::format("step {}", done), forming);
       }, step);
@@ -84,7 +82,7 @@ Exit lic(Run& run) {
 
   const Step step(run, "write", 0.1);
   const Signal grey = with_contrast(lines.signal, options.number("deviations"));
-  put_field(scene, *domain, grey.replicate(1, 3), Depth::u8, scene.model);
+  domain->replace(grey.replicate(1, 3), Depth::u8, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }
@@ -96,7 +94,7 @@ Verb lic_verb() {
   OptionTable table("lic",
                     "Show the lines of a vector field on the surface: line integral "
                     "convolution across the seams of the texture.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   add_field_options(table);
   add_spread_options(table, "0.01", "Lines",

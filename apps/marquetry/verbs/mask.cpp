@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <memory>
 
-#include "domain.h"
+#include "options/signal_options.h"
 #include "mq/atlas/coverage.h"
 #include "mq/base/error.h"
 #include "mq/filter/seam_values.h"
-#include "outputs.h"
+#include "mq/io/file_names.h"
+#include "shell/results.h"
 #include "shell/run.h"
-#include "scene.h"
-#include "options/signal_options.h"
+#include "options/model_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -42,9 +42,10 @@ struct Maps {
 
 /// Texels that charts read; with `boundary` those of them that a seam or an end of the surface
 /// touches.
-Maps active_maps(Run& run, const Scene& scene, const std::string& what, const Progress& progress) {
-  const TexelDomain domain(run, scene, {}, progress);
-  const Texels& texels = domain.space().texels();
+Maps active_maps(Run& run, const TexturedModel& scene, const std::string& what, const Progress& progress) {
+  const auto signal = make_texture_signal(
+      run, scene, {.pictures = TextureSignalOptions::Pictures::replaced}, progress);
+  const Texels& texels = signal->space().texels();
   Maps maps(scene.texture_sizes, what == "chart" ? 3 : 1);
   for (int i = 0; i < texels.size(); ++i) {
     const Texels::Place& at = texels.places[std::size_t(i)];
@@ -57,7 +58,7 @@ Maps active_maps(Run& run, const Scene& scene, const std::string& what, const Pr
   return maps;
 }
 
-Maps covered_maps(const Scene& scene, const std::string& what, const Progress& progress) {
+Maps covered_maps(const TexturedModel& scene, const std::string& what, const Progress& progress) {
   const std::vector<Coverage> coverage = texel_coverage(scene.surface, *scene.atlas, progress);
   Maps maps(scene.texture_sizes, what == "triangle" ? 3 : 1);
   for (std::size_t k = 0; k < coverage.size(); ++k)
@@ -95,7 +96,7 @@ void refuse_jpeg(const Outputs& outputs) {
 Exit mask(Run& run) {
   const OptionValues& options = run.options();
   const std::string what = options.text("what");
-  Scene scene = read_usable_scene(run, MissingPictures::assume, 0.3);
+  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.3);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates, so no texels to mark");
   std::vector<Image<float>> blank;
@@ -127,7 +128,7 @@ Exit mask(Run& run) {
 
 Verb mask_verb() {
   OptionTable table("mask", "Draw which texels the charts use, and for what.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   table.add(
       {.name = "what",

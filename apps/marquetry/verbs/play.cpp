@@ -16,7 +16,7 @@
 #include "mq/io/mp4.h"
 #include "mq/io/uri.h"
 #include "mq/io/video.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "player_files.h"
 #include "shell/run.h"
 #include "shell/verb.h"

@@ -5,14 +5,14 @@
 #include <cmath>
 
 #include "shell/arguments.h"
-#include "field.h"
+#include "options/signal_options.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/base/stopwatch.h"
 #include "mq/base/words.h"
 #include "mq/filter/reaction_diffusion.h"
-#include "outputs.h"
-#include "options/signal_options.h"
+#include "mq/io/file_names.h"
+#include "shell/results.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -126,20 +126,20 @@ void warn_of_nothing(Run& run, float seeds, const Substances& state) {
 
 Exit react(Run& run) {
   const OptionValues& options = run.options();
-  Scene scene = read_usable_scene(run, MissingPictures::assume, 0.05);
+  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.05);
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
 
-  std::unique_ptr<Domain> domain;
+  std::unique_ptr<ModelSignal> domain;
   std::unique_ptr<ReactionDiffusion> process;
   const GrayScottPreset preset = asked_preset(options);
   double wave_length = 0;
   {
     const Step step(run, "assemble", 0.1);
-    domain = make_domain(run, scene, step.progress().step("space", 0.6));
+    domain = make_field_signal(run, scene, step.progress().step("space", 0.6));
     about(scene.model, [&] {
       wave_length = std::sqrt(
           weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
@@ -156,7 +156,7 @@ Exit react(Run& run) {
                     wave_length / spacing));
   const int steps = asked_steps(options, process->time_step());
   Substances state =
-      seeded_substances(domain->places(), wave_length, std::uint64_t(options.integer("seed")));
+      seeded_substances(domain->space().positions(), wave_length, std::uint64_t(options.integer("seed")));
   const float seeds = most_of_second(state);
   {
     const Step step(run, "react", 0.8);
@@ -170,8 +170,7 @@ Exit react(Run& run) {
 
   const Step step(run, "write", 0.05);
   const bool numbers = holds_numbers(outputs.paths().front());
-  put_field(scene, *domain,
-            numbers ? amounts(state)
+  domain->replace(numbers ? amounts(state)
                     : coloured(state, *parse_colour(options.text("ground")),
                                *parse_colour(options.text("ink"))),
             numbers ? Depth::f32 : Depth::u8, scene.model);
@@ -186,7 +185,7 @@ Verb react_verb() {
   OptionTable table("react",
                     "Grow a pattern on the surface by reaction and diffusion: spots, "
                     "stripes and others, without seams.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   table.add({.name = "preset",
              .letter = 'p',

@@ -18,11 +18,10 @@
 #include "mq/video/flicker.h"
 #include "mq/video/light_removal.h"
 #include "mq/video/temporal_poisson.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "shell/run.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
-#include "solving.h"
+#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {

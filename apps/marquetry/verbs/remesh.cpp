@@ -18,8 +18,8 @@
 #include "mq/mesh/soundness.h"
 #include "mq/remesh/remesh.h"
 #include "mq/remesh/texture.h"
-#include "outputs.h"
-#include "scene.h"
+#include "shell/results.h"
+#include "options/model_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {

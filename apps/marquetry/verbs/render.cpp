@@ -21,7 +21,7 @@ using Paint = RenderOptions::Paint;
 using Lines = RenderOptions::Lines;
 
 /// Model units across the picture that --extent asks for.
-double extent_of(const OptionValues& options, const Scene& scene) {
+double extent_of(const OptionValues& options, const TexturedModel& scene) {
   const Length length = parse_length(options.text("extent"));
   require(length.value > 0, "--extent: found '" + options.text("extent") + "', wanted more than 0");
   const SurfaceScale scale{scene.surface.area, scene.atlas ? scene.atlas->texel_spacing() : 0};
@@ -35,7 +35,7 @@ double extent_of(const OptionValues& options, const Scene& scene) {
 /// Moves the camera to the place --at names. The worst seam is that of the textures drawn first.
 void look_at_place(Run& run, const Renderer& renderer, RenderRequest& request) {
   if (!request.options.has("at")) return;
-  const Scene& scene = request.scene;
+  const TexturedModel& scene = request.scene;
   const std::string at = request.options.text("at");
   require(at != "seam" || has_pictures(scene),
           scene.model.path.string() + ": has no textures whose seams could differ");
@@ -65,14 +65,14 @@ void look_at_place(Run& run, const Renderer& renderer, RenderRequest& request) {
       {"rms", seams.rms}, {"largest", seams.worst.difference}, {"at", {p.x(), p.y(), p.z()}}};
 }
 
-Json seams_json(const Scene& scene, const std::vector<Texture>& textures) {
+Json seams_json(const TexturedModel& scene, const std::vector<Texture>& textures) {
   const SeamDifference seams = seam_difference(scene.surface, *scene.atlas, pictures_of(textures));
   return {{"rms", seams.rms}, {"p99", seams.difference_p99}, {"largest", seams.worst.difference}};
 }
 
 Image<float> layout_of(const RenderRequest& request, const std::vector<Texture>& textures,
                        const Progress& progress) {
-  const Scene& scene = request.scene;
+  const TexturedModel& scene = request.scene;
   const std::string file = scene.model.path.string();
   require(scene.atlas.has_value(), file + ": has no texture coordinates, so no layout");
   const UvLayoutOptions layout = layout_options(request);
@@ -147,7 +147,7 @@ Image<float> draw_pictures(const Renderer& renderer, const RenderRequest& reques
 
 Exit render(Run& run) {
   const OptionValues& options = run.options();
-  const Scene scene = read_scene(run, MissingPictures::assume, 0.4);
+  const TexturedModel scene = read_textured_model(run, MissingPictures::assume, 0.4);
   const std::string output = options.text("output");
   std::vector<std::filesystem::path> files = {output};
   if (options.has("cameras")) {
@@ -197,7 +197,7 @@ Exit render(Run& run) {
 Verb render_verb() {
   OptionTable table("render",
                     "Draw a model, its charts and seams, or two versions of its textures.");
-  add_scene_options(table);
+  add_model_options(table);
   table.add({.name = "output",
              .letter = 'o',
              .type = Option::Type::path,

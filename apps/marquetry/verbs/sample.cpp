@@ -10,12 +10,13 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/sample/moving.h"
 #include "mq/sample/sample.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {

@@ -10,13 +10,12 @@
 
 #include "mq/base/error.h"
 #include "mq/filter/seam_values.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "seam_report.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
-#include "solving.h"
+#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -24,7 +23,7 @@ namespace {
 
 Exit seams(Run& run) {
   const OptionValues& options = run.options();
-  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
   const std::string file = scene.model.path.string();
   require(scene.atlas.has_value(), file + ": has no texture coordinates, so no seams");
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
@@ -32,17 +31,18 @@ Exit seams(Run& run) {
   if (run.dry_run()) return Exit::done;
   if (scene.atlas->seam_count == 0) run.terminal().remark(file + ": has no seams");
 
-  std::unique_ptr<TextureTarget> target;
+  std::unique_ptr<TextureSignal> target;
   Signal before, after;
   std::vector<char> free;
   const Json difference = seams_json(scene);
   about(scene.model, [&] {
     {
       const Step step(run, "assemble", 0.3);
-      target =
-          std::make_unique<TextureTarget>(run, scene, value_space(options),
-                                          soft_seams(*scene.atlas, options.number("weight")), step);
-      free = seam_texels(scene.surface, *scene.atlas, target->domain().space());
+      target = make_texture_signal(run, scene,
+                                   {.values = value_space(options),
+                                    .space = soft_seams(*scene.atlas, options.number("weight"))},
+                                   step);
+      free = seam_texels(scene.surface, *scene.atlas, target->space());
     }
     const auto at_seams = std::ranges::count(free, 1);
     if (2 * at_seams > std::ssize(free))
@@ -52,7 +52,7 @@ Exit seams(Run& run) {
                       at_seams, std::ssize(free)));
     const Step step(run, "solve", 0.4);
     before = target->values();
-    after = solve_at_seams(run, target->domain().space(), before, free, Smooth::change, step);
+    after = solve_at_seams(run, target->space(), before, free, Smooth::change, step);
   });
   run.result = change_json(before, after);
   run.result["seam_texels"] = std::ranges::count(free, 1);
@@ -70,7 +70,7 @@ Verb seams_verb() {
   OptionTable table("seams",
                     "Change the texels at seams as smoothly as can be so that both sides agree and "
                     "no seam shows.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   table.add({.name = "weight",
              .type = Option::Type::number,

@@ -11,12 +11,12 @@
 #include "mq/baseline/osher_rudin.h"
 #include "mq/filter/image_shock.h"
 #include "mq/filter/texture_shock.h"
-#include "outputs.h"
+#include "mq/io/file_names.h"
+#include "shell/results.h"
 #include "shock_geometry.h"
 #include "options/shock_options.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
-#include "solving.h"
+#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -187,7 +187,7 @@ Exit shock_model(Run& run) {
   const OptionValues& options = run.options();
   refuse_for_models(options);
   refuse_without_geometry(options);
-  Scene scene = read_usable_scene(run, MissingPictures::refuse, 0.15);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.15);
   const bool vertices = at_vertices(options, scene);
   if (vertices) refuse_pictures(options);
   require(
@@ -199,10 +199,10 @@ Exit shock_model(Run& run) {
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
 
-  std::unique_ptr<Target> target;
+  std::unique_ptr<ModelSignal> target;
   {
     const Step step(run, "assemble", vertices ? 0.05 : 0.25);
-    target = make_target(run, scene, step);
+    target = make_signal(run, scene, step);
   }
   const Signal before = target->values();
   Signal after;
@@ -210,7 +210,7 @@ Exit shock_model(Run& run) {
     const Step step(run, "sharpen", vertices ? 0.7 : 0.5);
     const ShockWeights weights = asked_weights(options, target->space().scale());
     if (vertices) {
-      const VertexSpace& space = dynamic_cast<const VertexDomain&>(target->domain()).space();
+      const VertexSpace& space = *target->vertex_space();
       const TraceMesh mesh(scene.surface, step.progress().step("order triangles", 0.1));
       Shocked shocked = transport_shock(mesh, space, before, weights, asked_time(options),
                                         vertex_solver(options)(scene.surface.mesh.positions),
@@ -219,7 +219,7 @@ Exit shock_model(Run& run) {
       report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
       report_solves(run, shocked.solves);
     } else {
-      const TexelSpace& space = dynamic_cast<const TexelDomain&>(target->domain()).space();
+      const TexelSpace& space = *target->texel_space();
       const double longest_edge = asked_longest_edge(options, space.size());
       run.result["longest_edge"] = longest_edge;
       ShockedTexture shocked = texture_shock(scene.surface, *scene.atlas, space, before,
@@ -354,7 +354,7 @@ Verb shock_verb() {
       "shock",
       "Sharpen a picture, colours at vertices, a texture or a shape by shock filters: "
       "steep edges, flat regions, and no value out of the range there was.");
-  add_scene_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
+  add_model_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
   add_output_option(table);
   add_shock_options(table);
   add_shock_geometry_options(table);

@@ -6,14 +6,12 @@
 
 #include <cmath>
 
-#include "field.h"
-#include "field_lines.h"
+#include "options/signal_options.h"
 #include "mq/base/error.h"
 #include "mq/fem/field_spectrum.h"
 #include "mq/filter/line_integral.h"
 #include "mq/io/vector_field.h"
-#include "outputs.h"
-#include "options/signal_options.h"
+#include "shell/results.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -46,7 +44,7 @@ struct FieldFiles {
 
 /// NAME_BASIS_01.ply and, where lines are drawn, NAME_BASIS_01.png, or NAME_BASIS_01_lines.ply with
 /// them as colours at its vertices.
-std::vector<FieldFiles> plan_files(const OptionValues& options, const Scene& scene) {
+std::vector<FieldFiles> plan_files(const OptionValues& options, const TexturedModel& scene) {
   std::vector<FieldFiles> files;
   if (!options.has("output")) return files;
   const fs::path folder = options.text("output");
@@ -100,14 +98,14 @@ void report(Run& run, const FieldSpectrum& spectrum, double area) {
 }
 
 /// The lines of one field, as `lic` draws them by default.
-Signal lines_of(Run& run, const Scene& scene, const Domain& domain, const Signal& noise,
+Signal lines_of(Run& run, const TexturedModel& scene, const ModelSignal& domain, const Signal& noise,
                 const TangentField& field, const Progress& progress) {
   const double area = domain.space().scale().area;
-  const auto across = space_across(scene, domain, scaled_to_one(scene.surface, field), 100,
+  const auto across = domain.space_across(scaled_to_one(scene.surface, field), 100,
                                    progress.step("metric", 0.4));
   const LineIntegral lines = line_integral(
       *across, domain.space(), noise, {.weight = 0.01 * area, .sharpen_weight = 1e-4 * area},
-      domain.multigrid({.tolerance = 0.02}), progress.step("solve", 0.6));
+      domain.space().multigrid({.tolerance = 0.02}), progress.step("solve", 0.6));
   if (!lines.spread.converged || !lines.sharpen.converged)
     run.terminal().warning(
         "lines are less drawn out than they should be: multigrid did not reach its "
@@ -115,15 +113,15 @@ Signal lines_of(Run& run, const Scene& scene, const Domain& domain, const Signal
   return with_contrast(lines.signal);
 }
 
-void write_fields(Run& run, const Scene& scene, const FieldSpectrum& spectrum,
+void write_fields(Run& run, const TexturedModel& scene, const FieldSpectrum& spectrum,
                   const std::vector<FieldFiles>& files) {
-  std::unique_ptr<Domain> domain;
+  std::unique_ptr<ModelSignal> domain;
   Signal noise;
   if (files.front().lines) {
     const Step step(run, "assemble", 0.1);
-    domain = make_domain(run, scene, step);
+    domain = make_field_signal(run, scene, step);
     about(scene.model, [&] {
-      noise = solid_noise(domain->places(), 2 * domain->scale().texel_spacing,
+      noise = solid_noise(domain->space().positions(), 2 * domain->scale().texel_spacing,
                           std::uint64_t(run.options().integer("seed")));
     });
   }
@@ -138,7 +136,7 @@ void write_fields(Run& run, const Scene& scene, const FieldSpectrum& spectrum,
     const Signal grey =
         lines_of(run, scene, *domain, noise, spectrum.fields[k], one.step("draw", 0.9));
     Model drawn = scene.model;
-    put_field(scene, *domain, grey.replicate(1, 3), Depth::u8, drawn);
+    domain->replace(grey.replicate(1, 3), Depth::u8, drawn);
     for (const std::string& note : files[k].lines->write(std::move(drawn), one.step("save", 0.1)))
       run.terminal().remark(note);
     written.insert(written.end(), files[k].lines->paths().begin(), files[k].lines->paths().end());
@@ -151,7 +149,7 @@ Exit spectrum(Run& run) {
   require(options.has("output") || !options.flag("lines"),
           "--lines draws fields into files: name a folder for them with --output");
   const FieldSpectrumOptions wanted = asked_spectrum(options);
-  const Scene scene = read_usable_scene(
+  const TexturedModel scene = read_usable_model(
       run, options.flag("lines") ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
   const std::vector<FieldFiles> files = plan_files(options, scene);
   announce(run, files);
@@ -174,7 +172,7 @@ Verb spectrum_verb() {
   OptionTable table("spectrum",
                     "The vector fields that change least on the surface: the smallest eigenvalues "
                     "of a smoothness operator, and their fields.");
-  add_scene_options(table);
+  add_model_options(table);
   table.add(
       {.name = "basis",
        .letter = 'b',

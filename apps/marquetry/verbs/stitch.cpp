@@ -17,14 +17,13 @@
 #include "mq/base/words.h"
 #include "mq/filter/modulation.h"
 #include "mq/filter/stitch.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "partials.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "seam_report.h"
 #include "options/signal_options.h"
-#include "signal_target.h"
-#include "solving.h"
+#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -45,7 +44,7 @@ std::optional<std::vector<double>> parse_label(const std::string& text) {
   return parse_numbers(text, std::size_t(1 + std::ranges::count(text, ',')));
 }
 
-std::vector<int> read_labels(Run& run, const Scene& scene, const TexelSpace& space) {
+std::vector<int> read_labels(Run& run, const TexturedModel& scene, const TexelSpace& space) {
   const OptionValues& options = run.options();
   const std::vector<std::string> files = options.texts("labels");
   if (files.empty()) return space.texels().chart;
@@ -85,6 +84,7 @@ struct Work {
   Signal psi;
   std::vector<int> labels;
   std::vector<Partial> partials;  ///< none: the signal is the model's
+  SparseMatrix stiffness = {};    ///< once it was solved
 };
 
 Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int>& labels) {
@@ -102,26 +102,23 @@ double drift(const SignalSpace& space, const Signal& before, const Signal& after
   return (mass.transpose() * (after - before) / mass.sum()).cwiseAbs().maxCoeff();
 }
 
-Filtered solve(Run& run, const TextureTarget& target, double weight, const SparseMatrix& S,
-               Work& work) {
-  const std::vector<Vector3> places = target.domain().places();
-  const StitchDomain domain{mixed_elements(target.domain().space()), S, places};
+Filtered solve(Run& run, const TextureSignal& target, double weight, Work& work) {
   Filtered result;
-  solve_as_asked(
-      run, target.domain(), [&](const SolverFactory& factory, const SolvingShares& shares) {
-        std::unique_ptr<Stitcher> stitcher;
-        {
-          const Step step(run, "prepare", shares.prepare);
-          stitcher = std::make_unique<Stitcher>(target.space(), weight, work.labels, factory, step);
-        }
-        const Step step(run, "solve", shares.solve);
-        const Signal psi = stitcher->fill(work.psi, step.progress().step("fill", 0.3));
-        const Signal change = work.partials.empty()
-                                  ? stitch_regions(domain, psi, work.labels)
-                                  : stitch_partials(domain, work.partials, {psi, work.labels});
-        result = stitcher->solve(domain, psi, change, step.progress().step("stitch", 0.7));
-        return result.report;
-      });
+  solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    std::unique_ptr<Stitcher> stitcher;
+    {
+      const Step step(run, "prepare", shares.prepare);
+      stitcher = std::make_unique<Stitcher>(target.space(), weight, work.labels, factory, step);
+    }
+    const Step step(run, "solve", shares.solve);
+    const Signal psi = stitcher->fill(work.psi, step.progress().step("fill", 0.3));
+    const Signal change = work.partials.empty()
+                              ? stitcher->change(psi)
+                              : stitcher->change(work.partials, {psi, work.labels});
+    result = stitcher->solve(psi, change, step.progress().step("stitch", 0.7));
+    work.stiffness = stitcher->stiffness();
+    return result.report;
+  });
   return result;
 }
 
@@ -159,7 +156,7 @@ void compare_seams(Run& run) {
 
 Exit stitch(Run& run) {
   const OptionValues& options = run.options();
-  Scene scene = read_usable_scene(
+  TexturedModel scene = read_usable_model(
       run, has_views(options) ? MissingPictures::assume : MissingPictures::refuse, 0.2);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates, so no textures to stitch");
@@ -170,45 +167,45 @@ Exit stitch(Run& run) {
   check_partials(options, scene);
   if (run.dry_run()) return Exit::done;
 
-  std::unique_ptr<TextureTarget> target;
+  std::unique_ptr<TextureSignal> target;
   Work work;
   bool anything = true;
-  SparseMatrix S;
   about(scene.model, [&] {
     const Step step(run, "assemble", 0.2);
-    target = std::make_unique<TextureTarget>(run, scene, value_space(options),
-                                             step.progress().step("space", 0.5));
+    target = make_texture_signal(run, scene, {.values = value_space(options)},
+                                 step.progress().step("space", 0.5));
     work.psi = target->values();
     if (has_partials(options)) {
       work.partials =
           read_partials(run, scene, *target, step.progress().step("partial textures", 0.5));
       std::vector<int> wanted;
       if (!options.texts("labels").empty())
-        wanted = asked_photographs(options, scene, target->domain().space(),
+        wanted = asked_photographs(options, scene, target->space(),
                                    int(work.partials.size()));
       Composite composite = best_of(work.partials, wanted);
       target->put(work.psi, composite.values, scene.model);
       work.psi = std::move(composite.values);
       work.labels = std::move(composite.labels);
     } else {
-      work.labels = read_labels(run, scene, target->domain().space());
+      work.labels = read_labels(run, scene, target->space());
     }
     anything = describe(run, work);
-    S = target->space().stiffness();
   });
   const SurfaceScale scale = target->space().scale();
   const double weight = spread_weight(options, scale);
   const Json seams = seams_json(scene);
   Filtered result;
   if (anything) {
-    about(scene.model, [&] { result = solve(run, *target, weight, S, work); });
+    about(scene.model, [&] { result = solve(run, *target, weight, work); });
   } else {
+    work.stiffness = target->space().stiffness();
     result = {work.psi, nothing_to_solve()};
     run.solve = solve_json(result.report);
     run.solve["tried"] = Json::array();
   }
 
   run.result.update(change_json(work.psi, result.signal, value_space(run.options()).space));
+  const SparseMatrix& S = work.stiffness;
   run.result["borders"] = {{"before", border_json(S, work.psi, work.labels)},
                            {"after", border_json(S, result.signal, work.labels)}};
   run.result["mean_drift"] = drift(target->space(), work.psi, result.signal, work.labels);
@@ -231,7 +228,7 @@ Verb stitch_verb() {
   OptionTable table("stitch",
                     "Take the steps out of a texture where photographs meet, or make one texture "
                     "of several photographs.");
-  add_scene_options(table);
+  add_model_options(table);
   add_output_option(table);
   table.add({.name = "labels",
              .type = Type::path,

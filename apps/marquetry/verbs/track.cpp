@@ -2,7 +2,7 @@
 // each of which is a mesh of its own. The first frame is the template.
 #include "mq/base/error.h"
 #include "shell/interrupt.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "render_request.h"
 #include "tracking_run.h"
 #include "shell/verb.h"

@@ -14,10 +14,10 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/unwrap/unwrap.h"
-#include "outputs.h"
+#include "shell/results.h"
 #include "shell/percentiles.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "options/signal_options.h"
 #include "unwrap_evolving.h"
 #include "shell/verb.h"
@@ -26,7 +26,7 @@ namespace mq::app {
 namespace {
 
 /// The model with the new texture coordinates and nothing that belonged to the old ones.
-void put_atlas(Scene& scene, const Unwrapped& unwrapped) {
+void put_atlas(TexturedModel& scene, const Unwrapped& unwrapped) {
   for (Mesh* mesh : {&scene.model.mesh, &scene.surface.mesh}) {
     mesh->uvs = unwrapped.uvs;
     mesh->corner_uvs = unwrapped.corner_uvs;
@@ -37,7 +37,7 @@ void put_atlas(Scene& scene, const Unwrapped& unwrapped) {
 }
 
 /// Texels whose centres two triangles cover, counted by the program's own reader of atlases.
-std::int64_t overlapping_texels(const Scene& scene, int size, const Progress& progress) {
+std::int64_t overlapping_texels(const TexturedModel& scene, int size, const Progress& progress) {
   const Atlas atlas = make_atlas(scene.surface, {{size, size}}, {}, progress.step("charts", 0.5));
   std::int64_t count = 0;
   for (const Coverage& coverage : texel_coverage(scene.surface, atlas, progress.step("cover", 0.5)))
@@ -83,7 +83,7 @@ Exit unwrap(Run& run) {
     require(!asks_for(options, name),
             fmt::format("--{}: it is for an evolving mesh, whose frames come one after the other",
                         name));
-  Scene scene = read_shape(run, 0.1);
+  TexturedModel scene = read_shape(run, 0.1);
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
@@ -119,7 +119,7 @@ Exit unwrap(Run& run) {
 Verb unwrap_verb() {
   OptionTable table("unwrap",
                     "Cut a mesh into few charts of little stretch, lay them flat and pack them.");
-  add_scene_options(table,
+  add_model_options(table,
                     "the model: OBJ, PLY, glTF or GLB, or an evolving mesh as track makes it; "
                     "texture coordinates it has are replaced");
   table.add({.name = "output",

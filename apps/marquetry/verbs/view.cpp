@@ -11,7 +11,7 @@
 #include "shell/command_words.h"
 #include "mq/base/error.h"
 #include "shell/run.h"
-#include "scene.h"
+#include "options/model_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -50,7 +50,7 @@ Verb view_verb() {
       "view",
       "Look at a model in a window, and work on its textures with a brush, sliders and "
       "the mouse.");
-  add_scene_options(table);
+  add_model_options(table);
   table.add({.name = "script",
              .type = Type::path,
              .group = "Without a person",

@@ -100,6 +100,15 @@ Colour distance_colour(double distance, const DistanceColours& scale) {
   return mixed;
 }
 
+Signal distance_colours(const Vector& distances, const DistanceColours& scale) {
+  Signal colours(distances.size(), 3);
+  for (Eigen::Index i = 0; i < distances.size(); ++i) {
+    const Colour colour = distance_colour(distances[i], scale);
+    colours.row(i) << colour[0], colour[1], colour[2];
+  }
+  return colours;
+}
+
 FalseColour scale_of(std::span<const float> values, FalseColour::Map map) {
   FalseColour scale;
   scale.map = map;

@@ -8,6 +8,7 @@
 
 #include "mq/image/colour.h"
 #include "mq/image/image.h"
+#include "mq/linear/matrix.h"
 
 namespace mq {
 
@@ -45,6 +46,9 @@ struct DistanceColours {
 
 /// The colour of a distance; grey where it is not finite.
 Colour distance_colour(double distance, const DistanceColours& scale);
+
+/// The colours of many: red, green and blue in a row each.
+Signal distance_colours(const Vector& distances, const DistanceColours& scale);
 
 struct LegendOptions {
   int height = 300;  ///< pixels

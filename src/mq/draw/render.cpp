@@ -117,8 +117,8 @@ struct Job {
     const auto& corners = atlas->corners[hit.triangle];
     double column = 0, row = 0;
     for (int k = 0; k < 3; ++k) {
-      column += hit.weights[k] * corners[k].column();
-      row += hit.weights[k] * corners[k].row();
+      column += hit.barycentric[k] * corners[k].column();
+      row += hit.barycentric[k] * corners[k].row();
     }
     const int texture = surface.mesh.texture(hit.triangle);
     sample(*paints.textures[texture], column, row, atlas->textures[texture].wrap, values);
@@ -147,7 +147,7 @@ struct Job {
     const Triangle& triangle = surface.mesh.triangles[hit.triangle];
     double value = 0;
     for (int k = 0; k < 3; ++k)
-      value += hit.weights[k] * paints.vertex_values[std::size_t(triangle[k]) * count + channel];
+      value += hit.barycentric[k] * paints.vertex_values[std::size_t(triangle[k]) * count + channel];
     return float(value);
   }
 
@@ -168,7 +168,7 @@ struct Job {
 
   Vector3 shading_normal(const Hit& hit) const {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (int k = 0; k < 3; ++k) sum += float(hit.weights[k]) * normals[3 * hit.triangle + k];
+    for (int k = 0; k < 3; ++k) sum += float(hit.barycentric[k]) * normals[3 * hit.triangle + k];
     return sum.cast<double>().normalized();
   }
 

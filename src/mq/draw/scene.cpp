@@ -33,9 +33,8 @@ Vector3 weights_on(const Mesh& mesh, int triangle, const Ray& ray) {
 Hit placed(const Mesh& mesh, int triangle, Vector3 weights) {
   weights = weights.cwiseMax(0.0);
   weights /= weights.sum();
-  return {triangle, weights,
-          weights[0] * mesh.position(triangle, 0) + weights[1] * mesh.position(triangle, 1) +
-              weights[2] * mesh.position(triangle, 2)};
+  const SurfacePoint place{triangle, weights};
+  return {place, point_at(mesh, place)};
 }
 
 constexpr int longest_walk = 8;

@@ -5,12 +5,12 @@
 
 #include "mq/draw/camera.h"
 #include "mq/mesh/surface.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 
-struct Hit {
-  int triangle = -1;                  ///< -1: the ray meets none
-  Vector3 weights = Vector3::Zero();  ///< of the triangle's corners; not negative, sum 1
+/// Where a ray meets a mesh; triangle -1: it meets none.
+struct Hit : SurfacePoint {
   Vector3 point = Vector3::Zero();
 };
 

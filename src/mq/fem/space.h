@@ -1,14 +1,37 @@
 #pragma once
 /// What every application is written against: a basis of functions on a domain with a metric.
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "mq/base/length.h"
 #include "mq/base/progress.h"
 #include "mq/linear/matrix.h"
+#include "mq/linear/solver.h"
+#include "mq/mesh/mesh.h"
 
 namespace mq {
+
+/// A part of the domain on which the stiffness is integrated by itself: a triangle, or the part of a
+/// cell between texels that lies inside charts or near a seam.
+struct Element {
+  std::span<const int> own;       ///< unknowns at its corners; none: a piece of a soft seam
+  std::span<const int> unknowns;  ///< all it couples: its own and, at seams, those opposite
+  std::span<const double>
+      stiffness;  ///< ∫ ⟨∇φ_i, ∇φ_j⟩ over it, row by row; positive semidefinite,
+                  ///< vanishing on constants; S is the sum over all elements
+};
+
+/// An unknown and the value of its basis function somewhere.
+struct BasisWeight {
+  int unknown;
+  double weight;
+};
+
+/// Up to so many unknowns a factorisation is faster than multigrid and needs no more memory than
+/// there is; what `SignalSpace::solver` goes by.
+inline constexpr int most_for_factorisation = 30'000;
 
 /// A signal space {φ_i}: partition of unity (Σφ_i = 1), so constants are reproduced and S·1 = 0.
 ///
@@ -40,6 +63,20 @@ class SignalSpace {
   /// Area and texel spacing, for turning lengths into weights.
   virtual SurfaceScale scale() const = 0;
 
+  /// Where the unknowns lie, one position each, model units.
+  virtual std::vector<Vector3> positions() const = 0;
+
+  /// Ascending: the unknowns whose functions do not vanish on the boundary of the domain.
+  virtual std::vector<int> boundary() const = 0;
+
+  /// Basis functions that do not vanish at a point of a triangle of the surface, which must take part
+  /// in the space. On an edge both triangles give the same.
+  virtual std::vector<BasisWeight> basis_at(int triangle, const Vector3& barycentric) const = 0;
+
+  /// The largest value ≥ 0 that the domain shows of a signal of one channel; unknowns that are not
+  /// finite do not count. An unknown beside the domain may be larger.
+  virtual double largest_shown(const Vector& values) const = 0;
+
   /// The elements e that the domain is cut into for what is not linear in a signal: triangles, or
   /// cells of a texture and strips along its seams. S = Σ_e S_e with S_e·1 = 0.
   virtual int element_count() const = 0;
@@ -56,11 +93,27 @@ class SignalSpace {
   virtual SparseMatrix weighted_system(double a, double b, std::span<const float> conductivity,
                                        const Progress& progress = {}) const = 0;
 
+  /// Calls visit(element) for those elements whose unknowns do not all have the same label (one per
+  /// unknown), in a fixed order, on the calling thread. One look at every element.
+  virtual void for_each_mixed_element(std::span<const int> labels,
+                                      const std::function<void(const Element&)>& visit) const = 0;
+
+  /// Conjugate gradients around a multigrid cycle made for this space, which must outlive the
+  /// factory; solves a·M + b·S and `weighted_system`.
+  virtual SolverFactory multigrid(const StoppingRule& stop = {}) const = 0;
+
+  /// The solver to take where nothing speaks for another: a factorisation up to
+  /// `most_for_factorisation` unknowns, `multigrid` above.
+  SolverFactory solver(const StoppingRule& stop = {}) const;
+
   /// M·1 = ∫ φ_i dA, which sums to the area. Next to seams a value may be a little below 0.
   virtual Vector lumped_mass() const { return mass() * Vector::Ones(size()); }
 
   SparseMatrix mass() const { return system(1, 0); }
   SparseMatrix stiffness() const { return system(0, 1); }
 };
+
+/// The one that was given, or the space's own where that is empty.
+SolverFactory solver_or_own(const SolverFactory& given, const SignalSpace& space);
 
 }  // namespace mq

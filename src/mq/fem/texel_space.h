@@ -31,12 +31,6 @@ struct TexelSpaceOptions {
   std::vector<TexelMetric> metrics;
 };
 
-/// A texel and the value of its basis function somewhere.
-struct TexelWeight {
-  int texel;
-  double weight;
-};
-
 /// Basis functions φ_t at a few points of one triangle, for integrals nobody foresaw. Row q of each
 /// matrix is a point, column k the texel texels[k]; derivatives are per texel of x and y.
 struct TexelSamples {
@@ -87,8 +81,16 @@ class TexelSpace : public SignalSpace {
   SparseMatrix weighted_system(double a, double b, std::span<const float> conductivity,
                                const Progress& progress = {}) const override;
 
-  /// Where the unknowns lie.
+  /// Where the unknowns lie in the pictures and on the surface.
   const Texels& texels() const;
+
+  std::vector<Vector3> positions() const override;
+  std::vector<int> boundary() const override;
+
+  /// At the centres of texels that triangles cover, at the corners of triangles, along boundaries.
+  double largest_shown(const Vector& values) const override;
+
+  SolverFactory multigrid(const StoppingRule& stop = {}) const override;
 
   /// Charts that overlap, texels that several charts share, pieces too small to matter.
   const Defects& defects() const;
@@ -98,9 +100,8 @@ class TexelSpace : public SignalSpace {
   Signal gather(std::span<const Image<float>> pictures) const;
   void scatter(const Signal& signal, std::span<Image<float>> pictures) const;
 
-  /// Basis functions that do not vanish at a point of a triangle (which must have a chart). On a
-  /// seam both triangles give the same.
-  std::vector<TexelWeight> basis_at(int triangle, const Vector3& barycentric) const;
+  /// The triangle must have a chart.
+  std::vector<BasisWeight> basis_at(int triangle, const Vector3& barycentric) const override;
 
   /// b_t = ∫ ⟨X, ∇φ_t⟩ dA for a field X constant on each triangle, one vector in space each (its
   /// normal part is ignored). The weak divergence: −∫ (div X) φ_t and flux through boundaries. Sums
@@ -123,9 +124,9 @@ class TexelSpace : public SignalSpace {
   /// and more); next to seams it defines the matrices. In a fixed order, on the calling thread.
   void for_each_piece(const std::function<void(const TexelSamples&)>& visit) const;
 
-  /// See `mixed_elements` (elements.h). The texels of a seam's other side are not its own.
+  /// The texels of a seam's other side are not an element's own.
   void for_each_mixed_element(std::span<const int> labels,
-                              const std::function<void(const struct Element&)>& visit) const;
+                              const std::function<void(const Element&)>& visit) const override;
 
   /// Bytes held between calls.
   std::int64_t bytes() const;

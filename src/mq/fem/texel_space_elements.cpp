@@ -1,9 +1,12 @@
 // What is not linear in a signal, element by element: ψᵀS_eψ = Σ_{i<j} −S_ij (ψ_i − ψ_j)² of a cell
 // by its six couplings, of a seam block by all pairs of its texels.
 
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "mq/base/error.h"
+#include "mq/fem/detail/mixed.h"
 #include "mq/fem/texel_space_data.h"
 
 namespace mq {
@@ -20,6 +23,18 @@ double area_of(const CellIntegrals& cell) {
 
 float norm_of(double energy, double area) {
   return area > 0 && energy > 0 ? float(std::sqrt(energy / area)) : 0.0F;
+}
+
+/// Full matrix of a cell from its six integrals.
+std::array<double, 16> full(const CellIntegrals& cell) {
+  std::array<double, 16> S{};
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      if (i != j) {
+        S[4 * i + j] = cell.stiffness[stiffness_at[i][j]];
+        S[4 * i + i] -= S[4 * i + j];
+      }
+  return S;
 }
 
 }  // namespace
@@ -72,6 +87,46 @@ Signal TexelSpace::weighted_stiffness_times(const Signal& psi,
   return d.stiffness_product(
       {}, psi, [&](int cell, const std::array<int, 4>&) { return double(conductivity[cell]); },
       [&](int block) { return double(conductivity[d.element_of_block(block)]); });
+}
+
+void TexelSpace::for_each_mixed_element(std::span<const int> labels,
+                                        const std::function<void(const Element&)>& visit) const {
+  require(std::ssize(labels) == size(), "one label per texel is needed");
+  const Data& d = *data_;
+  for (int k = 0; k < d.grid.texture_count(); ++k) {
+    const int width = d.grid.texture(k).width + 1, first = d.grid.first_cell(k);
+    for (int c = first; c < first + width * d.grid.cell_rows(k); ++c) {
+      if (!d.active(c)) continue;
+      const int local = c - first;
+      std::array<int, 4> own = d.grid.corners(k, local % width - 1, local / width - 1);
+      for (int& texel : own) texel = d.unknown[texel];
+      if (!mixed(own, labels)) continue;
+      const std::array<double, 16> S = full(d.integrals(c));
+      visit({own, own, S});
+    }
+  }
+  std::vector<double> S;
+  int k = 0;
+  for (const SeamBlocks::Block& block : d.cells.seams.blocks) {
+    const std::span<const int> unknowns(d.cells.seams.texels.data() + block.first,
+                                        std::size_t(block.count));
+    if (!mixed(unknowns, labels)) continue;
+    S.resize(std::size_t(block.count) * block.count);
+    for (int i = 0; i < block.count; ++i)
+      for (int j = 0; j < block.count; ++j)
+        S[std::size_t(i) * block.count + j] = d.cells.seams.stiffness[std::size_t(
+            block.first_value + SeamBlocks::index(std::min(i, j), std::max(i, j), block.count))];
+    if (block.cell < 0) {
+      visit({{}, unknowns, S});
+      continue;
+    }
+    if (block.cell < d.grid.first_cell(k)) k = 0;
+    while (k + 1 < d.grid.texture_count() && d.grid.first_cell(k + 1) <= block.cell) ++k;
+    const int local = block.cell - d.grid.first_cell(k), width = d.grid.texture(k).width + 1;
+    std::array<int, 4> own = d.grid.corners(k, local % width - 1, local / width - 1);
+    for (int& texel : own) texel = d.unknown[texel];
+    visit({own, unknowns, S});
+  }
 }
 
 }  // namespace mq

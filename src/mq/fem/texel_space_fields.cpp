@@ -99,7 +99,7 @@ void TexelSpace::for_each_piece(const std::function<void(const TexelSamples&)>& 
   }
 }
 
-std::vector<TexelWeight> TexelSpace::basis_at(int triangle, const Vector3& barycentric) const {
+std::vector<BasisWeight> TexelSpace::basis_at(int triangle, const Vector3& barycentric) const {
   const Data& d = *data_;
   require(triangle >= 0 && triangle < d.triangles() && d.atlas.chart[triangle] >= 0,
           "a triangle with a chart is needed");
@@ -119,7 +119,7 @@ std::vector<TexelWeight> TexelSpace::basis_at(int triangle, const Vector3& baryc
   cell.add_point(triangle, x - std::floor(x), y - std::floor(y), 0);
   BasisSamples samples;
   cell.evaluate(samples);
-  std::vector<TexelWeight> result;
+  std::vector<BasisWeight> result;
   for (std::size_t k = 0; k < samples.texels.size(); ++k)
     if (samples.values(0, k) != 0 && d.unknown[samples.texels[k]] >= 0)
       result.push_back({d.unknown[samples.texels[k]], samples.values(0, k)});

@@ -4,12 +4,15 @@
 #include "mq/fem/vertex_space.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/fem/detail/mixed.h"
+#include "mq/fem/vertex_multigrid.h"
 
 namespace mq {
 
@@ -18,12 +21,28 @@ namespace {
 /// Mass of a vertex that no area reaches, in means over all vertices.
 constexpr double massless = 1e-12;
 
+std::vector<int> boundary_vertices(const Surface& surface) {
+  std::vector<int> vertices;
+  for (HalfEdge h = 0; h < 3 * surface.triangle_count(); ++h) {
+    const int t = h / 3;
+    if (surface.twins[std::size_t(h)] >= 0 || surface.degenerate[t]) continue;
+    vertices.push_back(surface.mesh.triangles[t][h % 3]);
+    vertices.push_back(surface.mesh.triangles[t][(h + 1) % 3]);
+  }
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return vertices;
+}
+
 }  // namespace
 
 VertexSpace::VertexSpace(const Surface& surface) : VertexSpace(surface, flat_triangles(surface)) {}
 
 VertexSpace::VertexSpace(const Surface& surface, std::vector<FlatTriangle> shapes)
-    : triangles_(surface.mesh.triangles), shapes_(std::move(shapes)) {
+    : triangles_(surface.mesh.triangles),
+      positions_(surface.mesh.positions),
+      boundary_(boundary_vertices(surface)),
+      shapes_(std::move(shapes)) {
   require(shapes_.size() == triangles_.size(),
           fmt::format("{} shapes were given for {} triangles", shapes_.size(), triangles_.size()));
   incident_begin_.assign(surface.mesh.vertex_count() + 1, 0);
@@ -228,6 +247,45 @@ SparseMatrix VertexSpace::gradient_matrix() const {
     }
   }
   return sparse_matrix(2 * triangle_count(), size(), entries);
+}
+
+std::vector<BasisWeight> VertexSpace::basis_at(int triangle, const Vector3& barycentric) const {
+  require(triangle >= 0 && triangle < triangle_count(),
+          fmt::format("triangle {} is none of {}", triangle, triangle_count()));
+  std::vector<BasisWeight> weights;
+  for (int k = 0; k < 3; ++k)
+    if (barycentric[k] != 0) weights.push_back({triangles_[triangle][k], barycentric[k]});
+  return weights;
+}
+
+double VertexSpace::largest_shown(const Vector& values) const {
+  require(values.size() == size(), "one value per vertex is needed");
+  double largest = 0;
+  for (const double value : values)
+    if (std::isfinite(value)) largest = std::max(largest, value);
+  return largest;
+}
+
+SolverFactory VertexSpace::multigrid(const StoppingRule& stop) const {
+  return vertex_multigrid_solver(positions_, stopping<MultigridOptions>(stop));
+}
+
+void VertexSpace::for_each_mixed_element(std::span<const int> labels,
+                                         const std::function<void(const Element&)>& visit) const {
+  require(std::ssize(labels) == size(), "one label per vertex is needed");
+  for (int t = 0; t < triangle_count(); ++t) {
+    const Triangle& own = triangles_[t];
+    const FlatTriangle& shape = shapes_[t];
+    if (shape.empty() || !mixed(own, labels)) continue;
+    std::array<double, 9> S{};
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3, j = (k + 2) % 3;
+      const double s = shape.half_cotangent(k);
+      S[3 * i + j] = S[3 * j + i] = -s;
+      S[4 * i] += s, S[4 * j] += s;
+    }
+    visit({own, own, S});
+  }
 }
 
 }  // namespace mq

@@ -18,7 +18,7 @@ namespace mq {
 /// component of its own: its row of S is 0, its mass is 10⁻¹² of the mean, so that M + w·S stays
 /// definite and a filter leaves its value alone.
 ///
-/// Nothing depends on where the surface lies, only on the shapes of its triangles, which may be
+/// Matrices do not depend on where the surface lies, only on the shapes of its triangles, which may be
 /// given: another metric, constant per triangle. Thesis 2.3.2.3.
 class VertexSpace final : public SignalSpace {
  public:
@@ -38,6 +38,15 @@ class VertexSpace final : public SignalSpace {
 
   Vector lumped_mass() const override;
   SurfaceScale scale() const override { return {.area = area_, .texel_spacing = 0}; }
+  std::vector<Vector3> positions() const override { return positions_; }
+
+  /// The vertices of edges with one triangle.
+  std::vector<int> boundary() const override { return boundary_; }
+
+  /// The corners of the triangle.
+  std::vector<BasisWeight> basis_at(int triangle, const Vector3& barycentric) const override;
+  double largest_shown(const Vector& values) const override;
+  SolverFactory multigrid(const StoppingRule& stop = {}) const override;
 
   /// Elements are the triangles.
   int element_count() const override { return triangle_count(); }
@@ -46,6 +55,8 @@ class VertexSpace final : public SignalSpace {
                                   std::span<const float> conductivity) const override;
   SparseMatrix weighted_system(double a, double b, std::span<const float> conductivity,
                                const Progress& progress = {}) const override;
+  void for_each_mixed_element(std::span<const int> labels,
+                              const std::function<void(const Element&)>& visit) const override;
 
   int triangle_count() const { return int(triangles_.size()); }
   const std::vector<Triangle>& triangles() const { return triangles_; }
@@ -81,6 +92,8 @@ class VertexSpace final : public SignalSpace {
                            const Factor& factor) const;
 
   std::vector<Triangle> triangles_;
+  std::vector<Vector3> positions_;
+  std::vector<int> boundary_;
   std::vector<FlatTriangle> shapes_;
   double area_ = 0;
   std::vector<int> incident_begin_;  ///< per vertex where its corners begin in `incident_`

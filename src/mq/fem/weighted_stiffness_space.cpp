@@ -55,6 +55,11 @@ SparseMatrix WeightedStiffnessSpace::weighted_system(double a, double b,
   return space_.weighted_system(a, b, times(conductivity), progress);
 }
 
+void WeightedStiffnessSpace::for_each_mixed_element(
+    std::span<const int>, const std::function<void(const Element&)>&) const {
+  throw Unsupported("elements of a space with conductivities are not offered one by one");
+}
+
 std::vector<float> WeightedStiffnessSpace::times(std::span<const float> conductivity) const {
   require(conductivity.size() == conductivity_.size(), "one conductivity per element is needed");
   std::vector<float> product = conductivity_;

@@ -23,12 +23,25 @@ class WeightedStiffnessSpace final : public SignalSpace {
   Signal stiffness_times(const Signal& psi, std::span<const double> beta = {}) const override;
   Vector lumped_mass() const override { return space_.lumped_mass(); }
   SurfaceScale scale() const override { return space_.scale(); }
+  std::vector<Vector3> positions() const override { return space_.positions(); }
+  std::vector<int> boundary() const override { return space_.boundary(); }
+  std::vector<BasisWeight> basis_at(int triangle, const Vector3& barycentric) const override {
+    return space_.basis_at(triangle, barycentric);
+  }
+  double largest_shown(const Vector& values) const override { return space_.largest_shown(values); }
+  SolverFactory multigrid(const StoppingRule& stop = {}) const override {
+    return space_.multigrid(stop);
+  }
   int element_count() const override { return space_.element_count(); }
   std::vector<float> gradient_norms(const Signal& psi) const override;
   Signal weighted_stiffness_times(const Signal& psi,
                                   std::span<const float> conductivity) const override;
   SparseMatrix weighted_system(double a, double b, std::span<const float> conductivity,
                                const Progress& progress = {}) const override;
+
+  /// Throws `Unsupported`: elements are those of the space behind, without conductivities.
+  void for_each_mixed_element(std::span<const int> labels,
+                              const std::function<void(const Element&)>& visit) const override;
 
  private:
   std::vector<float> times(std::span<const float> conductivity) const;

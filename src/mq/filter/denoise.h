@@ -38,7 +38,7 @@ struct DenoiseOptions {
 /// range (HDR). Costs a set-up and a solve of the screened Poisson equation per step. Throws
 /// `InvalidInput` on an edge that is not positive, fewer steps than 1, or guides that do not fit.
 Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<Guide>& guides,
-                 const DenoiseOptions& options, const SolverFactory& factory = direct_solver(),
+                 const DenoiseOptions& options, const SolverFactory& factory = {},
                  const Progress& progress = {});
 
 }  // namespace mq

@@ -32,8 +32,8 @@ struct GeodesicDistance::Parts {
   SparseMatrix heat;           ///< M + t·S
   std::vector<int> component;  ///< per unknown
   ScreenedPoisson poisson;
-  std::vector<Vector3> places = {};
-  std::vector<int> boundary = {};
+  std::vector<Vector3> positions;
+  std::vector<int> boundary;
 };
 
 namespace {
@@ -79,13 +79,13 @@ void require_sources(const std::vector<GeodesicSource>& sources, int size) {
 /// Sources with those around their points, each unknown once at the least of its distances.
 class SourceDiscs {
  public:
-  SourceDiscs(const SparseMatrix& A, const std::vector<Vector3>& places, double spacing)
-      : A_(A), places_(places), spacing_(spacing) {}
+  SourceDiscs(const SparseMatrix& A, const std::vector<Vector3>& positions, double spacing)
+      : A_(A), positions_(positions), spacing_(spacing) {}
 
   std::vector<GeodesicSource> grown(const std::vector<GeodesicSource>& sources) {
     for (const GeodesicSource& s : sources) {
       add(s.unknown, s.distance);
-      if (s.from && !places_.empty()) grow(s);
+      if (s.from) grow(s);
     }
     std::vector<GeodesicSource> all;
     for (const auto& [unknown, distance] : distance_) all.push_back({unknown, distance});
@@ -103,7 +103,7 @@ class SourceDiscs {
   void grow(const GeodesicSource& source) {
     const Vector3 centre = *source.from;
     const double radius = disc_spacings * std::max(spacing_, spacing_around(source.unknown));
-    const auto straight = [&](int i) { return (places_[std::size_t(i)] - centre).norm(); };
+    const auto straight = [&](int i) { return (positions_[std::size_t(i)] - centre).norm(); };
     std::map<int, double> along = {{source.unknown, straight(source.unknown)}};
     std::set<std::pair<double, int>> queue = {{along.begin()->second, source.unknown}};
     while (!queue.empty()) {
@@ -113,7 +113,7 @@ class SourceDiscs {
       for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
         const int j = int(it.col());
         if (j == i || it.value() == 0 || straight(j) > radius) continue;
-        const double longer = way + (places_[std::size_t(j)] - places_[std::size_t(i)]).norm();
+        const double longer = way + (positions_[std::size_t(j)] - positions_[std::size_t(i)]).norm();
         const auto [at, is_new] = along.try_emplace(j, longer);
         if (!is_new && longer >= at->second) continue;
         at->second = longer;
@@ -130,7 +130,7 @@ class SourceDiscs {
     int count = 0;
     for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
       if (it.col() == i || it.value() == 0) continue;
-      sum += (places_[std::size_t(it.col())] - places_[std::size_t(i)]).norm();
+      sum += (positions_[std::size_t(it.col())] - positions_[std::size_t(i)]).norm();
       ++count;
     }
     return count > 0 ? sum / count / ((1 + std::numbers::sqrt2) / 2) : 0;
@@ -139,13 +139,13 @@ class SourceDiscs {
   bool is_flat(const std::map<int, double>& disc, const Vector3& centre, double radius) const {
     Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
     for (const auto& [i, way] : disc) {
-      const Vector3 d = places_[std::size_t(i)] - centre;
+      const Vector3 d = positions_[std::size_t(i)] - centre;
       moments += d * d.transpose();
     }
     const Vector3 normal =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvectors().col(0);
     return std::ranges::all_of(disc, [&](const auto& entry) {
-      return std::abs(normal.dot(places_[std::size_t(entry.first)] - centre)) <= flatness * radius;
+      return std::abs(normal.dot(positions_[std::size_t(entry.first)] - centre)) <= flatness * radius;
     });
   }
 
@@ -154,7 +154,7 @@ class SourceDiscs {
   static constexpr double flatness = 0.1;
 
   const SparseMatrix& A_;
-  const std::vector<Vector3>& places_;
+  const std::vector<Vector3>& positions_;
   double spacing_;
   std::map<int, double> distance_;
 };
@@ -227,7 +227,7 @@ void continue_to_boundary(const GeodesicDistance::Parts& parts,
     w(i, 0) = even(w(i, 0));
     if (!near[std::size_t(i)]) inside.emplace_back(int(i), w(i, 0));
   }
-  const Vector front = fast_sweeping_distances(parts.heat, parts.places, inside, progress);
+  const Vector front = fast_sweeping_distances(parts.heat, parts.positions, inside, progress);
   for (Eigen::Index i = 0; i < w.rows(); ++i)
     if (near[std::size_t(i)] && std::isfinite(front[i])) w(i, 0) = front[i];
 }
@@ -254,7 +254,7 @@ void meet_sources(const std::vector<GeodesicSource>& sources, const std::vector<
 
 }  // namespace
 
-GeodesicDistance::GeodesicDistance(const SignalSpace& space, SolverFactory factory,
+GeodesicDistance::GeodesicDistance(const SignalSpace& space, const SolverFactory& factory,
                                    const GeodesicOptions& options, const Progress& progress) {
   require(options.time > 0 && std::isfinite(options.time),
           fmt::format("the time that heat spreads is {}; it must be positive", options.time));
@@ -263,23 +263,11 @@ GeodesicDistance::GeodesicDistance(const SignalSpace& space, SolverFactory facto
   std::vector<int> component = connected_components(heat);
   parts_ = std::make_unique<Parts>(
       Parts{space, options, length, std::move(heat), std::move(component),
-            ScreenedPoisson(space, ScreenedPoisson::infinite_weight, std::move(factory),
-                            progress.step("prepare", 0.8))});
+            ScreenedPoisson(space, ScreenedPoisson::infinite_weight, factory, progress.step("prepare", 0.8)),
+            space.positions(), space.boundary()});
 }
 
 GeodesicDistance::~GeodesicDistance() = default;
-
-void GeodesicDistance::set_places(std::vector<Vector3> places) {
-  require(std::ssize(places) == parts_->space.size(), "one place per unknown is needed");
-  parts_->places = std::move(places);
-}
-
-void GeodesicDistance::set_boundary(std::vector<int> unknowns) {
-  for (const int i : unknowns)
-    require(i >= 0 && i < parts_->space.size(),
-            fmt::format("{} at the boundary is none of the {} unknowns", i, parts_->space.size()));
-  parts_->boundary = std::move(unknowns);
-}
 
 double GeodesicDistance::diffusion_length() const { return parts_->length; }
 
@@ -287,18 +275,15 @@ Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
                                 const Progress& progress) const {
   require_sources(asked, parts_->space.size());
   const std::vector<GeodesicSource> sources =
-      SourceDiscs(parts_->heat, parts_->places, mean_spacing(parts_->space)).grown(asked);
+      SourceDiscs(parts_->heat, parts_->positions, mean_spacing(parts_->space)).grown(asked);
   std::vector<std::pair<int, double>> fixed;
   for (const GeodesicSource& s : sources)
     fixed.emplace_back(s.unknown, -s.distance / parts_->length);
-  Vector guess;
-  if (!parts_->places.empty()) {
-    std::vector<std::pair<int, double>> begin;
-    for (const GeodesicSource& s : sources) begin.emplace_back(s.unknown, s.distance);
-    guess =
-        fast_sweeping_distances(parts_->heat, parts_->places, begin, progress.step("front", 0.25)) /
-        -parts_->length;
-  }
+  std::vector<std::pair<int, double>> begin;
+  for (const GeodesicSource& s : sources) begin.emplace_back(s.unknown, s.distance);
+  const Vector guess =
+      fast_sweeping_distances(parts_->heat, parts_->positions, begin, progress.step("front", 0.25)) /
+      -parts_->length;
   HeatSweeps heat =
       sweep_heat(parts_->heat, fixed, {parts_->options.tolerance, parts_->options.max_sweeps},
                  guess, progress.step("spread heat", 0.25));
@@ -306,7 +291,7 @@ Geodesic GeodesicDistance::from(const std::vector<GeodesicSource>& asked,
   for (Eigen::Index i = 0; i < w.rows(); ++i)
     w(i, 0) = std::isfinite(heat.log_u[i]) ? -parts_->length * heat.log_u[i] : 0;
   heat.log_u = Vector();
-  if (!parts_->boundary.empty() && !parts_->places.empty())
+  if (!parts_->boundary.empty())
     continue_to_boundary(*parts_, sources, -parts_->length * guess, w,
                          progress.step("boundary", 0.1));
   const Signal moments = unit_gradient_moments(parts_->space, w);

@@ -7,7 +7,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/fem/space.h"
-#include "mq/linear/direct_solver.h"
+#include "mq/linear/solver.h"
 #include "mq/mesh/mesh.h"
 
 namespace mq {
@@ -64,22 +64,13 @@ struct Geodesic {
 ///
 /// The error is of order h̄: on a square of 256² texels 0.13 % on average for a source near the
 /// middle, wherever between texels it lies, 3 % at most beyond three texels; 0.2 % and 5 % for one
-/// 25 texels from an edge. Largest near the source and where shortest paths meet. Without places
-/// and boundary it is two to three times that, and boundaries are drawn out by two or three texels.
+/// 25 texels from an edge. Largest near the source and where shortest paths meet.
 class GeodesicDistance {
  public:
   /// Assembles and prepares both equations. `space` must outlive the object.
-  explicit GeodesicDistance(const SignalSpace& space, SolverFactory factory = direct_solver(),
+  explicit GeodesicDistance(const SignalSpace& space, const SolverFactory& factory = {},
                             const GeodesicOptions& options = {}, const Progress& progress = {});
   ~GeodesicDistance();
-
-  /// Where the unknowns lie. Sweeps then begin with `fast_sweeping_distances` and are a few instead
-  /// of dozens; where charts are much stretched they do not get there without.
-  void set_places(std::vector<Vector3> places);
-
-  /// The unknowns at the boundaries of the surface (`boundary_unknowns`), for what is said above;
-  /// it needs places, too.
-  void set_boundary(std::vector<int> unknowns);
 
   /// Throws `InvalidInput` when there are no sources, or one is not an unknown or not finite.
   Geodesic from(const std::vector<GeodesicSource>& sources, const Progress& progress = {}) const;

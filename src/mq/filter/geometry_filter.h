@@ -34,7 +34,7 @@ struct FilteredNormals {
 /// Rusinkiewicz and Kazhdan, Gradient-domain processing of meshes, 2016. Those of triangles begin at
 /// the triangles' own n, see `filtered_with`.
 FilteredNormals filter_normals(const Surface& surface, const GeometryFilterOptions& options,
-                               const SolverFactory& factory = direct_solver(),
+                               const SolverFactory& factory = {},
                                const Progress& progress = {});
 
 /// Positions as three signals, with the gain (1 + β·w·λ) / (1 + w·λ) per wave of the shape: β = 0 is
@@ -44,7 +44,7 @@ FilteredNormals filter_normals(const Surface& surface, const GeometryFilterOptio
 /// operator by restricting 3D functions, 2009; thesis 5.2. The centre of mass of each component
 /// stays (that of the metric used). Vertices of several fans stay one, see `NormalFit`.
 Reshaped filter_positions(const Surface& surface, const GeometryFilterOptions& options,
-                          const SolverFactory& factory = direct_solver(),
+                          const SolverFactory& factory = {},
                           const Progress& progress = {});
 
 }  // namespace mq

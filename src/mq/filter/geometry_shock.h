@@ -48,7 +48,7 @@ struct SharpenedShape {
 /// and triangles without area are treated as `SurfaceFlow` and `NormalFit` say; nothing is ever
 /// infinite. Throws `InvalidInput` on weights or times that are negative or not finite.
 SharpenedShape sharpen_shape(const Surface& surface, const GeometryShockOptions& options,
-                             const SolverFactory& factory = direct_solver(),
+                             const SolverFactory& factory = {},
                              const Progress& progress = {});
 
 }  // namespace mq

@@ -166,11 +166,10 @@ LiveModulation::LiveModulation(const TexelSpace& space, double weight, Signal ps
                                  weight, std::move(psi), options);
 }
 
-LiveModulation::LiveModulation(const VertexSpace& space, std::span<const Vector3> positions,
-                               double weight, Signal psi, const LiveOptions& options,
-                               const Progress& progress) {
+LiveModulation::LiveModulation(const VertexSpace& space, double weight, Signal psi,
+                               const LiveOptions& options, const Progress& progress) {
   check(space, weight, psi);
-  require(std::ssize(positions) == space.size(), "one position per vertex is needed");
+  const std::vector<Vector3> positions = space.positions();
   SparseMatrix A = space.system(1, weight, progress.step("assemble", 0.4));
   Hierarchy hierarchy = vertex_hierarchy(A, positions, {}, progress.step("levels", 0.6));
   data_ = std::make_unique<Data>(

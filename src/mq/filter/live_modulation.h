@@ -57,9 +57,8 @@ class LiveModulation {
   /// or is not finite.
   LiveModulation(const TexelSpace& space, double weight, Signal psi, const LiveOptions& options = {},
                  const Progress& progress = {});
-  /// The same of vertices, which lie at `positions`.
-  LiveModulation(const VertexSpace& space, std::span<const Vector3> positions, double weight, Signal psi,
-                 const LiveOptions& options = {}, const Progress& progress = {});
+  LiveModulation(const VertexSpace& space, double weight, Signal psi, const LiveOptions& options = {},
+                 const Progress& progress = {});
   ~LiveModulation();
   LiveModulation(LiveModulation&&) noexcept;
 

@@ -64,7 +64,7 @@ class NormalFit {
   /// Throws `InvalidInput` on an alpha that is negative or not finite, and on a surface without
   /// area. The surface is not referred to afterwards.
   explicit NormalFit(const Surface& surface, double alpha = default_alpha,
-                     const SolverFactory& factory = direct_solver(),
+                     const SolverFactory& factory = {},
                      const Progress& progress = {});
 
   /// The fit to a normal per triangle, of any length. With more `steps` than one, the gradients of

@@ -7,7 +7,7 @@
 #include "mq/base/progress.h"
 #include "mq/fem/texel_space.h"
 #include "mq/mesh/refine.h"
-#include "mq/trace/surface_point.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 

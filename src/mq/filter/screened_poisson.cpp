@@ -68,16 +68,18 @@ void ScreenedPoisson::Components::remove_means(Signal& values) const {
   for (Eigen::Index i = 0; i < values.rows(); ++i) values.row(i) -= mean.row(number[i]);
 }
 
-ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight, SolverFactory factory,
+ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight,
+                                 const SolverFactory& factory,
                                  const Progress& progress)
-    : space_(space), factory_(std::move(factory)) {
+    : space_(space), factory_(solver_or_own(factory, space)) {
   set_weight(weight, progress);
 }
 
 ScreenedPoisson::ScreenedPoisson(const SignalSpace& space, double weight,
-                                 std::vector<double> screen, SolverFactory factory,
+                                 std::vector<double> screen,
+                                 const SolverFactory& factory,
                                  const Progress& progress)
-    : space_(space), screen_(std::move(screen)), factory_(std::move(factory)) {
+    : space_(space), screen_(std::move(screen)), factory_(solver_or_own(factory, space)) {
   require(
       screen_.size() == std::size_t(space.size()),
       fmt::format("a screen of {} values was given for {} unknowns", screen_.size(), space.size()));

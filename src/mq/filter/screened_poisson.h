@@ -9,7 +9,6 @@
 #include "mq/base/length.h"
 #include "mq/base/progress.h"
 #include "mq/fem/space.h"
-#include "mq/linear/direct_solver.h"
 #include "mq/linear/solver.h"
 
 namespace mq {
@@ -58,14 +57,15 @@ class ScreenedPoisson {
  public:
   static constexpr double infinite_weight = std::numeric_limits<double>::infinity();
 
-  /// Assembles and prepares the solver. `space` must outlive the object. Throws `InvalidInput` on a
+  /// Assembles and prepares the solver: the space's own (`SignalSpace::solver`) where the factory is
+  /// empty. `space` must outlive the object. Throws `InvalidInput` on a
   /// weight that is negative or NaN, and what the factory throws.
-  ScreenedPoisson(const SignalSpace& space, double weight,
-                  SolverFactory factory = direct_solver(), const Progress& progress = {});
+  ScreenedPoisson(const SignalSpace& space, double weight, const SolverFactory& factory = {},
+                  const Progress& progress = {});
 
   /// The same with a screen, one value per unknown; negative, infinite and NaN ones are refused.
   ScreenedPoisson(const SignalSpace& space, double weight, std::vector<double> screen,
-                  SolverFactory factory = direct_solver(), const Progress& progress = {});
+                  const SolverFactory& factory = {}, const Progress& progress = {});
 
   /// Prepares for another weight, keeping what the solver can (the analysis of the pattern). When it
   /// throws, only another `set_weight` that succeeds makes the object usable again.
@@ -117,10 +117,10 @@ class ScreenedPoisson {
 
 /// β = 0 with w = length²: details smaller than about 2π·length fade.
 Filtered smooth(const SignalSpace& space, const Signal& signal, const Length& length,
-                const SolverFactory& factory = direct_solver(), const Progress& progress = {});
+                const SolverFactory& factory = {}, const Progress& progress = {});
 
 /// β > 1 with w = length²: details smaller than about 2π·length are amplified by up to β.
 Filtered sharpen(const SignalSpace& space, const Signal& signal, const Length& length, double beta,
-                 const SolverFactory& factory = direct_solver(), const Progress& progress = {});
+                 const SolverFactory& factory = {}, const Progress& progress = {});
 
 }  // namespace mq

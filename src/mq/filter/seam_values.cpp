@@ -11,7 +11,6 @@
 #include "mq/atlas/seams.h"
 #include "mq/atlas/texel_grid.h"
 #include "mq/base/error.h"
-#include "mq/fem/elements.h"
 #include "mq/linear/connected_components.h"
 
 namespace mq {

@@ -24,7 +24,7 @@ struct ShockWeights {
 /// solver where the weights are equal; their reports are appended to `reports` unless it is null.
 /// Throws `InvalidInput` on values that are not finite.
 Vector shock_potential(const VertexSpace& space, const Signal& phi, const ShockWeights& weights,
-                       const SolverFactory& factory = direct_solver(),
+                       const SolverFactory& factory = {},
                        std::vector<SolveReport>* reports = nullptr, const Progress& progress = {});
 
 /// Λ = (∫ (ΔP)² dA / area)^½, with −ΔP = S·P over the lumped mass: the root mean square of the
@@ -72,7 +72,7 @@ struct Shocked {
 /// `signal` is size() × channels. Throws what `shock_potential` and `SurfaceFlow` throw.
 Shocked transport_shock(const TraceMesh& mesh, const VertexSpace& space, const Signal& signal,
                         const ShockWeights& weights, const ShockTime& time,
-                        const SolverFactory& factory = direct_solver(),
+                        const SolverFactory& factory = {},
                         const Progress& progress = {});
 
 }  // namespace mq

@@ -26,6 +26,13 @@
 namespace mq {
 namespace {
 
+/// A space, its stiffness and where its unknowns lie.
+struct Ground {
+  const SignalSpace& space;
+  const SparseMatrix& stiffness;
+  std::span<const Vector3> positions;
+};
+
 /// How a region goes on around one of its unknowns.
 struct Slope {
   Eigen::Matrix<double, 3, Eigen::Dynamic> gradient;
@@ -39,25 +46,25 @@ struct Slope {
   }
 };
 
-void require_sizes(const StitchDomain& domain, const Signal& psi, std::span<const int> labels) {
-  require(domain.stiffness.rows() == psi.rows() && std::ssize(labels) == psi.rows() &&
-              std::ssize(domain.places) == psi.rows(),
-          fmt::format("stitching: a signal of {} rows, {} labels, {} places and a stiffness of {} "
+void require_sizes(const Ground& ground, const Signal& psi, std::span<const int> labels) {
+  require(ground.stiffness.rows() == psi.rows() && std::ssize(labels) == psi.rows() &&
+              std::ssize(ground.positions) == psi.rows(),
+          fmt::format("stitching: a signal of {} rows, {} labels, {} positions and a stiffness of {} "
                       "rows do not fit",
-                      psi.rows(), labels.size(), domain.places.size(), domain.stiffness.rows()));
+                      psi.rows(), labels.size(), ground.positions.size(), ground.stiffness.rows()));
 }
 
 /// g minimising Σ_j |ψ_j − ψ_i − g·(x_j − x_i)|² + ε Σ_j |x_j − x_i|² |g|² over neighbours of the
 /// same label: what no neighbour shows, the direction of the normal among it, becomes 0.
-Slope slope(const StitchDomain& domain, const Signal& psi, std::span<const int> labels, int i) {
+Slope slope(const Ground& ground, const Signal& psi, std::span<const int> labels, int i) {
   constexpr double epsilon = 1e-6;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Slope result{Eigen::Matrix<double, 3, Eigen::Dynamic>::Zero(3, psi.cols()),
                Eigen::RowVectorXd::Zero(psi.cols())};
-  for (SparseMatrix::InnerIterator it(domain.stiffness, i); it; ++it) {
+  for (SparseMatrix::InnerIterator it(ground.stiffness, i); it; ++it) {
     const int j = int(it.col());
     if (j == i || labels[j] != labels[i]) continue;
-    const Vector3 d = domain.places[j] - domain.places[i];
+    const Vector3 d = ground.positions[j] - ground.positions[i];
     const Eigen::RowVectorXd step = psi.row(j) - psi.row(i);
     normal += d * d.transpose();
     result.gradient += d * step;
@@ -81,10 +88,10 @@ std::map<int, int> regions_of(const Element& element, std::span<const int> label
 }
 
 /// Slopes of the corners of mixed elements, by unknown.
-std::map<int, Slope> border_slopes(const StitchDomain& domain, const Signal& psi,
+std::map<int, Slope> border_slopes(const Ground& ground, const Signal& psi,
                                    std::span<const int> labels) {
   std::vector<char> wanted(labels.size(), 0);
-  domain.elements(labels, [&](const Element& element) {
+  ground.space.for_each_mixed_element(labels, [&](const Element& element) {
     for (const int i : element.own) wanted[i] = labels[i] != unseen;
   });
   std::vector<int> rows;
@@ -92,7 +99,7 @@ std::map<int, Slope> border_slopes(const StitchDomain& domain, const Signal& psi
     if (wanted[i]) rows.push_back(int(i));
   std::vector<Slope> slopes(rows.size());
   parallel_for(
-      std::ssize(rows), [&](std::int64_t k) { slopes[k] = slope(domain, psi, labels, rows[k]); },
+      std::ssize(rows), [&](std::int64_t k) { slopes[k] = slope(ground, psi, labels, rows[k]); },
       64);
   std::map<int, Slope> result;
   for (std::size_t k = 0; k < rows.size(); ++k)
@@ -103,14 +110,14 @@ std::map<int, Slope> border_slopes(const StitchDomain& domain, const Signal& psi
 /// The change for regions that go on with the values `beyond(label, j, v)` where it returns true,
 /// and elsewhere along their slopes.
 template <class Beyond>
-Signal change(const StitchDomain& domain, const Signal& psi, std::span<const int> labels,
+Signal change(const Ground& ground, const Signal& psi, std::span<const int> labels,
               const Beyond& beyond) {
-  require_sizes(domain, psi, labels);
-  const std::map<int, Slope> slopes = border_slopes(domain, psi, labels);
+  require_sizes(ground, psi, labels);
+  const std::map<int, Slope> slopes = border_slopes(ground, psi, labels);
   Signal result = Signal::Zero(psi.rows(), psi.cols());
   Signal d;
   Eigen::RowVectorXd v(psi.cols());
-  domain.elements(labels, [&](const Element& element) {
+  ground.space.for_each_mixed_element(labels, [&](const Element& element) {
     const auto count = std::ssize(element.unknowns);
     const std::map<int, int> regions = regions_of(element, labels);
     if (regions.empty()) return;
@@ -125,7 +132,7 @@ Signal change(const StitchDomain& domain, const Signal& psi, std::span<const int
           v.setZero();
           for (const int i : element.own)
             if (labels[i] == label)
-              v += psi.row(i) + slopes.at(i).along(domain.places[j] - domain.places[i]);
+              v += psi.row(i) + slopes.at(i).along(ground.positions[j] - ground.positions[i]);
           v /= n;
         }
         d.row(k) += n / corners * (v - psi.row(j));
@@ -199,8 +206,16 @@ std::vector<int> numbers_of_pictures(const Texels& texels, std::span<const Textu
   return numbers;
 }
 
-Signal stitch_regions(const StitchDomain& domain, const Signal& psi, std::span<const int> labels) {
-  return change(domain, psi, labels, [](int, int, auto&) { return false; });
+namespace {
+
+Signal change_of_regions(const Ground& ground, const Signal& psi, std::span<const int> labels) {
+  return change(ground, psi, labels, [](int, int, auto&) { return false; });
+}
+
+}  // namespace
+
+Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<const int> labels) {
+  return change_of_regions({space, space.stiffness(), space.positions()}, psi, labels);
 }
 
 Composite best_of(std::span<const Partial> partials, std::span<const int> wanted) {
@@ -246,14 +261,23 @@ Composite best_of(std::span<const Partial> partials, std::span<const int> wanted
   return composite;
 }
 
-Signal stitch_partials(const StitchDomain& domain, std::span<const Partial> partials,
-                       const Composite& composite) {
-  return change(domain, composite.values, composite.labels,
+namespace {
+
+Signal change_of_partials(const Ground& ground, std::span<const Partial> partials,
+                          const Composite& composite) {
+  return change(ground, composite.values, composite.labels,
                 [&](int label, int j, Eigen::RowVectorXd& v) {
                   const bool shown = partials[label].confidence[j] > 0;
                   if (shown) v = partials[label].values.row(j);
                   return shown;
                 });
+}
+
+}  // namespace
+
+Signal stitch_partials(const SignalSpace& space, std::span<const Partial> partials,
+                       const Composite& composite) {
+  return change_of_partials({space, space.stiffness(), space.positions()}, partials, composite);
 }
 
 namespace {
@@ -266,10 +290,10 @@ double fill_weight(const SignalSpace& space) { return space.scale().area / space
 /// The elements where what is seen and what is not meet.
 class SeenBorder {
  public:
-  SeenBorder(const MixedElements& elements, std::span<const int> labels) {
+  SeenBorder(const SignalSpace& space, std::span<const int> labels) {
     std::vector<int> sides(labels.begin(), labels.end());
     for (int& side : sides) side = side == unseen;
-    elements(sides, [&](const Element& element) {
+    space.for_each_mixed_element(sides, [&](const Element& element) {
       parts_.push_back({{element.unknowns.begin(), element.unknowns.end()},
                         {element.stiffness.begin(), element.stiffness.end()}});
     });
@@ -354,7 +378,10 @@ Eigen::RowVectorXd products(const Signal& a, const Signal& b) {
 
 Stitcher::Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
                    const SolverFactory& factory, const Progress& progress)
-    : labels_(std::move(labels)) {
+    : space_(space),
+      stiffness_(space.stiffness()),
+      positions_(space.positions()),
+      labels_(std::move(labels)) {
   require(std::ssize(labels_) == space.size(), "stitching needs one label per unknown");
   if (std::ranges::count(labels_, unseen) == 0) {
     equation_ = std::make_unique<ScreenedPoisson>(space, weight, factory, progress);
@@ -386,15 +413,23 @@ Signal Stitcher::fill(const Signal& psi, const Progress& progress) const {
   return result;
 }
 
+Signal Stitcher::change(const Signal& psi) const {
+  return change_of_regions({space_, stiffness_, positions_}, psi, labels_);
+}
+
+Signal Stitcher::change(std::span<const Partial> partials, const Composite& composite) const {
+  require(composite.labels == labels_, "the composite must have the labels of the stitcher");
+  return change_of_partials({space_, stiffness_, positions_}, partials, composite);
+}
+
 /// Conjugate gradients on K·δ = w·change, preconditioned by the prepared equation of the whole
 /// surface, whose δ is harmonic where nothing is seen; a surface with a hole and one without are
 /// so alike (A⁻¹K has eigenvalues around ½ to 1) that a few rounds do.
-Filtered Stitcher::solve(const StitchDomain& domain, const Signal& psi, const Signal& change,
-                         const Progress& progress) const {
+Filtered Stitcher::solve(const Signal& psi, const Signal& change, const Progress& progress) const {
   const Signal zero = Signal::Zero(psi.rows(), psi.cols());
   const auto changed = [&](const Signal& delta) -> Signal {
     Signal bounded = delta;
-    bound_weak(domain.stiffness, labels_, bounded);
+    bound_weak(stiffness_, labels_, bounded);
     return psi + bounded;
   };
   if (!filler_ || equation_->weight() == 0) {
@@ -404,13 +439,13 @@ Filtered Stitcher::solve(const StitchDomain& domain, const Signal& psi, const Si
   }
   constexpr int most_rounds = 8;
   constexpr double enough = 1e-4;
-  const SeenBorder border(domain.elements, labels_);
+  const SeenBorder border(space_, labels_);
   Filtered result = equation_->solve_change(zero, change, progress.step("round 1", 0.3));
   Signal x = zero, r = change, p = result.signal;
   Eigen::RowVectorXd rz = products(r, p);
   const double aim = enough * enough * r.squaredNorm();
   for (int round = 2; round <= most_rounds && r.squaredNorm() > aim; ++round) {
-    const Signal q = seen_only(domain.stiffness, border, mass_, equation_->weight(), labels_, p);
+    const Signal q = seen_only(stiffness_, border, mass_, equation_->weight(), labels_, p);
     const Eigen::RowVectorXd pq = products(p, q);
     const auto ratio = [](double a, double b) { return a > 0 && b > 0 ? a / b : 0; };
     const Eigen::RowVectorXd step = rz.binaryExpr(pq, ratio);

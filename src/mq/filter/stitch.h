@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "mq/atlas/atlas.h"
-#include "mq/fem/elements.h"
+#include "mq/fem/space.h"
 #include "mq/fem/texels.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/image/image.h"
@@ -46,16 +46,9 @@ std::vector<int> labels_of_pictures(const Texels& texels, std::span<const Textur
                                     std::span<const Image<float>> pictures,
                                     const std::optional<std::vector<float>>& unseen_colour = {});
 
-/// What stitching needs to know of a space: its elements, its stiffness, where its unknowns lie.
-struct StitchDomain {
-  MixedElements elements;
-  const SparseMatrix& stiffness;
-  std::span<const Vector3> places;
-};
-
 /// One signal put together from regions: unknowns of equal labels come from one photograph. Nothing
 /// is asked of elements where something is unseen. Throws `InvalidInput` where sizes differ.
-Signal stitch_regions(const StitchDomain& domain, const Signal& psi, std::span<const int> labels);
+Signal stitch_regions(const SignalSpace& space, const Signal& psi, std::span<const int> labels);
 
 /// One photograph, as a signal on the whole surface and how well it shows each unknown.
 struct Partial {
@@ -84,7 +77,7 @@ Composite best_of(std::span<const Partial> partials, std::span<const int> wanted
 
 /// The same for a composite; where a region goes on past its border and its photograph still shows
 /// what is there, v_j is the photograph's own value.
-Signal stitch_partials(const StitchDomain& domain, std::span<const Partial> partials,
+Signal stitch_partials(const SignalSpace& space, std::span<const Partial> partials,
                        const Composite& composite);
 
 /// Solves for stitched signals of one partition. What is unseen has no value that could be kept and
@@ -93,14 +86,13 @@ Signal stitch_partials(const StitchDomain& domain, std::span<const Partial> part
 ///
 ///     Stitcher stitcher(space, weight, labels);
 ///     const Signal filled = stitcher.fill(psi);
-///     const Signal change = stitch_regions(domain, filled, labels);
-///     const Filtered result = stitcher.solve(domain, filled, change);
+///     const Filtered result = stitcher.solve(filled, stitcher.change(filled));
 class Stitcher {
  public:
-  /// Throws what `ScreenedPoisson` throws. `space` must outlive the object. Where something is
+  /// Assembles the stiffness, and throws what `ScreenedPoisson` throws. `space` must outlive the object. Where something is
   /// unseen, two systems are prepared instead of one.
   Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
-           const SolverFactory& factory = direct_solver(), const Progress& progress = {});
+           const SolverFactory& factory = {}, const Progress& progress = {});
 
   /// Other regions of the same signal; the systems stay. Throws `InvalidInput` where something else is
   /// unseen.
@@ -109,15 +101,24 @@ class Stitcher {
   /// The signal with harmonic values where it is unseen, the rest as it was.
   Signal fill(const Signal& psi, const Progress& progress = {}) const;
 
+  /// `stitch_regions` and `stitch_partials` with the stiffness that is there already. The composite
+  /// must have the labels of the stitcher.
+  Signal change(const Signal& psi) const;
+  Signal change(std::span<const Partial> partials, const Composite& composite) const;
+
   /// The filled ψ with its gradient changed. An unknown around which others of its region have five
   /// times its S_ii, a texel that hardly meets the surface, changes by no more and no less than
   /// these. But for that the mean of each component's seen part is kept
   /// (where something is unseen, to 1e-4 of the change). Where nothing is to be changed ψ comes back
   /// bit for bit. Where something is unseen, about six solves.
-  Filtered solve(const StitchDomain& domain, const Signal& psi, const Signal& change,
-                 const Progress& progress = {}) const;
+  Filtered solve(const Signal& psi, const Signal& change, const Progress& progress = {}) const;
+
+  const SparseMatrix& stiffness() const { return stiffness_; }
 
  private:
+  const SignalSpace& space_;
+  SparseMatrix stiffness_;
+  std::vector<Vector3> positions_;
   std::vector<int> labels_;
   Vector mass_;  ///< lumped, where something is unseen
   std::unique_ptr<ScreenedPoisson> equation_;

@@ -17,12 +17,9 @@ namespace mq {
 
 namespace {
 
-SurfacePoint surface_point(const ClosestPoint& p) { return {p.triangle, p.barycentric}; }
-
 Eigen::RowVectorXd at(const Mesh& mesh, const Signal& signal, const SurfacePoint& p) {
   const Triangle& v = mesh.triangles[p.triangle];
-  return p.barycentric[0] * signal.row(v[0]) + p.barycentric[1] * signal.row(v[1]) +
-         p.barycentric[2] * signal.row(v[2]);
+  return interpolate(p.barycentric, [&](int k) { return signal.row(v[k]); });
 }
 
 /// The smaller eigenvalue of Σ_c ∇φ_c ∇φ_cᵀ, averaged over the triangles around each vertex.
@@ -104,14 +101,14 @@ ColourRegistration ColourRegistrar::operator()(const Surface& source, const Sign
       on_source(target_.mesh.positions, progress.step("project", 0.1));
   Signal projected(target_.mesh.vertex_count(), source_colours.cols());
   parallel_for(projected.rows(), [&](std::int64_t v) {
-    projected.row(v) = at(source.mesh, source_colours, surface_point(seen[v]));
+    projected.row(v) = at(source.mesh, source_colours, seen[v]);
   });
 
   // Step 3: align them. Step 4: move the closest points.
   result.flow = flow_(projected, colours_, progress.step("flow", 0.7));
   const std::vector<ClosestPoint> closest =
       on_target_(source.mesh.positions, progress.step("closest points", 0.1));
-  for (const ClosestPoint& p : closest) result.closest.push_back(surface_point(p));
+  for (const ClosestPoint& p : closest) result.closest.push_back(p);
   result.points = SurfaceFlow::along(flow_.finest().trace(), result.flow.field)
                       .trace(result.closest, 1, progress.step("move", 0.1))
                       .ends;

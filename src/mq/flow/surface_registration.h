@@ -5,7 +5,7 @@
 
 #include "mq/flow/surface_optical_flow.h"
 #include "mq/mesh/closest_point.h"
-#include "mq/trace/surface_point.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 

@@ -31,10 +31,7 @@ Signal sampled(const Mesh& mesh, const Signal& signal, const std::vector<Surface
       return;
     }
     const Triangle& corners = mesh.triangles[p.triangle];
-    for (Eigen::Index c = 0; c < signal.cols(); ++c)
-      values(v, c) = p.barycentric[0] * signal(corners[0], c) +
-                     p.barycentric[1] * signal(corners[1], c) +
-                     p.barycentric[2] * signal(corners[2], c);
+    values.row(v) = interpolate(p.barycentric, [&](int k) { return signal.row(corners[k]); });
   });
   return values;
 }

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/document.h"
+#include "mq/io/file_names.h"
 #include "mq/io/gltf.h"
 #include "mq/io/image_file.h"
 #include "mq/io/obj.h"
@@ -25,8 +26,6 @@ std::string lower(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
   return text;
 }
-
-std::string lower_extension(const fs::path& path) { return lower(path.extension().string()); }
 
 /// What a file of no mesh format we read begins with, and what it is.
 constexpr std::pair<std::string_view, const char*> other_formats[] = {

@@ -91,12 +91,6 @@ void fail_too_large(const std::string& name, std::int64_t width, std::int64_t he
                         width, height, max_picture_side));
 }
 
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string text = path.extension().string();
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 std::string picture_format(Bytes bytes, const std::string& name) {
   using namespace std::string_view_literals;
   if (bytes.empty()) fail_picture(name, "the file is empty; a picture was expected");

@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "mq/io/file_names.h"
+
 namespace mq {
 
 inline constexpr const char* known_picture_formats = "PNG, JPEG, TIFF, EXR, BMP and TGA";
@@ -14,8 +16,6 @@ inline constexpr const char* known_picture_formats = "PNG, JPEG, TIFF, EXR, BMP 
 /// Throws `IoError`: "NAME: WHAT".
 [[noreturn]] void fail_picture(const std::string& name, const std::string& what);
 [[noreturn]] void fail_too_large(const std::string& name, std::int64_t width, std::int64_t height);
-
-std::string lower_extension(const std::filesystem::path& path);
 
 /// What the bytes are: "png", "jpeg", "tiff", "openexr", "bmp" or "targa". TGA has no mark of its
 /// own and goes by the extension. Throws `IoError` for anything else.

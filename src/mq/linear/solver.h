@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,21 @@ struct SolveReport {
   double setup_seconds = 0;
   double solve_seconds = 0;
 };
+
+/// When iterations stop: at a relative residual (and an error of about four times that, see
+/// `ErrorEstimate`), or after so many cycles; unset: the solver's own limit.
+struct StoppingRule {
+  double tolerance = 1e-6;
+  std::optional<int> max_cycles = {};
+};
+
+/// A solver's options with this rule in place of their own.
+template <class SolverOptions>
+SolverOptions stopping(const StoppingRule& stop, SolverOptions options = {}) {
+  options.tolerance = stop.tolerance;
+  options.max_cycles = stop.max_cycles.value_or(options.max_cycles);
+  return options;
+}
 
 /// Of an equation whose solution is its first guess.
 inline SolveReport nothing_to_solve() {

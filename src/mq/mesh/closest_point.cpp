@@ -42,21 +42,15 @@ float round_up(double x) { return std::nextafter(float(x), infinite); }
 
 }  // namespace
 
-Vector3 point_at(const Mesh& mesh, const ClosestPoint& p) {
-  return p.barycentric[0] * mesh.position(p.triangle, 0) +
-         p.barycentric[1] * mesh.position(p.triangle, 1) +
-         p.barycentric[2] * mesh.position(p.triangle, 2);
-}
-
 ClosestPoint closest_point(const Mesh& mesh, int triangle, const Vector3& point) {
   const Vector3 &a = mesh.position(triangle, 0), &b = mesh.position(triangle, 1),
                 &c = mesh.position(triangle, 2);
   const auto with_distance = [&](const Vector3& w) {
-    return ClosestPoint{triangle, w, (w[0] * a + w[1] * b + w[2] * c - point).squaredNorm()};
+    return ClosestPoint{{triangle, w}, (w[0] * a + w[1] * b + w[2] * c - point).squaredNorm()};
   };
   const Vector3 inside = in_plane(a, b, c, point);
   if (inside.minCoeff() >= 0) return with_distance(inside);  // false for NaN
-  ClosestPoint best{triangle, {1, 0, 0}, std::numeric_limits<double>::infinity()};
+  ClosestPoint best{{triangle, {1, 0, 0}}, std::numeric_limits<double>::infinity()};
   for (int k = 0; k < 3; ++k) {
     const int l = (k + 1) % 3;
     const double t = along_segment(mesh.position(triangle, k), mesh.position(triangle, l), point);
@@ -81,7 +75,7 @@ struct ClosestPointFinder::Scene {
     Vector3 point;
     const std::function<bool(const ClosestPoint&)>* accept = nullptr;  // null: all
     double most = std::numeric_limits<double>::infinity();             // squared distance
-    ClosestPoint best{-1, Vector3::Zero(), std::numeric_limits<double>::infinity()};
+    ClosestPoint best{{}, std::numeric_limits<double>::infinity()};
 
     /// Whether the triangle is closer than all before.
     bool consider(int triangle) {

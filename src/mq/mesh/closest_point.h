@@ -8,17 +8,13 @@
 
 #include "mq/base/progress.h"
 #include "mq/mesh/mesh.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 
-struct ClosestPoint {
-  int triangle = -1;
-  Vector3 barycentric = Vector3::Zero();  ///< weights of the corners: not negative, of sum 1
-  double squared_distance = 0;            ///< model units squared
+struct ClosestPoint : SurfacePoint {
+  double squared_distance = 0;  ///< model units squared
 };
-
-/// Where it is, on the mesh or on the same triangles elsewhere.
-Vector3 point_at(const Mesh& mesh, const ClosestPoint& p);
 
 /// The point of one triangle, which may be degenerate.
 ClosestPoint closest_point(const Mesh& mesh, int triangle, const Vector3& point);

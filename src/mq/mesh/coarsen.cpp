@@ -317,7 +317,7 @@ struct Corners {
 };
 
 ClosestPoint at_corner(int corner) {
-  ClosestPoint place{corner / 3, Vector3::Zero(), 0};
+  ClosestPoint place{{corner / 3, Vector3::Zero()}, 0};
   place.barycentric[corner % 3] = 1;
   return place;
 }

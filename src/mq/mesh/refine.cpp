@@ -236,8 +236,7 @@ RefinedMesh refined(const Mesh& mesh, double most) {
         corners[k] = mesh.corner_uvs[source][corner];
       } else {
         corners[k] = int(result.mesh.uvs.size());
-        result.mesh.uvs.push_back(b[0] * mesh.uv(source, 0) + b[1] * mesh.uv(source, 1) +
-                                  b[2] * mesh.uv(source, 2));
+        result.mesh.uvs.push_back(interpolate(b, [&](int at) { return mesh.uv(source, at); }));
       }
     }
     if (mesh.has_uvs()) result.mesh.corner_uvs.push_back(corners);

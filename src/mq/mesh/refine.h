@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mq/mesh/surface.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 
@@ -35,10 +36,7 @@ RefinedSurface refine(const Surface& surface, std::span<const char> keep, const 
 
 /// A mesh refined, with its texture coordinates.
 struct RefinedMesh {
-  struct Place {
-    int triangle = -1;
-    Vector3 barycentric = Vector3::Zero();
-  };
+  using Place = SurfacePoint;
   Mesh mesh;
   std::vector<int> source;    ///< per triangle the one it is a part of
   std::vector<Place> places;  ///< per vertex where it lies in the mesh that was refined

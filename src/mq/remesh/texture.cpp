@@ -30,8 +30,7 @@ class Atlas {
     for (int k = 0; k < 3; ++k) {
       const Vector3 b = closest_point(from_, nearest, to_.position(t, k)).barycentric;
       to_.corner_uvs[t][k] = int(to_.uvs.size());
-      to_.uvs.push_back(b[0] * from_.uv(nearest, 0) + b[1] * from_.uv(nearest, 1) +
-                        b[2] * from_.uv(nearest, 2));
+      to_.uvs.push_back(interpolate(b, [&](int c) { return from_.uv(nearest, c); }));
     }
     to_.textures[t] = texture(nearest);
   }

@@ -7,7 +7,8 @@
 
 #include "mq/base/progress.h"
 #include "mq/linear/matrix.h"
-#include "mq/trace/surface_point.h"
+#include "mq/mesh/surface_point.h"
+#include "mq/trace/path_counts.h"
 #include "mq/trace/trace_mesh.h"
 
 namespace mq {

@@ -14,7 +14,8 @@
 #include <limits>
 
 #include "mq/base/progress.h"
-#include "mq/trace/surface_point.h"
+#include "mq/mesh/surface_point.h"
+#include "mq/trace/path_counts.h"
 
 namespace mq::walk {
 

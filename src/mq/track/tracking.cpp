@@ -45,12 +45,8 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-Vector3 normal_at(const Mesh& mesh, const std::vector<Vector3>& normals, int triangle,
-                  const Vector3& barycentric) {
-  const Triangle& v = mesh.triangles[triangle];
-  return (barycentric[0] * normals[v[0]] + barycentric[1] * normals[v[1]] +
-          barycentric[2] * normals[v[2]])
-      .normalized();
+Vector3 normal_at(const Mesh& mesh, const std::vector<Vector3>& normals, const SurfacePoint& p) {
+  return value_at(mesh, normals, p).normalized();
 }
 
 int nearest_corner(const Mesh& mesh, const ClosestPoint& p) {
@@ -147,7 +143,7 @@ std::vector<Match> SurfaceTracker::State::matches(const TrackTarget& target) {
   std::vector<Match> all(there.size() + back.size());
   parallel_for(std::ssize(there), [&](std::int64_t v) {
     const ClosestPoint& p = there[v];
-    const Vector3 normal = normal_at(other, target.normals(), p.triangle, p.barycentric);
+    const Vector3 normal = normal_at(other, target.normals(), p);
     if (!(normals[v].dot(normal) > least_cosine)) return;
     const int corner = nearest_corner(other, p);
     const Vector3 returned = point_at(mesh, back[corner]);
@@ -158,7 +154,7 @@ std::vector<Match> SurfaceTracker::State::matches(const TrackTarget& target) {
   });
   parallel_for(std::ssize(back), [&](std::int64_t u) {
     const ClosestPoint& p = back[u];
-    const Vector3 normal = normal_at(mesh, normals, p.triangle, p.barycentric);
+    const Vector3 normal = normal_at(mesh, normals, p);
     if (!(normal.dot(target.normals()[u]) > least_cosine)) return;
     all[std::ssize(there) + u] = {nearest_corner(mesh, p), other.positions[u] - point_at(mesh, p),
                                   target.normals()[u], target_shares[u]};
@@ -273,11 +269,11 @@ void SurfaceTracker::State::follow_colours(std::span<const Vector3> current,
           constraints[m.vertex].add(m.mass * m.weight * m.normal * m.normal.transpose(), m.move);
       for (std::size_t v = 0; v < current.size(); ++v) {
         const SurfacePoint& p = registered.points[v];
-        const Vector3 n = normal_at(other, target.normals(), p.triangle, p.barycentric);
+        const Vector3 n = normal_at(other, target.normals(), p);
         if (!n.allFinite()) continue;
         constraints[v].add(options.colour_weight * shares[v] * registered.confidences[v] *
                                (Eigen::Matrix3d::Identity() - n * n.transpose()),
-                           point_at(other, {p.triangle, p.barycentric, 0}) - now.mesh.positions[v]);
+                           point_at(other, p) - now.mesh.positions[v]);
       }
       graph.gauss_newton_step(current, constraints, rest.mesh.positions, turned,
                               {options.colour_stiffness, options.elasticity}, motions);
@@ -333,7 +329,7 @@ void SurfaceTracker::State::add_pulls_of_target(const TrackTarget& target,
   for (std::size_t v = 0; v < weights.size(); ++v) moves.row(Eigen::Index(v)) *= weights[v];
   for (std::size_t u = 0; u < back.size(); ++u) {
     const ClosestPoint& p = back[u];
-    const Vector3 normal = normal_at(mesh, normals, p.triangle, p.barycentric);
+    const Vector3 normal = normal_at(mesh, normals, p);
     if (!(normal.dot(target.normals()[u]) > least_cosine)) continue;
     const int v = nearest_corner(mesh, p);
     if (!(shares[v] > 0)) continue;
@@ -364,7 +360,7 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
     Signal moves = Signal::Zero(n, 3);
     parallel_for(n, [&](std::int64_t v) {
       const Vector3 normal =
-          normal_at(other, target.normals(), there[v].triangle, there[v].barycentric);
+          normal_at(other, target.normals(), there[v]);
       if (!(normals[v].dot(normal) > least_cosine)) return;
       weights[v] = std::exp(-there[v].squared_distance / (2 * width * width));
       const Vector3 move = point_at(other, there[v]) - now.mesh.positions[v];

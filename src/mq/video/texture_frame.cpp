@@ -54,18 +54,12 @@ void take_out_steps(const TexelSpace& space, const Image<int>& label, double alp
                     TextureFrame& frame) {
   const Texels& texels = space.texels();
   std::vector<int> labels;
-  std::vector<Vector3> places;
-  for (int t = 0; t < texels.size(); ++t) {
-    labels.push_back(label(texels.places[t].x, texels.places[t].y));
-    places.emplace_back(texels.positions[t][0], texels.positions[t][1], texels.positions[t][2]);
-  }
-  const SparseMatrix S = space.stiffness();
-  const StitchDomain domain{mixed_elements(space), S, places};
+  for (const Texels::Place& at : texels.places) labels.push_back(label(at.x, at.y));
   const Signal psi = space.gather({&frame.picture, 1});
-  frame.before = border_jump(S, psi, labels);
-  const Stitcher stitcher(space, alpha * space.scale().area, labels, multigrid_solver(texels));
-  const Signal stitched = stitcher.solve(domain, psi, stitch_regions(domain, psi, labels)).signal;
-  frame.after = border_jump(S, stitched, labels);
+  const Stitcher stitcher(space, alpha * space.scale().area, labels, space.multigrid());
+  frame.before = border_jump(stitcher.stiffness(), psi, labels);
+  const Signal stitched = stitcher.solve(psi, stitcher.change(psi)).signal;
+  frame.after = border_jump(stitcher.stiffness(), stitched, labels);
   space.scatter(stitched, {&frame.picture, 1});
 }
 

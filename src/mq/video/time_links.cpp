@@ -104,8 +104,8 @@ TimeLinks texel_links(const AtlasFrame& before, const AtlasFrame& after) {
     const Vector3 b = nearest_in_triangle(owners.corners(owner.triangle), owners.place(x, y));
     Vector3 was;
     for (int k = 0; k < 3; ++k) was[there.corner[k]] = b[k];
-    for (const TexelWeight& w : before.space().basis_at(there.triangle, was))
-      links.entries.push_back({w.texel, w.weight});
+    for (const BasisWeight& w : before.space().basis_at(there.triangle, was))
+      links.entries.push_back({w.unknown, w.weight});
   };
   for (int t = 0; t < texels.size(); ++t) {
     const Texels::Place& place = texels.places[t];

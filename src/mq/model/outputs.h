@@ -1,15 +1,15 @@
 #pragma once
-/// Where a verb's result goes: a picture, a picture per texture, or a model.
+/// Where changed signals go: a picture, a picture per texture, or a model.
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "mq/base/progress.h"
+#include "mq/io/file_names.h"
 #include "mq/io/model.h"
-#include "shell/run.h"
 
-namespace mq::app {
+namespace mq {
 
 class Outputs {
  public:
@@ -43,18 +43,4 @@ class Outputs {
   bool is_model_ = false;
 };
 
-/// Writes, remarks what is worth telling and which files there are now, and puts these into the
-/// result as "outputs". Where the run has a receiver, that is given the model instead.
-void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress& progress);
-
-/// Remarks that these files were written and puts them into the result as "outputs".
-void say_written(Run& run, const std::vector<std::filesystem::path>& paths);
-
-/// Whether a name ends like a model file, or like a picture.
-bool names_model(const std::filesystem::path& path);
-bool names_picture(const std::filesystem::path& path);
-
-/// Whether it is a GLB for all frames, without a place for their numbers.
-bool names_animation(const std::filesystem::path& path);
-
-}  // namespace mq::app
+}  // namespace mq

@@ -4,18 +4,18 @@
 
 #include <functional>
 
-#include "domain.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/filter/seam_values.h"
+#include "mq/model/solving.h"
 #include "shell/run.h"
-#include "signal_target.h"
 
 namespace mq::app {
 
 /// Adds --solver, --tolerance (with this default) and --cycles.
 void add_solver_options(OptionTable& table, const std::string& tolerance = "1e-6");
 
-WhenToStop when_to_stop(const OptionValues& options);
+StoppingRule stopping_rule(const OptionValues& options);
+SolverChoice solver_choice(const OptionValues& options, const ModelSignal& signal);
 
 /// Shares of a run's progress.
 struct SolvingShares {
@@ -24,14 +24,13 @@ struct SolvingShares {
 };
 
 /// One solution with solvers of this factory, as steps of the run with these shares.
-using Attempt = std::function<SolveReport(const SolverFactory& factory, const SolvingShares&)>;
+using TimedAttempt = std::function<SolveReport(const SolverFactory& factory, const SolvingShares&)>;
 
-/// Solves with what the options ask for. Where that is left to the program and multigrid does not
-/// get there, a factorisation does, if there is memory for it. Says what fell short, fills in
-/// `run.solve`, and returns the report of the attempt whose result stands: the last that came back.
-SolveReport solve_as_asked(Run& run, const Domain& domain, const Attempt& attempt);
+/// `solve_with` what the options ask for; fills in `run.solve`. Returns the report of the attempt whose
+/// result stands.
+SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttempt& attempt);
 
-/// A signal of the target before and after a screened Poisson equation.
+/// A signal of the model before and after a screened Poisson equation.
 struct Solution {
   Signal before;
   Filtered filtered;
@@ -43,7 +42,7 @@ using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, con
 
 /// `solve_as_asked` of a screened Poisson equation. The signal is taken once the solver stands,
 /// whose making needs most memory.
-Solution solve_poisson(Run& run, const Target& target, double weight, const PoissonSolve& solve);
+Solution solve_poisson(Run& run, const ModelSignal& signal, double weight, const PoissonSolve& solve);
 
 /// `smooth_at_seams`, which chooses its own solver, with what it did in `run.solve`.
 Signal solve_at_seams(Run& run, const TexelSpace& space, const Signal& before,

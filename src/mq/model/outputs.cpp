@@ -1,4 +1,4 @@
-#include "outputs.h"
+#include "mq/model/outputs.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
-#include "mq/io/frame_files.h"
+#include "mq/io/file_names.h"
 
-namespace mq::app {
+namespace mq {
 namespace {
 
 namespace fs = std::filesystem;
@@ -78,39 +78,17 @@ fs::path free_path(const std::vector<fs::path>& taken, const fs::path& own, cons
 void refuse_unknown_formats(const std::vector<fs::path>& paths) {
   for (const fs::path& path : paths)
     require(names_picture(path),
-            fmt::format("--output: found '{}', wanted a picture (.png, .jpg, .tif, .exr, .bmp or "
+            fmt::format("output: found '{}', wanted a picture (.png, .jpg, .tif, .exr, .bmp or "
                         ".tga), a model (.obj, .ply, .gltf or .glb) or a folder",
                         path.string()));
 }
 
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
-  return extension;
-}
-
 }  // namespace
-
-bool names_model(const fs::path& path) {
-  static constexpr const char* models[] = {".obj", ".ply", ".gltf", ".glb"};
-  return std::ranges::count(models, lower_extension(path)) > 0;
-}
-
-bool names_picture(const fs::path& path) {
-  static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".tif",
-                                             ".tiff", ".exr", ".bmp",  ".tga"};
-  return std::ranges::count(pictures, lower_extension(path)) > 0;
-}
-
-bool names_animation(const fs::path& path) {
-  return lower_extension(path) == ".glb" && !has_frame_place(path.filename().string());
-}
 
 Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
     : is_model_(names_model(name)) {
   require(kind == Kind::pictures || is_model_,
-          fmt::format("--output: found '{}', wanted a model (.ply, .obj, ...), since what "
+          fmt::format("output: found '{}', wanted a model (.ply, .obj, ...), since what "
                       "changes is part of it",
                       name));
   if (is_model_) {
@@ -121,7 +99,7 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
   const std::vector<Texture> textures = textures_of(model);
   const std::size_t place = name.find("%s");
   require(place != std::string::npos || !folder_.empty() || textures.size() == 1,
-          fmt::format("--output: {} has {}: name a folder (with / at its end), or put %s in the "
+          fmt::format("output: {} has {}: name a folder (with / at its end), or put %s in the "
                       "name; found '{}'",
                       model.path.string(), counted(std::ssize(textures), "texture"), name));
   for (std::size_t i = 0; i < textures.size(); ++i) {
@@ -185,20 +163,4 @@ std::vector<std::string> Outputs::write(Model model, const Progress& progress) c
   return notes;
 }
 
-void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress& progress) {
-  if (run.receiver) return run.receiver(std::move(model));
-  for (const std::string& note : outputs.write(std::move(model), progress))
-    run.terminal().remark(note);
-  say_written(run, outputs.paths());
-}
-
-void say_written(Run& run, const std::vector<fs::path>& paths) {
-  Json written = Json::array();
-  for (const fs::path& path : paths) {
-    written.push_back(path.string());
-    run.terminal().remark("wrote " + path.string());
-  }
-  run.result["outputs"] = written;
-}
-
-}  // namespace mq::app
+}  // namespace mq

@@ -1,19 +1,9 @@
 #pragma once
-/// A point of a surface, as paths begin and end.
+/// What many paths did, added up.
 
 #include <cstdint>
 
-#include "mq/mesh/mesh.h"
-
 namespace mq {
-
-/// A triangle and the weights of its corners: not negative, of sum 1. A weight of exactly 0 is on
-/// the edge opposite that corner, two of them are at a vertex. Ends of paths are starts of others,
-/// so that flows compose.
-struct SurfacePoint {
-  int triangle = -1;
-  Vector3 barycentric = Vector3::Zero();
-};
 
 /// What paths did. All of it is a sum over paths, whatever the number of threads.
 struct PathCounts {

@@ -1,4 +1,4 @@
-#include "sources.h"
+#include "options/source_options.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "shell/arguments.h"
-#include "field.h"
+#include "options/signal_options.h"
 #include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -48,7 +48,7 @@ std::optional<Place> parse_place(const std::string& text) {
 }
 
 /// The closest point of the surface.
-SourcePlace on_surface(Run& run, const Scene& scene, const std::string& text, const Vector3& point,
+SourcePlace on_surface(Run& run, const TexturedModel& scene, const std::string& text, const Vector3& point,
                        const ClosestPointFinder* finder) {
   const ClosestPoint closest =
       finder != nullptr ? (*finder)(point) : ClosestPointFinder(scene.surface.mesh)(point);
@@ -66,7 +66,7 @@ SourcePlace on_surface(Run& run, const Scene& scene, const std::string& text, co
 }
 
 /// In textures a vertex is a place: that of any of its corners.
-SourcePlace at_vertex(const Run& run, const Scene& scene, const std::string& text, double number) {
+SourcePlace at_vertex(const Run& run, const TexturedModel& scene, const std::string& text, double number) {
   const int count = scene.model.mesh.vertex_count();
   require(number >= 0 && number < count && number == std::floor(number),
           fmt::format("--from {}: {} has the vertices 0, 1, ... {}", text,
@@ -80,20 +80,20 @@ SourcePlace at_vertex(const Run& run, const Scene& scene, const std::string& tex
       if (mesh.triangles[t][k] == vertex && scene.atlas->chart[t] >= 0 &&
           !scene.surface.degenerate[t])
         return {.text = text,
-                .on_surface = ClosestPoint{.triangle = t, .barycentric = Vector3::Unit(k)}};
+                .on_surface = SurfacePoint{t, Vector3::Unit(k)}};
   throw InvalidInput(fmt::format(
       "--from {}: no triangle there has texture coordinates; give another place, or --vertices",
       text));
 }
 
-[[noreturn]] void refuse_texel(const Scene& scene, const std::string& text) {
+[[noreturn]] void refuse_texel(const TexturedModel& scene, const std::string& text) {
   throw InvalidInput(
       fmt::format("--from {}: no chart of {} uses such a texel (columns count from the left, rows "
                   "from the top, both from 0, in whole numbers)",
                   text, scene.model.path.string()));
 }
 
-SourcePlace at_texel(const Run& run, const Scene& scene, const std::string& text,
+SourcePlace at_texel(const Run& run, const TexturedModel& scene, const std::string& text,
                      const Place& place) {
   require(!works_at_vertices(run.options(), scene),
           "--from " + text + ": at vertices there are no texels; give a place, x,y,z");
@@ -107,61 +107,6 @@ SourcePlace at_texel(const Run& run, const Scene& scene, const std::string& text
         y == std::floor(y)))
     refuse_texel(scene, text);
   return {.text = text, .texel = Texels::Place{place.texture, int(x), int(y)}};
-}
-
-const TexelDomain* texels_of(const Domain& domain) {
-  return dynamic_cast<const TexelDomain*>(&domain);
-}
-
-std::vector<GeodesicSource> texel_sources(const Scene& scene, const Domain& domain,
-                                          const SourcePlace& place) {
-  const TexelDomain& texels = *texels_of(domain);
-  std::vector<GeodesicSource> sources;
-  for (const int i : texels.unknowns_at(*place.texel)) {
-    sources.push_back({i, 0, texels.space().texels().position(i)});
-  }
-  if (sources.empty()) refuse_texel(scene, place.text);
-  return sources;
-}
-
-/// The unknowns around a point of the surface, at their straight distances from it.
-std::vector<GeodesicSource> around_point(const Scene& scene, const Domain& domain,
-                                         const ClosestPoint& closest) {
-  const Mesh& mesh = scene.surface.mesh;
-  Vector3 point = Vector3::Zero();
-  for (int k = 0; k < 3; ++k) point += closest.barycentric[k] * mesh.position(closest.triangle, k);
-  std::vector<GeodesicSource> sources;
-  const auto add = [&](int unknown, const Vector3& at) {
-    sources.push_back({unknown, (at - point).norm(), point});
-  };
-  if (const TexelDomain* texels = texels_of(domain)) {
-    for (const TexelWeight& w : texels->space().basis_at(closest.triangle, closest.barycentric)) {
-      const auto& p = texels->space().texels().positions[std::size_t(w.texel)];
-      if (w.weight > 1e-3) add(w.texel, {p[0], p[1], p[2]});
-    }
-  } else {
-    for (int k = 0; k < 3; ++k)
-      add(mesh.triangles[closest.triangle][k], mesh.position(closest.triangle, k));
-  }
-  return sources;
-}
-
-void add_mask(const std::vector<std::string>& files, const Scene& scene, const Domain& domain,
-              std::vector<GeodesicSource>& sources) {
-  std::vector<Image<float>> masks;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    masks.push_back(read_texture(files[i]).pixels);
-    require_size(files[i], masks[i].width(), masks[i].height(), scene, i);
-  }
-  const std::size_t before = sources.size();
-  for (int k = 0; k < int(masks.size()); ++k)
-    for (int y = 0; y < masks[std::size_t(k)].height(); ++y)
-      for (int x = 0; x < masks[std::size_t(k)].width(); ++x)
-        if (masks[std::size_t(k)](x, y) > 0.5F)
-          for (const int unknown : texels_of(domain)->unknowns_at({k, x, y}))
-            sources.push_back({unknown, 0});
-  require(sources.size() > before,
-          files.front() + ": --from-mask: no texel of a chart is brighter than half in it");
 }
 
 }  // namespace
@@ -186,7 +131,7 @@ void add_source_options(OptionTable& table) {
              .details = "One picture for each texture, of its size, in their order."});
 }
 
-std::vector<SourcePlace> source_places(Run& run, const Scene& scene,
+std::vector<SourcePlace> source_places(Run& run, const TexturedModel& scene,
                                        const ClosestPointFinder* closest) {
   const OptionValues& options = run.options();
   std::vector<SourcePlace> places;
@@ -204,20 +149,32 @@ std::vector<SourcePlace> source_places(Run& run, const Scene& scene,
   return places;
 }
 
-std::vector<GeodesicSource> sources_at(const Run& run, const Scene& scene, const Domain& domain,
+std::vector<GeodesicSource> sources_at(const Run& run, const TexturedModel& scene, const ModelSignal& domain,
                                        std::span<const SourcePlace> places) {
   std::vector<GeodesicSource> sources;
   for (const SourcePlace& place : places) {
-    if (place.texel)
-      std::ranges::copy(texel_sources(scene, domain, place), std::back_inserter(sources));
-    else if (place.on_surface)
-      std::ranges::copy(around_point(scene, domain, *place.on_surface),
+    if (place.texel) {
+      const std::vector<GeodesicSource> found = sources_at_texel(domain, *place.texel);
+      if (found.empty()) refuse_texel(scene, place.text);
+      std::ranges::copy(found, std::back_inserter(sources));
+    } else if (place.on_surface) {
+      std::ranges::copy(sources_at_point(scene, domain, *place.on_surface),
                         std::back_inserter(sources));
-    else
+    } else {
       sources.push_back({place.vertex, 0, scene.surface.mesh.positions[std::size_t(place.vertex)]});
+    }
   }
   const std::vector<std::string> masks = run.options().texts("from-mask");
-  if (!masks.empty()) add_mask(masks, scene, domain, sources);
+  if (masks.empty()) return sources;
+  std::vector<Image<float>> pictures;
+  for (std::size_t i = 0; i < masks.size(); ++i) {
+    pictures.push_back(read_texture(masks[i]).pixels);
+    require_size(masks[i], pictures[i].width(), pictures[i].height(), scene, i);
+  }
+  const std::vector<GeodesicSource> found = sources_in_masks(domain, pictures);
+  require(!found.empty(),
+          masks.front() + ": --from-mask: no texel of a chart is brighter than half in it");
+  std::ranges::copy(found, std::back_inserter(sources));
   return sources;
 }
 

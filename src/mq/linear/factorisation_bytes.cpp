@@ -1,9 +1,9 @@
-#include "shell/memory.h"
+#include "mq/linear/factorisation_bytes.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace mq::app {
+namespace mq {
 
 double factorisation_bytes(std::int64_t unknowns) {
   // Measured: docs/performance.md, "Memory of a factorisation".
@@ -12,4 +12,4 @@ double factorisation_bytes(std::int64_t unknowns) {
   return bytes_per_unknown_and_doubling * n * std::log2(n);
 }
 
-}  // namespace mq::app
+}  // namespace mq

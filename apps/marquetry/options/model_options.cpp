@@ -1,0 +1,179 @@
+#include "options/model_options.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/io/document.h"
+
+namespace mq::app {
+namespace {
+
+/// exact, none, or a distance in model units.
+std::optional<WeldOptions> parse_weld(const std::string& text) {
+  if (text == "exact") return WeldOptions{WeldOptions::Kind::exact};
+  if (text == "none") return WeldOptions{WeldOptions::Kind::none};
+  double distance = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), distance);
+  if (error != std::errc() || stop != text.data() + text.size() || !(distance > 0) ||
+      distance > 1e60)
+    return std::nullopt;
+  return WeldOptions{WeldOptions::Kind::distance, distance};
+}
+
+std::vector<std::filesystem::path> texture_paths(const OptionValues& options) {
+  std::vector<std::filesystem::path> paths;
+  for (const std::string& name : options.texts("texture")) paths.emplace_back(name);
+  return paths;
+}
+
+LoadOptions load_options(const OptionValues& options, MissingPictures missing,
+                         const ModelPictures& pictures) {
+  const std::string flipped = options.text("flipped");
+  return {.textures = pictures.value_or(texture_paths(options)),
+          .weld = *parse_weld(options.text("weld")),
+          .atlas = {.flipped = flipped == "keep"     ? AtlasOptions::Flipped::keep
+                               : flipped == "refuse" ? AtlasOptions::Flipped::refuse
+                                                     : AtlasOptions::Flipped::few},
+          .missing = missing};
+}
+
+/// All that was read, and what else the options name to be read.
+void register_inputs(Run& run, const Model& model) {
+  will_read_model(run, model);
+  for (const Option& option : run.options().table().options())
+    if (option.type == Option::Type::path && option.name != "output" && option.name != "report" &&
+        option.name != "cameras" && option.name != "screenshot")
+      for (const std::string& name : run.options().texts(option.name)) run.will_read(name);
+}
+
+}  // namespace
+
+void add_model_options(OptionTable& table, const std::string& mesh_help,
+                       const std::string& texture_help) {
+  using Type = Option::Type;
+  constexpr auto positional = Option::Place::positional;
+  table.add({.name = "mesh",
+             .place = positional,
+             .type = Type::path,
+             .required = true,
+             .help = mesh_help});
+  table.add({.name = "texture",
+             .place = positional,
+             .type = Type::path,
+             .count = Option::Count::many,
+             .help = texture_help});
+  table.add({.name = "weld",
+             .type = Type::text,
+             .default_value = "exact",
+             .accepts = [](const std::string& text) { return parse_weld(text).has_value(); },
+             .wanted = "exact, none or a distance in model units",
+             .metavar = "exact|none|DISTANCE",
+             .group = "Model",
+             .help = "which vertices are one point of the surface",
+             .details = "Many programs write a vertex once for every chart it lies in; exact joins "
+                        "those at equal positions, a distance also those nearer than that."});
+  table.add({.name = "flipped",
+             .type = Type::choice,
+             .default_value = "few",
+             .choices = {"few", "refuse", "keep"},
+             .group = "Model",
+             .help = "triangles turned over against the rest of their chart",
+             .details = "few: kept while they cover less than a thousandth of all charts. Kept, "
+                        "both layers of the fold read and write the same texels."});
+}
+
+TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
+                                  const ModelPictures& pictures) {
+  const LoadOptions options = load_options(run.options(), missing, pictures);
+  Model read;
+  {
+    const Step step(run, "read", share / 2);
+    read = read_input(run.options().text("mesh"), options, step);
+  }
+  register_inputs(run, read);
+  const Step step(run, "find charts", share / 2);
+  TexturedModel model = textured_model(std::move(read), options, run.terminal(), step);
+  describe_input(run, model);
+  run.found(model.defects());
+  return model;
+}
+
+TexturedModel read_usable_model(Run& run, MissingPictures missing, double share,
+                                const ModelPictures& pictures) {
+  TexturedModel model = read_textured_model(run, missing, share, pictures);
+  const Defects defects = model.defects();
+  run.warn(defects);
+  require_usable(defects, model.model.path.string());
+  return model;
+}
+
+void will_read_model(Run& run, const Model& model) {
+  run.will_read(model.path);
+  for (const Texture& texture : model.textures)
+    if (!texture.path.empty()) run.will_read(texture.path);
+  if (model.document)
+    for (const Part& part : model.document->parts)
+      run.will_read(model.path.parent_path() / part.name);
+}
+
+void describe_input(Run& run, const TexturedModel& model) {
+  Json files = Json::array({model.model.path.string()});
+  Json textures = Json::array();
+  for (const Texture& texture : model.model.textures) {
+    if (!texture.path.empty()) files.push_back(texture.path.string());
+    textures.push_back({{"name", texture.name},
+                        {"width", texture.pixels.width()},
+                        {"height", texture.pixels.height()},
+                        {"channels", texture.pixels.channels()},
+                        {"depth", depth_name(texture.format.depth)},
+                        {"format", texture.format.file_format}});
+  }
+  run.input = {{"files", files},
+               {"vertices", model.model.mesh.vertex_count()},
+               {"triangles", model.model.mesh.triangle_count()}};
+  if (model.atlas) {
+    run.input["charts"] = model.atlas->charts.size();
+    run.input["texels"] = std::int64_t(std::llround(model.atlas->texel_area));
+  }
+  run.input["textures"] = textures;
+  run.input["notes"] = model.model.notes;
+}
+
+void add_depth_option(OptionTable& table) {
+  table.add({.name = "depth",
+             .type = Option::Type::choice,
+             .default_value = "keep",
+             .choices = {"keep", "8", "16", "half", "float"},
+             .group = "Signal",
+             .help = "bits per value in the output"});
+}
+
+void set_depth(const OptionValues& options, Model& model) {
+  const std::string name = options.text("depth");
+  if (name == "keep") return;
+  const Depth depth = depth_from_name(name);
+  for (Texture& texture : model.textures) texture.format.depth = depth;
+  model.colors.depth = depth;
+}
+
+std::string depth_name(Depth depth) {
+  switch (depth) {
+    case Depth::u8: return "u8";
+    case Depth::u16: return "u16";
+    case Depth::half: return "half";
+    case Depth::f32: return "float";
+  }
+  return "";
+}
+
+Depth depth_from_name(const std::string& name) {
+  return name == "8"      ? Depth::u8
+         : name == "16"   ? Depth::u16
+         : name == "half" ? Depth::half
+                          : Depth::f32;
+}
+
+}  // namespace mq::app

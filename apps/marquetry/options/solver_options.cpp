@@ -1,0 +1,149 @@
+#include "options/solver_options.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "mq/base/error.h"
+#include "mq/baseline/reference_solver.h"
+#include "mq/linear/direct_solver.h"
+#include "mq/linear/economical_solver.h"
+
+namespace mq::app {
+namespace {
+
+/// A quarter of it, in values from 0 to 1: the tolerance that most verbs have.
+constexpr const char* step_of_16_bits = "1e-6";
+
+}  // namespace
+
+void add_solver_options(OptionTable& table, const std::string& tolerance) {
+  using Type = Option::Type;
+  table.add(
+      {.name = "solver",
+       .type = Type::choice,
+       .default_value = "automatic",
+       .choices = {"automatic", "direct", "multigrid", "reference"},
+       .metavar = "HOW",
+       .group = "Solver",
+       .help = "automatic, direct, multigrid or reference",
+       .details =
+           "direct: a factorisation. multigrid: iterations, with far less memory on "
+           "large textures. automatic: direct up to 30,000 unknowns, multigrid "
+           "above, where there is one, and direct again where that does not reach the tolerance "
+           "and memory allows. reference: the multigrid solver as it was published, in double "
+           "precision, to compare with."});
+  table.add({.name = "tolerance",
+             .type = Type::number,
+             .default_value = tolerance,
+             .least = 1e-16,
+             .most = 0.1,
+             .group = "Solver",
+             .help = "relative residual at which iterations stop",
+             .details = std::string(
+                            "And their error as their last steps tell it: four times this, "
+                            "relative to the largest change.") +
+                        (tolerance == step_of_16_bits ? " By default a quarter of a step of 16 bits "
+                                                   "where values change from 0 to 1."
+                                                 : "")});
+  table.add({.name = "cycles",
+             .type = Type::integer,
+             .least = 1,
+             .most = 10000,
+             .group = "Solver",
+             .help = "stop iterations after so many cycles, converged or not",
+             .details =
+                 "Else multigrid gives up after 60 and reference after 200, with a warning; with "
+                 "this, automatic does not factorise where the tolerance was not reached."});
+}
+
+StoppingRule stopping_rule(const OptionValues& options) {
+  StoppingRule stop{.tolerance = options.number("tolerance")};
+  if (options.has("cycles")) stop.max_cycles = int(options.integer("cycles"));
+  return stop;
+}
+
+SolverChoice solver_choice(const OptionValues& options, const ModelSignal& signal) {
+  using Kind = SolverChoice::Kind;
+  SolverChoice choice{.stop = stopping_rule(options)};
+  const std::string name = options.text("solver");
+  choice.kind = name == "direct"      ? Kind::direct
+                : name == "multigrid" ? Kind::multigrid
+                : name == "reference" ? Kind::given
+                                      : Kind::automatic;
+  if (choice.kind == Kind::given) {
+    if (signal.texel_space() == nullptr)
+      throw Unsupported("--solver reference is for textures; use direct or multigrid at vertices");
+    choice.factory = reference_solver(signal.texel_space()->texels(),
+                                      stopping<ReferenceOptions>(choice.stop));
+  }
+  return choice;
+}
+
+SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttempt& attempt) {
+  const SolveOutcome outcome = solve_with(
+      solver_choice(run.options(), signal), signal.space(),
+      [&](const SolverFactory& factory, int retry) {
+        return attempt(factory,
+                       retry == 0 ? SolvingShares{} : SolvingShares{.prepare = 0.08, .solve = 0.02});
+      },
+      run.terminal());
+  run.solve = solve_json(outcome.report);
+  run.solve["tried"] = Json::array();
+  for (const SolveOutcome::Tried& tried : outcome.tried)
+    run.solve["tried"].push_back(tried.error.empty()
+                                     ? solve_json(tried.report)
+                                     : Json{{"method", tried.method}, {"error", tried.error}});
+  return outcome.report;
+}
+
+Solution solve_poisson(Run& run, const ModelSignal& signal, double weight,
+                       const PoissonSolve& solve) {
+  Solution solution;
+  solve_as_asked(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    std::unique_ptr<ScreenedPoisson> equation;
+    {
+      const Step step(run, "prepare", shares.prepare);
+      equation = std::make_unique<ScreenedPoisson>(signal.space(), weight, factory, step);
+    }
+    const Step step(run, "solve", shares.solve);
+    if (solution.before.size() == 0) solution.before = signal.values();
+    solution.filtered = solve(*equation, solution.before, step);
+    return solution.filtered.report;
+  });
+  return solution;
+}
+
+Signal solve_at_seams(Run& run, const TexelSpace& space, const Signal& before,
+                      const std::vector<char>& free, Smooth what, const Progress& progress) {
+  Filtered found = smooth_at_seams(space, before, free, what, economical_solver(), progress);
+  run.solve = solve_json(found.report);
+  if (!found.report.converged)
+    run.terminal().warning(reached(found.report) +
+                           ": seams may be left where a lower --weight has none");
+  return std::move(found.signal);
+}
+
+Json change_json(const Signal& before, const Signal& after, ColourSpace space) {
+  // Neither curve moves 0, and light's has 1 where display values have it.
+  const double white = space == ColourSpace::log ? log_from_linear(1) : 1;
+  const Signal change = after - before;
+  const double count = double(std::max<Eigen::Index>(1, change.size()));
+  return {{"unknowns", before.rows()},
+          {"channels", before.cols()},
+          {"rms_change", std::sqrt(change.squaredNorm() / count)},
+          {"largest_change", change.size() ? change.cwiseAbs().maxCoeff() : 0.0},
+          {"below_0", (after.array() < 0).count()},
+          {"above_1", (after.array() > white).count()}};
+}
+
+Json solve_json(const SolveReport& report) {
+  return {{"method", report.method},
+          {"cycles", report.cycles},
+          {"residuals", report.residuals},
+          {"error", report.error},
+          {"converged", report.converged}};
+}
+
+}  // namespace mq::app

@@ -1,0 +1,19 @@
+#pragma once
+/// Results written, and said.
+
+#include <filesystem>
+#include <vector>
+
+#include "mq/model/outputs.h"
+#include "shell/run.h"
+
+namespace mq::app {
+
+/// Writes, remarks what is worth telling and which files there are now, and puts these into the
+/// result as "outputs". Where the run has a receiver, that is given the model instead.
+void write_outputs(Run& run, const Outputs& outputs, Model model, const Progress& progress);
+
+/// Remarks that these files were written and puts them into the result as "outputs".
+void say_written(Run& run, const std::vector<std::filesystem::path>& paths);
+
+}  // namespace mq::app

@@ -1,0 +1,22 @@
+#pragma once
+/// What the name of a file says about its format.
+
+#include <filesystem>
+#include <string>
+
+namespace mq {
+
+/// ".png" of "A.PNG"; letters beyond ASCII as they are.
+std::string lower_extension(const std::filesystem::path& path);
+
+/// Whether a name ends like a model file (.obj, .ply, .gltf, .glb), or like a picture.
+bool names_model(const std::filesystem::path& path);
+bool names_picture(const std::filesystem::path& path);
+
+/// Whether it is a GLB for all frames, without a place for their numbers.
+bool names_animation(const std::filesystem::path& path);
+
+/// Whether it is a picture for numbers as well as colours: .exr and .tif.
+bool holds_numbers(const std::filesystem::path& path);
+
+}  // namespace mq

@@ -1,0 +1,41 @@
+#pragma once
+/// Vector fields on a model: its curvature, its harmonic fields, the gradient of its colours, or a file.
+
+#include <filesystem>
+#include <optional>
+
+#include "mq/fem/tangent_fields.h"
+#include "mq/model/model_signal.h"
+
+namespace mq {
+
+struct FieldRequest {
+  enum class Kind {
+    max_curvature,  ///< principal directions, as strong as the two curvatures differ
+    min_curvature,
+    harmonic,  ///< without curl and divergence
+    gradient,  ///< of the brightness of the textures, or of the colours at vertices
+    file       ///< a .vf file, or a .ply file with vx, vy, vz at its vertices or faces
+  } kind = Kind::max_curvature;
+  int number = 1;              ///< which of the harmonic fields, from 1
+  std::filesystem::path file;  ///< of Kind::file
+  enum class Turn { none, quarter } turn = Turn::none;  ///< by 90 degrees, counter-clockwise
+
+  /// As strong as it is, the strongest 1; or of length 1 wherever it is not 0.
+  enum class Strength { scaled, unit } strength = Strength::scaled;
+};
+
+struct ModelField {
+  TangentField field;                   ///< a vector in space per triangle, tangent to it
+  std::optional<int> harmonic_fields;  ///< how many there are, where one was asked for
+};
+
+/// Throws `IoError` where the file is no field for this mesh.
+void check_field(const TexturedModel& model, const FieldRequest& request);
+
+/// Throws `InvalidInput` or `IoError` with the remedy where there is no such field, or it is 0
+/// everywhere.
+ModelField model_field(const TexturedModel& model, const ModelSignal& signal,
+                       const FieldRequest& request, const Progress& progress = {});
+
+}  // namespace mq

@@ -1,0 +1,138 @@
+#pragma once
+/// The signal of a model: its textures, all of them one signal, or its colours at vertices; taken out
+/// of the model and put back so that what did not change keeps its bits.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mq/atlas/separate_overlaps.h"
+#include "mq/base/defect.h"
+#include "mq/fem/texel_copies.h"
+#include "mq/fem/texel_space.h"
+#include "mq/fem/vertex_space.h"
+#include "mq/model/textured_model.h"
+#include "mq/model/value_space.h"
+
+namespace mq {
+
+/// What both kinds of signal offer. The model must outlive it.
+class ModelSignal {
+ public:
+  virtual ~ModelSignal() = default;
+  virtual const SignalSpace& space() const = 0;
+
+  /// The same space where it is one of texels, or of vertices; else null.
+  virtual const TexelSpace* texel_space() const { return nullptr; }
+  virtual const VertexSpace* vertex_space() const { return nullptr; }
+
+  /// Of the surface; what counts as a texel where there are none is the mean spacing of vertices.
+  SurfaceScale scale() const;
+
+  /// What was found wrong while the space was made.
+  virtual Defects defects() const { return {}; }
+
+  /// The unknowns of a texel of the pictures; none where no chart reads it, and at vertices. Where a
+  /// texel has an unknown for each of its charts, those of the charts that cover its centre.
+  virtual std::vector<int> unknowns_at(const Texels::Place& texel) const;
+
+  /// The model's values, one row per unknown.
+  virtual Signal values() const = 0;
+
+  /// Puts changed values into a model like this one. Unknowns that equal `before` in every channel
+  /// keep their bits.
+  virtual void put(const Signal& before, const Signal& after, Model& model) const = 0;
+
+  /// Gives the model pictures of these values (one column per channel) in place of its own, black
+  /// where no chart is, or colours at its vertices.
+  virtual void replace(const Signal& values, Depth depth, Model& model) const = 0;
+
+  /// The space of the same unknowns in which distances across a vector field, one vector per triangle,
+  /// are long (`texel_metrics_across`, `shapes_across`).
+  virtual std::unique_ptr<SignalSpace> space_across(std::span<const Vector3> field, double kappa,
+                                                    const Progress& progress = {}) const = 0;
+
+  /// Mean of the colour channels, as stored, at the vertices of the surface. Throws `InvalidInput`
+  /// where the model lacks what it would be taken of.
+  virtual Vector brightness() const = 0;
+};
+
+/// What a signal of textures is made for.
+struct TextureSignalOptions {
+  ValueSpace values;
+  TexelSpaceOptions space;
+
+  /// A texel that several charts read is one unknown, whose value is right for none of them but the
+  /// best there is for all; or one for each chart, of which the picture can show one
+  /// (`separate_overlaps`).
+  enum class SharedTexels { one_unknown, one_for_each } shared = SharedTexels::one_unknown;
+
+  /// Whether the values of the model's own pictures are of interest: then textures that disagree in
+  /// channels, normals in tangent space where there are seams, are refused before any work.
+  enum class Pictures { read, replaced } pictures = Pictures::read;
+};
+
+/// Textures. Those with and without alpha are worked on together; where one lacks it, it is 1.
+class TextureSignal final : public ModelSignal {
+ public:
+  /// Throws `InvalidInput` as said above, and what `TexelSpace` throws. Warns of values without a
+  /// logarithm.
+  TextureSignal(const TexturedModel& model, const TextureSignalOptions& options,
+                Messages& messages, const Progress& progress = {});
+
+  const TexelSpace& space() const override { return *space_; }
+  const TexelSpace* texel_space() const override { return &*space_; }
+  Defects defects() const override;
+  std::vector<int> unknowns_at(const Texels::Place& texel) const override;
+  Signal values() const override { return values_of(model_.model.textures); }
+  void put(const Signal& before, const Signal& after, Model& model) const override;
+  void replace(const Signal& values, Depth depth, Model& model) const override;
+  std::unique_ptr<SignalSpace> space_across(std::span<const Vector3> field, double kappa,
+                                            const Progress& progress = {}) const override;
+  Vector brightness() const override;
+
+  /// The values of other pictures, one for each texture of the model and of its size, in the same
+  /// space and channels. Throws `InvalidInput` naming the one that does not fit.
+  Signal values_of(std::span<const Texture> textures) const;
+
+  int channels() const { return channels_; }
+
+ private:
+  const Atlas& atlas() const { return apart_ ? apart_->atlas : *model_.atlas; }
+  Texels::Place home(int unknown) const;
+  std::vector<std::vector<int>> unknowns_by_texture() const;
+  void refuse_tangent_space() const;
+
+  const TexturedModel& model_;
+  ValueSpace values_;
+  int channels_ = 0;
+  std::optional<SeparatedAtlas> apart_;  ///< nothing where each texel is one unknown
+  std::optional<TexelSpace> space_;
+  std::optional<TexelCopies> copies_;
+};
+
+/// Colours at vertices. Copies of a vertex that exporters wrote for several charts are one unknown,
+/// their mean.
+class VertexColours final : public ModelSignal {
+ public:
+  explicit VertexColours(const TexturedModel& model) : model_(model), space_(model.surface) {}
+
+  const VertexSpace& space() const override { return space_; }
+  const VertexSpace* vertex_space() const override { return &space_; }
+  Signal values() const override { return values_of(model_.model.colors); }
+  void put(const Signal& before, const Signal& after, Model& model) const override;
+  void replace(const Signal& values, Depth depth, Model& model) const override;
+  std::unique_ptr<SignalSpace> space_across(std::span<const Vector3> field, double kappa,
+                                            const Progress& progress = {}) const override;
+  Vector brightness() const override;
+
+  /// Values at the vertices of the model's file, as values of the space.
+  Signal values_of(const VertexSignal& colors) const;
+
+ private:
+  const TexturedModel& model_;
+  VertexSpace space_;
+};
+
+}  // namespace mq

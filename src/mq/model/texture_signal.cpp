@@ -1,0 +1,265 @@
+// Values of textures are decoded and encoded for the unknowns alone, texture by texture: what no
+// chart reads is never looked at, and unknowns that did not change are never encoded.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+#include "mq/atlas/texel_grid.h"
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/base/words.h"
+#include "mq/fem/field_metric.h"
+#include "mq/image/normal_map.h"
+#include "mq/model/model_signal.h"
+
+namespace mq {
+namespace {
+
+bool same_row(const Signal& a, const Signal& b, Eigen::Index row) {
+  return (a.row(row).array() == b.row(row).array()).all();
+}
+
+/// Whether pictures with `channels` lack just the alpha of those with `most`.
+bool lacks_alpha(int channels, int most) {
+  return channels + 1 == most && colour_channels(most) != most;
+}
+
+/// How many channels all pictures have.
+int common_channels(const Model& model) {
+  int most = 0;
+  for (const Texture& texture : model.textures) most = std::max(most, texture.pixels.channels());
+  for (std::size_t i = 0; i < model.textures.size(); ++i) {
+    const int channels = model.textures[i].pixels.channels();
+    require(channels == most || lacks_alpha(channels, most),
+            fmt::format("{}: has {} and another texture of the model {}: textures of one model are "
+                        "processed together and must agree; convert one of them",
+                        texture_file(model, i), counted(channels, "channel"), most));
+  }
+  return most;
+}
+
+/// The logarithm of light is a straight line below `log_threshold`: values there change by other
+/// rules than the rest.
+void warn_of_no_light(const Model& model, Messages& messages) {
+  for (const Texture& texture : model.textures) {
+    const auto negative =
+        std::ranges::count_if(texture.pixels.values(), [](float v) { return v < 0; });
+    if (negative > 0)
+      messages.warning(fmt::format(
+          "{}: {} of {} values are below 0, where light has no logarithm, and may end "
+          "far from where they are: the logarithm is for light; take linear or stored values",
+          texture.path.string(), negative, texture.pixels.values().size()));
+  }
+}
+
+/// Texels of which the picture shows one of several values.
+Defects shared_texels(const TexelCopies& copies, const std::vector<TextureSize>& pictures) {
+  std::vector<std::int64_t> ids;
+  const TexelGrid grid(pictures);
+  for (const Texels::Place& at : copies.shared()) ids.push_back(grid.texel(at.texture, at.x, at.y));
+  Defects defects;
+  add_defect(
+      defects, "shared_texels", Defect::Severity::warning, "texel", ids,
+      "texels that stand for several places of the surface (ids counted row by row): each "
+      "place was worked out by itself, and the picture can show one of them, that of the chart "
+      "which covers the texel's centre; a wider gutter or a larger texture parts them");
+  return defects;
+}
+
+/// Calls work(block) for blocks of these unknowns, in parallel; their texels are different ones.
+template <class Work>
+void for_each_block(std::span<const int> unknowns, const Work& work) {
+  constexpr std::int64_t block = 4096;
+  const std::int64_t count = (std::ssize(unknowns) + block - 1) / block;
+  parallel_for(
+      count,
+      [&](std::int64_t k) {
+        const std::int64_t first = k * block;
+        work(unknowns.subspan(std::size_t(first),
+                              std::size_t(std::min(block, std::ssize(unknowns) - first))));
+      },
+      1);
+}
+
+/// Mean of the colour channels: pictures of one model may have grey, colours and alpha as they like.
+Image<float> brightness_of(const Image<float>& picture) {
+  Image<float> grey(picture.width(), picture.height(), 1);
+  const int colours = colour_channels(picture.channels());
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x) {
+      const auto pixel = picture.pixel(x, y).first(std::size_t(colours));
+      grey(x, y) = std::accumulate(pixel.begin(), pixel.end(), 0.0F) / float(colours);
+    }
+  return grey;
+}
+
+}  // namespace
+
+TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOptions& options,
+                             Messages& messages, const Progress& progress)
+    : model_(model), values_(options.values) {
+  require(model.atlas.has_value(),
+          model.model.path.string() + ": has no texture coordinates, so no textures");
+  const bool reads = options.pictures == TextureSignalOptions::Pictures::read;
+  if (reads) channels_ = common_channels(model.model);
+  Progress rest = progress;
+  if (options.shared == TextureSignalOptions::SharedTexels::one_for_each) {
+    apart_ = separate_overlaps(model.surface, *model.atlas, progress.step("lay charts apart", 0.2));
+    rest = progress.step("texels", 0.8);
+  }
+  space_.emplace(model.surface, atlas(), options.space, rest);
+  if (apart_) copies_.emplace(model.surface, *apart_, *space_);
+  if (!reads) return;
+  if (values_.meaning == ValueSpace::Meaning::normals && values_.meets_at_seams)
+    refuse_tangent_space();
+  if (values_.space == ColourSpace::log) warn_of_no_light(model.model, messages);
+}
+
+Defects TextureSignal::defects() const {
+  return copies_ ? shared_texels(*copies_, model_.texture_sizes) : space_->defects();
+}
+
+std::vector<int> TextureSignal::unknowns_at(const Texels::Place& texel) const {
+  if (copies_) return copies_->meant(texel);
+  const auto raster = [](const Texels::Place& p) { return std::tuple(p.texture, p.y, p.x); };
+  const std::vector<Texels::Place>& places = space_->texels().places;
+  const auto at = std::ranges::lower_bound(places, raster(texel), {}, raster);
+  if (at == places.end() || raster(*at) != raster(texel)) return {};
+  return {int(at - places.begin())};
+}
+
+/// The texel of the pictures that an unknown stands for.
+Texels::Place TextureSignal::home(int unknown) const {
+  return copies_ ? copies_->home(unknown) : space_->texels().places[std::size_t(unknown)];
+}
+
+std::vector<std::vector<int>> TextureSignal::unknowns_by_texture() const {
+  std::vector<std::vector<int>> unknowns(model_.texture_sizes.size());
+  for (int k = 0; k < space_->size(); ++k)
+    unknowns[std::size_t(home(k).texture)].push_back(k);
+  return unknowns;
+}
+
+Signal TextureSignal::values_of(std::span<const Texture> textures) const {
+  Signal values(space_->size(), channels_);
+  const std::vector<std::vector<int>> unknowns = unknowns_by_texture();
+  for (std::size_t i = 0; i < textures.size(); ++i) {
+    const Image<float>& pixels = textures[i].pixels;
+    const int channels = pixels.channels();
+    require(channels == channels_ || lacks_alpha(channels, channels_),
+            fmt::format("{}: has {}, and the textures of {} have {}; convert it",
+                        textures[i].path.string(), counted(channels, "channel"),
+                        model_.model.path.string(), channels_));
+    for_each_block(unknowns[i], [&](std::span<const int> block) {
+      Image<float> stored(int(block.size()), 1, channels);
+      for (int n = 0; n < stored.width(); ++n) {
+        const Texels::Place at = home(block[std::size_t(n)]);
+        std::ranges::copy(pixels.pixel(at.x, at.y), stored.pixel(n, 0).begin());
+      }
+      const Image<float> worked = decoded(stored, textures[i], values_);
+      for (int n = 0; n < worked.width(); ++n)
+        for (int c = 0; c < channels_; ++c)
+          values(block[std::size_t(n)], c) = c < channels ? double(worked(n, 0, c)) : 1.0;
+    });
+  }
+  return values;
+}
+
+void TextureSignal::put(const Signal& before, const Signal& after, Model& model) const {
+  require(!copies_, "values of texels that are one unknown for each chart can only be replaced");
+  const std::vector<std::vector<int>> unknowns = unknowns_by_texture();
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    std::vector<int> changed;
+    for (const int k : unknowns[i])
+      if (!same_row(before, after, k)) changed.push_back(k);
+    Texture& texture = model.textures[i];
+    for_each_block(changed, [&](std::span<const int> block) {
+      Image<float> worked(int(block.size()), 1, channels_);
+      for (int n = 0; n < worked.width(); ++n)
+        for (int c = 0; c < channels_; ++c)
+          worked(n, 0, c) = float(after(block[std::size_t(n)], c));
+      const Image<float> stored = encoded(worked, texture, values_);
+      for (int n = 0; n < stored.width(); ++n) {
+        const Texels::Place at = home(block[std::size_t(n)]);
+        const auto to = texture.pixels.pixel(at.x, at.y);
+        std::copy_n(stored.pixel(n, 0).begin(), to.size(), to.begin());
+      }
+    });
+  }
+}
+
+void TextureSignal::replace(const Signal& values, Depth depth, Model& model) const {
+  std::vector<Image<float>> pictures;
+  for (const TextureSize& size : model_.texture_sizes)
+    pictures.emplace_back(size.width, size.height, int(values.cols()));
+  if (copies_)
+    copies_->scatter(values, pictures);
+  else
+    space_->scatter(values, pictures);
+  model.textures.resize(pictures.size());
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    model.textures[i].pixels = std::move(pictures[i]);
+    model.textures[i].format = {
+        .depth = depth, .file_format = model.textures[i].format.file_format, .tags = nullptr};
+  }
+}
+
+std::unique_ptr<SignalSpace> TextureSignal::space_across(std::span<const Vector3> field,
+                                                         double kappa,
+                                                         const Progress& progress) const {
+  TexelSpaceOptions options;
+  options.metrics = texel_metrics_across(model_.surface, atlas(), field, kappa);
+  return std::make_unique<TexelSpace>(model_.surface, atlas(), options, progress);
+}
+
+Vector TextureSignal::brightness() const {
+  std::vector<Image<float>> pictures;
+  for (const Texture& texture : model_.model.textures)
+    pictures.push_back(brightness_of(texture.pixels));
+  require(pictures.size() == model_.texture_sizes.size() &&
+              std::ranges::none_of(pictures, &Image<float>::empty),
+          "the model lacks a picture to take the gradient of");
+  Signal signal(space_->size(), 1);
+  for (int k = 0; k < space_->size(); ++k) {
+    const Texels::Place at = home(k);
+    signal(k, 0) = pictures[std::size_t(at.texture)](at.x, at.y);
+  }
+  const Mesh& mesh = model_.surface.mesh;
+  Vector values = Vector::Zero(mesh.vertex_count());
+  for (int t = 0; t < mesh.triangle_count(); ++t) {
+    if (atlas().chart[t] < 0) continue;
+    for (int k = 0; k < 3; ++k) {
+      double sum = 0;
+      for (const BasisWeight& w : space_->basis_at(t, Vector3::Unit(k)))
+        sum += w.weight * signal(w.unknown, 0);
+      values[mesh.triangles[t][k]] = sum;
+    }
+  }
+  return values;
+}
+
+/// On the two sides of a seam the same normal has different coordinates in tangent space.
+void TextureSignal::refuse_tangent_space() const {
+  if (model_.atlas->seam_count == 0) return;
+  const Signal normals = values();
+  const std::vector<std::vector<int>> unknowns = unknowns_by_texture();
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    if (unknowns[i].empty()) continue;
+    Image<float> picture(int(unknowns[i].size()), 1, channels_);
+    const Image<float> coverage(picture.width(), 1, 1, 1.0F);
+    for (int n = 0; n < picture.width(); ++n)
+      for (int c = 0; c < channels_; ++c)
+        picture(n, 0, c) = float(normals(unknowns[i][std::size_t(n)], c));
+    const double upright = share_upright(picture, coverage);
+    require(upright < 0.9,
+            fmt::format("{}: {:.0f} % of its normals point along z, so it seems to be in tangent "
+                        "space, where the same normal has different values on the two sides of a "
+                        "seam (there are {}): bake it in object space first",
+                        texture_file(model_.model, i), 100 * upright, model_.atlas->seam_count));
+  }
+}
+
+}  // namespace mq

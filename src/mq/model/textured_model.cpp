@@ -1,0 +1,184 @@
+#include "mq/model/textured_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "mq/atlas/footprint.h"
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/fem/image_space.h"
+#include "mq/image/resample.h"
+#include "mq/image/spread.h"
+#include "mq/io/file_names.h"
+
+namespace mq {
+namespace {
+
+bool all_finite(const Texture& texture) {
+  return texture.format.depth < Depth::half ||
+         std::ranges::all_of(texture.pixels.values(),
+                             [](float value) { return std::isfinite(value); });
+}
+
+/// 1 for the texels of a texture that charts read.
+Image<char> used_texels(const TexturedModel& all, std::size_t texture) {
+  const Image<float>& picture = all.model.textures[texture].pixels;
+  Image<char> used(picture.width(), picture.height(), 1, all.atlas ? 0 : 1);
+  if (!all.atlas) return used;
+  const Footprints footprints(*all.atlas);
+  const Wrap wrap = all.atlas->textures[texture].wrap;
+  for (int t = 0; t < int(all.atlas->chart.size()); ++t) {
+    if (all.atlas->chart[t] < 0 ||
+        all.atlas->charts[all.atlas->chart[t]].texture != int(texture))
+      continue;
+    for (const TexelSpan& span : footprints.of(t))
+      for (int x = span.first; x < span.end; ++x)
+        used(wrapped(x, used.width(), wrap), wrapped(span.row, used.height(), wrap)) = 1;
+  }
+  return used;
+}
+
+void replace_unused_not_finite(TexturedModel& all, std::size_t texture, Messages& messages) {
+  Image<float>& picture = all.model.textures[texture].pixels;
+  const Image<char> used = used_texels(all, texture);
+  Image<float> filled = picture;
+  spread(used, std::numeric_limits<double>::infinity(), filled);
+  std::int64_t replaced = 0;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      for (int c = 0; c < picture.channels(); ++c) {
+        if (std::isfinite(picture(x, y, c))) continue;
+        if (used(x, y))
+          throw IoError(fmt::format(
+              "{}: pixel (column {}, row {}) holds {} in channel {}{}; repair the picture",
+              texture_file(all.model, texture), x, y, picture(x, y, c), c,
+              all.atlas ? ", and a chart uses it" : ""));
+        picture(x, y, c) = filled(x, y, c);
+        ++replaced;
+      }
+  messages.remark(fmt::format(
+      "{}: {} values outside all charts are infinite or no numbers; those of the nearest texels of "
+      "a chart stand for them",
+      texture_file(all.model, texture), replaced));
+}
+
+/// Sizes of the textures that triangles use.
+std::vector<TextureSize> sizes_of_textures(const Model& model, MissingPictures missing,
+                                           Messages& messages) {
+  std::size_t count = std::max<std::size_t>(1, model.textures.size());
+  for (int t = 0; t < model.mesh.triangle_count(); ++t)
+    count = std::max(count, std::size_t(model.mesh.texture(t) + 1));
+  std::vector<TextureSize> sizes(count);
+  bool assumed = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool there = i < model.textures.size() && !model.textures[i].pixels.empty();
+    require(
+        there || missing == MissingPictures::assume,
+        fmt::format("{}: texture {} has no picture: name one after the mesh", model.path.string(),
+                    i < model.textures.size() ? model.textures[i].name : std::to_string(i)));
+    if (there)
+      sizes[i] = {model.textures[i].pixels.width(), model.textures[i].pixels.height(),
+                  model.textures[i].wrap};
+    else
+      sizes[i] = {assumed_texture_side, assumed_texture_side};
+    assumed |= !there;
+  }
+  if (assumed)
+    messages.remark(
+        fmt::format("no picture: texels are counted as if it had {0} × {0}", assumed_texture_side));
+  return sizes;
+}
+
+/// A picture as the surface it covers.
+Model model_of_picture(Texture picture) {
+  Model model;
+  model.path = picture.path;
+  model.mesh = image_rectangle(picture.pixels.width(), picture.pixels.height());
+  model.textures.push_back(std::move(picture));
+  return model;
+}
+
+}  // namespace
+
+Defects TexturedModel::defects() const {
+  Defects all = model.defects;
+  all.insert(all.end(), surface.defects.begin(), surface.defects.end());
+  if (atlas) all.insert(all.end(), atlas->defects.begin(), atlas->defects.end());
+  return all;
+}
+
+void require_usable(const Defects& defects, const std::string& file) {
+  std::string messages;
+  for (const Defect& defect : defects)
+    if (defect.severity == Defect::Severity::refused)
+      messages += (messages.empty() ? "" : "; ") + defect.kind + ": " + sentence(defect);
+  require(messages.empty(), file + ": " + messages);
+}
+
+Model read_input(const std::filesystem::path& path, const LoadOptions& options,
+                 const Progress& progress) {
+  if (!names_picture(path))
+    return read_model(path, {.textures = options.textures, .not_finite = NotFinite::keep}, progress);
+  require(options.textures.empty(),
+          fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
+                      options.textures.empty() ? "" : options.textures.front().string()));
+  return model_of_picture(read_texture(path, progress, NotFinite::keep));
+}
+
+TexturedModel textured_model(Model model, const LoadOptions& options, Messages& messages,
+                             const Progress& progress) {
+  TexturedModel all;
+  all.model = std::move(model);
+  all.is_picture = names_picture(all.model.path);
+  const std::string file = all.model.path.string();
+  for (const std::string& note : all.model.notes) messages.remark(file + ": " + note);
+  for (const Texture& texture : all.model.textures)
+    for (const std::string& note : texture.notes) messages.remark(note);
+  require(all.model.mesh.triangle_count() > 0,
+          fmt::format("{}: has {} and no faces, so no surface: check that it is a mesh, not a "
+                      "point cloud or curves, and not cut short",
+                      file, counted(all.model.mesh.vertex_count(), "vertex")));
+  about(all.model, [&] {
+    all.surface = make_surface(all.model.mesh, options.weld, progress.step("weld", 0.5));
+    if (!all.model.mesh.has_uvs() || options.missing == MissingPictures::unneeded) return;
+    all.texture_sizes = sizes_of_textures(all.model, options.missing, messages);
+    all.atlas = make_atlas(all.surface, all.texture_sizes, options.atlas,
+                           progress.step("charts", 0.5));
+  });
+  for (std::size_t i = 0; i < all.model.textures.size(); ++i)
+    if (!all_finite(all.model.textures[i])) replace_unused_not_finite(all, i, messages);
+  return all;
+}
+
+TexturedModel load_textured_model(const std::filesystem::path& path, const LoadOptions& options,
+                                  Messages& messages, const Progress& progress) {
+  Model model = read_input(path, options, progress.step("read", 0.5));
+  return textured_model(std::move(model), options, messages, progress.step("find charts", 0.5));
+}
+
+void about(const Model& model, const std::function<void()>& work) {
+  const std::string file = model.path.string();
+  const auto named = [&](const Error& error) {
+    const std::string message = error.what();
+    return message.find(file) == std::string::npos ? file + ": " + message : message;
+  };
+  try {
+    work();
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(named(error));
+  } catch (const Unsupported& error) {
+    throw Unsupported(named(error));
+  }
+}
+
+std::string texture_file(const Model& model, std::size_t i) {
+  const Texture& texture = model.textures[i];
+  if (!texture.path.empty()) return texture.path.string();
+  return fmt::format("{}, the embedded picture {}", model.path.string(),
+                     texture.name.empty() ? std::to_string(i) : texture.name);
+}
+
+}  // namespace mq

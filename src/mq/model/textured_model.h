@@ -1,0 +1,72 @@
+#pragma once
+/// A model as one works with it: read, welded, its charts found, its pictures fit to be processed.
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mq/atlas/atlas.h"
+#include "mq/io/model.h"
+#include "mq/mesh/surface.h"
+#include "mq/model/messages.h"
+
+namespace mq {
+
+/// What is done about textures that have texture coordinates but no picture.
+enum class MissingPictures {
+  refuse,   ///< an error
+  assume,   ///< as if they had `assumed_texture_side`² texels, with a remark
+  unneeded  ///< nothing: only the shape is of interest, and there is no atlas
+};
+inline constexpr int assumed_texture_side = 1024;
+
+struct LoadOptions {
+  std::vector<std::filesystem::path> textures;  ///< in place of the pictures that the model names
+  WeldOptions weld;
+  AtlasOptions atlas;
+  MissingPictures missing = MissingPictures::refuse;
+};
+
+/// Refers to nothing outside; signals made of it refer to it.
+struct TexturedModel {
+  Model model;
+  Surface surface;
+  std::optional<Atlas> atlas;               ///< nothing where the mesh has no texture coordinates
+  std::vector<TextureSize> texture_sizes;   ///< of the textures that triangles use
+  bool is_picture = false;                  ///< made of a picture, which has no mesh file
+
+  /// Everything found wrong with file, surface and atlas.
+  Defects defects() const;
+};
+
+/// Throws `InvalidInput` naming the file and the refused defects, if there are any.
+void require_usable(const Defects& defects, const std::string& file);
+
+/// Reads the file: a model, whose pictures may hold values that are not finite, or a picture, which
+/// becomes the flat surface of one chart that `image_rectangle` describes. Throws what `read_model`
+/// and `read_texture` throw, and `InvalidInput` where pictures are named beside a picture.
+Model read_input(const std::filesystem::path& path, const LoadOptions& options,
+                 const Progress& progress = {});
+
+/// Surface, charts and sizes of a model that was read. Values of pictures that are infinite or no
+/// numbers and that no chart reads become those of the nearest texel that one does (bakes hold such
+/// where nothing was baked). Remarks on what the reader coped with, on that, and on sizes that were
+/// assumed. Throws `InvalidInput` for a model without faces, a texture without picture (see
+/// `MissingPictures`), and `IoError` for a value that is not finite inside a chart.
+TexturedModel textured_model(Model model, const LoadOptions& options, Messages& messages,
+                             const Progress& progress = {});
+
+/// Both.
+TexturedModel load_textured_model(const std::filesystem::path& path, const LoadOptions& options,
+                                  Messages& messages, const Progress& progress = {});
+
+/// Does what is about the model: an `InvalidInput` or `Unsupported` of it that does not name the
+/// model's file is thrown again with the name.
+void about(const Model& model, const std::function<void()>& work);
+
+/// What a texture is called where its file matters: the picture's path, or that it is embedded.
+std::string texture_file(const Model& model, std::size_t i);
+
+}  // namespace mq

@@ -1,0 +1,24 @@
+#pragma once
+/// In which values a signal is worked on, and how stored values come there and back.
+
+#include "mq/image/colour.h"
+#include "mq/io/model.h"
+
+namespace mq {
+
+struct ValueSpace {
+  enum class Meaning { colours, normals } meaning = Meaning::colours;
+  ColourSpace space = ColourSpace::stored;
+  /// Whether the two sides of a seam are to agree, as normals in tangent space cannot.
+  bool meets_at_seams = true;
+};
+
+/// Whether a texture stores display values or light.
+TransferFunction transfer(const Texture& texture);
+
+/// Stored values of that texture in the space, and back, pixel by pixel.
+Image<float> decoded(const Image<float>& stored, const Texture& texture, const ValueSpace& values);
+Image<float> decoded(const Texture& texture, const ValueSpace& values);
+Image<float> encoded(const Image<float>& worked, const Texture& texture, const ValueSpace& values);
+
+}  // namespace mq
