@@ -1,0 +1,31 @@
+# The program on processors of other kinds, by qemu-user: without AVX it runs, and where there is no AVX-512
+# it gives what the same form of its kernels gives here.
+#   cmake -D PROGRAM=... -D WORK=... -P portable_test.cmake
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "${ARGN}\nended with ${status}:\n${output}")
+  endif()
+endfunction()
+
+find_program(QEMU qemu-x86_64)
+if(NOT QEMU)
+  message(STATUS "skipped: there is no qemu-x86_64 (qemu-user)")
+  return()
+endif()
+file(REMOVE_RECURSE ${WORK})
+run(${PROGRAM} sample bust --misaligned --size 128 -o ${WORK}/ -q)
+set(filter filter ${WORK}/bust.obj ${WORK}/bust.png --beta 2 --length 3tx -q)
+foreach(pair "Haswell;x86-64-v3" "Nehalem;x86-64")
+  list(GET pair 0 cpu)
+  list(GET pair 1 form)
+  run(${QEMU} -cpu ${cpu} ${PROGRAM} ${filter} -o ${WORK}/${cpu}.exr --threads 2)
+  run(${CMAKE_COMMAND} -E env MARQUETRY_INSTRUCTIONS=${form} ${PROGRAM} ${filter} -o ${WORK}/${form}.exr)
+  run(${CMAKE_COMMAND} -E compare_files ${WORK}/${cpu}.exr ${WORK}/${form}.exr)
+endforeach()
+execute_process(COMMAND ${CMAKE_COMMAND} -E compare_files ${WORK}/x86-64.exr ${WORK}/x86-64-v3.exr
+  RESULT_VARIABLE equal OUTPUT_QUIET ERROR_QUIET)
+if(equal EQUAL 0)
+  message(FATAL_ERROR "both forms give the same bits, so that this tells nothing")
+endif()
+file(REMOVE_RECURSE ${WORK})
