@@ -12,6 +12,7 @@
 #include "mq/draw/render.h"
 #include "mq/draw/uv_layout.h"
 #include "mq/evolving/evolving_mesh.h"
+#include "mq/fem/boundary_unknowns.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/texel_space.h"
 #include "mq/fem/vertex_multigrid.h"

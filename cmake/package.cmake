@@ -1,5 +1,5 @@
-# cpack -G DEB: the packages marquetry, with the program, and libmarquetry-dev, with the libraries.
-# Installed by
+# cpack -G DEB, after a build: the packages marquetry, with the program, and libmarquetry-dev, with the
+# libraries. Installed by
 #     apt install ./marquetry_*.deb ./libmarquetry-dev_*.deb
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME marquetry)

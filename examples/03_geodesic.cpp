@@ -24,13 +24,12 @@ int main(int argc, char** argv) try {
   const mq::Vector distance = distances.from({{.unknown = std::atoi(argv[2])}}).distance;
 
   const double most = distance.maxCoeff();
-  std::vector<float> colours;
-  for (const double d : distance)
-    for (const float value : mq::distance_colour(d, {.most = most, .line_width = most / 400}))
-      colours.push_back(value);
+  const std::vector<float> values(distance.begin(), distance.end());
   mq::RenderOptions options;
-  options.paint = mq::RenderOptions::Paint::vertex_colours;
-  mq::write_image(argv[3], mq::Renderer(surface).draw({.vertex_values = colours}, options));
+  options.paint = mq::RenderOptions::Paint::vertex_numbers;
+  options.scale = {.high = most, .isolines = 24};
+  options.legend_title = "distance";
+  mq::write_image(argv[3], mq::Renderer(surface).draw({.vertex_values = values}, options));
   std::printf("%d vertices, the farthest at %.4f\n", space.size(), most);
 } catch (const std::exception& error) {
   std::fprintf(stderr, "%s\n", error.what());

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 
 #include <cstdio>
+#include <map>
 #include <regex>
 #include <set>
 
@@ -33,11 +34,15 @@ std::string said(const std::vector<std::string>& words) {
   return result.output;
 }
 
-std::set<std::string> verbs() { return found(said({"--help"}), "\n  ([a-z]+) "); }
-
-/// "--output" and so on, as the first words of the lines of a verb's help.
-std::set<std::string> options(const std::string& verb) {
-  return found(said({verb, "--help"}), "\n  (?:-[a-zA-Z], )?(--[a-z0-9-]+)");
+/// Per verb its options, "--output" and so on: the first words of the lines of its help.
+const std::map<std::string, std::set<std::string>>& options_of_verbs() {
+  static const auto all = [] {
+    std::map<std::string, std::set<std::string>> options;
+    for (const std::string& verb : found(said({"--help"}), "\n  ([a-z]+) "))
+      options[verb] = found(said({verb, "--help"}), "\n  (?:-[a-zA-Z], )?(--[a-z0-9-]+)");
+    return options;
+  }();
+  return all;
 }
 
 bool has_program(const std::string& name) {
@@ -70,7 +75,7 @@ TEST(ManualPages, HaveNothingThatManWarnsOf) {
   if (!has_program("man")) GTEST_SKIP() << "there is no man";
   const Folder folder;
   std::vector<std::vector<std::string>> pages = {{"--manual"}};
-  for (const std::string& verb : verbs()) pages.push_back({"--manual", verb});
+  for (const auto& [verb, options] : options_of_verbs()) pages.push_back({"--manual", verb});
   for (const auto& words : pages) {
     write_bytes(folder / "page.1", said(words));
     EXPECT_THAT(printed("LC_ALL=C.UTF-8 MANWIDTH=80 man --warnings -E UTF-8 -l '" +
@@ -82,12 +87,12 @@ TEST(ManualPages, HaveNothingThatManWarnsOf) {
 
 TEST(ManualPages, NameEveryVerbAndEveryOption) {
   const std::string all = said({"--manual"});
-  ASSERT_GE(verbs().size(), 20U);
-  for (const std::string& verb : verbs()) {
+  ASSERT_GE(options_of_verbs().size(), 20U);
+  for (const auto& [verb, options] : options_of_verbs()) {
     EXPECT_THAT(all, HasSubstr("fBmarquetry\\-" + verb + "\\fR(1)"));
     const std::string page = said({"--manual", verb});
     EXPECT_THAT(page, HasSubstr("marquetry\\-" + verb + " \\- ")) << "has no NAME that whatis finds";
-    for (const std::string& option : options(verb))
+    for (const std::string& option : options)
       EXPECT_THAT(page, HasSubstr("\\fB" + std::regex_replace(option, std::regex("-"), "\\-") + "\\fR"))
           << verb;
   }
@@ -96,12 +101,12 @@ TEST(ManualPages, NameEveryVerbAndEveryOption) {
 
 TEST(Completion, KnowsEveryVerbAndEveryOption) {
   ASSERT_THAT(completed({""}), Contains("filter"));
-  std::set<std::string> first = verbs();
-  first.insert({"--help", "--version"});
+  std::set<std::string> first = {"--help", "--version"};
+  for (const auto& [verb, options] : options_of_verbs()) first.insert(verb);
   EXPECT_EQ(completed({""}), first);
   const std::string zsh = said({"--completion", "zsh"}), fish = said({"--completion", "fish"});
-  for (const std::string& verb : verbs()) {
-    std::set<std::string> expected = options(verb);
+  for (const auto& [verb, options] : options_of_verbs()) {
+    std::set<std::string> expected = options;
     expected.insert("--help");
     EXPECT_EQ(completed({verb, "--"}), expected) << verb;
     EXPECT_THAT(zsh, HasSubstr("\n    '" + verb + ":"));
@@ -109,7 +114,7 @@ TEST(Completion, KnowsEveryVerbAndEveryOption) {
     const std::size_t begin = zsh.find("\n    " + verb + ")\n");
     ASSERT_NE(begin, std::string::npos) << verb;
     const std::string part = zsh.substr(begin, zsh.find(" ;;", begin) - begin);
-    for (const std::string& option : options(verb)) {
+    for (const std::string& option : options) {
       EXPECT_THAT(part, testing::AnyOf(HasSubstr(option + "["), HasSubstr(option + "}"))) << verb;
       EXPECT_THAT(fish, testing::ContainsRegex("__marquetry_verb " + verb + "' -l " +
                                                option.substr(2) + "( |\n)"));

@@ -8,7 +8,7 @@
 }
 {
   mnemonic = $2
-  wide = mnemonic ~ /^v/ || /%[yz]mm/ || mnemonic ~ /^(shlx|shrx|sarx|rorx|mulx|andn|bzhi|pext|pdep|movbe|lzcnt)/
+  wide = mnemonic ~ /^v/ || /%[yz]mm/ || mnemonic ~ /^(shlx|shrx|sarx|rorx|mulx|andn|bzhi|pext|pdep|movbe|lzcnt)[wlq]?$/
   if (!wide || mnemonic ~ /^ver[rw]$/) next
   if (!allowed) {
     if (!(name in reported) && ++found <= 20) print name ": " mnemonic
@@ -21,5 +21,5 @@
 END {
   print "kernels: " count["v3"] + 0 " instructions of v3, " count["v4"] + 0 " of v4, " zmm["v4"] + 0 " with zmm"
   if (found) { print found " functions outside of kernels have instructions that not every processor has"; exit 1 }
-  if (count["v3"] < 1000 || zmm["v4"] < 1000 || zmm["v3"]) { print "the forms of kernels are not what they are called"; exit 1 }
+  if (count["v3"] < 1000 || zmm["v4"] < 100 || zmm["v3"]) { print "the forms of kernels are not what they are called"; exit 1 }
 }
