@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/base/instruction_set.h"
 #include "mq/base/random.h"
 
 namespace mq::test {
@@ -117,6 +118,22 @@ TEST(ImageFlowSolver, RefusesWhatHasNoAnswer) {
   FlowPlanes b = noise(400), Y;
   b.u[7] = NAN;
   EXPECT_THROW(solver.solve(b, Y, 1e-3, 10), SolverError);
+}
+
+TEST(ImageFlowSolver, GivesEqualBitsInAllFormsWithFusedOperations) {
+  const std::vector<InstructionSet> sets = instruction_sets();
+  if (sets.back() != InstructionSet::x86_64_v4) GTEST_SKIP() << "this machine has no AVX-512";
+  const ImageFlowSystem system = patchy(203, 151, 4);
+  const FlowPlanes b = noise(system.d11.size());
+  const auto solved = [&](InstructionSet set) {
+    use_instruction_set(set);
+    FlowPlanes Y;
+    ImageFlowSolver(system).solve(b, Y, 1e-9, 3);
+    return Y;
+  };
+  const FlowPlanes v3 = solved(InstructionSet::x86_64_v3), v4 = solved(InstructionSet::x86_64_v4);
+  EXPECT_EQ(v3.u, v4.u);
+  EXPECT_EQ(v3.v, v4.v);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <optional>
 #include <thread>
@@ -17,12 +18,15 @@
 #include <malloc.h>
 #endif
 
-#include "shell/frame_place.h"
-#include "shell/interrupt.h"
 #include "mq/base/error.h"
+#include "mq/base/instruction_set.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/version.h"
+#include "shell/completion.h"
+#include "shell/frame_place.h"
+#include "shell/interrupt.h"
+#include "shell/manual.h"
 #include "shell/run.h"
 #include "shell/terminal.h"
 #include "unwrap_evolving.h"
@@ -171,6 +175,26 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
   return outcome.exit;
 }
 
+/// With the options that every verb has.
+std::vector<Verb> complete(std::vector<Verb> verbs) {
+  for (Verb& verb : verbs) add_running_options(verb.table);
+  return verbs;
+}
+
+/// The words of a shell's completions and of manual pages, for those who package the program:
+/// --completion SHELL, --manual, --manual VERB.
+std::string packaging_text(const std::vector<Verb>& verbs, const std::vector<std::string>& words) {
+  if (words[0] == "--completion")
+    return completion_script(words.size() > 1 ? words[1] : "", complete(verbs));
+  return words.size() > 1 ? manual_page(find_verb(verbs, words[1]).table) : manual_page(verbs);
+}
+
+/// MARQUETRY_INSTRUCTIONS holds the program to a form of its kernels, to compare machines.
+void choose_instructions() {
+  if (const char* name = std::getenv("MARQUETRY_INSTRUCTIONS"))
+    use_instruction_set(parse_instruction_set(name));
+}
+
 Exit run_words(const std::vector<Verb>& verbs, const std::vector<std::string>& words,
                Terminal& terminal) {
   if (words.empty() || words[0] == "--help" || words[0] == "-h" || words[0] == "help") {
@@ -181,6 +205,11 @@ Exit run_words(const std::vector<Verb>& verbs, const std::vector<std::string>& w
     fmt::print("marquetry {}\n", version);
     return Exit::done;
   }
+  if (words[0] == "--completion" || words[0] == "--manual") {
+    fmt::print("{}", packaging_text(verbs, words));
+    return Exit::done;
+  }
+  choose_instructions();
   return run_verb(find_verb(verbs, words[0]), {words.begin() + 1, words.end()}, terminal);
 }
 

@@ -14,6 +14,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/length.h"
+#include "mq/base/option_words.h"
 
 namespace mq {
 namespace {
@@ -105,22 +106,6 @@ void check_value(const Option& option, const std::string& text) {
       option.type == Option::Type::choice ? did_you_mean(text, option.choices) : "";
   throw InvalidInput(
       fmt::format("{}: found '{}', wanted {}{}", display_name(option), text, wanted(option), hint));
-}
-
-std::string metavar(const Option& option) {
-  if (!option.metavar.empty()) return option.metavar;
-  switch (option.type) {
-    case Option::Type::flag: return "";
-    case Option::Type::integer:
-    case Option::Type::number: return "N";
-    case Option::Type::length: return "LENGTH";
-    case Option::Type::text: return "TEXT";
-    case Option::Type::path: return "FILE";
-    case Option::Type::choice: break;
-  }
-  std::string all;
-  for (const std::string& choice : option.choices) all += (all.empty() ? "" : "|") + choice;
-  return all;
 }
 
 std::vector<std::string> option_names(const OptionTable& table) {
@@ -328,6 +313,35 @@ OptionValues parse_arguments(const OptionTable& table, const std::vector<std::st
   return ArgumentReader(table).read(words);
 }
 
+std::string value_name(const Option& option) {
+  if (!option.metavar.empty()) return option.metavar;
+  switch (option.type) {
+    case Option::Type::flag: return "";
+    case Option::Type::integer:
+    case Option::Type::number: return "N";
+    case Option::Type::length: return "LENGTH";
+    case Option::Type::text: return "TEXT";
+    case Option::Type::path: return "FILE";
+    case Option::Type::choice: break;
+  }
+  std::string all;
+  for (const std::string& choice : option.choices) all += (all.empty() ? "" : "|") + choice;
+  return all;
+}
+
+std::string facts(const Option& option) {
+  std::vector<std::string> all;
+  if (!option.unit.empty()) all.push_back("in " + option.unit);
+  if (const std::string range = range_text(option); !range.empty()) all.push_back(range);
+  if (option.count == Option::Count::many && option.place == Option::Place::named)
+    all.push_back("may be given several times");
+  if (!option.default_value.empty())
+    all.push_back("default " + option.default_value);
+  else if (option.required)
+    all.push_back("required");
+  return all.empty() ? "" : fmt::format(" [{}]", fmt::join(all, ", "));
+}
+
 std::string display_name(const Option& option) {
   if (option.place == Option::Place::named) return "--" + option.name;
   if (!option.metavar.empty()) return option.metavar;
@@ -374,7 +388,7 @@ std::string usage_line(const OptionTable& table) {
     if (option.place == Option::Place::named && option.required)
       line += fmt::format(" {} {}",
                           option.letter ? fmt::format("-{}", option.letter) : "--" + option.name,
-                          metavar(option));
+                          value_name(option));
   return wrap_text(line + " [options]", help_width, 8);
 }
 
@@ -382,22 +396,8 @@ std::string option_head(const Option& option) {
   if (option.place == Option::Place::positional) return "  " + display_name(option);
   std::string head =
       option.letter ? fmt::format("  -{}, --{}", option.letter, option.name) : "  --" + option.name;
-  const std::string value = metavar(option);
+  const std::string value = value_name(option);
   return value.empty() ? head : head + " " + value;
-}
-
-/// "; from 0 to 100, default 1": what the row says beside its words.
-std::string facts(const Option& option) {
-  std::vector<std::string> all;
-  if (!option.unit.empty()) all.push_back("in " + option.unit);
-  if (const std::string range = range_text(option); !range.empty()) all.push_back(range);
-  if (option.count == Option::Count::many && option.place == Option::Place::named)
-    all.push_back("may be given several times");
-  if (!option.default_value.empty())
-    all.push_back("default " + option.default_value);
-  else if (option.required)
-    all.push_back("required");
-  return all.empty() ? "" : fmt::format(" [{}]", fmt::join(all, ", "));
 }
 
 std::string option_entry(const Option& option, HelpDetail detail) {

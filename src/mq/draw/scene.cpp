@@ -5,14 +5,13 @@
 
 #include "mq/draw/scene.h"
 
-#include <embree3/rtcore.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "mq/base/error.h"
+#include "mq/mesh/embree.h"
 #include "mq/mesh/geometry.h"
 
 namespace mq {
@@ -134,10 +133,7 @@ Hit Scene::hit(const Ray& ray) const {
   query.ray.time = 0, query.ray.mask = ~0u, query.ray.flags = 0;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect1(h.scene, &context, &query);
+  find_hit(h.scene, query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   return settle(surface_, int(query.hit.primID), ray);
 }

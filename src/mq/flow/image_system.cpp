@@ -13,6 +13,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
+#include "mq/flow/kernels/flow_kernels.h"
 
 namespace mq {
 namespace {
@@ -65,52 +66,20 @@ struct ImageFlowSolver::Grid {
   std::vector<float> d11, d12, d22, east, south;
   std::vector<float> colours;  ///< 1, 0, 1, ...
 
-  enum class Want { product, residual, update };
-
-  /// Of row y: A·x, b − A·x, or what relaxing each pixel by itself would add to x.
-  template <Want want>
-  void row(int y, const Vectors* b, const Vectors& x, float* __restrict out_u,
-           float* __restrict out_v) const {
+  FlowRow row(int y, const Vectors& x) const {
     const std::int64_t k = std::int64_t(y) * width;
-    const float *u = x.across(k), *v = x.down(k);
-    const float *a11 = at(d11, k), *a12 = at(d12, k), *a22 = at(d22, k);
-    const float *e = at(east, k), *s = at(south, k), *n = at(south, k - width);
-    const float *bu = want == Want::product ? nullptr : b->across(k),
-                *bv = want == Want::product ? nullptr : b->down(k);
-    for (int i = 0; i < width; ++i) {
-      const float sum = (e[i] + e[i - 1]) + (s[i] + n[i]);
-      const float m11 = a11[i] + sum, m22 = a22[i] + sum;
-      float ru =
-          m11 * u[i] + a12[i] * v[i] -
-          ((e[i] * u[i + 1] + e[i - 1] * u[i - 1]) + (s[i] * u[i + width] + n[i] * u[i - width]));
-      float rv =
-          a12[i] * u[i] + m22 * v[i] -
-          ((e[i] * v[i + 1] + e[i - 1] * v[i - 1]) + (s[i] * v[i + width] + n[i] * v[i - width]));
-      if constexpr (want != Want::product) {
-        ru = bu[i] - ru;
-        rv = bv[i] - rv;
-      }
-      if constexpr (want == Want::update) {
-        const float determinant = m11 * m22 - a12[i] * a12[i];
-        const float scale = determinant > 0 ? 1 / determinant : 0.0F;
-        const float du = (m22 * ru - a12[i] * rv) * scale;
-        rv = (m11 * rv - a12[i] * ru) * scale;
-        ru = du;
-      }
-      out_u[i] = ru;
-      out_v[i] = rv;
-    }
+    return {width,       at(d11, k),   at(d12, k),           at(d22, k),  at(east, k),
+            at(south, k), at(south, k - width), x.across(k), x.down(k)};
   }
 
   /// Relaxes the pixels of one colour in row y.
   void relax_row(int y, int colour, const Vectors& b, Vectors& x, std::vector<float>& space) const {
     float *du = space.data(), *dv = du + width;
-    row<Want::update>(y, &b, x, du, dv);
-    const float* mask = colours.data() + (y + colour) % 2;
     const std::int64_t k = std::int64_t(y) * width;
-    float *u = x.across(k), *v = x.down(k);
-    for (int i = 0; i < width; ++i) u[i] += mask[i] * du[i];
-    for (int i = 0; i < width; ++i) v[i] += mask[i] * dv[i];
+    flow_kernels().update(row(y, x), b.across(k), b.down(k), du, dv);
+    const float* mask = colours.data() + (y + colour) % 2;
+    flow_kernels().add_masked(width, mask, du, x.across(k));
+    flow_kernels().add_masked(width, mask, dv, x.down(k));
   }
 
   /// All pixels of one colour, then all of the other, in one walk through memory: the second
@@ -134,7 +103,8 @@ struct ImageFlowSolver::Grid {
     parallel_for(
         height,
         [&](std::int64_t y) {
-          row<Want::residual>(int(y), &b, x, r.across(y * width), r.down(y * width));
+          const std::int64_t k = y * width;
+          flow_kernels().residual(row(int(y), x), b.across(k), b.down(k), r.across(k), r.down(k));
         },
         row_block);
   }
@@ -146,7 +116,7 @@ struct ImageFlowSolver::Grid {
         [&](std::int64_t begin, std::int64_t end) {
           double sum = 0;
           for (std::int64_t j = begin; j < end; ++j) {
-            row<Want::product>(int(j), nullptr, x, y.across(j * width), y.down(j * width));
+            flow_kernels().product(row(int(j), x), y.across(j * width), y.down(j * width));
             const float *xu = x.across(j * width), *xv = x.down(j * width);
             const float *yu = y.across(j * width), *yv = y.down(j * width);
             for (int i = 0; i < width; ++i) sum += double(xu[i]) * yu[i] + double(xv[i]) * yv[i];
@@ -333,10 +303,8 @@ SolveReport ImageFlowSolver::solve(const FlowPlanes& b, FlowPlanes& Y, double to
   /// to = f·to + g·from.
   const auto combine = [&](float f, Vectors& to, float g, const Vectors& from) {
     parallel_blocks(n, 16384, [&](std::int64_t begin, std::int64_t end) {
-      float *u = to.across(), *v = to.down();
-      const float *fu = from.across(), *fv = from.down();
-      for (std::int64_t k = begin; k < end; ++k) u[k] = f * u[k] + g * fu[k];
-      for (std::int64_t k = begin; k < end; ++k) v[k] = f * v[k] + g * fv[k];
+      flow_kernels().combine(end - begin, f, to.across(begin), g, from.across(begin));
+      flow_kernels().combine(end - begin, f, to.down(begin), g, from.down(begin));
     });
   };
 

@@ -20,22 +20,19 @@ struct BlockOrder {
   /// The order of some of the items, given in increasing order.
   BlockOrder part(const std::vector<int>& some) const;
 
-  /// Calls update(item) for every item: colours one after another, blocks of a colour in parallel,
-  /// items of a block in order; or all of that reversed.
+  /// Calls update(begin, end) for every block, whose items (see there) it updates in order: colours
+  /// one after another, blocks of a colour in parallel; or, backward, all of that and each block's
+  /// items reversed.
   template <class Update>
   void run(Order order, const Update& update) const {
     const int count = int(colours.size()) - 1;
-    const auto update_at = [&](int at) { update(items.empty() ? at : items[at]); };
     for (int i = 0; i < count; ++i) {
       const int c = order == Order::forward ? i : count - 1 - i;
-      // A single block needs no threads: to call them takes longer than the few updates of some rows.
       const auto update_block = [&](std::int64_t b) {
         const int block = blocks[colours[c] + b];
-        if (order == Order::forward)
-          for (int item = begins[block]; item < begins[block + 1]; ++item) update_at(item);
-        else
-          for (int item = begins[block + 1] - 1; item >= begins[block]; --item) update_at(item);
+        update(begins[block], begins[block + 1]);
       };
+      // A single block needs no threads: to call them takes longer than the few updates of some rows.
       if (colours[c + 1] - colours[c] == 1)
         update_block(0);
       else

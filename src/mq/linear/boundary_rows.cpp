@@ -1,7 +1,6 @@
 #include "mq/linear/boundary_rows.h"
 
 #include "mq/base/parallel.h"
-#include "mq/linear/real_lanes.h"
 
 namespace mq {
 
@@ -55,29 +54,27 @@ template <class Real>
 Signal BoundaryRows<Real>::interior_relative_residual(int lanes, int channels, const Real* b,
                                                       const Real* x) const {
   Signal R(boundary_.size(), channels);
-  parallel_for(R.rows(), [&](std::int64_t p) {
-    with_constant_lanes(lanes, [&]<int L>() {
-      auto sum = row_of<L>(b, boundary_[p]);
-      for (std::int64_t e = starts_[p]; e < middles_[p]; ++e)
-        sum -= entries_[e].value * row_of<L>(x, entries_[e].column);
-      Real values[L];
-      set_row<L>(values, 0, sum);
-      for (int c = 0; c < channels; ++c) R(p, c) = values[c];
-    });
+  std::vector<Real> values(boundary_.size() * std::size_t(lanes));
+  parallel_blocks(R.rows(), 1024, [&](std::int64_t begin, std::int64_t end) {
+    relaxation_kernels<Real>().residual_of_sparse(
+        lanes,
+        {boundary_.data(), starts_.data(), middles_.data(), entries_.data(), begin, end}, b, x,
+        nullptr, values.data());
+    for (std::int64_t p = begin; p < end; ++p)
+      for (int c = 0; c < channels; ++c) R(p, c) = values[std::size_t(p * lanes + c)];
   });
   return R;
 }
 
 template <class Real>
 void BoundaryRows<Real>::residual(int lanes, const Real* b, const Real* x, Real* r) const {
-  parallel_for(std::int64_t(boundary_.size()), [&](std::int64_t p) {
-    with_constant_lanes(lanes, [&]<int L>() {
-      auto sum = row_of<L>(b, boundary_[p]);
-      for (std::int64_t e = starts_[p]; e < starts_[p + 1]; ++e)
-        sum -= entries_[e].value * row_of<L>(x, entries_[e].column);
-      set_row<L>(r, boundary_[p], sum);
-    });
-  });
+  parallel_blocks(
+      std::int64_t(boundary_.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
+        relaxation_kernels<Real>().residual_of_sparse(
+            lanes,
+            {boundary_.data(), starts_.data(), starts_.data() + 1, entries_.data(), begin, end}, b,
+            x, boundary_.data(), r);
+      });
 }
 
 template <class Real>

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "mq/linear/kernels/relaxation_kernels.h"
 #include "mq/linear/matrix.h"
 
 namespace mq {
@@ -31,10 +32,8 @@ class BoundaryRows {
   std::int64_t bytes() const;
 
  private:
-  struct Entry {
-    int column;
-    Real value;
-  };
+  using Entry = RowEntry<Real>;
+
   std::vector<int> boundary_;
   std::vector<int> position_;  ///< per unknown its index in boundary_, −1: interior
   std::vector<std::int64_t> starts_, middles_;  ///< of a row's entries: at interior unknowns first

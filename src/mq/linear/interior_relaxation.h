@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "mq/linear/kernels/relaxation_kernels.h"
 #include "mq/linear/matrix.h"
 #include "mq/linear/stencil_matrix.h"
 
@@ -52,10 +53,7 @@ class InteriorRelaxation {
   std::int64_t bytes() const;
 
  private:
-  template <int lanes>
-  void relax_row(int row, const Real* b, Real* x) const;
-  template <int lanes>
-  void relax_block(int block, const Real* b, Real* x, int sweeps, SweepOrder order) const;
+  StencilRows<Real> stencil_rows() const;
 
   StencilBlocks blocks_;
   std::vector<std::int64_t> starts_;  ///< per segment where its coefficients begin

@@ -1,9 +1,9 @@
 #include "mq/linear/interpolation.h"
 
 #include <array>
+#include <type_traits>
 
 #include "mq/base/parallel.h"
-#include "mq/linear/real_lanes.h"
 
 namespace mq {
 
@@ -23,26 +23,30 @@ Interpolation<Real>::Interpolation(const LevelTransfer& P) {
 
 template <class Real>
 void Interpolation<Real>::restrict_to(int lanes, const Real* r, Real* b) const {
-  parallel_for(std::int64_t(children_.starts.size()) - 1, [&](std::int64_t coarse) {
-    with_constant_lanes(lanes, [&]<int L>() {
-      typename RealLanes<Real, L>::Type sum{};
-      for (int e = children_.starts[coarse]; e < children_.starts[coarse + 1]; ++e)
-        sum += Real(children_.entries[e].weight) * row_of<L>(r, children_.entries[e].index);
-      set_row<L>(b, coarse, sum);
-    });
-  });
+  parallel_blocks(
+      std::int64_t(children_.starts.size()) - 1, 1024, [&](std::int64_t begin, std::int64_t end) {
+        const TransferRows rows{nullptr, begin, end};
+        const int* starts = children_.starts.data();
+        const WeightedIndex* entries = children_.entries.data();
+        if constexpr (std::is_same_v<Real, float>)
+          transfer_kernels().sums(lanes, starts, entries, rows, r, b);
+        else
+          transfer_kernels().sums_in_double(lanes, starts, entries, rows, r, b);
+      });
 }
 
 template <class Real>
 void Interpolation<Real>::prolongate_add(int lanes, const Real* y, Real* x) const {
-  parallel_for(std::int64_t(parents_.starts.size()) - 1, [&](std::int64_t fine) {
-    with_constant_lanes(lanes, [&]<int L>() {
-      auto sum = row_of<L>(x, fine);
-      for (int e = parents_.starts[fine]; e < parents_.starts[fine + 1]; ++e)
-        sum += Real(parents_.entries[e].weight) * row_of<L>(y, parents_.entries[e].index);
-      set_row<L>(x, fine, sum);
-    });
-  });
+  parallel_blocks(
+      std::int64_t(parents_.starts.size()) - 1, 1024, [&](std::int64_t begin, std::int64_t end) {
+        const TransferRows rows{nullptr, begin, end};
+        const int* starts = parents_.starts.data();
+        const WeightedIndex* entries = parents_.entries.data();
+        if constexpr (std::is_same_v<Real, float>)
+          transfer_kernels().add_sums(lanes, starts, entries, rows, y, x);
+        else
+          transfer_kernels().add_sums_in_double(lanes, starts, entries, rows, y, x);
+      });
 }
 
 template <class Real>

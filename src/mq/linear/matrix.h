@@ -1,10 +1,11 @@
 #pragma once
 /// The matrix types that all rooms share.
 
-#include <Eigen/Core>
 #include <Eigen/SparseCore>
 
 #include <vector>
+
+#include "mq/base/eigen_alignment.h"
 
 namespace mq {
 

@@ -21,7 +21,7 @@
 
 #include "mq/base/parallel.h"
 #include "mq/linear/error_estimate.h"
-#include "mq/linear/vector_lanes.h"
+#include "mq/linear/kernels/vector_kernels.h"
 
 namespace mq {
 
@@ -42,34 +42,23 @@ Double4 finish(Double4 sum, int lanes) {
   return Double4{} + (sum[0] + sum[1] + sum[2] + sum[3]);
 }
 
-/// `lanes` factors repeated to fill a register.
-Floats<register_floats> repeated(Double4 factor) {
-  Floats<register_floats> result;
-  for (int i = 0; i < register_floats; ++i) result[i] = float(factor[i % 4]);
-  return result;
-}
-
-/// Σ body(i) over the registers that begin at 0, N, 2·N ... of vectors of `size` values, four lanes
-/// each: in single precision over a few of them, in double beyond. Vectors end in zeros, which a last
-/// register may reach into.
+/// Σ over the blocks of vectors of `size` values of what body(begin, end, sums) adds to four sums.
 template <class Body>
-Double4 sum_of_registers(std::int64_t size, const Body& body) {
-  constexpr std::int64_t N = register_floats, chunk = 64 * N;
+Double4 sum_of_blocks(std::int64_t size, const Body& body) {
   return parallel_sum(size, Double4{}, [&](std::int64_t begin, std::int64_t end) {
-    Double4 total{};
-    for (std::int64_t first = begin; first < end; first += chunk) {
-      Floats<N> sum{};
-      for (std::int64_t i = first; i < std::min(first + chunk, end); i += N) sum += body(i);
-      for (int i = 0; i < N; ++i) total[i % 4] += double(sum[i]);
-    }
-    return total;
+    double sums[4] = {};
+    body(begin, end, sums);
+    return Double4{sums[0], sums[1], sums[2], sums[3]};
   }, block_values);
 }
 
+std::array<float, 4> rounded(Double4 v) {
+  return {float(v[0]), float(v[1]), float(v[2]), float(v[3])};
+}
+
 Double4 dot(const LaneVector& a, const LaneVector& b) {
-  constexpr int N = register_floats;
-  return finish(sum_of_registers(a.size(), [&](std::int64_t i) {
-    return load<N>(a.data() + i) * load<N>(b.data() + i);
+  return finish(sum_of_blocks(a.size(), [&](std::int64_t begin, std::int64_t end, double* sums) {
+    vector_kernels().dot(a.data(), b.data(), begin, end, sums);
   }), a.lanes());
 }
 
@@ -127,26 +116,22 @@ Double4 squared_norm(const Scaling& scaling, LaneVector& r) {
 
 /// p = z + β·p
 void next_direction(const LaneVector& z, Double4 beta, LaneVector& p) {
-  constexpr int N = register_floats;
-  const Floats<N> factor = repeated(beta);
+  const std::array<float, 4> factor = rounded(beta);
   parallel_blocks(z.size(), block_values, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; i += N)
-      store<N>(p.data() + i, load<N>(z.data() + i) + factor * load<N>(p.data() + i));
+    vector_kernels().next_direction(z.data(), factor.data(), p.data(), begin, end);
   });
 }
 
 /// r −= α·q; returns ‖D⁻¹·r‖² per channel.
 Double4 reduce_residual(const Scaling& scaling, LaneVector& q, Double4 alpha, LaneVector& r) {
-  constexpr int N = register_floats;
   const SpecialRows of_q(scaling, q);
   SpecialRows of_r(scaling, r);
   of_r.subtract(alpha, of_q);
-  const Floats<N> factor = repeated(alpha);
-  const Double4 sum = sum_of_registers(r.size(), [&](std::int64_t i) {
-    const Floats<N> left = load<N>(r.data() + i) - factor * load<N>(q.data() + i);
-    store<N>(r.data() + i, left);
-    return left * left;
-  });
+  const std::array<float, 4> factor = rounded(alpha);
+  const Double4 sum =
+      sum_of_blocks(r.size(), [&](std::int64_t begin, std::int64_t end, double* sums) {
+        vector_kernels().reduce(q.data(), factor.data(), r.data(), begin, end, sums);
+      });
   return finish(sum, r.lanes()) + of_r.squared();
 }
 

@@ -3,14 +3,14 @@
 #include <algorithm>
 
 #include "mq/base/parallel.h"
-#include "mq/linear/vector_lanes.h"
+#include "mq/linear/kernels/patch_kernels.h"
 
 namespace mq {
 
 namespace {
 
-constexpr int max_patch = 64;      // members; a row with more neighbours keeps the first of them
-constexpr int max_cluster = 64;    // members of a patch of strong couplings
+constexpr int max_patch = PatchList::max_members;  // a row with more neighbours keeps the first of them
+constexpr int max_cluster = PatchList::max_members;  // members of a patch of strong couplings
 constexpr double strong = 0.25;    // of the largest coupling of a row
 constexpr int patch_block = 32;    // patches handed to a thread at once
 constexpr int single_block = 256;  // rows handed to a thread at once
@@ -197,50 +197,16 @@ PatchSmoother::Within PatchSmoother::within(const RowSet& rows, const std::vecto
   return result;
 }
 
-template <int lanes>
-void PatchSmoother::relax_with(const BlockOrder& some, const StencilMatrix& A, const float* b,
-                               float* x, Order order) const {
-  using Pack = Floats<lanes>;
-  const StencilLayout& layout = A.layout();
-  const auto residual_at = [&](int position) {
-    const StencilMatrix::Row row = A.listed_row(position);
-    const std::int64_t k = layout.listed(position);
-    Pack sum = load<lanes>(b + k * lanes) - row.diagonal * load<lanes>(x + k * lanes);
-    for (int i = 0; i < row.count; ++i)
-      sum -= row.values[i] * load<lanes>(x + std::int64_t(row.columns[i]) * lanes);
-    return sum;
-  };
-  const auto add = [&](int position, Pack change) {
-    float* at = x + std::int64_t(layout.listed(position)) * lanes;
-    store<lanes>(at, load<lanes>(at) + change);
-  };
-
-  if (kind_ == Kind::single) {
-    some.run(order, [&](int item) {
-      const int position = members_[item];
-      add(position, residual_at(position) * values_[position]);
-    });
-    return;
-  }
-  some.run(order, [&](int patch) {
-    Pack r[max_patch];
-    const int begin = starts_[patch], n = starts_[patch + 1] - begin;
-    for (int i = 0; i < n; ++i) r[i] = residual_at(members_[begin + i]);
-    const float* inverse = values_.data() + inverses_[patch];
-    for (int i = 0; i < n; ++i, inverse += n) {
-      Pack change{};
-      for (int j = 0; j < n; ++j) change += inverse[j] * r[j];
-      add(members_[begin + i], change);
-    }
-  });
-}
-
 void PatchSmoother::relax(const BlockOrder& some, const StencilMatrix& A, int lanes, const float* b,
                           float* x, Order order) const {
-  if (lanes == 1)
-    relax_with<1>(some, A, b, x, order);
-  else
-    relax_with<4>(some, A, b, x, order);
+  const auto relax =
+      kind_ == Kind::single ? patch_kernels().relax_rows : patch_kernels().relax_patches;
+  const ListedRows rows = A.listed_rows();
+  const PatchList patches{starts_.data(), members_.data(), inverses_.data(), values_.data()};
+  some.run(order, [&](int begin, int end) {
+    const int* items = some.items.empty() ? nullptr : some.items.data();
+    relax(lanes, rows, patches, {{items, begin, end}, order == Order::backward}, b, x);
+  });
 }
 
 std::int64_t PatchSmoother::bytes() const {

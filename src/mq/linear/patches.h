@@ -57,10 +57,6 @@ class PatchSmoother {
   std::int64_t bytes() const;
 
  private:
-  template <int lanes>
-  void relax_with(const BlockOrder& some, const StencilMatrix& A, const float* b, float* x,
-                  Order order) const;
-
   Kind kind_ = Kind::single;
   std::vector<int> starts_ = {0};       ///< patch p has members_[starts_[p]] …
   std::vector<int> members_;            ///< positions among the listed rows

@@ -3,9 +3,7 @@
 ///     (A·x)_k = c_k x_k + e_{k−1} x_{k−1} + e_k x_{k+1} + se_{u−1} x_{u−1} + s_u x_u + sw_{u+1} x_{u+1}
 ///               + sw_k x_{d−1} + s_k x_d + se_k x_{d+1},
 ///
-/// so that five values per unknown hold a symmetric matrix. In a row the even unknowns are replaced
-/// and then the odd ones, neither of which depend on one another, a vector register at a time; what
-/// does not depend on the row itself, `rest`, is computed once for both. A tile small enough for
+/// so that five values per unknown hold a symmetric matrix. A tile small enough for
 /// the cache is relaxed several times before the next is touched. Runs where triangles are stretched
 /// (in any direction, so that lines of texels would be no remedy) are then relaxed some times more, all
 /// tiles once each time: tile after tile, waves along the edges between tiles would stay.
@@ -19,211 +17,10 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/linear/solver.h"
-#include "mq/linear/vector_lanes.h"
 
 namespace mq {
 
 namespace {
-
-using Stencils = StencilMatrix::Streams;
-
-/// c_k's row without its own row's unknowns, for `Texels` unknowns: b − (above) − (below).
-template <int lanes, int Texels>
-inline Floats<Texels * lanes> rest_of(const Stencils& A, const float* b, const float* x, int k, int u,
-                                      int d) {
-  constexpr int N = Texels * lanes;
-  const auto value = [](const float* stream, int i) {
-    return spread<Texels, lanes>(load<Texels>(stream + i));
-  };
-  const auto at = [&](int i) { return load<N>(x + std::int64_t(i) * lanes); };
-  Floats<N> sum = load<N>(b + std::int64_t(k) * lanes);
-  sum -= value(A.se, u - 1) * at(u - 1);
-  sum -= value(A.s, u) * at(u);
-  sum -= value(A.sw, u + 1) * at(u + 1);
-  sum -= value(A.sw, k) * at(d - 1);
-  sum -= value(A.s, k) * at(d);
-  sum -= value(A.se, k) * at(d + 1);
-  return sum;
-}
-
-/// What a row's unknowns become: (rest − west neighbours − east neighbours) / diagonal. Holds the
-/// matrix values and `rest` of `Texels` unknowns.
-template <int lanes, int Texels>
-struct RowStep {
-  using Pack = Floats<Texels * lanes>;
-  Pack rest, west, east, inverse;
-
-  RowStep(const Stencils& A, const float* b, const float* x, int k, int u, int d)
-      : rest(rest_of<lanes, Texels>(A, b, x, k, u, d)),
-        west(spread<Texels, lanes>(load<Texels>(A.e + k - 1))),
-        east(spread<Texels, lanes>(load<Texels>(A.e + k))),
-        inverse(spread<Texels, lanes>(1.0f / load<Texels>(A.c + k))) {}
-
-  Pack operator()(Pack left, Pack right) const {
-    return (rest - west * left - east * right) * inverse;
-  }
-};
-
-/// All ones in the lanes of even (parity 0) or odd unknowns.
-template <int lanes>
-inline auto parity_mask(int parity) {
-  typename FloatPack<register_floats>::Mask mask;
-  for (int i = 0; i < register_floats; ++i) mask[i] = (i / lanes) % 2 == parity ? -1 : 0;
-  return mask;
-}
-
-/// Replaces the unknowns of one parity from the `begin`th (an even one) of a run on, one at a time.
-template <int lanes>
-inline void relax_singly(const Stencils& A, const StencilRun& run, int begin, int parity,
-                         const float* b, float* x) {
-  for (int i = begin + parity; i < run.count; i += 2) {
-    const int k = run.first + i;
-    const RowStep<lanes, 1> step(A, b, x, k, run.up + i, run.down + i);
-    float* at = x + std::int64_t(k) * lanes;
-    store<lanes>(at, step(load<lanes>(at - lanes), load<lanes>(at + lanes)));
-  }
-}
-
-/// Replaces the first `end` unknowns of a run, whole registers of them: those of parity `first`, and
-/// one register behind them those of the other. Nothing is read that was just stored.
-template <int lanes>
-inline void relax_registers(const Stencils& A, const StencilRun& run, int end, int first,
-                            const float* b, float* x) {
-  constexpr int N = register_floats, wide = N / lanes;
-  using Pack = Floats<N>;
-  using Step = RowStep<lanes, wide>;
-  const auto mask = parity_mask<lanes>(first);
-  const auto at = [&](int i) { return x + std::int64_t(run.first + i) * lanes; };
-  const auto step_at = [&](int i) {
-    return Step(A, b, x, run.first + i, run.up + i, run.down + i);
-  };
-  const auto left_of = [](Pack left, Pack here) { return shifted<N - lanes>(left, here); };
-  const auto right_of = [](Pack here, Pack right) { return shifted<lanes>(here, right); };
-  const auto load_from = [&](int i) { return i < end ? load<N>(at(i)) : repeat<lanes>(at(i)); };
-
-  Pack left = repeat<lanes>(at(-1)), here = load<N>(at(0)), right = load_from(wide);
-  Step step = step_at(0);
-  Pack half = mask ? step(left_of(left, here), right_of(here, right)) : here;
-  for (int i = wide; i < end; i += wide) {
-    const Step next_step = step_at(i);
-    const Pack beyond = load_from(i + wide);
-    const Pack next_half =
-        mask ? next_step(left_of(here, right), right_of(right, beyond)) : right;
-    left = mask ? half : step(left_of(left, half), right_of(half, next_half));
-    store<N>(at(i - wide), left);
-    here = right;
-    right = beyond;
-    half = next_half;
-    step = next_step;
-  }
-  store<N>(at(end - wide), mask ? half : step(left_of(left, half), right_of(half, right)));
-}
-
-/// One sweep over a run: its even and then its odd unknowns, or backward the other way about.
-template <int lanes, Order order>
-inline void relax_run(const Stencils& A, const StencilRun& run, const float* b, float* x) {
-  constexpr int first = order == Order::forward ? 0 : 1, wide = register_floats / lanes;
-  const int end = wide > 1 ? run.count / wide * wide : 0;
-  relax_singly<lanes>(A, run, end, first, b, x);
-  if constexpr (wide > 1)
-    if (end > 0) relax_registers<lanes>(A, run, end, first, b, x);
-  relax_singly<lanes>(A, run, end, 1 - first, b, x);
-}
-
-template <int lanes, int Texels>
-inline void residual_of_texels(const Stencils& A, const float* b, const float* x, float* r, int k, int u,
-                        int d) {
-  constexpr int N = Texels * lanes;
-  const float* at = x + std::int64_t(k) * lanes;
-  const auto value = [](const float* stream, int i) {
-    return spread<Texels, lanes>(load<Texels>(stream + i));
-  };
-  Floats<N> sum = rest_of<lanes, Texels>(A, b, x, k, u, d);
-  sum -= value(A.e, k - 1) * load<N>(at - lanes);
-  sum -= value(A.c, k) * load<N>(at);
-  sum -= value(A.e, k) * load<N>(at + lanes);
-  store<N>(r + std::int64_t(k) * lanes, sum);
-}
-
-template <int lanes>
-inline void residual_of_run(const Stencils& A, const StencilRun& run, const float* b,
-                            const float* x, float* r) {
-  constexpr int wide = register_floats / lanes;
-  int i = 0;
-  for (; i + wide <= run.count; i += wide)
-    residual_of_texels<lanes, wide>(A, b, x, r, run.first + i, run.up + i, run.down + i);
-  for (; i < run.count; ++i)
-    residual_of_texels<lanes, 1>(A, b, x, r, run.first + i, run.up + i, run.down + i);
-}
-
-/// Sums of products in single precision, over no more than a run; `total` widens them.
-template <int lanes, int N>
-struct RunSums {
-  Floats<N> with_product{}, with_r{};
-
-  void add(Floats<N> x, Floats<N> product, Floats<N> r) {
-    with_product += x * product;
-    with_r += x * r;
-  }
-  void add_to(StencilMatrix::Products& total) const {
-    for (int i = 0; i < N; ++i) {
-      total.with_product[i % lanes] += value(with_product, i);
-      total.with_r[i % lanes] += value(with_r, i);
-    }
-  }
-
- private:
-  static double value(Floats<N> v, int i) {
-    if constexpr (N == 1)
-      return v;
-    else
-      return v[i];
-  }
-};
-
-/// The vectors of a product: y = A·x, and r, by which x is multiplied.
-struct ProductVectors {
-  const float *x, *r;
-  float* y;
-};
-
-template <int lanes, int Texels>
-inline void product_at(const Stencils& A, const float* row_sums, const ProductVectors& v, int k,
-                       int u, int d, RunSums<lanes, Texels * lanes>& sums) {
-  constexpr int N = Texels * lanes;
-  const auto at = [&](int i) { return load<N>(v.x + std::int64_t(i) * lanes); };
-  const auto value = [](const float* stream, int i) {
-    return spread<Texels, lanes>(load<Texels>(stream + i));
-  };
-  const Floats<N> own = at(k);
-  Floats<N> sum = value(row_sums, k) * own;
-  sum += value(A.se, u - 1) * (at(u - 1) - own);
-  sum += value(A.s, u) * (at(u) - own);
-  sum += value(A.sw, u + 1) * (at(u + 1) - own);
-  sum += value(A.e, k - 1) * (at(k - 1) - own);
-  sum += value(A.e, k) * (at(k + 1) - own);
-  sum += value(A.sw, k) * (at(d - 1) - own);
-  sum += value(A.s, k) * (at(d) - own);
-  sum += value(A.se, k) * (at(d + 1) - own);
-  const std::int64_t here = std::int64_t(k) * lanes;
-  store<N>(v.y + here, sum);
-  sums.add(own, sum, load<N>(v.r + here));
-}
-
-template <int lanes>
-inline void product_of_run(const Stencils& A, const float* row_sums, const StencilRun& run,
-                           const ProductVectors& v, StencilMatrix::Products& total) {
-  constexpr int wide = register_floats / lanes;
-  RunSums<lanes, register_floats> sums;
-  RunSums<lanes, lanes> rest;
-  int i = 0;
-  for (; i + wide <= run.count; i += wide)
-    product_at<lanes, wide>(A, row_sums, v, run.first + i, run.up + i, run.down + i, sums);
-  for (; i < run.count; ++i)
-    product_at<lanes, 1>(A, row_sums, v, run.first + i, run.up + i, run.down + i, rest);
-  sums.add_to(total);
-  rest.add_to(total);
-}
 
 constexpr double strong_anisotropy = 6;  // lengths 2.4:1, from where a sweep halves little
 constexpr int anisotropic_sweeps = 2;    // further ones per sweep, on runs ...
@@ -318,19 +115,15 @@ void StencilMatrix::fill(const SparseMatrix& A, const StencilLayout& layout, con
 }
 
 /// Tile after tile `sweeps` times each, colour after colour; or that reversed.
-template <int lanes>
-void StencilMatrix::relax_tiles(const StencilTiles& tiles, const float* b, float* x, int sweeps,
-                                Order order) const {
-  const Stencils A = stencils();
+void StencilMatrix::relax_tiles(const StencilTiles& tiles, int lanes, const float* b, float* x,
+                                int sweeps, Order order) const {
+  const Streams A = stencils();
+  const auto relax = order == Order::forward ? stencil_kernels().relax_forward
+                                             : stencil_kernels().relax_backward;
   const auto relax_tile = [&](int tile) {
     const int begin = tiles.tiles[tile], end = tiles.tiles[tile + 1];
     for (int sweep = 0; sweep < sweeps; ++sweep)
-      if (order == Order::forward)
-        for (int r = begin; r < end; ++r)
-          relax_run<lanes, Order::forward>(A, tiles.runs[r], b, x);
-      else
-        for (int r = end - 1; r >= begin; --r)
-          relax_run<lanes, Order::backward>(A, tiles.runs[r], b, x);
+      relax(lanes, A, tiles.runs.data() + begin, end - begin, b, x);
   };
   const int count = int(tiles.colours.size()) - 1;
   for (int i = 0; i < count; ++i) {
@@ -360,55 +153,12 @@ void StencilMatrix::find_anisotropic_runs() {
   }
 }
 
-template <int lanes>
-void StencilMatrix::residual_of_runs(const StencilTiles& tiles, const float* b, const float* x,
-                                     float* r) const {
-  const Stencils A = stencils();
-  parallel_for(std::int64_t(tiles.runs.size()), [&](std::int64_t i) {
-    residual_of_run<lanes>(A, tiles.runs[i], b, x, r);
-  }, 64);
-}
-
-template <int lanes>
-void StencilMatrix::residual_at(int position, const float* b, const float* x, float* r) const {
-  const Row row = listed_row(position);
-  const std::int64_t k = layout_->irregular[position];
-  Floats<lanes> sum = load<lanes>(b + k * lanes) - row.diagonal * load<lanes>(x + k * lanes);
-  for (int i = 0; i < row.count; ++i)
-    sum -= row.values[i] * load<lanes>(x + std::int64_t(row.columns[i]) * lanes);
-  store<lanes>(r + k * lanes, sum);
-}
-
-template <int lanes>
-StencilMatrix::Products StencilMatrix::multiply_by(const float* x, const float* r,
-                                                   float* y) const {
-  const Stencils A = stencils();
-  const float* row_sums = row_sums_.data();
-  const ProductVectors vectors{x, r, y};
-  const auto of_stencils = [&](std::int64_t begin, std::int64_t end) {
-    Products total;
-    for (std::int64_t i = begin; i < end; ++i)
-      product_of_run<lanes>(A, row_sums, layout_->runs[i], vectors, total);
-    return total;
-  };
-  const auto of_irregular = [&](std::int64_t begin, std::int64_t end) {
-    RunSums<lanes, lanes> sums;
-    for (std::int64_t p = begin; p < end; ++p) {
-      const Row row = listed_row(int(p));
-      const std::int64_t k = layout_->irregular[p], here = k * lanes;
-      const Floats<lanes> own = load<lanes>(x + here);
-      Floats<lanes> sum = row_sums[k] * own;
-      for (int i = 0; i < row.count; ++i)
-        sum += row.values[i] * (load<lanes>(x + std::int64_t(row.columns[i]) * lanes) - own);
-      store<lanes>(y + here, sum);
-      sums.add(own, sum, load<lanes>(r + here));
-    }
-    Products total;
-    sums.add_to(total);
-    return total;
-  };
-  return parallel_sum(std::int64_t(layout_->runs.size()), Products{}, of_stencils, 64) +
-         parallel_sum(std::int64_t(layout_->irregular.size()), Products{}, of_irregular, 128);
+void StencilMatrix::residual_of_runs(const StencilTiles& tiles, int lanes, const float* b,
+                                     const float* x, float* r) const {
+  const Streams A = stencils();
+  parallel_blocks(std::int64_t(tiles.runs.size()), 64, [&](std::int64_t begin, std::int64_t end) {
+    stencil_kernels().residual(lanes, A, tiles.runs.data() + begin, end - begin, b, x, r);
+  });
 }
 
 StencilMatrix::StencilMatrix(const SparseMatrix& A, const StencilLayout& layout,
@@ -430,48 +180,45 @@ StencilMatrix StencilMatrix::remainder(const SparseMatrix& A, const StencilLayou
   return result;
 }
 
-template <int lanes>
-void StencilMatrix::relax_with(const StencilTiles& tiles, const StencilTiles& anisotropic,
+void StencilMatrix::relax_with(const StencilTiles& tiles, const StencilTiles& anisotropic, int lanes,
                                const float* b, float* x, int sweeps, Order order) const {
-  if (order == Order::forward) relax_tiles<lanes>(tiles, b, x, sweeps, order);
+  if (order == Order::forward) relax_tiles(tiles, lanes, b, x, sweeps, order);
   for (int sweep = 0; sweep < anisotropic_sweeps * sweeps && !anisotropic.runs.empty(); ++sweep)
-    relax_tiles<lanes>(anisotropic, b, x, 1, order);
-  if (order == Order::backward) relax_tiles<lanes>(tiles, b, x, sweeps, order);
+    relax_tiles(anisotropic, lanes, b, x, 1, order);
+  if (order == Order::backward) relax_tiles(tiles, lanes, b, x, sweeps, order);
 }
 
 void StencilMatrix::relax_stencils(int lanes, const float* b, float* x, int sweeps,
                                    Order order) const {
-  if (lanes == 1)
-    relax_with<1>(*layout_, anisotropic_, b, x, sweeps, order);
-  else
-    relax_with<4>(*layout_, anisotropic_, b, x, sweeps, order);
+  relax_with(*layout_, anisotropic_, lanes, b, x, sweeps, order);
 }
 
 void StencilMatrix::relax_stencils(const StencilPart& part, int lanes, const float* b, float* x,
                                    int sweeps, Order order) const {
-  if (lanes == 1)
-    relax_with<1>(part.stencils, part.anisotropic, b, x, sweeps, order);
-  else
-    relax_with<4>(part.stencils, part.anisotropic, b, x, sweeps, order);
+  relax_with(part.stencils, part.anisotropic, lanes, b, x, sweeps, order);
+}
+
+ListedRows StencilMatrix::listed_rows() const {
+  return {layout_->irregular.data(), int(layout_->irregular.size()), layout_->clustered.data(),
+          start_.data(),             columns_.data(),                values_.data(),
+          centres(0)};
 }
 
 void StencilMatrix::residual(int lanes, const float* b, const float* x, float* r) const {
-  const auto of_lanes = [&]<int L>() {
-    residual_of_runs<L>(*layout_, b, x, r);
-    parallel_for(std::int64_t(layout_->irregular.size()),
-                 [&](std::int64_t p) { residual_at<L>(int(p), b, x, r); });
-  };
-  lanes == 1 ? of_lanes.template operator()<1>() : of_lanes.template operator()<4>();
+  residual_of_runs(*layout_, lanes, b, x, r);
+  const ListedRows A = listed_rows();
+  parallel_blocks(A.irregular_count, 1024, [&](std::int64_t begin, std::int64_t end) {
+    stencil_kernels().residual_of_listed(lanes, A, {nullptr, begin, end}, b, x, r);
+  });
 }
 
 void StencilMatrix::residual(const StencilPart& part, int lanes, const float* b, const float* x,
                              float* r) const {
-  const auto of_lanes = [&]<int L>() {
-    residual_of_runs<L>(part.stencils, b, x, r);
-    parallel_for(std::int64_t(part.irregular.size()),
-                 [&](std::int64_t i) { residual_at<L>(part.irregular[i], b, x, r); });
-  };
-  lanes == 1 ? of_lanes.template operator()<1>() : of_lanes.template operator()<4>();
+  residual_of_runs(part.stencils, lanes, b, x, r);
+  const ListedRows A = listed_rows();
+  parallel_blocks(std::ssize(part.irregular), 1024, [&](std::int64_t begin, std::int64_t end) {
+    stencil_kernels().residual_of_listed(lanes, A, {part.irregular.data(), begin, end}, b, x, r);
+  });
 }
 
 double StencilMatrix::dominance() const {
@@ -498,7 +245,23 @@ double StencilMatrix::dominance() const {
 
 StencilMatrix::Products StencilMatrix::multiply(int lanes, const float* x, const float* r,
                                                 float* y) const {
-  return lanes == 1 ? multiply_by<1>(x, r, y) : multiply_by<4>(x, r, y);
+  const Streams A = stencils();
+  const ListedRows listed = listed_rows();
+  const ProductVectors vectors{x, r, y};
+  const auto of_stencils = [&](std::int64_t begin, std::int64_t end) {
+    Products total;
+    stencil_kernels().multiply(lanes, A, row_sums_.data(), layout_->runs.data() + begin, end - begin,
+                               vectors, total);
+    return total;
+  };
+  const auto of_irregular = [&](std::int64_t begin, std::int64_t end) {
+    Products total;
+    stencil_kernels().multiply_listed(lanes, listed, row_sums_.data(), {nullptr, begin, end}, vectors,
+                                      total);
+    return total;
+  };
+  return parallel_sum(std::int64_t(layout_->runs.size()), Products{}, of_stencils, 64) +
+         parallel_sum(std::int64_t(layout_->irregular.size()), Products{}, of_irregular, 128);
 }
 
 void StencilMatrix::keep_row_sums(const SparseMatrix& A, const Scaling& scaling) {

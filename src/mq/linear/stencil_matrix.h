@@ -10,19 +10,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "mq/linear/kernels/stencil_kernels.h"
 #include "mq/linear/matrix.h"
 #include "mq/linear/scaling.h"
 
 namespace mq {
-
-/// Rows first … first + count − 1; row first + i couples to the unknowns up + i + {−1, 0, 1},
-/// first + i + {−1, 0, 1} and down + i + {−1, 0, 1} and to no other.
-struct StencilRun {
-  int first = 0;
-  int count = 0;  ///< at most `StencilLayout::max_run`
-  int up = 0;
-  int down = 0;
-};
 
 /// Runs in the order in which they are relaxed.
 struct StencilTiles {
@@ -104,10 +96,7 @@ class StencilMatrix {
   void residual(const StencilPart& part, int lanes, const float* b, const float* x, float* r) const;
 
   /// What a step of conjugate gradients asks of A·x, per lane (of one lane in the first).
-  struct Products {
-    std::array<double, 4> with_product{};  ///< ⟨x, A·x⟩
-    std::array<double, 4> with_r{};        ///< ⟨x, r⟩
-
+  struct Products : ProductSums {
     friend Products operator+(Products a, const Products& b) {
       for (int i = 0; i < 4; ++i) {
         a.with_product[i] += b.with_product[i];
@@ -160,10 +149,10 @@ class StencilMatrix {
   const float* souths(int k) const { return &values5_[3][margin + k]; }
   const float* south_easts(int k) const { return &values5_[4][margin + k]; }
 
-  /// The five streams of values, each to be indexed by unknown.
-  struct Streams {
-    const float *c, *e, *sw, *s, *se;
-  };
+  using Streams = StencilStreams;
+
+  /// The irregular and the clustered rows, for kernels.
+  ListedRows listed_rows() const;
 
   std::int64_t bytes() const;
 
@@ -173,21 +162,14 @@ class StencilMatrix {
   template <class Round>
   void fill(const SparseMatrix& A, const StencilLayout& layout, const Round& round);
   void find_anisotropic_runs();
-  template <int lanes>
-  void relax_tiles(const StencilTiles& tiles, const float* b, float* x, int sweeps,
+  void relax_tiles(const StencilTiles& tiles, int lanes, const float* b, float* x, int sweeps,
                    Order order) const;
-  template <int lanes>
-  void relax_with(const StencilTiles& tiles, const StencilTiles& anisotropic, const float* b,
-                  float* x, int sweeps, Order order) const;
-  template <int lanes>
-  void residual_of_runs(const StencilTiles& tiles, const float* b, const float* x, float* r) const;
-  template <int lanes>
-  void residual_at(int position, const float* b, const float* x, float* r) const;
+  void relax_with(const StencilTiles& tiles, const StencilTiles& anisotropic, int lanes,
+                  const float* b, float* x, int sweeps, Order order) const;
+  void residual_of_runs(const StencilTiles& tiles, int lanes, const float* b, const float* x,
+                        float* r) const;
 
   const StencilLayout* layout_ = nullptr;
-  template <int lanes>
-  Products multiply_by(const float* x, const float* r, float* y) const;
-
   std::vector<float> values5_[5];
   std::vector<float> row_sums_;
   StencilTiles anisotropic_;

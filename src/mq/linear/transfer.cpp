@@ -3,19 +3,33 @@
 #include <algorithm>
 
 #include "mq/base/parallel.h"
-#include "mq/linear/vector_lanes.h"
 
 namespace mq {
 
 namespace {
 
-/// Calls body with the lane count as a compile-time constant.
-template <class Body>
-void with_lanes(int lanes, const Body& body) {
-  if (lanes == 1)
-    body.template operator()<1>();
-  else
-    body.template operator()<4>();
+constexpr std::int64_t block = 1024;  // rows handed to a thread at once
+
+/// Calls kernel(rows) for all of `count` rows, in parallel.
+template <class Kernel>
+void in_blocks(std::int64_t count, const int* rows, const Kernel& kernel) {
+  parallel_blocks(count, block, [&](std::int64_t begin, std::int64_t end) {
+    kernel(TransferRows{rows, begin, end});
+  });
+}
+
+/// Calls kernel(rows) for the stretches of rows begin … end − 1 that are not moved, moved(row) for the
+/// others.
+template <class IsMoved, class Kernel, class Moved>
+void around_moved(std::span<const int> rows, std::int64_t begin, std::int64_t end,
+                  const IsMoved& is_moved, const Kernel& kernel, const Moved& moved) {
+  while (begin < end) {
+    std::int64_t stop = begin;
+    while (stop < end && !is_moved(rows[stop])) ++stop;
+    if (stop > begin) kernel(TransferRows{rows.data(), begin, stop});
+    if (stop < end) moved(rows[stop]);
+    begin = stop + 1;
+  }
 }
 
 }  // namespace
@@ -43,45 +57,29 @@ void SparseTransfer::children(int coarse, std::vector<WeightedIndex>& out) const
              child_entries_.begin() + child_starts_[coarse + 1]);
 }
 
-template <int lanes>
-void SparseTransfer::restrict_row(std::int64_t coarse, const float* r, float* b) const {
-  Floats<lanes> sum{};
-  for (int e = child_starts_[coarse]; e < child_starts_[coarse + 1]; ++e)
-    sum += child_entries_[e].weight * load<lanes>(r + std::int64_t(child_entries_[e].index) * lanes);
-  store<lanes>(b + coarse * lanes, sum);
-}
-
-template <int lanes>
-void SparseTransfer::prolongate_row(std::int64_t fine, const float* y, float* x) const {
-  Floats<lanes> sum = load<lanes>(x + fine * lanes);
-  for (int e = starts_[fine]; e < starts_[fine + 1]; ++e)
-    sum += entries_[e].weight * load<lanes>(y + std::int64_t(entries_[e].index) * lanes);
-  store<lanes>(x + fine * lanes, sum);
-}
-
 void SparseTransfer::restrict_to(int lanes, const float* r, float* b) const {
-  with_lanes(lanes, [&]<int L>() {
-    parallel_for(coarse_rows(), [&](std::int64_t coarse) { restrict_row<L>(coarse, r, b); });
+  in_blocks(coarse_rows(), nullptr, [&](const TransferRows& rows) {
+    transfer_kernels().sums(lanes, child_starts_.data(), child_entries_.data(), rows, r, b);
   });
 }
 
 void SparseTransfer::restrict_to(std::span<const int> rows, int lanes, const float* r,
                                  float* b) const {
-  with_lanes(lanes, [&]<int L>() {
-    parallel_for(std::ssize(rows), [&](std::int64_t i) { restrict_row<L>(rows[i], r, b); });
+  in_blocks(std::ssize(rows), rows.data(), [&](const TransferRows& some) {
+    transfer_kernels().sums(lanes, child_starts_.data(), child_entries_.data(), some, r, b);
   });
 }
 
 void SparseTransfer::prolongate_add(int lanes, const float* y, float* x) const {
-  with_lanes(lanes, [&]<int L>() {
-    parallel_for(fine_rows(), [&](std::int64_t fine) { prolongate_row<L>(fine, y, x); });
+  in_blocks(fine_rows(), nullptr, [&](const TransferRows& rows) {
+    transfer_kernels().add_sums(lanes, starts_.data(), entries_.data(), rows, y, x);
   });
 }
 
 void SparseTransfer::prolongate_add(std::span<const int> rows, int lanes, const float* y,
                                     float* x) const {
-  with_lanes(lanes, [&]<int L>() {
-    parallel_for(std::ssize(rows), [&](std::int64_t i) { prolongate_row<L>(rows[i], y, x); });
+  in_blocks(std::ssize(rows), rows.data(), [&](const TransferRows& some) {
+    transfer_kernels().add_sums(lanes, starts_.data(), entries_.data(), some, y, x);
   });
 }
 
@@ -143,96 +141,74 @@ void GridTransfer::children(int coarse, std::vector<WeightedIndex>& out) const {
     out.push_back({m.fine, m.weight});
 }
 
-/// As if nothing were moved.
-template <int lanes>
-void GridTransfer::restrict_row(std::int64_t coarse, const float* r, float* b) const {
-  const Children& c = children_[coarse];
-  Floats<lanes> rows[3] = {};
-  for (int i = 0; i < 3; ++i) {
-    const float* at = r + std::int64_t(c.centre[i]) * lanes;
-    if (c.flags[i] & 1) rows[i] += 0.5f * load<lanes>(at - lanes);
-    if (c.flags[i] & 2) rows[i] += load<lanes>(at);
-    if (c.flags[i] & 4) rows[i] += 0.5f * load<lanes>(at + (c.flags[i] & 8 ? lanes : 0));
-  }
-  store<lanes>(b + coarse * lanes, rows[1] + 0.5f * (rows[0] + rows[2]));
-}
-
-/// As if nothing were moved.
-template <int lanes>
-void GridTransfer::prolongate_row(std::int64_t fine, const float* y, float* x) const {
-  const Parents p = parents_[fine];
-  const float* upper = y + std::int64_t(p.upper) * lanes;
-  const float* lower = y + std::int64_t(p.lower) * lanes;
-  Floats<lanes> sum = load<lanes>(upper);
-  if (p.between_columns) sum = 0.5f * (sum + load<lanes>(upper + lanes));
-  if (p.between_rows) {
-    Floats<lanes> below = load<lanes>(lower);
-    if (p.between_columns) below = 0.5f * (below + load<lanes>(lower + lanes));
-    sum = 0.5f * (sum + below);
-  }
-  store<lanes>(x + fine * lanes, load<lanes>(x + fine * lanes) + sum);
-}
-
 void GridTransfer::restrict_to(int lanes, const float* r, float* b) const {
-  with_lanes(lanes, [&]<int L>() {
-    parallel_for(coarse_rows(), [&](std::int64_t coarse) { restrict_row<L>(coarse, r, b); });
-    for (const Move& m : by_fine_) {
-      const Floats<L> moved = m.weight * load<L>(r + std::int64_t(m.fine) * L);
-      float *from = b + std::int64_t(m.from) * L, *to = b + std::int64_t(m.to) * L;
-      store<L>(from, load<L>(from) - moved);
-      store<L>(to, load<L>(to) + moved);
-    }
+  in_blocks(coarse_rows(), nullptr, [&](const TransferRows& rows) {
+    transfer_kernels().restrict_grid(lanes, children_.data(), rows, r, b);
   });
+  for (const Move& m : by_fine_) {
+    const float* of = r + std::int64_t(m.fine) * lanes;
+    float *from = b + std::int64_t(m.from) * lanes, *to = b + std::int64_t(m.to) * lanes;
+    for (int lane = 0; lane < lanes; ++lane) {
+      const float moved = m.weight * of[lane];
+      from[lane] -= moved;
+      to[lane] += moved;
+    }
+  }
 }
 
 void GridTransfer::restrict_to(std::span<const int> rows, int lanes, const float* r,
                                float* b) const {
-  with_lanes(lanes, [&]<int L>() {
-    const auto sum_of_moved = [&](std::int64_t coarse) {
-      std::vector<WeightedIndex> of;
-      children(int(coarse), of);
-      Floats<L> sum{};
+  const auto sum_of_moved = [&](int coarse) {
+    std::vector<WeightedIndex> of;
+    children(coarse, of);
+    for (int lane = 0; lane < lanes; ++lane) {
+      float sum = 0;
       for (const WeightedIndex& child : of)
-        sum += child.weight * load<L>(r + std::int64_t(child.index) * L);
-      store<L>(b + coarse * L, sum);
-    };
-    parallel_for(std::ssize(rows), [&](std::int64_t i) {
-      if (children_[rows[i]].flags[0] & Children::some_moved)
-        sum_of_moved(rows[i]);
-      else
-        restrict_row<L>(rows[i], r, b);
-    });
+        sum += child.weight * r[std::int64_t(child.index) * lanes + lane];
+      b[std::int64_t(coarse) * lanes + lane] = sum;
+    }
+  };
+  parallel_blocks(std::ssize(rows), block, [&](std::int64_t begin, std::int64_t end) {
+    around_moved(
+        rows, begin, end,
+        [&](int coarse) { return (children_[coarse].flags[0] & Children::some_moved) != 0; },
+        [&](const TransferRows& some) {
+          transfer_kernels().restrict_grid(lanes, children_.data(), some, r, b);
+        },
+        sum_of_moved);
   });
 }
 
 void GridTransfer::prolongate_add(int lanes, const float* y, float* x) const {
-  with_lanes(lanes, [&]<int L>() {
-    parallel_for(fine_rows(), [&](std::int64_t fine) { prolongate_row<L>(fine, y, x); });
-    for (const Move& m : by_fine_) {
-      float* at = x + std::int64_t(m.fine) * L;
-      const float *from = y + std::int64_t(m.from) * L, *to = y + std::int64_t(m.to) * L;
-      store<L>(at, load<L>(at) + m.weight * (load<L>(to) - load<L>(from)));
-    }
+  in_blocks(fine_rows(), nullptr, [&](const TransferRows& rows) {
+    transfer_kernels().prolongate_grid(lanes, parents_.data(), rows, y, x);
   });
+  for (const Move& m : by_fine_) {
+    float* at = x + std::int64_t(m.fine) * lanes;
+    const float *from = y + std::int64_t(m.from) * lanes, *to = y + std::int64_t(m.to) * lanes;
+    for (int lane = 0; lane < lanes; ++lane) at[lane] += m.weight * (to[lane] - from[lane]);
+  }
 }
 
 void GridTransfer::prolongate_add(std::span<const int> rows, int lanes, const float* y,
                                   float* x) const {
-  with_lanes(lanes, [&]<int L>() {
-    const auto add_moved = [&](int fine) {
-      std::array<WeightedIndex, 4> of;
-      const int count = parents(fine, of);
-      Floats<L> sum = load<L>(x + std::int64_t(fine) * L);
+  const auto add_moved = [&](int fine) {
+    std::array<WeightedIndex, 4> of;
+    const int count = parents(fine, of);
+    for (int lane = 0; lane < lanes; ++lane) {
+      float sum = x[std::int64_t(fine) * lanes + lane];
       for (int i = 0; i < count; ++i)
-        sum += of[i].weight * load<L>(y + std::int64_t(of[i].index) * L);
-      store<L>(x + std::int64_t(fine) * L, sum);
-    };
-    parallel_for(std::ssize(rows), [&](std::int64_t i) {
-      if (parents_[rows[i]].moved)
-        add_moved(rows[i]);
-      else
-        prolongate_row<L>(rows[i], y, x);
-    });
+        sum += of[i].weight * y[std::int64_t(of[i].index) * lanes + lane];
+      x[std::int64_t(fine) * lanes + lane] = sum;
+    }
+  };
+  parallel_blocks(std::ssize(rows), block, [&](std::int64_t begin, std::int64_t end) {
+    around_moved(
+        rows, begin, end, [&](int fine) { return parents_[fine].moved != 0; },
+        [&](const TransferRows& some) {
+          transfer_kernels().prolongate_grid(lanes, parents_.data(), some, y, x);
+        },
+        add_moved);
   });
 }
 

@@ -6,12 +6,9 @@
 #include <span>
 #include <vector>
 
-namespace mq {
+#include "mq/linear/kernels/transfer_kernels.h"
 
-struct WeightedIndex {
-  int index = 0;
-  float weight = 0;
-};
+namespace mq {
 
 /// P, which makes functions of the fine level of coarse ones, and its transpose R = Pᵀ. The rows of
 /// P sum to 1: constants stay constants.
@@ -62,11 +59,6 @@ class SparseTransfer final : public LevelTransfer {
   std::int64_t bytes() const override;
 
  private:
-  template <int lanes>
-  void restrict_row(std::int64_t coarse, const float* r, float* b) const;
-  template <int lanes>
-  void prolongate_row(std::int64_t fine, const float* y, float* x) const;
-
   std::vector<int> starts_, child_starts_;
   std::vector<WeightedIndex> entries_, child_entries_;
 };
@@ -76,24 +68,8 @@ class SparseTransfer final : public LevelTransfer {
 /// of some.
 class GridTransfer final : public LevelTransfer {
  public:
-  /// Where a fine unknown lies: coarse nodes `upper` and, if between two columns, upper + 1; if
-  /// between two rows, also `lower` and, if between two columns, lower + 1.
-  struct Parents {
-    std::uint32_t upper : 29 = 0;
-    std::uint32_t between_columns : 1 = 0;
-    std::uint32_t between_rows : 1 = 0;
-    std::uint32_t moved : 1 = 0;  ///< reads other nodes than these say
-    int lower = 0;
-  };
-  /// The up to 3 × 3 fine unknowns that a coarse node reaches: in row i (above, on, below) those
-  /// flagged left, on and right of the node's column. They are unknowns centre − 1, centre and
-  /// centre or, where flagged so, centre + 1.
-  struct Children {
-    std::array<int, 3> centre = {0, 0, 0};
-    std::array<std::uint8_t, 3> flags = {0, 0,
-                                         0};  ///< 1: left, 2: on, 4: right, 8: it is centre + 1
-    static constexpr std::uint8_t some_moved = 16;  ///< of the first: some read other nodes
-  };
+  using Parents = GridParents;
+  using Children = GridChildren;
 
   /// A fine unknown that reads node `to` where its place in the grid says `from`.
   struct Move {
@@ -119,11 +95,6 @@ class GridTransfer final : public LevelTransfer {
   std::int64_t bytes() const override;
 
  private:
-  template <int lanes>
-  void restrict_row(std::int64_t coarse, const float* r, float* b) const;
-  template <int lanes>
-  void prolongate_row(std::int64_t fine, const float* y, float* x) const;
-
   std::vector<Parents> parents_;
   std::vector<Children> children_;
   std::vector<Move> by_fine_, by_from_, by_to_;  ///< the moves, sorted by each of these

@@ -5,7 +5,6 @@
 
 #include "mq/mesh/closest_point.h"
 
-#include <embree3/rtcore.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -14,6 +13,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/mesh/embree.h"
 #include "mq/mesh/geometry.h"
 
 namespace mq {

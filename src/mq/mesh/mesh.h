@@ -5,10 +5,10 @@
 /// functions of this room. Ids are indices into these arrays and are never renumbered behind a
 /// caller's back.
 
-#include <Eigen/Core>
-
 #include <array>
 #include <vector>
+
+#include "mq/base/eigen_alignment.h"
 
 namespace mq {
 

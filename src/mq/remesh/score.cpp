@@ -5,8 +5,6 @@
 
 #include "mq/remesh/score.h"
 
-#include <embree3/rtcore.h>
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <memory>
@@ -14,6 +12,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/mesh/embree.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/volume.h"
 
@@ -54,8 +53,6 @@ class RayScene {
   }
 
   bool meets(const Vector3& from, const Vector3& direction) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     const Vector3 p = local(from);
     RTCRay ray{};
     ray.org_x = float(p.x()), ray.org_y = float(p.y()), ray.org_z = float(p.z());
@@ -63,8 +60,7 @@ class RayScene {
     ray.dir_z = float(direction.z());
     ray.tfar = 8;  // beyond anything in [-1, 1]³
     ray.mask = ~0U;
-    rtcOccluded1(scene_.get(), &context, &ray);
-    return ray.tfar < 0;
+    return is_blocked(scene_.get(), ray);
   }
 
  private:

@@ -1,11 +1,11 @@
 #pragma once
-/// The channels of one unknown as a short vector, in either precision. Included by sources with
-/// kernels only; those in single precision alone have more in vector_lanes.h.
+/// The channels of one unknown as a short vector, in either precision. Included by kernels
+/// only (base/kernel_forms.h); those in single precision alone have more in vector_lanes.h.
 
 #include <cstdint>
 #include <cstring>
 
-namespace mq {
+namespace mq::MARQUETRY_FORM {
 
 template <class Real, int lanes>
 struct RealLanes {
@@ -38,4 +38,4 @@ void with_constant_lanes(int lanes, const Body& body) {
     body.template operator()<4>();
 }
 
-}  // namespace mq
+}  // namespace mq::MARQUETRY_FORM

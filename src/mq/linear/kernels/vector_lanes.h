@@ -1,7 +1,8 @@
 #pragma once
 /// Short vectors of floats in the compiler's own words: GCC and Clang turn them into whatever the
-/// machine has. Included by sources with kernels only.
+/// instruction set has. Included by kernels only (base/kernel_forms.h).
 
+#include <cstdint>
 #include <cstring>
 #include <utility>
 
@@ -9,7 +10,7 @@
 #include <immintrin.h>
 #endif
 
-namespace mq {
+namespace mq::MARQUETRY_FORM {
 
 template <int N>
 struct FloatPack {
@@ -46,6 +47,10 @@ inline constexpr int register_floats = 8;
 inline constexpr int register_floats = 4;
 #endif
 
+/// Sums over a vector have so many partial ones in every form, whatever a register holds, so that
+/// their bits do not depend on it.
+inline constexpr int partial_sums = 16;
+
 /// Each of `Texels` values repeated for its `Lanes` lanes.
 template <int Texels, int Lanes>
 inline Floats<Texels * Lanes> spread(Floats<Texels> v) {
@@ -79,7 +84,7 @@ inline Floats<register_floats> repeat(const float* p) {
 #ifdef __AVX512F__
     return _mm512_maskz_broadcast_f32x4(0xffff, _mm_loadu_ps(p));
 #else
-    return Floats<8>{p[0], p[1], p[2], p[3], p[0], p[1], p[2], p[3]};
+    return Floats<2 * lanes>{p[0], p[1], p[2], p[3], p[0], p[1], p[2], p[3]};
 #endif
   }
 }
@@ -93,4 +98,4 @@ inline Pack shifted(Pack a, Pack b) {
   }(std::make_integer_sequence<int, N>{});
 }
 
-}  // namespace mq
+}  // namespace mq::MARQUETRY_FORM

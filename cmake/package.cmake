@@ -1,0 +1,36 @@
+# cpack -G DEB, after a build: the packages marquetry, with the program, and libmarquetry-dev, with the
+# libraries. Installed by
+#     apt install ./marquetry_*.deb ./libmarquetry-dev_*.deb
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME marquetry)
+set(CPACK_PACKAGE_VENDOR "Marquetry")
+set(CPACK_PACKAGE_CONTACT "The founders of Marquetry <maintainers@marquetry.invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL program development)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME marquetry)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ffmpeg")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
+  "Smooths, sharpens, stitches and denoises textures on the surface of their model, over all seams of its \
+charts; finds distances and optical flow; unwraps, remeshes and tracks. With a viewer.")
+
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmarquetry-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(depends libeigen3-dev libtbb-dev libfmt-dev libembree-dev libopenimageio-dev nlohmann-json3-dev zlib1g-dev
+  pkg-config)
+if(MARQUETRY_CHOLMOD AND CHOLMOD_INCLUDE AND CHOLMOD_LIBRARY)
+  list(APPEND depends libsuitesparse-dev)
+endif()
+list(JOIN depends ", " CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS)
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
+  "Headers and static libraries of Marquetry, for CMake's find_package(marquetry) and pkg-config.")
+
+include(CPack)

@@ -1,0 +1,16 @@
+#pragma once
+/// The words in which pages about an option table are written: help, manual pages, completions.
+
+#include <string>
+
+#include "mq/base/options.h"
+
+namespace mq {
+
+/// What help calls an option's value: "N", "FILE", "linear|log"; empty for a flag.
+std::string value_name(const Option& option);
+
+/// What its row says beside its words: " [in texels, from 0 to 100, default 1]", or nothing.
+std::string facts(const Option& option);
+
+}  // namespace mq

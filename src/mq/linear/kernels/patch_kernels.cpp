@@ -1,0 +1,72 @@
+#include "mq/linear/kernels/patch_kernels.h"
+
+#include "mq/linear/kernels/listed_rows.h"
+#include "mq/linear/kernels/vector_lanes.h"
+
+namespace mq::MARQUETRY_FORM {
+namespace {
+
+/// Calls update(item) for each, in order or backward.
+template <class Update>
+inline void for_each(const PatchItems& items, const Update& update) {
+  const auto item = [&](std::int64_t i) {
+    return items.some.positions ? items.some.positions[i] : int(i);
+  };
+  if (items.backward)
+    for (std::int64_t i = items.some.end - 1; i >= items.some.begin; --i) update(item(i));
+  else
+    for (std::int64_t i = items.some.begin; i < items.some.end; ++i) update(item(i));
+}
+
+template <int lanes>
+inline void add(const ListedRows& A, int position, Floats<lanes> change, float* x) {
+  float* at = x + std::int64_t(row_at(A, position)) * lanes;
+  store<lanes>(at, load<lanes>(at) + change);
+}
+
+template <int lanes>
+inline void relax_rows_of(const ListedRows& A, const PatchList& patches, const PatchItems& items,
+                          const float* b, float* x) {
+  for_each(items, [&](int item) {
+    const int position = patches.members[item];
+    add<lanes>(A, position, residual_at<lanes>(A, position, b, x) * patches.values[position], x);
+  });
+}
+
+template <int lanes>
+inline void relax_patches_of(const ListedRows& A, const PatchList& patches, const PatchItems& items,
+                             const float* b, float* x) {
+  for_each(items, [&](int patch) {
+    Floats<lanes> r[PatchList::max_members];
+    const int begin = patches.starts[patch], n = patches.starts[patch + 1] - begin;
+    for (int i = 0; i < n; ++i) r[i] = residual_at<lanes>(A, patches.members[begin + i], b, x);
+    const float* inverse = patches.values + patches.inverses[patch];
+    for (int i = 0; i < n; ++i, inverse += n) {
+      Floats<lanes> change{};
+      for (int j = 0; j < n; ++j) change += inverse[j] * r[j];
+      add<lanes>(A, patches.members[begin + i], change, x);
+    }
+  });
+}
+
+void relax_rows(int lanes, const ListedRows& A, const PatchList& patches, const PatchItems& items,
+                const float* b, float* x) {
+  if (lanes == 1)
+    relax_rows_of<1>(A, patches, items, b, x);
+  else
+    relax_rows_of<4>(A, patches, items, b, x);
+}
+
+void relax_patches(int lanes, const ListedRows& A, const PatchList& patches, const PatchItems& items,
+                   const float* b, float* x) {
+  if (lanes == 1)
+    relax_patches_of<1>(A, patches, items, b, x);
+  else
+    relax_patches_of<4>(A, patches, items, b, x);
+}
+
+}  // namespace
+
+const PatchKernels patch_kernels = {relax_rows, relax_patches};
+
+}  // namespace mq::MARQUETRY_FORM
