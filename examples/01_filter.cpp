@@ -19,8 +19,7 @@ int main(int argc, char** argv) try {
 
   const mq::TexelSpace space(surface, atlas);
   const mq::Signal colours = space.gather({&pixels, 1});
-  const mq::Filtered sharp =
-      mq::sharpen(space, colours, mq::parse_length("3tx"), 2, mq::multigrid_solver(space.texels()));
+  const mq::Filtered sharp = mq::sharpen(space, colours, mq::parse_length("3tx"), 2);
   space.scatter(sharp.signal, {&pixels, 1});
 
   mq::write_texture(argv[3], model.textures[0]);

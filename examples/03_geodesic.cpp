@@ -15,12 +15,9 @@ int main(int argc, char** argv) try {
   }
   const mq::Model model = mq::read_model(argv[1], {.pictures = mq::ReadModelOptions::Pictures::skip});
   const mq::Surface surface = mq::make_surface(model.mesh);
-  const std::vector<mq::Vector3>& positions = surface.mesh.positions;
 
   const mq::VertexSpace space(surface);
-  mq::GeodesicDistance distances(space, mq::vertex_multigrid_solver(positions));
-  distances.set_places(positions);
-  distances.set_boundary(mq::boundary_unknowns(surface));
+  const mq::GeodesicDistance distances(space);
   const mq::Vector distance = distances.from({{.unknown = std::atoi(argv[2])}}).distance;
 
   const double most = distance.maxCoeff();

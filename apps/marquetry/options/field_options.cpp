@@ -32,7 +32,7 @@ void add_field_options(OptionTable& table) {
        .details =
            "Curvatures: the principal directions, as strong as the two differ. harmonic: "
            "a field without curl and divergence, see --number. gradient: of the textures' "
-           "brightness, or of that of the colours at vertices. A .vf file holds a 32-bit count "
+           "brightness, or of that of the colours at vertices; turned it is the default for a picture. A .vf file holds a 32-bit count "
            "of triangles and two doubles for each, along its first two edges from its first "
            "corner; a .ply file has vx, vy, vz at its vertices or faces."});
   table.add({.name = "number",
@@ -51,7 +51,7 @@ void add_field_options(OptionTable& table) {
              .help = "scaled: lines fade where the field is weak; unit: equally clear everywhere"});
 }
 
-FieldRequest asked_request(const OptionValues& options) {
+FieldRequest asked_request(const OptionValues& options, const TexturedModel& model) {
   using Kind = FieldRequest::Kind;
   const std::string name = options.text("field");
   FieldRequest request{.kind = name == "max-curvature"   ? Kind::max_curvature
@@ -62,13 +62,18 @@ FieldRequest asked_request(const OptionValues& options) {
                        .number = int(options.integer("number"))};
   if (request.kind == Kind::file) request.file = name;
   if (options.flag("turned")) request.turn = FieldRequest::Turn::quarter;
+  // A picture is flat: without --field its lines run along its edges.
+  if (model.is_picture && !options.given("field")) {
+    request.kind = Kind::gradient;
+    request.turn = options.flag("turned") ? FieldRequest::Turn::none : FieldRequest::Turn::quarter;
+  }
   if (options.text("strength") == "unit") request.strength = FieldRequest::Strength::unit;
   return request;
 }
 
 TangentField asked_field(Run& run, const TexturedModel& model, const ModelSignal& signal,
                          const Progress& progress) {
-  ModelField found = model_field(model, signal, asked_request(run.options()), progress);
+  ModelField found = model_field(model, signal, asked_request(run.options(), model), progress);
   if (found.harmonic_fields) run.result["harmonic_fields"] = *found.harmonic_fields;
   return std::move(found.field);
 }

@@ -86,8 +86,9 @@ void add_model_options(OptionTable& table, const std::string& mesh_help,
 }
 
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
-                                  const ModelPictures& pictures) {
-  const LoadOptions options = load_options(run.options(), missing, pictures);
+                                  const ModelPictures& pictures, ImageTriangles picture) {
+  LoadOptions options = load_options(run.options(), missing, pictures);
+  options.picture = picture;
   Model read;
   {
     const Step step(run, "read", share / 2);
@@ -102,8 +103,8 @@ TexturedModel read_textured_model(Run& run, MissingPictures missing, double shar
 }
 
 TexturedModel read_usable_model(Run& run, MissingPictures missing, double share,
-                                const ModelPictures& pictures) {
-  TexturedModel model = read_textured_model(run, missing, share, pictures);
+                                const ModelPictures& pictures, ImageTriangles picture) {
+  TexturedModel model = read_textured_model(run, missing, share, pictures, picture);
   const Defects defects = model.defects();
   run.warn(defects);
   require_usable(defects, model.model.path.string());

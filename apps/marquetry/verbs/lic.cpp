@@ -29,12 +29,12 @@ double asked_grain(const OptionValues& options, const SurfaceScale& scale) {
 
 Exit lic(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.1);
+  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.1, {}, ImageTriangles::per_pixel);
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
-  check_field(scene, asked_request(options));
+  check_field(scene, asked_request(options, scene));
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> domain;

@@ -7,10 +7,18 @@
 
 namespace mq {
 
-/// The rectangle that an image covers: two triangles in the plane z = 0, one unit a pixel, the lower
+/// Into how many triangles an image is cut.
+enum class ImageTriangles {
+  two,      ///< what a signal of pixels needs
+  per_pixel ///< two per pixel, of more than a million pixels per square of several: for fields that
+            ///< are constant per triangle
+};
+
+/// The rectangle that an image covers: triangles in the plane z = 0, one unit a pixel, the lower
 /// left corner at the origin, texture coordinates from (0, 0) to (1, 1). The centre of pixel
-/// (column, row), row 0 on top, lies at (column + ½, height − row − ½, 0).
-Mesh image_rectangle(int width, int height);
+/// (column, row), row 0 on top, lies at (column + ½, height − row − ½, 0). Throws `InvalidInput` where a
+/// side is less than 1.
+Mesh image_rectangle(int width, int height, ImageTriangles triangles = ImageTriangles::two);
 
 /// The surface and atlas of an image: a flat surface of one chart.
 struct ImageSheet {

@@ -29,6 +29,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
+#include "mq/io/fingerprint.h"
 #include "mq/io/picture_check.h"
 
 namespace mq {
@@ -631,6 +632,7 @@ Texture read_texture_bytes(Bytes bytes, const std::string& name, const Progress&
     p.notes.push_back(name +
                       ": holds several pictures; the first is used, the others are not kept");
   texture.notes = std::move(p.notes);
+  texture.as_read = {fingerprint(texture), fingerprint(bytes)};
   return texture;
 }
 
@@ -669,12 +671,8 @@ std::vector<std::byte> unchanged_source(const Texture& texture, const FileFormat
     return {};
   try {
     std::vector<std::byte> bytes = read_bytes(texture.path);
-    const Texture source = read_texture_bytes(bytes, texture.path.string(), {});
-    const bool same = source.format.file_format == texture.format.file_format &&
-                      source.format.depth == texture.format.depth &&
-                      source.pixels == texture.pixels;
-    return same ? std::move(bytes) : std::vector<std::byte>();
-  } catch (const IoError&) {  // another file has taken its place
+    return is_as_read(texture, bytes) ? std::move(bytes) : std::vector<std::byte>();
+  } catch (const IoError&) {  // it is gone
     return {};
   }
 }

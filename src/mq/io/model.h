@@ -2,6 +2,7 @@
 /// A textured model as a file holds it: the mesh, its pictures, and what is needed to give back
 /// exactly what was read where nothing was asked to change.
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -26,6 +27,13 @@ struct PixelFormat {
   std::shared_ptr<const void> tags;  ///< metadata of the reader; only io looks inside
 };
 
+/// What a picture was when it was read: fingerprints of its pixels with their depth, and of the bytes
+/// they were decoded from. A picture that still has the first is written as the second, byte for byte.
+struct AsRead {
+  std::uint64_t pixels = 0;  ///< 0: not read from a file
+  std::uint64_t bytes = 0;
+};
+
 struct Texture {
   std::string name;            ///< as the model calls it, for messages and output names
   std::filesystem::path path;  ///< where it was read from; empty when embedded
@@ -33,6 +41,7 @@ struct Texture {
   PixelFormat format;
   Wrap wrap = Wrap::unspecified;
   std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
+  AsRead as_read = {};             ///< set by the reader
 };
 
 /// Values at vertices (colours of a PLY, or "v x y z r g b" of an OBJ), 0 to 1 when stored as

@@ -8,6 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/document.h"
+#include "mq/io/fingerprint.h"
 #include "mq/io/gltf.h"
 #include "mq/io/image_file.h"
 #include "mq/io/obj.h"
@@ -140,15 +141,9 @@ class ModelWriter {
     return known ? before_[t].picture : Bytes();
   }
 
-  /// Whether the pixels are those of the source.
+  /// Whether pixels and depth are those of the source.
   bool unchanged(const Texture& texture, const Bytes& source) const {
-    if (texture.pixels.empty()) return true;
-    if (source.empty()) return false;
-    try {
-      return read_texture_bytes(source, texture.path.string()).pixels == texture.pixels;
-    } catch (const IoError&) {  // another file has taken its place
-      return false;
-    }
+    return texture.pixels.empty() || (!source.empty() && is_as_read(texture, source));
   }
 
   /// A name that a file beside the mesh can have, and that no other picture has.

@@ -87,6 +87,8 @@ void refuse_unknown_formats(const std::vector<fs::path>& paths) {
 
 Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
     : is_model_(names_model(name)) {
+  require(!is_model_ || !names_picture(model.path),
+          fmt::format("output: found '{}', wanted a picture: what is read is one", name));
   require(kind == Kind::pictures || is_model_,
           fmt::format("output: found '{}', wanted a model (.ply, .obj, ...), since what "
                       "changes is part of it",

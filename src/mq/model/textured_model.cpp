@@ -93,10 +93,10 @@ std::vector<TextureSize> sizes_of_textures(const Model& model, MissingPictures m
 }
 
 /// A picture as the surface it covers.
-Model model_of_picture(Texture picture) {
+Model model_of_picture(Texture picture, ImageTriangles triangles) {
   Model model;
   model.path = picture.path;
-  model.mesh = image_rectangle(picture.pixels.width(), picture.pixels.height());
+  model.mesh = image_rectangle(picture.pixels.width(), picture.pixels.height(), triangles);
   model.textures.push_back(std::move(picture));
   return model;
 }
@@ -120,12 +120,13 @@ void require_usable(const Defects& defects, const std::string& file) {
 
 Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                  const Progress& progress) {
-  if (!names_picture(path))
+  // Where only the shape counts a picture is refused as no mesh.
+  if (!names_picture(path) || options.missing == MissingPictures::unneeded)
     return read_model(path, {.textures = options.textures, .not_finite = NotFinite::keep}, progress);
   require(options.textures.empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
                       options.textures.empty() ? "" : options.textures.front().string()));
-  return model_of_picture(read_texture(path, progress, NotFinite::keep));
+  return model_of_picture(read_texture(path, progress, NotFinite::keep), options.picture);
 }
 
 TexturedModel textured_model(Model model, const LoadOptions& options, Messages& messages,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mq/atlas/atlas.h"
+#include "mq/fem/image_space.h"
 #include "mq/io/model.h"
 #include "mq/mesh/surface.h"
 #include "mq/model/messages.h"
@@ -27,6 +28,7 @@ struct LoadOptions {
   WeldOptions weld;
   AtlasOptions atlas;
   MissingPictures missing = MissingPictures::refuse;
+  ImageTriangles picture = ImageTriangles::two;  ///< of a picture in place of a model
 };
 
 /// Refers to nothing outside; signals made of it refer to it.

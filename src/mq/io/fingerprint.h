@@ -1,0 +1,22 @@
+#pragma once
+/// Whether values are those that were read, without reading them again.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "mq/io/model.h"
+
+namespace mq {
+
+/// 64 bits of these bytes, the same for any number of threads; never 0. For telling whether something
+/// was changed, not for keeping anybody out.
+std::uint64_t fingerprint(std::span<const std::byte> bytes);
+
+/// Of a texture's pixels, size and depth.
+std::uint64_t fingerprint(const Texture& texture);
+
+/// Whether a texture is as it was read from these bytes.
+bool is_as_read(const Texture& texture, std::span<const std::byte> bytes);
+
+}  // namespace mq
