@@ -24,6 +24,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/version.h"
 #include "shell/run.h"
+#include "shell/shared_options.h"
 #include "shell/terminal.h"
 #include "unwrap_evolving.h"
 
@@ -37,7 +38,8 @@ std::string overview(const std::vector<Verb>& verbs) {
   for (const Verb& verb : verbs)
     text += fmt::format("  {:<12}{}\n", verb.table.verb(), wrap_text(verb.table.summary(), 80, 14));
   return text +
-         "\n'marquetry VERB -h' is short help, 'marquetry VERB --help' all there is to know.\n";
+         "\n'marquetry VERB -h' is short help, 'marquetry VERB --help' all there is to know;\n"
+         "'marquetry help VERB' leaves out what verbs share, which 'marquetry help options' has.\n";
 }
 
 Verb find_verb(std::vector<Verb> verbs, const std::string& name) {
@@ -171,10 +173,20 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
   return outcome.exit;
 }
 
+/// `marquetry help`, alone or with a verb or "options" after it.
+std::string help_of(const std::vector<Verb>& verbs, const std::vector<std::string>& words) {
+  if (words.size() < 2) return overview(verbs);
+  return words[1] == "options" ? shared_help(verbs) : own_help(verbs, words[1]);
+}
+
 Exit run_words(const std::vector<Verb>& verbs, const std::vector<std::string>& words,
                Terminal& terminal) {
-  if (words.empty() || words[0] == "--help" || words[0] == "-h" || words[0] == "help") {
+  if (words.empty() || words[0] == "--help" || words[0] == "-h") {
     fmt::print("{}", overview(verbs));
+    return Exit::done;
+  }
+  if (words[0] == "help") {
+    fmt::print("{}", help_of(verbs, words));
     return Exit::done;
   }
   if (words[0] == "--version") {
