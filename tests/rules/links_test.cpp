@@ -87,7 +87,8 @@ bool is_elsewhere(const std::string& target) {
   return target.find("://") != std::string::npos || target.starts_with("mailto:");
 }
 
-/// The pages that a person reads: those of docs/ and its folders, and the two in front of the house.
+/// The pages that a person reads: those of docs/ and its folders, and the two in front of the
+/// house.
 std::vector<fs::path> pages() {
   std::vector<fs::path> all = {root / "README.md", root / "CONTRIBUTING.md"};
   for (const auto& entry : fs::recursive_directory_iterator(root / "docs"))
@@ -142,8 +143,7 @@ TEST(Links, ReachEveryPageOfTheDocs) {
 TEST(Links, ShowEveryPictureThatIsKept) {
   std::set<std::string> shown;
   for (const fs::path& page : pages())
-    for (const Link& link : links_of(page))
-      shown.insert(fs::path(link.target).filename().string());
+    for (const Link& link : links_of(page)) shown.insert(fs::path(link.target).filename().string());
   for (const auto& entry : fs::directory_iterator(root / "docs/pictures"))
     EXPECT_TRUE(shown.contains(entry.path().filename().string()))
         << "no page shows " << fs::relative(entry.path(), root);

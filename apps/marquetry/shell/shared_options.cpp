@@ -43,8 +43,8 @@ std::map<std::string, std::string> shared_entries(const std::vector<OptionTable>
       if (may_be_shared(option)) ++counts[option.name][entry_of(option)];
   std::map<std::string, std::string> shared;
   for (const auto& [name, entries] : counts) {
-    const auto most = std::ranges::max_element(
-        entries, {}, [](const auto& entry) { return entry.second; });
+    const auto most =
+        std::ranges::max_element(entries, {}, [](const auto& entry) { return entry.second; });
     if (most->second >= least_sharing_verbs) shared[name] = most->first;
   }
   return shared;
@@ -81,7 +81,8 @@ std::string own_help(const std::vector<Verb>& verbs, const std::string& name) {
 std::string shared_help(const std::vector<Verb>& verbs) {
   const std::vector<OptionTable> tables = tables_of(verbs);
   const auto shared = shared_entries(tables);
-  OptionTable all("VERB", "Options that several verbs share; 'marquetry help VERB' has the others.");
+  OptionTable all("VERB",
+                  "Options that several verbs share; 'marquetry help VERB' has the others.");
   std::vector<std::string> added;
   for (const OptionTable& table : tables)
     for (const Option& option : table.options())
