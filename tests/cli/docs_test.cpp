@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <regex>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "cli/program.h"
 #include "places.h"
@@ -13,9 +16,17 @@ namespace {
 
 const std::filesystem::path docs = places::source() / "docs";
 
+/// What the program says of itself; each question is asked once.
+const std::string& said(const std::vector<std::string>& words) {
+  static std::map<std::vector<std::string>, std::string> answers;
+  const auto found = answers.find(words);
+  if (found != answers.end()) return found->second;
+  return answers[words] = marquetry({}, words).output;
+}
+
 /// The first word of each indented line of the list of verbs.
 std::set<std::string> verbs() {
-  const std::string overview = marquetry({}, {"--help"}).output;
+  const std::string& overview = said({"--help"});
   static const std::regex line("(^|\n)  ([a-z]+) ");
   std::set<std::string> names;
   for (auto it = std::sregex_iterator(overview.begin(), overview.end(), line);
@@ -26,8 +37,7 @@ std::set<std::string> verbs() {
 
 /// What a page has between its marks when it holds what `marquetry help WORD` says.
 std::string block_of(const std::string& word) {
-  return "<!-- options -->\n```text\n" + marquetry({}, {"help", word}).output +
-         "```\n<!-- end of options -->\n";
+  return "<!-- options -->\n```text\n" + said({"help", word}) + "```\n<!-- end of options -->\n";
 }
 
 /// Names of options at the beginning of the entries of a help page.
@@ -56,12 +66,12 @@ TEST(Docs, HaveOptionsThatVerbsShareOnAPageOfTheirOwn) {
 }
 
 TEST(Docs, LeaveNoOptionOut) {
-  const std::set<std::string> shared = options_in(marquetry({}, {"help", "options"}).output);
+  const std::set<std::string> shared = options_in(said({"help", "options"}));
   ASSERT_GE(shared.size(), 10U);
   for (const std::string& verb : verbs()) {
-    const std::string own = marquetry({}, {"help", verb}).output;
+    const std::string& own = said({"help", verb});
     const std::set<std::string> here = options_in(own);
-    for (const std::string& option : options_in(marquetry({}, {verb, "--help"}).output)) {
+    for (const std::string& option : options_in(said({verb, "--help"}))) {
       EXPECT_TRUE(here.contains(option) || shared.contains(option)) << verb << " " << option;
       // What is left to the other page is at least named.
       EXPECT_NE(own.find(option), std::string::npos) << verb << " " << option;

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -34,27 +35,24 @@ std::set<std::string> keys_of_references() {
   return keys;
 }
 
-/// Keys in brackets in the comments of headers, "[crane2013heat]" or "[a2013b, c2014d]", with a
-/// place where each stands.
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Keys in brackets in headers, "[crane2013heat]" or "[a2013b, c2014d]", with a file that cites
+/// each. Comments may break a line between two.
 std::map<std::string, std::string> cited_in_headers() {
   static const std::regex group("\\[((" + key_pattern + ")(, *(" + key_pattern + "))*)\\]");
-  static const std::regex key(key_pattern);
+  static const std::regex key(key_pattern), line_break("\n *///?<? *");
   std::map<std::string, std::string> cited;
   for (const auto& entry : fs::recursive_directory_iterator(root / "src/mq")) {
     if (entry.path().extension() != ".h") continue;
-    std::ifstream file(entry.path());
-    int number = 0;
-    for (std::string line; std::getline(file, line);) {
-      ++number;
-      const auto comment = line.find("//");
-      if (comment == std::string::npos) continue;
-      const std::string words = line.substr(comment);
-      for (std::sregex_iterator g(words.begin(), words.end(), group), end; g != end; ++g) {
-        const std::string keys = (*g)[1];
-        for (std::sregex_iterator k(keys.begin(), keys.end(), key); k != end; ++k)
-          cited[k->str()] =
-              fs::relative(entry.path(), root).string() + ":" + std::to_string(number);
-      }
+    const std::string text = std::regex_replace(text_of(entry.path()), line_break, " ");
+    for (std::sregex_iterator g(text.begin(), text.end(), group), end; g != end; ++g) {
+      const std::string keys = (*g)[1];
+      for (std::sregex_iterator k(keys.begin(), keys.end(), key); k != end; ++k)
+        cited[k->str()] = fs::relative(entry.path(), root).string();
     }
   }
   return cited;
@@ -82,8 +80,7 @@ TEST(Citations, OfPagesAreInTheReferences) {
   int links = 0;
   for (const auto& entry : fs::recursive_directory_iterator(root / "docs")) {
     if (entry.path().extension() != ".md") continue;
-    std::ifstream file(entry.path());
-    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    const std::string text = text_of(entry.path());
     for (std::sregex_iterator l(text.begin(), text.end(), link), end; l != end; ++l) {
       const std::string words = (*l)[1];
       for (std::sregex_iterator k(words.begin(), words.end(), key); k != end; ++k, ++links)
