@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 #include <string>
@@ -76,6 +77,31 @@ TEST(Docs, LeaveNoOptionOut) {
       // What is left to the other page is at least named.
       EXPECT_NE(own.find(option), std::string::npos) << verb << " " << option;
     }
+  }
+}
+
+TEST(Docs, ExplainEveryKeyOfAReport) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "bust", "--size", "64", "-o", "./"}).status, 0);
+  const std::vector<std::vector<std::string>> runs = {
+      {"inspect", "bust.obj"},
+      {"check", "bust.obj"},
+      {"mask", "bust.obj", "-o", "out.png"},
+      {"filter", "bust.obj", "--beta", "2", "-o", "out.png"},
+      {"seams", "bust.obj", "-o", "out.png"},
+      {"fill", "bust.obj", "-o", "out.png"},
+      {"geodesic", "bust.obj", "--from", "0,0.3,1", "-o", "out.png"},
+      {"react", "bust.obj", "--time", "20", "--scale", "12tx", "-o", "out.png"}};
+  const std::string shared = file_bytes(docs / "reports.md") + file_bytes(docs / "filter.md");
+  for (std::vector<std::string> words : runs) {
+    const std::string verb = words[0];
+    words.insert(words.end(), {"--json", "--quiet"});
+    const nlohmann::json report = marquetry(folder, words).json();
+    const std::string page = file_bytes(docs / (verb + ".md")) + shared;
+    for (const auto& [key, value] : report.at("result").items())
+      EXPECT_NE(page.find("`" + key + "`"), std::string::npos) << verb << ": result." << key;
+    for (const auto& [key, value] : report.items())
+      EXPECT_NE(page.find("`" + key + "`"), std::string::npos) << verb << ": " << key;
   }
 }
 
