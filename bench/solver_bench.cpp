@@ -5,7 +5,7 @@
 ///
 /// Models are samples or files; --texels 0 takes files at their own size. Tables are Markdown;
 /// --json FILE appends one object a line for each row, with the error after every cycle.
-/// scripts/solver_bench runs all that docs/performance.md shows.
+/// scripts/solver_bench runs all that docs/measurements/solver.md shows.
 
 #include <algorithm>
 #include <chrono>

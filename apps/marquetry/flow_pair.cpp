@@ -235,7 +235,7 @@ ModelPair::ModelPair(Run& run) {
   about(scene_.model, [&] {
     if (models) {
       require(scene_.model.colors.channels > 0, "has no colours at its vertices to align");
-      auto target = std::make_unique<VertexColours>(scene_);
+      auto target = std::make_unique<VertexColourSignal>(scene_);
       const Model other = read_model(
           others.front(), {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
       require(

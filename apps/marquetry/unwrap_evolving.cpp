@@ -135,7 +135,7 @@ void add_atlas_options(OptionTable& table) {
              .least = 1.0001,
              .most = 10,
              .group = "Atlas",
-             .help = "the most L2 stretch that making charts fewer may cost one; 1 is none"});
+             .help = "the most L2 stretch that a chart may get by merging; 1 is none"});
   table.add({.name = "trials",
              .type = Type::integer,
              .default_value = "200",
@@ -172,7 +172,7 @@ void add_evolving_atlas_options(OptionTable& table) {
              .choices = {"never", "segments", "frames"},
              .metavar = "WHEN",
              .group = group,
-             .help = "never, segments or frames: an atlas that forgets, to compare with",
+             .help = "never, segments or frames: an atlas made anew, to compare with",
              .details = "segments: all of it is made anew wherever triangles are replaced, as for "
                         "keyframes. frames: in every frame. Triangles get new ids then."});
   table.add({.name = "picture",

@@ -8,7 +8,7 @@
 namespace mq::view {
 namespace {
 
-/// Texels that are uploaded between two pictures of the window: about 10 ms (docs/performance.md).
+/// Texels that are uploaded between two pictures of the window: about 10 ms (docs/measurements/brush.md).
 constexpr std::int64_t texels_at_a_time = 1 << 20;
 
 }  // namespace

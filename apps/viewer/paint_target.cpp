@@ -174,7 +174,7 @@ class PaintedVertices : public PaintTarget {
 
   Session& session_;
   const TexturedModel& scene_;
-  VertexColours target_;
+  VertexColourSignal target_;
   VertexBall ball_;
   ClosestPointFinder closest_;
   std::map<int, std::vector<int>> parted_;  ///< vertices of the file that are several unknowns

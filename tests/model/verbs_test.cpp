@@ -104,7 +104,7 @@ TEST(VerbFilter, SmoothsColoursAtVertices) {
   ASSERT_EQ(result.status, 0) << result.error;
   Messages messages;
   TexturedModel model = load_textured_model(folder / "fan.ply", {}, messages);
-  const VertexColours signal(model);
+  const VertexColourSignal signal(model);
   const Signal before = signal.values();
   signal.put(before, ScreenedPoisson(signal.space(), weight(signal, "20%")).solve(before, 0).signal,
              model.model);

@@ -80,7 +80,7 @@ void add_model_options(OptionTable& table, const std::string& mesh_help,
              .default_value = "few",
              .choices = {"few", "refuse", "keep"},
              .group = "Model",
-             .help = "triangles turned over against the rest of their chart",
+             .help = "triangles flipped against the rest of their chart",
              .details = "few: kept while they cover less than a thousandth of all charts. Kept, "
                         "both layers of the fold read and write the same texels."});
 }

@@ -156,7 +156,7 @@ std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
   if (!at_vertices(run.options(), model))
     return make_texture_signal(run, model, {.values = value_space(run.options())}, progress);
   std::unique_ptr<ModelSignal> signal;
-  about(model.model, [&] { signal = std::make_unique<VertexColours>(model); });
+  about(model.model, [&] { signal = std::make_unique<VertexColourSignal>(model); });
   return signal;
 }
 
@@ -172,7 +172,7 @@ std::unique_ptr<ModelSignal> make_field_signal(Run& run, const TexturedModel& mo
         run, model,
         {.shared = shared, .pictures = TextureSignalOptions::Pictures::replaced}, progress);
   std::unique_ptr<ModelSignal> signal;
-  about(model.model, [&] { signal = std::make_unique<VertexColours>(model); });
+  about(model.model, [&] { signal = std::make_unique<VertexColourSignal>(model); });
   return signal;
 }
 

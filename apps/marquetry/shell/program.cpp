@@ -28,6 +28,7 @@
 #include "shell/interrupt.h"
 #include "shell/manual.h"
 #include "shell/run.h"
+#include "shell/shared_options.h"
 #include "shell/terminal.h"
 #include "unwrap_evolving.h"
 
@@ -41,7 +42,8 @@ std::string overview(const std::vector<Verb>& verbs) {
   for (const Verb& verb : verbs)
     text += fmt::format("  {:<12}{}\n", verb.table.verb(), wrap_text(verb.table.summary(), 80, 14));
   return text +
-         "\n'marquetry VERB -h' is short help, 'marquetry VERB --help' all there is to know.\n";
+         "\n'marquetry VERB -h' is short help, 'marquetry VERB --help' all there is to know;\n"
+         "'marquetry help VERB' leaves out what verbs share, which 'marquetry help options' has.\n";
 }
 
 Verb find_verb(std::vector<Verb> verbs, const std::string& name) {
@@ -195,10 +197,33 @@ void choose_instructions() {
     use_instruction_set(parse_instruction_set(name));
 }
 
+/// Which verb works on which signals, as a table of docs/.
+std::string signals_table(const std::vector<Verb>& verbs) {
+  std::string text = "| | textures | colours at vertices | pictures |\n|---|---|---|---|\n";
+  const auto cell = [](const std::string& what) { return what.empty() ? "–" : what; };
+  for (const Verb& verb : verbs)
+    for (const Signals& row : verb.signals)
+      text += fmt::format("| {} (`{}`) | {} | {} | {} |\n", row.what,
+                          row.with.empty() ? verb.table.verb() : verb.table.verb() + " " + row.with,
+                          cell(row.textures), cell(row.vertices), cell(row.pictures));
+  return text;
+}
+
+/// `marquetry help`, alone or with a verb, "options" or "signals" after it.
+std::string help_of(const std::vector<Verb>& verbs, const std::vector<std::string>& words) {
+  if (words.size() < 2) return overview(verbs);
+  if (words[1] == "signals") return signals_table(verbs);
+  return words[1] == "options" ? shared_help(verbs) : own_help(verbs, words[1]);
+}
+
 Exit run_words(const std::vector<Verb>& verbs, const std::vector<std::string>& words,
                Terminal& terminal) {
-  if (words.empty() || words[0] == "--help" || words[0] == "-h" || words[0] == "help") {
+  if (words.empty() || words[0] == "--help" || words[0] == "-h") {
     fmt::print("{}", overview(verbs));
+    return Exit::done;
+  }
+  if (words[0] == "help") {
+    fmt::print("{}", help_of(verbs, words));
     return Exit::done;
   }
   if (words[0] == "--version") {

@@ -2,6 +2,7 @@
 /// What a verb of the command line is. A file verbs/NAME.cpp defines `Verb NAME_verb()`, and
 /// nothing else has to know of it.
 
+#include <string>
 #include <vector>
 
 #include "mq/base/options.h"
@@ -13,9 +14,17 @@ class Run;
 /// The exit status of the program.
 enum class Exit { done = 0, defects = 1, error = 2, cancelled = 130 };
 
+/// What a verb does, and to which signals: "yes" or how; empty: not at all. A row of a table in docs/.
+struct Signals {
+  std::string what;
+  std::string with = {};  ///< options that ask for it
+  std::string textures = "yes", vertices = "yes", pictures = "yes";
+};
+
 struct Verb {
   OptionTable table;  ///< its own options; those every verb has are added by the frame
   Exit (*run)(Run&);  ///< does the work; throws what the library throws
+  std::vector<Signals> signals = {};
 };
 
 /// All verbs of this program, in alphabetical order.

@@ -124,7 +124,8 @@ Verb denoise_verb() {
   add_depth_option(table);
   table.exclusive({"normals", "vertices"});
   add_frames_option(table);
-  return {table, denoise_verb_run};
+  return {table, denoise_verb_run,
+          {{.what = "smoothing that keeps edges"}}};
 }
 
 }  // namespace mq::app

@@ -33,7 +33,7 @@ Exit evolve(Run& run) {
 
 Verb evolve_verb() {
   OptionTable table("evolve",
-                    "Make one mesh that changes only where it must of a sequence of meshes, with "
+                    "Make one mesh of a captured sequence, which changes only where it must, with "
                     "one texture atlas for all frames.");
   add_tracking_options(table);
   add_remeshing_options(table);

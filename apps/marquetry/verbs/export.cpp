@@ -267,7 +267,7 @@ Verb export_verb() {
              .metavar = "MODEL",
              .help = "the first frame's own model: its colours, carried along, so that one sees "
                      "whether they stay where they belong",
-             .details = "What was born later is grey."});
+             .details = "What was added later is grey."});
   add_rate_option(table);
   add_codec_option(table);
   add_captured_texture_options(table);

@@ -129,7 +129,8 @@ Verb fill_verb() {
   add_normals_option(table);
   add_depth_option(table);
   add_frames_option(table);
-  return {table, fill};
+  return {table, fill,
+          {{.what = "texels outside charts", .vertices = "", .pictures = ""}}};
 }
 
 }  // namespace mq::app

@@ -75,7 +75,7 @@ Exit filter_geometry(Run& run) {
 
   std::vector<Vector3> positions;
   about(scene.model, [&] {
-    const VertexColours target(scene);
+    const VertexColourSignal target(scene);
     const SurfaceScale scale = target.space().scale();
     GeometryFilterOptions wanted = asked_filter(options, scale);
     if (const auto mask = asked_mask(run, scene, target, {})) wanted.mask = *mask;
@@ -187,7 +187,10 @@ Verb filter_verb() {
   for (const char* name : {"space", "vertices", "depth"})
     table.exclusive({"geometry", name});
   add_frames_option(table);
-  return {table, filter};
+  return {table, filter,
+          {{.what = "smooth, sharpen"},
+           {.what = "the same here and not there", .with = "--mask, --spot"},
+           {.what = "shapes: positions, normals", .with = "--geometry", .textures = "", .pictures = ""}}};
 }
 
 }  // namespace mq::app

@@ -296,7 +296,8 @@ Verb flow_verb() {
              .help = "the true field, .flo, .png (KITTI) or .exr: the report says how far the one "
                      "found is from it"});
   add_frames_option(table);
-  return {table, run_flow};
+  return {table, run_flow,
+          {{.what = "optical flow", .textures = "yes, on triangles cut to the size of texels"}}};
 }
 
 }  // namespace mq::app

@@ -141,7 +141,8 @@ Verb geodesic_verb() {
   add_solver_options(table, "1e-3");
   add_vertices_option(table, "distances at vertices, though there are textures");
   add_frames_option(table);
-  return {table, geodesic};
+  return {table, geodesic,
+          {{.what = "distances"}}};
 }
 
 }  // namespace mq::app

@@ -209,7 +209,8 @@ Verb interpolate_verb() {
              .help = "of a video"});
   table.exclusive({"time", "frames"});
   add_depth_option(table);
-  return {table, run_interpolate};
+  return {table, run_interpolate,
+          {{.what = "what lies between two", .textures = "yes, on triangles cut to the size of texels"}}};
 }
 
 }  // namespace mq::app

@@ -129,7 +129,8 @@ Verb lic_verb() {
   add_solver_options(table, "0.02");
   add_vertices_option(table, "lines at vertices, though there are textures");
   add_frames_option(table);
-  return {table, lic};
+  return {table, lic,
+          {{.what = "line integral convolution"}}};
 }
 
 }  // namespace mq::app

@@ -237,7 +237,8 @@ Verb react_verb() {
   colour("ink", "#2b1a12", "colour of spots or stripes");
   add_vertices_option(table, "grow it at vertices, though there are textures");
   add_frames_option(table);
-  return {table, react};
+  return {table, react,
+          {{.what = "reaction and diffusion"}}};
 }
 
 }  // namespace mq::app

@@ -290,21 +290,21 @@ void add_remesh_options(OptionTable& table) {
              .least = 0,
              .most = 1,
              .group = "Remesh",
-             .help = "neighbours of what is replaced go too from this share of the tolerance on"});
+             .help = "neighbours of a replaced part go too from this share of the tolerance on"});
   table.add({.name = "occlusion",
              .type = Type::number,
              .default_value = "0.75",
              .least = 0,
              .most = 1,
              .group = "Remesh",
-             .help = "how much less counts what cannot be seen, such as creases and contacts"});
+             .help = "how much less distance counts in hidden places, such as creases and contacts"});
   table.add({.name = "curvature",
              .type = Type::number,
              .default_value = "2",
              .least = 0,
              .most = 100,
              .group = "Remesh",
-             .help = "how much more counts what is bent, such as ridges and tips"});
+             .help = "how much more distance counts where a mesh is bent, such as at ridges and tips"});
   table.add({.name = "growth",
              .type = Type::number,
              .default_value = "0.25",
@@ -333,7 +333,7 @@ void add_remesh_options(OptionTable& table) {
   table.add({.name = "paint",
              .type = Type::flag,
              .group = "Output",
-             .help = "colours at vertices: orange where triangles were born, grey elsewhere"});
+             .help = "colours at vertices: orange where triangles were added, grey elsewhere"});
 }
 
 }  // namespace
@@ -342,8 +342,8 @@ Verb remesh_verb() {
   using Type = Option::Type;
   constexpr auto positional = Option::Place::positional;
   OptionTable table("remesh",
-                    "Replace a mesh by another one where, and only where, it cannot show it: the "
-                    "rest keeps its triangles.");
+                    "Replace a part of a mesh by another mesh, where it deviates beyond a tolerance: "
+                    "the rest keeps its triangles.");
   table.add({.name = "template",
              .place = positional,
              .type = Type::path,

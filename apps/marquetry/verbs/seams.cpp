@@ -83,7 +83,8 @@ Verb seams_verb() {
   add_normals_option(table);
   add_depth_option(table);
   add_frames_option(table);
-  return {table, seams};
+  return {table, seams,
+          {{.what = "seams that do not show", .vertices = "", .pictures = ""}}};
 }
 
 }  // namespace mq::app

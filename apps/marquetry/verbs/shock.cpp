@@ -363,7 +363,9 @@ Verb shock_verb() {
   add_depth_option(table);
   for (const char* name : {"space", "vertices", "depth"}) table.exclusive({"geometry", name});
   add_frames_option(table);
-  return {table, run_shock};
+  return {table, run_shock,
+          {{.what = "shock filters", .textures = "yes, on triangles cut to the size of texels"},
+           {.what = "shapes: their edges sharpened", .with = "--geometry", .textures = "", .pictures = ""}}};
 }
 
 }  // namespace mq::app

@@ -256,7 +256,10 @@ Verb stitch_verb() {
   add_depth_option(table);
   table.exclusive({"partial", "views"});
   add_frames_option(table);
-  return {table, stitch};
+  return {table, stitch,
+          {{.what = "steps between regions taken out, what is unseen filled",
+            .vertices = "in the library",
+            .pictures = "yes, with `--labels`"}}};
 }
 
 }  // namespace mq::app

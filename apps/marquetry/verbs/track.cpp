@@ -31,7 +31,7 @@ Verb track_verb() {
   add_tracking_options(table);
   table.add({.name = "remesh",
              .group = "Sequence",
-             .help = "replace what does not show a frame by the frame's own triangles",
+             .help = "replace what deviates from a frame by the frame's own triangles",
              .details = "As the verb remesh does, with its own tolerances; the rest lives on."});
   add_remeshing_options(table);
   add_view_option(table, "Pictures");

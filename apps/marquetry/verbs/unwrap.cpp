@@ -118,7 +118,7 @@ Exit unwrap(Run& run) {
 
 Verb unwrap_verb() {
   OptionTable table("unwrap",
-                    "Cut a mesh into few charts of little stretch, lay them flat and pack them.");
+                    "Cut a mesh into few charts of little stretch, flatten them and pack them.");
   add_model_options(table,
                     "the model: OBJ, PLY, glTF or GLB, or an evolving mesh as track makes it; "
                     "texture coordinates it has are replaced");

@@ -6,8 +6,7 @@
 namespace mq {
 
 enum class Forgetting {
-  segments,  ///< all triangles are new wherever some are: a keyframe, as Collet et al. 2015 have
-             ///< them
+  segments,  ///< all triangles are new wherever some are: a keyframe, as in [collet2015high]
   frames     ///< in every frame
 };
 

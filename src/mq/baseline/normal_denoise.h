@@ -15,7 +15,7 @@ struct BilateralNormalOptions {
 };
 
 /// Bilateral filtering of the normals of triangles, the local iterative scheme of Zheng, Fu, Au and
-/// Tai, Bilateral normal filtering for mesh denoising, 2011: in each iteration
+/// Tai [zheng2011bilateral]: in each iteration
 ///
 ///     n_i ← normalised Σ_j A_j exp(−|c_i − c_j|² / 2σ_c²) exp(−|n_i − n_j|² / 2σ_s²) n_j
 ///
@@ -33,14 +33,12 @@ struct MeanShiftNormalOptions {
   int most_steps = 50;      ///< of one triangle on its way to a mode
 };
 
-/// Mean shift of normals (Comaniciu and Meer, Mean shift: a robust approach toward feature space
-/// analysis, 2002; on meshes Shamir, Shapira and Cohen-Or, Mesh analysis using geodesic mean-shift,
-/// 2006; Solomon, Crane, Butscher and Wojtan, A general framework for bilateral and mean shift
-/// filtering, 2014): every triangle climbs, in place and normal together, to a mode of the density
-/// of all pairs (c_j, n_j) of the input, and takes the normal found there. A step moves the normal
-/// to the mean above, of the input's n_j, around the triangle where the path is, and the place to
-/// the triangle whose centroid is closest to the mean of the c_j. It ends where the place stays, or goes
-/// back, and the normal turns by less than 10⁻³, or after `most_steps`.
+/// Mean shift of normals ([comaniciu2002mean]; on meshes [shamir2006geodesic,
+/// solomon2014bilateral]): every triangle climbs, in place and normal together, to a mode of the
+/// density of all pairs (c_j, n_j) of the input, and takes the normal found there. A step moves the
+/// normal to the mean above, of the input's n_j, around the triangle where the path is, and the
+/// place to the triangle whose centroid is closest to the mean of the c_j. It ends where the place
+/// stays, or goes back, and the normal turns by less than 10⁻³, or after `most_steps`.
 std::vector<Vector3> mean_shift_normals(const Surface& surface,
                                         const MeanShiftNormalOptions& options = {},
                                         const Progress& progress = {});

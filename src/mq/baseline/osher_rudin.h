@@ -16,8 +16,8 @@ struct Evolved {
   int steps = 0;
 };
 
-/// ∂φ/∂t = −|∇φ|·L(φ) (Osher and Rudin 1990; with the first power of |∇φ|, as the scheme of thesis
-/// 3.2.3 has it, not the second of its equation (3.1)), by upwind differences:
+/// ∂φ/∂t = −|∇φ|·L(φ) (Osher and Rudin [osher1990feature]; with the first power of |∇φ|, as the
+/// scheme of thesis 3.2.3 has it, not the second of its equation (3.1)), by upwind differences:
 ///
 ///     φ ← φ − ε·|m(d₋φ, d₊φ)|·d₋d₊φ,      ε ≤ 1 / (2 max |d₋d₊φ|),
 ///

@@ -1,6 +1,6 @@
 #pragma once
-/// The published multigrid solver of texel systems, to compare with: thesis 5.8 (Prada, Kazhdan,
-/// Chuang and Hoppe 2018).
+/// The published multigrid solver of texel systems, to compare with: thesis 5.8,
+/// [prada2018gradient].
 
 #include "mq/fem/texels.h"
 #include "mq/linear/solver.h"

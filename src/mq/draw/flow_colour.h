@@ -1,7 +1,6 @@
 #pragma once
-/// Vector fields on an image in the colours of the optical flow benchmarks (Baker et al., A
-/// database and evaluation methodology for optical flow, 2011): the hue says where to, the
-/// saturation how far.
+/// Vector fields on an image in the colours of the optical flow benchmarks [baker2011database]: the
+/// hue says where to, the saturation how far.
 
 #include <string>
 

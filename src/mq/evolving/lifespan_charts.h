@@ -1,5 +1,5 @@
 #pragma once
-/// Charts in space and time (thesis 6.4.2).
+/// Charts in space and time (thesis 6.4.2; [prada2017atlas]).
 ///
 /// A chart is a right prism through the neighbour graph: connected triangles, all of them over the
 /// same periods I. Its caps are twice its mean area, its sides the perimeters of all its frames:

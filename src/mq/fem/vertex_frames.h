@@ -10,8 +10,8 @@ namespace mq {
 
 /// Directions around vertices as angles, counter-clockwise from the vertex' first edge. Angles
 /// around an inner vertex are scaled to sum to 2π; at a boundary they are taken as they are.
-/// Knöppel, Crane, Pinkall, Schröder, Globally optimal direction fields, 2013; Sharp, Soliman,
-/// Crane, The vector heat method, 2019. Half-edges of triangles without area have 0.
+/// Knöppel, Crane, Pinkall, Schröder [knoppel2013globally]; Sharp, Soliman, Crane
+/// [sharp2019vector]. Half-edges of triangles without area have 0.
 struct VertexFrames {
   std::vector<double> at_source;  ///< per half-edge the angle of the edge at its source
   std::vector<double> at_target;  ///< and at its target, looking back

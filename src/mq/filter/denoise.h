@@ -28,11 +28,10 @@ struct DenoiseOptions {
 ///
 ///     ∫ (φ − ψ)² dA + w ∫ c |∇φ|² dA,      c = Π 1 / (1 + (h̄ |∇g| / edge)²)
 ///
-/// over all guides g and φ itself (Perona and Malik, Scale-space and edge detection using
-/// anisotropic diffusion, 1990; lagged: c is of the φ before). h̄ is the mean spacing of unknowns,
-/// |∇g| the root mean square over an element, summed over channels. A first solution, which takes
-/// no edges from the signal, spreads over a spacing and a half only: what it leaves are the edges
-/// of the next.
+/// over all guides g and φ itself (Perona and Malik [perona1990scale]; lagged: c is of the φ
+/// before). h̄ is the mean spacing of unknowns, |∇g| the root mean square over an element, summed
+/// over channels. A first solution, which takes no edges from the signal, spreads over a spacing
+/// and a half only: what it leaves are the edges of the next.
 ///
 /// A constant comes back as it is, and the mean of each component and channel. Values may be of any
 /// range (HDR). Costs a set-up and a solve of the screened Poisson equation per step. Throws

@@ -39,7 +39,7 @@ struct Geodesic {
 };
 
 /// The distance φ to the nearest source, from two linear equations (thesis 5.9.3; Crane, Weischedel
-/// and Wardetzky, Geodesics in heat, 2013):
+/// and Wardetzky [crane2013heat]):
 ///
 ///     (M + t·S)·u = 0 except at sources,      u_i = exp(−distance_i/√t) at these,
 ///     S·φ = b,   b_i = ∫ ⟨X, ∇φ_i⟩ dA,      X = ∇w/|∇w|,   w = −√t·log u,

@@ -31,18 +31,17 @@ struct FilteredNormals {
 
 /// The normals N of `vertex_normals` as three signals that are smoothed or sharpened to N', and
 /// scaled to length 1 again (kept where that is not possible). beta = 1 changes nothing. Chuang,
-/// Rusinkiewicz and Kazhdan, Gradient-domain processing of meshes, 2016. Those of triangles begin at
-/// the triangles' own n, see `filtered_with`.
+/// Rusinkiewicz and Kazhdan [chuang2016gradient]. Those of triangles begin at the triangles' own n,
+/// see `filtered_with`.
 FilteredNormals filter_normals(const Surface& surface, const GeometryFilterOptions& options,
                                const SolverFactory& factory = {},
                                const Progress& progress = {});
 
-/// Positions as three signals, with the gain (1 + β·w·λ) / (1 + w·λ) per wave of the shape: β = 0 is
-/// one implicit step of mean curvature flow (Desbrun, Meyer, Schröder and Barr, Implicit fairing of
-/// irregular meshes using diffusion and curvature flow, 1999), which shrinks what is small; β > 1
-/// exaggerates. Chuang, Luo, Brown, Rusinkiewicz and Kazhdan, Estimating the Laplace-Beltrami
-/// operator by restricting 3D functions, 2009; thesis 5.2. The centre of mass of each component
-/// stays (that of the metric used). Vertices of several fans stay one, see `NormalFit`.
+/// Positions as three signals, with the gain (1 + β·w·λ) / (1 + w·λ) per wave of the shape: β = 0
+/// is one implicit step of mean curvature flow (Desbrun, Meyer, Schröder and Barr
+/// [desbrun1999implicit]), which shrinks what is small; β > 1 exaggerates. Chuang, Luo, Brown,
+/// Rusinkiewicz and Kazhdan [chuang2009estimating]; thesis 5.2. The centre of mass of each
+/// component stays (that of the metric used). Vertices of several fans stay one, see `NormalFit`.
 Reshaped filter_positions(const Surface& surface, const GeometryFilterOptions& options,
                           const SolverFactory& factory = {},
                           const Progress& progress = {});

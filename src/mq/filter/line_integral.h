@@ -1,6 +1,6 @@
 #pragma once
 /// A vector field made visible: noise that is spread along its lines (line integral convolution;
-/// Cabral and Leedom 1993, here by diffusion as in thesis 5.9.4).
+/// Cabral and Leedom [cabral1993imaging], here by diffusion as in thesis 5.9.4).
 ///
 /// 1. `solid_noise` at the unknowns, the same however the surface is cut into charts.
 /// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values

@@ -40,10 +40,9 @@ std::vector<Vector3> filtered_with(const VertexSpace& space, std::vector<Vector3
 ///
 ///     ∫ |p − p₀|² dA + w ∫ |∇p − (∇p₀ − ⟨∇p₀, n⟩ n)|² dA,        w = alpha · area:
 ///
-/// gradients as before, but tangent to the planes that n asks for (Yu, Zhou, Xu, Shi, Bao, Guo and
-/// Shum, Mesh editing with Poisson-based gradient field manipulation, 2004; thesis 3.4.2, (3.9),
-/// which leaves N per triangle and alpha open). In matrices, with G the gradient of each coordinate
-/// and M₁ the areas of triangles,
+/// gradients as before, but tangent to the planes that n asks for ([yu2004mesh]; thesis 3.4.2,
+/// (3.9), which leaves N per triangle and alpha open). In matrices, with G the gradient of each
+/// coordinate and M₁ the areas of triangles,
 ///
 ///     (M + w·S)·(p − p₀) = −w·Gᵀ M₁ ⟨∇p₀, n⟩ n.
 ///

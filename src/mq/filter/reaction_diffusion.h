@@ -1,6 +1,6 @@
 #pragma once
-/// Patterns that grow by themselves: two substances that spread and react (Turing, The chemical
-/// basis of morphogenesis, 1952).
+/// Patterns that grow by themselves: two substances that spread and react (Turing
+/// [turing1952chemical]).
 
 #include <array>
 #include <functional>
@@ -21,8 +21,8 @@ using Substances = std::vector<float>;
 /// as `Substances`. Called for runs of at most 1024 unknowns, from several threads.
 using Reaction = std::function<void(std::span<const float> state, std::span<float> rate)>;
 
-/// ∂u/∂t = −u v² + F (1 − u),  ∂v/∂t = u v² − (F + k) v  (Gray and Scott 1984; Pearson, Complex
-/// patterns in a simple system, 1993).
+/// ∂u/∂t = −u v² + F (1 − u), ∂v/∂t = u v² − (F + k) v (Gray and Scott [gray1984autocatalytic];
+/// Pearson [pearson1993complex]).
 struct GrayScott {
   double feed = 0.035;  ///< F
   double kill = 0.065;  ///< k

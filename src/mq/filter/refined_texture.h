@@ -12,7 +12,7 @@
 namespace mq {
 
 /// About how many vertices triangles cut so have where charts are large; up to half as many more
-/// where they are scraps. Measured: docs/performance.md, "Paths".
+/// where they are scraps. Measured: docs/measurements/paths.md.
 double expected_vertices(int texels, double longest_edge);
 
 /// Surface, atlas and space must outlive it.

@@ -51,8 +51,9 @@ struct Filtered {
 /// gradients ask, where it is 0: M is replaced by the diagonal s_i·m_i, m the lumped mass (s_i below
 /// 10⁻⁸ counts as 10⁻⁸), and what is kept of a component is Σ s_i m_i φ_i. w must be finite.
 ///
-/// Thesis 5.2, equations (5.1), (5.8), (5.11), and 5.9.1. There the surface is scaled to unit area,
-/// and the sign of ∇·X in (5.5) is wrong.
+/// [bhat2010gradientshop] on images; thesis 5.2, equations (5.1), (5.8), (5.11), and 5.9.1;
+/// [prada2018gradient]. There the surface is scaled to unit area, and the sign of ∇·X in (5.5) is
+/// wrong.
 class ScreenedPoisson {
  public:
   static constexpr double infinite_weight = std::numeric_limits<double>::infinity();

@@ -19,10 +19,10 @@ struct ShockWeights {
 };
 
 /// P = ½ Σ_c |∇φ_c|² of all channels, constant on triangles; its mean over those around each
-/// vertex, weighted by area; smoothed: thesis 3.3.1 (ComputeFlow). φ is smoothed before. One value
-/// per vertex, (unit of φ)²/length²; 0 at vertices that no area reaches. The two solutions share a
-/// solver where the weights are equal; their reports are appended to `reports` unless it is null.
-/// Throws `InvalidInput` on values that are not finite.
+/// vertex, weighted by area; smoothed: thesis 3.3.1 (ComputeFlow), [prada2015shock]. φ is smoothed
+/// before. One value per vertex, (unit of φ)²/length²; 0 at vertices that no area reaches. The two
+/// solutions share a solver where the weights are equal; their reports are appended to `reports`
+/// unless it is null. Throws `InvalidInput` on values that are not finite.
 Vector shock_potential(const VertexSpace& space, const Signal& phi, const ShockWeights& weights,
                        const SolverFactory& factory = {},
                        std::vector<SolveReport>* reports = nullptr, const Progress& progress = {});

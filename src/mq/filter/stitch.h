@@ -3,9 +3,9 @@
 /// right up to an offset of its own.
 ///
 /// The gradients of each part are kept, the steps between parts are not believed, and the rest is a
-/// screened Poisson equation (thesis 5.9.2). In a triangle, or in a cell between texels, that lies
-/// in one region the target is ∇ψ. Where several regions ℓ meet it is the mean, weighted by how
-/// many corners each has, of the gradients of functions with the values
+/// screened Poisson equation (thesis 5.9.2; [prada2018gradient]). In a triangle, or in a cell
+/// between texels, that lies in one region the target is ∇ψ. Where several regions ℓ meet it is the
+/// mean, weighted by how many corners each has, of the gradients of functions with the values
 ///
 ///     v_j = ψ_j inside ℓ,   mean over its corners i of  ψ_i + g_i·(x_j − x_i)  elsewhere,
 ///

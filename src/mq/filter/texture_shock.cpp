@@ -20,7 +20,7 @@ namespace {
 
 /// At the peak, while the potential is smoothed by multigrid, for a vertex of the triangles cut:
 /// beside what is there before, and beside that and the triangles themselves. Measured:
-/// docs/performance.md, "Paths".
+/// docs/measurements/paths.md.
 constexpr double bytes_per_vertex = 760, bytes_per_vertex_once_cut = 640;
 
 void require_memory_for(double bytes, int texels) {

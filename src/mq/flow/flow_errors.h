@@ -7,12 +7,13 @@
 
 namespace mq {
 
-/// Means over the pixels at which the true field û is known, as the benchmarks have them.
+/// Means over the pixels at which the true field û is known, as the benchmarks have them
+/// [baker2011database].
 struct FlowErrors {
   std::int64_t pixels = 0;  ///< compared
   double endpoint = 0;      ///< mean |u − û|, pixels
   double endpoint_root_mean_square = 0;
-  double angular = 0;   ///< mean angle between (u, 1) and (û, 1), degrees (Baker et al. 2011)
+  double angular = 0;   ///< mean angle between (u, 1) and (û, 1), degrees
   double outliers = 0;  ///< share with |u − û| above 3 pixels and above 5 % of |û| (KITTI)
 };
 

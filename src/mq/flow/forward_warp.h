@@ -14,10 +14,10 @@ struct ForwardWarpedField {
 /// The pixels p of a first image, which go straight to p + u(p) from time 0 to 1, at time t: the
 /// triangles between them are drawn where they are by then, u linear in each, so that fields that
 /// change smoothly are exact to their second differences. Where several meet, that of the least
-/// `cost` (one channel, as large as u) is seen, as Baker et al. (A database and evaluation
-/// methodology for optical flow, 2011, section 3.3.2) decide it; triangles that turned over are
-/// not, and those torn apart, by more than two pixels between neighbours, only where nothing else
-/// is and as not seen. Pixels that none comes to have u of the nearest that has one.
+/// `cost` (one channel, as large as u) is seen, as [baker2011database], section 3.3.2, decides it;
+/// flipped triangles are not, and those torn apart, by more than two pixels between neighbours,
+/// only where nothing else is and as not seen. Pixels that none comes to have u of the nearest that
+/// has one.
 ///
 /// Linear in the pixels, on one thread: 60 ns each. Throws `InvalidInput` where sizes differ or u
 /// has other than two channels.

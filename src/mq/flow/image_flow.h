@@ -1,5 +1,6 @@
 #pragma once
-/// Optical flow between two images: thesis 4.1 to 4.3, with the mesh's preprocessing (4.4.2).
+/// Optical flow between two images [horn1981determining]: thesis 4.1 to 4.3, with the mesh's
+/// preprocessing (4.4.2).
 
 #include <vector>
 

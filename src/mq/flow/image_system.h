@@ -28,9 +28,9 @@ struct FlowPlanes {
 /// Conjugate gradients around one V-cycle of multigrid: each pixel's two unknowns are relaxed
 /// together, in the order of a chess board's colours (backward after the coarser grid, so that the
 /// cycle is symmetric); a coarser pixel stands for 2 × 2, has the sum of their D and the mean w
-/// across its sides, and is interpolated bilinearly. Bruhn, Weickert, Kohlberger and Schnörr (A
-/// multigrid platform for real-time motion computation, 2006) show that coupling the two unknowns
-/// and few levels of a cycle is what such systems want.
+/// across its sides, and is interpolated bilinearly. Bruhn, Weickert, Kohlberger and Schnörr
+/// [bruhn2006multigrid] show that coupling the two unknowns and few levels of a cycle is what such
+/// systems want.
 ///
 /// Single precision, sums in double; bits do not depend on the number of threads, and −b gives −Y
 /// bit for bit. About 110 bytes a pixel.

@@ -31,9 +31,8 @@ enum class Overshoot {
 };
 
 /// φ(p + d(p)) for every pixel p of the displacement d, which may have another size than φ: the
-/// cubic convolution of Keys (Cubic convolution interpolation for digital image processing, 1981)
-/// with a = −½, of third order. Beyond its border φ is as at the nearest pixel of it. Places that
-/// are not finite are an error of the program.
+/// cubic convolution of Keys [keys1981cubic] with a = −½, of third order. Beyond its border φ is as
+/// at the nearest pixel of it. Places that are not finite are an error of the program.
 Image<float> displaced(const Image<float>& signal, const Image<float>& displacement,
                        Overshoot overshoot = Overshoot::cut);
 

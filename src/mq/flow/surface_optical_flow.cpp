@@ -24,7 +24,7 @@ namespace {
 
 constexpr double spacings_per_length = 1.3;  // of the mesh a scale is solved on, at least
 constexpr double spacings_of_last =
-    2;  // ℓ of the last scale; docs/performance.md, "The last scale"
+    2;  // ℓ of the last scale; docs/measurements/flow.md, "The last scale"
 constexpr int coarsest_vertices = 200;
 constexpr double gain_worth_a_step = 0.05;
 constexpr double largest_scale = 4;  // of α*

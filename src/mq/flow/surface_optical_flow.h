@@ -1,5 +1,6 @@
 #pragma once
-/// Optical flow between two signals at the vertices of one mesh.
+/// Optical flow between two signals at the vertices of one mesh (thesis chapter 4 [prada_thesis],
+/// first in [prada2016motion]).
 
 #include <functional>
 #include <memory>

@@ -15,7 +15,7 @@ namespace mq {
 namespace {
 
 /// At the peak for a vertex of the triangles cut, three channels aligned by multigrid
-/// (docs/performance.md, "Flow").
+/// (docs/measurements/flow.md).
 constexpr double bytes_per_vertex = 2900;
 
 /// The edges' bound, where there is memory for what it leads to.

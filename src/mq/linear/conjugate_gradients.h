@@ -34,8 +34,8 @@ struct ConjugateGradientOptions {
 /// of threads if the preconditioner's are. Throws `SolverError` where A or the preconditioner turns
 /// out not to be positive (naming the cycle) or a value is not finite, and `Cancelled`.
 ///
-/// Hestenes and Stiefel 1952; the report's residuals are those of the recurrence, the last one is
-/// computed from X.
+/// Hestenes and Stiefel [hestenes1952conjugate]; the report's residuals are those of the
+/// recurrence, the last one is computed from X.
 SolveReport conjugate_gradients(const SparseMatrix& A, const Signal& B, Signal& X,
                                 const Preconditioner& precondition,
                                 const ConjugateGradientOptions& options = {},

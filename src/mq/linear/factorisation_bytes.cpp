@@ -6,7 +6,7 @@
 namespace mq {
 
 double factorisation_bytes(std::int64_t unknowns) {
-  // Measured: docs/performance.md, "Memory of a factorisation".
+  // Measured: docs/measurements/memory.md.
   constexpr double bytes_per_unknown_and_doubling = 80;
   const double n = double(std::max<std::int64_t>(2, unknowns));
   return bytes_per_unknown_and_doubling * n * std::log2(n);

@@ -33,7 +33,7 @@ struct MixedCgOptions {
 /// On singular components what B holds of constants is dropped and X keeps its mean (in which a
 /// row counts 1/D²).
 ///
-/// Hestenes and Stiefel 1952; renewing the residual: van der Vorst and Ye 2000.
+/// Hestenes and Stiefel [hestenes1952conjugate]; renewing the residual: van der Vorst and Ye 2000.
 SolveReport mixed_conjugate_gradients(const StencilMatrix& high, const StencilMatrix& low,
                                       const Scaling& scaling, const Multigrid& multigrid,
                                       const Components& components, const Signal& B, Signal& X,

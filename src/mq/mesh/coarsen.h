@@ -19,8 +19,8 @@ struct CoarsenedSurface {
 };
 
 /// Removes vertices until those that are left are about `spacing` (model units) apart; where they
-/// already are, nothing changes. A vertex goes by collapsing the edge to that neighbour which leaves
-/// the best triangles around it (Hoppe, Progressive meshes, 1996), densest places first, no two
+/// already are, nothing changes. A vertex goes by collapsing the edge to that neighbour which
+/// leaves the best triangles around it (Hoppe [hoppe1996progressive]), densest places first, no two
 /// neighbours in one round. Never changed: the topology, boundary corners of more than 37°. No
 /// triangle turns over, and none becomes a sliver where there was none; so places that are strongly
 /// bent may stay finer.

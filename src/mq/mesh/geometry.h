@@ -22,8 +22,8 @@ std::vector<Vector3> triangle_normals(const Mesh& mesh);
 Vector3 corner_angles(const Mesh& mesh, int triangle);
 
 /// Unit normals of vertices: Σ angle · normal over the triangles around, normalised (Thürmer and
-/// Wüthrich, Computing vertex normals from polygonal facets, 1998), independent of how the mesh is
-/// triangulated. 0 where no triangle has area.
+/// Wüthrich [thurmer1998normals]), independent of how the mesh is triangulated. 0 where no triangle
+/// has area.
 std::vector<Vector3> vertex_normals(const Mesh& mesh);
 
 /// Mean length over the edges, each counted once; 0 for an empty surface.
@@ -55,11 +55,10 @@ struct CurvatureOptions {
 };
 
 /// Curvatures at vertices: a cubic height function over the plane of the vertex normal, fitted by
-/// least squares to the rings around (Cazals and Pouget, Estimating differential quantities using
-/// polynomial fitting of osculating jets, 2005); error O(h²) in the edge length h. Where there are
-/// too few neighbours the fit is quadratic; where there is no fit at all curvatures are 0 and
-/// directions any frame (0 where no triangle has area). Cost about 2 µs per vertex and thread.
-/// Throws `InvalidInput` when `rings` is below 1.
+/// least squares to the rings around (Cazals and Pouget [cazals2005jets]); error O(h²) in the edge
+/// length h. Where there are too few neighbours the fit is quadratic; where there is no fit at all
+/// curvatures are 0 and directions any frame (0 where no triangle has area). Cost about 2 µs per
+/// vertex and thread. Throws `InvalidInput` when `rings` is below 1.
 std::vector<PrincipalCurvatures> vertex_curvatures(const Surface& surface,
                                                    const CurvatureOptions& options = {},
                                                    const Progress& progress = {});

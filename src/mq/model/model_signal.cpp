@@ -27,7 +27,7 @@ SurfaceScale ModelSignal::scale() const {
 
 std::vector<int> ModelSignal::unknowns_at(const Texels::Place&) const { return {}; }
 
-Signal VertexColours::values_of(const VertexSignal& colors) const {
+Signal VertexColourSignal::values_of(const VertexSignal& colors) const {
   const Surface& surface = model_.surface;
   Signal sum = Signal::Zero(space_.size(), colors.channels);
   Vector copies = Vector::Zero(space_.size());
@@ -58,7 +58,7 @@ Signal VertexColours::values_of(const VertexSignal& colors) const {
   return sum;
 }
 
-void VertexColours::put(const Signal& before, const Signal& after, Model& model) const {
+void VertexColourSignal::put(const Signal& before, const Signal& after, Model& model) const {
   VertexSignal& colors = model.colors;
   for (int v = 0; v < model.mesh.vertex_count(); ++v) {
     const int unknown = model_.surface.vertex_from_source[std::size_t(v)];
@@ -68,7 +68,7 @@ void VertexColours::put(const Signal& before, const Signal& after, Model& model)
   }
 }
 
-void VertexColours::replace(const Signal& values, Depth depth, Model& model) const {
+void VertexColourSignal::replace(const Signal& values, Depth depth, Model& model) const {
   VertexSignal& colors = model.colors;
   colors.channels = int(values.cols());
   colors.depth = depth;
@@ -81,12 +81,12 @@ void VertexColours::replace(const Signal& values, Depth depth, Model& model) con
   }
 }
 
-std::unique_ptr<SignalSpace> VertexColours::space_across(std::span<const Vector3> field,
+std::unique_ptr<SignalSpace> VertexColourSignal::space_across(std::span<const Vector3> field,
                                                          double kappa, const Progress&) const {
   return std::make_unique<VertexSpace>(model_.surface, shapes_across(model_.surface, field, kappa));
 }
 
-Vector VertexColours::brightness() const {
+Vector VertexColourSignal::brightness() const {
   const VertexSignal& colors = model_.model.colors;
   require(colors.channels > 0, "there are neither textures nor colours at vertices");
   Vector values = Vector::Zero(space_.size());

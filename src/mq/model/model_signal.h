@@ -114,9 +114,9 @@ class TextureSignal final : public ModelSignal {
 
 /// Colours at vertices. Copies of a vertex that exporters wrote for several charts are one unknown,
 /// their mean.
-class VertexColours final : public ModelSignal {
+class VertexColourSignal final : public ModelSignal {
  public:
-  explicit VertexColours(const TexturedModel& model) : model_(model), space_(model.surface) {}
+  explicit VertexColourSignal(const TexturedModel& model) : model_(model), space_(model.surface) {}
 
   const VertexSpace& space() const override { return space_; }
   const VertexSpace* vertex_space() const override { return &space_; }

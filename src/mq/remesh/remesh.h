@@ -1,6 +1,6 @@
 #pragma once
-/// Local remeshing: a template is replaced by its target where, and only where, it cannot show it
-/// (thesis 6.3.2).
+/// Local remeshing: a template is replaced by its target where, and only where, it deviates from it
+/// beyond tolerance (thesis 6.3.2; [wojtan2009deforming, bojsenhansen2012tracking]).
 
 #include <array>
 #include <span>

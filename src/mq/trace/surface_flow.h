@@ -28,15 +28,13 @@ struct Advected {
 /// A field X constant on each triangle, prepared to be followed: dp/dt = X(p). Inside triangles
 /// paths are straight; all of the following is exact to rounding, no step is chosen anywhere.
 ///
-/// - **Edges.** A path goes through an edge behind which the field leads on. Where it leads back
-/// (or
+/// - **Edges.** A path goes through an edge behind which the field leads on. Where it leads back (or
 ///   along the edge), the path slides along it with the combination of both vectors that has no
-///   part across (Filippov, Differential equations with discontinuous right-hand sides, 1988),
-///   until the edge ends. Where the field leads away from an edge on both sides, a path that begins
-///   on it takes the side with the longer vector, of equal ones (to 10⁻⁹: rounding must not decide)
-///   the triangle first in the order of `TraceMesh`.
-/// - **Vertices.** Of the triangles around into which their own vector, placed at the vertex,
-/// points,
+///   part across (Filippov [filippov1988discontinuous]), until the edge ends. Where the field leads
+///   away from an edge on both sides, a path that begins on it takes the side with the longer
+///   vector, of equal ones (to 10⁻⁹: rounding must not decide) the triangle first in the order of
+///   `TraceMesh`.
+/// - **Vertices.** Of the triangles around into which their own vector, placed at the vertex, points,
 ///   and of the edges that paths slide along away from it, the fastest is taken; of equally fast
 ///   ones (to 10⁻⁹) that of the first triangle in the file. If there is none the path has come to
 ///   rest.

@@ -1,6 +1,6 @@
 #pragma once
 /// A coarse graph of rigid motions that carries a surface: embedded deformation (Sumner, Schmid,
-/// Pauly, Embedded deformation for shape manipulation, 2007), with as-rigid-as-possible edges.
+/// Pauly [sumner2007embedded]), with as-rigid-as-possible edges; fitted as in [li2008global].
 ///
 /// Node i at g_i turns by R_i and moves by t_i; a vertex follows the nodes around it:
 ///

@@ -17,9 +17,9 @@ struct TriangleStretch {
 };
 
 struct AtlasStretch {
-  int flipped = 0;        ///< triangles turned over in the texture; collapsed ones are not counted
+  int flipped = 0;        ///< triangles flipped in the texture; collapsed ones are not counted
   double occupancy = 0;   ///< area of the charts / area of the texture
-  double l2_stretch = 1;  ///< of the whole (Sander, Snyder, Gortler, Hoppe, 2001), at least 1
+  double l2_stretch = 1;  ///< of the whole [sander2001texture], at least 1
   std::vector<TriangleStretch> triangles;  ///< of those with area on the surface
 };
 

@@ -43,14 +43,12 @@ using EdgeLengths = std::vector<std::array<double, 3>>;
 Sheet make_sheet(const Surface& surface, const std::vector<int>& triangles,
                  const std::vector<char>& merged, const EdgeLengths* lengths = nullptr);
 
-/// ½ (σ₁² + σ₂² + σ₁⁻² + σ₂⁻²) − 2 over the sheet's area: the symmetric Dirichlet energy (Smith and
-/// Schaefer, Bijective parameterization with free boundaries, 2015), 0 for isometries, infinite
-/// where a triangle is turned over or has no area.
+/// ½ (σ₁² + σ₂² + σ₁⁻² + σ₂⁻²) − 2 over the sheet's area: the symmetric Dirichlet energy
+/// ([smith2015bijective]), 0 for isometries, infinite where a triangle is flipped or has no area.
 double isometric_energy(const Sheet& sheet, const Points& x);
 
-/// The L² stretch (Sander, Snyder, Gortler, Hoppe, Texture mapping progressive meshes, 2001) of the
-/// inverse map, √(Σ A ½(σ₁⁻² + σ₂⁻²) · Σ A σ₁σ₂) / Σ A: at least 1, the same for every scale of x.
-/// Infinite where a triangle is turned over.
+/// The L² stretch [sander2001texture] of the inverse map, √(Σ A ½(σ₁⁻² + σ₂⁻²) · Σ A σ₁σ₂) / Σ A:
+/// at least 1, the same for every scale of x. Infinite where a triangle is flipped.
 double l2_stretch(const Sheet& sheet, const Points& x);
 
 /// Pairs of boundary edges that cross or touch, as half-edges of the surface, at most `most`.
@@ -61,23 +59,21 @@ inline bool boundary_crosses(const Sheet& sheet, const Points& x) {
   return !crossings(sheet, x, 1).empty();
 }
 
-/// Whether a map that turns no triangle over covers nothing twice: no crossings, and one loop alone
-/// runs counter-clockwise, so that no point is inside two. (Without a triangle turned over a map
-/// can still wind around a vertex twice.)
+/// Whether a map that flips no triangle covers nothing twice: no crossings, and one loop alone runs
+/// counter-clockwise, so that no point is inside two. (Without a flipped triangle a map can still
+/// wind around a vertex twice.)
 bool is_injective(const Sheet& sheet, const Points& x);
 
-/// Tutte's embedding on a circle of the sheet's area (How to draw a graph, 1963), without a fold up
-/// to rounding. The sheet must be a disc.
+/// Tutte's embedding [tutte1963draw] on a circle of the sheet's area, without a fold up to
+/// rounding. The sheet must be a disc.
 Points tutte_embedding(const Sheet& sheet, Factorisation kind = Factorisation::automatic);
 
-/// The least squares conformal map (Lévy, Petitjean, Ray, Maillot, Least squares conformal maps,
-/// 2002) with two far vertices of a boundary, of which there must be one, pinned, at the scale of
-/// the surface. It may fold.
+/// The least squares conformal map [levy2002least] with two far vertices of a boundary, of which
+/// there must be one, pinned, at the scale of the surface. It may fold.
 Points conformal_map(const Sheet& sheet, Factorisation kind = Factorisation::automatic);
 
 /// As rigid as possible: lowers Σ A |J − R|² over x and rotations R in turn from a first guess,
-/// which may fold (Liu, Zhang, Xu, Gotsman, Gortler, A local/global approach to mesh
-/// parameterization, 2008). The result may fold too.
+/// which may fold [liu2008local]. The result may fold too.
 Points as_rigid_as_possible(const Sheet& sheet, Points x, int iterations,
                             Factorisation kind = Factorisation::automatic);
 
@@ -92,9 +88,8 @@ struct LowerOptions {
   Factorisation factorisation = Factorisation::automatic;
 };
 
-/// Lowers the isometric energy by reweighted quadratic models (Rabinovich, Poranne, Panozzo,
-/// Sorkine-Hornung, Scalable locally injective mappings, 2017) from `x`, which must not fold; nor
-/// does the result. Cost: a factorisation of 2 V unknowns per iteration.
+/// Lowers the isometric energy by reweighted quadratic models [rabinovich2017scalable] from `x`,
+/// which must not fold; nor does the result. Cost: a factorisation of 2 V unknowns per iteration.
 Points lower_energy(const Sheet& sheet, Points x, const LowerOptions& options = {},
                     const Progress& progress = {});
 

@@ -1,6 +1,6 @@
 #pragma once
-/// A texture atlas for a surface: charts, where they lie flat, and where in the texture
-/// (thesis 6.4.3, 6.4.4).
+/// A texture atlas for a surface: charts, their parametrisation, and their places in the texture
+/// (thesis 6.4.3, 6.4.4; [prada2017atlas]).
 
 #include <string>
 #include <vector>
