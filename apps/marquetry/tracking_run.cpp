@@ -30,8 +30,8 @@ constexpr double first_over_last_stiffness = 1000;
 /// A number as a user would type it.
 std::string as_typed(double value) { return fmt::format("{:g}", value); }
 
-FollowOptions follow_options(const OptionValues& options, Remeshing remeshing) {
-  FollowOptions follow;
+TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing remeshing) {
+  TemplateFollowerOptions follow;
   TrackOptions& track = follow.track;
   track.node_spacing = options.number("nodes") / 100;
   track.elasticity = options.number("elasticity");
@@ -45,7 +45,7 @@ FollowOptions follow_options(const OptionValues& options, Remeshing remeshing) {
   if (options.has("restart")) follow.restart = options.number("restart") / 100;
   if (options.has("truth"))
     follow.truth = options.text("truth") == "uv" ? Truth::uvs : Truth::material;
-  if (options.flag("photometric")) follow.colours = FollowOptions::Colours::used;
+  if (options.flag("photometric")) follow.colours = TemplateFollowerOptions::Colours::used;
   follow.colour_cycles = int(options.integer("cycles"));
   return follow;
 }
@@ -211,7 +211,7 @@ void add_sequence_options(OptionTable& table) {
 
 void add_graph_options(OptionTable& table) {
   using Type = Option::Type;
-  const FollowOptions defaults;
+  const TemplateFollowerOptions defaults;
   table.add({.name = "photometric",
              .group = "Tracking",
              .help = "let colours correct what slides along the surface",
@@ -264,7 +264,7 @@ void add_graph_options(OptionTable& table) {
 void add_remeshing_options(OptionTable& table) {
   table.add({.name = "within",
              .type = Option::Type::number,
-             .default_value = as_typed(100 * FollowOptions().within),
+             .default_value = as_typed(100 * TemplateFollowerOptions().within),
              .unit = "% of the diagonal",
              .least = 0.001,
              .most = 100,

@@ -103,7 +103,7 @@ TEST(Track, StoresWhatTheLibraryStores) {
                           {.material = (folder / "body/material").string()}, silent);
   SequenceTrackerOptions options{.follow = {.remeshing = Remeshing::parts,
                                             .truth = Truth::material,
-                                            .colours = FollowOptions::Colours::used}};
+                                            .colours = TemplateFollowerOptions::Colours::used}};
   options.follow.track.node_spacing = 0.1;
   EvolvingStore store(folder / "library.evolving");
   const FollowedSequence found = SequenceTracker(frames, store, options).run();

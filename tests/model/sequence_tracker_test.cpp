@@ -73,8 +73,8 @@ TEST(SequenceTracker, FollowsASequenceAndSaysHowWell) {
 
 TEST(SequenceTracker, ResumesWhereItWasStopped) {
   const MemoryFrames frames(bending(4));
-  SequenceTrackerOptions options =
-      coarse({.follow = {.truth = Truth::material, .colours = FollowOptions::Colours::used}});
+  SequenceTrackerOptions options = coarse(
+      {.follow = {.truth = Truth::material, .colours = TemplateFollowerOptions::Colours::used}});
   MemoryStore whole, part;
   SequenceTracker(frames, whole, options).run();
   Stopper stopper("frame 2");
@@ -366,9 +366,9 @@ TEST(SequenceTracker, RefusesATruthThatIsNotThere) {
   EXPECT_THAT(refusal(MemoryFrames(made), store, options),
               HasSubstr("frame 0: it is not known where its material is at rest"));
   made[0].model.colors = {};
-  EXPECT_THAT(
-      refusal(MemoryFrames(made), store, {.follow = {.colours = FollowOptions::Colours::used}}),
-      HasSubstr("colours wants colours at vertices or a texture, and it has neither"));
+  EXPECT_THAT(refusal(MemoryFrames(made), store,
+                      {.follow = {.colours = TemplateFollowerOptions::Colours::used}}),
+              HasSubstr("colours wants colours at vertices or a texture, and it has neither"));
 }
 
 TEST(SequenceTracker, RehearsesWithoutWriting) {

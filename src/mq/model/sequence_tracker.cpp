@@ -56,7 +56,7 @@ FollowedSequence SequenceTracker::run(const Progress& progress) {
     if (!found_.frames.empty()) say_safe(frame + 1);
   }
   list_missing_before(frames_.count());
-  require_followed(!found_.frames.empty());
+  if (found_.frames.empty()) refuse_none();
   if (!is_open_) store_.go_on(int(found_.frames.size()));  // cuts off what is broken
   for (const FollowedFrame& frame : found_.frames)
     std::ranges::copy(frame.skipped, std::back_inserter(found_.skipped));
@@ -77,13 +77,13 @@ void SequenceTracker::rehearse() {
       throw InvalidInput(naming(frame, error.what()));
     }
   }
-  require_followed(is_begun);
+  if (!is_begun) refuse_none();
 }
 
 /// Facing as what follows the frame before does.
 std::unique_ptr<CapturedFrame> SequenceTracker::read(int frame, const Mesh* before) const {
-  const FollowOptions& how = options_.follow;
-  const bool coloured = how.colours == FollowOptions::Colours::used;
+  const TemplateFollowerOptions& how = options_.follow;
+  const bool coloured = how.colours == TemplateFollowerOptions::Colours::used;
   return std::make_unique<CapturedFrame>(
       frames_, frame, before,
       CaptureOptions{
@@ -165,9 +165,9 @@ void SequenceTracker::list_missing_before(int frame) {
         {number, fmt::format("{}: there is no frame {}", frames_.sequence(), number)});
 }
 
-void SequenceTracker::require_followed(bool is_one) const {
-  require(is_one, options_.words.left_out + ": not one of the frames can be followed: " +
-                      (skipped_.empty() ? std::string("there is none") : skipped_[0].why));
+void SequenceTracker::refuse_none() const {
+  throw InvalidInput(options_.words.left_out + ": not one of the frames can be followed: " +
+                     (skipped_.empty() ? std::string("there is none") : skipped_[0].why));
 }
 
 std::string SequenceTracker::naming(int frame, const std::string& what) const {

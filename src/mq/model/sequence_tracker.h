@@ -29,7 +29,7 @@
 namespace mq {
 
 struct SequenceTrackerOptions {
-  FollowOptions follow = {};
+  TemplateFollowerOptions follow = {};
 
   /// Frames that cannot be read, or hold no mesh to follow.
   enum class BadFrames { refused, left_out } bad_frames = BadFrames::refused;
@@ -76,7 +76,7 @@ class SequenceTracker {
   void say_defects(const CapturedFrame& frame);
   void say_safe(int frames) const;
   void list_missing_before(int frame);
-  void require_followed(bool is_one) const;
+  [[noreturn]] void refuse_none() const;
   std::string naming(int frame, const std::string& what) const;
 
   // sequence_resume.cpp

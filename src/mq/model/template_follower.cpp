@@ -25,9 +25,10 @@ constexpr std::array accuracies_in_within = {4.0, 2.0, 1.0, 0.5};
 /// shorter, so that what is replaced does not take much with it that could have stayed.
 constexpr double longest_left = 0.5, longest_remeshed = 0.3;
 
-TrackOptions track_options(const FollowOptions& options) {
+TrackOptions track_options(const TemplateFollowerOptions& options) {
   TrackOptions track = options.track;
-  track.colour_cycles = options.colours == FollowOptions::Colours::used ? options.colour_cycles : 0;
+  track.colour_cycles =
+      options.colours == TemplateFollowerOptions::Colours::used ? options.colour_cycles : 0;
   return track;
 }
 
@@ -64,7 +65,7 @@ Remeshed remeshed_within(const Surface& tracked, const TrackTarget& target,
 
 }  // namespace
 
-double FollowOptions::longest_edge() const {
+double TemplateFollowerOptions::longest_edge() const {
   return (remeshing == Remeshing::none ? longest_left : longest_remeshed) * track.node_spacing;
 }
 
@@ -80,7 +81,8 @@ struct TemplateFollower::Template {
         edge(edge_) {}
 };
 
-TemplateFollower::TemplateFollower(FollowOptions options) : options_(std::move(options)) {}
+TemplateFollower::TemplateFollower(TemplateFollowerOptions options)
+    : options_(std::move(options)) {}
 TemplateFollower::~TemplateFollower() = default;
 
 const EvolvingSegment& TemplateFollower::segment() const { return template_->known.segment; }

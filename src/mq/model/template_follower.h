@@ -23,7 +23,7 @@ enum class Remeshing {
 };
 
 /// Distances are fractions of the diagonal of a frame's box.
-struct FollowOptions {
+struct TemplateFollowerOptions {
   TrackOptions track = {};  ///< but for colours: `colours` says whether they are used
   Remeshing remeshing = Remeshing::none;
   /// How far 95 % of the points of a frame that is remeshed may be. Where more are, smaller
@@ -49,7 +49,7 @@ inline constexpr double farthest_in_within = 5;
 
 class TemplateFollower {
  public:
-  explicit TemplateFollower(FollowOptions options);
+  explicit TemplateFollower(TemplateFollowerOptions options);
   ~TemplateFollower();
 
   /// Whether there is a template yet.
@@ -90,7 +90,7 @@ class TemplateFollower {
   void count_ids(const EvolvingSegment& of);
   void measure(CapturedFrame& frame, FollowedFrame& found) const;
 
-  FollowOptions options_;
+  TemplateFollowerOptions options_;
   std::unique_ptr<Template> template_;
   std::vector<Vector3> positions_, previous_;
   Surface surface_;  ///< at these positions
