@@ -2,30 +2,24 @@
 
 #include <fmt/format.h>
 
-#include <map>
 #include <optional>
-#include <set>
+#include <utility>
 
-#include "evolving_frames.h"
 #include "frame_textures.h"
-#include "mq/atlas/atlas.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/io/evolving_gltf.h"
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
-#include "mq/io/vertex_colours.h"
-#include "mq/mesh/orient.h"
-#include "mq/mesh/surface.h"
-#include "mq/video/texture_frame.h"
+#include "mq/model/captured_textures.h"
+#include "mq/model/stored_frames.h"
 #include "shell/results.h"
 
 namespace mq::app {
 namespace {
 
 constexpr int most_side = 16384;
-constexpr int usual_side = 1024;  ///< where nobody says what the atlas was made for
 
 void require_atlas_unless_models(const EvolvingReader& reader, const std::string& to) {
   require(has_atlas(reader) || (names_model(to) && !names_animation(to)),
@@ -47,144 +41,65 @@ std::optional<int> packed_side(const EvolvingReader& reader) {
 
 int texture_side(const OptionValues& options, const EvolvingReader& reader) {
   if (options.has("size")) return int(options.integer("size"));
-  return packed_side(reader).value_or(usual_side);
+  return packed_side(reader).value_or(CapturedTextureOptions().side);
 }
 
-/// The captured frames, and what a store's frames show of them.
-class Captured {
- public:
-  Captured(Run& run, const EvolvingReader& reader, const std::vector<int>& frames)
-      : run_(run), reader_(reader), side_(texture_side(run.options(), reader)) {
-    if (const auto made_for = packed_side(reader); made_for && side_ < *made_for)
-      run.terminal().warning(
-          fmt::format("--size: {} texels, and the atlas was made for {}: its gutters are narrower "
-                      "here, and charts may touch",
-                      side_, *made_for));
-    const std::vector<FrameFile> files =
-        find_frames(run.options().text("from"), numbers_of(reader, frames));
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      run.will_read(files[i].path);
-      files_[frames[i]] = files[i].path;
-    }
-    run.result["textures"] = Json::array();
-  }
+/// The captured frames that --from names, as what they show is wanted.
+CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
+                                   const std::vector<int>& frames) {
+  const OptionValues& options = run.options();
+  CapturedTextureOptions how{.side = texture_side(options, reader),
+                             .samples = int(options.integer("samples")),
+                             .words = {.sequence = "--from", .steps = "--stitch"}};
+  if (options.flag("stitch")) how.steps = CapturedTextureOptions::Steps::taken_out;
+  if (options.has("texture")) how.textures = options.text("texture");
+  if (const auto made_for = packed_side(reader); made_for && how.side < *made_for)
+    run.terminal().warning(
+        fmt::format("--size: {} texels, and the atlas was made for {}: its gutters are narrower "
+                    "here, and charts may touch",
+                    how.side, *made_for));
+  return {reader, options.text("from"), frames, std::move(how), run.terminal()};
+}
 
-  /// The texture of a frame; says in the result how much of it was seen.
-  const TextureFrame& texture(int frame, const Progress& progress = {}) {
-    const OptionValues& options = run_.options();
-    read(frame);
-    TextureFrameOptions how{
-        .width = side_, .height = side_, .samples = int(options.integer("samples"))};
-    if (options.flag("stitch")) how.captured_charts = captured_charts(frame);
-    texture_ = resample_texture(mesh_, model_.mesh, surface_colours(model_), how, progress);
-    Json found = {{"frame", reader_.frames()[frame].number},
-                  {"texels", texture_.texels},
-                  {"unseen", texture_.unseen},
-                  {"filled", texture_.filled},
-                  {"accuracy", texture_.accuracy}};
-    if (!how.captured_charts.empty())
-      found["steps"] = {{"before", steps_json(texture_.before)},
-                        {"after", steps_json(texture_.after)}};
-    run_.result["textures"].push_back(std::move(found));
-    return texture_;
-  }
+Json steps_json(const BorderJump& jump) {
+  return {{"across", jump.across}, {"within", jump.within}};
+}
 
-  /// The same as files want it; valid until the next is asked for.
-  FrameTextures::Frame frame(int frame, const Progress& progress) {
-    texture(frame, progress);
-    return {.number = reader_.frames()[frame].number,
-            .mesh = mesh_,
-            .inside = texture_.inside,
-            .pixels = texture_.picture,
-            .values = is_light() ? FrameTextures::Values::light : FrameTextures::Values::display,
-            .depth = depth()};
-  }
+/// How much of a texture was seen.
+Json texture_json(const CapturedTextures::Textured& shown) {
+  const TextureFrame& texture = shown.texture;
+  Json found = {{"frame", shown.number},
+                {"texels", texture.texels},
+                {"unseen", texture.unseen},
+                {"filled", texture.filled},
+                {"accuracy", texture.accuracy}};
+  if (shown.steps_were_taken_out)
+    found["steps"] = {{"before", steps_json(texture.before)}, {"after", steps_json(texture.after)}};
+  return found;
+}
 
-  /// The same as display values.
-  Image<float> displayed(int frame) {
-    const Image<float>& picture = texture(frame).picture;
-    return is_light() ? encode(picture, ColourSpace::linear, TransferFunction::srgb) : picture;
-  }
+Json vertices_json(const CapturedTextures::Coloured& shown) {
+  return {{"frame", shown.number},
+          {"vertices", shown.model.mesh.vertex_count()},
+          {"unseen", shown.unseen},
+          {"accuracy", shown.accuracy}};
+}
 
-  /// The mesh of a frame with what its vertices show.
-  Model at_vertices(int frame) {
-    read(frame);
-    const VertexColours found = resample_vertices(mesh_, model_.mesh, surface_colours(model_));
-    run_.result["textures"].push_back({{"frame", reader_.frames()[frame].number},
-                                       {"vertices", mesh_.vertex_count()},
-                                       {"unseen", found.unseen},
-                                       {"accuracy", found.accuracy}});
-    Model shown;
-    shown.colors.channels = 3;
-    for (Eigen::Index v = 0; v < found.colours.rows(); ++v)
-      for (int k = 0; k < 3; ++k) shown.colors.values.push_back(float(found.colours(v, k)));
-    shown.mesh = mesh_;
-    return shown;
-  }
+/// As files want it; of what must stay.
+FrameTextures::Frame as_frame(const CapturedTextures::Textured& shown) {
+  return {.number = shown.number,
+          .mesh = shown.mesh,
+          .inside = shown.texture.inside,
+          .pixels = shown.texture.picture,
+          .values = shown.is_light ? FrameTextures::Values::light : FrameTextures::Values::display,
+          .depth = shown.depth};
+}
 
- private:
-  bool is_light() const {
-    return model_.colors.channels == 0 && holds_light(model_.textures[0].format);
-  }
-
-  /// As deep as what colours are taken from.
-  Depth depth() const {
-    Depth deepest = Depth::u8;
-    if (model_.colors.channels == 0)
-      for (const Texture& texture : model_.textures)
-        deepest = std::max(deepest, texture.format.depth);
-    return deepest;
-  }
-
-  static Json steps_json(const BorderJump& jump) {
-    return {{"across", jump.across}, {"within", jump.within}};
-  }
-
-  /// Charts of the captured triangles.
-  std::vector<int> captured_charts(int frame) const {
-    require(!model_.textures.empty() && model_.mesh.has_uvs(),
-            fmt::format("{}: --stitch takes out steps between charts, and it has none",
-                        files_.at(frame).string()));
-    std::vector<TextureSize> sizes;
-    for (const Texture& texture : model_.textures)
-      sizes.push_back({.width = texture.pixels.width(), .height = texture.pixels.height()});
-    return make_atlas(make_surface(model_.mesh), sizes).chart;
-  }
-
-  void read(int frame) {
-    const OptionValues& options = run_.options();
-    ReadModelOptions reading;
-    if (options.has("texture"))
-      reading.textures = {frame_name(options.text("texture"), reader_.frames()[frame].number)};
-    const std::filesystem::path& path = files_.at(frame);
-    model_ = read_model(path, reading);
-    require(has_colours(model_),
-            fmt::format("{}: --from wants colours at vertices or a texture, and it has neither",
-                        path.string()));
-    mesh_ = mesh_of(reader_.segment(reader_.frames()[frame].segment), reader_.positions(frame));
-    turn_back(path);
-  }
-
-  /// As track does: what is seen from one side is only found by what faces the same way.
-  void turn_back(const std::filesystem::path& path) {
-    Oriented found = oriented_like(model_.mesh, mesh_);
-    model_.mesh = std::move(found.mesh);
-    std::erase_if(found.defects, [&](const Defect& one) { return !said_.insert(one.kind).second; });
-    for (Defect& defect : found.defects)
-      defect.message = fmt::format("{}: {}", path.string(), defect.message);
-    run_.found(found.defects);
-    run_.warn(found.defects);
-  }
-
-  Run& run_;
-  const EvolvingReader& reader_;
-  int side_;
-  std::map<int, std::filesystem::path> files_;
-  Model model_;
-  Mesh mesh_;
-  TextureFrame texture_;
-  std::set<std::string> said_;  ///< kinds of defects
-};
+/// As a display is given it.
+Image<float> displayed(const CapturedTextures::Textured& shown) {
+  const Image<float>& picture = shown.texture.picture;
+  return shown.is_light ? encode(picture, ColourSpace::linear, TransferFunction::srgb) : picture;
+}
 
 }  // namespace
 
@@ -214,7 +129,7 @@ void add_captured_texture_options(OptionTable& table) {
              .details = "In smaller ones gutters are narrower, and charts may touch."});
   table.add({.name = "samples",
              .type = Type::integer,
-             .default_value = "2",
+             .default_value = std::to_string(CapturedTextureOptions().samples),
              .least = 1,
              .most = 8,
              .group = group,
@@ -255,12 +170,20 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
     require_whole_video(to, side, side);
   }
   const Step step(run, "textures", 0.9);
-  Captured captured(run, reader, frames);
+  CapturedTextures captured = captured_textures(run, reader, frames);
+  for (const std::filesystem::path& path : captured.paths()) run.will_read(path);
+  Json& found = run.result["textures"] = Json::array();
   if (names_animation(to)) {
     const Progress all = step.progress().step("write", 1);
     write_animation(
         to, reader, frames.front(), frames.back(), options.number("rate"),
-        [&](int frame) { return captured.displayed(frame); }, all);
+        [&](int frame) {
+          const CapturedTextures::Textured shown = captured.texture(frame);
+          found.push_back(texture_json(shown));
+          return displayed(shown);
+        },
+        all);
+    run.found(captured.defects());
     return;
   }
   std::optional<FrameTextures> files;
@@ -269,14 +192,20 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
     const int number = reader.frames()[f].number;
     const Progress part =
         step.progress().step(fmt::format("frame {}", number), 1.0 / double(frames.size()));
-    if (files)
+    if (files) {
+      const CapturedTextures::Textured shown = captured.texture(f, part);
+      found.push_back(texture_json(shown));
       for (const std::string& note :
-           files->write(captured.frame(f, part), video_options(options), run.progress()))
+           files->write(as_frame(shown), video_options(options), run.progress()))
         run.terminal().remark(note);
-    else
-      write_model(frame_name(to, number), captured.at_vertices(f));
+    } else {
+      const CapturedTextures::Coloured shown = captured.at_vertices(f);
+      found.push_back(vertices_json(shown));
+      write_model(frame_name(to, number), shown.model);
+    }
   }
   if (files) files->finish();
+  run.found(captured.defects());
 }
 
 }  // namespace mq::app

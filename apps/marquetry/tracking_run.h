@@ -1,6 +1,10 @@
 #pragma once
 /// What track and evolve have in common: a sequence followed with one triangulation.
 
+#include <filesystem>
+#include <vector>
+
+#include "mq/model/template_follower.h"
 #include "shell/run.h"
 
 namespace mq::app {
@@ -11,14 +15,12 @@ void add_tracking_options(OptionTable& table);
 /// How well a remeshed frame must be shown; for verbs that remesh.
 void add_remeshing_options(OptionTable& table);
 
-/// Whether what does not show a frame is replaced by the frame's own triangles.
-enum class Remeshing { left, done };
-
 /// The files that following makes: the store's two, and the pictures asked for.
 std::vector<std::filesystem::path> followed_paths(const OptionValues& options);
 
-/// Follows the sequence of the options and stores it in the output, a frame at a time. Prints a
-/// table; returns what was measured: `frames`, `distance_p95`, `distance_max`; null with --dry-run.
+/// Follows the sequence of the options and stores it in the output, a frame at a time; where it is
+/// remeshed, --keyframes says how. Prints a table; returns what was measured: `frames`, `skipped`,
+/// `distance_p95`, `distance_max`, `folded`; null with --dry-run.
 Json track_sequence(Run& run, Remeshing remeshing, double share);
 
 }  // namespace mq::app

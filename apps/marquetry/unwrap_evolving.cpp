@@ -4,15 +4,14 @@
 
 #include <algorithm>
 
-#include "evolving_frames.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/baseline/forgetful.h"
-#include "mq/draw/contact_sheet.h"
 #include "mq/draw/lifespans.h"
 #include "mq/evolving/lifespan_atlas.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
+#include "mq/model/stored_frames.h"
 #include "shell/results.h"
 #include "render_request.h"
 
@@ -21,7 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int pictured_frames = 6;
 constexpr int picture_side = 400;  // pixels
 
 LifespanAtlasOptions atlas_options(const OptionValues& options) {
@@ -91,19 +89,6 @@ void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) 
                     "the texture made anew {}\n",
                     atlas.charting.energy / atlas.energy_of_whole, counted(atlas.plans, "time"),
                     counted(int(atlas.cleared.size()), "time")));
-}
-
-Image<float> picture(const EvolvingMesh& evolving, const LifespanAtlas& atlas,
-                     const std::string& view, const Progress& progress) {
-  const int count = int(evolving.frames.size()), shown = std::min(count, pictured_frames);
-  std::vector<Tile> tiles;
-  for (int i = 0; i < shown; ++i) {
-    const int frame = shown == 1 ? 0 : int(std::int64_t(i) * (count - 1) / (shown - 1));
-    tiles.push_back({draw_lifespans(evolving, atlas, frame, parse_view(view), picture_side,
-                                    progress.step("draw", 1.0 / shown)),
-                     fmt::format("frame {}", evolving.frames[frame].number)});
-  }
-  return contact_sheet(tiles, {.columns = 2});
 }
 
 }  // namespace
@@ -210,7 +195,8 @@ void unwrap_store(Run& run, const EvolvingReader& reader, const fs::path& output
   const Step step(run, "write", 0.1 * share);
   if (options.has("picture"))
     write_image(options.text("picture"),
-                picture(evolving, atlas, options.text("view"), step.progress().step("draw", 0.7)));
+                draw_lifespan_sheet(evolving, atlas, parse_view(options.text("view")), picture_side,
+                                    step.progress().step("draw", 0.7)));
   std::vector<std::string> measured;
   for (const StoredFrame& frame : reader.frames()) measured.push_back(frame.measured);
   const Json about = {{"verb", options.table().verb()},

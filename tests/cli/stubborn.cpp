@@ -5,7 +5,7 @@
 
 #include "mq/io/atomic_file.h"
 #include "shell/run.h"
-#include <program.h>  // that of apps/marquetry
+#include <shell/program.h>
 
 namespace {
 

@@ -8,8 +8,8 @@
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
-#include "mq/mesh/orient.h"
-#include "mq/mesh/surface.h"
+#include "mq/model/sequence_tracker.h"
+#include "mq/model/stored_frames.h"
 
 namespace mq::test {
 namespace {
@@ -74,6 +74,51 @@ TEST(Track, FollowsASequenceAndSaysHowWell) {
   EXPECT_EQ(evolving.frames[3].number, 3);
 }
 
+/// What is known of frames but for the time that it took.
+std::vector<std::string> without_seconds(std::vector<FollowedFrame> frames) {
+  std::vector<std::string> texts;
+  for (FollowedFrame& frame : frames) {
+    frame.seconds = 0;
+    if (frame.match) frame.match->seconds = {};
+    if (frame.match && frame.match->remesh_seconds) frame.match->remesh_seconds = 0;
+    texts.push_back(followed_text(frame));
+  }
+  return texts;
+}
+
+TEST(Track, StoresWhatTheLibraryStores) {
+  const Folder folder;
+  // Balls that meet in frame 11.
+  ASSERT_EQ(marquetry(folder, {"sample", "merging", "-o", "body/", "--triangles", "1000",
+                               "--period", "40", "--frames", "10-12"})
+                .status,
+            0);
+  const Result result =
+      marquetry(folder, {"track", "body", "-o", "body.evolving", "--nodes", "10", "--remesh",
+                         "--photometric", "--truth", "body/material", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+
+  Messages silent;
+  const FileFrames frames((folder / "body").string(),
+                          {.material = (folder / "body/material").string()}, silent);
+  SequenceTrackerOptions options{.follow = {.remeshing = Remeshing::parts,
+                                            .truth = Truth::material,
+                                            .colours = TemplateFollowerOptions::Colours::used}};
+  options.follow.track.node_spacing = 0.1;
+  EvolvingStore store(folder / "library.evolving");
+  const FollowedSequence found = SequenceTracker(frames, store, options).run();
+
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), file_bytes(folder / "library.blocks"));
+  const EvolvingReader made(folder / "body.evolving");
+  EXPECT_GT(made.segments().size(), 1U);
+  EXPECT_EQ(without_seconds(followed_frames(made)), without_seconds(found.frames));
+  // The report says what the store does.
+  const auto report = nlohmann::ordered_json::parse(result.output)["result"]["frames"];
+  ASSERT_EQ(report.size(), made.frames().size());
+  for (std::size_t f = 0; f < report.size(); ++f)
+    EXPECT_EQ(report[f].dump(), made.frames()[f].measured);
+}
+
 TEST(Track, DrawsWhatItMeasuredAndSomeOfTheFrames) {
   const Folder folder;
   make_body(folder, "bending", 3);
@@ -91,21 +136,6 @@ TEST(Track, DrawsWhatItMeasuredAndSomeOfTheFrames) {
       std::ranges::equal(read_texture(folder / "again.png").pixels.values(), plot.pixels.values()));
   EXPECT_EQ(marquetry(folder, {"track", "body", "-o", "b.evolving", "--plot", "plot.docx"}).status,
             2);
-}
-
-TEST(Track, CutsTrianglesThatAreLongBesideTheWayFromNodeToNode) {
-  const Folder folder;
-  ASSERT_EQ(marquetry(folder,
-                      {"sample", "bending", "-o", "body/", "--triangles", "500", "--frames", "0-1"})
-                .status,
-            0);
-  const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving", "--truth",
-                                           "body/material", "--nodes", "10", "--json"});
-  ASSERT_EQ(result.status, 0) << result.error;
-  const auto frame = result.json()["result"]["frames"][1];
-  EXPECT_GT(frame["triangles_kept"], 2 * 492);
-  EXPECT_LT(frame["distance_p95"], 0.005);  // 0.0100 with the triangles as they come
-  EXPECT_GT(frame["drift"]["known"], 900);  // vertices; 247 as they come
 }
 
 TEST(Track, GoesOnWhereItWasStopped) {
@@ -130,21 +160,6 @@ TEST(Track, GoesOnWhereItWasStopped) {
   for (int f = 0; f < 4; ++f) EXPECT_EQ(again.frames[f].positions, whole.frames[f].positions);
 }
 
-TEST(Track, GoesOnBeforeWhatWasDamaged) {
-  const Folder folder;
-  make_body(folder, "bending", 3);
-  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving"}).status, 0);
-  const std::string blocks = file_bytes(folder / "body.blocks");
-  std::string damaged = blocks;
-  damaged[std::size_t(EvolvingReader(folder / "body.evolving").frames()[2].offset) + 5] ^= 1;
-  write_bytes(folder / "body.blocks", damaged);
-  const Result result = marquetry(folder, {"track", "body", "-o", "body.evolving", "--resume"});
-  ASSERT_EQ(result.status, 0) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("cannot give frame 2;"));
-  EXPECT_THAT(result.error, HasSubstr("goes on after frame 1"));
-  EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
-}
-
 TEST(Track, StoppedByTheUserKeepsTheFramesItHas) {
   const Folder folder;
   make_body(folder, "bending", 20);
@@ -157,98 +172,6 @@ TEST(Track, StoppedByTheUserKeepsTheFramesItHas) {
   EXPECT_EQ(reader.broken(), "");
   EXPECT_GE(reader.frames().size(), 1U);
   EXPECT_LT(reader.frames().size(), 21U);
-}
-
-TEST(Track, BeginsAnewWhereATemplateNoLongerFits) {
-  const Folder folder;
-  make_body(folder, "bending", 2);
-  const Result result =
-      marquetry(folder, {"track", "body", "-o", "body.evolving", "--restart", "0.00001", "--json"});
-  ASSERT_EQ(result.status, 0) << result.error;
-  const auto frames = result.json()["result"]["frames"];
-  EXPECT_EQ(frames[1]["triangles_died"], frames[0]["triangles_born"]);
-  const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
-  EXPECT_EQ(evolving.segments.size(), 3U);
-  for (const Lifespan& span : triangle_lifespans(evolving)) EXPECT_EQ(span.first, span.last);
-}
-
-TEST(Track, TakesKeyframesInsteadOfParts) {
-  const Folder folder;
-  ASSERT_EQ(marquetry(folder, {"sample", "merging", "-o", "body/", "--triangles", "1000",
-                               "--period", "40", "--frames", "10-12"})
-                .status,
-            0);
-  const auto frames_with = [&](const std::string& option) {
-    const Result result =
-        marquetry(folder, {"track", "body", "-o", "body.evolving", "--remesh", "--json", option});
-    EXPECT_EQ(result.status, 0) << result.error;
-    return result.json()["result"]["frames"];
-  };
-  const auto parts = frames_with("-q"), wholes = frames_with("--keyframes");
-  int taken = 0;
-  for (std::size_t f = 1; f < parts.size(); ++f) {
-    if (wholes[f]["triangles_born"] == 0) continue;
-    ++taken;
-    EXPECT_EQ(wholes[f]["triangles_kept"], 0);
-    // Up to the first both are the same template.
-    if (taken == 1) {
-      EXPECT_GT(parts[f]["triangles_born"], 0);
-      EXPECT_GT(parts[f]["triangles_kept"], 0);
-    }
-  }
-  EXPECT_GE(taken, 1);
-  const Result alone = marquetry(folder, {"track", "body", "-o", "other.evolving", "--keyframes"});
-  EXPECT_EQ(alone.status, 2);
-  EXPECT_THAT(alone.error, HasSubstr("--remesh"));
-}
-
-TEST(Track, RemeshesWhereBodiesMergeAndGoesOnFromThere) {
-  const Folder folder;
-  // Balls that meet in frame 11.
-  ASSERT_EQ(marquetry(folder, {"sample", "merging", "-o", "body/", "--triangles", "3000",
-                               "--period", "40", "--frames", "9-13"})
-                .status,
-            0);
-  const std::vector<std::string> words = {"track",         "body",          "-o",
-                                          "body.evolving", "--truth",       "body/material",
-                                          "--remesh",      "--photometric", "--json"};
-  const Result whole = marquetry(folder, words);
-  ASSERT_EQ(whole.status, 0) << whole.error;
-  const auto frames = whole.json()["result"]["frames"];
-  int added = 0;
-  for (std::size_t f = 1; f < frames.size(); ++f) {
-    added += frames[f]["triangles_born"].get<int>();
-    EXPECT_LT(frames[f]["distance_p95"], 0.001) << f;
-    EXPECT_LT(frames[f]["distance_max"], 0.005) << f;
-    EXPECT_GT(frames[f]["triangles_kept"].get<int>(), 9 * frames[f]["triangles_died"].get<int>());
-    EXPECT_EQ(frames[f]["manifold"], true) << f;
-    EXPECT_EQ(frames[f]["folded"], 0) << f;
-  }
-  EXPECT_GT(added, 0);
-  const EvolvingMesh evolving = EvolvingReader(folder / "body.evolving").read();
-  EXPECT_GT(evolving.segments.size(), 1U);
-  int throughout = 0;
-  for (const Lifespan& span : triangle_lifespans(evolving))
-    throughout += span.first == 0 && span.last == 4;
-  EXPECT_GT(throughout, evolving.segments[0].triangle_count() / 2);
-  EXPECT_EQ(make_surface(evolving.mesh(0)).components, 2);
-  EXPECT_EQ(make_surface(evolving.mesh(4)).components, 1);
-
-  // Without it the caps stay where they meet.
-  const Result left = marquetry(folder, {"track", "body", "-o", "left.evolving", "--json"});
-  ASSERT_EQ(left.status, 0) << left.error;
-  EXPECT_GT(left.json()["result"]["frames"].back()["distance_max"], 0.05);
-
-  // Stopped in the last frame, it goes on with the same result.
-  const std::string blocks = file_bytes(folder / "body.blocks");
-  const std::int64_t cut = EvolvingReader(folder / "body.evolving").frames()[4].offset + 1;
-  write_bytes(folder / "body.blocks", blocks.substr(0, std::size_t(cut)));
-  std::vector<std::string> resumed = words;
-  resumed.push_back("--resume");
-  const Result again = marquetry(folder, resumed);
-  ASSERT_EQ(again.status, 0) << again.error;
-  EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
-  EXPECT_EQ(again.json()["result"]["frames"][4]["drift"], frames[4]["drift"]);
 }
 
 TEST(Track, GoesOnOnlyWithTheOptionsItBeganWith) {
@@ -294,86 +217,6 @@ TEST(Track, SaysWhatIsWrongWithFrames) {
   EXPECT_THAT(result.json()["defects"].dump(), HasSubstr("touching_edges"));
 }
 
-/// Turns over every `step`-th triangle of a model file.
-void turn_over(const std::filesystem::path& path, int step) {
-  Model model = read_model(path);
-  std::vector<int> some;
-  for (int t = 0; t < model.mesh.triangle_count(); t += step) some.push_back(t);
-  model.mesh = with_flipped(std::move(model.mesh), some);
-  write_model(path, model);
-}
-
-TEST(Track, TurnsBackWhatFacesTheWrongWay) {
-  const Folder folder;
-  make_body(folder, "bending", 3);
-  for (const bool remeshed : {false, true}) {
-    std::vector<std::string> words = {"track",   "body",          "-o",    "body.evolving",
-                                      "--truth", "body/material", "--json"};
-    if (remeshed) words.push_back("--remesh");
-    ASSERT_EQ(marquetry(folder, words).status, 0);
-    const std::string sound = file_bytes(folder / "body.blocks");
-    // Some of the first, all of the third.
-    turn_over(folder / "body/frame_0000.ply", 17);
-    turn_over(folder / "body/frame_0002.ply", 1);
-    const Result result = marquetry(folder, words);
-    ASSERT_EQ(result.status, 0) << result.error;
-    EXPECT_EQ(file_bytes(folder / "body.blocks"), sound);
-    EXPECT_THAT(result.error, HasSubstr("frame_0000.ply"));
-    EXPECT_THAT(result.error, HasSubstr("frame_0002.ply"));
-    const auto report = result.json();
-    EXPECT_EQ(report["defects"][0]["kind"], "turned_triangles");
-    EXPECT_EQ(report["defects"][1]["kind"], "inside_out_triangles");
-    const auto frames = report["result"]["frames"];
-    EXPECT_GT(frames[0]["turned"], 10);
-    EXPECT_FALSE(frames[1].contains("turned"));
-    EXPECT_GT(frames[2]["turned"], 1000);
-    turn_over(folder / "body/frame_0000.ply", 17);
-    turn_over(folder / "body/frame_0002.ply", 1);
-  }
-}
-
-TEST(Track, LeavesOutBadFramesIfItMay) {
-  const Folder folder;
-  make_body(folder, "bending", 4);
-  write_bytes(folder / "body/frame_0000.ply", "ply\nformat");
-  write_bytes(folder / "body/frame_0002.ply", "");
-  Model model = read_model(folder / "body/frame_0004.ply");
-  for (Vector3& p : model.mesh.positions) p.setZero();
-  write_model(folder / "body/frame_0004.ply", model);
-  std::vector<std::string> words = {"track", "body", "-o", "body.evolving", "--json"};
-  const Result refused = marquetry(folder, words);
-  EXPECT_EQ(refused.status, 2);
-  EXPECT_THAT(refused.error, HasSubstr("frame_0000.ply"));
-  EXPECT_THAT(refused.error, HasSubstr("--skip-bad"));
-  words.push_back("--skip-bad");
-  const Result result = marquetry(folder, words);
-  ASSERT_EQ(result.status, 0) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("left out"));
-  const auto found = result.json()["result"];
-  ASSERT_EQ(found["frames"].size(), 2U);
-  EXPECT_EQ(found["frames"][1]["frame"], 3);
-  ASSERT_EQ(found["skipped"].size(), 3U);
-  EXPECT_EQ(found["skipped"][1]["frame"], 2);
-  EXPECT_THAT(found["skipped"][1]["why"].dump(), HasSubstr("frame_0002.ply"));
-  // A run that was stopped goes on with the same result.
-  const std::string blocks = file_bytes(folder / "body.blocks");
-  const std::int64_t cut = EvolvingReader(folder / "body.evolving").frames()[1].offset + 5;
-  for (const std::int64_t size : {cut, std::int64_t(blocks.size())}) {
-    write_bytes(folder / "body.blocks", blocks.substr(0, std::size_t(size)));
-    std::vector<std::string> resumed = words;
-    resumed.push_back("--resume");
-    const Result again = marquetry(folder, resumed);
-    ASSERT_EQ(again.status, 0) << again.error;
-    EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
-    EXPECT_EQ(again.json()["result"]["skipped"], found["skipped"]);
-  }
-  const Result strict = marquetry(folder, {"track", "body", "-o", "body.evolving", "--resume"});
-  EXPECT_EQ(strict.status, 2);
-  EXPECT_THAT(strict.error, HasSubstr("--skip-bad"));
-  for (const int bad : {1, 3}) write_bytes(folder / frame_name("body/frame_%04d.ply", bad), "");
-  EXPECT_THAT(marquetry(folder, words).error, HasSubstr("not one of the frames"));
-}
-
 TEST(Track, ExportsAModelAFrameAlsoAsGlb) {
   const Folder folder;
   make_body(folder, "bending", 1);
@@ -410,9 +253,6 @@ TEST(Track, SaysWhereAFewPointsAreLost) {
   for (const auto& frame : left.json()["result"]["frames"]) EXPECT_LT(frame["distance_p95"], 0.01);
   EXPECT_THAT(left.error, HasSubstr("in frame 12 the farthest point is"));
   EXPECT_THAT(left.error, HasSubstr("--remesh"));
-  const Result healed = marquetry(folder, {"track", "body", "-o", "h.evolving", "--remesh"});
-  ASSERT_EQ(healed.status, 0) << healed.error;
-  EXPECT_THAT(healed.error, testing::Not(HasSubstr("farthest point")));
 }
 
 TEST(Track, RefusesWhatItCannotFollow) {
@@ -435,6 +275,11 @@ TEST(Track, RefusesWhatItCannotFollow) {
               HasSubstr("--truth: found 'nothing'"));
   EXPECT_THAT(refusal({"body/material", "-o", "a.evolving", "--photometric"}),
               HasSubstr("wants colours"));
+  EXPECT_THAT(refusal({"body", "-o", "a.evolving", "--keyframes"}), HasSubstr("--remesh"));
+  write_bytes(folder / "body/frame_0001.ply", "");
+  EXPECT_THAT(refusal({"body", "-o", "a.evolving"}), HasSubstr("such frames with --skip-bad"));
+  EXPECT_THAT(refusal({"body", "-o", "a.evolving", "--frames", "1", "--skip-bad"}),
+              HasSubstr("--skip-bad: not one of the frames can be followed"));
 }
 
 /// A store of two segments: frames 0 and 1, and frame 2 with its own mesh.
@@ -648,58 +493,6 @@ TEST(Track, KeepsTheStoreThatIsThereUntilAFrameOfTheNextIsFollowed) {
   EXPECT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving", "--dry-run"}).status, 2);
   EXPECT_EQ(marquetry(folder, {"track", "body", "-o", "body.evolving"}).status, 2);
   EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
-}
-
-TEST(Track, GoesOnBeforeAFrameThatWasCapturedAnew) {
-  const Folder folder;
-  make_body(folder, "bending", 4);
-  const std::vector<std::string> words = {"track", "body", "-o", "body.evolving", "--resume"};
-  ASSERT_EQ(marquetry(folder, words).status, 0);
-  const std::string before = file_bytes(folder / "body.blocks");
-  EXPECT_THAT(marquetry(folder, words).error, HasSubstr("goes on after frame 4"));
-  EXPECT_EQ(file_bytes(folder / "body.blocks"), before);
-  Model model = read_model(folder / "body/frame_0003.ply");
-  for (Vector3& p : model.mesh.positions) p.z() += 0.01;
-  write_model(folder / "body/frame_0003.ply", model);
-  const Result resumed = marquetry(folder, words);
-  ASSERT_EQ(resumed.status, 0) << resumed.error;
-  EXPECT_THAT(resumed.error, HasSubstr("body/frame_0003.ply was changed since"));
-  EXPECT_THAT(resumed.error, HasSubstr("goes on after frame 2"));
-  const std::string again = file_bytes(folder / "body.blocks");
-  EXPECT_NE(again, before);
-  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "whole.evolving"}).status, 0);
-  EXPECT_EQ(again, file_bytes(folder / "whole.blocks"));
-  // The template itself.
-  model = read_model(folder / "body/frame_0000.ply");
-  for (Vector3& p : model.mesh.positions) p.z() += 0.01;
-  const std::string first = file_bytes(folder / "body/frame_0000.ply");
-  write_model(folder / "body/frame_0000.ply", model);
-  const Result other = marquetry(folder, words);
-  EXPECT_EQ(other.status, 2);
-  EXPECT_THAT(other.error, HasSubstr("frame_0000.ply is not the mesh that it was made of"));
-  EXPECT_EQ(file_bytes(folder / "body.blocks"), again);
-  write_bytes(folder / "body/frame_0000.ply", first);
-  // What cannot be read instead loses nothing.
-  write_bytes(folder / "body/frame_0003.ply", "");
-  EXPECT_EQ(marquetry(folder, words).status, 2);
-  EXPECT_EQ(file_bytes(folder / "body.blocks"), again);
-}
-
-TEST(Track, FollowsFramesThatWereLeftOutOnceTheyCanBeRead) {
-  const Folder folder;
-  make_body(folder, "bending", 4);
-  const std::string sound = file_bytes(folder / "body/frame_0002.ply");
-  write_bytes(folder / "body/frame_0002.ply", "ply\nformat");
-  const std::vector<std::string> words = {"track",         "body",     "-o",
-                                          "body.evolving", "--resume", "--skip-bad"};
-  ASSERT_EQ(marquetry(folder, words).status, 0);
-  EXPECT_EQ(EvolvingReader(folder / "body.evolving").frames().size(), 4U);
-  write_bytes(folder / "body/frame_0002.ply", sound);
-  const Result resumed = marquetry(folder, words);
-  ASSERT_EQ(resumed.status, 0) << resumed.error;
-  EXPECT_THAT(resumed.error, HasSubstr("frame_0002.ply is not in body.evolving, and can be"));
-  ASSERT_EQ(marquetry(folder, {"track", "body", "-o", "whole.evolving"}).status, 0);
-  EXPECT_EQ(file_bytes(folder / "body.blocks"), file_bytes(folder / "whole.blocks"));
 }
 
 TEST(Track, LeavesOutFramesThatAreMissingIfItMay) {

@@ -100,6 +100,22 @@ TEST(Remesh, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
+TEST(Remesh, IsTheSameWithFindersThatAreThereAlready) {
+  const Surface before = make_surface(meshed(plain, 3000, 2));
+  const Surface after = make_surface(meshed(handled, 5000, 0));
+  const ClosestPointFinder on_before(before.mesh), on_after(after.mesh);
+  const Remeshed found = remesh(before, after);
+  // They serve more than once.
+  for (int i = 0; i < 2; ++i) {
+    const Remeshed other =
+        remesh(SearchedSurface{before, on_before}, SearchedSurface{after, on_after});
+    EXPECT_EQ(found.mesh.triangles, other.mesh.triangles);
+    EXPECT_EQ(found.mesh.positions, other.mesh.positions);
+  }
+  EXPECT_EQ(tidied(before).mesh.positions,
+            tidied(SearchedSurface{before, on_before}).mesh.positions);
+}
+
 TEST(Remesh, ReplacesComponentsThatComeAndGo) {
   const Mesh body = fixtures::sphere(4);
   const Mesh moon = mapped(fixtures::sphere(3),

@@ -32,5 +32,19 @@ TEST(Gutter, IsAllThereIsWithoutCharts) {
                InvalidInput);
 }
 
+TEST(Gutter, HasTheValuesOfTheNearestTexelOfAChart) {
+  Texels texels;
+  texels.places = {{.texture = 0, .x = 1, .y = 2}, {.texture = 0, .x = 6, .y = 2}};
+  Image<float> picture(8, 5, 1, 0.0F);
+  picture(1, 2) = 0.25F;
+  picture(6, 2) = 0.75F;
+  const Image<char> inside = spread_from_charts(texels, picture);
+  for (int y = 0; y < 5; ++y)
+    for (int x = 0; x < 8; ++x) {
+      EXPECT_EQ(inside(x, y), y == 2 && (x == 1 || x == 6)) << x << " " << y;
+      EXPECT_EQ(picture(x, y), x < 4 ? 0.25F : 0.75F) << x << " " << y;
+    }
+}
+
 }  // namespace
 }  // namespace mq

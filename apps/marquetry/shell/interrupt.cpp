@@ -9,7 +9,6 @@
 
 #include <cerrno>
 #include <csignal>
-#include <mutex>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -24,17 +23,6 @@ constexpr int patience_ms = 500;  ///< work that looks up often stops before any
 std::atomic<bool> stop_requested{false};
 std::atomic<int> write_end{-1};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
-
-/// A process has one of these, as it has one answer to signals.
-struct LeftToResume {
-  std::mutex mutex;
-  std::string words;
-};
-
-LeftToResume& left_to_resume() {
-  static LeftToResume left;
-  return left;
-}
 
 void on_signal(int signal) {
   const int error = errno;
@@ -71,18 +59,10 @@ std::string step_in_a_sentence(const std::string& step) {
 
 }  // namespace
 
-void set_left_to_resume(const std::string& words) {
-  const std::lock_guard lock(left_to_resume().mutex);
-  left_to_resume().words = words;
-}
-
-std::string what_is_left() {
+std::string what_is_left(Terminal& terminal) {
   const WrittenFiles written = written_files();
   const std::string nothing = "nothing half-written is left";
-  {
-    const std::lock_guard lock(left_to_resume().mutex);
-    if (!left_to_resume().words.empty()) return nothing + "; " + left_to_resume().words;
-  }
+  if (const std::string safe = terminal.what_is_safe(); !safe.empty()) return nothing + "; " + safe;
   if (written.count == 0) return nothing;
   return fmt::format("{}; {} complete, the last of them {}", nothing,
                      counted(written.count, "file") + (written.count == 1 ? " is" : " are"),
@@ -123,7 +103,7 @@ void Interrupt::answer() {
     terminal_.remark(fmt::format("finishing {}; press Ctrl-C again to stop at once",
                                  step_in_a_sentence(terminal_.step())));
   if (!next_signal(read_end_)) return;
-  const std::string stopped = "stopped at once, " + what_is_left();
+  const std::string stopped = "stopped at once, " + what_is_left(terminal_);
   const auto no_new_files = remove_unfinished_files();
   terminal_.error(stopped);
   ::_exit(int(Exit::cancelled));

@@ -10,12 +10,9 @@
 namespace mq::app {
 
 /// What a run that is stopped leaves: "nothing half-written is left", and how many files it had
-/// finished by then.
-std::string what_is_left();
-
-/// What can be gone on with where the run is stopped now, in words; empty: nothing. `what_is_left`
-/// says it instead of how many files are finished, as some of them are not.
-void set_left_to_resume(const std::string& words);
+/// finished by then; or, as some of them may not be finished then, what the terminal was told to be
+/// safe, if it was.
+std::string what_is_left(Terminal& terminal);
 
 /// While one exists, SIGINT, SIGTERM and SIGHUP (unless that is ignored, as under nohup) are
 /// answered so: the first sets `requested`, which the library's `Progress` looks at; where the work

@@ -288,7 +288,7 @@ Exit guarded(const std::vector<Verb>& verbs, const std::vector<std::string>& wor
       throw IoError("standard output cannot be written to (is the disk full?)");
     return exit;
   } catch (const Cancelled&) {
-    fail("cancelled, " + what_is_left());
+    fail("cancelled, " + what_is_left(terminal));
     return Exit::cancelled;
   } catch (const std::bad_alloc&) {
     fail("not enough memory: use smaller textures, or a machine with more");

@@ -142,6 +142,16 @@ void Terminal::warning(const std::string& text) {
   if (voice_ == Voice::normal) line(yellow, "warning: " + text);
 }
 
+void Terminal::safe(const std::string& text) {
+  const std::lock_guard lock(safe_mutex_);
+  safe_ = text;
+}
+
+std::string Terminal::what_is_safe() {
+  const std::lock_guard lock(safe_mutex_);
+  return safe_;
+}
+
 void Terminal::error(const std::string& text) { line(red, text); }
 
 }  // namespace mq::app

@@ -36,6 +36,8 @@ class Terminal : public Messages {
   void progress(const ProgressEvent& event);
   void remark(const std::string& text) override;
   void warning(const std::string& text) override;
+  void safe(const std::string& text) override;
+  std::string what_is_safe();  ///< as it was last said, from any thread
   void error(const std::string& text);
 
  private:
@@ -55,7 +57,8 @@ class Terminal : public Messages {
   std::string detail_;         ///< of the same
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
-  std::mutex mutex_, listener_mutex_;
+  std::string safe_;
+  std::mutex mutex_, listener_mutex_, safe_mutex_;
   Listener listener_;
 };
 

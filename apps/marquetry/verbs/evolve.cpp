@@ -3,7 +3,6 @@
 //
 // The store is there without texture coordinates until the sequence has been followed to its end,
 // so that --resume can go on with it.
-#include "shell/interrupt.h"
 #include "shell/results.h"
 #include "tracking_run.h"
 #include "unwrap_evolving.h"
@@ -17,14 +16,14 @@ constexpr double tracking_share = 0.85;  // of the time
 Exit evolve(Run& run) {
   const OptionValues& options = run.options();
   if (options.has("picture")) run.will_write({options.text("picture")});
-  const Json measured = track_sequence(run, Remeshing::done, tracking_share);
+  const Json measured = track_sequence(run, Remeshing::parts, tracking_share);
   if (run.dry_run()) return Exit::done;
   run.result = measured;
   const std::filesystem::path output = options.text("output");
   unwrap_store(run, EvolvingReader(output), output, 1 - tracking_share);
   std::vector<std::filesystem::path> paths = followed_paths(options);
   if (options.has("picture")) paths.emplace_back(options.text("picture"));
-  set_left_to_resume("");
+  run.terminal().safe("");
   say_written(run, paths);
   return Exit::done;
 }

@@ -220,7 +220,7 @@ Exit run_export(Run& run) {
   run.print(in_words(run.result, reader));
   if (run.dry_run()) return Exit::done;
   if (options.has("plot")) {
-    write_plot(run, measured_of(reader));
+    write_plot(run, followed_frames(reader));
     if (paths.empty()) say_written(run, {options.text("plot")});
   }
   if (paths.empty()) return Exit::done;

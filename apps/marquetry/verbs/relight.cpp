@@ -12,17 +12,17 @@
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
 #include "mq/base/words.h"
-#include "mq/image/spread.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/image_file.h"
-#include "mq/video/flicker.h"
+#include "mq/video/gutter.h"
 #include "mq/video/light_removal.h"
+#include "mq/video/relight_meter.h"
 #include "mq/video/temporal_poisson.h"
+#include "options/signal_options.h"
 #include "shell/results.h"
 #include "shell/run.h"
-#include "options/signal_options.h"
-#include "options/solver_options.h"
 #include "shell/verb.h"
+#include "options/solver_options.h"
 
 namespace mq::app {
 namespace {
@@ -31,76 +31,22 @@ namespace fs = std::filesystem;
 
 constexpr double most_poisson_alpha = 1e5;
 
-/// How near signals are to one that is known, up to one factor for all of them.
-class Comparison {
- public:
-  void add(const SignalSpace& space, const std::vector<char>& counted, const Signal& signal,
-           const Signal& truth) {
-    for (int t = 0; t < signal.rows(); ++t) {
-      if (!counted[t]) continue;
-      products_ += signal.row(t).dot(truth.row(t));
-      squares_ += signal.row(t).squaredNorm();
-      truths_ += truth.row(t).squaredNorm();
-      values_ += double(signal.cols());
-    }
-    const Signal gradient = space.stiffness_times(truth);
-    gradients_ += signal.cwiseProduct(gradient).sum();
-    true_gradients_ += truth.cwiseProduct(gradient).sum();
-  }
+Json comparison_json(const TruthComparison& found) {
+  return {{"factor", found.factor}, {"error", found.error}, {"sharpness", found.sharpness}};
+}
 
-  Json json() const {
-    const double factor = products_ / squares_;
-    return {{"factor", factor},
-            {"error", std::sqrt(std::max(0.0, truths_ - factor * products_) / values_)},
-            {"sharpness", gradients_ / true_gradients_}};
-  }
-
- private:
-  double products_ = 0, squares_ = 0, truths_ = 0, values_ = 0;
-  double gradients_ = 0, true_gradients_ = 0;
-};
-
-/// What is measured of all frames, before and after.
-class Measures {
- public:
-  struct Side {
-    FlickerMeter flicker;
-    Comparison comparison;
-    double gradients = 0;
-  };
-
-  void add(const TemporalFrame& frame, const SignalSpace& space, const Signal& was,
-           const Signal& is, const Signal* truth) {
-    add(frame, space, was, truth, before_);
-    add(frame, space, is, truth, after_);
-    compared_ = truth != nullptr;
-  }
-
-  Json json() {
-    Json result;
-    const Flicker was = before_.flicker.finish(), is = after_.flicker.finish();
-    result["flicker"] = {{"before", {{"deviation", was.deviation}, {"step", was.step}}},
-                         {"after", {{"deviation", is.deviation}, {"step", is.step}}},
-                         {"values", was.values}};
-    result["gradients"] =
-        before_.gradients > 0 ? std::sqrt(std::max(0.0, after_.gradients) / before_.gradients) : 1;
-    if (compared_)
-      result["truth"] = {{"before", before_.comparison.json()},
-                         {"after", after_.comparison.json()}};
-    return result;
-  }
-
- private:
-  static void add(const TemporalFrame& frame, const SignalSpace& space, const Signal& signal,
-                  const Signal* truth, Side& side) {
-    side.flicker.add(frame.links, frame.texels->interior, signal);
-    side.gradients += signal.cwiseProduct(space.stiffness_times(signal)).sum();
-    if (truth) side.comparison.add(space, frame.texels->interior, signal, *truth);
-  }
-
-  Side before_, after_;
-  bool compared_ = false;
-};
+Json measures_json(const RelightMeasures& found) {
+  const Flicker &was = found.before.flicker, &is = found.after.flicker;
+  Json result;
+  result["flicker"] = {{"before", {{"deviation", was.deviation}, {"step", was.step}}},
+                       {"after", {{"deviation", is.deviation}, {"step", is.step}}},
+                       {"values", was.values}};
+  result["gradients"] = found.gradients;
+  if (found.before.truth)
+    result["truth"] = {{"before", comparison_json(*found.before.truth)},
+                       {"after", comparison_json(*found.after.truth)}};
+  return result;
+}
 
 /// The frames that are asked for, read as they are wanted and written as they are done.
 class Film {
@@ -154,7 +100,7 @@ class Film {
     Signal truth;
     if (run_.options().has("truth")) truth = space.gather(std::vector{read("truth", i).pixels});
     measures_.add(frame, space, was, is, truth.size() > 0 ? &truth : nullptr);
-    const Image<char> inside = spread_outside(space.texels(), pixels[0]);
+    const Image<char> inside = spread_from_charts(space.texels(), pixels[0]);
     const FrameTextures::Frame shown = {.number = numbers_[i],
                                         .mesh = atlas->surface().mesh,
                                         .inside = inside,
@@ -171,7 +117,7 @@ class Film {
 
   void finish() {
     output_.finish();
-    run_.result.update(measures_.json());
+    run_.result.update(measures_json(measures_.finish()));
   }
 
  private:
@@ -205,14 +151,6 @@ class Film {
     return texture;
   }
 
-  /// Gives texels outside charts the values of the nearest ones inside, which it returns.
-  static Image<char> spread_outside(const Texels& texels, Image<float>& pixels) {
-    Image<char> known(pixels.width(), pixels.height(), 1);
-    for (const Texels::Place& place : texels.places) known(place.x, place.y) = 1;
-    spread(known, std::numeric_limits<double>::infinity(), pixels);
-    return known;
-  }
-
   Run& run_;
   const EvolvingReader& reader_;
   std::vector<int> frames_, numbers_;
@@ -221,7 +159,7 @@ class Film {
   int width_ = 0, height_ = 0, channels_ = 0;
   std::map<int, Frame> open_;
   std::shared_ptr<AtlasFrame> last_;
-  Measures measures_;
+  RelightMeter measures_;
 };
 
 struct FirstFrame {

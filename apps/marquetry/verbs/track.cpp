@@ -1,7 +1,6 @@
 // marquetry track SEQUENCE -o OUT.evolving: one triangulation that follows a sequence of meshes,
 // each of which is a mesh of its own. The first frame is the template.
 #include "mq/base/error.h"
-#include "shell/interrupt.h"
 #include "shell/results.h"
 #include "render_request.h"
 #include "tracking_run.h"
@@ -14,10 +13,10 @@ Exit track(Run& run) {
   const bool is_remeshed = run.options().flag("remesh");
   require(is_remeshed || !run.options().flag("keyframes"),
           "--keyframes: it says what --remesh replaces, which is not given");
-  const Json measured = track_sequence(run, is_remeshed ? Remeshing::done : Remeshing::left, 1);
+  const Json measured = track_sequence(run, is_remeshed ? Remeshing::parts : Remeshing::none, 1);
   if (run.dry_run()) return Exit::done;
   run.result = measured;
-  set_left_to_resume("");
+  run.terminal().safe("");
   say_written(run, followed_paths(run.options()));
   return Exit::done;
 }

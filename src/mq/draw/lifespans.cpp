@@ -2,12 +2,18 @@
 
 #include "mq/draw/lifespans.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
 #include <unordered_map>
 
 #include "mq/draw/contact_sheet.h"
 
 namespace mq {
 namespace {
+
+constexpr int most_in_sheet = 6;
 
 /// The triangles of a mesh, apart; at `points` where they are given.
 Surface apart(const Mesh& mesh, const std::vector<Vector2>* uvs) {
@@ -65,6 +71,19 @@ Image<float> draw_lifespans(const EvolvingMesh& evolving, const LifespanAtlas& a
   const Image<float> texture =
       Renderer(flat).draw({.vertex_values = values}, options, progress.step("texture", 0.5));
   return contact_sheet({{model, ""}, {texture, ""}}, {.columns = 2, .gap = 4});
+}
+
+Image<float> draw_lifespan_sheet(const EvolvingMesh& evolving, const LifespanAtlas& atlas,
+                                 const View& view, int side, const Progress& progress) {
+  const int count = int(evolving.frames.size()), shown = std::min(count, most_in_sheet);
+  std::vector<Tile> tiles;
+  for (int i = 0; i < shown; ++i) {
+    const int frame = shown == 1 ? 0 : int(std::int64_t(i) * (count - 1) / (shown - 1));
+    tiles.push_back(
+        {draw_lifespans(evolving, atlas, frame, view, side, progress.step("draw", 1.0 / shown)),
+         fmt::format("frame {}", evolving.frames[frame].number)});
+  }
+  return contact_sheet(tiles, {.columns = 2});
 }
 
 }  // namespace mq

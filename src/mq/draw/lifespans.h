@@ -17,4 +17,8 @@ Colour lifespan_colour(int first, int last, int count);
 Image<float> draw_lifespans(const EvolvingMesh& evolving, const LifespanAtlas& atlas, int frame,
                             const View& view, int side, const Progress& progress = {});
 
+/// Up to six of the frames so, evenly chosen, with their numbers; each `side` pixels high.
+Image<float> draw_lifespan_sheet(const EvolvingMesh& evolving, const LifespanAtlas& atlas,
+                                 const View& view, int side = 400, const Progress& progress = {});
+
 }  // namespace mq

@@ -16,6 +16,10 @@ class Messages {
 
   /// The result may not be what was wanted. The text names the remedy.
   virtual void warning(const std::string& text);
+
+  /// What is safe from now on, should the work be stopped, in words: "out.evolving has 3 of 9
+  /// frames". Takes the place of what was said before; empty: nothing is.
+  virtual void safe(const std::string& text);
 };
 
 }  // namespace mq

@@ -40,8 +40,12 @@ constexpr double least_area_of_squares = 1e-9;  // of a part's sides, below whic
 constexpr std::int64_t most_cut = 2;            // times as many triangles as before
 constexpr std::int64_t least_cut = 20'000;      // that may always be
 
-void check(const Surface& of_template, const Surface& target, const RemeshOptions& options) {
+void require_area(const Surface& of_template) {
   require(of_template.area > 0, "the template has no triangle with area, so nothing to keep");
+}
+
+void check(const Surface& of_template, const Surface& target, const RemeshOptions& options) {
+  require_area(of_template);
   require(target.area > 0, "the target has no triangle with area, so nothing to show");
   require(options.tolerance >= 0 && std::isfinite(options.tolerance),
           fmt::format("the tolerance must be a distance, found {}", options.tolerance));
@@ -70,12 +74,13 @@ struct Cut {
 
 class Remesher {
  public:
-  Remesher(const Surface& of_template, const Surface& target, const RemeshOptions& options)
-      : template_(of_template),
-        target_(target),
+  Remesher(const SearchedSurface& of_template, const SearchedSurface& target,
+           const RemeshOptions& options)
+      : template_(of_template.surface),
+        target_(target.surface),
         options_(options),
-        template_finder_(of_template.mesh),
-        target_finder_(target.mesh) {}
+        template_finder_(of_template.closest),
+        target_finder_(target.closest) {}
 
   Remeshed run(const Progress& progress) {
     find_seeds(progress.step("find seeds", 0.5));
@@ -122,7 +127,7 @@ class Remesher {
 
   const Surface &template_, &target_;
   const RemeshOptions& options_;
-  const ClosestPointFinder template_finder_, target_finder_;
+  const ClosestPointFinder &template_finder_, &target_finder_;
   Remeshed result_;
   SurfacePair pair_;
   std::vector<ClosestPoint> on_target_, on_template_;  // of template's and target's vertices
@@ -695,17 +700,31 @@ std::vector<std::array<Vector3, 3>> corner_positions(const Mesh& mesh) {
 Remeshed remesh(const Surface& of_template, const Surface& target, const RemeshOptions& options,
                 const Progress& progress) {
   check(of_template, target, options);
+  const ClosestPointFinder on_template(of_template.mesh), on_target(target.mesh);
+  return Remesher({of_template, on_template}, {target, on_target}, options).run(progress);
+}
+
+Remeshed remesh(const SearchedSurface& of_template, const SearchedSurface& target,
+                const RemeshOptions& options, const Progress& progress) {
+  check(of_template.surface, target.surface, options);
   return Remesher(of_template, target, options).run(progress);
 }
 
 Remeshed tidied(const Surface& surface, const Progress& progress) {
+  require_area(surface);
+  const ClosestPointFinder closest(surface.mesh);
+  return tidied(SearchedSurface{surface, closest}, progress);
+}
+
+Remeshed tidied(const SearchedSurface& searched, const Progress& progress) {
+  const Surface& surface = searched.surface;
   std::vector<char> flawed(surface.mesh.triangles.size(), 0);
   for (const int t : folded_triangles(surface)) flawed[t] = 1;
   for (int t = 0; t < surface.triangle_count(); ++t) {
     const double longest = longest_edge(surface.mesh, t);
     if (!(2 * triangle_area(surface.mesh, t) > thinnest * longest * longest)) flawed[t] = 1;
   }
-  return remesh(surface, surface, {.retriangulated = flawed}, progress);
+  return remesh(searched, searched, {.retriangulated = flawed}, progress);
 }
 
 }  // namespace mq

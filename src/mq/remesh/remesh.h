@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mq/base/progress.h"
+#include "mq/mesh/closest_point.h"
 #include "mq/mesh/surface.h"
 
 namespace mq {
@@ -94,9 +95,21 @@ struct Remeshed {
 Remeshed remesh(const Surface& of_template, const Surface& target,
                 const RemeshOptions& options = {}, const Progress& progress = {});
 
+/// A surface and what finds the closest points of its mesh; both must stay.
+struct SearchedSurface {
+  const Surface& surface;
+  const ClosestPointFinder& closest;
+};
+
+/// The same, bit for bit, for whoever has the finders already: setting them up is a good part of a
+/// call that changes little.
+Remeshed remesh(const SearchedSurface& of_template, const SearchedSurface& target,
+                const RemeshOptions& options = {}, const Progress& progress = {});
+
 /// The surface with other triangles where some are thin (a height of less than a thousandth of the
 /// longest edge) or folded (`folded_triangles`), as far as edges that are flipped or collapsed and
 /// vertices that move on it a little can help; the rest is kept, as `remesh` does.
 Remeshed tidied(const Surface& surface, const Progress& progress = {});
+Remeshed tidied(const SearchedSurface& surface, const Progress& progress = {});
 
 }  // namespace mq

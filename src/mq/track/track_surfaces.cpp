@@ -111,6 +111,7 @@ CleanMesh cleaned(const Mesh& mesh, double least_part) {
   require(surface.area > 0,
           "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
   CleanMesh clean = part_of(surface, sound_triangles(surface, least_part), mesh);
+  Defects defects = std::move(surface.defects);
   for (;;) {
     require(!clean.mesh.triangles.empty(),
             "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
@@ -121,7 +122,9 @@ CleanMesh cleaned(const Mesh& mesh, double least_part) {
     for (int& source : next.source_from_triangle) source = clean.source_from_triangle[source];
     const bool same = next.mesh.triangle_count() == clean.mesh.triangle_count();
     clean = std::move(next);
-    if (same) return clean;
+    if (!same) continue;
+    clean.defects = std::move(defects);
+    return clean;
   }
 }
 
@@ -146,6 +149,8 @@ TrackTarget::TrackTarget(const Mesh& mesh, const Signal& colours,
     if (measured.empty() || measured[clean.source_from_vertex[v]])
       measured_.push_back(surface_.mesh.positions[v]);
   require(!measured_.empty(), "no vertex of the frame is measured");
+  source_from_triangle_ = std::move(clean.source_from_triangle);
+  defects_ = std::move(clean.defects);
 }
 
 std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh) {

@@ -24,6 +24,7 @@ struct CleanMesh {
   Mesh mesh;
   std::vector<int> source_from_vertex;
   std::vector<int> source_from_triangle;
+  Defects defects;  ///< of the mesh as it was: what `make_surface` finds
 };
 CleanMesh cleaned(const Mesh& mesh, double least_part = 1e-3);
 
@@ -42,6 +43,10 @@ class TrackTarget {
   double diagonal() const { return diagonal_; }
   /// Positions of the vertices that are asked for their distance.
   const std::vector<Vector3>& measured() const { return measured_; }
+  /// Per triangle of the surface that of the mesh it was made of, which was `cleaned`; and what was
+  /// found of that.
+  const std::vector<int>& source_from_triangle() const { return source_from_triangle_; }
+  const Defects& defects() const { return defects_; }
 
  private:
   Surface surface_;
@@ -50,6 +55,8 @@ class TrackTarget {
   std::unique_ptr<ClosestPointFinder> closest_;
   double diagonal_ = 0;
   std::vector<Vector3> measured_;
+  std::vector<int> source_from_triangle_;
+  Defects defects_;
 };
 
 /// Positions of a tracked mesh without what is folded over (`unfolded`); what moved with that is

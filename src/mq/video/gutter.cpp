@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -28,6 +29,13 @@ void hold_gutter(const Image<char>& inside, double margin, const Image<float>& b
         }
       },
       64);
+}
+
+Image<char> spread_from_charts(const Texels& texels, Image<float>& picture) {
+  Image<char> inside(picture.width(), picture.height(), 1);
+  for (const Texels::Place& place : texels.places) inside(place.x, place.y) = 1;
+  spread(inside, std::numeric_limits<double>::infinity(), picture);
+  return inside;
 }
 
 }  // namespace mq

@@ -1,6 +1,7 @@
 #pragma once
 /// What a texture video shows outside of charts, where nobody looks.
 
+#include "mq/fem/texels.h"
 #include "mq/image/image.h"
 
 namespace mq {
@@ -15,5 +16,9 @@ inline constexpr double seen_margin = 2.5;
 /// Linear in the texels.
 void hold_gutter(const Image<char>& inside, double margin, const Image<float>& before,
                  Image<float>& picture);
+
+/// Gives texels of one picture that are outside of charts the values of the nearest ones inside,
+/// which it returns: 1 where there is a texel.
+Image<char> spread_from_charts(const Texels& texels, Image<float>& picture);
 
 }  // namespace mq

@@ -1,0 +1,87 @@
+#pragma once
+/// What captured frames show, on the evolving mesh that follows them: as textures of its atlas, or
+/// as colours at its vertices.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "mq/base/defect.h"
+#include "mq/base/progress.h"
+#include "mq/io/evolving_file.h"
+#include "mq/io/model.h"
+#include "mq/model/messages.h"
+#include "mq/video/texture_frame.h"
+
+namespace mq {
+
+struct CapturedTextureOptions {
+  int side = 1024;                              ///< texels of a texture, both ways
+  int samples = TextureFrameOptions().samples;  ///< per texel and direction
+  /// Where texels come from different captured charts.
+  enum class Steps { left, taken_out } steps = Steps::left;
+  std::string textures = {};  ///< pictures instead of those the frames name, %04d for the number
+
+  /// What messages call these choices, and the sequence.
+  struct Words {
+    std::string sequence = "the sequence", steps = "steps";
+  } words = {};
+};
+
+class CapturedTextures {
+ public:
+  /// The sequence of the frames of these indices, as `find_frames` finds it. Throws as that does,
+  /// and where the picture of a frame is not there. The reader and who hears the messages must
+  /// stay.
+  CapturedTextures(const EvolvingReader& reader, const std::string& sequence,
+                   const std::vector<int>& frames, CapturedTextureOptions options,
+                   Messages& messages);
+
+  /// The meshes that are read.
+  std::vector<std::filesystem::path> paths() const;
+
+  struct Textured {
+    int number = 0;
+    Mesh mesh;
+    TextureFrame texture;
+    bool is_light = false;    ///< values are light, else what a display is given
+    Depth depth = Depth::u8;  ///< of what was captured
+    bool steps_were_taken_out = false;
+  };
+
+  /// Reads the frame with this index and resamples it. Throws `InvalidInput` where it has no
+  /// colours, and where steps between charts are to be taken out and it has none.
+  Textured texture(int frame, const Progress& progress = {});
+
+  struct Coloured {
+    int number = 0;
+    Model model;
+    std::int64_t unseen = 0;  ///< vertices that nothing was captured for
+    double accuracy = 0;
+  };
+  Coloured at_vertices(int frame);
+
+  /// Of what was read so far, of each kind the first: triangles that were turned.
+  const Defects& defects() const { return defects_; }
+
+ private:
+  struct Captured {
+    Model model;
+    Mesh mesh;  ///< what follows it
+  };
+  Captured read(int frame);
+  void turn_back(const std::filesystem::path& path, Captured& captured);
+  std::vector<int> captured_charts(int frame, const Model& model) const;
+
+  const EvolvingReader& reader_;
+  std::map<int, std::filesystem::path> files_;
+  CapturedTextureOptions options_;
+  Messages& messages_;
+  std::set<std::string> said_;  ///< kinds of defects
+  Defects defects_;
+};
+
+}  // namespace mq

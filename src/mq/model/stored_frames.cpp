@@ -1,0 +1,67 @@
+#include "mq/model/stored_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mq/base/error.h"
+
+namespace mq {
+
+std::vector<int> frames_with(const EvolvingReader& reader, const std::vector<int>& numbers,
+                             const std::string& prefix) {
+  const auto& stored = reader.frames();
+  std::vector<int> frames;
+  if (numbers.empty())
+    for (int f = 0; f < int(stored.size()); ++f) frames.push_back(f);
+  for (const int number : numbers) {
+    const auto found = std::ranges::find(stored, number, &StoredFrame::number);
+    require(found != stored.end(),
+            fmt::format("{}{} has no frame {}", prefix, reader.manifest().string(), number));
+    frames.push_back(int(found - stored.begin()));
+  }
+  require(!frames.empty(), reader.manifest().string() + ": it holds no frame");
+  return frames;
+}
+
+std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>& frames) {
+  std::vector<int> numbers;
+  for (const int f : frames) numbers.push_back(reader.frames()[std::size_t(f)].number);
+  return numbers;
+}
+
+std::vector<FollowedFrame> followed_frames(const EvolvingReader& reader) {
+  std::vector<FollowedFrame> frames;
+  for (const StoredFrame& stored : reader.frames())
+    frames.push_back(followed_frame(stored.number, stored.measured));
+  return frames;
+}
+
+bool has_atlas(const EvolvingReader& reader) {
+  return !reader.frames().empty() && !reader.segment(reader.frames().front().segment).uvs.empty();
+}
+
+void require_atlas(const EvolvingReader& reader) {
+  require(has_atlas(reader),
+          fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap",
+                      reader.manifest().string()));
+}
+
+void warn_of_broken(Messages& messages, const EvolvingReader& reader) {
+  if (!reader.broken().empty()) messages.warning(reader.broken());
+}
+
+void warn_of_damage(Messages& messages, const EvolvingReader& reader,
+                    const std::vector<int>& damaged) {
+  if (damaged.empty()) return;
+  std::string which;
+  for (std::size_t i = 0; i < std::min<std::size_t>(damaged.size(), 5); ++i)
+    which += fmt::format("{}{}", i == 0 ? "" : ", ", reader.frames()[damaged[i]].number);
+  if (damaged.size() > 5) which += fmt::format(" and {} more", damaged.size() - 5);
+  messages.warning(
+      fmt::format("{}: bytes were changed after they were written, so it cannot give "
+                  "frame {}; copy it again, or use other frames",
+                  reader.blocks_file().string(), which));
+}
+
+}  // namespace mq

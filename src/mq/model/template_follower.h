@@ -1,0 +1,100 @@
+#pragma once
+/// What follows a sequence at the moment: a template, where it is, and when it is replaced.
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/evolving/evolving_mesh.h"
+#include "mq/io/followed_frame.h"
+#include "mq/mesh/surface.h"
+#include "mq/model/captured_frame.h"
+#include "mq/track/track_template.h"
+#include "mq/track/tracking.h"
+
+namespace mq {
+
+/// Whether what of a template does not show a frame is replaced, and by how much.
+enum class Remeshing {
+  none,
+  parts,     ///< by the frame's triangles there
+  keyframes  ///< wherever a part would be: all of it, by the frame's own mesh
+};
+
+/// Distances are fractions of the diagonal of a frame's box.
+struct TemplateFollowerOptions {
+  TrackOptions track = {};  ///< but for colours: `colours` says whether they are used
+  Remeshing remeshing = Remeshing::none;
+  /// How far 95 % of the points of a frame that is remeshed may be. Where more are, smaller
+  /// differences are replaced too; what is five times as far is replaced wherever it is.
+  double within = 0.002;
+  /// The frame's own mesh is the template where 95 % are not within this; nothing: never.
+  std::optional<double> restart = {};
+  Truth truth = Truth::none;
+  enum class Colours {
+    left,
+    used  ///< they correct what slides along the surface
+  } colours = Colours::left;
+  int colour_cycles = 2;  ///< of registration by colour in each frame, where they are used
+
+  /// Triangles that are longer on the mean are cut, in √area: a graph can follow, and be pulled by,
+  /// vertices alone.
+  double longest_edge() const;
+};
+
+/// How far points may be that are the farthest, and are in flat and open places, in the distance
+/// that 95 % of them are to keep.
+inline constexpr double farthest_in_within = 5;
+
+class TemplateFollower {
+ public:
+  explicit TemplateFollower(TemplateFollowerOptions options);
+  ~TemplateFollower();
+
+  /// Whether there is a template yet.
+  bool follows() const { return template_ != nullptr; }
+
+  const EvolvingSegment& segment() const;
+  const std::vector<Vector3>& positions() const { return positions_; }  ///< in the last frame
+
+  /// What follows the last frame.
+  Mesh mesh() const;
+
+  /// Follows the next frame, with positions that are multiples of `step`, or begins with it.
+  /// Says in `found` all that it measures. Returns whether `segment` is another one now.
+  enum class Segment { same, begun };
+  Segment follow(CapturedFrame& frame, double step, FollowedFrame& found,
+                 const Progress& progress = {});
+
+  /// As after a frame of a store; `previous` are the positions of the frame before it in the same
+  /// segment, empty where there is none.
+  void take_up(std::vector<Vector3> positions, std::vector<Vector3> previous);
+
+  /// As after the first frame of a segment of a store, which is there at `positions`. Returns false
+  /// where the segment was not made of this frame.
+  [[nodiscard]] bool take_up(CapturedFrame& frame, double step, const EvolvingSegment& next,
+                             const std::vector<Vector3>& positions);
+
+ private:
+  struct Template;
+
+  void begin(CapturedFrame& frame, double step, FollowedFrame& found);
+  bool remesh_frame(CapturedFrame& frame, double step, FollowedFrame& found,
+                    const Progress& progress);
+  void replace_parts(CapturedFrame& frame, double step, const Remeshed& remeshed,
+                     FollowedFrame& found);
+  TrackTemplate carried_on(CapturedFrame& frame, const EvolvingSegment& segment,
+                           const std::vector<Vector3>& positions) const;
+  void set_template(TrackTemplate next);
+  void count_ids(const EvolvingSegment& of);
+  void measure(CapturedFrame& frame, FollowedFrame& found) const;
+
+  TemplateFollowerOptions options_;
+  std::unique_ptr<Template> template_;
+  std::vector<Vector3> positions_, previous_;
+  Surface surface_;  ///< at these positions
+  int next_vertex_ = 0, next_triangle_ = 0;
+};
+
+}  // namespace mq
