@@ -18,15 +18,16 @@ int main(int argc, char** argv) try {
   const mq::Atlas atlas = mq::make_atlas(surface, {{pixels.width(), pixels.height()}});
 
   const mq::TexelSpace space(surface, atlas);
-  const std::vector<int>& regions = space.texels().chart;  // whose gradients are kept; steps between not
+  const std::vector<int>& regions = space.texels().chart;  // gradients inside count, steps between them do not
   const mq::Signal colours = space.gather({&pixels, 1});
   const double weight = 1e4 * space.scale().area;  // gradients count, and hardly the values
   const mq::Stitcher stitcher(space, weight, regions);
   space.scatter(stitcher.solve(colours, stitcher.change(colours)).signal, {&pixels, 1});
 
   mq::write_texture(argv[3], model.textures[0]);
-  const mq::BorderJump before = mq::border_jump(stitcher.stiffness(), colours, regions),
-                       after = mq::border_jump(stitcher.stiffness(), space.gather({&pixels, 1}), regions);
+  const mq::BorderJump before = mq::border_jump(stitcher.stiffness(), colours, regions);
+  const mq::BorderJump after =
+      mq::border_jump(stitcher.stiffness(), space.gather({&pixels, 1}), regions);
   std::printf("differences between texels across borders of charts: %.3f, then %.3f; within charts: %.3f\n",
               before.across, after.across, after.within);
 } catch (const std::exception& error) {
