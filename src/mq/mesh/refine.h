@@ -36,10 +36,9 @@ RefinedSurface refine(const Surface& surface, std::span<const char> keep, const 
 
 /// A mesh refined, with its texture coordinates.
 struct RefinedMesh {
-  using Place = SurfacePoint;
   Mesh mesh;
   std::vector<int> source;    ///< per triangle the one it is a part of
-  std::vector<Place> places;  ///< per vertex where it lies in the mesh that was refined
+  std::vector<SurfacePoint> places;  ///< per vertex where it lies in the mesh that was refined
 };
 
 /// Halves the edges that are longer than `most` in space. Triangles that use a vertex twice, and

@@ -24,11 +24,11 @@ constexpr double uv_tolerance = 1e-4, material_tolerance = 0.02;
 constexpr double nowhere = 1e9;
 
 /// Values at the vertices of a mesh that was cut.
-std::vector<float> values_at(const std::vector<RefinedMesh::Place>& places, const Mesh& uncut,
+std::vector<float> values_at(const std::vector<SurfacePoint>& places, const Mesh& uncut,
                              const VertexSignal& signal) {
   std::vector<float> values;
   values.reserve(places.size() * std::size_t(signal.channels));
-  for (const RefinedMesh::Place& at : places)
+  for (const SurfacePoint& at : places)
     for (int c = 0; c < signal.channels; ++c) {
       double value = 0;
       for (int k = 0; k < 3; ++k)
@@ -68,7 +68,7 @@ void CapturedFrame::cut_long_triangles() {
 /// 1 per vertex of the file; empty: all are.
 std::vector<char> CapturedFrame::of_file() const {
   std::vector<char> result;
-  for (const RefinedMesh::Place& place : places_)
+  for (const SurfacePoint& place : places_)
     result.push_back(place.barycentric.maxCoeff() == 1);
   return result;
 }
@@ -142,10 +142,10 @@ TrackTemplate CapturedFrame::as_template(double step, int first_vertex_id, int f
   // What moved has the colours of where it is now.
   Signal tidy_colours(colours.size() > 0 ? tidy.mesh.vertex_count() : 0, colours.cols());
   for (int v = 0; v < tidy_colours.rows(); ++v) {
-    const auto& [of_target, triangle, b] = tidy.origins[v];
-    const Triangle& corners = surface.mesh.triangles[triangle];
-    tidy_colours.row(v) = b[0] * colours.row(corners[0]) + b[1] * colours.row(corners[1]) +
-                          b[2] * colours.row(corners[2]);
+    const VertexOrigin& origin = tidy.origins[v];
+    const Triangle& corners = surface.mesh.triangles[origin.triangle];
+    tidy_colours.row(v) =
+        interpolate(origin.barycentric, [&](int k) { return colours.row(corners[k]); });
   }
   const std::vector<Vector3> material =
       has_truth() ? template_material(tidy) : std::vector<Vector3>();

@@ -74,7 +74,7 @@ class CapturedFrame {
   CaptureOptions options_;
   Model model_;
   std::vector<Triangle> uncut_;             ///< the file's triangles; empty: none were cut
-  std::vector<RefinedMesh::Place> places_;  ///< per vertex in the file's mesh; empty: none were cut
+  std::vector<SurfacePoint> places_;  ///< per vertex in the file's mesh; empty: none were cut
   std::vector<int> turned_;
   std::unique_ptr<const TrackTarget> target_;
   std::optional<MaterialFrame> truth_;

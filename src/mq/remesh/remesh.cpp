@@ -538,7 +538,7 @@ std::vector<VertexOrigin> Remesher::find_origins(const std::vector<Vector3>& pos
       VertexOrigin& origin = origins[v];
       if (origin.triangle >= 0) continue;
       const Mesh& mesh = pair_.of_target[v] ? target_.mesh : template_.mesh;
-      origin = {pair_.of_target[v], source, Vector3::Zero()};
+      origin = {{source, Vector3::Zero()}, pair_.of_target[v]};
       const auto& corners = mesh.triangles[source];
       const auto at = std::ranges::find(corners, pair_.source_vertex[v]);
       if (at != corners.end())
@@ -557,7 +557,7 @@ std::vector<VertexOrigin> Remesher::find_origins(const std::vector<Vector3>& pos
     if (moved.empty()) continue;
     const auto places = (of_target ? target_finder_ : template_finder_)(points);
     for (std::size_t i = 0; i < moved.size(); ++i)
-      origins[moved[i]] = {of_target, places[i].triangle, places[i].barycentric};
+      origins[moved[i]] = {places[i], of_target};
   }
   return origins;
 }

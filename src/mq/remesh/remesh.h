@@ -40,10 +40,8 @@ struct DistanceSummary {
 };
 
 /// Where a vertex of the result lies in the surface it came from.
-struct VertexOrigin {
+struct VertexOrigin : SurfacePoint {
   char of_target = 0;  ///< 1: the target, 0: the template
-  int triangle = -1;   ///< of that surface
-  Vector3 barycentric = Vector3::Zero();
 };
 
 struct Remeshed {
