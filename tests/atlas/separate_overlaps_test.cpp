@@ -7,7 +7,7 @@
 #include <map>
 
 #include "atlas/laid_strips.h"
-#include "mq/atlas/injective_parts.h"
+#include "mq/atlas/detail/injective_parts.h"
 #include "mq/base/error.h"
 
 namespace mq {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "mq/base/error.h"
-#include "mq/draw/text.h"
+#include "mq/draw/detail/text.h"
 
 namespace mq {
 namespace {

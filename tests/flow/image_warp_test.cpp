@@ -1,4 +1,4 @@
-#include "mq/flow/image_warp.h"
+#include "mq/flow/detail/image_warp.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include <cstdlib>
 
 #include "mq/base/error.h"
-#include "mq/io/flo.h"
+#include "mq/io/detail/flo.h"
 
 /// Any bytes are refused or read; what is read is finite or unknown, and written again says the
 /// same.

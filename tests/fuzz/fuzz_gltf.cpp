@@ -1,6 +1,6 @@
 // A GLB where it begins like one, a glTF otherwise.
 #include "fuzz/document.h"
-#include "mq/io/gltf.h"
+#include "mq/io/detail/gltf.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   using namespace mq;

@@ -1,6 +1,6 @@
 // An OBJ file; what follows a line "====" is its material library.
 #include "fuzz/document.h"
-#include "mq/io/obj.h"
+#include "mq/io/detail/obj.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   using namespace mq;

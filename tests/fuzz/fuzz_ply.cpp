@@ -1,5 +1,5 @@
 #include "fuzz/document.h"
-#include "mq/io/ply.h"
+#include "mq/io/detail/ply.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   using namespace mq;

@@ -7,7 +7,7 @@
 #include "fixtures.h"
 #include "mq/draw/contact_sheet.h"
 #include "mq/draw/false_colour.h"
-#include "mq/draw/text.h"
+#include "mq/draw/detail/text.h"
 #include "mq/image/colour.h"
 #include "mq/image/compare.h"
 #include "mq/image/resample.h"

@@ -8,7 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/base/random.h"
 #include "mq/io/atomic_file.h"
-#include "mq/io/evolving_blocks.h"
+#include "mq/io/detail/evolving_blocks.h"
 
 namespace mq {
 namespace {

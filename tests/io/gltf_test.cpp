@@ -1,4 +1,4 @@
-#include "mq/io/gltf.h"
+#include "mq/io/detail/gltf.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "io/folder.h"
 #include "io/models.h"
 #include "mq/io/image_file.h"
-#include "mq/io/json_text.h"
+#include "mq/io/detail/json_text.h"
 #include "mq/io/uri.h"
 
 namespace mq {

@@ -1,4 +1,4 @@
-#include "mq/io/obj.h"
+#include "mq/io/detail/obj.h"
 
 #include <Eigen/Geometry>
 
@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "io/folder.h"
-#include "mq/io/mtl.h"
-#include "mq/io/polygon.h"
+#include "mq/io/detail/mtl.h"
+#include "mq/io/detail/polygon.h"
 
 namespace mq {
 namespace {

@@ -1,10 +1,10 @@
-#include "mq/io/ply.h"
+#include "mq/io/detail/ply.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "io/folder.h"
-#include "mq/io/ply_body.h"
+#include "mq/io/detail/ply_body.h"
 
 namespace mq {
 namespace {

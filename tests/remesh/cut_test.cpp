@@ -4,9 +4,9 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
-#include "mq/remesh/clip_surfaces.h"
-#include "mq/remesh/seam.h"
-#include "mq/remesh/zip_curves.h"
+#include "mq/remesh/detail/clip_surfaces.h"
+#include "mq/remesh/detail/seam.h"
+#include "mq/remesh/detail/zip_curves.h"
 #include "remesh/remesh_models.h"
 
 namespace mq::test {

@@ -13,7 +13,7 @@
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/surface.h"
-#include "mq/remesh/clip_crossings.h"
+#include "mq/remesh/detail/clip_crossings.h"
 #include "mq/remesh/remesh.h"
 #include "mq/sample/implicit.h"
 

@@ -14,9 +14,9 @@
 #include "mq/mesh/soundness.h"
 #include "mq/mesh/surface.h"
 #include "mq/mesh/volume.h"
-#include "mq/remesh/clip_surfaces.h"
-#include "mq/remesh/score.h"
-#include "mq/remesh/seam.h"
+#include "mq/remesh/detail/clip_surfaces.h"
+#include "mq/remesh/detail/score.h"
+#include "mq/remesh/detail/seam.h"
 #include "places.h"
 #include "remesh/remesh_models.h"
 

@@ -106,6 +106,14 @@ TEST(Rooms, IncludeNothingThatExistsOnlyToBeComparedWith) {
     }
 }
 
+TEST(Rooms, KeepDetailsToThemselves) {
+  for (const char* folder : {"src", "apps"})
+    for (const Include& include : includes(folder))
+      if (include.name.starts_with("mq/") && include.name.find("/detail/") != std::string::npos) {
+        EXPECT_EQ(room_of_include(include.name), room_of(include.file)) << include.where;
+      }
+}
+
 TEST(Rooms, KeepFileFormatsInIo) {
   static const std::regex formats(
       "^(OpenImageIO|nlohmann|tiny_|tiny_gltf|png\\.h|jpeglib|OpenEXR)");

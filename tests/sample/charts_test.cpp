@@ -9,11 +9,11 @@
 #include "fixtures.h"
 #include "mq/base/error.h"
 #include "mq/mesh/geometry.h"
-#include "mq/sample/flatten.h"
+#include "mq/sample/detail/flatten.h"
 #include "mq/sample/implicit.h"
 #include "mq/sample/noise.h"
-#include "mq/sample/pack.h"
-#include "mq/sample/segment.h"
+#include "mq/sample/detail/pack.h"
+#include "mq/sample/detail/segment.h"
 
 namespace mq {
 namespace {

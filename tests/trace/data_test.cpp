@@ -7,7 +7,7 @@
 #include "fixtures.h"
 #include "mq/io/model.h"
 #include "mq/mesh/geometry.h"
-#include "mq/trace/straight_paths.h"
+#include "mq/trace/detail/straight_paths.h"
 #include "mq/trace/surface_flow.h"
 #include "places.h"
 

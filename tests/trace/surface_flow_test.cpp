@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "fixtures.h"
-#include "mq/trace/straight_paths.h"
+#include "mq/trace/detail/straight_paths.h"
 #include "mq/trace/surface_flow.h"
 
 namespace mq {

@@ -1,4 +1,4 @@
-#include "mq/unwrap/pack.h"
+#include "mq/unwrap/detail/pack.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/random.h"
-#include "mq/unwrap/pack_shape.h"
+#include "mq/unwrap/detail/pack_shape.h"
 
 namespace mq {
 namespace {

@@ -13,8 +13,8 @@
 #include "mq/atlas/coverage.h"
 #include "mq/base/error.h"
 #include "mq/sample/sample.h"
-#include "mq/unwrap/chart_surface.h"
-#include "mq/unwrap/parametrize.h"
+#include "mq/unwrap/detail/chart_surface.h"
+#include "mq/unwrap/detail/parametrize.h"
 
 namespace mq {
 namespace {

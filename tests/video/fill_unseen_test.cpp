@@ -1,4 +1,4 @@
-#include "mq/video/fill_unseen.h"
+#include "mq/video/detail/fill_unseen.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include <map>
 #include <numeric>
 
-#include "mq/atlas/injective_parts.h"
+#include "mq/atlas/detail/injective_parts.h"
 #include "mq/atlas/texel_grid.h"
 #include "mq/base/error.h"
 #include "mq/image/resample.h"

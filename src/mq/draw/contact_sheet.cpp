@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
-#include "mq/draw/text.h"
+#include "mq/draw/detail/text.h"
 
 namespace mq {
 namespace {

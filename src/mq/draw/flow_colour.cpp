@@ -9,7 +9,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/draw/text.h"
+#include "mq/draw/detail/text.h"
 
 namespace mq {
 namespace {

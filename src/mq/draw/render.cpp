@@ -20,9 +20,9 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/draw/corner_normals.h"
-#include "mq/draw/lines.h"
+#include "mq/draw/detail/lines.h"
 #include "mq/draw/scene.h"
-#include "mq/draw/textures.h"
+#include "mq/draw/detail/textures.h"
 #include "mq/image/resample.h"
 #include "mq/mesh/geometry.h"
 

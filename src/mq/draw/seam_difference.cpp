@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "mq/base/parallel.h"
-#include "mq/draw/textures.h"
+#include "mq/draw/detail/textures.h"
 #include "mq/image/colour.h"
 #include "mq/image/resample.h"
 #include "mq/mesh/geometry.h"

@@ -12,8 +12,8 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/draw/lines.h"
-#include "mq/draw/textures.h"
+#include "mq/draw/detail/lines.h"
+#include "mq/draw/detail/textures.h"
 #include "mq/image/resample.h"
 
 namespace mq {

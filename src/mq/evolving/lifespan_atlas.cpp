@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
-#include "mq/evolving/rolling_atlas.h"
+#include "mq/evolving/detail/rolling_atlas.h"
 #include "mq/unwrap/atlas_stretch.h"
 
 namespace mq {

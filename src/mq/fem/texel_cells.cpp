@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "mq/base/parallel.h"
-#include "mq/fem/quadrature.h"
+#include "mq/fem/detail/quadrature.h"
 
 namespace mq {
 namespace {

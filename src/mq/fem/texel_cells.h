@@ -20,7 +20,7 @@
 #include "mq/atlas/clip.h"
 #include "mq/atlas/texel_grid.h"
 #include "mq/base/progress.h"
-#include "mq/fem/seam_basis.h"
+#include "mq/fem/detail/seam_basis.h"
 
 namespace mq {
 

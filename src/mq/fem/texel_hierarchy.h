@@ -1,7 +1,7 @@
 #pragma once
 /// The levels of a texel system.
 
-#include "mq/fem/hierarchy.h"
+#include "mq/fem/detail/hierarchy.h"
 #include "mq/fem/texels.h"
 
 namespace mq {

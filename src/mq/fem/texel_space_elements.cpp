@@ -7,7 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/fem/detail/mixed.h"
-#include "mq/fem/texel_space_data.h"
+#include "mq/fem/detail/texel_space_data.h"
 
 namespace mq {
 

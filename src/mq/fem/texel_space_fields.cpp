@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "mq/base/error.h"
-#include "mq/fem/quadrature.h"
-#include "mq/fem/texel_space_data.h"
+#include "mq/fem/detail/quadrature.h"
+#include "mq/fem/detail/texel_space_data.h"
 
 namespace mq {
 

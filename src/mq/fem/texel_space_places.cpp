@@ -6,7 +6,7 @@
 #include "mq/atlas/coverage.h"
 #include "mq/base/error.h"
 #include "mq/fem/multigrid_solver.h"
-#include "mq/fem/texel_space_data.h"
+#include "mq/fem/detail/texel_space_data.h"
 
 namespace mq {
 namespace {

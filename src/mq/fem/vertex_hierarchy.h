@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "mq/fem/hierarchy.h"
+#include "mq/fem/detail/hierarchy.h"
 #include "mq/mesh/mesh.h"
 
 namespace mq {

@@ -10,7 +10,7 @@
 #include <array>
 #include <cmath>
 
-#include "mq/filter/falling_order.h"
+#include "mq/filter/detail/falling_order.h"
 
 namespace mq {
 

@@ -13,7 +13,7 @@
 #include <limits>
 
 #include "mq/base/parallel.h"
-#include "mq/filter/falling_order.h"
+#include "mq/filter/detail/falling_order.h"
 
 namespace mq {
 namespace {

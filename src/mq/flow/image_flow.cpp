@@ -20,7 +20,7 @@
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/flow/forward_warp.h"
-#include "mq/flow/image_signals.h"
+#include "mq/flow/detail/image_signals.h"
 #include "mq/flow/image_system.h"
 
 namespace mq {

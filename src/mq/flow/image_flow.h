@@ -6,8 +6,8 @@
 
 #include "mq/base/length.h"
 #include "mq/base/progress.h"
-#include "mq/flow/image_signals.h"
-#include "mq/flow/image_warp.h"
+#include "mq/flow/detail/image_signals.h"
+#include "mq/flow/detail/image_warp.h"
 #include "mq/image/image.h"
 
 namespace mq {

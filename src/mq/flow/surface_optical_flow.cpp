@@ -14,9 +14,9 @@
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/flow/surface_levels.h"
-#include "mq/flow/surface_signals.h"
+#include "mq/flow/detail/surface_signals.h"
 #include "mq/flow/surface_systems.h"
-#include "mq/flow/surface_warp.h"
+#include "mq/flow/detail/surface_warp.h"
 
 namespace mq {
 

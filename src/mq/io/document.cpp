@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "mq/base/error.h"
-#include "mq/io/gltf.h"
-#include "mq/io/obj.h"
-#include "mq/io/ply.h"
+#include "mq/io/detail/gltf.h"
+#include "mq/io/detail/obj.h"
+#include "mq/io/detail/ply.h"
 
 namespace mq {
 

@@ -11,7 +11,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
-#include "mq/io/evolving_blocks.h"
+#include "mq/io/detail/evolving_blocks.h"
 
 namespace mq {
 namespace {

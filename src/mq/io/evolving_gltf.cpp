@@ -10,7 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
-#include "mq/io/gltf_container.h"
+#include "mq/io/detail/gltf_container.h"
 #include "mq/io/image_file.h"
 
 namespace mq {

@@ -2,7 +2,7 @@
 
 #include "mq/io/bytes.h"
 #include "mq/io/document.h"
-#include "mq/io/evolving_blocks.h"
+#include "mq/io/detail/evolving_blocks.h"
 
 namespace mq {
 

@@ -10,7 +10,7 @@
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
-#include "mq/io/flo.h"
+#include "mq/io/detail/flo.h"
 #include "mq/io/image_file.h"
 #include "mq/io/picture_check.h"
 

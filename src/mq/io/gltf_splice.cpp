@@ -11,9 +11,9 @@
 #include <map>
 
 #include "mq/base/error.h"
-#include "mq/io/gltf_container.h"
-#include "mq/io/gltf_scene.h"
-#include "mq/io/json_text.h"
+#include "mq/io/detail/gltf_container.h"
+#include "mq/io/detail/gltf_scene.h"
+#include "mq/io/detail/json_text.h"
 #include "mq/io/uri.h"
 
 namespace mq {

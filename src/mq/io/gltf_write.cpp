@@ -6,8 +6,8 @@
 #include <map>
 
 #include "mq/base/error.h"
-#include "mq/io/gltf_container.h"
-#include "mq/io/gltf_scene.h"
+#include "mq/io/detail/gltf_container.h"
+#include "mq/io/detail/gltf_scene.h"
 #include "mq/io/uri.h"
 
 namespace mq {

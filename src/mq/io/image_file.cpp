@@ -29,7 +29,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
-#include "mq/io/fingerprint.h"
+#include "mq/io/detail/fingerprint.h"
 #include "mq/io/picture_check.h"
 
 namespace mq {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "mq/io/json_text.h"
+#include "mq/io/detail/json_text.h"
 
 namespace mq {
 

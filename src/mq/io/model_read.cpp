@@ -10,9 +10,9 @@
 #include "mq/base/words.h"
 #include "mq/io/document.h"
 #include "mq/io/file_names.h"
-#include "mq/io/gltf.h"
+#include "mq/io/detail/gltf.h"
 #include "mq/io/image_file.h"
-#include "mq/io/obj.h"
+#include "mq/io/detail/obj.h"
 
 namespace mq {
 namespace {

@@ -8,11 +8,11 @@
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/document.h"
-#include "mq/io/fingerprint.h"
-#include "mq/io/gltf.h"
+#include "mq/io/detail/fingerprint.h"
+#include "mq/io/detail/gltf.h"
 #include "mq/io/image_file.h"
-#include "mq/io/obj.h"
-#include "mq/io/ply.h"
+#include "mq/io/detail/obj.h"
+#include "mq/io/detail/ply.h"
 
 namespace mq {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "mq/io/bytes.h"
 #include "mq/io/document.h"
-#include "mq/io/ply.h"
+#include "mq/io/detail/ply.h"
 
 namespace mq {
 namespace {

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <set>
 
-#include "mq/io/mtl.h"
-#include "mq/io/obj.h"
+#include "mq/io/detail/mtl.h"
+#include "mq/io/detail/obj.h"
 
 namespace mq {
 namespace {

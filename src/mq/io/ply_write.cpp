@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "mq/base/error.h"
-#include "mq/io/ply.h"
-#include "mq/io/ply_body.h"
+#include "mq/io/detail/ply.h"
+#include "mq/io/detail/ply_body.h"
 
 namespace mq {
 namespace {

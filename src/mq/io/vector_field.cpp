@@ -12,7 +12,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
-#include "mq/io/ply_body.h"
+#include "mq/io/detail/ply_body.h"
 
 namespace mq {
 

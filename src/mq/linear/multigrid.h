@@ -9,7 +9,7 @@
 
 #include "mq/linear/direct.h"
 #include "mq/linear/lanes.h"
-#include "mq/linear/patches.h"
+#include "mq/linear/detail/patches.h"
 #include "mq/linear/stencil_matrix.h"
 #include "mq/linear/transfer.h"
 

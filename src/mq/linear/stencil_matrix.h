@@ -12,7 +12,7 @@
 
 #include "mq/linear/kernels/stencil_kernels.h"
 #include "mq/linear/matrix.h"
-#include "mq/linear/scaling.h"
+#include "mq/linear/detail/scaling.h"
 
 namespace mq {
 

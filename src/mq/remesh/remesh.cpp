@@ -19,13 +19,13 @@
 #include "mq/mesh/soundness.h"
 #include "mq/mesh/unfold.h"
 #include "mq/mesh/weld.h"
-#include "mq/remesh/clip_crossings.h"
-#include "mq/remesh/measure.h"
-#include "mq/remesh/region.h"
-#include "mq/remesh/retriangulate.h"
-#include "mq/remesh/score.h"
-#include "mq/remesh/seam.h"
-#include "mq/remesh/zip_curves.h"
+#include "mq/remesh/detail/clip_crossings.h"
+#include "mq/remesh/detail/measure.h"
+#include "mq/remesh/detail/region.h"
+#include "mq/remesh/detail/retriangulate.h"
+#include "mq/remesh/detail/score.h"
+#include "mq/remesh/detail/seam.h"
+#include "mq/remesh/detail/zip_curves.h"
 
 namespace mq {
 namespace {

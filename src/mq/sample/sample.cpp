@@ -12,10 +12,10 @@
 #include <utility>
 
 #include "mq/base/error.h"
-#include "mq/sample/flatten.h"
+#include "mq/sample/detail/flatten.h"
 #include "mq/sample/owl.h"
-#include "mq/sample/pack.h"
-#include "mq/sample/segment.h"
+#include "mq/sample/detail/pack.h"
+#include "mq/sample/detail/segment.h"
 #include "mq/sample/shapes.h"
 
 namespace mq {

@@ -13,7 +13,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/trace/walk.h"
+#include "mq/trace/detail/walk.h"
 
 namespace mq {
 namespace {

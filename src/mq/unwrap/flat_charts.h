@@ -5,9 +5,9 @@
 
 #include "mq/base/progress.h"
 #include "mq/mesh/surface.h"
-#include "mq/unwrap/chart_surface.h"
-#include "mq/unwrap/pack.h"
-#include "mq/unwrap/parametrize.h"
+#include "mq/unwrap/detail/chart_surface.h"
+#include "mq/unwrap/detail/pack.h"
+#include "mq/unwrap/detail/parametrize.h"
 
 namespace mq {
 

@@ -7,9 +7,9 @@
 
 #include "mq/base/error.h"
 #include "mq/mesh/geometry.h"
-#include "mq/unwrap/chart_surface.h"
+#include "mq/unwrap/detail/chart_surface.h"
 #include "mq/unwrap/flat_charts.h"
-#include "mq/unwrap/laps.h"
+#include "mq/unwrap/detail/laps.h"
 
 namespace mq {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mq/video/time_links.h"
+#include "mq/video/detail/time_links.h"
 
 namespace mq {
 

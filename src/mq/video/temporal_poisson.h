@@ -8,8 +8,8 @@
 #include "mq/base/progress.h"
 #include "mq/fem/space.h"
 #include "mq/fem/texels.h"
-#include "mq/video/time_links.h"
-#include "mq/video/time_multigrid.h"
+#include "mq/video/detail/time_links.h"
+#include "mq/video/detail/time_multigrid.h"
 
 namespace mq {
 

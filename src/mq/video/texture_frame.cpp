@@ -16,7 +16,7 @@
 #include "mq/fem/vertex_space.h"
 #include "mq/image/spread.h"
 #include "mq/mesh/weld.h"
-#include "mq/video/fill_unseen.h"
+#include "mq/video/detail/fill_unseen.h"
 #include "mq/video/texel_owners.h"
 
 namespace mq {

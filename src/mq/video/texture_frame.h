@@ -12,7 +12,7 @@
 #include "mq/image/image.h"
 #include "mq/linear/matrix.h"
 #include "mq/mesh/closest_point.h"
-#include "mq/video/captured_points.h"
+#include "mq/video/detail/captured_points.h"
 
 namespace mq {
 

@@ -1,0 +1,420 @@
+// A vertex of the mesh is an element of a POSITION accessor seen through a node,
+//   p = M x, M the product of the node's and its ancestors' transforms;
+// where det M < 0 corners change their order, so that the outside stays outside. A texture
+// coordinate (u, v) becomes T (u, v) by KHR_texture_transform and then (u, 1 − v): glTF counts v
+// from the top row. This is the only place that turns it.
+#include "mq/io/detail/gltf.h"
+
+#include <Eigen/Geometry>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <climits>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "mq/base/error.h"
+#include "mq/io/detail/gltf_scene.h"
+#include "mq/io/uri.h"
+#include "mq/mesh/check.h"
+
+namespace mq {
+namespace {
+
+/// u' = a · (u, v, 1) for both rows: scaled, turned, moved.
+using UvTransform = std::array<double, 6>;
+
+struct MaterialTexture {
+  int texture = -1;      ///< slot
+  std::int64_t set = 0;  ///< TEXCOORD_set
+  UvTransform transform{1, 0, 0, 0, 1, 0};
+};
+
+Eigen::Matrix4d node_matrix(const Json& node, const std::string& place) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  if (node.contains("matrix")) {
+    const auto m = json_numbers(node, "matrix", std::vector<double>(16), place);
+    for (int i = 0; i < 16; ++i) matrix(i % 4, i / 4) = m[std::size_t(i)];
+    return matrix;
+  }
+  const auto t = json_numbers(node, "translation", {0, 0, 0}, place);
+  const auto r = json_numbers(node, "rotation", {0, 0, 0, 1}, place);
+  const auto s = json_numbers(node, "scale", {1, 1, 1}, place);
+  Eigen::Quaterniond turn(r[3], r[0], r[1], r[2]);
+  if (turn.norm() > 0) turn.normalize();
+  matrix.topLeftCorner<3, 3>() = turn.toRotationMatrix() * Vector3(s[0], s[1], s[2]).asDiagonal();
+  matrix.topRightCorner<3, 1>() = Vector3(t[0], t[1], t[2]);
+  return matrix;
+}
+
+const char* picture_extension(ByteView bytes) {
+  const std::string_view text = text_of(bytes);
+  if (text.starts_with("\xff\xd8")) return ".jpg";
+  return ".png";
+}
+
+class SceneReader {
+ public:
+  explicit SceneReader(const GltfFile& file) : file_(file) {}
+
+  GltfScene read() {
+    refuse_required_extensions();
+    std::vector<Visit> stack = roots();
+    std::reverse(stack.begin(), stack.end());
+    std::vector<char> seen(file_.size("nodes"), 0);
+    while (!stack.empty()) {
+      const Visit visit = stack.back();
+      stack.pop_back();
+      read_node(visit, seen, stack);
+    }
+    finish();
+    return std::move(scene_);
+  }
+
+ private:
+  /// A node and the transform of its ancestors.
+  struct Visit {
+    std::int64_t node;
+    Eigen::Matrix4d matrix;
+  };
+
+  Mesh& mesh() { return scene_.file.mesh; }
+  void note(const std::string& text) {
+    if (noted_.insert(text).second) scene_.file.notes.push_back(text);
+  }
+  static std::int64_t index(const Json& value) {
+    return value.is_number_integer() ? value.get<std::int64_t>() : -1;
+  }
+
+  void refuse_required_extensions() const {
+    constexpr const char* known[] = {"KHR_texture_transform",      "KHR_mesh_quantization",
+                                     "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                     "KHR_meshopt_compression",    "EXT_texture_webp",
+                                     "KHR_texture_basisu"};
+    for (const Json& name : json_array(file_.json(), "extensionsRequired", file_.name())) {
+      if (!name.is_string()) continue;
+      const std::string text = name.get<std::string>();
+      const bool is_known = std::find(std::begin(known), std::end(known), text) != std::end(known);
+      if (!is_known && !text.starts_with("KHR_materials_") && !text.starts_with("KHR_lights_"))
+        file_.fail(file_.name() + ", extensionsRequired",
+                   shown(text) + " is not known; write it without");
+    }
+  }
+
+  std::vector<Visit> roots() {
+    std::vector<Visit> visits;
+    if (file_.size("scenes") > 0) {
+      const std::int64_t number = json_count(file_.json(), "scene", 0, file_.name());
+      const Json& scene = file_.item("scenes", number);
+      for (const Json& node : json_array(scene, "nodes", file_.place("scenes", number)))
+        visits.push_back({index(node), Eigen::Matrix4d::Identity()});
+      if (file_.size("scenes") > 1)
+        note(fmt::format("scene {} of {} is read", number, file_.size("scenes")));
+      return visits;
+    }
+    std::set<std::int64_t> children;
+    for (std::size_t n = 0; n < file_.size("nodes"); ++n)
+      for (const Json& child :
+           json_array(file_.item("nodes", std::int64_t(n)), "children", file_.name()))
+        children.insert(index(child));
+    for (std::size_t n = 0; n < file_.size("nodes"); ++n)
+      if (!children.contains(std::int64_t(n)))
+        visits.push_back({std::int64_t(n), Eigen::Matrix4d::Identity()});
+    return visits;
+  }
+
+  void read_node(const Visit& visit, std::vector<char>& seen, std::vector<Visit>& stack) {
+    const std::string place = file_.place("nodes", visit.node);
+    const Json& node = file_.item("nodes", visit.node);
+    if (seen[std::size_t(visit.node)]++) file_.fail(place, "it has two parents, or is its own");
+    if (const Json* extensions = json_object(node, "extensions"))
+      if (extensions->contains("EXT_mesh_gpu_instancing"))
+        throw Unsupported(place +
+                          " is drawn many times by EXT_mesh_gpu_instancing; write it "
+                          "without instances first");
+    const Eigen::Matrix4d matrix = visit.matrix * node_matrix(node, place);
+    const Json& children = json_array(node, "children", place);
+    for (std::size_t c = children.size(); c-- > 0;) stack.push_back({index(children[c]), matrix});
+    if (!node.contains("mesh")) return;
+    const bool skinned = node.contains("skin");
+    if (skinned) note("skinned meshes are in their bind pose");
+    if (file_.size("animations") > 0) note("animations are not used");
+    if (!skinned && matrix.topLeftCorner<3, 3>().isZero(0)) {
+      note("meshes that are scaled to a point, so that nothing of them is seen, are left out");
+      return;
+    }
+    read_mesh(json_count(node, "mesh", 0, place), skinned ? Eigen::Matrix4d::Identity() : matrix);
+  }
+
+  void read_mesh(std::int64_t id, const Eigen::Matrix4d& matrix) {
+    const Json& object = file_.item("meshes", id);
+    blocks_.clear();
+    const Json& primitives = json_array(object, "primitives", file_.place("meshes", id));
+    for (std::size_t p = 0; p < primitives.size(); ++p) {
+      place_ = fmt::format("{}.primitives[{}]", file_.place("meshes", id), p);
+      if (!primitives[p].is_object()) file_.fail(place_, "it is not an object");
+      read_primitive(primitives[p], matrix);
+    }
+  }
+
+  void read_primitive(const Json& primitive, const Eigen::Matrix4d& matrix) {
+    const std::int64_t mode = json_count(primitive, "mode", 4, place_);
+    if (mode < 4 || mode > 6) {
+      note("points and lines are not used");
+      return;
+    }
+    if (!json_array(primitive, "targets", place_).empty()) note("morph targets are not used");
+    const Json* attributes = json_object(primitive, "attributes");
+    if (!attributes || !attributes->contains("POSITION")) file_.fail(place_, "it has no POSITION");
+    refuse_draco(primitive, *attributes);
+
+    const GltfBlock block = vertices(*attributes, matrix);
+    const std::vector<Triangle> corners = triangles(primitive, mode, block.count);
+    const bool mirrored = matrix.topLeftCorner<3, 3>().determinant() < 0;
+    const MaterialTexture& material = material_of(json_count(primitive, "material", -1, place_));
+    const int uv_begin = uvs(*attributes, material, block.count);
+    if (mesh().triangles.size() + corners.size() > std::size_t(INT_MAX / 4))
+      file_.fail(place_, "the scene has more than 536870911 triangles");
+    for (Triangle t : corners) {
+      if (mirrored) std::swap(t[1], t[2]);
+      mesh().triangles.push_back({block.begin + t[0], block.begin + t[1], block.begin + t[2]});
+      mesh().textures.push_back(material.texture);
+      mesh().corner_uvs.push_back(
+          uv_begin < 0 ? Triangle{-1, -1, -1}
+                       : Triangle{uv_begin + t[0], uv_begin + t[1], uv_begin + t[2]});
+    }
+  }
+
+  void refuse_draco(const Json& primitive, const Json& attributes) const {
+    const Json* extensions = json_object(primitive, "extensions");
+    if (!extensions || !extensions->contains("KHR_draco_mesh_compression")) return;
+    const std::int64_t positions = json_count(attributes, "POSITION", -1, place_);
+    if (!file_.item("accessors", positions).contains("bufferView"))
+      throw Unsupported(
+          fmt::format("{} is compressed by Draco (KHR_draco_mesh_compression); "
+                      "decompress it first, for example with gltf-transform",
+                      place_));
+  }
+
+  /// Appends the vertices of a primitive, unless another primitive of this node has done so.
+  GltfBlock vertices(const Json& attributes, const Eigen::Matrix4d& matrix) {
+    GltfBlock block;
+    block.matrix = matrix;
+    block.positions = json_count(attributes, "POSITION", -1, place_);
+    block.colors = json_count(attributes, "COLOR_0", -1, place_);
+    const auto known = blocks_.find({block.positions, block.colors});
+    if (known != blocks_.end()) return known->second;
+
+    const GltfValues p = file_.values(block.positions, {3});
+    block.begin = mesh().vertex_count();
+    block.count = int(std::min<std::size_t>(p.count(), INT_MAX));
+    if (p.count() + mesh().positions.size() > std::size_t(INT_MAX / 4))
+      file_.fail(place_, "the scene has more than 536870911 vertices");
+    for (int i = 0; i < block.count; ++i) {
+      const double* x = p.values.data() + 3 * std::size_t(i);
+      const Vector3 world = (matrix * Eigen::Vector4d(x[0], x[1], x[2], 1)).head<3>();
+      if (!world.allFinite())
+        file_.fail(place_,
+                   fmt::format("vertex {} at {}, {}, {} must be finite", i, x[0], x[1], x[2]));
+      if (world.cwiseAbs().maxCoeff() > largest_coordinate)
+        file_.fail(place_, fmt::format("vertex {} lies at {}, {}, {}; at most {:.0e} can be used: "
+                                       "scale the model down",
+                                       i, world.x(), world.y(), world.z(), largest_coordinate));
+      mesh().positions.push_back(world);
+    }
+    read_colors(block);
+    scene_.blocks.push_back(block);
+    return blocks_[{block.positions, block.colors}] = block;
+  }
+
+  /// Colours are gathered as four channels; white where a primitive has none.
+  void read_colors(const GltfBlock& block) {
+    if (block.colors < 0) {
+      colors_.resize(4 * mesh().positions.size(), 1);
+      return;
+    }
+    const GltfValues c = file_.values(block.colors, {3, 4});
+    if (int(c.count()) != block.count)
+      file_.fail(place_, fmt::format("{} colours for {} vertices", c.count(), block.count));
+    channels_ = std::max(channels_, c.components);
+    if (c.type == GltfType::f32) depth_ = Depth::f32;
+    if (c.type == GltfType::u16 && depth_ == Depth::u8) depth_ = Depth::u16;
+    for (int i = 0; i < block.count; ++i)
+      for (int k = 0; k < 4; ++k)
+        colors_.push_back(k < c.components ? float(c.values[std::size_t(i * c.components + k)])
+                                           : 1.0f);
+  }
+
+  std::vector<Triangle> triangles(const Json& primitive, std::int64_t mode, int vertices) const {
+    std::vector<int> corners;
+    if (primitive.contains("indices")) {
+      const GltfValues values = file_.values(json_count(primitive, "indices", 0, place_), {1});
+      corners.reserve(values.count());
+      for (const double v : values.values) {
+        if (!(v >= 0 && v < vertices) || v != std::floor(v))
+          file_.fail(place_,
+                     fmt::format("index {} is out of range: it has {} vertices", v, vertices));
+        corners.push_back(int(v));
+      }
+    } else {
+      for (int i = 0; i < vertices; ++i) corners.push_back(i);
+    }
+    std::vector<Triangle> result;
+    const int n = int(corners.size());
+    if (mode == 4 && n % 3 != 0)
+      file_.fail(place_, fmt::format("{} corners do not make triangles of three each", n));
+    for (int i = 0; mode == 4 && i < n; i += 3)
+      result.push_back({corners[i], corners[i + 1], corners[i + 2]});
+    for (int i = 0; mode == 5 && i + 2 < n; ++i)
+      result.push_back({corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2]});
+    for (int i = 1; mode == 6 && i + 1 < n; ++i)
+      result.push_back({corners[i], corners[i + 1], corners[0]});
+    return result;
+  }
+
+  /// The first entry of the pool for the texture coordinates of a primitive; −1 without.
+  int uvs(const Json& attributes, const MaterialTexture& material, int vertices) {
+    const std::string key = fmt::format("TEXCOORD_{}", material.set);
+    if (!attributes.contains(key)) return -1;
+    const std::int64_t accessor = json_count(attributes, key.c_str(), 0, place_);
+    const auto known = uv_begins_.find({accessor, material.transform});
+    if (known != uv_begins_.end()) return known->second;
+    const GltfValues values = file_.values(accessor, {2});
+    if (int(values.count()) != vertices)
+      file_.fail(place_,
+                 fmt::format("{} texture coordinates for {} vertices", values.count(), vertices));
+    const int begin = int(mesh().uvs.size());
+    const UvTransform& m = material.transform;
+    for (std::size_t i = 0; i < values.count(); ++i) {
+      const double u = values.values[2 * i], v = values.values[2 * i + 1];
+      mesh().uvs.emplace_back(m[0] * u + m[1] * v + m[2], 1 - (m[3] * u + m[4] * v + m[5]));
+    }
+    return uv_begins_[{accessor, material.transform}] = begin;
+  }
+
+  const MaterialTexture& material_of(std::int64_t id) {
+    const auto known = materials_.find(id);
+    if (known != materials_.end()) return known->second;
+    MaterialTexture result;
+    if (id >= 0) {
+      const Json& material = file_.item("materials", id);
+      if (const Json* info = base_color(material))
+        read_texture_info(*info, file_.place("materials", id), result);
+    }
+    return materials_[id] = result;
+  }
+
+  static const Json* base_color(const Json& material) {
+    const Json* metallic = json_object(material, "pbrMetallicRoughness");
+    const Json* found = metallic ? json_object(*metallic, "baseColorTexture") : nullptr;
+    const Json* extensions = json_object(material, "extensions");
+    if (found || !extensions) return found;
+    const Json* glossy = json_object(*extensions, "KHR_materials_pbrSpecularGlossiness");
+    return glossy ? json_object(*glossy, "diffuseTexture") : nullptr;
+  }
+
+  void read_texture_info(const Json& info, const std::string& place, MaterialTexture& result) {
+    result.set = json_count(info, "texCoord", 0, place);
+    const Json* extensions = json_object(info, "extensions");
+    if (const Json* t = extensions ? json_object(*extensions, "KHR_texture_transform") : nullptr) {
+      const auto offset = json_numbers(*t, "offset", {0, 0}, place);
+      const auto scale = json_numbers(*t, "scale", {1, 1}, place);
+      const double turn = json_number(*t, "rotation", 0, place);
+      const double c = std::cos(turn), s = std::sin(turn);
+      result.transform = {c * scale[0],  s * scale[1], offset[0],
+                          -s * scale[0], c * scale[1], offset[1]};
+      result.set = json_count(*t, "texCoord", result.set, place);
+    }
+    const Json& texture = file_.item("textures", json_count(info, "index", -1, place));
+    const std::int64_t image = image_of(texture, place);
+    const auto slot = slots_.try_emplace(image, int(scene_.images.size()));
+    result.texture = slot.first->second;
+    if (!slot.second) return;
+    scene_.images.push_back(image);
+    scene_.file.textures.push_back(image_slot(image));
+    if (texture.contains("sampler"))
+      scene_.file.textures.back().wrap = wrap_of(json_count(texture, "sampler", 0, place));
+  }
+
+  std::int64_t image_of(const Json& texture, const std::string& place) const {
+    if (texture.contains("source")) return json_count(texture, "source", 0, place);
+    if (const Json* extensions = json_object(texture, "extensions"))
+      for (const auto& [name, extension] : extensions->items())
+        if (extension.is_object() && extension.contains("source"))
+          return json_count(extension, "source", 0, place);
+    file_.fail(place, "its texture has no image");
+  }
+
+  TextureSlot image_slot(std::int64_t id) const {
+    const Json& image = file_.item("images", id);
+    const std::string place = file_.place("images", id);
+    const std::string uri = json_text_of(image, "uri");
+    TextureSlot slot;
+    if (!uri.empty() && !uri.starts_with("data:")) {
+      slot.name = name_of_uri(uri);
+      return slot;
+    }
+    if (!uri.empty()) {
+      auto bytes = data_of_uri(uri);
+      if (!bytes) file_.fail(place, "its data URI is not base64");
+      slot.picture = std::move(*bytes);
+    } else if (image.contains("bufferView")) {
+      const ByteView bytes = file_.bytes(file_.view(json_count(image, "bufferView", 0, place)));
+      slot.picture.assign(bytes.begin(), bytes.end());
+    }
+    if (slot.picture.empty()) file_.fail(place, "it has neither a name nor data");
+    const std::string name = json_text_of(image, "name");
+    slot.name = name.empty() ? fmt::format("texture_{}", id) : portable_name(name);
+    const std::string extension = std::filesystem::path(slot.name).extension().string();
+    if (extension != ".png" && extension != ".jpg" && extension != ".jpeg")
+      slot.name += picture_extension(slot.picture);
+    return slot;
+  }
+
+  Wrap wrap_of(std::int64_t id) {
+    const Json& sampler = file_.item("samplers", id);
+    const std::string place = file_.place("samplers", id);
+    const std::int64_t s = json_count(sampler, "wrapS", 0, place);
+    const std::int64_t t = json_count(sampler, "wrapT", 0, place);
+    if (s == 33648 || t == 33648) note("textures that repeat mirrored are repeated as they are");
+    if (s == 33071 && t == 33071) return Wrap::clamp;
+    return s == 0 && t == 0 ? Wrap::unspecified : Wrap::repeat;
+  }
+
+  void finish() {
+    MeshFile& file = scene_.file;
+    if (file.mesh.uvs.empty()) file.mesh.corner_uvs.clear();
+    if (channels_ > 0) {
+      file.colors = {channels_, {}, depth_};
+      for (std::size_t i = 0; i < colors_.size(); ++i)
+        if (int(i % 4) < channels_) file.colors.values.push_back(colors_[i]);
+      for (const GltfBlock& block : scene_.blocks)
+        if (block.colors < 0) note("vertices without colours are white");
+    }
+    if (file.textures.empty()) file.mesh.textures.clear();
+    if (file.mesh.triangles.empty()) note("it has no faces");
+  }
+
+  const GltfFile& file_;
+  GltfScene scene_;
+  std::string place_;                                                  ///< of the primitive at hand
+  std::map<std::pair<std::int64_t, std::int64_t>, GltfBlock> blocks_;  ///< of the node at hand
+  std::map<std::pair<std::int64_t, UvTransform>, int> uv_begins_;
+  std::map<std::int64_t, MaterialTexture> materials_;
+  std::map<std::int64_t, int> slots_;
+  std::vector<float> colors_;
+  int channels_ = 0;
+  Depth depth_ = Depth::u8;
+  std::set<std::string> noted_;
+};
+
+}  // namespace
+
+GltfScene read_gltf_scene(const GltfFile& file) { return SceneReader(file).read(); }
+
+MeshFile read_gltf(const Document& document) { return read_gltf_scene(GltfFile(document)).file; }
+
+}  // namespace mq

@@ -1,0 +1,408 @@
+// An OBJ index counts from 1 over all vertices of the file, from −1 back over those read so far.
+// An index may run ahead of its vertex, so the largest are checked when all lines are read.
+#include "mq/io/detail/obj.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <climits>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/io/detail/mtl.h"
+#include "mq/io/detail/polygon.h"
+#include "mq/mesh/check.h"
+
+namespace mq {
+namespace {
+
+class ObjParser {
+ public:
+  ObjParser(ByteView bytes, const std::string& name) : text_(text_of(bytes)), name_(name) {}
+
+  ObjFile parse() {
+    for (Scanner scanner(text_); !scanner.at_end(); scanner.next_line()) {
+      line_ = scanner.offset();
+      read_line(scanner);
+    }
+    if (file_.vertices.empty() && faces_ == 0)
+      throw IoError(
+          fmt::format("{} is not an OBJ file: it has no line with a vertex or a face; "
+                      "check that it is the mesh and not cut short",
+                      name_));
+    last_line_ = line_;
+    check_ahead(vertex_ahead_, int(file_.mesh.positions.size()), "vertex");
+    check_ahead(uv_ahead_, int(file_.mesh.uvs.size()), "texture coordinate");
+    cut_polygons();
+    finish_colors();
+    finish_uvs();
+    add_notes();
+    look_for_a_cut();
+    return std::move(file_);
+  }
+
+ private:
+  /// The largest index that ran ahead of what was read, and where.
+  struct Ahead {
+    int index = -1;
+    std::size_t place = 0;
+  };
+  /// A polygon: its corners in `corner_vertices_` begin here.
+  struct Polygon {
+    std::size_t begin;
+    std::size_t line;
+    int material;
+  };
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw IoError(fmt::format("{}, line {}: {}", name_, Scanner::line(text_, line_), what));
+  }
+
+  void read_line(Scanner& scanner) {
+    std::string_view key = scanner.word();
+    if (line_ == 0 && key.starts_with("\xef\xbb\xbf")) key.remove_prefix(3);
+    if (key == "v") return read_vertex(scanner);
+    if (key == "vt") return read_uv(scanner);
+    if (key == "f" || key == "fo") return read_face(scanner);
+    if (key == "usemtl") return use_material(scanner.rest());
+    if (key == "mtllib") return read_library(scanner);
+    if (!file_.vertices.empty() && key.find('\0') != key.npos)
+      fail("it holds zero bytes, so it is damaged; copy it again");
+    if (key == "l" || key == "p") ++lines_and_points_;
+    if (key == "curv" || key == "curv2" || key == "surf") ++free_forms_;
+  }
+
+  /// The numbers of a line, up to `most`, for all of which there is room in `numbers`.
+  int read_numbers(Scanner& scanner, double* numbers, int most) const {
+    int count = 0;
+    for (; count < most; ++count) {
+      const std::string_view word = scanner.word();
+      if (word.empty() || word[0] == '#') break;
+      if (!to_number(word, numbers[count])) fail(fmt::format("{} is not a number", shown(word)));
+    }
+    return count;
+  }
+
+  void read_vertex(Scanner& scanner) {
+    file_.vertices.push_back(scanner.offset());
+    double n[7];
+    const int count = read_numbers(scanner, n, 7);
+    if (count < 3) fail(fmt::format("a vertex of {} numbers; it needs three", count));
+    for (int i = 0; i < 3; ++i)
+      if (!std::isfinite(n[i]))
+        fail(fmt::format("vertex {} has the coordinate {}; it must be finite",
+                         file_.vertices.size(), n[i]));
+      else if (std::abs(n[i]) > largest_coordinate)
+        fail(fmt::format("vertex {} has the coordinate {}; at most {:.0e} can be used: scale the "
+                         "model down",
+                         file_.vertices.size(), n[i], largest_coordinate));
+    file_.mesh.positions.emplace_back(n[0], n[1], n[2]);
+    const int channels = count >= 6 ? count - 3 : 0;
+    channels_ = file_.vertices.size() == 1 ? channels : std::min(channels_, channels);
+    if (channels > 0) ++colored_vertices_;
+    if (colored_vertices_ == 0) return;
+    colors_.resize((file_.vertices.size() - 1) * 4);
+    for (int i = 0; i < 4; ++i) colors_.push_back(i < channels ? float(n[3 + i]) : 0.0f);
+  }
+
+  void read_uv(Scanner& scanner) {
+    file_.uvs.push_back(scanner.offset());
+    double n[2] = {0, 0};
+    if (read_numbers(scanner, n, 2) == 0) fail("a texture coordinate without a number");
+    file_.mesh.uvs.emplace_back(n[0], n[1]);
+  }
+
+  /// The index, from 0, that `text` spells; `ahead` remembers one beyond `count`.
+  int read_index(std::string_view text, std::string_view word, int count, Ahead& ahead,
+                 const char* what) const {
+    long long index = 0;
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), index);
+    if (result.ptr != text.data() + text.size() || text.empty() || index == 0 ||
+        result.ec != std::errc())
+      fail(
+          fmt::format("{} is not a corner of a face: the index of a {} counts from 1, or from -1 "
+                      "backwards",
+                      shown(word), what));
+    if (index < 0 && -index > count)
+      fail(fmt::format("{} goes back {} from {}", shown(word), -index, counted(count, what)));
+    if (index > INT_MAX) fail(fmt::format("{}: {} {} is not there", shown(word), what, index));
+    const int id = index < 0 ? int(count + index) : int(index - 1);
+    if (id >= count && id > ahead.index) ahead = {id, line_};
+    return id;
+  }
+
+  void check_ahead(const Ahead& ahead, int count, const char* what) {
+    line_ = ahead.place;
+    if (ahead.index >= count)
+      fail(fmt::format("a face uses {} {}, but the file has {}; it may be cut short", what,
+                       ahead.index + 1LL, count));
+  }
+
+  void read_face(Scanner& scanner) {
+    const std::size_t begin = corner_vertices_.size();
+    for (;;) {
+      const std::string_view word = scanner.word();
+      if (word.empty() || word[0] == '#') break;
+      const std::size_t slash = std::min(word.find('/'), word.size());
+      const std::size_t second = std::min(word.find('/', slash + 1), word.size());
+      corner_vertices_.push_back(read_index(word.substr(0, slash), word, int(file_.vertices.size()),
+                                            vertex_ahead_, "vertex"));
+      const bool has_uv = second > slash + 1;
+      if (has_uv) any_uv_ = true;
+      corner_uvs_.push_back(!has_uv ? -1
+                                    : read_index(word.substr(slash + 1, second - slash - 1), word,
+                                                 int(file_.uvs.size()), uv_ahead_,
+                                                 "texture coordinate"));
+    }
+    ++faces_;
+    const std::size_t corners = corner_vertices_.size() - begin;
+    if (corners > std::size_t(max_polygon))
+      fail(fmt::format("a face of {} corners; cut it into faces of at most {} first", corners,
+                       max_polygon));
+    if (corners >= 3) {
+      polygons_.push_back({begin, line_, material_of_next_face()});
+      return;
+    }
+    ++short_faces_;
+    corner_vertices_.resize(begin);
+    corner_uvs_.resize(begin);
+  }
+
+  void use_material(std::string_view name) {
+    material_name_ = name;
+    material_ = unknown;
+  }
+
+  /// Materials are numbered when a face uses them.
+  int material_of_next_face() {
+    if (material_ != unknown) return material_;
+    const auto found =
+        material_ids_.try_emplace(std::string(material_name_), int(file_.materials.size()));
+    if (found.second) file_.materials.emplace_back(material_name_);
+    return material_ = found.first->second;
+  }
+
+  void read_library(Scanner& scanner) {
+    const std::string_view names = scanner.rest();
+    const std::size_t begin = std::size_t(names.data() - text_.data());
+    if (!names.empty())
+      file_.libraries.push_back({std::string(names), {-1, begin, begin + names.size(), ""}});
+  }
+
+  void cut_polygons() {
+    Mesh& mesh = file_.mesh;
+    mesh.triangles.reserve(polygons_.size());
+    if (any_uv_) mesh.corner_uvs.reserve(polygons_.size());
+    std::vector<Vector3> corners;
+    for (std::size_t i = 0; i < polygons_.size(); ++i) {
+      const std::size_t begin = polygons_[i].begin;
+      const std::size_t end =
+          i + 1 < polygons_.size() ? polygons_[i + 1].begin : corner_vertices_.size();
+      if (end - begin == 3) {
+        add_triangle(polygons_[i], {0, 1, 2});
+        continue;
+      }
+      corners.clear();
+      for (std::size_t c = begin; c < end; ++c)
+        corners.push_back(mesh.positions[corner_vertices_[c]]);
+      for (const Triangle& t : triangulate(corners)) add_triangle(polygons_[i], t);
+    }
+  }
+
+  void add_triangle(const Polygon& polygon, const Triangle& corners) {
+    const int* vertices = corner_vertices_.data() + polygon.begin;
+    file_.mesh.triangles.push_back(
+        {vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]});
+    if (!file_.materials.empty()) file_.mesh.textures.push_back(polygon.material);
+    if (!any_uv_) return;
+    const int* uvs = corner_uvs_.data() + polygon.begin;
+    const Triangle triangle{uvs[corners[0]], uvs[corners[1]], uvs[corners[2]]};
+    if (std::min({triangle[0], triangle[1], triangle[2]}) < 0) ++triangles_without_uv_;
+    file_.mesh.corner_uvs.push_back(triangle);
+  }
+
+  void finish_colors() {
+    if (channels_ == 0) {
+      if (colored_vertices_ > 0)
+        file_.notes.push_back(
+            fmt::format("colours are left out: only {} of {} have one", colored_vertices_,
+                        counted(std::int64_t(file_.vertices.size()), "vertex")));
+      return;
+    }
+    file_.colors = {channels_, {}, Depth::f32};
+    for (std::size_t i = 0; i < colors_.size(); ++i)
+      if (int(i % 4) < channels_) file_.colors.values.push_back(colors_[i]);
+  }
+
+  /// Texture coordinates no corner names are no texture coordinates of the mesh.
+  void finish_uvs() {
+    if (!any_uv_) {
+      if (!file_.uvs.empty()) file_.notes.push_back("its texture coordinates belong to no face");
+      file_.mesh.uvs.clear();
+      file_.uvs.clear();
+    }
+  }
+
+  void note(long long count, const char* noun, const char* what) {
+    if (count > 0) file_.notes.push_back(counted(count, noun) + " " + what);
+  }
+
+  /// How many come after the last that a face uses.
+  static std::int64_t unused_at_end(const std::vector<int>& used, std::size_t count) {
+    const int last = used.empty() ? -1 : *std::max_element(used.begin(), used.end());
+    return std::int64_t(count) - 1 - last;
+  }
+
+  void may_be_cut(const char* element, std::int64_t count, std::int64_t id, std::string message) {
+    file_.defects.push_back({"maybe_cut_short", Defect::Severity::warning, element, count, {id},
+                             std::move(message) + ", as in a file that was cut short: compare it "
+                                                  "with its source if anything is missing"});
+  }
+
+  /// A cut that leaves valid lines shows in a last line without an end, or in vertices whose faces
+  /// are gone.
+  void look_for_a_cut() {
+    const bool ended = text_.ends_with('\n') || text_.ends_with('\r');
+    Scanner scanner(text_, last_line_);
+    const std::string_view key = scanner.word();
+    if (!ended && (key == "f" || key == "fo" || key.starts_with("v")))
+      may_be_cut("line", 1, Scanner::line(text_, last_line_),
+                 fmt::format("the last line, {}, has no line end", shown(text_.substr(last_line_))));
+    const std::int64_t vertices = unused_at_end(corner_vertices_, file_.vertices.size());
+    const std::int64_t uvs = any_uv_ ? unused_at_end(corner_uvs_, file_.uvs.size()) : 0;
+    if (polygons_.empty() || (vertices == 0 && uvs == 0)) return;
+    if (vertices > 0)
+      may_be_cut("vertex", vertices, std::int64_t(file_.vertices.size()) - vertices,
+                 fmt::format("no face uses the last {} in the file",
+                             counted(vertices, "vertex")));
+    else
+      may_be_cut("texture coordinate", uvs, std::int64_t(file_.uvs.size()) - uvs,
+                 fmt::format("no face uses the last {} in the file",
+                             counted(uvs, "texture coordinate")));
+  }
+
+  void add_notes() {
+    if (file_.mesh.triangles.empty()) file_.notes.push_back("it has no faces");
+    note(short_faces_, "face", "of fewer than three corners left out");
+    note(lines_and_points_, "line or point element", "not used");
+    note(free_forms_, "free-form curve or surface", "not used");
+    if (any_uv_)
+      note(triangles_without_uv_, "triangle", "with corners that have no texture coordinates");
+    if (polygons_.size() < file_.mesh.triangles.size())
+      file_.notes.push_back(
+          fmt::format("{} cut into {}", counted(std::int64_t(polygons_.size()), "polygon"),
+                      counted(file_.mesh.triangle_count(), "triangle")));
+  }
+
+  static constexpr int unknown = -2;
+
+  std::string_view text_;
+  const std::string& name_;
+  ObjFile file_;
+  std::size_t line_ = 0;  ///< where the line being read begins
+  std::size_t last_line_ = 0;
+  std::vector<int> corner_vertices_, corner_uvs_;
+  std::vector<Polygon> polygons_;
+  Ahead vertex_ahead_, uv_ahead_;
+  std::string_view material_name_;
+  int material_ = -1;
+  std::unordered_map<std::string, int> material_ids_;
+  std::vector<float> colors_;  ///< four per vertex, once one has any
+  int channels_ = 0;
+  bool any_uv_ = false;
+  long long faces_ = 0, short_faces_ = 0, lines_and_points_ = 0, free_forms_ = 0;
+  long long colored_vertices_ = 0, triangles_without_uv_ = 0;
+};
+
+/// Looks up the pictures of a file's materials.
+class MaterialLookup {
+ public:
+  MaterialLookup(const ObjFile& file, const Document& document) : file_(file) {
+    for (std::size_t p = 0; p < document.parts.size(); ++p) {
+      const std::string folder = std::filesystem::path(document.parts[p].name).parent_path();
+      for (Material& m : parse_mtl(document.parts[p].bytes)) {
+        m.place.part = int(p);
+        if (!m.picture.empty())
+          m.picture = (std::filesystem::path(folder) / portable_name(m.picture)).string();
+        materials_.try_emplace(m.name, std::move(m));
+      }
+    }
+  }
+
+  const Material* find(const std::string& name) const {
+    const auto found = materials_.find(name);
+    return found == materials_.end() ? nullptr : &found->second;
+  }
+
+  /// Textures of the materials, in `slots`; −1 for a material without one.
+  std::vector<int> textures(std::vector<TextureSlot>& slots) const {
+    std::vector<int> texture_from_material;
+    std::map<std::string, int> ids;
+    bool any = false;
+    for (const std::string& name : file_.materials) {
+      const Material* m = find(name);
+      any = any || (m && !m->picture.empty());
+    }
+    for (const std::string& name : file_.materials) {
+      const Material* m = find(name);
+      const std::string picture = m ? m->picture : "";
+      if (any && picture.empty()) {
+        texture_from_material.push_back(-1);
+        continue;
+      }
+      // Where no material has a picture, each is a slot of its own.
+      const auto id = ids.try_emplace(any ? picture : name, int(slots.size()));
+      if (id.second) slots.push_back({picture, m ? m->wrap : Wrap::unspecified, {}, {}});
+      if (m) slots[id.first->second].places.push_back(m->place);
+      texture_from_material.push_back(id.first->second);
+    }
+    return texture_from_material;
+  }
+
+ private:
+  const ObjFile& file_;
+  std::unordered_map<std::string, Material> materials_;
+};
+
+/// Moves the texture coordinates of materials with -s or -o; a coordinate that several materials
+/// use is given once more for each.
+void apply_map_options(MeshFile& file, const ObjFile& obj, const MaterialLookup& lookup) {
+  std::map<std::pair<int, int>, int> moved;
+  for (int t = 0; t < file.mesh.triangle_count() && file.mesh.has_uvs(); ++t) {
+    const int id = obj.mesh.textures.empty() ? -1 : obj.mesh.textures[t];
+    const Material* m = id < 0 ? nullptr : lookup.find(obj.materials[id]);
+    if (!m || (m->scale == Vector2(1, 1) && m->offset == Vector2(0, 0))) continue;
+    for (int& uv : file.mesh.corner_uvs[t]) {
+      if (uv < 0) continue;
+      const auto place = moved.try_emplace({id, uv}, int(file.mesh.uvs.size()));
+      if (place.second)
+        file.mesh.uvs.push_back(file.mesh.uvs[uv].cwiseProduct(m->scale) + m->offset);
+      uv = place.first->second;
+    }
+  }
+  if (!moved.empty())
+    file.notes.push_back("options -s and -o of map_Kd are applied to the texture coordinates");
+}
+
+}  // namespace
+
+ObjFile parse_obj(ByteView bytes, const std::string& name) {
+  return ObjParser(bytes, name).parse();
+}
+
+MeshFile read_obj(const Document& document) {
+  ObjFile obj = parse_obj(document.bytes, document.name);
+  const MaterialLookup lookup(obj, document);
+  MeshFile file{obj.mesh, std::move(obj.colors), {}, std::move(obj.notes), std::move(obj.defects)};
+  const std::vector<int> texture_from_material = lookup.textures(file.textures);
+  for (int& texture : file.mesh.textures)
+    texture = texture < 0 ? -1 : texture_from_material[texture];
+  apply_map_options(file, obj, lookup);
+  return file;
+}
+
+}  // namespace mq

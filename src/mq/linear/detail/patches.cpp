@@ -1,0 +1,218 @@
+#include "mq/linear/detail/patches.h"
+
+#include <algorithm>
+
+#include "mq/base/parallel.h"
+#include "mq/linear/kernels/patch_kernels.h"
+
+namespace mq {
+
+namespace {
+
+constexpr int max_patch = PatchList::max_members;  // a row with more neighbours keeps the first of them
+constexpr int max_cluster = PatchList::max_members;  // members of a patch of strong couplings
+constexpr double strong = 0.25;    // of the largest coupling of a row
+constexpr int patch_block = 32;    // patches handed to a thread at once
+constexpr int single_block = 256;  // rows handed to a thread at once
+constexpr double shift = 1e-6;     // of the diagonal, see the header
+// A whole component in one row of a coarse level, which holds no more than this where finest rows
+// hold 1: its constants are the null space or as good, and what to divide by would be rounding.
+constexpr double null_below = 1e-7;
+
+/// Per row its position among the listed ones, −1 for the others.
+std::vector<int> positions_of(const StencilLayout& layout) {
+  std::vector<int> position(layout.rows, -1);
+  for (int p = 0; p < layout.listed_count(); ++p) position[layout.listed(p)] = p;
+  return position;
+}
+
+/// Replaces the symmetric positive definite n × n matrix `a` by its inverse (Gauss and Jordan;
+/// pivots of such a matrix need no exchange).
+void invert(std::vector<double>& a, int n) {
+  for (int k = 0; k < n; ++k) {
+    const double inverse = 1 / a[k * n + k];
+    a[k * n + k] = 1;
+    for (int j = 0; j < n; ++j) a[k * n + j] *= inverse;
+    for (int i = 0; i < n; ++i) {
+      if (i == k) continue;
+      const double factor = a[i * n + k];
+      a[i * n + k] = 0;
+      for (int j = 0; j < n; ++j) a[i * n + j] -= factor * a[k * n + j];
+    }
+  }
+}
+
+/// Orders rows (positions) in each block so that consecutive ones do not couple where that can be
+/// had: by greedy colours within the block. A processor then overlaps their updates.
+void interleave(const SparseMatrix& A, const StencilLayout& layout,
+                const std::vector<int>& position, std::vector<int>& members) {
+  const int count = int(members.size());
+  std::vector<int> colour(count, -1);
+  parallel_blocks(count, single_block, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<char> taken;
+    for (std::int64_t p = begin; p < end; ++p) {
+      taken.assign(taken.size() + 1, 0);
+      for (SparseMatrix::InnerIterator entry(A, layout.listed(int(p))); entry; ++entry) {
+        const int q = position[entry.col()];
+        if (q < begin || q >= p) continue;
+        if (std::size_t(colour[q]) >= taken.size()) taken.resize(colour[q] + 1, 0);
+        taken[colour[q]] = 1;
+      }
+      colour[p] = int(std::find(taken.begin(), taken.end(), 0) - taken.begin());
+    }
+    std::stable_sort(members.begin() + begin, members.begin() + end,
+                     [&](int a, int b) { return colour[a] < colour[b]; });
+  });
+}
+
+/// The listed row at position p and those to which strong couplings lead from it, the nearest ones
+/// first.
+std::vector<int> cluster_around(int p, const SparseMatrix& A, const StencilLayout& layout,
+                                const std::vector<int>& position) {
+  std::vector<int> members = {p};
+  for (std::size_t i = 0; i < members.size() && members.size() < max_cluster; ++i) {
+    const int k = layout.listed(members[i]);
+    double largest = 0;
+    for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
+      if (entry.col() != k) largest = std::max(largest, std::abs(entry.value()));
+    for (SparseMatrix::InnerIterator entry(A, k); entry && members.size() < max_cluster; ++entry) {
+      const int q = position[entry.col()];
+      if (q >= 0 && std::abs(entry.value()) >= strong * largest &&
+          std::find(members.begin(), members.end(), q) == members.end())
+        members.push_back(q);
+    }
+  }
+  return members;
+}
+
+}  // namespace
+
+PatchSmoother::PatchSmoother(const SparseMatrix& A, const StencilLayout& layout, Kind kind)
+    : kind_(kind) {
+  const std::vector<int> position = positions_of(layout);
+  const int count = layout.listed_count();
+  std::vector<char> covered(count, 0);
+  const int irregular_count = int(layout.irregular.size());
+  for (int p = 0; p < count; ++p) {
+    if (covered[p]) continue;
+    const std::size_t begin = members_.size();
+    if (p >= irregular_count) {
+      const std::vector<int> cluster = cluster_around(p, A, layout, position);
+      members_.insert(members_.end(), cluster.begin(), cluster.end());
+      for (std::size_t i = 0; i < (cluster.size() + 1) / 2; ++i) covered[cluster[i]] = 1;
+      starts_.push_back(int(members_.size()));
+      continue;
+    }
+    members_.push_back(p);
+    if (kind == Kind::neighbours)
+      for (SparseMatrix::InnerIterator entry(A, layout.listed(int(p))); entry; ++entry) {
+        const int q = position[entry.col()];
+        if (q >= 0 && q != p && members_.size() - begin < max_patch) members_.push_back(q);
+      }
+    for (std::size_t i = begin; i < members_.size(); ++i) covered[members_[i]] = 1;
+    starts_.push_back(int(members_.size()));
+  }
+  if (kind == Kind::single) interleave(A, layout, position, members_);
+  std::vector<int> unknowns(members_.size());
+  for (std::size_t i = 0; i < members_.size(); ++i) unknowns[i] = layout.listed(members_[i]);
+  order_ = order_blocks(A, starts_, unknowns, kind == Kind::single ? single_block : patch_block);
+
+  inverses_.assign(1, 0);
+  if (kind == Kind::neighbours)
+    for (std::size_t p = 0; p + 1 < starts_.size(); ++p) {
+      const std::int64_t n = starts_[p + 1] - starts_[p];
+      inverses_.push_back(inverses_.back() + n * n);
+    }
+}
+
+void PatchSmoother::set_values(const SparseMatrix& A, const StencilLayout& layout,
+                               const Scaling& scaling) {
+  if (kind_ == Kind::single) {
+    values_.resize(layout.listed_count());
+    parallel_for(layout.listed_count(), [&](std::int64_t p) {
+      const int k = layout.listed(int(p));
+      const double diagonal = scaling(k, k) * A.coeff(k, k);
+      const bool alone = A.outerIndexPtr()[k + 1] - A.outerIndexPtr()[k] == 1;
+      values_[p] = diagonal > (alone ? null_below : 0.0) ? float(1 / diagonal) : 0;
+    });
+    return;
+  }
+  values_.resize(inverses_.back());
+  parallel_for(
+      count(),
+      [&](std::int64_t p) {
+        const int begin = starts_[p], n = starts_[p + 1] - begin;
+        std::vector<double> block(std::size_t(n) * n);
+        for (int i = 0; i < n; ++i)
+          for (int j = 0; j < n; ++j) {
+            const int k = layout.listed(members_[begin + i]);
+            const int l = layout.listed(members_[begin + j]);
+            block[i * n + j] = scaling(k, l) * A.coeff(k, l);
+          }
+        for (int i = 0; i < n; ++i) {
+          double& diagonal = block[i * n + i];
+          diagonal = diagonal > 0 ? diagonal * (1 + shift) : 1;
+        }
+        invert(block, n);
+        for (int i = 0; i < n * n; ++i) values_[inverses_[p] + i] = float(block[i]);
+      },
+      64);
+}
+
+PatchSmoother::Within PatchSmoother::within(const RowSet& rows, const std::vector<int>& positions,
+                                            const StencilLayout& layout) const {
+  std::vector<int> found, covered;
+  const auto take = [&](int patch) {
+    for (int i = starts_[patch]; i < starts_[patch + 1]; ++i)
+      if (!rows.has(layout.listed(members_[i]))) return;
+    found.push_back(patch);
+    covered.insert(covered.end(), members_.begin() + starts_[patch],
+                   members_.begin() + starts_[patch + 1]);
+  };
+  if (kind_ == Kind::single) {
+    // Single rows are in the order of positions but for those of a block, which are mixed.
+    int end = 0;
+    for (const int p : positions) {
+      if (p < end) continue;
+      const int begin = p / single_block * single_block;
+      end = std::min(begin + single_block, count());
+      for (int patch = begin; patch < end; ++patch) take(patch);
+    }
+  } else {
+    // Patches are in the order of the positions that they began with.
+    int patch = 0;
+    for (const int p : positions) {
+      const auto first =
+          std::lower_bound(starts_.begin() + patch, starts_.end() - 1, p,
+                           [&](int start, int position) { return members_[start] < position; });
+      patch = int(first - starts_.begin());
+      if (patch < count() && members_[starts_[patch]] == p) take(patch);
+    }
+  }
+  std::ranges::sort(covered);
+  Within result{order_.part(found), {}};
+  for (const int p : positions)
+    if (p < int(layout.irregular.size()) && !std::ranges::binary_search(covered, p))
+      result.alone.push_back(p);
+  return result;
+}
+
+void PatchSmoother::relax(const BlockOrder& some, const StencilMatrix& A, int lanes, const float* b,
+                          float* x, Order order) const {
+  const auto relax =
+      kind_ == Kind::single ? patch_kernels().relax_rows : patch_kernels().relax_patches;
+  const ListedRows rows = A.listed_rows();
+  const PatchList patches{starts_.data(), members_.data(), inverses_.data(), values_.data()};
+  some.run(order, [&](int begin, int end) {
+    const int* items = some.items.empty() ? nullptr : some.items.data();
+    relax(lanes, rows, patches, {{items, begin, end}, order == Order::backward}, b, x);
+  });
+}
+
+std::int64_t PatchSmoother::bytes() const {
+  return std::int64_t(sizeof(int)) * std::int64_t(starts_.size() + members_.size()) +
+         std::int64_t(sizeof(std::int64_t)) * std::int64_t(inverses_.size()) +
+         std::int64_t(sizeof(float)) * std::int64_t(values_.size());
+}
+
+}  // namespace mq
