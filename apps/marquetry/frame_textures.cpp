@@ -10,6 +10,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/video/gutter.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "options/signal_options.h"
 
@@ -107,7 +108,7 @@ void add_codec_option(OptionTable& table) {
 }
 
 VideoOptions video_options(const OptionValues& options) {
-  return {.rate = options.has("rate") ? options.number("rate") : default_rate,
+  return {.rate = options.has("rate") ? options.number("rate") : VideoOptions{}.rate,
           .codec = video_codec(options.text("codec"))};
 }
 
@@ -118,7 +119,7 @@ void require_video_for_codec(const OptionValues& options, bool is_made) {
 void add_rate_option(OptionTable& table) {
   table.add({.name = "rate",
              .type = Option::Type::number,
-             .default_value = "30",
+             .default_value = as_typed(VideoOptions{}.rate),
              .unit = "frames a second",
              .least = 0.001,
              .most = 100000,

@@ -58,9 +58,6 @@ class FrameTextures {
 /// lose a row or column of so many.
 void require_whole_video(const std::filesystem::path& path, int width, int height);
 
-/// Frames a second where nothing says another.
-constexpr double default_rate = 30;
-
 /// Adds --rate, and --codec; what they say.
 void add_rate_option(OptionTable& table);
 void add_codec_option(OptionTable& table);

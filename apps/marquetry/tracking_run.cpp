@@ -14,6 +14,7 @@
 #include "mq/model/sequence_pictures.h"
 #include "mq/model/sequence_tracker.h"
 #include "sequence_pictures.h"
+#include "shell/arguments.h"
 #include "shell/run.h"
 
 namespace mq::app {
@@ -26,9 +27,6 @@ constexpr const char* deciding[] = {"photometric", "cycles",    "nodes",        
                                     "elasticity",  "angle",     "no-prediction", "restart",
                                     "within",      "keyframes", "texture"};
 constexpr double first_over_last_stiffness = 1000;
-
-/// A number as a user would type it.
-std::string as_typed(double value) { return fmt::format("{:g}", value); }
 
 TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing remeshing) {
   TemplateFollowerOptions follow;

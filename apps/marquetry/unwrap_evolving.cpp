@@ -12,6 +12,7 @@
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
 #include "mq/model/stored_frames.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "render_request.h"
 
@@ -100,7 +101,7 @@ void add_atlas_options(OptionTable& table) {
   table.add({.name = "size",
              .letter = 's',
              .type = Type::integer,
-             .default_value = "2048",
+             .default_value = as_typed(UnwrapOptions{}.width),
              .unit = "texels",
              .least = 16,
              .most = 32768,
@@ -108,7 +109,7 @@ void add_atlas_options(OptionTable& table) {
              .help = "side of the texture that charts are packed for"});
   table.add({.name = "gutter",
              .type = Type::integer,
-             .default_value = "2",
+             .default_value = as_typed(UnwrapOptions{}.gutter),
              .unit = "texels",
              .least = 0,
              .most = 256,
@@ -116,14 +117,14 @@ void add_atlas_options(OptionTable& table) {
              .help = "that stay free between charts, and half of it at the border"});
   table.add({.name = "stretch",
              .type = Type::number,
-             .default_value = "1.05",
+             .default_value = as_typed(UnwrapOptions{}.stretch),
              .least = 1.0001,
              .most = 10,
              .group = "Atlas",
              .help = "the most L2 stretch that a chart may get by merging; 1 is none"});
   table.add({.name = "trials",
              .type = Type::integer,
-             .default_value = "200",
+             .default_value = as_typed(UnwrapOptions{}.trials),
              .least = 1,
              .most = 100000,
              .group = "Atlas",

@@ -68,7 +68,7 @@ TEST(Denoise, TakesNoiseOffAndKeepsTheEdge) {
   for (const auto& options : {whole_square(), nine_charts()}) {
     const Stepped step(options, 160);
     const double h = step.space.scale().texel_spacing;
-    const DenoiseOptions wanted{.weight = 16 * h * h, .edge = 0.2};
+    const DenoiseOptions wanted{.weight = 16 * h * h, .edge = 0.2, .steps = 2};
     const Signal found = denoise(step.space, step.noisy, {}, wanted).signal;
     const Signal smooth = ScreenedPoisson(step.space, wanted.weight).solve(step.noisy, 0).signal;
     EXPECT_LE(step.error(found, 5 * h, 0.45), 0.25 * noise);
@@ -95,7 +95,7 @@ TEST(Denoise, WithoutEdgesIsSmoothing) {
 
 TEST(Denoise, LeavesConstantsAndMeansAlone) {
   const Stepped step(nine_charts(), 96);
-  const DenoiseOptions wanted{.weight = 1e-3, .edge = 0.2};
+  const DenoiseOptions wanted{.weight = 1e-3, .edge = 0.2, .steps = 2};
   const Signal constant = Signal::Constant(step.space.size(), 3, 7e4);
   EXPECT_TRUE(denoise(step.space, constant, {}, wanted).signal == constant);
   const SparseMatrix M = step.space.mass();

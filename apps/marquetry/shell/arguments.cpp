@@ -1,5 +1,7 @@
 #include "shell/arguments.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -19,6 +21,8 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, std::s
   }
   return values;
 }
+
+std::string as_typed(double value) { return fmt::format("{:g}", value); }
 
 std::optional<std::array<int, 2>> parse_size(std::string text) {
   if (text.find('x') == std::string::npos) text += "x" + text;

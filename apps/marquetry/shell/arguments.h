@@ -1,5 +1,5 @@
 #pragma once
-/// Texts that verbs of pictures take as arguments.
+/// Texts that verbs take as arguments, and numbers as such texts.
 
 #include <array>
 #include <optional>
@@ -12,6 +12,9 @@ namespace mq::app {
 
 /// "3,4.5" as `count` finite numbers; nothing where it is not.
 std::optional<std::vector<double>> parse_numbers(const std::string& text, std::size_t count);
+
+/// A number as a user would type it, such as a default of the library's.
+std::string as_typed(double value);
 
 /// "1024" or "1920x1080": pixels, 1 to 16384 a side.
 std::optional<std::array<int, 2>> parse_size(std::string text);

@@ -4,6 +4,7 @@
 #include "input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/filter/denoise.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
@@ -105,14 +106,14 @@ Verb denoise_verb() {
                         "picture for every texture."});
   table.add({.name = "guide-edge",
              .type = Type::number,
-             .default_value = "0.05",
+             .default_value = as_typed(Guide{}.edge),
              .least = 1e-30,
              .most = 1e30,
              .group = "Denoise",
              .help = "the same as --edge of the guides"});
   table.add({.name = "steps",
              .type = Type::integer,
-             .default_value = "1",
+             .default_value = as_typed(DenoiseOptions{}.steps),
              .least = 1,
              .most = 1000,
              .group = "Denoise",

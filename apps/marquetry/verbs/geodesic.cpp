@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "shell/arguments.h"
 #include "options/signal_options.h"
 #include "input_pictures.h"
 #include "mq/base/error.h"
@@ -117,7 +118,7 @@ Verb geodesic_verb() {
   add_source_options(table);
   table.add({.name = "time",
              .type = Type::number,
-             .default_value = "4",
+             .default_value = as_typed(GeodesicOptions{}.time),
              .least = 1,
              .most = 1e6,
              .group = "Distance",
@@ -132,7 +133,7 @@ Verb geodesic_verb() {
              .details = "automatic: numbers in .exr and .tif, in model units; colours elsewhere."});
   table.add({.name = "isolines",
              .type = Type::integer,
-             .default_value = "24",
+             .default_value = as_typed(DistanceColours{}.lines),
              .least = 0,
              .most = 10000,
              .group = "Distance",

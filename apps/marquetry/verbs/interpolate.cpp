@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "shell/arguments.h"
 #include "options/flow_options.h"
 #include "flow_pair.h"
 #include "shell/frame_place.h"
@@ -201,7 +202,7 @@ Verb interpolate_verb() {
                  "the last; %04d in --output stands for the number, or --output is a video"});
   table.add({.name = "rate",
              .type = Type::number,
-             .default_value = "25",
+             .default_value = as_typed(VideoOptions{}.rate),
              .unit = "frames per second",
              .least = 0.001,
              .most = 1000,

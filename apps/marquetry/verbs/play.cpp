@@ -161,7 +161,7 @@ Exit run_play(Run& run) {
   GivenVideo video{"video/mp4", {}, {}};
   if (options.has("video")) video = given_video(run, frames.size());
   const double rate =
-      video.rate.value_or(options.has("rate") ? options.number("rate") : default_rate);
+      video.rate.value_or(options.has("rate") ? options.number("rate") : VideoOptions{}.rate);
   const fs::path output = options.text("output");
   const bool is_page = output.extension() == ".html";
   const fs::path page = is_page ? output : output / "index.html";

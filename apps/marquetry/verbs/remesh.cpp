@@ -18,6 +18,7 @@
 #include "mq/mesh/soundness.h"
 #include "mq/remesh/remesh.h"
 #include "mq/remesh/texture.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "options/model_options.h"
 #include "shell/verb.h"
@@ -286,28 +287,28 @@ void add_remesh_options(OptionTable& table) {
        .details = "By default two mean edges of the finer of the two meshes."});
   table.add({.name = "keep",
              .type = Type::number,
-             .default_value = "0.5",
+             .default_value = as_typed(RemeshOptions{}.keep),
              .least = 0,
              .most = 1,
              .group = "Remesh",
              .help = "neighbours of a replaced part go too from this share of the tolerance on"});
   table.add({.name = "occlusion",
              .type = Type::number,
-             .default_value = "0.75",
+             .default_value = as_typed(RemeshOptions{}.occlusion),
              .least = 0,
              .most = 1,
              .group = "Remesh",
              .help = "how much less distance counts in hidden places, such as creases and contacts"});
   table.add({.name = "curvature",
              .type = Type::number,
-             .default_value = "2",
+             .default_value = as_typed(RemeshOptions{}.curvature),
              .least = 0,
              .most = 100,
              .group = "Remesh",
              .help = "how much more distance counts where a mesh is bent, such as at ridges and tips"});
   table.add({.name = "growth",
              .type = Type::number,
-             .default_value = "0.25",
+             .default_value = as_typed(RemeshOptions{}.growth),
              .least = 0,
              .most = 1,
              .group = "Remesh",

@@ -14,6 +14,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/unwrap/unwrap.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/percentiles.h"
 #include "shell/run.h"
@@ -132,7 +133,7 @@ Verb unwrap_verb() {
   add_atlas_options(table);
   table.add({.name = "largest",
              .type = Option::Type::number,
-             .default_value = "20",
+             .default_value = as_typed(100 * UnwrapOptions{}.largest),
              .unit = "% of the area",
              .least = 0.1,
              .most = 100,

@@ -20,7 +20,7 @@ struct DenoiseOptions {
   /// The same as `Guide::edge` of the signal itself, as the step before left it; infinite: its own
   /// edges do not count.
   double edge = std::numeric_limits<double>::infinity();
-  int steps = 2;  ///< solutions with the edges of the one before, after a first one; where only
+  int steps = 1;  ///< solutions with the edges of the one before, after a first one; where only
                   ///< guides count there is one in all
 };
 

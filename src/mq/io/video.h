@@ -34,7 +34,7 @@ std::vector<std::string> video_codec_names();
 VideoCodec video_codec(const std::string& name);
 
 struct VideoOptions {
-  double rate = 25;  ///< frames per second, 1/1000 to 1000
+  double rate = 30;  ///< frames per second, 1/1000 to 1000
   VideoCodec codec = VideoCodec::automatic;
 };
 

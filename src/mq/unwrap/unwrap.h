@@ -12,7 +12,7 @@
 namespace mq {
 
 struct UnwrapOptions {
-  int width = 1024, height = 1024;  ///< of the texture, texels
+  int width = 2048, height = 2048;  ///< of the texture, texels
   int gutter = 2;                   ///< free texels between charts
   double stretch = 1.05;            ///< the most L² stretch that may come of making charts fewer
   int trials = 200;                 ///< orders of packing that are tried
