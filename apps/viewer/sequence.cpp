@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <map>
 
-#include "evolving_frames.h"
 #include "mq/base/error.h"
 #include "mq/draw/lifespans.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
+#include "mq/model/stored_frames.h"
 
 namespace mq::view {
 namespace {
@@ -134,7 +134,7 @@ std::shared_ptr<Sequence> open_sequence(app::Run& run) {
   if (!name.ends_with(".evolving")) return std::make_shared<Files>(run.options());
   run.will_read(name);
   const EvolvingReader reader(name);
-  app::warn_of_broken(run.terminal(), reader);
+  warn_of_broken(run.terminal(), reader);
   return std::make_shared<Evolving>(reader, name, run.options().texts("texture"));
 }
 
