@@ -107,7 +107,7 @@ MaterialFrame CapturedFrame::read_truth() const {
   if (uncut_.empty()) return {model_.mesh, std::move(material)};
   Mesh cut = model_.mesh;
   for (std::size_t v = 0; v < cut.positions.size(); ++v)
-    cut.positions[v] = point_at(material, {places_[v].triangle, places_[v].barycentric, 0});
+    cut.positions[v] = point_at(material, places_[v]);
   return {model_.mesh, std::move(cut)};
 }
 
