@@ -95,35 +95,49 @@ class Viewer {
   Tool* tool() { return tool_.get(); }
 
  private:
+  // viewer.cpp
   Image<float> picture() const;
   void layout();
   void place_panes();
+  /// What is left to the graphics, in scripts measured.
   template <class Draw>
-  void with_graphics(const Draw& draw);
+  void with_graphics(const Draw& draw) {
+    const Stopwatch watch;
+    draw();
+    drawing_ += watch.seconds();
+  }
   void upload(TextureSet& set);
-  std::vector<double> state_of_look(const FalseColour& scale) const;
   void draw() const;
+  void change_tool(const std::string& name);
+  void use_keys();
+  void status_line(float y, float width);
+
+  // viewer_panel.cpp
   void panel(float width, float height);
   void view_controls();
   void number_controls();
   void sequence_controls();
-  void play();
   void loading_controls();
-  void ask_before_losing();
-  void unless_lost(const std::string& what, std::function<void()> act,
-                   std::function<void()> otherwise = {});
-  void go_on_when_saved(bool failed);
-  void change_tool(const std::string& name);
-  void adopt(std::unique_ptr<LoadedModel> loaded);
+  void file_controls();
+
+  // viewer_panes.cpp
+  std::vector<double> state_of_look(const FalseColour& scale) const;
   void surface_pane();
   void atlas_pane();
-  void file_controls();
-  void status_line(float y, float width);
-  void use_keys();
   void use_surface_mouse();
   void use_atlas_mouse();
   void mark(const Pick& pick) const;
   void show_legend();
+
+  // viewer_loading.cpp
+  void play();
+  void adopt(std::unique_ptr<LoadedModel> loaded);
+
+  // viewer_questions.cpp
+  void ask_before_losing();
+  void unless_lost(const std::string& what, std::function<void()> act,
+                   std::function<void()> otherwise = {});
+  void go_on_when_saved(bool failed);
 
   Session& session_;
   Display& display_;

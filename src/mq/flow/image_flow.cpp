@@ -20,6 +20,7 @@
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/flow/forward_warp.h"
+#include "mq/flow/detail/image_aligner.h"
 #include "mq/flow/detail/image_signals.h"
 #include "mq/flow/image_system.h"
 
@@ -37,14 +38,8 @@ constexpr double pixels_per_length = 3;
 /// A scale whose signals have a smaller part of the deviation shows nothing but rounding.
 constexpr double faintest = 1e-3;
 
-/// What pulls the field to 0 where nothing says where it goes, against Ḡ.
-constexpr double pull = 1e-6;
-
-/// How often ψ is made quadratic about the last Y.
-constexpr int reweightings = 3;
-
-/// α* of (4.8) is 1 or more in exact arithmetic, and cut off where linear models end.
-constexpr double scale_slack = 1e-3, largest_scale = 4;
+/// α* of (4.8) is cut off where linear models end.
+constexpr double largest_scale = 4;
 
 constexpr int halvings = 4;
 
@@ -53,249 +48,6 @@ double pixels(const Length& length, const SurfaceScale& scale) {
           fmt::format("a length of {} pixels is negative: 0 or more is wanted", length.value));
   return std::sqrt(weight_from_length(length, scale));
 }
-
-/// ψ of width ϵ, 0 for squares, with what it is made quadratic by: ψ(s²) ≈ w·s² + const.
-struct Penalty {
-  double width = 0;
-  double value(double square) const {
-    if (width == 0) return square;
-    return 2 * width * (std::sqrt(square + width * width) - width);
-  }
-  double weight(double square) const {
-    return width == 0 ? 1 : width / std::sqrt(square + width * width);
-  }
-};
-
-/// Two signals moved towards each other.
-struct Moved {
-  Image<float> source, target;
-  std::vector<char> inside;  ///< whether both places are in the image
-  std::vector<float> cost;   ///< Σ_c ψ_D per pixel
-};
-
-struct Costs {
-  double before = 0, after = 0;
-  Costs operator+(const Costs& other) const { return {before + other.before, after + other.after}; }
-};
-
-/// The costs of two fields over the pixels that both keep in the images: none gets better by what
-/// it moves out of sight.
-Costs compared(const Moved& before, const Moved& after) {
-  return parallel_sum(std::int64_t(before.cost.size()), Costs{},
-                      [&](std::int64_t begin, std::int64_t end) {
-                        Costs sum;
-                        for (std::size_t k = std::size_t(begin); k < std::size_t(end); ++k)
-                          if (before.inside[k] && after.inside[k])
-                            sum = sum + Costs{before.cost[k], after.cost[k]};
-                        return sum;
-                      });
-}
-
-/// The mean of ψ_D over pixels and channels, where what is out of sight counts as in `blend`.
-double error_of(const Moved& moved, const Moved& blend) {
-  const double sum =
-      parallel_sum(std::int64_t(moved.cost.size()), 0.0, [&](std::int64_t begin, std::int64_t end) {
-        double part = 0;
-        for (std::size_t k = std::size_t(begin); k < std::size_t(end); ++k)
-          part += moved.inside[k] ? moved.cost[k] : blend.cost[k];
-        return part;
-      });
-  return sum / double(moved.source.values().size());
-}
-
-/// What one scale is made of.
-struct Scale {
-  Image<float> source, target;
-  double length;  ///< pixels of this grid
-  Penalty data;
-};
-
-class Aligner {
- public:
-  Aligner(const Scale& scale, const ImageFlowOptions& options) : scale_(scale), options_(options) {}
-
-  Moved move(const Image<float>& X) const {
-    const Image<float>& like = scale_.source;
-    Moved moved;
-    moved.inside.assign(std::size_t(like.pixel_count()), 1);
-    const bool forward = options_.alignment == Alignment::forward;
-    const auto warp = [&](const Image<float>& signal, double time) {
-      const Image<float> d = displacement(X, time, forward ? FlowPath::straight : options_.path);
-      parallel_for(
-          like.height(),
-          [&](std::int64_t y) {
-            for (int x = 0; x < like.width(); ++x)
-              if (!lands_inside(d, x, int(y))) moved.inside[std::size_t(y) * like.width() + x] = 0;
-          },
-          row_block);
-      return displaced(signal, d, Overshoot::kept);
-    };
-    moved.source = forward ? scale_.source : warp(scale_.source, -0.5);
-    moved.target = warp(scale_.target, forward ? 1 : 0.5);
-    moved.cost.resize(moved.inside.size());
-    parallel_for(
-        like.height(),
-        [&](std::int64_t y) {
-          for (int x = 0; x < like.width(); ++x) {
-            const auto a = moved.source.pixel(x, int(y)), b = moved.target.pixel(x, int(y));
-            double sum = 0;
-            for (std::size_t c = 0; c < a.size(); ++c)
-              sum += scale_.data.value((double(b[c]) - a[c]) * (double(b[c]) - a[c]));
-            moved.cost[std::size_t(y) * like.width() + x] = float(sum);
-          }
-        },
-        row_block);
-    return moved;
-  }
-
-  /// A correction and its scale α*; α* = 0 where there is nothing to correct.
-  struct Correction {
-    FlowPlanes Y;
-    double scale = 0;
-    int cycles = 0;
-  };
-  Correction correct(const Moved& moved, const Progress& progress) const {
-    Correction correction;
-    const std::size_t n = moved.inside.size();
-    correction.Y = {std::vector<float>(n), std::vector<float>(n)};
-    const bool robust = options_.robust_data > 0 || options_.robust_smoothness > 0;
-    for (int round = 0; round < (robust ? reweightings : 1); ++round) {
-      Equations equations = linearised(moved, correction.Y);
-      if (!(equations.mean_slope > 0)) return {};
-      const ImageFlowSystem& A = equations.system;
-      const std::vector<float> d11 = A.d11, d12 = A.d12, d22 = A.d22;
-      const ImageFlowSolver solver(std::move(equations.system));
-      const SolveReport report = solver.solve(equations.b, correction.Y, options_.tolerance,
-                                              options_.max_cycles, progress);
-      correction.cycles += report.cycles;
-      correction.scale = best_scale(d11, d12, d22, equations, correction.Y);
-    }
-    return correction;
-  }
-
- private:
-  struct Equations {
-    explicit Equations(int width, int height)
-        : system(width, height),
-          b{std::vector<float>(system.d11.size()), std::vector<float>(system.d11.size())} {}
-    ImageFlowSystem system;
-    FlowPlanes b;
-    double mean_slope = 0;  ///< Ḡ
-    double pull = 0;        ///< in D
-  };
-
-  /// ψ_S's weight at each pixel, from the differences to the right and down.
-  std::vector<float> smoothness_weights(const FlowPlanes& Y) const {
-    const int width = scale_.source.width(), height = scale_.source.height();
-    std::vector<float> weights(Y.u.size(), 1.0F);
-    if (options_.robust_smoothness == 0) return weights;
-    const Penalty psi{options_.robust_smoothness};
-    parallel_for(
-        height,
-        [&](std::int64_t y) {
-          for (int x = 0; x < width; ++x) {
-            const std::size_t k = std::size_t(y) * width + x;
-            const std::size_t right = x + 1 < width ? k + 1 : k,
-                              below = y + 1 < height ? k + width : k;
-            double square = 0;
-            for (const std::vector<float>* plane : {&Y.u, &Y.v})
-              for (const std::size_t other : {right, below}) {
-                const double d = double((*plane)[other]) - (*plane)[k];
-                square += d * d;
-              }
-            weights[k] = float(psi.weight(square));
-          }
-        },
-        row_block);
-    return weights;
-  }
-
-  /// A = D + ℓ²Ḡ·L and b = −Σ_c w·δ·∇μ with the weights that Y has.
-  Equations linearised(const Moved& moved, const FlowPlanes& Y) const {
-    const int width = moved.source.width(), height = moved.source.height();
-    const int channels = moved.source.channels();
-    Equations equations(width, height);
-    ImageFlowSystem& A = equations.system;
-    const bool forward = options_.alignment == Alignment::forward;
-    const double sum = parallel_sum(
-        height, 0.0,
-        [&](std::int64_t begin, std::int64_t end) {
-          double part = 0;
-          for (int y = int(begin); y < int(end); ++y)
-            for (int x = 0; x < width; ++x) {
-              const std::size_t k = std::size_t(y) * width + x;
-              for (int c = 0; c < channels; ++c) {
-                const Slope before = slope(moved.source, x, y, c),
-                            after = slope(moved.target, x, y, c);
-                const Slope g =
-                    forward ? after
-                            : Slope{0.5F * (before.x + after.x), 0.5F * (before.y + after.y)};
-                part += double(g.x) * g.x + double(g.y) * g.y;
-                if (!moved.inside[k]) continue;
-                const float delta = moved.target(x, y, c) - moved.source(x, y, c);
-                const double left = double(delta) + (double(Y.u[k]) * g.x + double(Y.v[k]) * g.y);
-                const float w = float(scale_.data.weight(left * left));
-                A.d11[k] += w * g.x * g.x;
-                A.d12[k] += w * g.x * g.y;
-                A.d22[k] += w * g.y * g.y;
-                equations.b.u[k] -= w * delta * g.x;
-                equations.b.v[k] -= w * delta * g.y;
-              }
-            }
-          return part;
-        },
-        row_block);
-    equations.mean_slope = sum / double(A.d11.size());
-    equations.pull = pull * equations.mean_slope;
-    const double stiffness = scale_.length * scale_.length * equations.mean_slope;
-    const std::vector<float> weights = smoothness_weights(Y);
-    parallel_for(
-        height,
-        [&](std::int64_t y) {
-          for (int x = 0; x < width; ++x) {
-            const std::size_t k = std::size_t(y) * width + x;
-            A.d11[k] += float(equations.pull);
-            A.d22[k] += float(equations.pull);
-            if (x + 1 < width) A.east[k] = float(stiffness) * 0.5F * (weights[k] + weights[k + 1]);
-            if (y + 1 < height)
-              A.south[k] = float(stiffness) * 0.5F * (weights[k] + weights[k + std::size_t(width)]);
-          }
-        },
-        row_block);
-    return equations;
-  }
-
-  /// Equation (4.8): YᵀDY·α* = Yᵀb.
-  static double best_scale(const std::vector<float>& d11, const std::vector<float>& d12,
-                           const std::vector<float>& d22, const Equations& equations,
-                           const FlowPlanes& Y) {
-    struct Sums {
-      double energy = 0, work = 0;
-      Sums operator+(const Sums& other) const { return {energy + other.energy, work + other.work}; }
-    };
-    const Sums sums =
-        parallel_sum(std::int64_t(Y.u.size()), Sums{}, [&](std::int64_t begin, std::int64_t end) {
-          Sums part;
-          for (std::size_t k = std::size_t(begin); k < std::size_t(end); ++k) {
-            const double u = Y.u[k], v = Y.v[k];
-            part.energy += (d11[k] - equations.pull) * u * u + 2 * d12[k] * u * v +
-                           (d22[k] - equations.pull) * v * v;
-            part.work += u * equations.b.u[k] + v * equations.b.v[k];
-          }
-          return part;
-        });
-    if (!(sums.energy > 0)) return 0;
-    const double scale = sums.work / sums.energy;
-    if (!(scale >= 1 - scale_slack))
-      throw SolverError(fmt::format(
-          "the scale of a correction came out as {}, and is 1 or more where signs are right",
-          scale));
-    return scale;
-  }
-
-  const Scale& scale_;
-  const ImageFlowOptions& options_;
-};
 
 Image<float> stepped(const Image<float>& X, const FlowPlanes& Y, double factor) {
   Image<float> result = X;
@@ -308,15 +60,15 @@ Image<float> stepped(const Image<float>& X, const FlowPlanes& Y, double factor) 
 }
 
 /// IterativeFlowCorrection at one scale.
-void correct_at(const Aligner& aligner, const ImageFlowOptions& options, Image<float>& X,
+void correct_at(const ImageAligner& aligner, const ImageFlowOptions& options, Image<float>& X,
                 ImageFlowLevel& level, const Progress& progress) {
-  const Moved blend = aligner.move(Image<float>(X.width(), X.height(), 2));
-  Moved moved = aligner.move(X);
+  const MovedImages blend = aligner.move(Image<float>(X.width(), X.height(), 2));
+  MovedImages moved = aligner.move(X);
   level.before = error_of(moved, blend);
   const bool any = options.step_length == ImageFlowOptions::StepLength::scaled;
   for (int step = 0; step < options.steps; ++step) {
     progress.at(double(step) / options.steps, fmt::format("error {:.3g}", error_of(moved, blend)));
-    const Aligner::Correction correction = aligner.correct(moved, progress);
+    const ImageAligner::Correction correction = aligner.correct(moved, progress);
     level.cycles += correction.cycles;
     if (correction.scale == 0) break;
     if (step == 0) level.scale = correction.scale;
@@ -325,8 +77,8 @@ void correct_at(const Aligner& aligner, const ImageFlowOptions& options, Image<f
     for (int half = 0; half <= (any ? 0 : halvings); ++half, factor /= 2) {
       progress.check();
       Image<float> further = stepped(X, correction.Y, factor);
-      Moved next = aligner.move(further);
-      const Costs costs = compared(moved, next);
+      MovedImages next = aligner.move(further);
+      const MovedCosts costs = compared(moved, next);
       if (!any && !(costs.after < costs.before)) continue;
       left = costs.after / costs.before;
       X = std::move(further);
@@ -378,13 +130,13 @@ double grid_spacing(const ScaleLength& which, const ImageFlowOptions& options) {
 }
 
 /// The signals at one scale, with their derivatives where these count.
-Scale at_length(const Image<float>& source, const Image<float>& target, const ScaleLength& which,
+ImageScale at_length(const Image<float>& source, const Image<float>& target, const ScaleLength& which,
                 const ImageFlowOptions& options, const SurfaceScale& scale) {
   const double spacing = grid_spacing(which, options);
   const auto side = [&](int size) { return std::clamp(int(std::ceil(size / spacing)), 1, size); };
   const int width = side(source.width()), height = side(source.height());
   const double smoothness = pixels(options.smoothness, scale);
-  Scale at{at_scale(source, which.deviation, width, height),
+  ImageScale at{at_scale(source, which.deviation, width, height),
            at_scale(target, which.deviation, width, height),
            (smoothness > 0 ? smoothness : which.length) *
                std::sqrt(double(width) * height / double(source.pixel_count())),
@@ -435,9 +187,9 @@ ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
   flow.alignment = options.alignment;
   flow.path = options.alignment == Alignment::forward ? FlowPath::straight : options.path;
   flow.field = Image<float>(width, height, 2);
-  const Scale whole{first, second, 1, {options.robust_data}};
-  const Aligner judge(whole, options);
-  const Moved blend = judge.move(flow.field);
+  const ImageScale whole{first, second, 1, {options.robust_data}};
+  const ImageAligner judge(whole, options);
+  const MovedImages blend = judge.move(flow.field);
   flow.error.push_back(error_of(blend, blend));
 
   const std::vector<ScaleLength> lengths = scale_lengths(options, scale);
@@ -448,7 +200,7 @@ ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
     const Stopwatch watch;
     const Progress step = progress.step(fmt::format("scale of {:.3g} pixels", which.length),
                                         0.95 * std::pow(grid_spacing(which, options), -2) / work);
-    const Scale at = at_length(first, second, which, options, scale);
+    const ImageScale at = at_length(first, second, which, options, scale);
     ImageFlowLevel level;
     level.length = which.length;
     level.deviation = which.deviation;
@@ -457,7 +209,7 @@ ImageFlow image_flow(const Image<float>& source, const Image<float>& target,
     X = resized_field(X, level.width, level.height);
     if (mean_square(at.source) > faintest * faintest &&
         mean_square(at.target) > faintest * faintest)
-      correct_at(Aligner(at, options), options, X, level, step);
+      correct_at(ImageAligner(at, options), options, X, level, step);
     Image<float> field = resized_field(X, width, height);
     const double error = error_of(judge.move(field), blend);
     const bool keeps =
@@ -489,9 +241,9 @@ ImageFlow known_flow(const Image<float>& source, const Image<float>& target,
   flow.field = completed(displacement);
   ImageFlowOptions measured = options;
   measured.alignment = flow.alignment;
-  const Scale whole{first, second, 1, {options.robust_data}};
-  const Aligner judge(whole, measured);
-  const Moved blend = judge.move(Image<float>(source.width(), source.height(), 2));
+  const ImageScale whole{first, second, 1, {options.robust_data}};
+  const ImageAligner judge(whole, measured);
+  const MovedImages blend = judge.move(Image<float>(source.width(), source.height(), 2));
   progress.at(0.6);
   flow.error = {error_of(blend, blend), error_of(judge.move(flow.field), blend)};
   progress.at(1);

@@ -19,7 +19,7 @@
 /// - the way a file is compressed, interlaced and tiled.
 ///
 /// Refused: CMYK, signed and 32-bit integers, deep images, more than 32768 pixels a side, files cut
-/// short. This is the only room that knows OpenImageIO, and image_file.cpp the only file.
+/// short. This is the only room that knows OpenImageIO: image_file.cpp and detail/picture_*.
 
 #include <cstddef>
 #include <filesystem>

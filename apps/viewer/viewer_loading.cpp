@@ -1,0 +1,83 @@
+// Models, textures and frames of a sequence that are loaded while others are shown.
+#include <fmt/format.h>
+
+#include "mq/base/error.h"
+#include "shell/results.h"
+#include "viewer.h"
+
+namespace mq::view {
+namespace {
+
+bool names_mesh(const std::string& file) {
+  return names_model(file) || (names_sequence(file) && !names_picture(file));
+}
+
+}  // namespace
+
+void Viewer::open_frame(int frame) {
+  require(tool_ == nullptr,
+          "a tool works on one frame: put it away, with the tool none, to go to another");
+  asked_frame_ = frame;
+  loader_.ask(
+      "frame " + std::to_string(session_.sequence->number(frame)),
+      [sequence = session_.sequence, frame, largest = TextureSet::largest_side()](
+          const Progress& progress) { return load_frame(sequence, frame, largest, progress); });
+}
+
+void Viewer::open(const std::vector<std::string>& files) {
+  std::vector<std::string> meshes, pictures;
+  for (const std::string& file : files) (names_mesh(file) ? meshes : pictures).push_back(file);
+  require(meshes.size() <= 1, fmt::format("{} models were given, and one is shown", meshes.size()));
+  OptionValues options(session_.opened.table());
+  for (const Option& option : options.table().options())
+    if (session_.opened.given(option.name) && option.name != "texture")
+      options.set(option.name, session_.opened.texts(option.name));
+  if (!meshes.empty()) options.set("mesh", meshes);
+  if (!pictures.empty()) options.set("texture", pictures);
+  session_.playing = false;
+  loader_.cancel();
+  loader_.ask(files.front(), [options, &terminal = session_.run.terminal(),
+                              largest = TextureSet::largest_side()](const Progress& progress) {
+    return load_files(options, terminal, largest, progress);
+  });
+}
+
+void Viewer::take_loaded() {
+  if (!loader_.ready() || !question_.empty()) return;
+  const LoadedModel& loaded = loader_.peek();
+  if (loaded.opened) {
+    const std::string file = loaded.scene->model.path.string();
+    unless_lost(
+        "show " + file, [this] { adopt(loader_.take()); }, [this] { loader_.cancel(); });
+    return;
+  }
+  // What was loaded ahead stays until its time has come; a tool may have been taken since.
+  if (tool_ || loaded.sequence != session_.sequence) return loader_.cancel();
+  if (session_.playing && !scripted_ && played_.seconds() < 0.04) return;
+  played_ = Stopwatch();
+  adopt(loader_.take());
+}
+
+void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
+  const bool other = loaded->opened.has_value();
+  if (other) app::will_read_model(session_.run, loaded->scene->model);
+  const bool other_mesh = other && loaded->opened->text("mesh") != session_.opened.text("mesh");
+  change_tool("none");
+  pick_ = {};
+  session_.open(std::move(loaded));
+  if (!other) return;
+  app::describe_input(session_.run, *session_.scene);
+  session_.say("opened " + session_.scene->model.path.string());
+  place_panes();
+  if (other_mesh) home();
+  home_atlas();
+}
+
+/// The next frame of what is played is loaded while this one is shown, 25 a second; in scripts one
+/// for each picture.
+void Viewer::play() {
+  if (!session_.playing || tool_ || !session_.sequence || loader_.busy()) return;
+  open_frame((session_.frame + 1) % session_.sequence->count());
+}
+
+}  // namespace mq::view

@@ -1,0 +1,78 @@
+// What a person is asked before something unsaved is lost.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include "mq/base/error.h"
+#include "viewer.h"
+
+namespace mq::view {
+
+void Viewer::unless_lost(const std::string& what, std::function<void()> act,
+                         std::function<void()> otherwise) {
+  const std::string unsaved = tool_ ? tool_->unsaved() : "", saving = tool_ ? tool_->saving() : "";
+  if (asking_ == Asking::person && !(unsaved.empty() && saving.empty())) {
+    on_yes_ = act;
+    on_no_ = otherwise;
+    if (saving.empty()) {
+      question_ = fmt::format("To {} loses {}, which is not saved.", what, unsaved);
+    } else {
+      question_ = fmt::format("{} is saved first. To {} at once gives it up.", saving, what);
+      on_saved_ = [this, what, act, otherwise] { unless_lost(what, act, otherwise); };
+    }
+    return;
+  }
+  act();
+  if (!unsaved.empty()) session_.run.terminal().warning(unsaved + " was not saved, and is gone");
+}
+
+/// What waits for a file to be written goes on once that is done, and not where it failed.
+void Viewer::go_on_when_saved(bool failed) {
+  if (!on_saved_ || (!failed && tool_ && !tool_->saving().empty())) return;
+  if (failed) return answer(false);
+  on_yes_ = std::move(on_saved_);
+  answer(true);
+}
+
+void Viewer::answer(bool go_on) {
+  const std::function<void()> act = go_on ? std::move(on_yes_) : std::move(on_no_);
+  question_.clear();
+  asked_to_close_ = false;
+  on_yes_ = on_no_ = on_saved_ = {};
+  if (!act) return;
+  try {
+    act();
+  } catch (const Error& error) {
+    session_.say(error.what());
+  }
+}
+
+void Viewer::close() {
+  if (!question_.empty() && !asked_to_close_) answer(false);
+  if (question_.empty()) {
+    asked_to_close_ = true;
+    unless_lost("close the window", [this] { closed_ = true; });
+  }
+  if (!closed_) display_.stay_open();
+}
+
+void Viewer::ask_before_losing() {
+  constexpr const char* title = "not saved";
+  if (question_.empty()) return;
+  if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
+  const ImVec2 middle{float(display_.width()) / 2, float(display_.height()) / 2};
+  ImGui::SetNextWindowPos(middle, ImGuiCond_Always, {0.5F, 0.5F});
+  if (!ImGui::BeginPopupModal(title, nullptr,
+                              ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove))
+    return;
+  ImGui::TextUnformatted(question_.c_str());
+  const bool yes = ImGui::Button("go on and lose it");
+  ImGui::SameLine();
+  const bool no = ImGui::Button("stay");
+  if (yes || no) {
+    ImGui::CloseCurrentPopup();
+    answer(yes);
+  }
+  ImGui::EndPopup();
+}
+
+}  // namespace mq::view

@@ -1,0 +1,21 @@
+#pragma once
+/// The head of a picture file: its size and depth, channels and tags.
+
+#include <OpenImageIO/imageio.h>
+
+#include "mq/io/detail/picture_formats.h"
+#include "mq/io/model.h"
+
+namespace mq {
+
+/// What OpenImageIO calls a depth, and back.
+OIIO::TypeDesc type_of(Depth depth);
+Depth depth_of(const OIIO::TypeDesc& type);
+
+/// Whether what was read from a file is light, by its tags.
+bool is_light(const PixelFormat& format);
+
+/// The head of the new file: the one that was read where it fits the pixels, otherwise a plain one.
+OIIO::ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth);
+
+}  // namespace mq

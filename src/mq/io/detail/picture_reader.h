@@ -1,0 +1,48 @@
+#pragma once
+/// A picture file in memory that is being decoded.
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/io/model.h"
+
+namespace mq {
+
+struct OpenPicture {
+  std::string name;
+  std::string file_format;
+  std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;  // outlives `input`
+  std::unique_ptr<OIIO::ImageInput> input;
+  OIIO::ImageSpec spec;
+  std::vector<std::string> notes;
+};
+
+/// Reads the head; `bytes` must stay. Throws `IoError` where it is not that of a picture that can
+/// be used, and `Unsupported` where OpenImageIO was built without its format. `name` is used in
+/// messages.
+OpenPicture open_picture(std::span<const std::byte> bytes, const std::string& name);
+
+/// Colours are divided by alpha where they lie in the file multiplied by it.
+Image<float> read_pixels(OpenPicture& p, const Progress& progress, NotFinite not_finite);
+
+/// What the head says, with all of its tags.
+PixelFormat format_read(const OpenPicture& p);
+
+/// Rows decoded at a time: a multiple of every EXR block and of the tiles.
+int strip_rows(const OIIO::ImageSpec& spec);
+
+/// Throws `IoError` with the place of the first of the values begin … end − 1 that is not finite.
+void check_finite(const std::string& name, const Image<float>& pixels, std::size_t begin,
+                  std::size_t end, const char* remedy);
+
+/// The first line of an error of OpenImageIO.
+std::string explain(const std::string& error);
+
+}  // namespace mq

@@ -1,0 +1,204 @@
+// OpenImageIO encodes in memory; what it would do silently is decided here. Values are converted
+// here, so that writing rounds to nearest and refuses NaN.
+
+#include "mq/io/detail/picture_writer.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/io/detail/picture_alpha.h"
+#include "mq/io/detail/picture_head.h"
+#include "mq/io/detail/picture_reader.h"
+#include "mq/io/picture_check.h"
+
+namespace mq {
+namespace {
+
+using OIIO::ImageSpec;
+using OIIO::TypeDesc;
+
+const char* words_for(Depth depth) {
+  switch (depth) {
+    case Depth::u8: return "8 bits per channel";
+    case Depth::u16: return "16 bits per channel";
+    case Depth::half: return "16-bit floating point";
+    case Depth::f32: break;
+  }
+  return "32-bit floating point";
+}
+
+/// Rounds to the nearest stored value. Returns how many lay outside by more than that rounding.
+template <class Stored>
+std::int64_t quantise(std::span<const float> from, std::vector<std::byte>& to) {
+  constexpr float largest = float(std::numeric_limits<Stored>::max());
+  to.resize(from.size() * sizeof(Stored));
+  auto* stored = reinterpret_cast<Stored*>(to.data());
+  std::int64_t clamped = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const float scaled = from[i] * largest;
+    clamped += scaled < -0.5f || scaled > largest + 0.5f;
+    stored[i] = Stored(std::clamp(scaled, 0.0f, largest) + 0.5f);
+  }
+  return clamped;
+}
+
+constexpr float largest_half = 65504;
+
+std::int64_t limit(std::span<const float> from, float largest, std::vector<std::byte>& to) {
+  to.resize(from.size() * sizeof(float));
+  auto* stored = reinterpret_cast<float*>(to.data());
+  std::int64_t clamped = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    clamped += std::abs(from[i]) > largest;
+    stored[i] = std::clamp(from[i], -largest, largest);
+  }
+  return clamped;
+}
+
+struct Strip {
+  TypeDesc type;
+  std::vector<std::byte> bytes;
+  std::int64_t clamped = 0;
+};
+
+void fill(Strip& strip, std::span<const float> values, Depth depth) {
+  strip.type = depth == Depth::half ? TypeDesc::FLOAT : type_of(depth);
+  if (depth == Depth::u8)
+    strip.clamped += quantise<std::uint8_t>(values, strip.bytes);
+  else if (depth == Depth::u16)
+    strip.clamped += quantise<std::uint16_t>(values, strip.bytes);
+  else
+    strip.clamped +=
+        limit(values, depth == Depth::half ? largest_half : std::numeric_limits<float>::max(),
+              strip.bytes);
+}
+
+void check_writable(const Texture& texture, const std::string& name, const FileFormat& format) {
+  const Image<float>& pixels = texture.pixels;
+  if (pixels.empty()) throw InvalidInput(fmt::format("{}: the picture has no pixels", name));
+  if (pixels.channels() > format.max_channels)
+    throw InvalidInput(fmt::format("{}: {}, of which {} holds {}; choose .exr or .tif{}", name,
+                                   counted(pixels.channels(), "channel"), format.name,
+                                   format.max_channels, pixels.channels() <= 4 ? " or .png" : ""));
+  if (format.max_channels == 3 && pixels.channels() == 2)
+    throw InvalidInput(
+        fmt::format("{}: grey with alpha, which jpeg does not hold; choose .png", name));
+  check_finite(name, pixels, 0, pixels.values().size(), "nothing was written");
+}
+
+std::vector<std::string> notes_on(const std::string& name, const Texture& texture,
+                                  const FileFormat& format, Depth depth, std::int64_t clamped) {
+  std::vector<std::string> notes;
+  const Depth wanted = texture.format.depth;
+  const bool loses =
+      depth == Depth::u8 ? wanted != depth : depth == Depth::u16 && wanted > Depth::u16;
+  if (loses || (wanted == Depth::half && depth == Depth::f32))
+    notes.push_back(fmt::format("{}: {} cannot hold {}; written with {}", name, format.name,
+                                words_for(wanted), words_for(depth)));
+  if (format.name != "openexr" && is_light(texture.format) && depth <= Depth::u16)
+    notes.push_back(fmt::format(
+        "{}: holds light, {}; write .exr to keep its range", name,
+        format.name == "png" ? "and says so by its gamma of 1, which not all programs heed"
+                             : "which its format cannot say, so that it will be shown too dark"));
+  if (clamped > 0)
+    notes.push_back(fmt::format("{}: {} beyond what {} can hold, clamped", name,
+                                counted(clamped, "value"), words_for(depth)));
+  if (format.name == "jpeg")
+    notes.push_back(
+        fmt::format("{}: every pixel is encoded again as JPEG (quality 98); write .png "
+                    "to keep untouched texels exactly",
+                    name));
+  return notes;
+}
+
+/// Where TIFF is written to: memory that has the name of a file, since libtiff goes back to what it
+/// wrote when there are EXIF tags, which OpenImageIO's writer into memory does not let it.
+class MemoryFile {
+ public:
+  MemoryFile() : file_(::memfd_create("picture", MFD_CLOEXEC)) {
+    if (file_ < 0) throw IoError(fmt::format("no memory to write to: {}", std::strerror(errno)));
+  }
+  ~MemoryFile() { ::close(file_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  std::string name() const { return fmt::format("/proc/self/fd/{}", file_); }
+
+  std::vector<std::byte> bytes() const {
+    std::vector<std::byte> all(std::size_t(std::max<off_t>(0, ::lseek(file_, 0, SEEK_END))));
+    for (std::size_t done = 0; done < all.size();) {
+      const ssize_t got = ::pread(file_, all.data() + done, all.size() - done, off_t(done));
+      if (got <= 0) throw IoError("what was encoded cannot be read back");
+      done += std::size_t(got);
+    }
+    return all;
+  }
+
+ private:
+  int file_;
+};
+
+}  // namespace
+
+EncodedPicture encode_picture(const Texture& texture, const std::string& name,
+                              const FileFormat& format, const Progress& progress) {
+  check_writable(texture, name, format);
+  const Image<float>& pixels = texture.pixels;
+  const Depth depth = format.depth[std::size_t(texture.format.depth)];
+  const ImageSpec spec = spec_for(texture, format, depth);
+  // Debian's build of it tells standard error which tags a format does not know.
+  [[maybe_unused]] static const bool is_silent = OIIO::attribute("debug", 0);
+  const auto output = OIIO::ImageOutput::create(std::string(format.name));
+  if (!output)
+    throw Unsupported(
+        fmt::format("{}: this build cannot write {}; choose .png", name, format.name));
+  std::optional<MemoryFile> file;
+  std::vector<unsigned char> written;
+  OIIO::Filesystem::IOVecOutput memory(written);
+  if (format.name == "tiff")
+    file.emplace();
+  else
+    output->set_ioproxy(&memory);
+  const auto check = [&](bool ok) {
+    if (!ok)
+      fail_picture(name, fmt::format("cannot be written as {}: {}", format.name,
+                                     explain(output->geterror())));
+  };
+  check(output->open(file ? file->name() : fmt::format("memory.{}", format.name), spec));
+  Strip strip;
+  const std::size_t row = std::size_t(spec.width) * spec.nchannels;
+  const int rows = strip_rows(spec);
+  const bool associated = is_associated(spec, std::string(format.name));
+  for (int y = 0; y < spec.height; y += rows) {
+    const int end = std::min(y + rows, spec.height);
+    const std::span<const float> values = pixels.values().subspan(row * y, row * (end - y));
+    fill(strip, associated ? multiplied_by_alpha(values, spec.nchannels) : values, depth);
+    check(output->write_scanlines(spec.y + y, spec.y + end, 0, strip.type, strip.bytes.data()));
+    progress.at(double(end) / spec.height);
+  }
+  check(output->close());
+  EncodedPicture encoded;
+  if (file) {
+    encoded.bytes = file->bytes();
+    open_picture(encoded.bytes, name);  // a head that cannot be read says that something is missing
+  } else {
+    encoded.bytes.resize(written.size());
+    std::memcpy(encoded.bytes.data(), written.data(), written.size());
+  }
+  encoded.notes = notes_on(name, texture, format, depth, strip.clamped);
+  return encoded;
+}
+
+}  // namespace mq
