@@ -1,6 +1,7 @@
 #include "mq/fem/vertex_space.h"
 
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Eigenvalues>
 #include <gmock/gmock.h>
@@ -11,6 +12,7 @@
 #include "fixtures.h"
 #include "linear/matrices.h"
 #include "mq/base/error.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 namespace {
@@ -188,6 +190,36 @@ TEST(VertexSpace, ModulatesByTheMeanOverEachTriangle) {
   const Signal modulated = space.stiffness_times(psi, beta);
   EXPECT_LE((modulated - space.gradient_moments(field)).cwiseAbs().maxCoeff(), 1e-13);
   EXPECT_LE(modulated.colwise().sum().cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(VertexSpace, HasTheEndsOfEdgesOfOneTriangleForBoundary) {
+  const Surface square = make_surface(fixtures::flat_square(6, 0.2));
+  std::vector<int> border;
+  for (int v = 0; v < square.mesh.vertex_count(); ++v)
+    if (!inner(square.mesh.positions[v])) border.push_back(v);
+  EXPECT_EQ(VertexSpace(square).boundary(), border);
+  EXPECT_TRUE(VertexSpace(make_surface(fixtures::sphere(2))).boundary().empty());
+  Surface without_twins;
+  without_twins.mesh = square.mesh;
+  EXPECT_EQ(VertexSpace(without_twins).boundary(), border);
+}
+
+TEST(VertexSpace, EvaluatesLinearFunctionsAtPointsOfTriangles) {
+  const Surface surface = make_surface(fixtures::torus(20, 12));
+  const VertexSpace space(surface);
+  const std::vector<Vector3> positions = space.positions();
+  const Vector3 barycentric(0.2, 0.5, 0.3);
+  for (int t = 0; t < surface.triangle_count(); ++t) {
+    Vector3 place = Vector3::Zero();
+    for (const BasisWeight& w : space.basis_at(t, barycentric)) place += w.weight * positions[w.unknown];
+    EXPECT_LE((place - point_at(surface.mesh, {t, barycentric})).norm(), 1e-14);
+  }
+}
+
+TEST(VertexSpace, ShowsTheLargestFiniteValue) {
+  const VertexSpace space(make_surface(fixtures::one_triangle()));
+  EXPECT_EQ(space.largest_shown(Vector3(1, 5, std::numeric_limits<double>::infinity())), 5);
+  EXPECT_EQ(space.largest_shown(Vector3(-1, -5, -2)), 0);
 }
 
 TEST(Gradient, OfALinearFunctionIsConstant) {

@@ -21,7 +21,27 @@ namespace {
 /// Mass of a vertex that no area reaches, in means over all vertices.
 constexpr double massless = 1e-12;
 
+/// The edges of one triangle of a surface whose fans were joined again, so that it has no twins.
+std::vector<int> ends_of_single_edges(const Mesh& mesh) {
+  std::vector<std::array<int, 2>> edges;
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
+      if (low != high) edges.push_back({low, high});
+    }
+  std::sort(edges.begin(), edges.end());
+  std::vector<int> vertices;
+  for (std::size_t first = 0, end = 0; first < edges.size(); first = end) {
+    while (end < edges.size() && edges[end] == edges[first]) ++end;
+    if (end - first == 1) vertices.insert(vertices.end(), edges[first].begin(), edges[first].end());
+  }
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return vertices;
+}
+
 std::vector<int> boundary_vertices(const Surface& surface) {
+  if (surface.twins.empty()) return ends_of_single_edges(surface.mesh);
   std::vector<int> vertices;
   for (HalfEdge h = 0; h < 3 * surface.triangle_count(); ++h) {
     const int t = h / 3;
