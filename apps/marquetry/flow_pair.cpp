@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shell/duration.h"
-#include "options/flow_options.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/fem/flat_triangle.h"
 #include "mq/io/file_names.h"
 #include "mq/io/flow_file.h"
-#include "shell/results.h"
+#include "options/flow_options.h"
 #include "options/signal_options.h"
+#include "shell/duration.h"
+#include "shell/results.h"
 
 namespace mq::app {
 namespace {
@@ -233,56 +233,64 @@ ModelPair::ModelPair(Run& run) {
   }
   const Step step(run, "assemble", share);
   about(scene_.model, [&] {
-    if (models) {
-      require(scene_.model.colors.channels > 0, "has no colours at its vertices to align");
-      auto target = std::make_unique<VertexColourSignal>(scene_);
-      const Model other = read_model(
-          others.front(), {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
-      require(
-          other.mesh.vertex_count() == scene_.model.mesh.vertex_count() &&
+    if (models)
+      take_colours(run, name, others.front());
+    else
+      take_textures(run, first, second, step);
+  });
+}
+
+void ModelPair::take_colours(Run& run, const std::string& name, const std::string& file) {
+  require(scene_.model.colors.channels > 0, "has no colours at its vertices to align");
+  auto target = std::make_unique<VertexColourSignal>(scene_);
+  const Model other =
+      read_model(file, {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
+  require(other.mesh.vertex_count() == scene_.model.mesh.vertex_count() &&
               other.colors.channels == scene_.model.colors.channels,
           fmt::format("{}: has {} with {} of colour, and {} has {} with {}: the same vertices in "
                       "the same order are wanted",
-                      others.front(), counted(other.mesh.vertex_count(), "vertex"),
+                      file, counted(other.mesh.vertex_count(), "vertex"),
                       counted(other.colors.channels, "channel"), name,
                       counted(scene_.model.mesh.vertex_count(), "vertex"),
                       counted(scene_.model.colors.channels, "channel")));
-      for (std::size_t i = 0; i < other.colors.values.size(); ++i)
-        require(std::isfinite(other.colors.values[i]),
-                fmt::format("{}: a colour of vertex {} (counted from 0) is {}; it must be finite",
-                            others.front(), i / std::size_t(other.colors.channels),
-                            other.colors.values[i]));
-      if (other.mesh.triangles != scene_.model.mesh.triangles)
-        run.terminal().warning(fmt::format(
-            "{}: its triangles are not those of {}: colours are compared vertex by vertex, in "
-            "the order of the files",
-            others.front(), name));
-      first_ = target->values();
-      second_ = target->values_of(other.colors);
-      second_colors_ = other.colors;
-      target_ = std::move(target);
-      return;
-    }
-    require(first.size() == scene_.model.textures.size(),
-            fmt::format("{} of its textures come first and as many after; found {}",
-                        scene_.model.textures.size(), counted(std::ssize(others), "picture")));
-    auto target = make_texture_signal(run, scene_, {.values = value_space(options)}, step);
-    std::vector<Texture> textures;
-    for (std::size_t i = 0; i < second.size(); ++i) {
-      textures.push_back(read_texture(second[i]));
-      const Image<float>& pixels = textures.back().pixels;
-      const Image<float>& wanted = scene_.model.textures[i].pixels;
-      require(pixels.width() == wanted.width() && pixels.height() == wanted.height() &&
-                  pixels.channels() == wanted.channels(),
-              fmt::format("{}: has {}, and {} has {}: convert one of them", second[i].string(),
-                          described(textures.back()), first[i].string(),
-                          described(scene_.model.textures[i])));
-    }
-    first_ = target->values();
-    second_ = target->values_of(textures);
-    for (Texture& texture : textures) second_pictures_.push_back(std::move(texture.pixels));
-    target_ = std::move(target);
-  });
+  for (std::size_t i = 0; i < other.colors.values.size(); ++i)
+    require(std::isfinite(other.colors.values[i]),
+            fmt::format("{}: a colour of vertex {} (counted from 0) is {}; it must be finite", file,
+                        i / std::size_t(other.colors.channels), other.colors.values[i]));
+  if (other.mesh.triangles != scene_.model.mesh.triangles)
+    run.terminal().warning(fmt::format(
+        "{}: its triangles are not those of {}: colours are compared vertex by vertex, in "
+        "the order of the files",
+        file, name));
+  first_ = target->values();
+  second_ = target->values_of(other.colors);
+  second_colors_ = other.colors;
+  target_ = std::move(target);
+}
+
+void ModelPair::take_textures(Run& run, const std::vector<std::filesystem::path>& first,
+                              const std::vector<std::filesystem::path>& second,
+                              const Progress& progress) {
+  require(first.size() == scene_.model.textures.size(),
+          fmt::format("{} of its textures come first and as many after; found {}",
+                      scene_.model.textures.size(),
+                      counted(std::ssize(first) + std::ssize(second), "picture")));
+  auto target = make_texture_signal(run, scene_, {.values = value_space(run.options())}, progress);
+  std::vector<Texture> textures;
+  for (std::size_t i = 0; i < second.size(); ++i) {
+    textures.push_back(read_texture(second[i]));
+    const Image<float>& pixels = textures.back().pixels;
+    const Image<float>& wanted = scene_.model.textures[i].pixels;
+    require(pixels.width() == wanted.width() && pixels.height() == wanted.height() &&
+                pixels.channels() == wanted.channels(),
+            fmt::format("{}: has {}, and {} has {}: convert one of them", second[i].string(),
+                        described(textures.back()), first[i].string(),
+                        described(scene_.model.textures[i])));
+  }
+  first_ = target->values();
+  second_ = target->values_of(textures);
+  for (Texture& texture : textures) second_pictures_.push_back(std::move(texture.pixels));
+  target_ = std::move(target);
 }
 
 Model ModelPair::with(const Signal& values, double t) const {

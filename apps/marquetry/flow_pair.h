@@ -1,6 +1,7 @@
 #pragma once
 /// Two signals to align: two pictures, or two textures or colourings of one model.
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -86,6 +87,11 @@ class ModelPair {
   TangentField field() const;
 
  private:
+  /// Both signals: colours at the vertices of two models, of which the first is called `name`, or the
+  /// pictures of both textures.
+  void take_colours(Run& run, const std::string& name, const std::string& file);
+  void take_textures(Run& run, const std::vector<std::filesystem::path>& first,
+                     const std::vector<std::filesystem::path>& second, const Progress& progress);
   void refuse_what_is_for_textures(const OptionValues& options) const;
   void find(const TextureFlowOptions& options, const Progress& progress);
 

@@ -17,34 +17,13 @@
 #include "shell/command_words.h"
 #include "controls.h"
 #include "mq/base/error.h"
-#include "mq/base/parallel.h"
-#include "mq/base/stopwatch.h"
-#include "mq/filter/modulation.h"
-#include "mq/image/resample.h"
 #include "options/signal_options.h"
 
 namespace mq::view {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr int full = 65535;
-
 /// The verb has no default: it sharpens clearly.
 constexpr const char* first_beta = "3";
-
-/// A change of more texels than this share of all is solved for everywhere at once.
-constexpr double most_to_follow = 0.25;
-
-/// What is seen of an error in a texture of 8 bits: half a step.
-constexpr double seen = 0.5 / 255;
-
-/// Cycles between two looks at a solution on its way.
-constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
-
-/// A residual that is small does not say that the error is where charts are stretched; the steps of
-/// more cycles do.
-constexpr SettleOptions settling_to_the_end{.tolerance = 1e-6, .least_cycles = 4};
 
 }  // namespace
 
@@ -63,8 +42,6 @@ FilterTool::FilterTool(Session& session)
                                     kind);
   options_.set("output", {texture_name_});
 }
-
-// ---- what a person does
 
 void FilterTool::panel() {
   const bool is_ready = ready_;
@@ -113,140 +90,9 @@ void FilterTool::panel() {
                              .c_str());
 }
 
-void FilterTool::press(const Pick& pick) {
-  if (!ready_) return;
-  begin_stroke();
-  last_dab_.reset();
-  brushing_ = true;
-  if (pick) dabs_to(pick.point);
-}
-
-void FilterTool::drag(const Pick& pick) {
-  if (ready_ && pick) dabs_to(pick.point);
-}
-
-void FilterTool::release() {
-  brushing_ = false;
-  end_stroke();
-}
-
 std::optional<Look::Paint> FilterTool::shown_as() const {
   if (at_vertices()) return Look::Paint::vertex_colours;
   return {};
-}
-
-double FilterTool::brush_radius() const {
-  return ready_ ? std::sqrt(weight_from_length(size_, scale_)) : 0;
-}
-
-/// Along a straight line from the last one, a third of the radius apart; a thousand at most, which
-/// a brush much smaller than its way takes.
-void FilterTool::dabs_to(const Vector3& place) {
-  if (!last_dab_) {
-    dab(place);
-    last_dab_ = place;
-    return;
-  }
-  const double way = (place - *last_dab_).norm(), apart = std::max(brush_radius() / 3, way / 1000);
-  if (!(apart > 0) || !std::isfinite(way)) return;
-  const Vector3 start = *last_dab_;
-  for (double at = apart; at <= way; at += apart) {
-    last_dab_ = start + at / way * (place - start);
-    dab(*last_dab_);
-  }
-}
-
-void FilterTool::dab(const Vector3& place) {
-  const Stopwatch watch;
-  const double radius = brush_radius();
-  const std::vector<int> unknowns = paint_target_->reach(place, radius);
-  const Spot spot{place, radius, strength_};
-  std::vector<int> after;
-  for (const int k : unknowns)
-    after.push_back(painted_with(mask_[std::size_t(k)], paint_at(spot, paint_target_->place(k))));
-  change(unknowns, after);
-  touches_.push_back(watch.seconds());
-}
-
-/// A value of the mask under so much paint. What is erased goes to 0 from either side.
-int FilterTool::painted_with(int before, double paint) const {
-  const double now = double(before) / full;
-  double after = 0;
-  if (brush_ == Brush::erase)
-    after = now < 0 ? std::min(0.0, now + paint) : std::max(0.0, now - paint);
-  else if (brush_ == Brush::smooth && options_.number("beta") > 1)
-    after = std::max(-1.0, now - paint);
-  else
-    after = std::min(1.0, now + paint);
-  return int(std::lround(after * full));
-}
-
-void FilterTool::fill(int value) {
-  if (!ready_) return;
-  begin_stroke();
-  std::vector<int> unknowns;
-  for (std::size_t k = 0; k < mask_.size(); ++k)
-    if (mask_[k] != value) unknowns.push_back(int(k));
-  change(unknowns, std::vector<int>(unknowns.size(), value));
-  end_stroke();
-}
-
-/// Part of a stroke.
-void FilterTool::change(const std::vector<int>& unknowns, const std::vector<int>& values) {
-  if (unknowns.empty()) return;
-  const std::lock_guard lock(mutex_);
-  for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    int& mask = mask_[std::size_t(unknowns[i])];
-    if (mask == values[i]) continue;
-    stroke_.unknowns.push_back(unknowns[i]);
-    stroke_.before.push_back(mask);
-    stroke_.after.push_back(values[i]);
-    painted_ += int(values[i] != 0) - int(mask != 0);
-    smoothed_ += int(values[i] < 0) - int(mask < 0);
-    mask = values[i];
-    wanted_.mask.emplace_back(unknowns[i], values[i]);
-    settled_ = false;
-  }
-  stopped_ = false;
-  hurry_ = true;
-  ++wanted_.version;
-  ++changes_;
-  saved_mask_.clear();
-}
-
-void FilterTool::end_stroke() {
-  last_dab_.reset();
-  if (stroke_.unknowns.empty()) return;
-  undo_.push_back(std::move(stroke_));
-  redo_.clear();
-  begin_stroke();
-}
-
-void FilterTool::undo() {
-  if (undo_.empty()) return;
-  require_beta_for(undo_.back().before);
-  Stroke stroke = std::move(undo_.back());
-  undo_.pop_back();
-  begin_stroke();
-  // The last change of a texel is taken back first: a stroke may meet it several times.
-  std::ranges::reverse(stroke.unknowns);
-  std::ranges::reverse(stroke.before);
-  change(stroke.unknowns, stroke.before);
-  std::ranges::reverse(stroke.unknowns);
-  std::ranges::reverse(stroke.before);
-  begin_stroke();
-  redo_.push_back(std::move(stroke));
-}
-
-void FilterTool::redo() {
-  if (redo_.empty()) return;
-  require_beta_for(redo_.back().after);
-  Stroke stroke = std::move(redo_.back());
-  redo_.pop_back();
-  begin_stroke();
-  change(stroke.unknowns, stroke.after);
-  begin_stroke();
-  undo_.push_back(std::move(stroke));
 }
 
 /// A beta below 1 has no way to sharpen.
@@ -375,66 +221,6 @@ bool FilterTool::command(const std::vector<std::string>& words) {
   return true;
 }
 
-/// A command that reads the mask and writes the texture can only be repeated where they are two
-/// files.
-void FilterTool::require_other_files(const std::vector<fs::path>& files,
-                                     const std::vector<fs::path>& others) {
-  for (const fs::path& file : files)
-    for (const fs::path& other : others)
-      require(
-          fs::weakly_canonical(file) != fs::weakly_canonical(other),
-          fmt::format("{}: mask and texture need files of their own: name another", file.string()));
-}
-
-Outputs FilterTool::outputs(const std::string& path) const {
-  return {path, session_.scene->model, paint_target_->kind()};
-}
-
-void FilterTool::save_texture(const std::string& path) {
-  require_ready();
-  const Outputs outputs = this->outputs(path);
-  require_other_files(outputs.paths(), mask_files_);
-  session_.run.will_write(outputs.paths(), outputs.folder());
-  texture_name_ = path;
-  texture_files_ = outputs.paths();
-  const std::lock_guard lock(mutex_);
-  saves_.emplace_back().path = path;
-  stopped_ = false;
-}
-
-void FilterTool::save_mask(const std::string& path) {
-  require_ready();
-  const Outputs outputs = this->outputs(path);
-  for (const auto& file : outputs.paths()) paint_target_->require_mask_name(file, smoothed_ > 0);
-  require_other_files(outputs.paths(), texture_files_);
-  session_.run.will_write(outputs.paths(), outputs.folder());
-  mask_files_ = outputs.paths();
-  mask_name_ = path;
-  const std::lock_guard lock(mutex_);
-  saves_.push_back({.path = path,
-                    .masks = outputs.paths(),
-                    .mask = mask_,
-                    .smooths = smoothed_ > 0,
-                    .changes = changes_});
-  stopped_ = false;
-}
-
-/// What was painted since is not in the file.
-void FilterTool::take_note_of_written() {
-  std::vector<Save> written;
-  {
-    const std::lock_guard lock(mutex_);
-    written.swap(written_);
-  }
-  for (const Save& save : written) {
-    std::vector<std::string> names;
-    for (const auto& file : save.masks) names.push_back(file.string());
-    options_.set("mask", names);
-    if (save.changes == changes_) saved_mask_ = save.path;
-    session_.say("wrote " + save.path);
-  }
-}
-
 std::string FilterTool::as_command() {
   const bool whole = painted_ == std::ssize(mask_);
   const bool everywhere = whole && std::ranges::all_of(mask_, [](int m) { return m == full; });
@@ -481,25 +267,6 @@ void FilterTool::stop() {
   give_up_saving();
 }
 
-void FilterTool::give_up_saving() {
-  const std::lock_guard lock(mutex_);
-  std::string paths;
-  for (const Save& save : saves_) paths += (paths.empty() ? "" : ", ") + save.path;
-  saves_.clear();
-  if (!paths.empty()) session_.say("not saved: " + paths);
-}
-
-std::string FilterTool::saving() const {
-  const std::lock_guard lock(mutex_);
-  return saves_.empty() ? "" : saves_.front().path;
-}
-
-std::string FilterTool::unsaved() const {
-  const std::lock_guard lock(mutex_);
-  const bool kept = !saved_mask_.empty() || saved_version_ == wanted_.version;
-  return nothing_painted() || kept ? "" : "what was painted with the filter";
-}
-
 nlohmann::ordered_json FilterTool::report() const {
   nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
   for (const Timing& t : timings_)
@@ -517,187 +284,6 @@ nlohmann::ordered_json FilterTool::report() const {
           {"settle_rounds", rounds_},
           {"touches", touches_},
           {"strokes", strokes}};
-}
-
-// ---- the work behind it
-
-void FilterTool::prepare(const Progress& progress) {
-  const Stopwatch watch;
-  run_ = std::make_unique<app::Run>(options_, session_.run.terminal(), progress);
-  about(session_.scene->model, [&] {
-    paint_target_ = make_paint_target(session_, *run_, progress.step("assemble", 0.8));
-    before_ = paint_target_->target().values();
-  });
-  scale_ = paint_target_->target().scale();
-  want();
-  mask_.assign(std::size_t(before_.rows()), 0);
-  followed_ = mask_;
-  preparing_ = watch.seconds();
-  settled_ = true;
-  ready_ = true;
-}
-
-void FilterTool::work(const Progress& progress) {
-  if (!ready_) prepare(progress);
-  const Progress solving = progress.step("solve", 1);
-  for (;;) {
-    solving.at(0);
-    while (write_mask()) progress.check();
-    Wanted wanted;
-    {
-      const std::lock_guard lock(mutex_);
-      wanted = wanted_;
-      wanted_.mask.clear();
-      hurry_ = false;
-    }
-    if (!step_on(std::move(wanted), progress)) return;
-  }
-}
-
-/// Does the most urgent thing; false where there is nothing to do.
-bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
-  const bool other_gain = std::exchange(gain_, wanted.gain) != wanted.gain;
-  if (other_gain && live_) {
-    // Where it smooths, β − 1 is not beta's affair: what is solved for there is another.
-    Wanted all;
-    for (std::size_t k = 0; k < followed_.size(); ++k)
-      if (followed_[k] < 0) all.mask.emplace_back(int(k), followed_[k]);
-    if (!all.mask.empty()) settled_ = false;
-    wanted.mask.insert(wanted.mask.begin(), all.mask.begin(), all.mask.end());
-  }
-  if (!live_ || weight_ != wanted.weight) {
-    const Stopwatch watch;
-    for (const auto& [unknown, value] : wanted.mask) followed_[std::size_t(unknown)] = value;
-    live_.reset();
-    try {
-      const Progress either([&](const ProgressEvent&) { progress.check(); }, &hurry_);
-      live_.emplace(paint_target_->live(wanted.weight, before_, either));
-    } catch (const Cancelled&) {
-      progress.check();
-      return true;  // another weight is wanted by now, perhaps
-    }
-    weight_ = wanted.weight;
-    Wanted all;
-    for (std::size_t k = 0; k < followed_.size(); ++k)
-      if (followed_[k] != 0) all.mask.emplace_back(int(k), followed_[k]);
-    settled_ = all.mask.empty();
-    if (!all.mask.empty()) follow(all);
-    show(Extent::all);
-    preparing_ += watch.seconds();
-    return true;
-  }
-  if (!wanted.mask.empty()) {
-    follow(wanted);
-    if (other_gain) show(Extent::all);
-    return true;
-  }
-  if (other_gain) {
-    show(Extent::all);
-    return true;
-  }
-  if (!settled_ && brushing_) return false;  // the next touch comes soon
-  if (!settled_) {
-    if (std::ranges::all_of(followed_, [](int m) { return m == 0; })) {
-      settled_ = true;
-      show(Extent::all);
-      return true;
-    }
-    const Stopwatch watch;
-    try {
-      const SolveReport report = live_->settle(settling, Progress({}, &hurry_));
-      progress.check();
-      if (report.converged) live_->settle(settling_to_the_end, Progress({}, &hurry_));
-      progress.check();
-      ++rounds_;
-      const std::lock_guard lock(mutex_);
-      if (wanted_.mask.empty()) settled_ = report.converged;
-    } catch (const Cancelled&) {
-      progress.check();
-    }
-    show(Extent::all);
-    settling_ += watch.seconds();
-    return true;
-  }
-  return write_texture(wanted.version, progress);
-}
-
-/// Whether there was one to be written: nothing need be solved for it.
-bool FilterTool::write_mask() {
-  Save save;
-  {
-    const std::lock_guard lock(mutex_);
-    if (saves_.empty() || saves_.front().masks.empty()) return false;
-    save = saves_.front();
-  }
-  paint_target_->write_mask(save.mask, full, save.smooths, save.masks);
-  save.mask.clear();
-  const std::lock_guard lock(mutex_);
-  saves_.pop_front();
-  written_.push_back(std::move(save));
-  return true;
-}
-
-bool FilterTool::write_texture(int version, const Progress& progress) {
-  std::string path;
-  {
-    const std::lock_guard lock(mutex_);
-    if (saves_.empty()) return false;
-    path = saves_.front().path;
-  }
-  Model model = session_.scene->model;
-  const bool nothing = std::ranges::all_of(followed_, [](int m) { return m == 0; });
-  if (!nothing)
-    paint_target_->target().put(before_, before_ + gain_ * (live_->signal() - before_), model);
-  const Outputs outputs = this->outputs(path);
-  for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
-    session_.run.terminal().remark(note);
-  saved_version_ = version;
-  {
-    const std::lock_guard lock(mutex_);
-    saves_.pop_front();
-  }
-  session_.run.terminal().remark("wrote " + path);
-  return true;
-}
-
-void FilterTool::follow(const Wanted& wanted) {
-  Timing timing{.unknowns = wanted.mask.size()};
-  std::vector<int> unknowns;
-  std::vector<double> beta;
-  for (const auto& [unknown, value] : wanted.mask) {
-    followed_[std::size_t(unknown)] = value;
-    unknowns.push_back(unknown);
-  }
-  std::ranges::sort(unknowns);
-  unknowns.erase(std::unique(unknowns.begin(), unknowns.end()), unknowns.end());
-  for (const int k : unknowns) {
-    const double mask = double(followed_[std::size_t(k)]) / full;
-    beta.push_back(1 + (mask < 0 ? mask / gain_ : mask));
-  }
-  {
-    const Stopwatch watch;
-    live_->modulate(unknowns, beta);
-    timing.update = watch.seconds();
-  }
-  const bool small = double(unknowns.size()) < most_to_follow * double(followed_.size());
-  if (small) {
-    const Stopwatch watch;
-    timing.cycles = live_->follow({.error = seen / std::max(std::abs(gain_), seen)}).cycles;
-    timing.solve = watch.seconds();
-  }
-  const Stopwatch watch;
-  show(small ? Extent::followed : Extent::all);
-  timing.show = watch.seconds();
-  timings_.push_back(timing);
-}
-
-void FilterTool::show(Extent extent) {
-  const bool nothing = settled_ && std::ranges::all_of(followed_, [](int m) { return m == 0; });
-  const ShownSignal values{before_, live_->signal(), nothing ? 0 : gain_};
-  if (extent == Extent::followed)
-    paint_target_->show(values, live_->followed());
-  else
-    paint_target_->show(values, std::nullopt);
 }
 
 }  // namespace mq::view

@@ -50,7 +50,9 @@ class FilterTool : public Tool {
   nlohmann::ordered_json report() const override;
 
  private:
-  void give_up_saving();
+  /// A mask of 1.
+  static constexpr int full = 65535;
+
   /// Unknowns whose mask changed, and its values before and after, in 65535ths.
   struct Stroke {
     std::vector<int> unknowns, before, after;
@@ -82,8 +84,26 @@ class FilterTool : public Tool {
   };
 
   // On the window's thread.
+
+  // filter_tool.cpp
   double require_weight(const OptionValues& options) const;
   void want();
+  void choose(Brush brush);
+  void set(const std::string& name, const std::string& value);
+  void take(const OptionValues& options);
+  void require_beta_for(const std::vector<int>& mask) const;
+  std::string as_command();
+  void require_ready() const;
+  bool is_settled() const;
+  bool has_work() const;
+  bool has_written() const {
+    const std::lock_guard lock(mutex_);
+    return !written_.empty();
+  }
+  bool nothing_painted() const { return painted_ == 0; }
+  bool at_vertices() const { return !session_.before; }
+
+  // filter_tool_strokes.cpp
   void change(const std::vector<int>& unknowns, const std::vector<int>& values);
   void dab(const Vector3& place);
   void dabs_to(const Vector3& place);
@@ -91,33 +111,26 @@ class FilterTool : public Tool {
   int painted_with(int before, double paint) const;
   void begin_stroke() { stroke_ = Stroke(); }
   void end_stroke();
-  void choose(Brush brush);
-  void set(const std::string& name, const std::string& value);
-  void take(const OptionValues& options);
-  void require_beta_for(const std::vector<int>& mask) const;
+
+  // filter_tool_saving.cpp
   void save_texture(const std::string& path);
   void save_mask(const std::string& path);
-  std::string as_command();
-  void require_ready() const;
   static void require_other_files(const std::vector<std::filesystem::path>& files,
                                   const std::vector<std::filesystem::path>& others);
-  bool is_settled() const;
-  bool has_work() const;
-  bool has_written() const {
-    const std::lock_guard lock(mutex_);
-    return !written_.empty();
-  }
   void take_note_of_written();
-  bool nothing_painted() const { return painted_ == 0; }
-  bool at_vertices() const { return !session_.before; }
+  void give_up_saving();
   Outputs outputs(const std::string& path) const;
 
   // On the other one.
+
+  // filter_tool_saving.cpp
+  bool write_mask();
+  bool write_texture(int version, const Progress& progress);
+
+  // filter_tool_solving.cpp
   void prepare(const Progress& progress);
   void work(const Progress& progress);
   bool step_on(Wanted wanted, const Progress& progress);
-  bool write_mask();
-  bool write_texture(int version, const Progress& progress);
   void follow(const Wanted& wanted);
   enum class Extent { all, followed };
   void show(Extent extent);

@@ -36,15 +36,9 @@ void refuse(const OptionValues& options, const std::string& name, const std::str
   require(!asks_for(options, name), fmt::format("--{} is for {}", name, what));
 }
 
-}  // namespace
-
-void add_flow_options(OptionTable& table) {
+/// How the two are moved, and at which scales.
+void add_scale_options(OptionTable& table, const std::string& group) {
   using Type = Option::Type;
-  add_model_options(
-      table, "the first picture, or a model: OBJ, PLY, glTF or GLB",
-      "the second picture; for a model the pictures of both, first all of the first, or "
-      "a second PLY with colours at the same vertices");
-  const std::string group = "Flow";
   table.add({.name = "preset",
              .type = Type::choice,
              .default_value = "default",
@@ -76,6 +70,11 @@ void add_flow_options(OptionTable& table) {
              .help =
                  "what is broader counts as light and is left out; 0: nothing is [default 0 for "
                  "pictures, 1% for models]"});
+}
+
+/// What a correction minimises, and how many there are.
+void add_correction_options(OptionTable& table, const std::string& group) {
+  using Type = Option::Type;
   table.add({.name = "robust-data",
              .type = Type::number,
              .default_value = "0",
@@ -117,6 +116,10 @@ void add_flow_options(OptionTable& table) {
        .most = 1000,
        .group = group,
        .help = "weight of the signal's slopes beside itself, which change less with the light"});
+}
+
+void add_options_for_pictures(OptionTable& table) {
+  using Type = Option::Type;
   table.add({.name = "light",
              .type = Type::choice,
              .choices = {"kept", "matched"},
@@ -139,6 +142,10 @@ void add_flow_options(OptionTable& table) {
              .help = "follow this field and look for none: .flo (Middlebury), .png (KITTI) or .exr",
              .details = "It says where each pixel of the first goes; where it is not known that of "
                         "the nearest pixel counts."});
+}
+
+void add_options_for_models(OptionTable& table) {
+  using Type = Option::Type;
   table.add({.name = "basis",
              .type = Type::choice,
              .default_value = "vertex",
@@ -156,6 +163,20 @@ void add_flow_options(OptionTable& table) {
              .help =
                  "triangles are cut until no edge is longer, for textures [default 2, more where "
                  "that makes more than 0.75 million vertices]"});
+}
+
+}  // namespace
+
+void add_flow_options(OptionTable& table) {
+  add_model_options(
+      table, "the first picture, or a model: OBJ, PLY, glTF or GLB",
+      "the second picture; for a model the pictures of both, first all of the first, or "
+      "a second PLY with colours at the same vertices");
+  const std::string group = "Flow";
+  add_scale_options(table, group);
+  add_correction_options(table, group);
+  add_options_for_pictures(table);
+  add_options_for_models(table);
   add_vertices_option(table, "colours at vertices, though there are textures");
   add_space_option(table);
 }

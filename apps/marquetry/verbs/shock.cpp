@@ -84,28 +84,28 @@ void announce_steps(Run& run, const Image<float>& image, const OsherRudinOptions
         about, evolution.most_steps));
 }
 
-Exit shock_picture(Run& run) {
-  const OptionValues& options = run.options();
+void refuse_for_pictures(const OptionValues& options, const std::filesystem::path& path) {
   refuse_without_geometry(options);
   const std::string way = options.text("method");
   require(way == "composed" || way == "iterated" || !asks_for(options, "steps"),
           fmt::format("--steps is for --method composed and iterated; {} has none to choose", way));
-  const std::filesystem::path path = options.text("mesh");
   require(options.texts("texture").empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
                       options.texts("texture").empty() ? "" : options.texts("texture").front()));
   for (const char* name : {"vertices", "weld", "flipped", "longest-edge", "solver", "tolerance"})
     require(!asks_for(options, name),
             fmt::format("{}: is a picture, and --{} is for models", path.string(), name));
-  // Of one long step after the other reading takes nothing, and so no part of the time to go.
-  const double beside = way == "transport" ? 0.1 : 0.001;
+}
+
+/// A model without a mesh, of one texture; `share` is of the run.
+Model read_picture(Run& run, const std::filesystem::path& path, double share) {
   Model model;
   model.path = path;
   {
-    const Step step(run, "read", beside);
+    const Step step(run, "read", share);
     model.textures.push_back(read_texture(path, step));
   }
-  Texture& texture = model.textures.front();
+  const Texture& texture = model.textures.front();
   run.will_read(path);
   for (const std::string& note : texture.notes) run.terminal().remark(note);
   run.input = {{"files", Json::array({path.string()})},
@@ -113,6 +113,84 @@ Exit shock_picture(Run& run) {
                {"height", texture.pixels.height()},
                {"channels", texture.pixels.channels()},
                {"depth", depth_name(texture.format.depth)}};
+  return model;
+}
+
+/// By differences, as Osher and Rudin do; `before` is what `texture` shows.
+Image<float> evolved(Run& run, const Image<float>& before, const Texture& texture,
+                     Concavity concavity, const Step& step) {
+  OsherRudinOptions evolution{.time = osher_rudin_time(before, asked_time(run.options())),
+                              .concavity = concavity};
+  // Half of what such a picture can tell apart.
+  const ValueSpace values = value_space(run.options());
+  if (values.space == ColourSpace::stored && texture.format.depth == Depth::u8)
+    evolution.least_change = 0.5 / 255;
+  if (values.space == ColourSpace::stored && texture.format.depth == Depth::u16)
+    evolution.least_change = 0.5 / 65535;
+  announce_steps(run, before, evolution);
+  EvolvedImage result = osher_rudin(before, evolution, step);
+  run.result["steps"] = result.steps;
+  if (result.left > 0)
+    run.terminal().warning(
+        fmt::format("stopped after {} steps with {:.0f} % of the time to go: a method that "
+                    "follows paths has "
+                    "no steps to run out of",
+                    result.steps, 100 * result.left / evolution.time));
+  run.result["time"] = evolution.time;
+  return std::move(result.image);
+}
+
+/// `before` is what `texture` shows.
+Image<float> sharpened(Run& run, const Image<float>& before, const Texture& texture,
+                       const Step& step) {
+  const OptionValues& options = run.options();
+  const ShockTime time = asked_time(options);
+  const ShockWeights weights =
+      asked_weights(options, {.area = double(before.pixel_count()), .texel_spacing = 1});
+  const bool laplacian = options.text("concavity") == "laplacian";
+  const Concavity concavity = laplacian ? Concavity::laplacian : Concavity::along_gradient;
+  const std::string method = options.text("method");
+  if (method == "osher-rudin") {
+    require(weights.signal == 0 || !options.given("smooth"),
+            "--smooth is for methods that follow paths; smooth the picture before");
+    return evolved(run, before, texture, concavity, step);
+  }
+  using Method = ImageShockOptions::Method;
+  ShockedImage shocked = shock(before,
+                               {.method = method == "composed"   ? Method::composed
+                                          : method == "iterated" ? Method::iterated
+                                                                 : Method::transport,
+                                .concavity = concavity,
+                                .weights = weights,
+                                .time = time,
+                                .steps = int(options.integer("steps"))},
+                               step);
+  report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
+  return std::move(shocked.image);
+}
+
+/// Puts the pixels that changed; returns how many did. The others keep what is stored.
+std::int64_t put_changed(const Image<float>& before, const Image<float>& after,
+                         const ValueSpace& values, Texture& texture) {
+  std::int64_t changed = 0;
+  const Image<float> stored = encoded(after, texture, values);
+  for (int y = 0; y < before.height(); ++y)
+    for (int x = 0; x < before.width(); ++x) {
+      if (std::ranges::equal(before.pixel(x, y), after.pixel(x, y))) continue;
+      ++changed;
+      std::ranges::copy(stored.pixel(x, y), texture.pixels.pixel(x, y).begin());
+    }
+  return changed;
+}
+
+Exit shock_picture(Run& run) {
+  const OptionValues& options = run.options();
+  const std::filesystem::path path = options.text("mesh");
+  refuse_for_pictures(options, path);
+  // Of one long step after the other reading takes nothing, and so no part of the time to go.
+  const double beside = options.text("method") == "transport" ? 0.1 : 0.001;
+  Model model = read_picture(run, path, beside);
+  Texture& texture = model.textures.front();
   require(!names_model(options.text("output")),
           fmt::format("--output: found '{}', wanted a picture: what is read is one",
                       options.text("output")));
@@ -125,58 +203,9 @@ Exit shock_picture(Run& run) {
   Image<float> after;
   {
     const Step step(run, "sharpen", 1 - 2 * beside);
-    about(model, [&] {
-      const ShockTime time = asked_time(options);
-      const ShockWeights weights =
-          asked_weights(options, {.area = double(before.pixel_count()), .texel_spacing = 1});
-      const bool laplacian = options.text("concavity") == "laplacian";
-      const Concavity concavity = laplacian ? Concavity::laplacian : Concavity::along_gradient;
-      const std::string method = options.text("method");
-      if (method == "osher-rudin") {
-        require(weights.signal == 0 || !options.given("smooth"),
-                "--smooth is for methods that follow paths; smooth the picture before");
-        OsherRudinOptions evolution{.time = osher_rudin_time(before, time), .concavity = concavity};
-        // Half of what such a picture can tell apart.
-        if (values.space == ColourSpace::stored && texture.format.depth == Depth::u8)
-          evolution.least_change = 0.5 / 255;
-        if (values.space == ColourSpace::stored && texture.format.depth == Depth::u16)
-          evolution.least_change = 0.5 / 65535;
-        announce_steps(run, before, evolution);
-        const EvolvedImage evolved = osher_rudin(before, evolution, step);
-        after = evolved.image;
-        run.result["steps"] = evolved.steps;
-        if (evolved.left > 0)
-          run.terminal().warning(
-              fmt::format("stopped after {} steps with {:.0f} % of the time to go: a method that "
-                          "follows paths has "
-                          "no steps to run out of",
-                          evolved.steps, 100 * evolved.left / evolution.time));
-        run.result["time"] = evolution.time;
-        return;
-      }
-      using Method = ImageShockOptions::Method;
-      const ShockedImage shocked = shock(before,
-                                         {.method = method == "composed"   ? Method::composed
-                                                    : method == "iterated" ? Method::iterated
-                                                                           : Method::transport,
-                                          .concavity = concavity,
-                                          .weights = weights,
-                                          .time = time,
-                                          .steps = int(options.integer("steps"))},
-                                         step);
-      after = shocked.image;
-      report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
-    });
+    about(model, [&] { after = sharpened(run, before, texture, step); });
   }
-  std::int64_t changed = 0;
-  const Image<float> stored = encoded(after, texture, values);
-  for (int y = 0; y < before.height(); ++y)
-    for (int x = 0; x < before.width(); ++x) {
-      if (std::ranges::equal(before.pixel(x, y), after.pixel(x, y))) continue;
-      ++changed;
-      std::ranges::copy(stored.pixel(x, y), texture.pixels.pixel(x, y).begin());
-    }
-  run.result["pixels_changed"] = changed;
+  run.result["pixels_changed"] = put_changed(before, after, values, texture);
   const Step step(run, "write", beside);
   set_depth(options, model);
   write_outputs(run, outputs, std::move(model), step);
@@ -257,7 +286,8 @@ Exit run_shock(Run& run) {
   return names_picture(file) ? shock_picture(run) : shock_model(run);
 }
 
-void add_shock_options(OptionTable& table) {
+/// Of time, and of what is spread before.
+void add_path_options(OptionTable& table) {
   using Type = Option::Type;
   table.add({.name = "time",
              .letter = 't',
@@ -303,6 +333,10 @@ void add_shock_options(OptionTable& table) {
                  "Without it 0.7 up to 290,000 texels in charts, more for more, and 1.4 from "
                  "1.2 million. More than 0.7 is quicker, needs less memory and leaves edges "
                  "serrated."});
+}
+
+void add_picture_options(OptionTable& table) {
+  using Type = Option::Type;
   table.add({.name = "method",
              .type = Type::choice,
              .default_value = "transport",
@@ -328,6 +362,11 @@ void add_shock_options(OptionTable& table) {
              .choices = {"along-gradient", "laplacian"},
              .group = "Pictures",
              .help = "which second derivative says on what side of an edge a place is"});
+}
+
+/// For smoothing on models.
+void add_smoothing_options(OptionTable& table) {
+  using Type = Option::Type;
   table.add(
       {.name = "solver",
        .type = Type::choice,
@@ -356,7 +395,9 @@ Verb shock_verb() {
       "steep edges, flat regions, and no value out of the range there was.");
   add_model_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
   add_output_option(table);
-  add_shock_options(table);
+  add_path_options(table);
+  add_picture_options(table);
+  add_smoothing_options(table);
   add_shock_geometry_options(table);
   add_space_option(table);
   add_vertices_option(table, "colours at vertices, though there are textures");

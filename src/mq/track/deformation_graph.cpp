@@ -222,20 +222,46 @@ std::vector<NodeMotion> DeformationGraph::fitted(std::span<const Vector3> from,
   return motions;
 }
 
-double DeformationGraph::gauss_newton_step(std::span<const Vector3> from,
-                                           std::span<const PointConstraint> constraints,
-                                           std::span<const Vector3> rest,
-                                           std::span<const NodeMotion> since_rest,
-                                           const Stiffness& stiffness,
-                                           std::vector<NodeMotion>& motions) {
-  const int n = node_count();
+/// The normal equations of a step, in blocks of six.
+struct DeformationGraph::NormalEquations {
+  std::vector<Matrix6> diagonal;  // per node
+  std::vector<Vector6> right;     // per node
+  std::vector<Matrix6> off;       // per edge, of its first node's rows and its second's columns
+
+  NormalEquations(std::size_t nodes, std::size_t edges)
+      : diagonal(nodes, Matrix6::Zero()),
+        right(nodes, Vector6::Zero()),
+        off(edges, Matrix6::Zero()) {}
+
+  /// Whether anything is held; what nothing holds then stays where it is.
+  bool hold_loose_parts();
+};
+
+bool DeformationGraph::NormalEquations::hold_loose_parts() {
+  double largest_turn = 0, largest_move = 0;
+  for (const Matrix6& D : diagonal) {
+    largest_turn = std::max(largest_turn, D.diagonal().head<3>().maxCoeff());
+    largest_move = std::max(largest_move, D.diagonal().tail<3>().maxCoeff());
+  }
+  if (!(largest_move > 0)) return false;
+  for (Matrix6& D : diagonal) {
+    D.diagonal().head<3>().array() += damping * std::max(largest_turn, 1e-300);
+    D.diagonal().tail<3>().array() += damping * largest_move;
+  }
+  return true;
+}
+
+void DeformationGraph::add_constraints(std::span<const Vector3> from,
+                                       std::span<const PointConstraint> constraints,
+                                       std::span<const NodeMotion> motions,
+                                       NormalEquations& equations) const {
+  std::vector<Matrix6>&diagonal = equations.diagonal, &off = equations.off;
+  std::vector<Vector6>& right = equations.right;
   const auto lever = [&](int node, int vertex) -> Vector3 {
     return motions[node].rotation * (from[vertex] - from[nodes_[node]]);
   };
-  std::vector<Matrix6> diagonal(std::size_t(n), Matrix6::Zero());
-  std::vector<Vector6> right(std::size_t(n), Vector6::Zero());
   parallel_for(
-      n,
+      std::ssize(nodes_),
       [&](std::int64_t i) {
         for (const Member& m : members_[i]) {
           const PointConstraint& constraint = constraints[m.vertex];
@@ -246,7 +272,6 @@ double DeformationGraph::gauss_newton_step(std::span<const Vector3> from,
         }
       },
       4);
-  std::vector<Matrix6> off(edges_.size(), Matrix6::Zero());
   parallel_for(
       std::ssize(edges_),
       [&](std::int64_t e) {
@@ -258,6 +283,15 @@ double DeformationGraph::gauss_newton_step(std::span<const Vector3> from,
         }
       },
       16);
+}
+
+void DeformationGraph::add_stiffness(std::span<const Vector3> from, std::span<const Vector3> rest,
+                                     std::span<const NodeMotion> since_rest,
+                                     const Stiffness& stiffness,
+                                     std::span<const NodeMotion> motions,
+                                     NormalEquations& equations) const {
+  std::vector<Matrix6>&diagonal = equations.diagonal, &off = equations.off;
+  std::vector<Vector6>& right = equations.right;
   const double weight = edges_.empty() ? 0 : stiffness.weight / double(edges_.size());
   for (std::size_t e = 0; e < edges_.size(); ++e)
     for (const int side : {0, 1}) {
@@ -278,29 +312,40 @@ double DeformationGraph::gauss_newton_step(std::span<const Vector3> from,
       else
         off[e].bottomRows<3>() -= weight * J;
     }
-  double largest_turn = 0, largest_move = 0;
-  for (const Matrix6& D : diagonal) {
-    largest_turn = std::max(largest_turn, D.diagonal().head<3>().maxCoeff());
-    largest_move = std::max(largest_move, D.diagonal().tail<3>().maxCoeff());
-  }
-  if (!(largest_move > 0)) return 0;
+}
+
+SparseMatrix DeformationGraph::assembled(const NormalEquations& equations) const {
+  const int n = node_count();
   Entries entries;
   entries.reserve(36 * (std::size_t(n) + 2 * edges_.size()));
-  Signal B(6 * n, 1);
-  for (int i = 0; i < n; ++i) {
-    diagonal[i].diagonal().head<3>().array() += damping * std::max(largest_turn, 1e-300);
-    diagonal[i].diagonal().tail<3>().array() += damping * largest_move;
-    B.block<6, 1>(6 * i, 0) = right[i];
+  for (int i = 0; i < n; ++i)
     for (int a = 0; a < 6; ++a)
-      for (int b = 0; b < 6; ++b) entries.emplace_back(6 * i + a, 6 * i + b, diagonal[i](a, b));
-  }
+      for (int b = 0; b < 6; ++b)
+        entries.emplace_back(6 * i + a, 6 * i + b, equations.diagonal[i](a, b));
   for (std::size_t e = 0; e < edges_.size(); ++e)
     for (int a = 0; a < 6; ++a)
       for (int b = 0; b < 6; ++b) {
-        entries.emplace_back(6 * edges_[e][0] + a, 6 * edges_[e][1] + b, off[e](a, b));
-        entries.emplace_back(6 * edges_[e][1] + b, 6 * edges_[e][0] + a, off[e](a, b));
+        const double value = equations.off[e](a, b);
+        entries.emplace_back(6 * edges_[e][0] + a, 6 * edges_[e][1] + b, value);
+        entries.emplace_back(6 * edges_[e][1] + b, 6 * edges_[e][0] + a, value);
       }
-  const SparseMatrix A = sparse_matrix(6 * n, 6 * n, entries);
+  return sparse_matrix(6 * n, 6 * n, entries);
+}
+
+double DeformationGraph::gauss_newton_step(std::span<const Vector3> from,
+                                           std::span<const PointConstraint> constraints,
+                                           std::span<const Vector3> rest,
+                                           std::span<const NodeMotion> since_rest,
+                                           const Stiffness& stiffness,
+                                           std::vector<NodeMotion>& motions) {
+  const int n = node_count();
+  NormalEquations equations(nodes_.size(), edges_.size());
+  add_constraints(from, constraints, motions, equations);
+  add_stiffness(from, rest, since_rest, stiffness, motions, equations);
+  if (!equations.hold_loose_parts()) return 0;
+  const SparseMatrix A = assembled(equations);
+  Signal B(6 * n, 1);
+  for (int i = 0; i < n; ++i) B.block<6, 1>(6 * i, 0) = equations.right[i];
   if (solver_)
     solver_->refactor(A);
   else

@@ -86,6 +86,14 @@ class DeformationGraph {
   void place_nodes(const Surface& surface, double spacing);
   void join_nodes();
 
+  struct NormalEquations;
+  void add_constraints(std::span<const Vector3> from, std::span<const PointConstraint> constraints,
+                       std::span<const NodeMotion> motions, NormalEquations& equations) const;
+  void add_stiffness(std::span<const Vector3> from, std::span<const Vector3> rest,
+                     std::span<const NodeMotion> since_rest, const Stiffness& stiffness,
+                     std::span<const NodeMotion> motions, NormalEquations& equations) const;
+  SparseMatrix assembled(const NormalEquations& equations) const;
+
   struct Member {
     int vertex;
     double weight;

@@ -1,0 +1,168 @@
+// The work behind the window: the equation is solved for the mask as it is.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "filter_tool.h"
+#include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
+
+namespace mq::view {
+namespace {
+
+/// A change of more texels than this share of all is solved for everywhere at once.
+constexpr double most_to_follow = 0.25;
+
+/// What is seen of an error in a texture of 8 bits: half a step.
+constexpr double seen = 0.5 / 255;
+
+/// Cycles between two looks at a solution on its way.
+constexpr SettleOptions settling{.tolerance = 1e-6, .max_cycles = 2};
+
+/// A residual that is small does not say that the error is where charts are stretched; the steps of
+/// more cycles do.
+constexpr SettleOptions settling_to_the_end{.tolerance = 1e-6, .least_cycles = 4};
+
+}  // namespace
+
+void FilterTool::prepare(const Progress& progress) {
+  const Stopwatch watch;
+  run_ = std::make_unique<app::Run>(options_, session_.run.terminal(), progress);
+  about(session_.scene->model, [&] {
+    paint_target_ = make_paint_target(session_, *run_, progress.step("assemble", 0.8));
+    before_ = paint_target_->target().values();
+  });
+  scale_ = paint_target_->target().scale();
+  want();
+  mask_.assign(std::size_t(before_.rows()), 0);
+  followed_ = mask_;
+  preparing_ = watch.seconds();
+  settled_ = true;
+  ready_ = true;
+}
+
+void FilterTool::work(const Progress& progress) {
+  if (!ready_) prepare(progress);
+  const Progress solving = progress.step("solve", 1);
+  for (;;) {
+    solving.at(0);
+    while (write_mask()) progress.check();
+    Wanted wanted;
+    {
+      const std::lock_guard lock(mutex_);
+      wanted = wanted_;
+      wanted_.mask.clear();
+      hurry_ = false;
+    }
+    if (!step_on(std::move(wanted), progress)) return;
+  }
+}
+
+/// Does the most urgent thing; false where there is nothing to do.
+bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
+  const bool other_gain = std::exchange(gain_, wanted.gain) != wanted.gain;
+  if (other_gain && live_) {
+    // Where it smooths, β − 1 is not beta's affair: what is solved for there is another.
+    Wanted all;
+    for (std::size_t k = 0; k < followed_.size(); ++k)
+      if (followed_[k] < 0) all.mask.emplace_back(int(k), followed_[k]);
+    if (!all.mask.empty()) settled_ = false;
+    wanted.mask.insert(wanted.mask.begin(), all.mask.begin(), all.mask.end());
+  }
+  if (!live_ || weight_ != wanted.weight) {
+    const Stopwatch watch;
+    for (const auto& [unknown, value] : wanted.mask) followed_[std::size_t(unknown)] = value;
+    live_.reset();
+    try {
+      const Progress either([&](const ProgressEvent&) { progress.check(); }, &hurry_);
+      live_.emplace(paint_target_->live(wanted.weight, before_, either));
+    } catch (const Cancelled&) {
+      progress.check();
+      return true;  // another weight is wanted by now, perhaps
+    }
+    weight_ = wanted.weight;
+    Wanted all;
+    for (std::size_t k = 0; k < followed_.size(); ++k)
+      if (followed_[k] != 0) all.mask.emplace_back(int(k), followed_[k]);
+    settled_ = all.mask.empty();
+    if (!all.mask.empty()) follow(all);
+    show(Extent::all);
+    preparing_ += watch.seconds();
+    return true;
+  }
+  if (!wanted.mask.empty()) {
+    follow(wanted);
+    if (other_gain) show(Extent::all);
+    return true;
+  }
+  if (other_gain) {
+    show(Extent::all);
+    return true;
+  }
+  if (!settled_ && brushing_) return false;  // the next touch comes soon
+  if (!settled_) {
+    if (std::ranges::all_of(followed_, [](int m) { return m == 0; })) {
+      settled_ = true;
+      show(Extent::all);
+      return true;
+    }
+    const Stopwatch watch;
+    try {
+      const SolveReport report = live_->settle(settling, Progress({}, &hurry_));
+      progress.check();
+      if (report.converged) live_->settle(settling_to_the_end, Progress({}, &hurry_));
+      progress.check();
+      ++rounds_;
+      const std::lock_guard lock(mutex_);
+      if (wanted_.mask.empty()) settled_ = report.converged;
+    } catch (const Cancelled&) {
+      progress.check();
+    }
+    show(Extent::all);
+    settling_ += watch.seconds();
+    return true;
+  }
+  return write_texture(wanted.version, progress);
+}
+
+void FilterTool::follow(const Wanted& wanted) {
+  Timing timing{.unknowns = wanted.mask.size()};
+  std::vector<int> unknowns;
+  std::vector<double> beta;
+  for (const auto& [unknown, value] : wanted.mask) {
+    followed_[std::size_t(unknown)] = value;
+    unknowns.push_back(unknown);
+  }
+  std::ranges::sort(unknowns);
+  unknowns.erase(std::unique(unknowns.begin(), unknowns.end()), unknowns.end());
+  for (const int k : unknowns) {
+    const double mask = double(followed_[std::size_t(k)]) / full;
+    beta.push_back(1 + (mask < 0 ? mask / gain_ : mask));
+  }
+  {
+    const Stopwatch watch;
+    live_->modulate(unknowns, beta);
+    timing.update = watch.seconds();
+  }
+  const bool small = double(unknowns.size()) < most_to_follow * double(followed_.size());
+  if (small) {
+    const Stopwatch watch;
+    timing.cycles = live_->follow({.error = seen / std::max(std::abs(gain_), seen)}).cycles;
+    timing.solve = watch.seconds();
+  }
+  const Stopwatch watch;
+  show(small ? Extent::followed : Extent::all);
+  timing.show = watch.seconds();
+  timings_.push_back(timing);
+}
+
+void FilterTool::show(Extent extent) {
+  const bool nothing = settled_ && std::ranges::all_of(followed_, [](int m) { return m == 0; });
+  const ShownSignal values{before_, live_->signal(), nothing ? 0 : gain_};
+  if (extent == Extent::followed)
+    paint_target_->show(values, live_->followed());
+  else
+    paint_target_->show(values, std::nullopt);
+}
+
+}  // namespace mq::view

@@ -1,0 +1,138 @@
+// The work behind the window: photographs are read once, and their borders taken away for each
+// choice.
+#include <fmt/format.h>
+
+#include <set>
+
+#include "mq/base/error.h"
+#include "mq/base/stopwatch.h"
+#include "options/solver_options.h"
+#include "shell/results.h"
+#include "stitch_tool.h"
+
+namespace mq::view {
+
+nlohmann::ordered_json StitchTool::without(const OptionValues& options,
+                                           const std::vector<const char*>& names) {
+  nlohmann::ordered_json asked = app::options_json(options);
+  for (const char* name : names) asked.erase(name);
+  return asked;
+}
+
+nlohmann::ordered_json StitchTool::photographs_of(const OptionValues& options) {
+  return without(options, {"labels", "unseen", "output", "alpha", "length", "solver", "tolerance",
+                           "cycles", "depth"});
+}
+
+void StitchTool::prepare(const OptionValues& options, const Progress& progress) {
+  const nlohmann::ordered_json photographs = photographs_of(options),
+                               solver = without(options, {"labels", "output", "depth"});
+  if (target_ && photographs == prepared_for_) {
+    if (solver != solver_for_) stitcher_.reset();
+    solver_for_ = solver;
+    return;
+  }
+  const Stopwatch watch;
+  stitcher_.reset();
+  silence_.set_voice(app::Terminal::Voice::quiet);
+  run_ = std::make_unique<app::Run>(options, silence_, progress);
+  const TexturedModel& scene = *session_.scene;
+  about(scene.model, [&] {
+    app::check_partials(options, scene);
+    target_ = app::make_texture_signal(*run_, scene, {.values = app::value_space(options)},
+                                       progress.step("assemble", 0.4));
+    before_ = target_->values();
+    partials_ = app::read_partials(*run_, scene, *target_, progress.step("photographs", 0.4));
+    ball_ = std::make_unique<SurfaceBall>(target_->space());
+  });
+  closest_ = std::make_unique<ClosestPointFinder>(scene.surface.mesh);
+  const bool views = app::has_views(options);
+  const std::size_t before = names_.size();
+  names_.clear();
+  for (std::size_t i = 0; i < partials_.size(); ++i) {
+    const std::filesystem::path file =
+        views ? run_->result["views"][i]["picture"].get<std::string>()
+              : options.texts("partial")[i * scene.texture_sizes.size()];
+    names_.push_back(fmt::format("{}: {}", i, file.filename().string()));
+  }
+  {
+    const std::lock_guard lock(choice_mutex_);
+    const auto count = std::size_t(target_->space().size());
+    if (choice_.size() != count || before != names_.size()) {
+      choice_.assign(count, unseen);
+      saved_choice_ = choice_;
+      other_labels_ = true;
+    }
+  }
+  prepared_for_ = photographs;
+  solver_for_ = solver;
+  preparing_ = watch.seconds();
+  ++prepared_;
+}
+
+void StitchTool::solve(const OptionValues& options, const Composite& composite, Model& model,
+                       const Progress& progress) {
+  const Stopwatch watch;
+  const TexelSpace& space = target_->space();
+  const double weight = app::spread_weight(options, space.scale());
+  app::Run run(options, silence_, progress);
+  Filtered result;
+  int attempts = 0;
+  app::solve_as_asked(
+      run, *target_, [&](const SolverFactory& factory, const app::SolvingShares& shares) {
+        if (attempts++ > 0 || !stitcher_) {
+          stitcher_.reset();
+          const app::Step step(run, "prepare", shares.prepare);
+          stitcher_ = std::make_unique<Stitcher>(space, weight, composite.labels, factory, step);
+        } else {
+          stitcher_->regroup(composite.labels);
+        }
+        const app::Step step(run, "solve", shares.solve);
+        const Signal psi = stitcher_->fill(composite.values, step.progress().step("fill", 0.3));
+        const Signal change = stitcher_->change(partials_, {psi, composite.labels});
+        result = stitcher_->solve(psi, change, step.progress().step("stitch", 0.7));
+        return result.report;
+      });
+  // A factorisation of a second attempt is not what the next choice should begin with.
+  if (attempts > 1) stitcher_.reset();
+  target_->put(composite.values, result.signal, model);
+  solving_.push_back(watch.seconds());
+}
+
+void StitchTool::make(const OptionValues& options, const Progress& progress) {
+  if (!app::has_partials(options)) {
+    ready_ = false;
+    return VerbTool::make(options, progress);
+  }
+  prepare(options, progress.step("prepare", 0.5));
+  const TexelSpace& space = target_->space();
+  if (other_labels_) {
+    std::vector<int> asked(std::size_t(space.size()), unseen);
+    if (options.has("labels"))
+      asked = app::asked_photographs(options, *session_.scene, space, int(partials_.size()));
+    const std::lock_guard lock(choice_mutex_);
+    choice_ = saved_choice_ = std::move(asked);
+    other_labels_ = false;
+  }
+  ready_ = true;
+  std::vector<int> choice;
+  {
+    const std::lock_guard lock(choice_mutex_);
+    choice = choice_;
+  }
+  const Composite composite = best_of(partials_, choice);
+  Model model;
+  model.textures = session_.scene->model.textures;
+  target_->put(before_, composite.values, model);
+  show_stage("photographs", model);
+  if (dragging_) return;  // the borders go once the mouse lets go
+  progress.check();
+  std::set<int> regions(composite.labels.begin(), composite.labels.end());
+  found_ = {{"regions", regions.size() - regions.count(unseen)}};
+  require(regions.size() > regions.count(unseen), "no photograph shows anything of the model");
+  if (regions.size() > 1) solve(options, composite, model, progress);
+  app::set_depth(options, model);
+  show(model);
+}
+
+}  // namespace mq::view
