@@ -7,7 +7,7 @@
 
 #include "controls.h"
 #include "options/flow_options.h"
-#include "flow_pair.h"
+#include "verbs/shared/flow_pair.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "verb_tool.h"

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
-#include "render_request.h"
+#include "verbs/shared/render_request.h"
 
 namespace mq::view {
 namespace {

@@ -15,7 +15,7 @@
 #include "mq/filter/stitch.h"
 #include "mq/mesh/closest_point.h"
 #include "options/signal_options.h"
-#include "partials.h"
+#include "verbs/shared/partials.h"
 #include "verb_tool.h"
 
 namespace mq::view {

@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "shell/arguments.h"
-#include "input_pictures.h"
+#include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/filter/modulation.h"

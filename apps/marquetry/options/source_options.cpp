@@ -8,7 +8,7 @@
 
 #include "shell/arguments.h"
 #include "options/signal_options.h"
-#include "input_pictures.h"
+#include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 

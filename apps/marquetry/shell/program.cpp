@@ -30,7 +30,7 @@
 #include "shell/run.h"
 #include "shell/shared_options.h"
 #include "shell/terminal.h"
-#include "unwrap_evolving.h"
+#include "verbs/shared/unwrap_evolving.h"
 
 namespace mq::app {
 namespace {

@@ -1,7 +1,7 @@
 // marquetry denoise MESH [TEXTURE...] -o OUT: smooth a texture on its surface, but not over edges.
 #include <cmath>
 
-#include "input_pictures.h"
+#include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/filter/denoise.h"
 #include "shell/arguments.h"

@@ -4,8 +4,8 @@
 // The store is there without texture coordinates until the sequence has been followed to its end,
 // so that --resume can go on with it.
 #include "shell/results.h"
-#include "tracking_run.h"
-#include "unwrap_evolving.h"
+#include "verbs/shared/tracking_run.h"
+#include "verbs/shared/unwrap_evolving.h"
 #include "shell/verb.h"
 
 namespace mq::app {

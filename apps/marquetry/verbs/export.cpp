@@ -7,9 +7,9 @@
 #include <map>
 #include <optional>
 
-#include "captured_textures.h"
-#include "evolving_frames.h"
-#include "frame_textures.h"
+#include "verbs/shared/captured_textures.h"
+#include "verbs/shared/evolving_frames.h"
+#include "verbs/shared/frame_textures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/evolving_file.h"
@@ -22,7 +22,7 @@
 #include "mq/mesh/geometry.h"
 #include "shell/results.h"
 #include "shell/run.h"
-#include "sequence_pictures.h"
+#include "verbs/shared/sequence_pictures.h"
 #include "shell/verb.h"
 
 namespace mq::app {

@@ -17,7 +17,7 @@
 #include "shell/results.h"
 #include "shell/run.h"
 #include "options/model_options.h"
-#include "seam_report.h"
+#include "verbs/shared/seam_report.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
 #include "shell/verb.h"

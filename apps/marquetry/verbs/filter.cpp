@@ -11,7 +11,7 @@
 #include <tuple>
 #include <utility>
 
-#include "geometry.h"
+#include "verbs/shared/geometry.h"
 #include "options/mask_options.h"
 #include "mq/base/error.h"
 #include "mq/filter/geometry_filter.h"

@@ -9,7 +9,7 @@
 
 #include "options/signal_options.h"
 #include "options/flow_options.h"
-#include "flow_pair.h"
+#include "verbs/shared/flow_pair.h"
 #include "mq/base/error.h"
 #include "mq/draw/contact_sheet.h"
 #include "mq/draw/false_colour.h"

@@ -5,7 +5,7 @@
 
 #include "shell/arguments.h"
 #include "options/signal_options.h"
-#include "input_pictures.h"
+#include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/draw/false_colour.h"
 #include "mq/filter/geodesic.h"

@@ -6,7 +6,7 @@
 
 #include "shell/arguments.h"
 #include "options/flow_options.h"
-#include "flow_pair.h"
+#include "verbs/shared/flow_pair.h"
 #include "shell/frame_place.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
-#include "captured_textures.h"
-#include "evolving_frames.h"
-#include "frame_textures.h"
+#include "verbs/shared/captured_textures.h"
+#include "verbs/shared/evolving_frames.h"
+#include "verbs/shared/frame_textures.h"
 #include "mq/base/error.h"
 #include "mq/draw/lifespans.h"
 #include "mq/io/atomic_file.h"

@@ -6,8 +6,8 @@
 #include <memory>
 #include <optional>
 
-#include "evolving_frames.h"
-#include "frame_textures.h"
+#include "verbs/shared/evolving_frames.h"
+#include "verbs/shared/frame_textures.h"
 #include "mq/atlas/atlas.h"
 #include "mq/base/error.h"
 #include "mq/base/memory.h"

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "input_pictures.h"
+#include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/draw/pinhole.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
-#include "render_request.h"
+#include "verbs/shared/render_request.h"
 #include "shell/verb.h"
 
 namespace mq::app {

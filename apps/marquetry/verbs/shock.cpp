@@ -13,7 +13,7 @@
 #include "mq/filter/texture_shock.h"
 #include "mq/io/file_names.h"
 #include "shell/results.h"
-#include "shock_geometry.h"
+#include "verbs/shared/shock_geometry.h"
 #include "options/shock_options.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"

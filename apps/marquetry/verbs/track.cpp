@@ -2,8 +2,8 @@
 // each of which is a mesh of its own. The first frame is the template.
 #include "mq/base/error.h"
 #include "shell/results.h"
-#include "render_request.h"
-#include "tracking_run.h"
+#include "verbs/shared/render_request.h"
+#include "verbs/shared/tracking_run.h"
 #include "shell/verb.h"
 
 namespace mq::app {

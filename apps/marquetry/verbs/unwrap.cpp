@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-#include "geometry.h"
+#include "verbs/shared/geometry.h"
 #include "mq/atlas/atlas.h"
 #include "mq/atlas/coverage.h"
 #include "mq/base/error.h"
@@ -20,7 +20,7 @@
 #include "shell/run.h"
 #include "options/model_options.h"
 #include "options/signal_options.h"
-#include "unwrap_evolving.h"
+#include "verbs/shared/unwrap_evolving.h"
 #include "shell/verb.h"
 
 namespace mq::app {

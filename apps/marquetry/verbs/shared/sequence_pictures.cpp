@@ -1,11 +1,11 @@
-#include "sequence_pictures.h"
+#include "verbs/shared/sequence_pictures.h"
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
 #include "mq/io/image_file.h"
 #include "mq/model/sequence_pictures.h"
 #include "shell/results.h"
-#include "render_request.h"
+#include "verbs/shared/render_request.h"
 
 namespace mq::app {
 namespace {

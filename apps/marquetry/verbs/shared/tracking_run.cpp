@@ -1,4 +1,4 @@
-#include "tracking_run.h"
+#include "verbs/shared/tracking_run.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "mq/io/model.h"
 #include "mq/model/sequence_pictures.h"
 #include "mq/model/sequence_tracker.h"
-#include "sequence_pictures.h"
+#include "verbs/shared/sequence_pictures.h"
 #include "shell/arguments.h"
 #include "shell/run.h"
 

@@ -1,4 +1,4 @@
-#include "evolving_frames.h"
+#include "verbs/shared/evolving_frames.h"
 
 #include "mq/io/frame_files.h"
 

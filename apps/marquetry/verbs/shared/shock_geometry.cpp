@@ -1,8 +1,8 @@
-#include "shock_geometry.h"
+#include "verbs/shared/shock_geometry.h"
 
 #include <fmt/format.h>
 
-#include "geometry.h"
+#include "verbs/shared/geometry.h"
 #include "mq/base/error.h"
 #include "mq/filter/geometry_shock.h"
 #include "options/signal_options.h"

@@ -1,10 +1,10 @@
-#include "partials.h"
+#include "verbs/shared/partials.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "input_pictures.h"
+#include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/draw/photograph.h"

@@ -1,4 +1,4 @@
-#include "seam_report.h"
+#include "verbs/shared/seam_report.h"
 
 #include "mq/draw/seam_difference.h"
 

@@ -1,11 +1,11 @@
-#include "captured_textures.h"
+#include "verbs/shared/captured_textures.h"
 
 #include <fmt/format.h>
 
 #include <optional>
 #include <utility>
 
-#include "frame_textures.h"
+#include "verbs/shared/frame_textures.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/io/evolving_gltf.h"

@@ -1,4 +1,4 @@
-#include "frame_textures.h"
+#include "verbs/shared/frame_textures.h"
 
 #include <fmt/format.h>
 

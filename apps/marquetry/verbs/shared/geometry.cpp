@@ -1,4 +1,4 @@
-#include "geometry.h"
+#include "verbs/shared/geometry.h"
 
 #include <fmt/format.h>
 

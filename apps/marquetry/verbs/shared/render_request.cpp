@@ -1,4 +1,4 @@
-#include "render_request.h"
+#include "verbs/shared/render_request.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "flow_pair.h"
+#include "verbs/shared/flow_pair.h"
 
 #include <fmt/format.h>
 

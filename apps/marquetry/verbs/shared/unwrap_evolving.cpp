@@ -1,4 +1,4 @@
-#include "unwrap_evolving.h"
+#include "verbs/shared/unwrap_evolving.h"
 
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@
 #include "mq/model/stored_frames.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
-#include "render_request.h"
+#include "verbs/shared/render_request.h"
 
 namespace mq::app {
 namespace {

@@ -1,4 +1,4 @@
-#include "input_pictures.h"
+#include "verbs/shared/input_pictures.h"
 
 #include <fmt/format.h>
 
