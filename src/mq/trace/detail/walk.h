@@ -100,85 +100,90 @@ void put_at(const Field& field, Path& path, int triangle, const Vector3& b) {
     if (b[k] == 0) return put_on_edge(field, path, k);
 }
 
-/// Goes on to the next edge or vertex. False when the path is at its end.
+/// Through the triangle to its border. False when the path is at its end.
 template <class Field>
-bool advance(const Field& field, Path& path, PathCounts& counts) {
-  if (path.left == 0) return false;
-  if (path.on == Path::On::face) {
-    ++counts.triangles;
-    const std::array<double, 3> rate = field.rates(path.triangle);
-    double time = std::numeric_limits<double>::infinity();
-    int k = -1;
-    for (int i = 0; i < 3; ++i) {
-      const double reached = rate[i] < 0 ? path.b[i] / -rate[i] : time;
-      if (rate[i] < 0 && (k < 0 || reached < time)) {
-        time = reached;
-        k = i;
-      }
+bool advance_on_face(const Field& field, Path& path, PathCounts& counts) {
+  ++counts.triangles;
+  const std::array<double, 3> rate = field.rates(path.triangle);
+  double time = std::numeric_limits<double>::infinity();
+  int k = -1;
+  for (int i = 0; i < 3; ++i) {
+    const double reached = rate[i] < 0 ? path.b[i] / -rate[i] : time;
+    if (rate[i] < 0 && (k < 0 || reached < time)) {
+      time = reached;
+      k = i;
     }
-    if (k < 0) {  // nothing changes here
-      ++counts.resting;
-      return false;
+  }
+  if (k < 0) {  // nothing changes here
+    ++counts.resting;
+    return false;
+  }
+  const int i = after(k), j = before(k);
+  if (path.left <= time) {
+    double sum = 0;
+    for (int n = 0; n < 3; ++n) {
+      path.b[n] += rate[n] * path.left;
+      if (path.b[n] < 0) path.b[n] = 0;
+      sum += path.b[n];
     }
-    const int i = after(k), j = before(k);
-    if (path.left <= time) {
-      double sum = 0;
-      for (int n = 0; n < 3; ++n) {
-        path.b[n] += rate[n] * path.left;
-        if (path.b[n] < 0) path.b[n] = 0;
-        sum += path.b[n];
-      }
-      for (double& b : path.b) b /= sum;
-      return false;
-    }
-    path.left -= time;
-    double first = path.b[i] + rate[i] * time, second = path.b[j] + rate[j] * time;
-    if (!(first > no_way)) first = 0;
-    if (!(second > no_way)) second = 0;
-    if (first == 0 || second == 0) {
-      put_at_vertex(path, path.triangle, first == 0 ? j : i);
-      return true;
-    }
-    const double sum = first + second;
-    first /= sum;
-    second = 1 - first;
-    path.b[k] = 0;
-    path.b[i] = first;
+    for (double& b : path.b) b /= sum;
+    return false;
+  }
+  path.left -= time;
+  double first = path.b[i] + rate[i] * time, second = path.b[j] + rate[j] * time;
+  if (!(first > no_way)) first = 0;
+  if (!(second > no_way)) second = 0;
+  if (first == 0 || second == 0) {
+    put_at_vertex(path, path.triangle, first == 0 ? j : i);
+    return true;
+  }
+  const double sum = first + second;
+  first /= sum;
+  second = 1 - first;
+  path.b[k] = 0;
+  path.b[i] = first;
+  path.b[j] = second;
+  path.corner = k;
+  const int across = field.leave(path.triangle, k);
+  if (across < 0) {
+    path.on = Path::On::edge;
+    return true;
+  }
+  path.triangle = across >> 2;
+  const int l = across & 3;
+  path.b[l] = 0;
+  path.b[after(l)] = second;
+  path.b[before(l)] = first;
+  field.prefetch(path.triangle);
+  return true;
+}
+
+/// Along the edge to its end. False when the path is at its end.
+template <class Field>
+bool advance_on_edge(const Field& field, Path& path, PathCounts& counts) {
+  ++counts.edges;
+  const int k = path.corner, i = after(k), j = before(k);
+  const double rate = field.slide_rate(path.triangle, k);
+  if (rate == 0) {
+    ++counts.resting;
+    return false;
+  }
+  const double time = rate > 0 ? path.b[i] / rate : path.b[j] / -rate;
+  if (path.left <= time) {
+    double second = path.b[j] + rate * path.left;
+    second = second < 0 ? 0 : second > 1 ? 1 : second;
     path.b[j] = second;
-    path.corner = k;
-    const int across = field.leave(path.triangle, k);
-    if (across < 0) {
-      path.on = Path::On::edge;
-      return true;
-    }
-    path.triangle = across >> 2;
-    const int l = across & 3;
-    path.b[l] = 0;
-    path.b[after(l)] = second;
-    path.b[before(l)] = first;
-    field.prefetch(path.triangle);
-    return true;
+    path.b[i] = 1 - second;
+    return false;
   }
-  if (path.on == Path::On::edge) {
-    ++counts.edges;
-    const int k = path.corner, i = after(k), j = before(k);
-    const double rate = field.slide_rate(path.triangle, k);
-    if (rate == 0) {
-      ++counts.resting;
-      return false;
-    }
-    const double time = rate > 0 ? path.b[i] / rate : path.b[j] / -rate;
-    if (path.left <= time) {
-      double second = path.b[j] + rate * path.left;
-      second = second < 0 ? 0 : second > 1 ? 1 : second;
-      path.b[j] = second;
-      path.b[i] = 1 - second;
-      return false;
-    }
-    path.left -= time;
-    put_at_vertex(path, path.triangle, rate > 0 ? j : i);
-    return true;
-  }
+  path.left -= time;
+  put_at_vertex(path, path.triangle, rate > 0 ? j : i);
+  return true;
+}
+
+/// Into a triangle or an edge around the vertex. False when the path is at its end.
+template <class Field>
+bool advance_from_vertex(const Field& field, Path& path, PathCounts& counts) {
   const std::int64_t way = field.exit(path.triangle, path.corner);
   if (way == rest) {
     ++counts.resting;
@@ -194,6 +199,15 @@ bool advance(const Field& field, Path& path, PathCounts& counts) {
   }
   field.prefetch(path.triangle);
   return true;
+}
+
+/// Goes on to the next edge or vertex. False when the path is at its end.
+template <class Field>
+bool advance(const Field& field, Path& path, PathCounts& counts) {
+  if (path.left == 0) return false;
+  if (path.on == Path::On::face) return advance_on_face(field, path, counts);
+  if (path.on == Path::On::edge) return advance_on_edge(field, path, counts);
+  return advance_from_vertex(field, path, counts);
 }
 
 /// Weights of a place that a path has come back to differ by less than this: rounding.
