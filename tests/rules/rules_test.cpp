@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <regex>
 #include <string>
 #include <vector>
@@ -123,6 +125,17 @@ TEST(Rooms, KeepFileFormatsInIo) {
   }
 }
 
+TEST(Rooms, KeepOpenImageIoInTheFilesOfPictures) {
+  int found = 0;
+  for (const Include& include : includes("src/mq")) {
+    if (!include.name.starts_with("OpenImageIO/")) continue;
+    ++found;
+    const std::string file = fs::relative(include.file, root / "src/mq/io").generic_string();
+    EXPECT_TRUE(file == "image_file.cpp" || file.starts_with("detail/picture_")) << include.where;
+  }
+  EXPECT_GT(found, 0);
+}
+
 TEST(Rooms, HaveAReadmeOfAtMostFortyLines) {
   for (const auto& entry : fs::directory_iterator(root / "src/mq")) {
     if (!entry.is_directory()) continue;
@@ -150,6 +163,71 @@ TEST(Sources, LeaveNothingUnfinished) {
       for (std::size_t i = 0; i < lines.size(); ++i)
         EXPECT_FALSE(std::regex_search(lines[i], marks)) << place(file, i);
     }
+}
+
+TEST(Sources, HaveAtMostFiveHundredLines) {
+  for (const char* folder : {"src", "apps"})
+    for (const fs::path& file : sources(folder)) {
+      if (file.extension() != ".cpp") continue;
+      EXPECT_LE(lines_of(file).size(), 500U) << fs::relative(file, root) << ": split it by purpose";
+    }
+}
+
+/// A function at namespace scope: where its head begins, and how many lines it has.
+struct Function {
+  std::size_t begin, lines;
+};
+
+/// Functions whose head begins in column 0 and ends with a brace, and whose body ends with a line
+/// that is a brace alone.
+std::vector<Function> functions_in(const std::vector<std::string>& lines) {
+  std::vector<Function> functions;
+  std::optional<std::size_t> begin;
+  bool in_body = false;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::string& line = lines[i];
+    if (in_body) {
+      if (line == "}") functions.push_back({*begin, i + 1 - *begin});
+      in_body = line != "}" && line != "};";  // the latter ends a type or a table
+      continue;
+    }
+    if (!line.empty() && std::isalpha(static_cast<unsigned char>(line[0]))) begin = i;
+    if (line.empty() || line.starts_with("namespace")) begin.reset();
+    if (line.ends_with(";") || line.ends_with("}"))
+      begin.reset();  // it has no body, or in one line
+    in_body = begin && line.ends_with("{");
+  }
+  return functions;
+}
+
+TEST(Functions, HaveAtMostEightyLines) {
+  std::size_t found = 0;
+  for (const char* folder : {"src", "apps"})
+    for (const fs::path& file : sources(folder)) {
+      if (file.parent_path().filename() == "kernels") continue;
+      const auto lines = lines_of(file);
+      for (const Function& function : functions_in(lines)) {
+        ++found;
+        EXPECT_LE(function.lines, 80U)
+            << place(file, function.begin) << ": " << lines[function.begin] << ": split it";
+      }
+    }
+  EXPECT_GT(found, 1000U);
+}
+
+TEST(Functions, AreFoundWithTheirLengths) {
+  const auto lengths = [](const std::vector<std::string>& lines) {
+    std::vector<std::size_t> lengths;
+    for (const Function& function : functions_in(lines)) lengths.push_back(function.lines);
+    return lengths;
+  };
+  using Lengths = std::vector<std::size_t>;
+  EXPECT_EQ(lengths({"void f() {", "  g();", "", "}"}), Lengths{4});
+  EXPECT_EQ(lengths({"int f(int a,", "      int b) {", "  if (a) {", "  }", "}"}), Lengths{5});
+  EXPECT_EQ(lengths({"A::A()", "    : b_(1) {", "}", "void f() {", "}"}), (Lengths{3, 2}));
+  EXPECT_EQ(lengths({"template <class T>", "void f() {", "}"}), Lengths{2});
+  EXPECT_EQ(lengths({"void f();", "void f() {}", "int a = 1;", "  {", "}"}), Lengths{});
+  EXPECT_EQ(lengths({"namespace {", "struct A {", "  int a;", "};", "}  // namespace"}), Lengths{});
 }
 
 TEST(Library, NeverPrintsExitsOrSetsTheLocale) {
