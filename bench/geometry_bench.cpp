@@ -4,6 +4,7 @@
 #include "mq/fem/vertex_multigrid.h"
 #include "mq/filter/geometry_filter.h"
 #include "mq/filter/geometry_shock.h"
+#include "mq/linear/direct_solver.h"
 #include "mq/mesh/geometry.h"
 #include "mq/sample/implicit.h"
 #include "mq/sample/owl.h"

@@ -19,6 +19,7 @@
 #include "mq/filter/fast_sweeping.h"
 #include "mq/filter/heat_sweeps.h"
 #include "mq/linear/direct.h"
+#include "mq/linear/direct_solver.h"
 #include "mq/mesh/closest_point.h"
 
 namespace mq {

@@ -10,6 +10,7 @@
 #include "fem/cut_squares.h"
 #include "mq/fem/field_metric.h"
 #include "mq/fem/multigrid_solver.h"
+#include "mq/linear/direct_solver.h"
 #include "mq/mesh/closest_point.h"
 
 namespace mq {

@@ -13,6 +13,7 @@
 #include "mq/base/error.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/linear/conjugate_gradients.h"
+#include "mq/linear/direct_solver.h"
 
 namespace mq {
 namespace {

@@ -13,6 +13,7 @@
 #include "linear/matrices.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/filter/screened_poisson.h"
+#include "mq/linear/direct_solver.h"
 
 namespace mq {
 namespace {
