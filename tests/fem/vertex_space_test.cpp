@@ -201,6 +201,7 @@ TEST(VertexSpace, HasTheEndsOfEdgesOfOneTriangleForBoundary) {
   EXPECT_TRUE(VertexSpace(make_surface(fixtures::sphere(2))).boundary().empty());
   Surface without_twins;
   without_twins.mesh = square.mesh;
+  without_twins.degenerate = square.degenerate;
   EXPECT_EQ(VertexSpace(without_twins).boundary(), border);
 }
 
