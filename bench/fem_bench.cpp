@@ -10,6 +10,7 @@
 #include "mq/fem/vector_basis.h"
 #include "mq/fem/vertex_space.h"
 #include "mq/filter/screened_poisson.h"
+#include "mq/linear/direct.h"
 
 namespace {
 

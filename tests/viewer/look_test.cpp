@@ -46,7 +46,7 @@ struct Known {
     Vector2 sum = Vector2::Zero();
     for (int k = 0; k < 3; ++k) {
       const TexelPoint& corner = atlas.corners[std::size_t(at.triangle)][std::size_t(k)];
-      sum += at.weights[k] * Vector2(corner.column(), corner.row());
+      sum += at.barycentric[k] * Vector2(corner.column(), corner.row());
     }
     return sum;
   }
@@ -102,7 +102,7 @@ TEST(Hovering, TellsTheFaceAndTheTexelTheLibraryFinds) {
     EXPECT_EQ(pick["face"], hit.triangle);
     const Vector2 place = known.place(hit);
     for (int k = 0; k < 3; ++k)
-      EXPECT_NEAR(pick["barycentric"][k].get<double>(), hit.weights[k], 1e-4);
+      EXPECT_NEAR(pick["barycentric"][k].get<double>(), hit.barycentric[k], 1e-4);
     EXPECT_EQ(pick["texel"][0], std::lround(place.x()));
     EXPECT_EQ(pick["texel"][1], std::lround(place.y()));
     const auto pixel = known.model.textures[0].pixels.pixel(int(std::lround(place.x())),

@@ -151,6 +151,8 @@ Exit spectrum(Run& run) {
   const FieldSpectrumOptions wanted = asked_spectrum(options);
   const TexturedModel scene = read_usable_model(
       run, options.flag("lines") ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
+  require(!scene.is_picture,
+          scene.model.path.string() + ": is a picture; vector fields that change least are of surfaces");
   const std::vector<FieldFiles> files = plan_files(options, scene);
   announce(run, files);
   if (run.dry_run()) return Exit::done;
@@ -172,7 +174,7 @@ Verb spectrum_verb() {
   OptionTable table("spectrum",
                     "The vector fields that change least on the surface: the smallest eigenvalues "
                     "of a smoothness operator, and their fields.");
-  add_model_options(table);
+  add_model_options(table, "the model: OBJ, PLY, glTF or GLB");
   table.add(
       {.name = "basis",
        .letter = 'b',
