@@ -385,7 +385,7 @@ TEST(Flow, SaysWhatItCannotAlign) {
       {{"interpolate", "a.png", "a.png", "-o", "x.png", "--frames", "0-3"}, "%04d"},
       {{"interpolate", "a.png", "a.png", "-o", "x.obj"}, "wanted a picture"},
       {{"interpolate", "a.png", "a.png", "-o", "x.mp4"}, "how many frames"},
-      {{"interpolate", "a.png", "a.png", "-o", "x.png", "--rate", "30"}, "--rate is for videos"},
+      {{"interpolate", "a.png", "a.png", "-o", "x.png", "--rate", "24"}, "--rate is for videos"},
       {{"interpolate", "a.ply", "a.ply", "-o", "x.mp4", "--frames", "0-3"}, "a video shows one"},
       {{"interpolate", "a.png", "a.png", "-o", "x.png", "--time", "2"}, "--time"}};
   for (const auto& [words, message] : cases) {
@@ -603,8 +603,8 @@ TEST(Interpolate, RefusesOutputsThatDoNotGoWithTheOptions) {
   write_image(folder / "a.png", blobs(20, 20, 0, 0));
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{"-o", "f_%04d.png"}, "without --frames there is none"},
-      {{"-o", "v.avi", "--frames", "0-4", "--rate", "30"}, ".mp4, .mov, .webm or .mkv"},
-      {{"-o", "v.avi", "--rate", "30"}, "--rate is for videos (.mp4, .mov, .webm or .mkv)"},
+      {{"-o", "v.avi", "--frames", "0-4", "--rate", "24"}, ".mp4, .mov, .webm or .mkv"},
+      {{"-o", "v.avi", "--rate", "24"}, "--rate is for videos (.mp4, .mov, .webm or .mkv)"},
       {{"-o", "v.mp4", "--frames", "0-4", "--depth", "16"}, "which has 8 bits"}};
   for (const auto& [rest, message] : cases) {
     std::vector<std::string> words = {"interpolate", "a.png", "a.png"};

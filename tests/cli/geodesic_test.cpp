@@ -140,7 +140,7 @@ TEST(Geodesic, RefusesSourcesThatAreNotThere) {
   EXPECT_THAT(refused({"--from", "vertex,6"}), HasSubstr("has the vertices 0, 1, ... 5"));
   EXPECT_THAT(refused({"--from", "1,2"}), HasSubstr("x,y,z or texel,column,row or vertex,number"));
   EXPECT_THAT(refused({"--from", "nan,0,0"}), HasSubstr("--from"));
-  EXPECT_THAT(refused({"--vertices", "--from", "vertex,17"}), HasSubstr("--output"));
+  EXPECT_THAT(refused({"--vertices", "--from", "vertex,17"}), HasSubstr("output: found"));
 }
 
 TEST(Geodesic, ChecksSourcesBeforeAnyWork) {

@@ -132,9 +132,9 @@ TEST(Lic, SaysWhatIsMissing) {
     words.insert(words.end(), more.begin(), more.end());
     return refusal(folder, words, "l.png");
   };
-  EXPECT_THAT(refused({}), HasSubstr("it is 0 everywhere"));  // a plane is not curved
+  EXPECT_THAT(refused({}), HasSubstr("the field is 0 everywhere: choose another"));  // a plane is not curved
   write_image(folder / "strip.png", Image<float>(64, 48, 3, 0.7F));
-  EXPECT_THAT(refused({"--field", "gradient"}), HasSubstr("it is 0 everywhere"));
+  EXPECT_THAT(refused({"--field", "gradient"}), HasSubstr("the field is 0 everywhere: choose another"));
   EXPECT_THAT(refused({"--grain", "0"}), HasSubstr("wanted 0.1 to 10000"));
   EXPECT_THAT(refused({"--grain", "1e300"}), HasSubstr("wanted 0.1 to 10000"));
   EXPECT_THAT(refused({"--field", "harmonic"}), HasSubstr("without handles has none"));

@@ -327,6 +327,10 @@ TEST(GeodesicDistance, GoesTwiceAroundARepeatingTexture) {
   EXPECT_LE(along_strip(twice->surface, unrolled->atlas).errors.mean, 0.02);
 }
 
+/// Within 3√t, six texels, of the far edge values are continued from inside by `fast_sweeping_distances`,
+/// as everywhere at boundaries, which is felt for as many more.
+double tolerance_at(int column) { return column < 96 - 12 ? 1e-4 : 5e-4; }
+
 TEST(GeodesicDistance, IsThatToTheNearestOfManySources) {
   const auto model = fixtures::textured(fixtures::cut_square(whole_square()), {{96, 96}});
   const TexelSpace space(model->surface, model->atlas);
@@ -336,7 +340,7 @@ TEST(GeodesicDistance, IsThatToTheNearestOfManySources) {
   const Geodesic found = GeodesicDistance(space, direct_solver(), {.tolerance = 1e-5}).from(edge);
   for (int i = 0; i < space.size(); ++i) {
     const int column = space.texels().places[i].x;
-    EXPECT_NEAR(found.distance[i], std::max(0, column - 7) / 96.0, 1e-4);
+    EXPECT_NEAR(found.distance[i], std::max(0, column - 7) / 96.0, tolerance_at(column));
   }
 }
 
@@ -349,7 +353,7 @@ TEST(GeodesicDistance, BeginsAtTheDistancesThatSourcesHave) {
   const Geodesic found = GeodesicDistance(space, direct_solver(), {.tolerance = 1e-5}).from(edge);
   for (int i = 0; i < space.size(); ++i) {
     const int column = space.texels().places[i].x;
-    EXPECT_NEAR(found.distance[i], 0.25 + column / 96.0, 1e-4);
+    EXPECT_NEAR(found.distance[i], 0.25 + column / 96.0, tolerance_at(column));
   }
 }
 

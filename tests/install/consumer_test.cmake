@@ -50,7 +50,8 @@ expect_file(${WORK}/stitched.png ${WORK}/distance.png ${WORK}/flow.png ${WORK}/t
 # no AVX2 it is built and not run.)
 set(ENV{PKG_CONFIG_PATH} ${prefix}/lib/pkgconfig:${prefix}/lib/x86_64-linux-gnu/pkgconfig)
 run(pkg-config --cflags --libs --static marquetry)
-separate_arguments(flags UNIX_COMMAND "${output}")
+set(all_flags "${output}")
+separate_arguments(flags UNIX_COMMAND "${all_flags}")
 run(c++ -std=c++20 -O2 -mavx2 -mfma -ffp-contract=off ${SOURCE}/examples/01_filter.cpp -o ${WORK}/avx2 ${flags})
 file(READ /proc/cpuinfo processor)
 if(processor MATCHES "avx2")
@@ -59,7 +60,7 @@ if(processor MATCHES "avx2")
 endif()
 
 # One that aligns Eigen's types in its own way is told so.
-string(REGEX REPLACE "-DEIGEN[A-Z_]*=[0-9]*" "" other "${output}")
+string(REGEX REPLACE "-DEIGEN[A-Z_]*=[0-9]*" "" other "${all_flags}")
 separate_arguments(other UNIX_COMMAND "${other}")
 execute_process(COMMAND c++ -std=c++20 -fsyntax-only ${SOURCE}/examples/01_filter.cpp ${other}
   RESULT_VARIABLE status ERROR_VARIABLE message)

@@ -328,6 +328,17 @@ TEST(SolveWith, FactorisesWhereMultigridFallsShort) {
   EXPECT_TRUE(heard.warnings.empty());
 }
 
+TEST(SolveWith, KeepsNothingOfIterationsThatDiverged) {
+  Strip strip;
+  const TextureSignal signal = strip.signal();
+  const SolverChoice choice{.kind = SolverChoice::Kind::multigrid, .stop = {.max_cycles = 3}};
+  const Attempt attempt = [](const SolverFactory&, int) {
+    return SolveReport{.method = "multigrid", .cycles = 3, .residuals = {1, 1e-6, 1e-3, 1e-4},
+                       .error = 7, .converged = false};
+  };
+  EXPECT_THROW(solve_with(choice, signal.space(), attempt, strip.messages), SolverError);
+}
+
 TEST(SolveWith, KeepsWhatALimitedNumberOfCyclesReaches) {
   const Folder folder;
   write_image(folder / "photo.png", test::busy_picture(200, 180));

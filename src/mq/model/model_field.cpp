@@ -84,7 +84,7 @@ ModelField model_field(const TexturedModel& model, const ModelSignal& signal,
     for (int t = 0; t < surface.triangle_count(); ++t)
       field[t] = triangle_normal(surface.mesh, t).cross(field[t]);
   require(std::ranges::any_of(field, [](const Vector3& v) { return !v.isZero(0); }),
-          "the field is 0 everywhere");
+          "the field is 0 everywhere: choose another");
   field = request.strength == FieldRequest::Strength::unit
               ? normalised(surface, std::move(field))
               : scaled_to_one(surface, std::move(field));

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
 #include "mq/base/words.h"
@@ -24,6 +26,23 @@ SolverFactory first_solver(const SolverChoice& choice, const SignalSpace& space)
     case SolverChoice::Kind::given: return choice.factory;
   }
   return direct_solver();
+}
+
+/// Whether iterations went astray: what is left is larger than the solution, and grew again after it
+/// had been small.
+bool diverged(const SolveReport& report) {
+  constexpr double grown = 10;
+  return !report.converged && report.error >= 1 && !report.residuals.empty() &&
+         report.residuals.back() > grown * *std::ranges::min_element(report.residuals);
+}
+
+/// The attempt; throws `SolverError` where it diverged, so that nothing of it is kept.
+SolveReport tried(const Attempt& attempt, const SolverFactory& factory) {
+  SolveReport report = attempt(factory, 0);
+  if (diverged(report))
+    throw SolverError(fmt::format("{} diverges: after {} its error is about {:.1e} times the largest change",
+                                  report.method, counted(report.cycles, "cycle"), report.error));
+  return report;
 }
 
 /// Whether there is memory for a factorisation; otherwise says so of the result that is kept.
@@ -57,7 +76,7 @@ SolveOutcome solve_with(const SolverChoice& choice, const SignalSpace& space,
   const bool may_factorise = begins_with_multigrid(choice, space);
   SolveOutcome outcome;
   try {
-    outcome.report = attempt(first_solver(choice, space), 0);
+    outcome.report = tried(attempt, first_solver(choice, space));
   } catch (const SolverError& error) {
     if (!may_factorise || !can_factorise(space, error.what(), messages)) throw;
     messages.remark(std::string(error.what()) + ": factorising instead");
