@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
@@ -28,12 +29,16 @@ SolverFactory first_solver(const SolverChoice& choice, const SignalSpace& space)
   return direct_solver();
 }
 
-/// Whether iterations went astray: what is left is larger than the solution, and grew again after it
-/// had been small.
+/// Whether iterations went astray: what is missing is as large as the solution, about, and the residual
+/// grew a long way after it had been small.
 bool diverged(const SolveReport& report) {
-  constexpr double grown = 10;
-  return !report.converged && report.error >= 1 && !report.residuals.empty() &&
-         report.residuals.back() > grown * *std::ranges::min_element(report.residuals);
+  constexpr double as_large = 0.5, grown = 30;
+  double least = std::numeric_limits<double>::infinity(), growth = 0;
+  for (const double residual : report.residuals) {
+    least = std::min(least, residual);
+    growth = std::max(growth, residual / least);
+  }
+  return !report.converged && report.error >= as_large && growth > grown;
 }
 
 /// The attempt; throws `SolverError` where it diverged, so that nothing of it is kept.
