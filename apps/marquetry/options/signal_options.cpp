@@ -89,7 +89,17 @@ void add_vertices_option(OptionTable& table, const std::string& help) {
              .details = "Without texture coordinates this is what is done anyway."});
 }
 
+namespace {
+
+void refuse_vertices_of_picture(const OptionValues& options, const TexturedModel& model) {
+  require(!model.is_picture || !options.flag("vertices"),
+          model.model.path.string() + ": is a picture, and --vertices is for models: leave it out");
+}
+
+}  // namespace
+
 bool at_vertices(const OptionValues& options, const TexturedModel& model) {
+  refuse_vertices_of_picture(options, model);
   const bool asked = options.flag("vertices");
   if (!asked && model.atlas) return false;
   const std::string file = model.model.path.string();
@@ -161,6 +171,7 @@ std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
 }
 
 bool works_at_vertices(const OptionValues& options, const TexturedModel& model) {
+  refuse_vertices_of_picture(options, model);
   return options.flag("vertices") || !model.atlas;
 }
 

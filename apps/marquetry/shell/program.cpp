@@ -193,7 +193,7 @@ std::string packaging_text(const std::vector<Verb>& verbs, const std::vector<std
 
 /// MARQUETRY_INSTRUCTIONS holds the program to a form of its kernels, to compare machines.
 void choose_instructions() {
-  if (const char* name = std::getenv("MARQUETRY_INSTRUCTIONS"))
+  if (const char* name = std::getenv("MARQUETRY_INSTRUCTIONS"); name != nullptr && *name != '\0')
     use_instruction_set(parse_instruction_set(name));
 }
 

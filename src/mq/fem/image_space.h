@@ -9,9 +9,9 @@ namespace mq {
 
 /// Into how many triangles an image is cut.
 enum class ImageTriangles {
-  two,      ///< what a signal of pixels needs
-  per_pixel ///< two per pixel, of more than a million pixels per square of several: for fields that
-            ///< are constant per triangle
+  two,       ///< what a signal of pixels needs
+  per_pixel  ///< two for each pixel, for fields that are constant per triangle; where there are more than
+             ///< a million pixels, two for each square of several
 };
 
 /// The rectangle that an image covers: triangles in the plane z = 0, one unit a pixel, the lower
@@ -34,6 +34,9 @@ struct ImageSheet {
 /// flows out. M has the rows 4/9, 1/9 and 1/36 of bilinear elements inside, S the rows 8/3 and −1/3.
 /// Lengths and areas are in pixels, so that the thesis' alpha is a weight over width · height
 /// (thesis 3.2 and 4.2).
+///
+/// The sheet is a base so that it is made before the texel space that refers to it, and stays where it is
+/// when the space is moved.
 class ImageSpace final : private std::unique_ptr<const ImageSheet>, public TexelSpace {
  public:
   ImageSpace(int width, int height, const Progress& progress = {});

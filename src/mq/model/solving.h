@@ -42,8 +42,9 @@ struct SolveOutcome {
 };
 
 /// Solves by the choice. With `automatic`, where multigrid throws or falls short of the tolerance, a
-/// factorisation follows if there is memory for it; where the choice limits cycles, what they reach
-/// stands unless they diverged, which counts as thrown. Warns of what falls short of the tolerance. Throws what the last attempt throws.
+/// factorisation follows if there is memory for it. Where the choice limits cycles, what they reach
+/// stands, and falling short is in the report alone; iterations that diverged count as thrown. Without a
+/// limit a warning says what falls short of the tolerance. Throws what the last attempt throws.
 SolveOutcome solve_with(const SolverChoice& choice, const SignalSpace& space,
                         const Attempt& attempt, Messages& messages);
 

@@ -64,8 +64,8 @@ TexturedModel textured_model(Model model, const LoadOptions& options, Messages& 
 TexturedModel load_textured_model(const std::filesystem::path& path, const LoadOptions& options,
                                   Messages& messages, const Progress& progress = {});
 
-/// Does what is about the model: an `InvalidInput` or `Unsupported` of it that does not name the
-/// model's file is thrown again with the name.
+/// Runs `work`, which is about the model: where it throws `InvalidInput` or `Unsupported` without naming the
+/// model's file, the name is put before the message.
 void about(const Model& model, const std::function<void()>& work);
 
 /// What a texture is called where its file matters: the picture's path, or that it is embedded.
