@@ -116,11 +116,11 @@ const FileFormat* writable_format(const std::filesystem::path& path) {
 std::vector<std::byte> unchanged_source(const Texture& texture, const FileFormat& format) {
   std::error_code ignored;
   if (texture.path.empty() || texture.format.file_format != format.name ||
-      !std::filesystem::is_regular_file(texture.path, ignored))
+      !std::filesystem::is_regular_file(texture.path, ignored) || !keeps_pixels(texture))
     return {};
   try {
     std::vector<std::byte> bytes = read_bytes(texture.path);
-    return is_as_read(texture, bytes) ? std::move(bytes) : std::vector<std::byte>();
+    return fingerprint(bytes) == texture.as_read.bytes ? std::move(bytes) : std::vector<std::byte>();
   } catch (const IoError&) {  // it is gone
     return {};
   }

@@ -9,15 +9,9 @@
 #include "mq/base/error.h"
 #include "mq/fem/field_metric.h"
 #include "mq/image/colour.h"
+#include "mq/model/detail/same_row.h"
 
 namespace mq {
-namespace {
-
-bool same_row(const Signal& a, const Signal& b, Eigen::Index row) {
-  return (a.row(row).array() == b.row(row).array()).all();
-}
-
-}  // namespace
 
 SurfaceScale ModelSignal::scale() const {
   SurfaceScale scale = space().scale();

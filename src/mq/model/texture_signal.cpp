@@ -13,14 +13,11 @@
 #include "mq/base/words.h"
 #include "mq/fem/field_metric.h"
 #include "mq/image/normal_map.h"
+#include "mq/model/detail/same_row.h"
 #include "mq/model/model_signal.h"
 
 namespace mq {
 namespace {
-
-bool same_row(const Signal& a, const Signal& b, Eigen::Index row) {
-  return (a.row(row).array() == b.row(row).array()).all();
-}
 
 /// Whether pictures with `channels` lack just the alpha of those with `most`.
 bool lacks_alpha(int channels, int most) {

@@ -54,9 +54,12 @@ std::uint64_t fingerprint(const Texture& texture) {
   return std::max<std::uint64_t>(hash, 1);
 }
 
+bool keeps_pixels(const Texture& texture) {
+  return texture.as_read.pixels != 0 && fingerprint(texture) == texture.as_read.pixels;
+}
+
 bool is_as_read(const Texture& texture, std::span<const std::byte> bytes) {
-  return texture.as_read.pixels != 0 && fingerprint(bytes) == texture.as_read.bytes &&
-         fingerprint(texture) == texture.as_read.pixels;
+  return keeps_pixels(texture) && fingerprint(bytes) == texture.as_read.bytes;
 }
 
 }  // namespace mq

@@ -16,7 +16,10 @@ std::uint64_t fingerprint(std::span<const std::byte> bytes);
 /// Of a texture's pixels, size and depth.
 std::uint64_t fingerprint(const Texture& texture);
 
-/// Whether a texture is as it was read from these bytes.
+/// Whether a texture still has the pixels and the depth with which it was read.
+bool keeps_pixels(const Texture& texture);
+
+/// Whether, besides, these are the bytes it was read from.
 bool is_as_read(const Texture& texture, std::span<const std::byte> bytes);
 
 }  // namespace mq
