@@ -9,7 +9,7 @@ namespace mq::app {
 namespace {
 
 /// `text` in single quotes, as bash and zsh read it.
-std::string quoted(const std::string& text) {
+std::string single_quoted(const std::string& text) {
   std::string all = "'";
   for (const char c : text)
     if (c == '\'')
@@ -53,7 +53,7 @@ std::string verb_names(const std::vector<Verb>& verbs) {
 /// What follows an option: choices, a file's name (which bash completes itself), or nothing known.
 std::string bash_value(const Option& option) {
   if (option.type == Option::Type::choice)
-    return fmt::format("words={}", quoted(joined(option.choices)));
+    return fmt::format("words={}", single_quoted(joined(option.choices)));
   return option.type == Option::Type::path ? "return" : "compopt +o default; return";
 }
 
@@ -68,7 +68,7 @@ std::string bash_verb(const OptionTable& table) {
       text += fmt::format("        {}) {} ;;\n", spellings(option, "|"), bash_value(option));
   }
   return text + fmt::format("        *) [[ $word == -* ]] && words={} ;;\n      esac ;;\n",
-                            quoted(joined(names)));
+                            single_quoted(joined(names)));
 }
 
 std::string bash_script(const std::vector<Verb>& verbs) {
@@ -86,7 +86,7 @@ _marquetry() {
     compopt +o default
 )";
   text += fmt::format("    COMPREPLY=($(compgen -W {} -- \"$word\"))\n    return\n  fi\n",
-                      quoted(verb_names(verbs) + " --help --version"));
+                      single_quoted(verb_names(verbs) + " --help --version"));
   text += "  case ${COMP_WORDS[1]} in\n";
   for (const Verb& verb : verbs) text += bash_verb(verb.table);
   return text +
@@ -105,10 +105,10 @@ std::string zsh_option(const Option& option) {
     if (option.type == Option::Type::path) action += "_files";
   }
   const std::string about = "[" + escaped(option.help, "\\[]:") + "]" + action;
-  if (!option.letter) return quoted(repeated + "--" + option.name + about);
+  if (!option.letter) return single_quoted(repeated + "--" + option.name + about);
   const std::string exclusive =
       repeated.empty() ? fmt::format("({})", spellings(option, " ")) : repeated;
-  return quoted(exclusive) + "{" + spellings(option, ",") + "}" + quoted(about);
+  return single_quoted(exclusive) + "{" + spellings(option, ",") + "}" + single_quoted(about);
 }
 
 std::string zsh_script(const std::vector<Verb>& verbs) {
@@ -116,7 +116,7 @@ std::string zsh_script(const std::vector<Verb>& verbs) {
       "#compdef marquetry\n# zsh completion of marquetry, made by 'marquetry --completion zsh'\n"
       "_marquetry() {\n  local -a verbs=(\n";
   for (const Verb& verb : verbs)
-    text += "    " + quoted(verb.table.verb() + ":" + escaped(verb.table.summary(), "\\:")) + "\n";
+    text += "    " + single_quoted(verb.table.verb() + ":" + escaped(verb.table.summary(), "\\:")) + "\n";
   text +=
       "  )\n  if ((CURRENT == 2)); then\n    _describe verb verbs\n    return\n  fi\n"
       "  local verb=$words[2]\n  shift words\n  ((CURRENT--))\n  case $verb in\n";

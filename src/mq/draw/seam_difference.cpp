@@ -37,7 +37,7 @@ struct Lookup {
 };
 
 /// What is known of one seam edge.
-struct Edge {
+struct EdgeDifference {
   HalfEdge edge;
   double fraction, largest;  ///< of the largest difference
   double weight, center;     ///< ∫ difference², and its centre as a fraction
@@ -47,7 +47,7 @@ struct Edge {
 struct Part {
   double length = 0;
   std::vector<float> differences;
-  std::vector<Edge> edges;
+  std::vector<EdgeDifference> edges;
 
   Part operator+(const Part& later) const {
     Part sum = *this;
@@ -77,7 +77,7 @@ void add_edge(const Lookup& lookup, HalfEdge h, Part& part) {
       (mesh.position(h / 3, (h % 3 + 1) % 3) - mesh.position(h / 3, h % 3)).norm();
   const double texels = std::max(lookup.texels(h), lookup.texels(twin));
   const int count = int(std::clamp(std::ceil(2 * texels), 1.0, 4096.0));
-  Edge edge{h, 0.5, -1, 0, 0};
+  EdgeDifference edge{h, 0.5, -1, 0, 0};
   for (int i = 0; i < count; ++i) {
     const double s = (i + 0.5) / count;
     lookup.at(h, s, here);
@@ -93,7 +93,7 @@ void add_edge(const Lookup& lookup, HalfEdge h, Part& part) {
   part.edges.push_back(edge);
 }
 
-SeamPlace place_of(const Lookup& lookup, const Edge& edge, double fraction) {
+SeamPlace place_of(const Lookup& lookup, const EdgeDifference& edge, double fraction) {
   const Mesh& mesh = lookup.surface.mesh;
   const HalfEdge h = edge.edge, twin = lookup.surface.twins[h];
   SeamPlace place;
@@ -133,13 +133,13 @@ SeamDifference seam_difference(const Surface& surface, const Atlas& atlas,
   result.length = sum.length;
   result.places = std::int64_t(sum.differences.size());
   if (!sum.edges.empty()) {
-    const Edge& worst = *std::ranges::max_element(sum.edges, {}, &Edge::largest);
+    const EdgeDifference& worst = *std::ranges::max_element(sum.edges, {}, &EdgeDifference::largest);
     result.worst = place_of(lookup, worst, worst.fraction);
   }
   double square = 0;
-  for (const Edge& edge : sum.edges) square += edge.weight;
+  for (const EdgeDifference& edge : sum.edges) square += edge.weight;
   if (sum.length > 0) result.rms = std::sqrt(square / sum.length);
-  std::ranges::stable_sort(sum.edges, std::ranges::greater(), &Edge::weight);
+  std::ranges::stable_sort(sum.edges, std::ranges::greater(), &EdgeDifference::weight);
   for (std::size_t i = 0; i < std::min(most_edges, sum.edges.size()); ++i)
     result.edges.push_back(place_of(lookup, sum.edges[i], sum.edges[i].center));
   if (!sum.differences.empty()) {

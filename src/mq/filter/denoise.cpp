@@ -32,7 +32,7 @@ constexpr double first_spacings = 1.5;
 /// of a few texels gone.
 constexpr ConjugateGradientOptions slight = {.tolerance = 1e-2, .max_cycles = 60};
 
-double mean_spacing(const SignalSpace& space) {
+double spacing_of(const SignalSpace& space) {
   const SurfaceScale scale = space.scale();
   return scale.texel_spacing > 0 ? scale.texel_spacing : std::sqrt(scale.area / space.size());
 }
@@ -44,7 +44,7 @@ void stop_at_edges(const SignalSpace& space, const Signal& guide, double edge,
   require(guide.rows() == space.size() && guide.allFinite(),
           fmt::format("a guide of {} rows was given for {} unknowns, or it is not finite",
                       guide.rows(), space.size()));
-  const double scale = mean_spacing(space) / edge;
+  const double scale = spacing_of(space) / edge;
   const std::vector<float> norms = space.gradient_norms(guide);
   parallel_for(std::ssize(norms), [&](std::int64_t e) {
     const double steps = scale * norms[e];
@@ -57,7 +57,7 @@ void stop_at_edges(const SignalSpace& space, const Signal& guide, double edge,
 /// which knows what to do.
 Signal slightly_smoothed(const SignalSpace& space, const Signal& psi, double most_weight,
                          const SolverFactory& factory, const Progress& progress) {
-  const double weight = std::min(most_weight, std::pow(first_spacings * mean_spacing(space), 2));
+  const double weight = std::min(most_weight, std::pow(first_spacings * spacing_of(space), 2));
   Signal change = space.stiffness_times(psi);
   if (change.isZero(0)) return psi;
   try {

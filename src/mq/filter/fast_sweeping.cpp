@@ -10,13 +10,13 @@
 #include <array>
 #include <cmath>
 
+#include "mq/base/infinity.h"
 #include "mq/filter/detail/falling_order.h"
 
 namespace mq {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Sweeps end when distances change by less than this of the mean step between neighbours, on
 /// average.

@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,6 +21,7 @@
 #include "mq/filter/heat_sweeps.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/linear/connected_components.h"
+#include "mq/linear/dense.h"
 
 namespace mq {
 
@@ -142,8 +142,7 @@ class SourceDiscs {
       const Vector3 d = positions_[std::size_t(i)] - centre;
       moments += d * d.transpose();
     }
-    const Vector3 normal =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvectors().col(0);
+    const Vector3 normal = symmetric_pairs(moments).vectors.col(0);
     return std::ranges::all_of(disc, [&](const auto& entry) {
       return std::abs(normal.dot(positions_[std::size_t(entry.first)] - centre)) <= flatness * radius;
     });

@@ -11,19 +11,13 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/field_metric.h"
+#include "mq/filter/detail/vector_signal.h"
 #include "mq/filter/modulation.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/norm.h"
 
 namespace mq {
 namespace {
-
-Signal as_signal(const std::vector<Vector3>& vectors) {
-  Signal signal(Eigen::Index(vectors.size()), 3);
-  for (std::size_t v = 0; v < vectors.size(); ++v)
-    signal.row(Eigen::Index(v)) = vectors[v].transpose();
-  return signal;
-}
 
 /// Smooths or sharpens unit vectors at the vertices in a space.
 std::pair<std::vector<Vector3>, SolveReport> filtered(const VertexSpace& space,

@@ -14,6 +14,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
+#include "mq/filter/detail/vector_signal.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/norm.h"
 
@@ -33,13 +34,6 @@ double solver_seconds(const std::vector<SolveReport>& solves) {
     last_setup = report.setup_seconds;
   }
   return sum;
-}
-
-Signal as_signal(const std::vector<Vector3>& vectors) {
-  Signal signal(Eigen::Index(vectors.size()), 3);
-  for (std::size_t v = 0; v < vectors.size(); ++v)
-    signal.row(Eigen::Index(v)) = vectors[v].transpose();
-  return signal;
 }
 
 /// Rows scaled to length 1; those of `before` where that is not possible.

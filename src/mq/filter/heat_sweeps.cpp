@@ -12,13 +12,13 @@
 #include <cstdint>
 #include <limits>
 
+#include "mq/base/infinity.h"
 #include "mq/base/parallel.h"
 #include "mq/filter/detail/falling_order.h"
 
 namespace mq {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Undamped, checkerboards would be kept where rows are five-point stencils.
 constexpr double damping = 0.8;

@@ -11,6 +11,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/filter/detail/vector_signal.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/norm.h"
 
@@ -19,13 +20,6 @@ namespace {
 
 /// Normals whose sum is shorter than this say nothing about where it points.
 constexpr double least_sum = 3e-6;
-
-Signal as_signal(std::span<const Vector3> positions) {
-  Signal signal(Eigen::Index(positions.size()), 3);
-  for (std::size_t v = 0; v < positions.size(); ++v)
-    signal.row(Eigen::Index(v)) = positions[v].transpose();
-  return signal;
-}
 
 /// Half of Σ |e|² / area² of a triangle times 3, see `filtered_with`.
 double rate_of(const FlatTriangle& shape) {

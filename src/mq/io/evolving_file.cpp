@@ -17,15 +17,15 @@ namespace mq {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* format_name = "marquetry evolving mesh";
 constexpr int version = 1;
 
-Json parsed(std::string_view text) { return Json::parse(text, nullptr, false); }
+OrderedJson parsed(std::string_view text) { return OrderedJson::parse(text, nullptr, false); }
 
 /// A whole number of a line, from 0 to `most`; −1 where the line has none.
-std::int64_t number(const Json& line, const char* name, std::int64_t most = std::int64_t(1) << 52) {
+std::int64_t number(const OrderedJson& line, const char* name, std::int64_t most = std::int64_t(1) << 52) {
   const auto found = line.find(name);
   if (found == line.end() || !found->is_number_integer()) return -1;
   const auto value = found->get<std::int64_t>();
@@ -61,8 +61,8 @@ EvolvingReader::EvolvingReader(fs::path manifest) : manifest_(std::move(manifest
   const Bytes bytes = read_file(manifest_);
   const std::string_view text = text_of(bytes);
   const std::size_t first_end = text.find('\n');
-  const Json head = parsed(text.substr(0, first_end));
-  if (first_end == text.npos || !head.is_object() || head.value("format", Json()) != format_name)
+  const OrderedJson head = parsed(text.substr(0, first_end));
+  if (first_end == text.npos || !head.is_object() || head.value("format", OrderedJson()) != format_name)
     throw IoError(
         fmt::format("{}: found no evolving mesh, whose first line would say \"format\": "
                     "\"{}\"",
@@ -72,7 +72,7 @@ EvolvingReader::EvolvingReader(fs::path manifest) : manifest_(std::move(manifest
         fmt::format("{}: its version is not {}, the one that is known: make it again, or "
                     "use the program that made it",
                     manifest_.string(), version));
-  const Json blocks = head.value("blocks", Json()), exponent = head.value("step_exponent", Json());
+  const OrderedJson blocks = head.value("blocks", OrderedJson()), exponent = head.value("step_exponent", OrderedJson());
   if (!blocks.is_string() || fs::path(blocks.get<std::string>()).has_parent_path() ||
       !exponent.is_number_integer() || std::abs(exponent.get<double>()) > 1000)
     throw IoError(
@@ -81,7 +81,7 @@ EvolvingReader::EvolvingReader(fs::path manifest) : manifest_(std::move(manifest
                     manifest_.string()));
   blocks_ = manifest_.parent_path() / blocks.get<std::string>();
   step_ = std::exp2(exponent.get<int>());
-  about_ = head.value("about", Json::object()).dump();
+  about_ = head.value("about", OrderedJson::object()).dump();
   std::error_code failure;
   const auto size = std::int64_t(fs::file_size(blocks_, failure));
   if (failure)
@@ -104,7 +104,7 @@ EvolvingReader::EvolvingReader(fs::path manifest) : manifest_(std::move(manifest
 
 /// Takes up one line; what is wrong with it in words, or nothing.
 std::string EvolvingReader::add_line(std::string_view text, std::int64_t blocks_size) {
-  const Json line = parsed(text);
+  const OrderedJson line = parsed(text);
   const std::string where = fmt::format("line {}", 2 + segments_.size() + frames_.size());
   if (!line.is_object()) return where + " is not JSON";
   StoredBlock block;
@@ -123,7 +123,7 @@ std::string EvolvingReader::add_line(std::string_view text, std::int64_t blocks_
     if (segment + 1 != std::ssize(segments_)) return where + " is of a segment that is not open";
     if (frame < 0 || (!frames_.empty() && frame <= frames_.back().number))
       return where + " has a frame number that does not increase";
-    const Json measured = line.value("measured", Json());
+    const OrderedJson measured = line.value("measured", OrderedJson());
     frames_.push_back(
         {block, int(frame), int(segment), measured.is_object() ? measured.dump() : ""});
   } else {
@@ -135,7 +135,7 @@ std::string EvolvingReader::add_line(std::string_view text, std::int64_t blocks_
         return fmt::format(
             "{} says {} {}, wanted a number from 0 to {}, as many as {} bytes can "
             "hold",
-            where, line.value(name, Json()).dump(), name, most, block.bytes);
+            where, line.value(name, OrderedJson()).dump(), name, most, block.bytes);
     segments_.push_back({block, int(number(line, "vertices")), int(number(line, "triangles"))});
   }
   whole_blocks_ += block.bytes;
@@ -233,12 +233,12 @@ void EvolvingWriter::begin(const std::string& blocks_name, const std::string& ab
   require(step_ > 0 && std::frexp(step_, &exponent) == 0.5,
           fmt::format("the step of a store is a power of two, not {}", step_));
   write_file(blocks_, {});
-  const std::string line = Json{{"format", format_name},
+  const std::string line = OrderedJson{{"format", format_name},
                                 {"version", version},
                                 {"blocks", blocks_name},
                                 {"step_exponent", exponent - 1},
                                 {"about", parsed(about)}}
-                               .dump(-1, ' ', false, Json::error_handler_t::replace) +
+                               .dump(-1, ' ', false, OrderedJson::error_handler_t::replace) +
                            "\n";
   write_file(manifest_, bytes_of(line));
 }
@@ -287,7 +287,7 @@ void EvolvingWriter::add_segment(const EvolvingSegment& segment,
   key_ = in_steps(positions, step_);
   ++segment_;
   const StoredBlock block = append(encode_segment(segment, key_));
-  append_line(Json{{"segment", segment_},
+  append_line(OrderedJson{{"segment", segment_},
                    {"vertices", segment.vertex_count()},
                    {"triangles", segment.triangle_count()},
                    {"offset", block.offset},
@@ -303,7 +303,7 @@ void EvolvingWriter::add_frame(int number, const std::vector<Vector3>& positions
           fmt::format("{} positions were given for a segment of {} vertices", positions.size(),
                       key_.size() / 3));
   const StoredBlock block = append(encode_frame(in_steps(positions, step_), key_));
-  Json line = {{"frame", number},
+  OrderedJson line = {{"frame", number},
                {"segment", segment_},
                {"offset", block.offset},
                {"bytes", block.bytes},

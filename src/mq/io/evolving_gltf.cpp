@@ -16,7 +16,7 @@
 namespace mq {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr int float_type = 5126, index_type = 5125, array_target = 34962, element_target = 34963;
 
@@ -50,8 +50,8 @@ class Animation {
       : reader_(reader), rate_(frames_per_second), pictures_(pictures) {
     json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
     json_["scene"] = 0;
-    json_["scenes"] = Json::array({{{"nodes", Json::array()}}});
-    json_["animations"] = Json::array({{{"samplers", Json::array()}, {"channels", Json::array()}}});
+    json_["scenes"] = OrderedJson::array({{{"nodes", OrderedJson::array()}}});
+    json_["animations"] = OrderedJson::array({{{"samplers", OrderedJson::array()}, {"channels", OrderedJson::array()}}});
   }
 
   /// Frames [begin, end) of one segment; the whole is [first, stop).
@@ -59,7 +59,7 @@ class Animation {
     const EvolvingSegment segment = reader_.segment(reader_.frames()[begin].segment);
     const Corners corners(segment);
     const std::vector<Vector3> base = reader_.positions(begin);
-    Json primitive = {{"attributes", {{"POSITION", add_points(corners, base, nullptr)}}}};
+    OrderedJson primitive = {{"attributes", {{"POSITION", add_points(corners, base, nullptr)}}}};
     if (!corners.uvs.empty()) {
       std::vector<float> values;
       for (const Vector2& uv : corners.uvs) {
@@ -76,7 +76,7 @@ class Animation {
     for (int f = begin + 1; f < end; ++f)
       primitive["targets"].push_back(
           {{"POSITION", add_points(corners, reader_.positions(f), &base)}});
-    Json mesh = {{"primitives", Json::array({primitive})}};
+    OrderedJson mesh = {{"primitives", OrderedJson::array({primitive})}};
     if (end - begin > 1) mesh["weights"] = std::vector<float>(std::size_t(end - begin - 1), 0);
     const int node = int(json_["nodes"].size());
     json_["scenes"][0]["nodes"].push_back(node);
@@ -122,10 +122,10 @@ class Animation {
 
   void add_channel(int node, const char* path, const char* how, const std::vector<float>& times,
                    const std::vector<float>& values, const char* shape) {
-    Json& animation = json_["animations"][0];
+    OrderedJson& animation = json_["animations"][0];
     const std::size_t input = add_floats(times, "SCALAR", 0);
-    json_["accessors"][input]["min"] = Json::array({times.front()});
-    json_["accessors"][input]["max"] = Json::array({times.back()});
+    json_["accessors"][input]["min"] = OrderedJson::array({times.front()});
+    json_["accessors"][input]["max"] = OrderedJson::array({times.back()});
     animation["channels"].push_back(
         {{"sampler", animation["samplers"].size()}, {"target", {{"node", node}, {"path", path}}}});
     animation["samplers"].push_back(
@@ -189,7 +189,7 @@ class Animation {
 
   std::size_t add_view(const Bytes& bytes, int target) {
     pad_to_four(buffer_, '\0');
-    Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}};
+    OrderedJson view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes.size()}};
     if (target > 0) view["target"] = target;
     json_["bufferViews"].push_back(view);
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
@@ -199,7 +199,7 @@ class Animation {
   const EvolvingReader& reader_;
   double rate_;
   const std::function<Image<float>(int frame)>& pictures_;
-  Json json_;
+  OrderedJson json_;
   Bytes buffer_;
 };
 

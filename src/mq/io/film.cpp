@@ -16,7 +16,7 @@
 namespace mq {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr double most_coordinate = 65535;
 
@@ -35,7 +35,7 @@ Bytes deflated(const Bytes& bytes) {
   return result;
 }
 
-struct Box {
+struct FilmBox {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
 
   void add(const std::vector<Vector3>& positions) {
@@ -90,9 +90,9 @@ Points points_of(const EvolvingSegment& segment, const std::vector<Lifespan>& li
   return result;
 }
 
-class SegmentBlock {
+class FilmBlock {
  public:
-  SegmentBlock(const EvolvingSegment& segment, const Points& points, const Box& box) : box_(box) {
+  FilmBlock(const EvolvingSegment& segment, const Points& points, const FilmBox& box) : box_(box) {
     for (const int vertex : points.vertices) append_u32(bytes_, std::uint32_t(vertex));
     if (!segment.uvs.empty())
       for (const int uv : points.uvs)
@@ -129,7 +129,7 @@ class SegmentBlock {
   Bytes finish() const { return deflated(bytes_); }
 
  private:
-  const Box& box_;
+  const FilmBox& box_;
   Bytes bytes_;
   std::vector<std::uint16_t> before_;
 };
@@ -146,7 +146,7 @@ Film make_film(const EvolvingReader& reader, const std::vector<int>& frames,
     connectivity.frames.push_back({frame.number, frame.segment, {}});
   const auto lives = coordinate_lifespans(connectivity);
 
-  Box box;
+  FilmBox box;
   const Progress measuring = progress.step("measure", 0.2), packing = progress.step("pack", 0.8);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     box.add(reader.positions(frames[i]));
@@ -154,12 +154,12 @@ Film make_film(const EvolvingReader& reader, const std::vector<int>& frames,
   }
 
   Film film;
-  Json numbers = Json::array(), segments = Json::array();
+  OrderedJson numbers = OrderedJson::array(), segments = OrderedJson::array();
   for (std::size_t i = 0; i < frames.size();) {
     const int s = reader.frames()[frames[i]].segment;
     const EvolvingSegment& segment = connectivity.segments[s];
     const Points points = points_of(segment, lives[s], colour, int(reader.frames().size()));
-    SegmentBlock block(segment, points, box);
+    FilmBlock block(segment, points, box);
     const std::size_t first = i;
     for (; i < frames.size() && reader.frames()[frames[i]].segment == s; ++i) {
       block.add_frame(reader.positions(frames[i]));
@@ -175,8 +175,8 @@ Film make_film(const EvolvingReader& reader, const std::vector<int>& frames,
                         {"edges", points.edges.size()},
                         {"has_uvs", !segment.uvs.empty()}});
   }
-  const auto corner = [](const Vector3& p) { return Json{p.x(), p.y(), p.z()}; };
-  film.description = Json{
+  const auto corner = [](const Vector3& p) { return OrderedJson{p.x(), p.y(), p.z()}; };
+  film.description = OrderedJson{
       {"frames", numbers},
       {"low", corner(box.low)},
       {"high", corner(box.high)},

@@ -7,46 +7,46 @@
 namespace mq {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// What an object says by a name; null where it says nothing, or is none.
-const Json& member(const Json& object, const char* name) {
-  static const Json nothing;
+const OrderedJson& member(const OrderedJson& object, const char* name) {
+  static const OrderedJson nothing;
   if (!object.is_object()) return nothing;
   const auto found = object.find(name);
   return found == object.end() ? nothing : *found;
 }
 
-double number(const Json& object, const char* name, double otherwise) {
-  const Json& value = member(object, name);
+double number(const OrderedJson& object, const char* name, double otherwise) {
+  const OrderedJson& value = member(object, name);
   return value.is_number() ? value.get<double>() : otherwise;
 }
 
-int count(const Json& object, const char* name, int otherwise) {
-  const Json& value = member(object, name);
+int count(const OrderedJson& object, const char* name, int otherwise) {
+  const OrderedJson& value = member(object, name);
   return value.is_number_integer() ? value.get<int>() : otherwise;
 }
 
-std::string text(const Json& object, const char* name) {
-  const Json& value = member(object, name);
+std::string text(const OrderedJson& object, const char* name) {
+  const OrderedJson& value = member(object, name);
   return value.is_string() ? value.get<std::string>() : std::string();
 }
 
-Json skipped_json(const std::vector<SkippedFrame>& skipped) {
-  Json all = Json::array();
+OrderedJson skipped_json(const std::vector<SkippedFrame>& skipped) {
+  OrderedJson all = OrderedJson::array();
   for (const SkippedFrame& one : skipped) all.push_back({{"frame", one.number}, {"why", one.why}});
   return all;
 }
 
-Json files_json(const std::vector<KnownFile>& files) {
-  Json all = Json::array();
+OrderedJson files_json(const std::vector<KnownFile>& files) {
+  OrderedJson all = OrderedJson::array();
   for (const KnownFile& one : files)
     all.push_back({{"file", one.name}, {"bytes", one.print.bytes}, {"crc32", one.print.crc32}});
   return all;
 }
 
-Json seconds_json(const FollowedFrame& frame) {
-  Json seconds = Json::object();
+OrderedJson seconds_json(const FollowedFrame& frame) {
+  OrderedJson seconds = OrderedJson::object();
   if (frame.match) {
     const TrackedFrame::Seconds& s = frame.match->seconds;
     seconds = {{"correspond", s.correspond}, {"solve", s.solve},
@@ -58,19 +58,19 @@ Json seconds_json(const FollowedFrame& frame) {
   return seconds;
 }
 
-void put_distance(const FollowedFrame& frame, Json& json) {
+void put_distance(const FollowedFrame& frame, OrderedJson& json) {
   json["distance_mean"] = frame.distance.mean;
   json["distance_p95"] = frame.distance.p95;
   json["distance_max"] = frame.distance.max;
 }
 
 /// A frame's own mesh is as it was at its birth: 1, and not a measured 1.0.
-void put_distortion(const FollowedFrame& frame, Json& json) {
-  json["distortion_mean"] = frame.is_own() ? Json(1) : Json(frame.distortion.mean);
-  json["distortion_p95"] = frame.is_own() ? Json(1) : Json(frame.distortion.p95);
+void put_distortion(const FollowedFrame& frame, OrderedJson& json) {
+  json["distortion_mean"] = frame.is_own() ? OrderedJson(1) : OrderedJson(frame.distortion.mean);
+  json["distortion_p95"] = frame.is_own() ? OrderedJson(1) : OrderedJson(frame.distortion.p95);
 }
 
-void put_match(const FollowedFrame& frame, Json& json) {
+void put_match(const FollowedFrame& frame, OrderedJson& json) {
   put_distance(frame, json);
   put_distortion(frame, json);
   json["matched"] = frame.match->matched;
@@ -87,7 +87,7 @@ void put_match(const FollowedFrame& frame, Json& json) {
                         {"rounds", frame.replaced->rounds}};
 }
 
-void put_own(const FollowedFrame& frame, Json& json) {
+void put_own(const FollowedFrame& frame, OrderedJson& json) {
   put_distance(frame, json);
   json["triangles_kept"] = frame.kept;
   json["triangles_born"] = frame.added;
@@ -95,8 +95,8 @@ void put_own(const FollowedFrame& frame, Json& json) {
   put_distortion(frame, json);
 }
 
-FollowedFrame::Match match_of(const Json& json) {
-  const Json& seconds = member(json, "seconds");
+FollowedFrame::Match match_of(const OrderedJson& json) {
+  const OrderedJson& seconds = member(json, "seconds");
   FollowedFrame::Match match;
   match.matched = number(json, "matched", FollowedFrame::unknown);
   match.predicted = member(json, "predicted") == true;
@@ -107,7 +107,7 @@ FollowedFrame::Match match_of(const Json& json) {
   return match;
 }
 
-FollowedFrame::Drift drift_of(const Json& json) {
+FollowedFrame::Drift drift_of(const OrderedJson& json) {
   FollowedFrame::Drift drift;
   drift.known = count(json, "known", 0);
   drift.mean = number(json, "mean", 0);
@@ -117,8 +117,8 @@ FollowedFrame::Drift drift_of(const Json& json) {
   return drift;
 }
 
-KnownFile file_of(const Json& json) {
-  const Json &bytes = member(json, "bytes"), &crc32 = member(json, "crc32");
+KnownFile file_of(const OrderedJson& json) {
+  const OrderedJson &bytes = member(json, "bytes"), &crc32 = member(json, "crc32");
   if (!bytes.is_number_integer() || !crc32.is_number_integer())
     return {text(json, "file"), {-1, 0}};
   return {text(json, "file"), {bytes.get<std::int64_t>(), crc32.get<std::uint32_t>()}};
@@ -127,7 +127,7 @@ KnownFile file_of(const Json& json) {
 }  // namespace
 
 std::string followed_text(const FollowedFrame& frame) {
-  Json json = {{"frame", frame.number}};
+  OrderedJson json = {{"frame", frame.number}};
   if (frame.turned > 0) json["turned"] = frame.turned;
   if (!frame.skipped.empty()) json["skipped"] = skipped_json(frame.skipped);
   if (frame.match)
@@ -144,16 +144,16 @@ std::string followed_text(const FollowedFrame& frame) {
                      {"mean_edges", frame.drift->mean_edges}};
   json["files"] = files_json(frame.files);
   if (!frame.match) json["seconds"] = seconds_json(frame);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 FollowedFrame followed_frame(int frame_number, const std::string& text_of_it) {
   constexpr double unknown = FollowedFrame::unknown;
-  const Json json = Json::parse(text_of_it, nullptr, false);
+  const OrderedJson json = OrderedJson::parse(text_of_it, nullptr, false);
   FollowedFrame frame;
   frame.number = frame_number;
   frame.turned = count(json, "turned", 0);
-  for (const Json& one : member(json, "skipped"))
+  for (const OrderedJson& one : member(json, "skipped"))
     frame.skipped.push_back({count(one, "frame", 0), text(one, "why")});
   frame.distance = {number(json, "distance_mean", unknown), number(json, "distance_p95", unknown),
                     number(json, "distance_max", unknown)};
@@ -163,16 +163,16 @@ FollowedFrame followed_frame(int frame_number, const std::string& text_of_it) {
   frame.added = count(json, "triangles_born", -1);
   frame.removed = count(json, "triangles_died", -1);
   if (json.is_object() && json.contains("matched")) frame.match = match_of(json);
-  if (const Json& replaced = member(json, "replaced"); replaced.is_object())
+  if (const OrderedJson& replaced = member(json, "replaced"); replaced.is_object())
     frame.replaced = {count(replaced, "distorted", 0), count(replaced, "template_seeds", 0),
                       count(replaced, "target_seeds", 0), count(replaced, "reached", 0),
                       count(replaced, "rounds", 0)};
-  if (const Json& manifold = member(json, "manifold"); manifold.is_boolean())
+  if (const OrderedJson& manifold = member(json, "manifold"); manifold.is_boolean())
     frame.manifold = manifold.get<bool>();
   frame.folded = count(json, "folded", -1);
-  if (const Json& drift = member(json, "drift"); drift.is_object()) frame.drift = drift_of(drift);
-  if (const Json& files = member(json, "files"); files.is_array())
-    for (const Json& one : files) frame.files.push_back(file_of(one));
+  if (const OrderedJson& drift = member(json, "drift"); drift.is_object()) frame.drift = drift_of(drift);
+  if (const OrderedJson& files = member(json, "files"); files.is_array())
+    for (const OrderedJson& one : files) frame.files.push_back(file_of(one));
   frame.seconds = number(member(json, "seconds"), "all", unknown);
   return frame;
 }

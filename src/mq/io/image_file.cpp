@@ -10,6 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
+#include "mq/io/bytes.h"
 #include "mq/io/detail/fingerprint.h"
 #include "mq/io/detail/picture_head.h"
 #include "mq/io/detail/picture_reader.h"
@@ -19,7 +20,6 @@
 namespace mq {
 namespace {
 
-using Bytes = std::span<const std::byte>;
 using OIIO::ImageSpec;
 
 std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
@@ -64,7 +64,7 @@ PictureInfo picture_info(const std::filesystem::path& path) {
   return {p.spec.width, p.spec.height, p.spec.channelnames, format_read(p)};
 }
 
-Texture read_texture_bytes(Bytes bytes, const std::string& name, const Progress& progress,
+Texture read_texture_bytes(ByteView bytes, const std::string& name, const Progress& progress,
                            NotFinite not_finite) {
   OpenPicture p = open_picture(bytes, name);
   Texture texture;

@@ -11,21 +11,21 @@
 #include <string_view>
 
 #include "mq/base/error.h"
+#include "mq/io/bytes.h"
 #include "mq/io/image_file.h"
 
 namespace mq {
 namespace {
 
-using Bytes = std::span<const std::byte>;
 
-bool starts_with(Bytes bytes, std::string_view magic) {
+bool starts_with(ByteView bytes, std::string_view magic) {
   return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
 }
 
 /// Numbers in a TIFF, of either byte order.
 class TiffBytes {
  public:
-  explicit TiffBytes(Bytes bytes) : bytes_(bytes), big_endian_(starts_with(bytes, "MM")) {}
+  explicit TiffBytes(ByteView bytes) : bytes_(bytes), big_endian_(starts_with(bytes, "MM")) {}
 
   std::uint64_t size() const { return bytes_.size(); }
 
@@ -41,7 +41,7 @@ class TiffBytes {
   }
 
  private:
-  Bytes bytes_;
+  ByteView bytes_;
   bool big_endian_;
 };
 
@@ -91,7 +91,7 @@ void fail_too_large(const std::string& name, std::int64_t width, std::int64_t he
                         width, height, max_picture_side));
 }
 
-std::string picture_format(Bytes bytes, const std::string& name) {
+std::string picture_format(ByteView bytes, const std::string& name) {
   using namespace std::string_view_literals;
   if (bytes.empty()) fail_picture(name, "the file is empty; a picture was expected");
   if (starts_with(bytes, "\x89PNG\r\n\x1a\n"sv)) return "png";
@@ -108,7 +108,7 @@ std::string picture_format(Bytes bytes, const std::string& name) {
                         known_picture_formats));
 }
 
-bool png_states_colour(Bytes bytes, const std::string& name) {
+bool png_states_colour(ByteView bytes, const std::string& name) {
   bool colour = false;
   for (std::size_t at = 8;;) {
     if (bytes.size() < at + 12) break;
@@ -124,7 +124,7 @@ bool png_states_colour(Bytes bytes, const std::string& name) {
                fmt::format("the PNG file is cut short at {} bytes; copy it again", bytes.size()));
 }
 
-void check_jpeg_end(Bytes bytes, const std::string& name) {
+void check_jpeg_end(ByteView bytes, const std::string& name) {
   std::size_t at = 2;
   const auto byte = [&](std::size_t i) { return unsigned(bytes[i]); };
   while (at + 1 < bytes.size()) {
@@ -144,7 +144,7 @@ void check_jpeg_end(Bytes bytes, const std::string& name) {
                fmt::format("the JPEG file is cut short at {} bytes; copy it again", bytes.size()));
 }
 
-void check_tiff_extent(Bytes bytes, const std::string& name) {
+void check_tiff_extent(ByteView bytes, const std::string& name) {
   const TiffBytes tiff(bytes);
   const auto lists = tiff_lists(tiff, {273, 324}, {279, 325});  // strips, tiles: offsets and sizes
   bool whole = lists.has_value();
@@ -161,7 +161,7 @@ void check_tiff_extent(Bytes bytes, const std::string& name) {
                                    bytes.size()));
 }
 
-void check_exr_windows(Bytes bytes, const std::string& name) {
+void check_exr_windows(ByteView bytes, const std::string& name) {
   using namespace std::string_view_literals;
   constexpr std::string_view mark = "dataWindow\0box2i\0\x10\0\0\0"sv;
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

@@ -276,8 +276,7 @@ void BlockMultigrid::set_matrix(BlockMatrix<double> A, const Progress& progress)
     sparse_.emplace(last, Factorisation::automatic, progress);
     return;
   }
-  coarsest_.compute(Eigen::MatrixXd(last));
-  if (coarsest_.info() != Eigen::Success)
+  if (!coarsest_.compute(Eigen::MatrixXd(last)))
     throw NotPositiveDefinite("the coarsest level of a block matrix is not positive definite");
 }
 

@@ -7,8 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
+#include "mq/linear/dense.h"
 #include "mq/linear/direct.h"
 #include "mq/linear/solver.h"
 
@@ -87,7 +86,7 @@ class BlockMultigrid {
   BlockMultigridOptions options_;
   BlockMatrix<double> finest_;
   std::vector<Level> levels_;
-  Eigen::LLT<Eigen::MatrixXd> coarsest_;
+  DenseCholesky coarsest_;
   std::optional<DirectSolver> sparse_;  ///< in its place where the last level is large
   double scale_ = 1;  ///< of the matrices in single precision
 };

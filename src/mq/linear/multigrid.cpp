@@ -23,9 +23,8 @@ CoarsestLevel::CoarsestLevel(SparseMatrix A, const std::vector<int>& component,
     if (pin) pinned[c] = 1;
   }
   if (rows_ == 0) return;
-  if (rows_ <= most_dense_rows) dense_.compute(Eigen::MatrixXd(A));
   // Where rounding leaves a dense factor no positive pivot, the sparse one says in which row.
-  if (rows_ > most_dense_rows || dense_.info() != Eigen::Success) sparse_.emplace(A);
+  if (rows_ > most_dense_rows || !dense_.compute(Eigen::MatrixXd(A))) sparse_.emplace(A);
 }
 
 void CoarsestLevel::solve(int lanes, const float* b, float* x) const {

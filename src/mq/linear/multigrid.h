@@ -5,8 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
+#include "mq/linear/dense.h"
 #include "mq/linear/direct.h"
 #include "mq/linear/lanes.h"
 #include "mq/linear/detail/patches.h"
@@ -48,7 +47,7 @@ class CoarsestLevel {
 
   int rows_ = 0;
   std::optional<DirectSolver> sparse_;
-  Eigen::LLT<Eigen::MatrixXd> dense_;
+  DenseCholesky dense_;
 };
 
 struct CycleOptions {

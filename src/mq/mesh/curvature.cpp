@@ -10,8 +10,6 @@
 // and the shape operator dN is −I⁻¹ II. The coefficients are least squares, with a ridge so small
 // (1e-10 of the number of neighbours) that it decides only what the neighbours leave open.
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -19,6 +17,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/linear/dense.h"
 #include "mq/mesh/geometry.h"
 
 namespace mq {
@@ -79,9 +78,8 @@ struct Neighbours {
 
 /// Eigenpairs of a symmetric form on the plane of `frame` (orthonormal columns).
 PrincipalCurvatures principal(const Matrix2& shape, const Eigen::Matrix<double, 3, 2>& frame) {
-  const Eigen::SelfAdjointEigenSolver<Matrix2> solver(shape);
-  const Matrix2& e = solver.eigenvectors();
-  return {solver.eigenvalues()[1], solver.eigenvalues()[0], frame * e.col(1), frame * e.col(0)};
+  const auto [values, e] = symmetric_pairs(shape);
+  return {values[1], values[0], frame * e.col(1), frame * e.col(0)};
 }
 
 /// The curvatures at the origin of the height with gradient (c₀, c₁) and second derivatives
@@ -96,7 +94,9 @@ PrincipalCurvatures at_vertex(const Coefficients& c, const Vector3& normal,
   second << 2 * c[2], c[3], c[3], 2 * c[4];
   second /= std::sqrt(1 + c[0] * c[0] + c[1] * c[1]);
   const Matrix2 first = tangent.transpose() * tangent;
-  const Matrix2 root = Matrix2(first.llt().matrixL()).inverse();  // root · first · rootᵀ = 1
+  Matrix2 root;  // root · first · rootᵀ = 1: the inverse of the Cholesky factor of first
+  const double a = std::sqrt(first(0, 0)), b = first(1, 0) / a, c1 = std::sqrt(first(1, 1) - b * b);
+  root << 1 / a, 0, -b / (a * c1), 1 / c1;
   return principal(-root * second * root.transpose(), tangent * root.transpose());
 }
 
@@ -120,7 +120,7 @@ PrincipalCurvatures fit(const std::vector<Vector3>& positions, int v, const Vect
     normal_matrix.noalias() += powers * powers.transpose();
     right += powers * normal.dot(d);
   }
-  const Coefficients c = normal_matrix.ldlt().solve(right);
+  const Coefficients c = solve_positive(normal_matrix, right);
   if (!c.allFinite()) return none;
   PrincipalCurvatures found = at_vertex(c, normal, frame);
   found.max /= size;

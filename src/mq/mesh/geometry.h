@@ -13,6 +13,9 @@ namespace mq {
 double triangle_area(const Mesh& mesh, int triangle);
 std::vector<double> triangle_areas(const Mesh& mesh);
 
+/// Twice the signed area of the triangle 0, a, b: positive where b lies to the left of a.
+inline double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
 /// The unit normal (q − p) × (r − p) / |...|; 0 where the triangle has no area.
 Vector3 triangle_normal(const Mesh& mesh, int triangle);
 std::vector<Vector3> triangle_normals(const Mesh& mesh);

@@ -26,11 +26,11 @@ Corner middle(const Corner& a, const Corner& b, int vertex) {
   return {vertex, 0.5F * (a.u + b.u), 0.5F * (a.v + b.v)};
 }
 
-using Part = std::array<Corner, 3>;
+using Corners = std::array<Corner, 3>;
 
 /// The parts of a triangle whose edge k has the middle vertex middles[k], −1 where it stays whole.
-int cut(const Part& whole, const std::array<int, 3>& middles, const std::vector<Vector3>& positions,
-        std::array<Part, 4>& parts) {
+int cut(const Corners& whole, const std::array<int, 3>& middles, const std::vector<Vector3>& positions,
+        std::array<Corners, 4>& parts) {
   const int count = (middles[0] >= 0) + (middles[1] >= 0) + (middles[2] >= 0);
   std::array<Corner, 3> m{};
   for (int k = 0; k < 3; ++k)
@@ -138,11 +138,11 @@ RefinedSurface halved(RefinedSurface fine, const std::vector<int>& middles) {
   to.area = s.area;
   std::vector<std::array<HalfEdge, 2>> halves(s.twins.size());
   parallel_for(count, [&](std::int64_t t) {
-    Part whole;
+    Corners whole;
     for (int k = 0; k < 3; ++k)
       whole[k] = {s.mesh.triangles[t][k], fine.corners[t][2 * k], fine.corners[t][2 * k + 1]};
     const std::array<int, 3> m = {middles[3 * t], middles[3 * t + 1], middles[3 * t + 2]};
-    std::array<Part, 4> parts;
+    std::array<Corners, 4> parts;
     const int pieces = cut(whole, m, s.mesh.positions, parts);
     const auto vertex = [&](int h) { return parts[h / 3][h % 3].vertex; };
     const auto end = [&](int h) { return parts[h / 3][(h % 3 + 1) % 3].vertex; };

@@ -99,13 +99,13 @@ void put_back(const Surface& surface, std::span<const int> triangles, std::span<
 }
 
 /// The surface around folds, so that work goes by their number and not by the surface's size.
-struct Part {
+struct CutOut {
   Surface surface;
   std::vector<int> vertices;    ///< per vertex that of the whole
   std::vector<char> inner;      ///< per vertex: all its triangles are here
   std::vector<char> triangles;  ///< per triangle: all those beside it are here
 };
-Part part_around(const Surface& whole, std::span<const int> folded) {
+CutOut part_around(const Surface& whole, std::span<const int> folded) {
   const std::vector<char> inner = near(whole, folded, most_rings + 2),
                           all = near(whole, folded, most_rings + 3);
   const auto touches = [](const Triangle& t, const std::vector<char>& vertices) {
@@ -113,7 +113,7 @@ Part part_around(const Surface& whole, std::span<const int> folded) {
   };
   std::vector<int> place(inner.size(), -1);
   Mesh mesh;
-  Part part;
+  CutOut part;
   std::vector<int> from;
   for (const Triangle& t : whole.mesh.triangles) {
     if (!touches(t, all)) continue;
@@ -147,7 +147,7 @@ std::vector<Vector3> unfolded(const Mesh& mesh, std::span<const char> fixed) {
   std::vector<char> copies(mesh.positions.size(), 0);
   for (const int v : whole.source_from_vertex) copies[v] = char(std::min(copies[v] + 1, 2));
 
-  const Part part = part_around(whole, folded);
+  const CutOut part = part_around(whole, folded);
   const Surface& surface = part.surface;
   std::vector<Vector3> positions = surface.mesh.positions;
   const auto source = [&](std::size_t v) { return whole.source_from_vertex[part.vertices[v]]; };

@@ -5,7 +5,6 @@
 // that the result is manifold by construction.
 
 #include "mq/remesh/remesh.h"
-#include "mq/remesh/remesh.h"
 
 #include <fmt/format.h>
 
@@ -14,12 +13,12 @@
 #include "mq/base/error.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/soundness.h"
+#include "mq/remesh/detail/flaws.h"
 #include "mq/remesh/detail/remesher.h"
 
 namespace mq {
 namespace {
 
-constexpr double thinnest = 1e-3;               // height over longest edge
 
 void require_area(const Surface& of_template) {
   require(of_template.area > 0, "the template has no triangle with area, so nothing to keep");

@@ -22,7 +22,7 @@ using walk::after;
 using walk::before;
 
 /// Paths of one piece of work.
-constexpr std::int64_t block = 1024;
+constexpr std::int64_t texel_block = 1024;
 
 constexpr std::int64_t most_pixels = std::int64_t(1) << 27;
 
@@ -179,7 +179,7 @@ PathCounts GridFlow::run(std::int64_t count, double time, const Start& start, co
         progress.at(double(done += end - begin) / double(count));
         return counts;
       },
-      block);
+      texel_block);
 }
 
 Traced GridFlow::trace(std::span<const SurfacePoint> starts, double time,

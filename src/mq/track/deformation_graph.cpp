@@ -6,13 +6,13 @@
 #include "mq/track/deformation_graph.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <queue>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/linear/dense.h"
 
 namespace mq {
 namespace {
@@ -207,14 +207,9 @@ std::vector<NodeMotion> DeformationGraph::fitted(std::span<const Vector3> from,
         for (const Member& m : members_[i])
           covariance += m.weight * (to[m.vertex] - b) * (from[m.vertex] - a).transpose();
         NodeMotion& motion = motions[i];
-        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                                    Eigen::ComputeFullU | Eigen::ComputeFullV);
+        const SingularValues<3> svd = singular_values(covariance);
         // Fewer than two directions leave a turn open: none is taken then.
-        if (svd.singularValues()[1] > 1e-9 * svd.singularValues()[0]) {
-          Vector3 signs = Vector3::Ones();
-          if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs[2] = -1;
-          motion.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-        }
+        if (svd.values[1] > 1e-9 * svd.values[0]) motion.rotation = nearest_rotation(svd);
         const Vector3& g = from[nodes_[i]];
         motion.translation = b + motion.rotation * (g - a) - g;
       },

@@ -6,11 +6,11 @@
 #include "mq/track/rest_shape.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/linear/dense.h"
 #include "mq/linear/direct.h"
 
 namespace mq {
@@ -42,11 +42,7 @@ Vector3 weights(const Corners& corners) {
 Eigen::Matrix3d rotation(const Corners& from, const Corners& to, const Vector3& weight) {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (int k = 0; k < 3; ++k) covariance += weight[k] * edge(to, k) * edge(from, k).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vector3 signs = Vector3::Ones();
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs[2] = -1;
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  return nearest_rotation(singular_values(covariance));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/linear/dense.h"
 #include "mq/mesh/unfold.h"
 #include "mq/mesh/weld.h"
 #include "mq/track/tracking.h"
@@ -188,7 +189,7 @@ Distortion distortion(const std::vector<Triangle>& triangles, std::span<const Ve
     // Needles and triangles without area have no stretch to speak of.
     if (!(area > 1e-6 * F0.squaredNorm())) return;
     const Eigen::Matrix2d J = flat(now[v[0]], now[v[1]], now[v[2]]) * F0.inverse();
-    const Eigen::Vector2d sigma = Eigen::JacobiSVD<Eigen::Matrix2d>(J).singularValues();
+    const Eigen::Vector2d sigma = singular_values(J).values;
     const double worst = std::max(sigma[0], 1 / std::max(sigma[1], 1e-9));
     if (std::isfinite(worst)) all[t] = {worst, area};
   });

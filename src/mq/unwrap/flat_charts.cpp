@@ -11,6 +11,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/mesh/geometry.h"
 
 namespace mq {
 namespace {
@@ -68,8 +69,6 @@ void halve(const Surface& surface, ChartHistory& history, int patch) {
     for (int& chart : step.charts)
       if (chart >= count) ++chart;
 }
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 double signed_area(const Triangle& t, const Points& x) {
   return cross(x[t[1]] - x[t[0]], x[t[2]] - x[t[0]]) / 2;

@@ -1,12 +1,12 @@
 #include "mq/video/texel_owners.h"
 
+#include "mq/mesh/geometry.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace mq {
 namespace {
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 }  // namespace
 

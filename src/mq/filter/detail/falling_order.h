@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "mq/base/infinity.h"
 #include "mq/base/parallel.h"
 #include "mq/linear/matrix.h"
 
@@ -17,7 +18,6 @@ class FallingOrder {
  public:
   /// Of the unknowns `met`, ascending, whose values must be finite.
   void sort(const std::vector<int>& met, const Vector& values) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
     double high = -infinity, low = infinity;
     for (const int i : met) {
       high = std::max(high, values[i]);

@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "mq/base/error.h"
+#include "mq/io/bytes.h"
 #include "mq/io/detail/picture_alpha.h"
 #include "mq/io/detail/picture_head.h"
 #include "mq/io/image_file.h"
@@ -24,7 +25,6 @@
 namespace mq {
 namespace {
 
-using Bytes = std::span<const std::byte>;
 using OIIO::ImageSpec;
 using OIIO::TypeDesc;
 
@@ -133,7 +133,7 @@ std::string explain(const std::string& error) {
   return line.empty() ? "no reason given" : line;
 }
 
-OpenPicture open_picture(Bytes bytes, const std::string& name) {
+OpenPicture open_picture(ByteView bytes, const std::string& name) {
   OpenPicture p;
   p.name = name;
   p.file_format = picture_format(bytes, name);

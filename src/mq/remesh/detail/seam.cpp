@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "mq/mesh/geometry.h"
+#include "mq/remesh/detail/flaws.h"
 
 namespace mq {
 namespace {
@@ -17,9 +18,7 @@ namespace {
 constexpr int passes = 3;
 constexpr double shortest = 0.4;       // of the mean edge around
 constexpr double flattest = 0.866;     // cosine between two triangles whose edge may be flipped
-constexpr double thinnest = 1e-3;      // quality below which a triangle lies in no plane
 constexpr double least_facing = 0.5;   // cosine between a vertex and the target it is put onto
-constexpr double least_cosine = 0.17;  // between a triangle and the surface: 80 degrees
 
 bool has(const Triangle& t, int v) { return t[0] == v || t[1] == v || t[2] == v; }
 

@@ -13,13 +13,12 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/remesh/detail/flaws.h"
 
 namespace mq {
 namespace {
 
-constexpr double least_cosine = 0.17;          // 80 degrees
 constexpr double least_corner_cosine = -0.17;  // 100 degrees
-constexpr double thinnest = 1e-3;              // height over longest edge
 constexpr double most_states = 4e6;
 
 /// A triangle's share of the cost; bad ones add so much that one fewer is always cheaper.

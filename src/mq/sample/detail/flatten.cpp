@@ -13,7 +13,6 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,6 +20,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/linear/dense.h"
 #include "mq/linear/direct.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/tutte.h"
@@ -45,8 +45,6 @@ struct Disc {
   std::vector<Eigen::Matrix<double, 3, 2>> gradients;  // of the hat functions in the rest shape
   Points x;
 };
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // ---- Charts as discs ----
 
@@ -180,13 +178,12 @@ Model quadratic_model(const Disc& disc) {
   Model model{{}, Signal::Zero(2 * count, 1)};
   double trace = 0;
   for (std::size_t t = 0; t < disc.triangles.size(); ++t) {
-    const Eigen::JacobiSVD<Matrix2> svd(jacobian(disc, t, disc.x),
-                                        Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Eigen::Array2d s = svd.singularValues().array().max(1e-8);
+    const SingularValues<2> svd = singular_values(jacobian(disc, t, disc.x));
+    const Eigen::Array2d s = svd.values.array().max(1e-8);
     const Vector2 weights = s.cube().inverse() * (s + 1) * (s.square() + 1);
     const Vector2 slopes = 2 * s - 2 * s.cube().inverse();
-    const Matrix2 M = svd.matrixU() * weights.asDiagonal() * svd.matrixU().transpose();
-    const Matrix2 D = svd.matrixU() * slopes.asDiagonal() * svd.matrixV().transpose();
+    const Matrix2 M = svd.U * weights.asDiagonal() * svd.U.transpose();
+    const Matrix2 D = svd.U * slopes.asDiagonal() * svd.V.transpose();
     const auto& G = disc.gradients[t];
     const Eigen::Matrix3d K = 2 * disc.areas[t] * G * G.transpose();
     const Eigen::Matrix<double, 3, 2> slope = disc.areas[t] * G * D.transpose();

@@ -13,12 +13,12 @@
 #include <numbers>
 
 #include "mq/base/error.h"
+#include "mq/base/infinity.h"
 
 namespace mq {
 namespace {
 
 constexpr int most_columns = 1024;
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Outline {
   std::vector<Vector2> points;  // of the boundary, in the chart's own units

@@ -11,6 +11,7 @@
 #include <limits>
 #include <queue>
 
+#include "mq/base/infinity.h"
 #include "mq/base/random.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/weld.h"
@@ -18,8 +19,6 @@
 
 namespace mq {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 
 struct Site {

@@ -10,13 +10,13 @@
 #include <queue>
 #include <tuple>
 
+#include "mq/base/infinity.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/weld.h"
 
 namespace mq {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int rounds = 4;                          // of moving centres
 constexpr int straightenings = 2, spreadings = 6;  // of borders
 constexpr double bending = 8;  // what turning by a right angle adds to a distance, in distances

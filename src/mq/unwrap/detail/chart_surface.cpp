@@ -6,6 +6,7 @@
 #include <map>
 #include <queue>
 
+#include "mq/base/infinity.h"
 #include "mq/base/parallel.h"
 #include "mq/mesh/coarsen.h"
 #include "mq/unwrap/detail/chart_patches.h"
@@ -14,7 +15,6 @@
 namespace mq {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int relaxations = 6;  // of a union, from its parts
 
 /// Small systems, many at a time.

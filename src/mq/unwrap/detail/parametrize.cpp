@@ -20,6 +20,8 @@
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/base/infinity.h"
+#include "mq/mesh/geometry.h"
 #include "mq/mesh/tutte.h"
 #include "mq/mesh/weld.h"
 
@@ -28,12 +30,9 @@ namespace {
 
 using Matrix2 = Eigen::Matrix2d;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Height to longest side of the thinnest rest shape.
 constexpr double thinnest = 1e-4;
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // ---- Sheets ----
 
