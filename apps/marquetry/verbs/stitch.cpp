@@ -17,6 +17,7 @@
 #include "mq/base/words.h"
 #include "mq/filter/modulation.h"
 #include "mq/filter/stitch.h"
+#include "mq/model/photographs.h"
 #include "shell/results.h"
 #include "verbs/shared/partials.h"
 #include "shell/run.h"
