@@ -9,11 +9,13 @@
 #include "cli/models.h"
 #include "mq/draw/texel_maps.h"
 #include "mq/fem/field_spectrum.h"
+#include "mq/filter/geometry_filter.h"
 #include "mq/io/image_file.h"
 #include "mq/io/vector_field.h"
 #include "mq/model/field_lines.h"
 #include "mq/model/lossless_textures.h"
 #include "mq/model/model_picture.h"
+#include "mq/model/moved_vertices.h"
 #include "mq/model/outputs.h"
 #include "mq/model/photographs.h"
 #include "mq/model/remeshed_model.h"
@@ -291,6 +293,27 @@ TEST(VerbStitch, TakesPhotographsWithTheirCameras) {
   for (const Partial& partial : partials) EXPECT_GT(shown_unknowns(partial), 0);
   stitch(partials, signal, strip.model);
   EXPECT_EQ(of_library(strip.folder, strip.model.model, "ours.png"), wanted);
+}
+
+TEST(VerbFilter, MovesTheVerticesOfAShape) {
+  TwoCharts strip(MissingPictures::unneeded);
+  test::write_bytes(strip.folder / "hill.obj",
+                    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\n"
+                    "f 1 2 3\nf 1 3 4\nf 1 4 5\nf 6 5 2\n");
+  strip.model = load_textured_model(strip.folder / "hill.obj",
+                                    {.missing = MissingPictures::unneeded}, strip.messages);
+  const std::string wanted = of_program(
+      strip.folder, {"filter", "hill.obj", "--geometry", "-b", "0", "-l", "10%"}, "out.obj");
+  const Surface& surface = strip.model.surface;
+  const double weight = weight_from_length(parse_length("10%"), {.area = surface.area});
+  const std::vector<Vector3> moved =
+      filter_positions(surface, {.weight = weight}, VertexSpace(surface).solver()).positions;
+  const ShapeChange change = shape_change(surface, moved);
+  EXPECT_GT(change.largest_moved, change.rms_moved);
+  EXPECT_LT(*change.area.change(), 0);
+  EXPECT_FALSE(change.volume.has_value()) << "it is open";
+  EXPECT_FALSE(move_vertices(moved, strip.model)) << "it says no normals";
+  EXPECT_EQ(of_library(strip.folder, strip.model.model, "ours.obj", Outputs::Kind::model), wanted);
 }
 
 }  // namespace
