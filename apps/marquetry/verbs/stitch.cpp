@@ -93,16 +93,6 @@ Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int
   return {{"across", jump.across}, {"within", jump.within}};
 }
 
-/// Largest change of a channel's mean over what is seen.
-double drift(const SignalSpace& space, const Signal& before, const Signal& after,
-             const std::vector<int>& labels) {
-  Vector mass = space.lumped_mass();
-  for (std::size_t i = 0; i < labels.size(); ++i)
-    if (labels[i] == unseen) mass[Eigen::Index(i)] = 0;
-  if (!(mass.sum() > 0)) return 0;
-  return (mass.transpose() * (after - before) / mass.sum()).cwiseAbs().maxCoeff();
-}
-
 Filtered solve(Run& run, const TextureSignal& target, double weight, Work& work) {
   Filtered result;
   solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
@@ -209,7 +199,8 @@ Exit stitch(Run& run) {
   const SparseMatrix& S = work.stiffness;
   run.result["borders"] = {{"before", border_json(S, work.psi, work.labels)},
                            {"after", border_json(S, result.signal, work.labels)}};
-  run.result["mean_drift"] = drift(target->space(), work.psi, result.signal, work.labels);
+  run.result["mean_drift"] =
+      mean_drift(target->space(), work.psi, result.signal, work.labels);
   run.result["alpha"] = weight / scale.area;
   run.result["length"] = std::sqrt(weight);
 
