@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
-#include "verbs/shared/render_request.h"
+#include "mq/model/model_paints.h"
 
 namespace mq::view {
 namespace {
@@ -17,7 +17,7 @@ LoadedModel::LoadedModel(TexturedModel read, int largest_side, const Progress& p
     : scene(std::make_unique<TexturedModel>(std::move(read))) {
   {
     const Progress step = progress.step("prepare textures", 0.4);
-    if (app::has_pictures(*scene)) {
+    if (has_pictures(*scene)) {
       before = std::make_unique<TextureSet>(scene->model.textures, largest_side);
       step.at(0.5);
       after = std::make_unique<TextureSet>(scene->model.textures, largest_side);

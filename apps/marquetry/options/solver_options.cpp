@@ -8,7 +8,6 @@
 #include "mq/base/error.h"
 #include "mq/baseline/reference_solver.h"
 #include "mq/linear/direct_solver.h"
-#include "mq/linear/economical_solver.h"
 
 namespace mq::app {
 namespace {
@@ -115,14 +114,10 @@ Solution solve_poisson(Run& run, const ModelSignal& signal, double weight,
   return solution;
 }
 
-Signal solve_at_seams(Run& run, const TexelSpace& space, const Signal& before,
-                      const std::vector<char>& free, Smooth what, const Progress& progress) {
-  Filtered found = smooth_at_seams(space, before, free, what, economical_solver(), progress);
-  run.solve = solve_json(found.report);
-  if (!found.report.converged)
-    run.terminal().warning(reached(found.report) +
-                           ": seams may be left where a lower --weight has none");
-  return std::move(found.signal);
+void report_solve_at_seams(Run& run, const SolveReport& report) {
+  run.solve = solve_json(report);
+  if (!report.converged)
+    run.terminal().warning(reached(report) + ": seams may be left where a lower --weight has none");
 }
 
 Json change_json(const Signal& before, const Signal& after, ColourSpace space) {

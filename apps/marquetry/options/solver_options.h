@@ -44,9 +44,8 @@ using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, con
 /// whose making needs most memory.
 Solution solve_poisson(Run& run, const ModelSignal& signal, double weight, const PoissonSolve& solve);
 
-/// `smooth_at_seams`, which chooses its own solver, with what it did in `run.solve`.
-Signal solve_at_seams(Run& run, const TexelSpace& space, const Signal& before,
-                      const std::vector<char>& free, Smooth what, const Progress& progress);
+/// What `smooth_at_seams`, which chooses its own solver, did, in `run.solve`; warns where it fell short.
+void report_solve_at_seams(Run& run, const SolveReport& report);
 
 /// Unknowns, channels, how much changed in the values of `space`, and how many values are below 0 and
 /// above 1 as they will be stored.

@@ -22,7 +22,13 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, std::s
   return values;
 }
 
-std::string as_typed(double value) { return fmt::format("{:g}", value); }
+std::string as_typed(double value) {
+  if (value != 0 && std::abs(value) < 1e-3) {
+    const double exponent = std::floor(std::log10(std::abs(value)) + 1e-9);
+    return fmt::format("{:g}e{:g}", value / std::pow(10, exponent), exponent);
+  }
+  return fmt::format("{:g}", value);
+}
 
 std::optional<std::array<int, 2>> parse_size(std::string text) {
   if (text.find('x') == std::string::npos) text += "x" + text;

@@ -13,7 +13,7 @@ namespace mq::app {
 /// "3,4.5" as `count` finite numbers; nothing where it is not.
 std::optional<std::vector<double>> parse_numbers(const std::string& text, std::size_t count);
 
-/// A number as a user would type it, such as a default of the library's.
+/// A number as a user would type it, such as a default of the library's: 100, 0.02, 1e-4.
 std::string as_typed(double value);
 
 /// "1024" or "1920x1080": pixels, 1 to 16384 a side.

@@ -5,19 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <span>
-#include <utility>
 
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/mesh/geometry.h"
-#include "mq/mesh/orient.h"
 #include "mq/mesh/soundness.h"
-#include "mq/remesh/remesh.h"
-#include "mq/remesh/texture.h"
+#include "mq/model/remeshed_model.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "options/model_options.h"
@@ -28,46 +24,25 @@ namespace {
 
 const ReadModelOptions shape_alone{.textures = {}, .pictures = ReadModelOptions::Pictures::skip};
 
-bool wants_textures(const OptionValues& options) {
-  return !options.flag("no-textures") && !options.flag("paint");
+RemeshedContents asked_contents(const OptionValues& options) {
+  using Textures = RemeshedContents::Textures;
+  using Colours = RemeshedContents::Colours;
+  const bool painted = options.flag("paint");
+  return {.textures = painted || options.flag("no-textures") ? Textures::left_out : Textures::carried,
+          .colours = painted ? Colours::origin : Colours::carried};
 }
 
-struct Side {
-  Model model;
-  Surface surface;
-};
-
-/// What of a target faces the wrong way is turned back.
-void turn_back(Model& target, const Mesh& of_template) {
-  Oriented found = oriented_like(target.mesh, of_template);
-  target.mesh = std::move(found.mesh);
-  std::ranges::move(found.defects, std::back_inserter(target.defects));
-}
-
-/// A model, its defects in the report. `before`: the template, where this is the target.
-Side read_side(Run& run, const std::string& option, double share, const Mesh* before = nullptr) {
-  Side side;
-  const Step step(run, "read", share);
-  side.model = read_model(run.options().text(option),
-                          wants_textures(run.options()) ? ReadModelOptions{} : shape_alone, step);
+/// A model, its defects in the report. `of_template`: its mesh, where this is the target.
+RemeshInput read_side(Run& run, const std::string& option, const Mesh* of_template = nullptr) {
+  const Step step(run, "read", 0.1);
+  const bool with_textures =
+      asked_contents(run.options()).textures == RemeshedContents::Textures::carried;
+  Model model = read_model(run.options().text(option),
+                           with_textures ? ReadModelOptions{} : shape_alone, step);
+  run.will_read(model.path);
+  RemeshInput side = remesh_input(std::move(model), run.terminal(), of_template);
   const std::string file = side.model.path.string();
-  run.will_read(side.model.path);
-  for (const std::string& note : side.model.notes) run.terminal().remark(file + ": " + note);
-  require(side.model.mesh.triangle_count() > 0,
-          fmt::format("{}: has {} and no faces, so no surface: check that it is a mesh, not a "
-                      "point cloud or curves, and not cut short",
-                      file, counted(side.model.mesh.vertex_count(), "vertex")));
-  about(side.model, [&] {
-    if (before != nullptr) turn_back(side.model, *before);
-    side.surface = make_surface(side.model.mesh);
-  });
-  require(
-      side.surface.area > 0,
-      fmt::format("{}: none of its triangles has an area, so it is no surface: check that it is "
-                  "a mesh, and not cut short",
-                  file));
-  Defects defects = side.model.defects;
-  defects.insert(defects.end(), side.surface.defects.begin(), side.surface.defects.end());
+  const Defects defects = side.defects();
   run.found(defects);
   for (const Defect& defect : defects)
     if (defect.severity == Defect::Severity::warning)
@@ -82,75 +57,11 @@ Side read_side(Run& run, const std::string& option, double share, const Mesh* be
 }
 
 /// Corners of the template's triangles at their birth.
-std::vector<std::array<Vector3, 3>> read_rest(Run& run, const Side& side) {
+std::vector<std::array<Vector3, 3>> read_rest(Run& run, const RemeshInput& of_template) {
   if (!run.options().has("reference")) return {};
-  const std::string file = run.options().text("reference");
-  const Model rest = read_model(file, shape_alone);
-  run.will_read(rest.path);
-  require(rest.mesh.triangles == side.model.mesh.triangles &&
-              rest.mesh.vertex_count() == side.model.mesh.vertex_count(),
-          fmt::format("{}: has other triangles than {}, wanted the same mesh as it was when its "
-                      "triangles were made",
-                      file, side.model.path.string()));
-  return corner_positions(rest.mesh);
-}
-
-/// Colours of what was kept and of what was born, where both models have the same channels.
-VertexSignal colours(Run& run, const Side& of_template, const Side& target,
-                     const Remeshed& remeshed) {
-  const VertexSignal &old = of_template.model.colors, &fresh = target.model.colors;
-  if (old.channels == 0 && fresh.channels == 0) return {};
-  if (old.channels != fresh.channels) {
-    run.terminal().remark(fmt::format("colours at vertices are left out: {} has {}, {} has {}",
-                                      of_template.model.path.string(),
-                                      counted(old.channels, "channel"), target.model.path.string(),
-                                      counted(fresh.channels, "channel")));
-    return {};
-  }
-  VertexSignal colours{old.channels, {}, std::max(old.depth, fresh.depth)};
-  for (const VertexOrigin& origin : remeshed.origins) {
-    const Side& side = origin.of_target ? target : of_template;
-    for (int c = 0; c < old.channels; ++c) {
-      double sum = 0;
-      for (int k = 0; k < 3; ++k) {
-        const int v = side.surface.mesh.triangles[std::size_t(origin.triangle)][std::size_t(k)];
-        const int source = side.surface.source_from_vertex[std::size_t(v)];
-        if (origin.barycentric[k] != 0)
-          sum += origin.barycentric[k] *
-                 double(side.model.colors.values[std::size_t(source * old.channels + c)]);
-      }
-      colours.values.push_back(float(sum));
-    }
-  }
-  return colours;
-}
-
-/// What goes with the result: the template's pictures, then the target's, each under a name of its
-/// own. Of a picture that both have there are two.
-std::vector<Texture> pictures(const Side& of_template, const Side& target) {
-  std::vector<Texture> all = of_template.model.textures;
-  for (const Texture& texture : target.model.textures) {
-    all.push_back(texture);
-    const std::filesystem::path name = texture.name;
-    for (int copy = 1; std::ranges::count(all, all.back().name, &Texture::name) > 1; ++copy)
-      all.back().name =
-          fmt::format("{}_target{}{}", name.stem().string(), copy > 1 ? std::to_string(copy) : "",
-                      name.extension().string());
-  }
-  return all;
-}
-
-/// Kept triangles grey, those that were born orange.
-VertexSignal painted(const Remeshed& remeshed) {
-  VertexSignal colours{3, {}, Depth::u8};
-  std::vector<char> kept(remeshed.mesh.positions.size(), 0);
-  for (int t = 0; t < remeshed.mesh.triangle_count(); ++t)
-    if (remeshed.template_triangles[std::size_t(t)] >= 0)
-      for (const int v : remeshed.mesh.triangles[std::size_t(t)]) kept[std::size_t(v)] = 1;
-  for (const char k : kept)
-    for (const float value : k ? std::array{0.72F, 0.72F, 0.72F} : std::array{0.93F, 0.45F, 0.1F})
-      colours.values.push_back(value);
-  return colours;
+  const Model at_birth = read_model(run.options().text("reference"), shape_alone);
+  run.will_read(at_birth.path);
+  return corners_at_birth(of_template, at_birth);
 }
 
 Json distance_json(const DistanceSummary& distance, double diagonal) {
@@ -162,7 +73,8 @@ Json distance_json(const DistanceSummary& distance, double diagonal) {
 /// Of what a warning is worth.
 constexpr double far_in_tolerances = 1.5;
 
-void report(Run& run, const Side& of_template, const Side& target, const Remeshed& found) {
+void report(Run& run, const RemeshInput& of_template, const RemeshInput& target,
+            const Remeshed& found) {
   const double all = std::max(1, of_template.surface.triangle_count());
   const double diagonal = bounding_box(target.surface.mesh).diagonal();
   Json& result = run.result;
@@ -232,14 +144,11 @@ RemeshOptions asked(const OptionValues& options, const Surface& of_template) {
 
 Exit run_remesh(Run& run) {
   const OptionValues& options = run.options();
-  const Side of_template = read_side(run, "template", 0.1);
-  const Side target = read_side(run, "target", 0.1, &of_template.model.mesh);
+  const RemeshedContents contents = asked_contents(options);
+  const RemeshInput of_template = read_side(run, "template");
+  const RemeshInput target = read_side(run, "target", &of_template.model.mesh);
   const std::vector<std::array<Vector3, 3>> rest = read_rest(run, of_template);
-  Model model;
-  model.path = of_template.model.path;
-  const bool has_uvs =
-      wants_textures(options) && (of_template.model.mesh.has_uvs() || target.model.mesh.has_uvs());
-  if (has_uvs) model.textures = pictures(of_template, target);
+  Model model = begin_remeshed(of_template, target, contents);
   const Outputs outputs(options.text("output"), model,
                         model.textures.empty() ? Outputs::Kind::model : Outputs::Kind::pictures);
   std::vector<std::filesystem::path> paths = outputs.paths();
@@ -256,17 +165,10 @@ Exit run_remesh(Run& run) {
           [&] { found = remesh(of_template.surface, target.surface, how, step); });
   }
   report(run, of_template, target, found);
-  for (const Side* side : {&of_template, &target})
-    if (has_uvs && !side->model.mesh.has_uvs())
-      run.terminal().remark(side->model.path.string() +
-                            ": has no texture coordinates, nor has what comes from it");
 
   const Step step(run, "write", 0.1);
-  model.colors = options.flag("paint") ? painted(found) : colours(run, of_template, target, found);
   if (options.has("record")) write_record(options.text("record"), found);
-  model.mesh = has_uvs ? textured(found, of_template.surface.mesh, target.surface.mesh,
-                                  int(of_template.model.textures.size()))
-                       : std::move(found.mesh);
+  finish_remeshed(of_template, target, std::move(found), contents, run.terminal(), model);
   for (const std::string& note : outputs.write(std::move(model), step)) run.terminal().remark(note);
   say_written(run, paths);
   return Exit::done;

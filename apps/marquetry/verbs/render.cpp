@@ -2,7 +2,6 @@
 // of two versions of its textures side by side.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "verbs/shared/input_pictures.h"
@@ -12,13 +11,11 @@
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
 #include "verbs/shared/render_request.h"
+#include "verbs/shared/seam_report.h"
 #include "shell/verb.h"
 
 namespace mq::app {
 namespace {
-
-using Paint = RenderOptions::Paint;
-using Lines = RenderOptions::Lines;
 
 /// Model units across the picture that --extent asks for.
 double extent_of(const OptionValues& options, const TexturedModel& scene) {
@@ -33,116 +30,31 @@ double extent_of(const OptionValues& options, const TexturedModel& scene) {
 }
 
 /// Moves the camera to the place --at names. The worst seam is that of the textures drawn first.
-void look_at_place(Run& run, const Renderer& renderer, RenderRequest& request) {
-  if (!request.options.has("at")) return;
-  const TexturedModel& scene = request.scene;
-  const std::string at = request.options.text("at");
-  require(at != "seam" || has_pictures(scene),
-          scene.model.path.string() + ": has no textures whose seams could differ");
+void look_at_place(Run& run, const TexturedModel& scene, const ModelRenderer& renderer,
+                   View& view) {
+  const OptionValues& options = run.options();
+  if (!options.has("at")) return;
+  const std::string at = options.text("at"), file = scene.model.path.string();
+  require(at != "seam" || has_pictures(scene), file + ": has no textures whose seams could differ");
   require(at != "seam" || scene.atlas->seam_count > 0,
-          scene.model.path.string() + ": has no seam to look at; give --at three coordinates");
-  const double extent = extent_of(request.options, scene);
-  View& view = request.render.view;
+          file + ": has no seam to look at; give --at three coordinates");
+  const double extent = extent_of(options, scene);
   if (at != "seam") {
-    const auto place = numbers_of(request.options, "at", 3);
+    const auto place = numbers_of(options, "at", 3);
     view.target = Vector3(place[0], place[1], place[2]);
     view.extent = extent;
     return;
   }
-  const SeamDifference seams =
-      seam_difference(scene.surface, *scene.atlas, pictures_of(scene.model.textures));
-  require(!seams.edges.empty(), scene.model.path.string() + ": has no seam whose two sides could differ; give --at three "
-                                      "coordinates");
-  const Sight sight = sight_of_worst_seam(renderer, *scene.atlas, seams,
-                                          extent / scene.atlas->texel_spacing(), view.up);
+  const SeamDifference seams = texture_seams(scene);
+  require(!seams.edges.empty(),
+          file + ": has no seam whose two sides could differ; give --at three coordinates");
+  const Sight sight = renderer.sight_of_seam(seams, extent, view);
   if (!sight.clear)
     run.terminal().remark("the place where seams differ most is hidden; seen from straight above");
-  const auto projection = view.projection;
   view = sight.view;
-  view.projection = projection;
   const Vector3& p = *view.target;
   run.result["seam"] = {
       {"rms", seams.rms}, {"largest", seams.worst.difference}, {"at", {p.x(), p.y(), p.z()}}};
-}
-
-Json seams_json(const TexturedModel& scene, const std::vector<Texture>& textures) {
-  const SeamDifference seams = seam_difference(scene.surface, *scene.atlas, pictures_of(textures));
-  return {{"rms", seams.rms}, {"p99", seams.difference_p99}, {"largest", seams.worst.difference}};
-}
-
-Image<float> layout_of(const RenderRequest& request, const std::vector<Texture>& textures,
-                       const Progress& progress) {
-  const TexturedModel& scene = request.scene;
-  const std::string file = scene.model.path.string();
-  require(scene.atlas.has_value(), file + ": has no texture coordinates, so no layout");
-  const UvLayoutOptions layout = layout_options(request);
-  const bool there = has_pictures(scene) && layout.texture < int(textures.size());
-  return draw_uv_layout(scene.surface, *scene.atlas,
-                        there ? &textures[layout.texture].pixels : nullptr, layout, progress);
-}
-
-Image<float> draw_layouts(const RenderRequest& request, const Progress& progress) {
-  const Image<float> first =
-      layout_of(request, request.scene.model.textures, progress.step("layout", 0.5));
-  if (!request.compares()) return first;
-  return contact_sheet({{first, "before"},
-                        {layout_of(request, request.after, progress.step("layout", 0.5)), "after"}},
-                       request.sheet);
-}
-
-/// Texture, seams, charts, shape and layout on one page.
-Image<float> draw_overview(const Renderer& renderer, const RenderRequest& request,
-                           const Progress& progress) {
-  std::vector<Tile> tiles;
-  RenderOptions render = request.render;
-  const auto add = [&](const std::string& label) {
-    tiles.push_back({renderer.draw(request.paints(), render, progress.step(label, 0.16)), label});
-  };
-  add(render.paint == Paint::clay ? "shape" : "as it looks");
-  if (request.scene.atlas) {
-    render.seams = Lines::show;
-    add("seams");
-    render.seams = Lines::hide, render.paint = Paint::charts;
-    add("charts");
-  }
-  render.paint = Paint::clay;
-  if (tiles.size() > 1) add("shape");
-  render.wires = Lines::show;
-  add("triangles");
-  if (request.scene.atlas) {
-    const Image<float> layout =
-        layout_of(request, request.scene.model.textures, progress.step("layout", 0.16));
-    tiles.push_back({layout, "layout"});
-  }
-  return contact_sheet(tiles, request.sheet);
-}
-
-/// Every view asked for, before and after where two sets of textures are given.
-Image<float> draw_pictures(const Renderer& renderer, const RenderRequest& request,
-                           const Progress& progress) {
-  const std::vector<std::string> views = request.views();
-  const bool single = views.size() == 1 || request.options.has("at");
-  if (single && !request.compares())
-    return renderer.draw(request.paints(), request.render, progress);
-  if (single)
-    return draw_before_after(renderer, request.paints(), request.paints_after(), request.render, {},
-                             request.sheet, progress);
-  if (!request.compares())
-    return draw_views(renderer, request.paints(), views, request.render, request.sheet, progress);
-  std::vector<Tile> tiles;
-  for (const std::string& name : views) {
-    RenderOptions render = request.render;
-    render.view.azimuth = parse_view(name).azimuth,
-    render.view.elevation = parse_view(name).elevation;
-    const double share = 0.5 / double(views.size());
-    tiles.push_back(
-        {renderer.draw(request.paints(), render, progress.step(name, share)), name + ", before"});
-    tiles.push_back({renderer.draw(request.paints_after(), render, progress.step(name, share)),
-                     name + ", after"});
-  }
-  SheetOptions pairs = request.sheet;
-  if (pairs.columns == 0) pairs.columns = 2;
-  return contact_sheet(tiles, pairs);
 }
 
 Exit render(Run& run) {
@@ -161,26 +73,25 @@ Exit render(Run& run) {
                  {"compare", InputPictures::Count::one_set, InputPictures::Size::of_the_texture});
   if (run.dry_run()) return Exit::done;
 
-  RenderRequest request = make_render_request(options, scene);
+  const std::vector<Texture> after = read_compared(options, scene);
+  ModelPictureOptions wanted = asked_picture(options, scene);
   Image<float> picture;
   PinholeCamera camera;
   about(scene.model, [&] {
     const Step step(run, "draw", 0.5);
     if (options.flag("layout")) {
-      picture = draw_layouts(request, step);
+      picture = draw_layout(scene, after, wanted.layout, wanted.sheet, step);
       return;
     }
-    const Renderer renderer(scene.surface, scene.atlas ? &*scene.atlas : nullptr);
-    look_at_place(run, renderer, request);
-    picture = options.flag("overview") ? draw_overview(renderer, request, step)
-                                       : draw_pictures(renderer, request, step);
+    const ModelRenderer renderer(scene);
+    look_at_place(run, scene, renderer, wanted.render.view);
+    picture = renderer.draw(wanted, after, step);
     if (options.has("cameras"))
-      camera = pinhole_of(Camera(scene.surface.mesh, request.render.view, picture.width(),
+      camera = pinhole_of(Camera(scene.surface.mesh, wanted.render.view, picture.width(),
                                  picture.height()));
   });
-  if (request.compares())
-    run.result["seams"] = {{"before", seams_json(scene, scene.model.textures)},
-                           {"after", seams_json(scene, request.after)}};
+  if (!after.empty())
+    run.result["seams"] = {{"before", seams_json(scene)}, {"after", seams_json(scene, after)}};
   run.result["width"] = picture.width();
   run.result["height"] = picture.height();
   run.result["output"] = output;

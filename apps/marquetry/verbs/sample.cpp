@@ -14,6 +14,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/sample/moving.h"
 #include "mq/sample/sample.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/run.h"
 #include "options/model_options.h"
@@ -198,14 +199,14 @@ Verb sample_verb() {
                         "every vertex where its material is at rest."});
   table.add({.name = "size",
              .type = Type::integer,
-             .default_value = "1024",
+             .default_value = as_typed(SampleOptions{}.texture_size),
              .unit = "texels",
              .least = 1,
              .most = 32768,
              .help = "side of the texture"});
   table.add({.name = "triangles",
              .type = Type::integer,
-             .default_value = "0",
+             .default_value = as_typed(SampleOptions{}.triangles),
              .least = 0,
              .most = 20000000,
              .help = "about as many are made, 0: the model's own number",
@@ -227,7 +228,7 @@ Verb sample_verb() {
              .help = "which frames of a sequence"});
   table.add({.name = "period",
              .type = Type::integer,
-             .default_value = "100",
+             .default_value = as_typed(MovingOptions{}.period),
              .unit = "frames",
              .least = 1,
              .most = 1000000,
@@ -235,7 +236,7 @@ Verb sample_verb() {
              .help = "how long a motion takes; then it begins again"});
   table.add({.name = "light",
              .type = Type::number,
-             .default_value = "0",
+             .default_value = as_typed(MovingOptions{}.light),
              .least = 0,
              .most = 1,
              .group = "Sequences made",
@@ -243,7 +244,7 @@ Verb sample_verb() {
                      "frames"});
   table.add({.name = "noise",
              .type = Type::number,
-             .default_value = "0",
+             .default_value = as_typed(MovingOptions{}.noise),
              .least = 0,
              .most = 1,
              .group = "Sequences made",

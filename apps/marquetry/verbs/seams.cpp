@@ -10,6 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/filter/seam_values.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/run.h"
 #include "options/model_options.h"
@@ -52,7 +53,10 @@ Exit seams(Run& run) {
                       at_seams, std::ssize(free)));
     const Step step(run, "solve", 0.4);
     before = target->values();
-    after = solve_at_seams(run, target->space(), before, free, Smooth::change, step);
+    Filtered found = smooth_at_seams(target->space(), before, free, Smooth::change,
+                                     economical_solver(), step);
+    report_solve_at_seams(run, found.report);
+    after = std::move(found.signal);
   });
   run.result = change_json(before, after);
   run.result["seam_texels"] = std::ranges::count(free, 1);
@@ -74,7 +78,7 @@ Verb seams_verb() {
   add_output_option(table);
   table.add({.name = "weight",
              .type = Option::Type::number,
-             .default_value = "1000",
+             .default_value = as_typed(usual_seam_weight),
              .least = 0,
              .most = 1e9,
              .group = "Seams",

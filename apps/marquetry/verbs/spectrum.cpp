@@ -4,13 +4,15 @@
 // takes, and drawn with what `lic` does by default.
 #include <fmt/format.h>
 
-#include <cmath>
+#include <memory>
+#include <optional>
 
 #include "options/signal_options.h"
 #include "mq/base/error.h"
 #include "mq/fem/field_spectrum.h"
-#include "mq/filter/line_integral.h"
 #include "mq/io/vector_field.h"
+#include "mq/model/field_lines.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/verb.h"
 
@@ -18,10 +20,6 @@ namespace mq::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// On the surface of area 1, where the first eigenvalue that is not 0 is 1 or more and rounding
-/// leaves 10⁻⁹ of 0.
-constexpr double counts_as_zero = 1e-6;
 
 FieldSpectrumOptions asked_spectrum(const OptionValues& options) {
   const std::string basis = options.text("basis");
@@ -84,7 +82,7 @@ void report(Run& run, const FieldSpectrum& spectrum, double area) {
     const double value = spectrum.values[k];
     values.push_back(value);
     scaled.push_back(value * area);
-    const bool zero = std::abs(value * area) < counts_as_zero;
+    const bool zero = is_zero_eigenvalue(value, area);
     zeros += zero;
     text += fmt::format("{:>6} {:>14.6g} {:>14.6g}\n", k + 1, zero ? 0 : value,
                         zero ? 0 : value * area);
@@ -97,32 +95,16 @@ void report(Run& run, const FieldSpectrum& spectrum, double area) {
   run.print(text);
 }
 
-/// The lines of one field, as `lic` draws them by default.
-Signal lines_of(Run& run, const TexturedModel& scene, const ModelSignal& domain, const Signal& noise,
-                const TangentField& field, const Progress& progress) {
-  const double area = domain.space().scale().area;
-  const auto across = domain.space_across(scaled_to_one(scene.surface, field), 100,
-                                   progress.step("metric", 0.4));
-  const LineIntegral lines = line_integral(
-      *across, domain.space(), noise, {.weight = 0.01 * area, .sharpen_weight = 1e-4 * area},
-      domain.space().multigrid({.tolerance = 0.02}), progress.step("solve", 0.6));
-  if (!lines.spread.converged || !lines.sharpen.converged)
-    run.terminal().warning(
-        "lines are less drawn out than they should be: multigrid did not reach its "
-        "tolerance; lic --field FILE --solver direct has no such limit");
-  return with_contrast(lines.signal);
-}
-
 void write_fields(Run& run, const TexturedModel& scene, const FieldSpectrum& spectrum,
                   const std::vector<FieldFiles>& files) {
   std::unique_ptr<ModelSignal> domain;
-  Signal noise;
+  std::unique_ptr<FieldLines> drawing;
   if (files.front().lines) {
     const Step step(run, "assemble", 0.1);
     domain = make_field_signal(run, scene, step);
     about(scene.model, [&] {
-      noise = solid_noise(domain->space().positions(), 2 * domain->scale().texel_spacing,
-                          std::uint64_t(run.options().integer("seed")));
+      drawing = std::make_unique<FieldLines>(
+          *domain, FieldLinesOptions{.seed = std::uint64_t(run.options().integer("seed"))});
     });
   }
   const Step step(run, "write", 0.4);
@@ -133,10 +115,14 @@ void write_fields(Run& run, const TexturedModel& scene, const FieldSpectrum& spe
     write_vector_field(files[k].field, scene.model.mesh, spectrum.fields[k]);
     written.push_back(files[k].field);
     if (!files[k].lines) continue;
-    const Signal grey =
-        lines_of(run, scene, *domain, noise, spectrum.fields[k], one.step("draw", 0.9));
+    const LineIntegral lines =
+        drawing->draw(scaled_to_one(scene.surface, spectrum.fields[k]), one.step("draw", 0.9));
+    if (!lines.spread.converged || !lines.sharpen.converged)
+      run.terminal().warning(
+          "lines are less drawn out than they should be: multigrid did not reach its "
+          "tolerance; lic --field FILE --solver direct has no such limit");
     Model drawn = scene.model;
-    domain->replace(grey.replicate(1, 3), Depth::u8, drawn);
+    domain->replace(lines.signal.replicate(1, 3), Depth::u8, drawn);
     for (const std::string& note : files[k].lines->write(std::move(drawn), one.step("save", 0.1)))
       run.terminal().remark(note);
     written.insert(written.end(), files[k].lines->paths().begin(), files[k].lines->paths().end());
@@ -191,7 +177,7 @@ Verb spectrum_verb() {
   table.add({.name = "count",
              .letter = 'k',
              .type = Type::integer,
-             .default_value = "20",
+             .default_value = as_typed(FieldSpectrumOptions{}.count),
              .least = 1,
              .most = 1000,
              .group = "Spectrum",

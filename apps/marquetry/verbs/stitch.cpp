@@ -17,6 +17,7 @@
 #include "mq/base/words.h"
 #include "mq/filter/modulation.h"
 #include "mq/filter/stitch.h"
+#include "mq/model/photographs.h"
 #include "shell/results.h"
 #include "verbs/shared/partials.h"
 #include "shell/run.h"
@@ -90,16 +91,6 @@ struct Work {
 Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int>& labels) {
   const BorderJump jump = border_jump(S, psi, labels);
   return {{"across", jump.across}, {"within", jump.within}};
-}
-
-/// Largest change of a channel's mean over what is seen.
-double drift(const SignalSpace& space, const Signal& before, const Signal& after,
-             const std::vector<int>& labels) {
-  Vector mass = space.lumped_mass();
-  for (std::size_t i = 0; i < labels.size(); ++i)
-    if (labels[i] == unseen) mass[Eigen::Index(i)] = 0;
-  if (!(mass.sum() > 0)) return 0;
-  return (mass.transpose() * (after - before) / mass.sum()).cwiseAbs().maxCoeff();
 }
 
 Filtered solve(Run& run, const TextureSignal& target, double weight, Work& work) {
@@ -208,7 +199,8 @@ Exit stitch(Run& run) {
   const SparseMatrix& S = work.stiffness;
   run.result["borders"] = {{"before", border_json(S, work.psi, work.labels)},
                            {"after", border_json(S, result.signal, work.labels)}};
-  run.result["mean_drift"] = drift(target->space(), work.psi, result.signal, work.labels);
+  run.result["mean_drift"] =
+      mean_drift(target->space(), work.psi, result.signal, work.labels);
   run.result["alpha"] = weight / scale.area;
   run.result["length"] = std::sqrt(weight);
 

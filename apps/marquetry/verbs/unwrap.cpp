@@ -6,14 +6,10 @@
 // on the surface.
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "verbs/shared/geometry.h"
-#include "mq/atlas/atlas.h"
-#include "mq/atlas/coverage.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
-#include "mq/unwrap/unwrap.h"
+#include "mq/model/unwrapped_model.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/percentiles.h"
@@ -26,25 +22,14 @@
 namespace mq::app {
 namespace {
 
-/// The model with the new texture coordinates and nothing that belonged to the old ones.
-void put_atlas(TexturedModel& scene, const Unwrapped& unwrapped) {
-  for (Mesh* mesh : {&scene.model.mesh, &scene.surface.mesh}) {
-    mesh->uvs = unwrapped.uvs;
-    mesh->corner_uvs = unwrapped.corner_uvs;
-    mesh->textures.clear();
-  }
-  scene.model.textures.clear();
-  scene.model.document = nullptr;  // its corners have other texture coordinates now
-}
-
-/// Texels whose centres two triangles cover, counted by the program's own reader of atlases.
-std::int64_t overlapping_texels(const TexturedModel& scene, int size, const Progress& progress) {
-  const Atlas atlas = make_atlas(scene.surface, {{size, size}}, {}, progress.step("charts", 0.5));
-  std::int64_t count = 0;
-  for (const Coverage& coverage : texel_coverage(scene.surface, atlas, progress.step("cover", 0.5)))
-    for (int y = 0; y < size; ++y)
-      for (int x = 0; x < size; ++x) count += coverage.count(x, y) > 1;
-  return count;
+UnwrapOptions asked_unwrap(const OptionValues& options) {
+  const int size = int(options.integer("size"));
+  return {.width = size,
+          .height = size,
+          .gutter = int(options.integer("gutter")),
+          .stretch = options.number("stretch"),
+          .trials = int(options.integer("trials")),
+          .largest = options.number("largest") / 100};
 }
 
 void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
@@ -88,26 +73,19 @@ Exit unwrap(Run& run) {
   const Outputs outputs = shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
-  const int size = int(options.integer("size"));
+  const UnwrapOptions wanted = asked_unwrap(options);
   Unwrapped unwrapped;
   about(scene.model, [&] {
     const Step step(run, "unwrap", 0.75);
-    unwrapped = mq::unwrap(scene.surface,
-                           {.width = size,
-                            .height = size,
-                            .gutter = int(options.integer("gutter")),
-                            .stretch = options.number("stretch"),
-                            .trials = int(options.integer("trials")),
-                            .largest = options.number("largest") / 100},
-                           step);
+    unwrapped = mq::unwrap(scene.surface, wanted, step);
   });
   for (const UnwrapFigures::Seconds& seconds : unwrapped.figures.seconds)
     run.add_seconds(seconds.step, seconds.seconds);
-  put_atlas(scene, unwrapped);
+  put_unwrapped(unwrapped, scene);
   std::int64_t overlaps = 0;
   {
     const Step step(run, "check", 0.05);
-    overlaps = overlapping_texels(scene, size, step);
+    overlaps = overlapping_texels(scene, {wanted.width, wanted.height}, step);
   }
   report(run, unwrapped.figures, overlaps);
   const Step step(run, "write", 0.1);

@@ -57,4 +57,11 @@ std::vector<Coverage> texel_coverage(const Surface& surface, const Atlas& atlas,
   return all;
 }
 
+std::int64_t overlapping_texels(std::span<const Coverage> coverage) {
+  std::int64_t overlapping = 0;
+  for (const Coverage& texture : coverage)
+    overlapping += std::ranges::count_if(texture.count.values(), [](int n) { return n > 1; });
+  return overlapping;
+}
+
 }  // namespace mq

@@ -1,6 +1,8 @@
 #pragma once
 /// Which triangles cover the centres of texels.
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "mq/atlas/atlas.h"
@@ -20,5 +22,9 @@ struct Coverage {
 /// repeats, and are cut off where it does not. Linear in the texels of the triangles' boxes.
 std::vector<Coverage> texel_coverage(const Surface& surface, const Atlas& atlas,
                                      const Progress& progress = {});
+
+/// How many texels' centres more than one triangle covers: 0 where no two charts overlap and none
+/// folds over itself.
+std::int64_t overlapping_texels(std::span<const Coverage> coverage);
 
 }  // namespace mq

@@ -13,6 +13,7 @@
 #include "mq/image/resample.h"
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 
@@ -30,8 +31,7 @@ struct Projector::Shared {
     points.resize(places.size()), normals.resize(places.size());
     parallel_for(std::ssize(places), [&](std::int64_t i) {
       const ClosestPoint& at = found[i];
-      points[i].setZero();
-      for (int k = 0; k < 3; ++k) points[i] += at.barycentric[k] * mesh.position(at.triangle, k);
+      points[i] = point_at(mesh, at);
       normals[i] = triangle_normal(mesh, at.triangle);
     });
   }

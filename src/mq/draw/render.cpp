@@ -25,6 +25,7 @@
 #include "mq/draw/detail/textures.h"
 #include "mq/image/resample.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 namespace {
@@ -115,11 +116,9 @@ struct Job {
   bool texture_values(const Hit& hit, std::span<float> values) const {
     if (atlas == nullptr || atlas->chart[hit.triangle] < 0) return false;
     const auto& corners = atlas->corners[hit.triangle];
-    double column = 0, row = 0;
-    for (int k = 0; k < 3; ++k) {
-      column += hit.barycentric[k] * corners[k].column();
-      row += hit.barycentric[k] * corners[k].row();
-    }
+    const double column =
+        interpolate(hit.barycentric, [&](int k) { return corners[k].column(); });
+    const double row = interpolate(hit.barycentric, [&](int k) { return corners[k].row(); });
     const int texture = surface.mesh.texture(hit.triangle);
     sample(*paints.textures[texture], column, row, atlas->textures[texture].wrap, values);
     return true;
@@ -145,10 +144,9 @@ struct Job {
 
   float vertex_value(const Hit& hit, int count, int channel) const {
     const Triangle& triangle = surface.mesh.triangles[hit.triangle];
-    double value = 0;
-    for (int k = 0; k < 3; ++k)
-      value += hit.barycentric[k] * paints.vertex_values[std::size_t(triangle[k]) * count + channel];
-    return float(value);
+    return float(interpolate(hit.barycentric, [&](int k) {
+      return paints.vertex_values[std::size_t(triangle[k]) * count + channel];
+    }));
   }
 
   Colour albedo(const Hit& hit) const {

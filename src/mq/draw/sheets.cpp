@@ -3,19 +3,26 @@
 #include "mq/base/error.h"
 
 namespace mq {
+namespace {
+
+RenderOptions seen_from(const RenderOptions& options, const std::string& name) {
+  RenderOptions one = options;
+  const View view = parse_view(name);
+  one.view.azimuth = view.azimuth, one.view.elevation = view.elevation;
+  return one;
+}
+
+}  // namespace
 
 Image<float> draw_views(const Renderer& renderer, const Paints& paints,
                         const std::vector<std::string>& views, const RenderOptions& options,
                         const SheetOptions& sheet, const Progress& progress) {
   require(!views.empty(), "no view is given: name at least one");
   std::vector<Tile> tiles;
-  for (const std::string& name : views) {
-    RenderOptions one = options;
-    const View view = parse_view(name);
-    one.view.azimuth = view.azimuth, one.view.elevation = view.elevation;
-    tiles.push_back(
-        {renderer.draw(paints, one, progress.step(name, 1.0 / double(views.size()))), name});
-  }
+  for (const std::string& name : views)
+    tiles.push_back({renderer.draw(paints, seen_from(options, name),
+                                   progress.step(name, 1.0 / double(views.size()))),
+                     name});
   return contact_sheet(tiles, sheet);
 }
 
@@ -27,6 +34,25 @@ Image<float> draw_before_after(const Renderer& renderer, const Paints& before, c
   SheetOptions side_by_side = sheet;
   if (side_by_side.columns == 0) side_by_side.columns = 2;
   return contact_sheet({{left, labels.before}, {right, labels.after}}, side_by_side);
+}
+
+Image<float> draw_views_before_after(const Renderer& renderer, const Paints& before,
+                                     const Paints& after, const std::vector<std::string>& views,
+                                     const RenderOptions& options, const Labels& labels,
+                                     const SheetOptions& sheet, const Progress& progress) {
+  require(!views.empty(), "no view is given: name at least one");
+  const double share = 0.5 / double(views.size());
+  std::vector<Tile> tiles;
+  for (const std::string& name : views) {
+    const RenderOptions one = seen_from(options, name);
+    tiles.push_back(
+        {renderer.draw(before, one, progress.step(name, share)), name + ", " + labels.before});
+    tiles.push_back(
+        {renderer.draw(after, one, progress.step(name, share)), name + ", " + labels.after});
+  }
+  SheetOptions pairs = sheet;
+  if (pairs.columns == 0) pairs.columns = 2;
+  return contact_sheet(tiles, pairs);
 }
 
 Sight sight_of_worst_seam(const Renderer& renderer, const Atlas& atlas, const SeamDifference& seams,

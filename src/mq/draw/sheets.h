@@ -27,6 +27,13 @@ Image<float> draw_before_after(const Renderer& renderer, const Paints& before, c
                                const RenderOptions& options = {}, const Labels& labels = {},
                                const SheetOptions& sheet = {}, const Progress& progress = {});
 
+/// `draw_before_after` of one picture per view name, two columns unless the sheet says otherwise.
+Image<float> draw_views_before_after(const Renderer& renderer, const Paints& before,
+                                     const Paints& after, const std::vector<std::string>& views,
+                                     const RenderOptions& options = {}, const Labels& labels = {},
+                                     const SheetOptions& sheet = {},
+                                     const Progress& progress = {});
+
 /// A view of the place where seams show most: of the edges of `seams` the one with most weight in
 /// the picture around it that is also seen well. `texels` mean texel spacings are across. Throws
 /// `InvalidInput` when there is no seam.

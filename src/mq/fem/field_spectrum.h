@@ -1,6 +1,7 @@
 #pragma once
 /// The vector fields that change least on a surface: eigenfields of a smoothness operator.
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -31,6 +32,10 @@ struct FieldSpectrum {
   std::int64_t unknowns = 0;         ///< of the basis: no more eigenvalues than that
   std::int64_t flips = 0;            ///< of edges, where operators want Delaunay triangles
 };
+
+/// Whether an eigenvalue of a surface of this area is 0: λ·area is 1 or more for the first that is not,
+/// and rounding leaves 10⁻⁹ of it.
+inline bool is_zero_eigenvalue(double value, double area) { return std::abs(value * area) < 1e-6; }
 
 /// The `count` smallest λ of S·X = λ·M·X, thesis (4.24), with S as above and M the mass of the basis,
 /// and their fields. Multiple eigenvalues come with as many fields, orthonormal, but in no

@@ -11,9 +11,12 @@
 
 namespace mq {
 
+/// Of agreement at seams against smoothness, per texel of a seam: differences do not show.
+inline constexpr double usual_seam_weight = 1000;
+
 /// The space in which `smooth_at_seams` works: bilinear in every chart, the difference d of the two
 /// sides of seams punished with `weight`·∫d² ds per texel spacing.
-TexelSpaceOptions soft_seams(const Atlas& atlas, double weight = 1000);
+TexelSpaceOptions soft_seams(const Atlas& atlas, double weight = usual_seam_weight);
 
 /// 1 for the unknowns that a lookup on either side of a seam reads.
 std::vector<char> seam_texels(const Surface& surface, const Atlas& atlas, const TexelSpace& space);

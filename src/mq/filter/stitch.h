@@ -125,6 +125,11 @@ class Stitcher {
   std::unique_ptr<ScreenedPoisson> filler_;  ///< null: all is seen
 };
 
+/// The largest change, over the channels, of the mean over the part of the surface that is seen; 0
+/// where nothing is.
+double mean_drift(const SignalSpace& space, const Signal& before, const Signal& after,
+                  std::span<const int> labels);
+
 /// Root mean square of the differences across borders, over the channels together, each pair with
 /// its weight −S_ij where that is positive, and of those within regions.
 struct BorderJump {

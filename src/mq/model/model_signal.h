@@ -97,6 +97,7 @@ class TextureSignal final : public ModelSignal {
   Signal values_of(std::span<const Texture> textures) const;
 
   int channels() const { return channels_; }
+  const ValueSpace& value_space() const { return values_; }
 
  private:
   const Atlas& atlas() const { return apart_ ? apart_->atlas : *model_.atlas; }

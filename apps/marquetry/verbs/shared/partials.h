@@ -21,9 +21,6 @@ bool has_views(const OptionValues& options);
 /// Refuses what cannot be read of these files, before any work. Throws `InvalidInput` or `IoError`.
 void check_partials(const OptionValues& options, const TexturedModel& scene);
 
-/// Black pictures where a model's textures have none.
-void add_missing_pictures(TexturedModel& scene);
-
 /// The photographs that the pictures of --labels choose where they are given beside photographs, one per
 /// unknown; `unseen`: that which shows it best. `count` is how many there are. Throws `InvalidInput` or
 /// `IoError` naming the file.

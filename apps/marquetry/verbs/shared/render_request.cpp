@@ -17,24 +17,12 @@ using Lines = RenderOptions::Lines;
 
 bool is_place(const std::string& text) { return text == "seam" || parse_numbers(text, 3); }
 
-/// Colours at the vertices of the surface, from those of the model: copies of a vertex are one.
-std::vector<float> surface_colours(const TexturedModel& scene) {
-  const VertexSignal& colors = scene.model.colors;
-  std::vector<float> values;
-  for (const int source : scene.surface.source_from_vertex)
-    for (int k = 0; k < 3; ++k)
-      values.push_back(
-          colors.values[std::size_t(source) * colors.channels + (colors.channels >= 3 ? k : 0)]);
-  return values;
-}
-
 /// What --paint says, or the best there is.
 Paint paint_of(const OptionValues& options, const TexturedModel& scene) {
   const std::string name = options.text("paint"), file = scene.model.path.string();
   const bool colours = scene.model.colors.channels > 0;
   if (name == "clay") return Paint::clay;
-  if (name == "auto")
-    return has_pictures(scene) ? Paint::texture : colours ? Paint::vertex_colours : Paint::clay;
+  if (name == "auto") return best_paint(scene);
   if (name == "vertices") {
     require(colours, file + ": has no colours at its vertices; choose another --paint");
     return Paint::vertex_colours;
@@ -54,13 +42,7 @@ FalseColour scale_for(const OptionValues& options, const TexturedModel& scene) {
     require(range[0] < range[1], "--range: the first number is below the second");
     scale = {map, range[0], range[1]};
   } else {
-    const auto channel = std::size_t(options.integer("channel"));
-    std::vector<float> values;
-    for (const Texture& texture : scene.model.textures)
-      for (std::size_t i = channel; i < texture.pixels.values().size();
-           i += std::size_t(texture.pixels.channels()))
-        values.push_back(texture.pixels.values()[i]);
-    scale = scale_of(values, map);
+    scale = scale_of_textures(scene.model.textures, int(options.integer("channel")), map);
   }
   scale.isolines = int(options.integer("isolines"));
   return scale;
@@ -86,23 +68,19 @@ RenderOptions render_options(const OptionValues& options, const TexturedModel& s
   return render;
 }
 
-std::vector<Texture> read_after(const OptionValues& options, const TexturedModel& scene) {
-  std::vector<Texture> after;
-  for (const std::string& path : options.texts("compare")) after.push_back(read_texture(path));
-  if (after.empty()) return after;
-  require(has_pictures(scene), scene.model.path.string() + ": has no textures to compare with");
-  require(after.size() == scene.model.textures.size(),
-          fmt::format("--compare: found {}, wanted one for each texture of {}, which has {}",
-                      counted(std::ssize(after), "picture"), scene.model.path.string(),
-                      counted(std::ssize(scene.model.textures), "texture")));
-  for (std::size_t k = 0; k < after.size(); ++k) {
-    const Image<float>&a = scene.model.textures[k].pixels, &b = after[k].pixels;
-    require(a.width() == b.width() && a.height() == b.height(),
-            fmt::format("{}: {} x {} pixels, but {} has {} x {}: only equal sizes can be compared",
-                        after[k].path.string(), b.width(), b.height(), scene.model.textures[k].name,
-                        a.width(), a.height()));
-  }
-  return after;
+UvLayoutOptions layout_options(const OptionValues& options, const TexturedModel& scene) {
+  UvLayoutOptions layout;
+  const auto size = *parse_size(options.text("size"));
+  layout.side = std::max(size[0], size[1]);
+  layout.texture = int(options.integer("layout-texture"));
+  layout.zoom = options.number("zoom");
+  const auto center = numbers_of(options, "center", 2);
+  layout.center = {center[0], center[1]};
+  if (options.flag("wires")) layout.wires = Lines::show;
+  if (options.text("paint") == "texture") layout.fill = UvLayoutOptions::Fill::texture;
+  if (options.text("paint") == "charts" || !has_pictures(scene))
+    layout.fill = UvLayoutOptions::Fill::charts;
+  return layout;
 }
 
 void add_camera_options(OptionTable& table) {
@@ -177,7 +155,7 @@ void add_paint_options(OptionTable& table) {
   table.add({.name = "size",
              .letter = 's',
              .type = Type::text,
-             .default_value = "1024",
+             .default_value = as_typed(RenderOptions{}.width),
              .accepts = [](const std::string& text) { return parse_size(text).has_value(); },
              .wanted = "pixels, such as 1024 or 1920x1080, 1 to 16384 a side",
              .metavar = "N|WxH",
@@ -193,14 +171,14 @@ void add_paint_options(OptionTable& table) {
              .help = "gradient, transparent, white, black or #rrggbb"});
   table.add({.name = "samples",
              .type = Type::integer,
-             .default_value = "3",
+             .default_value = as_typed(RenderOptions{}.samples),
              .least = 1,
              .most = 16,
              .group = group,
              .help = "per pixel and direction: more is smoother and slower"});
   table.add({.name = "line-width",
              .type = Type::number,
-             .default_value = "2",
+             .default_value = as_typed(RenderOptions{}.line_width),
              .unit = "pixels",
              .least = 0.1,
              .most = 100,
@@ -208,7 +186,7 @@ void add_paint_options(OptionTable& table) {
              .help = "of seams"});
   table.add({.name = "columns",
              .type = Type::integer,
-             .default_value = "0",
+             .default_value = as_typed(SheetOptions{}.columns),
              .least = 0,
              .most = 1000,
              .group = group,
@@ -221,7 +199,7 @@ void add_number_and_layout_options(OptionTable& table) {
   const std::string numbers_group = "Numbers", layout = "Layout";
   table.add({.name = "channel",
              .type = Type::integer,
-             .default_value = "0",
+             .default_value = as_typed(RenderOptions{}.channel),
              .least = 0,
              .most = 1023,
              .group = numbers_group,
@@ -241,7 +219,7 @@ void add_number_and_layout_options(OptionTable& table) {
              .help = "colours for magnitudes, or for values on both sides of 0"});
   table.add({.name = "isolines",
              .type = Type::integer,
-             .default_value = "0",
+             .default_value = as_typed(FalseColour{}.isolines),
              .least = 0,
              .most = 1000,
              .group = numbers_group,
@@ -250,21 +228,22 @@ void add_number_and_layout_options(OptionTable& table) {
       {.name = "layout", .group = layout, .help = "draw the texture with its charts instead"});
   table.add({.name = "layout-texture",
              .type = Type::integer,
-             .default_value = "0",
+             .default_value = as_typed(UvLayoutOptions{}.texture),
              .least = 0,
              .most = 100000,
              .group = layout,
              .help = "which of several textures"});
   table.add({.name = "zoom",
              .type = Type::number,
-             .default_value = "1",
+             .default_value = as_typed(UvLayoutOptions{}.zoom),
              .least = 1,
              .most = 100000,
              .group = layout,
              .help = "magnify the layout around --center"});
   table.add({.name = "center",
              .type = Type::text,
-             .default_value = "0.5,0.5",
+             .default_value = as_typed(UvLayoutOptions{}.center.x()) + "," +
+                              as_typed(UvLayoutOptions{}.center.y()),
              .accepts = [](const std::string& text) { return parse_numbers(text, 2).has_value(); },
              .wanted = "a texture coordinate such as 0.25,0.75",
              .metavar = "U,V",
@@ -300,52 +279,40 @@ void add_render_options(OptionTable& table) {
   add_number_and_layout_options(table);
 }
 
-Paints RenderRequest::paints() const { return {pictures_of(scene.model.textures), vertex_colours}; }
-
-Paints RenderRequest::paints_after() const { return {pictures_of(after), vertex_colours}; }
-
-bool has_pictures(const TexturedModel& scene) {
-  return scene.atlas && scene.model.textures.size() == scene.atlas->textures.size() &&
-         std::ranges::none_of(scene.model.textures,
-                              [](const Texture& texture) { return texture.pixels.empty(); });
-}
-
-std::vector<const Image<float>*> pictures_of(const std::vector<Texture>& textures) {
-  std::vector<const Image<float>*> pictures;
-  for (const Texture& texture : textures) pictures.push_back(&texture.pixels);
-  return pictures;
-}
-
 std::vector<double> numbers_of(const OptionValues& options, const std::string& name,
                                std::size_t count) {
   return *parse_numbers(options.text(name), count);
 }
 
-UvLayoutOptions layout_options(const RenderRequest& request) {
-  const OptionValues& options = request.options;
-  const TexturedModel& scene = request.scene;
-  UvLayoutOptions layout;
-  const auto size = *parse_size(options.text("size"));
-  layout.side = std::max(size[0], size[1]);
-  layout.texture = int(options.integer("layout-texture"));
-  layout.zoom = options.number("zoom");
-  const auto center = numbers_of(options, "center", 2);
-  layout.center = {center[0], center[1]};
-  if (options.flag("wires")) layout.wires = Lines::show;
-  if (options.text("paint") == "texture") layout.fill = UvLayoutOptions::Fill::texture;
-  if (options.text("paint") == "charts" || !has_pictures(scene))
-    layout.fill = UvLayoutOptions::Fill::charts;
-  return layout;
+ModelPictureOptions asked_picture(const OptionValues& options, const TexturedModel& scene) {
+  using Page = ModelPictureOptions::Page;
+  ModelPictureOptions picture{.views = options.texts("view"),
+                              .render = render_options(options, scene),
+                              .layout = layout_options(options, scene)};
+  const bool single = picture.views.size() == 1 || options.has("at");
+  picture.page = options.flag("overview") ? Page::overview : single ? Page::view : Page::views;
+  picture.sheet.columns = int(options.integer("columns"));
+  if (options.has("title")) picture.sheet.title = options.text("title");
+  return picture;
 }
 
-RenderRequest make_render_request(const OptionValues& options, const TexturedModel& scene) {
-  RenderRequest request{options, scene};
-  request.after = read_after(options, scene);
-  if (scene.model.colors.channels > 0) request.vertex_colours = surface_colours(scene);
-  request.render = render_options(options, scene);
-  request.sheet.columns = int(options.integer("columns"));
-  if (options.has("title")) request.sheet.title = options.text("title");
-  return request;
+std::vector<Texture> read_compared(const OptionValues& options, const TexturedModel& scene) {
+  std::vector<Texture> after;
+  for (const std::string& path : options.texts("compare")) after.push_back(read_texture(path));
+  if (after.empty()) return after;
+  require(has_pictures(scene), scene.model.path.string() + ": has no textures to compare with");
+  require(after.size() == scene.model.textures.size(),
+          fmt::format("--compare: found {}, wanted one for each texture of {}, which has {}",
+                      counted(std::ssize(after), "picture"), scene.model.path.string(),
+                      counted(std::ssize(scene.model.textures), "texture")));
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    const Image<float>&a = scene.model.textures[k].pixels, &b = after[k].pixels;
+    require(a.width() == b.width() && a.height() == b.height(),
+            fmt::format("{}: {} x {} pixels, but {} has {} x {}: only equal sizes can be compared",
+                        after[k].path.string(), b.width(), b.height(), scene.model.textures[k].name,
+                        a.width(), a.height()));
+  }
+  return after;
 }
 
 }  // namespace mq::app

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "mq/draw/sheets.h"
-#include "mq/draw/uv_layout.h"
+#include "mq/model/model_picture.h"
 #include "shell/run.h"
 #include "options/model_options.h"
 
@@ -20,30 +19,11 @@ void add_view_option(OptionTable& table, const std::string& group);
 /// Camera, picture, numbers and layout: everything but the model and the output.
 void add_render_options(OptionTable& table);
 
-/// Borrows the options and the scene.
-struct RenderRequest {
-  const OptionValues& options;
-  const TexturedModel& scene;
-  std::vector<Texture> after = {};         ///< of --compare
-  std::vector<float> vertex_colours = {};  ///< per vertex of the surface; empty: it has none
-  RenderOptions render = {};
-  SheetOptions sheet = {};
+/// Throws `InvalidInput` where the model lacks what is asked for.
+ModelPictureOptions asked_picture(const OptionValues& options, const TexturedModel& scene);
 
-  bool compares() const { return !after.empty(); }
-  std::vector<std::string> views() const { return options.texts("view"); }
-  Paints paints() const;
-  Paints paints_after() const;
-};
-
-/// Reads the pictures of --compare. Throws `InvalidInput` where the model lacks what is asked for.
-RenderRequest make_render_request(const OptionValues& options, const TexturedModel& scene);
-
-UvLayoutOptions layout_options(const RenderRequest& request);
-
-/// Whether every texture of the model has its picture.
-bool has_pictures(const TexturedModel& scene);
-
-std::vector<const Image<float>*> pictures_of(const std::vector<Texture>& textures);
+/// The pictures of --compare. Throws `IoError`, or `InvalidInput` where they do not fit the model's.
+std::vector<Texture> read_compared(const OptionValues& options, const TexturedModel& scene);
 
 /// What an option says that holds so many numbers.
 std::vector<double> numbers_of(const OptionValues& options, const std::string& name,

@@ -6,7 +6,9 @@
 
 namespace mq::app {
 
-/// "rms", "p99" and "largest" of the model's textures as they are now, values as stored.
+/// "rms", "p99" and "largest" of the model's textures as they are now, values as stored; or of others
+/// in their place.
 Json seams_json(const TexturedModel& scene);
+Json seams_json(const TexturedModel& scene, const std::vector<Texture>& textures);
 
 }  // namespace mq::app

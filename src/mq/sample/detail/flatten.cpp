@@ -23,6 +23,7 @@
 #include "mq/linear/dense.h"
 #include "mq/linear/direct.h"
 #include "mq/mesh/geometry.h"
+#include "mq/mesh/first_flat.h"
 #include "mq/mesh/tutte.h"
 #include "mq/mesh/weld.h"
 
@@ -203,23 +204,6 @@ Model quadratic_model(const Disc& disc) {
   return model;
 }
 
-/// The first step length at which a triangle becomes flat; infinite if none does.
-double first_flat(const Disc& disc, const Points& direction) {
-  double first = std::numeric_limits<double>::infinity();
-  for (const Triangle& t : disc.triangles) {
-    const Vector2 a = disc.x[t[1]] - disc.x[t[0]], b = disc.x[t[2]] - disc.x[t[0]];
-    const Vector2 da = direction[t[1]] - direction[t[0]], db = direction[t[2]] - direction[t[0]];
-    // area(s) = c0 + c1 s + c2 s² with c0 > 0; its smallest positive root, without cancellation
-    const double c0 = cross(a, b), c1 = cross(a, db) + cross(da, b), c2 = cross(da, db);
-    const double discriminant = c1 * c1 - 4 * c0 * c2;
-    if (discriminant < 0) continue;
-    const double q = -c1 + std::sqrt(discriminant);
-    for (const double root : {q != 0 ? 2 * c0 / q : -1.0, c2 != 0 ? q / (2 * c2) : -1.0})
-      if (root > 0) first = std::min(first, root);
-  }
-  return first;
-}
-
 /// Whether two edges of the boundary cross or touch; neighbours share an end and may not overlap.
 bool boundary_crosses(const Disc& disc, const Points& x) {
   struct Edge {
@@ -266,7 +250,7 @@ double lower(Disc& disc, std::optional<DirectSolver>& solver, Crossing crossing)
   for (std::size_t v = 0; v < direction.size(); ++v)
     direction[v] = {step(2 * Eigen::Index(v), 0), step(2 * Eigen::Index(v) + 1, 0)};
   const double slope = (step.transpose() * model.gradient)(0, 0);
-  double length = std::min(1.0, 0.8 * first_flat(disc, direction));
+  double length = std::min(1.0, 0.8 * first_flat(disc.triangles, disc.x, direction));
   for (int halvings = 0; halvings < 30; ++halvings, length /= 2) {
     Points x = disc.x;
     for (std::size_t v = 0; v < x.size(); ++v) x[v] += length * direction[v];

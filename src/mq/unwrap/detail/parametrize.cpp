@@ -21,6 +21,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/infinity.h"
+#include "mq/mesh/first_flat.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/tutte.h"
 #include "mq/mesh/weld.h"
@@ -208,23 +209,6 @@ void quadratic_model(const Sheet& sheet, const Points& x, PairMatrix& matrix, Si
   const int rows = 2 * sheet.vertex_count;
   const double hold = 1e-8 * matrix.trace() / rows;
   for (int i = 0; i < rows; ++i) matrix.add_to_diagonal(i, hold);
-}
-
-/// The first step length at which a triangle becomes flat; infinite if none does.
-double first_flat(const Sheet& sheet, const Points& x, const Points& direction) {
-  double first = infinity;
-  for (const Triangle& t : sheet.triangles) {
-    const Vector2 a = x[t[1]] - x[t[0]], b = x[t[2]] - x[t[0]];
-    const Vector2 da = direction[t[1]] - direction[t[0]], db = direction[t[2]] - direction[t[0]];
-    // area(s) = c0 + c1 s + c2 s² with c0 > 0; its smallest positive root, without cancellation
-    const double c0 = cross(a, b), c1 = cross(a, db) + cross(da, b), c2 = cross(da, db);
-    const double discriminant = c1 * c1 - 4 * c0 * c2;
-    if (discriminant < 0) continue;
-    const double q = -c1 + std::sqrt(discriminant);
-    for (const double root : {q != 0 ? 2 * c0 / q : -1.0, c2 != 0 ? q / (2 * c2) : -1.0})
-      if (root > 0) first = std::min(first, root);
-  }
-  return first;
 }
 
 /// Scales to the sheet's area, so that the energy starts near its least.
@@ -448,7 +432,7 @@ Points lower_energy(const Sheet& sheet, Points x, const LowerOptions& options,
     const Signal step = solver->solve(-gradient);
     const Points direction = as_points(step);
     const double slope = (step.transpose() * gradient)(0, 0);
-    double length = std::min(1.0, 0.8 * first_flat(sheet, x, direction));
+    double length = std::min(1.0, 0.8 * first_flat(sheet.triangles, x, direction));
     bool found = false;
     for (int halvings = 0; halvings < 30 && !found; ++halvings, length /= 2) {
       Points moved = x;

@@ -1,0 +1,33 @@
+#pragma once
+/// Pictures of which texels charts use, and for what.
+
+#include <cstdint>
+#include <vector>
+
+#include "mq/atlas/atlas.h"
+#include "mq/base/defect.h"
+#include "mq/base/progress.h"
+#include "mq/image/image.h"
+
+namespace mq {
+
+enum class TexelUse {
+  active,    ///< white: a lookup on the surface reads the texel
+  boundary,  ///< white: those of them that a seam or an end of the surface touches
+  chart,     ///< of those a colour for each chart
+  triangle,  ///< a colour for each triangle that covers centres of texels; of several the first
+  overlap    ///< how many triangles cover the centre, as n/255, at most 1
+};
+
+struct TexelMaps {
+  std::vector<Image<float>> pictures;  ///< one per texture of the atlas; colours or grey, black: none
+  std::int64_t marked = 0;             ///< texels that are not black
+  Defects defects;                     ///< of the texel space, where one was made
+};
+
+/// Colours are three times 8 bits, another for each of the first 2²⁴ − 1 charts or triangles, far
+/// apart for neighbours in number. Throws what `TexelSpace` throws for the first three uses.
+TexelMaps texel_maps(const Surface& surface, const Atlas& atlas, TexelUse use,
+                     const Progress& progress = {});
+
+}  // namespace mq

@@ -1,0 +1,54 @@
+#include "mq/model/model_paints.h"
+
+#include <algorithm>
+
+namespace mq {
+
+bool has_pictures(const TexturedModel& model) {
+  return model.atlas && model.model.textures.size() == model.atlas->textures.size() &&
+         std::ranges::none_of(model.model.textures,
+                              [](const Texture& texture) { return texture.pixels.empty(); });
+}
+
+std::vector<const Image<float>*> pictures_of(std::span<const Texture> textures) {
+  std::vector<const Image<float>*> pictures;
+  for (const Texture& texture : textures) pictures.push_back(&texture.pixels);
+  return pictures;
+}
+
+std::vector<float> surface_colours(const TexturedModel& model) {
+  const VertexSignal& colors = model.model.colors;
+  std::vector<float> values;
+  if (colors.channels == 0) return values;
+  for (const int source : model.surface.source_from_vertex)
+    for (int k = 0; k < 3; ++k)
+      values.push_back(
+          colors.values[std::size_t(source) * colors.channels + (colors.channels >= 3 ? k : 0)]);
+  return values;
+}
+
+RenderOptions::Paint best_paint(const TexturedModel& model) {
+  using Paint = RenderOptions::Paint;
+  if (has_pictures(model)) return Paint::texture;
+  return model.model.colors.channels > 0 ? Paint::vertex_colours : Paint::clay;
+}
+
+FalseColour scale_of_textures(std::span<const Texture> textures, int channel,
+                              FalseColour::Map map) {
+  std::vector<float> values;
+  for (const Texture& texture : textures)
+    for (std::size_t i = std::size_t(channel); i < texture.pixels.values().size();
+         i += std::size_t(texture.pixels.channels()))
+      values.push_back(texture.pixels.values()[i]);
+  return scale_of(values, map);
+}
+
+SeamDifference texture_seams(const TexturedModel& model, std::span<const Texture> textures) {
+  return seam_difference(model.surface, *model.atlas, pictures_of(textures));
+}
+
+SeamDifference texture_seams(const TexturedModel& model) {
+  return texture_seams(model, model.model.textures);
+}
+
+}  // namespace mq

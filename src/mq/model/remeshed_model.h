@@ -1,0 +1,56 @@
+#pragma once
+/// A model whose mesh is replaced by another's where it deviates from it: what enters `remesh`, and what
+/// goes with its result, texture coordinates, pictures and colours.
+
+#include <array>
+#include <vector>
+
+#include "mq/io/model.h"
+#include "mq/mesh/surface.h"
+#include "mq/model/messages.h"
+#include "mq/remesh/remesh.h"
+
+namespace mq {
+
+/// The template or the target.
+struct RemeshInput {
+  Model model;
+  Surface surface;
+
+  /// What is wrong with file and surface.
+  Defects defects() const;
+};
+
+/// A model that was read, as one of the two. `of_template`: the template's mesh where this is the
+/// target; what of it faces the other way is turned back then. Remarks on what the reader coped with.
+/// Throws `InvalidInput` naming the file where there are no faces, or none with an area.
+RemeshInput remesh_input(Model model, Messages& messages, const Mesh* of_template = nullptr);
+
+/// For `RemeshOptions::rest`: the corners of the template's triangles when they were made, from a
+/// model of that time. Throws `InvalidInput` where its triangles are others.
+std::vector<std::array<Vector3, 3>> corners_at_birth(const RemeshInput& of_template,
+                                                     const Model& at_birth);
+
+/// What goes with a remeshed mesh.
+struct RemeshedContents {
+  enum class Textures {
+    carried,  ///< texture coordinates and pictures of both, where either has some
+    left_out
+  } textures = Textures::carried;
+  enum class Colours {
+    carried,  ///< those at vertices of both, where they have equally many channels
+    origin    ///< grey where triangles of the template were kept, orange where others came
+  } colours = Colours::carried;
+};
+
+/// The result but for its mesh and its colours, for `Outputs` to know names by: pictures are the
+/// template's, then the target's, each under a name of its own; of one that both have there are two.
+Model begin_remeshed(const RemeshInput& of_template, const RemeshInput& target,
+                     const RemeshedContents& contents = {});
+
+/// Gives it what `remesh` of the two surfaces found. Remarks on what is left out because the two do
+/// not have it alike.
+void finish_remeshed(const RemeshInput& of_template, const RemeshInput& target, Remeshed found,
+                     const RemeshedContents& contents, Messages& messages, Model& model);
+
+}  // namespace mq

@@ -1,0 +1,51 @@
+#include "mq/model/texture_fill.h"
+
+#include <algorithm>
+
+#include "mq/base/error.h"
+
+namespace mq {
+namespace {
+
+const Atlas& atlas_of(const TexturedModel& model) {
+  require(model.atlas.has_value(),
+          model.model.path.string() + ": has no texture coordinates, so no charts to fill around");
+  return *model.atlas;
+}
+
+TextureSignalOptions signal_options(const TexturedModel& model, const FillOptions& options) {
+  ValueSpace values = options.values;
+  values.meets_at_seams = options.weight > 0;
+  return {.values = values, .space = soft_seams(*model.atlas, options.weight)};
+}
+
+}  // namespace
+
+TextureFill::TextureFill(const TexturedModel& model, const FillOptions& options,
+                         Messages& messages, const Progress& progress)
+    : options_(options),
+      coverage_(texel_coverage(model.surface, atlas_of(model), progress.step("cover", 0.1))),
+      signal_(model, signal_options(model, options), messages, progress.step("space", 0.9)),
+      border_(mq::border_texels(signal_.space(), coverage_)) {}
+
+std::int64_t TextureFill::border_texels() const { return std::ranges::count(border_, 1); }
+
+TextureFill::Solution TextureFill::solve(const Progress& progress) const {
+  Solution solution{.before = signal_.values(), .after = {}, .report = {}};
+  Filtered found = continue_at_borders(signal_.space(), solution.before, border_,
+                                       economical_solver(), progress);
+  solution.after = std::move(found.signal);
+  solution.report = std::move(found.report);
+  return solution;
+}
+
+std::int64_t TextureFill::put(const Solution& solution, Model& model) const {
+  signal_.put(solution.before, solution.after, model);
+  std::int64_t outside = 0;
+  for (std::size_t k = 0; k < model.textures.size(); ++k)
+    outside += spread_past_borders(signal_.space(), int(k), coverage_[k], options_.distance,
+                                   model.textures[k].pixels);
+  return outside;
+}
+
+}  // namespace mq

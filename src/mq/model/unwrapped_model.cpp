@@ -1,0 +1,25 @@
+#include "mq/model/unwrapped_model.h"
+
+#include "mq/atlas/coverage.h"
+
+namespace mq {
+
+void put_unwrapped(const Unwrapped& unwrapped, TexturedModel& model) {
+  for (Mesh* mesh : {&model.model.mesh, &model.surface.mesh}) {
+    mesh->uvs = unwrapped.uvs;
+    mesh->corner_uvs = unwrapped.corner_uvs;
+    mesh->textures.clear();
+  }
+  model.model.textures.clear();
+  model.model.document = nullptr;  // its corners have other texture coordinates now
+  model.atlas.reset();
+  model.texture_sizes.clear();
+}
+
+std::int64_t overlapping_texels(const TexturedModel& model, TextureSize size,
+                                const Progress& progress) {
+  const Atlas atlas = make_atlas(model.surface, {size}, {}, progress.step("charts", 0.5));
+  return overlapping_texels(texel_coverage(model.surface, atlas, progress.step("cover", 0.5)));
+}
+
+}  // namespace mq

@@ -1,0 +1,21 @@
+#pragma once
+/// A model with a new texture atlas.
+
+#include <cstdint>
+
+#include "mq/model/textured_model.h"
+#include "mq/unwrap/unwrap.h"
+
+namespace mq {
+
+/// Gives a model and its surface the texture coordinates that its surface was unwrapped with, and one
+/// texture without a picture; nothing that belonged to the old ones stays, the atlas neither.
+void put_unwrapped(const Unwrapped& unwrapped, TexturedModel& model);
+
+/// Of a model that was unwrapped for a texture of this size, the texels whose centres more than one
+/// triangle covers, counted with `make_atlas` and `texel_coverage` as whoever reads the model finds
+/// them.
+std::int64_t overlapping_texels(const TexturedModel& model, TextureSize size,
+                                const Progress& progress = {});
+
+}  // namespace mq
