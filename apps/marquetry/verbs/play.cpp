@@ -7,7 +7,6 @@
 
 #include "verbs/shared/captured_textures.h"
 #include "verbs/shared/evolving_frames.h"
-#include "verbs/shared/frame_textures.h"
 #include "mq/base/error.h"
 #include "mq/draw/lifespans.h"
 #include "mq/io/atomic_file.h"
@@ -16,6 +15,7 @@
 #include "mq/io/mp4.h"
 #include "mq/io/uri.h"
 #include "mq/io/video.h"
+#include "options/video_options.h"
 #include "shell/results.h"
 #include "player_files.h"
 #include "shell/run.h"

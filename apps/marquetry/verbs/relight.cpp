@@ -7,18 +7,19 @@
 #include <optional>
 
 #include "verbs/shared/evolving_frames.h"
-#include "verbs/shared/frame_textures.h"
 #include "mq/atlas/atlas.h"
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
 #include "mq/base/words.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/image_file.h"
+#include "mq/model/frame_textures.h"
 #include "mq/video/gutter.h"
 #include "mq/video/light_removal.h"
 #include "mq/video/relight_meter.h"
 #include "mq/video/temporal_poisson.h"
 #include "options/signal_options.h"
+#include "options/video_options.h"
 #include "shell/results.h"
 #include "shell/run.h"
 #include "shell/verb.h"
@@ -56,7 +57,7 @@ class Film {
         reader_(reader),
         frames_(std::move(frames)),
         numbers_(numbers_of(reader, frames_)),
-        output_(run.options().text("output")),
+        output_(run.options().text("output"), "--output"),
         values_(value_space(run.options())) {}
 
   const std::vector<int>& numbers() const { return numbers_; }
@@ -109,9 +110,7 @@ class Film {
                                                       ? FrameTextures::Values::light
                                                       : FrameTextures::Values::display,
                                         .depth = open.texture.format.depth};
-    for (const std::string& note :
-         output_.write(shown, video_options(run_.options()), run_.progress()))
-      run_.terminal().remark(note);
+    output_.write(shown, video_options(run_.options()), run_.terminal(), run_.progress());
     open_.erase(i);
   }
 

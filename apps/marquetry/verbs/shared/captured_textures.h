@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mq/io/evolving_file.h"
+#include "mq/model/captured_textures.h"
 #include "shell/run.h"
 
 namespace mq::app {
@@ -20,10 +21,13 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
                                                   const EvolvingReader& reader,
                                                   const std::vector<int>& numbers);
 
-/// Resamples the captured frames one by one and writes them to `to`, as `FrameTextures` takes it, or
-/// to an animation; adds `textures` to the result: of each frame its number, texels of charts and
-/// those of them that nothing was captured for. Without an atlas models have colours at vertices
-/// instead.
+/// The captured frames that --from names, resampled as what they show is wanted. They are said to be
+/// read. Warns where textures are smaller than the atlas was made for.
+CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
+                                   const std::vector<int>& frames);
+
+/// Writes what they show to `to`: see `write_captured`. Adds `textures` to the result: of each frame
+/// its number, texels of charts and those of them that nothing was captured for, or vertices.
 void write_captured_textures(Run& run, const EvolvingReader& reader,
                              const std::vector<int>& frames, const std::string& to);
 
