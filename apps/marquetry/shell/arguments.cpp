@@ -22,7 +22,19 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, std::s
   return values;
 }
 
-std::string as_typed(double value) { return fmt::format("{:g}", value); }
+std::string as_typed(double value) {
+  std::string text = fmt::format("{:g}", value);
+  const std::size_t exponent = text.find('e');
+  if (exponent == std::string::npos) return text;
+  // Of an exponent of one digit, e-06, the nought that nobody types; of a positive one the sign.
+  std::size_t digits = exponent + 1;
+  if (text[digits] == '+')
+    text.erase(digits, 1);
+  else
+    ++digits;
+  while (text[digits] == '0' && digits + 1 < text.size()) text.erase(digits, 1);
+  return text;
+}
 
 std::optional<std::array<int, 2>> parse_size(std::string text) {
   if (text.find('x') == std::string::npos) text += "x" + text;

@@ -99,8 +99,7 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
     return;
   }
   std::optional<CarriedColours> colours;
-  if (options.has("paint"))
-    colours.emplace(read_model(options.text("paint")), reader, "--paint");
+  if (options.has("paint")) colours.emplace(read_model(options.text("paint")), reader, "--paint");
   write_stored_models(reader, frames, paths, colours ? &*colours : nullptr, step);
 }
 
@@ -129,7 +128,8 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingReader
   if (options.has("from")) return captured_paths(options, reader, numbers_of(reader, frames));
   if (names_animation(output)) return {output};
   std::vector<fs::path> paths;
-  for (const int number : numbers_of(reader, frames)) paths.emplace_back(frame_name(output, number));
+  for (const int number : numbers_of(reader, frames))
+    paths.emplace_back(frame_name(output, number));
   return paths;
 }
 

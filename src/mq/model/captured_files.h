@@ -16,9 +16,9 @@
 
 namespace mq {
 
-/// The files that frames with these numbers make, where `output` is what `FrameTextures` takes or an
-/// animation (`names_animation`); `word` is what messages call it. Throws `InvalidInput` where it is
-/// none of these, and where the store has no atlas and it names anything else than models.
+/// The files that frames with these numbers make, where `output` is what `FrameTextures` takes or
+/// an animation (`names_animation`); `word` is what messages call it. Throws `InvalidInput` where
+/// it is none of these, and where the store has no atlas and it names anything else than models.
 std::vector<std::filesystem::path> captured_files(const EvolvingReader& reader,
                                                   const std::vector<int>& numbers,
                                                   const std::string& output,

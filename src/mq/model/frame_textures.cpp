@@ -37,11 +37,11 @@ Texture as_texture(const FrameTextures::Frame& frame, const std::string& name,
 
 FrameTextures::FrameTextures(std::string output, const std::string& word)
     : output_(std::move(output)) {
-  require(is_video() || ((names_model(output_) || names_picture(output_)) &&
-                         has_frame_place(output_)),
-          fmt::format("{}: found '{}', wanted a model or a picture with a place for the frame's "
-                      "number, such as frame_%04d.obj or texture_%04d.png, or a video",
-                      word, output_));
+  require(
+      is_video() || ((names_model(output_) || names_picture(output_)) && has_frame_place(output_)),
+      fmt::format("{}: found '{}', wanted a model or a picture with a place for the frame's "
+                  "number, such as frame_%04d.obj or texture_%04d.png, or a video",
+                  word, output_));
 }
 
 void require_whole_video(const fs::path& path, int width, int height) {
@@ -89,8 +89,8 @@ void FrameTextures::write_to_video(Image<float> pixels, const Frame& frame,
     video_->write(pixels);
   } else {
     require_whole_video(output_, pixels.width(), pixels.height());
-    video_ = std::make_unique<VideoWriter>(output_, pixels.width(), pixels.height(), options,
-                                           progress);
+    video_ =
+        std::make_unique<VideoWriter>(output_, pixels.width(), pixels.height(), options, progress);
     video_->write(pixels);
     for (const std::string& note : video_->notes()) messages.remark(note);
   }

@@ -19,7 +19,8 @@ namespace mq {
 class FrameTextures {
  public:
   /// `output` is a model or a picture with a place for the frame's number, or a video; `word` is
-  /// what messages call it. Throws `InvalidInput` where it is none of these; nothing is written yet.
+  /// what messages call it. Throws `InvalidInput` where it is none of these; nothing is written
+  /// yet.
   explicit FrameTextures(std::string output, const std::string& word = "output");
 
   /// All files that frames of these numbers make.

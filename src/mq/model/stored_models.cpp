@@ -12,7 +12,7 @@
 namespace mq {
 namespace {
 
-constexpr double own_within = 0.02;    // of the diagonal
+constexpr double own_within = 0.02;  // of the diagonal
 constexpr float added_later = 0.5F;  // grey
 
 }  // namespace
@@ -51,11 +51,11 @@ CarriedColours::CarriedColours(const Model& model, const EvolvingReader& reader,
   const double near = own_within * bounding_box(model.mesh).diagonal();
   const auto far = std::ranges::count_if(
       places, [&](const ClosestPoint& place) { return place.squared_distance > near * near; });
-  require(2 * far < std::ssize(places),
-          fmt::format("{}: {} wants the first frame's own model, and of the {} vertices of "
-                      "frame {} {} are farther than {:g} % of its diagonal from it",
-                      model.path.string(), word, places.size(), first.number, far,
-                      100 * own_within));
+  require(
+      2 * far < std::ssize(places),
+      fmt::format("{}: {} wants the first frame's own model, and of the {} vertices of "
+                  "frame {} {} are farther than {:g} % of its diagonal from it",
+                  model.path.string(), word, places.size(), first.number, far, 100 * own_within));
   for (std::size_t v = 0; v < ids.size(); ++v) {
     const Triangle& corners = model.mesh.triangles[std::size_t(places[v].triangle)];
     const Eigen::RowVectorXd colour =

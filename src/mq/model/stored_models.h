@@ -16,10 +16,10 @@ namespace mq {
 
 /// Of the frames that a store can give.
 struct StoreFigures {
-  int triangles = 0;              ///< different ones, in all frames
-  std::int64_t throughout = 0;    ///< of these, there in every frame
-  double mean_lifespan = 0;       ///< frames
-  std::int64_t bytes = 0;         ///< of all blocks, damaged ones too
+  int triangles = 0;            ///< different ones, in all frames
+  std::int64_t throughout = 0;  ///< of these, there in every frame
+  double mean_lifespan = 0;     ///< frames
+  std::int64_t bytes = 0;       ///< of all blocks, damaged ones too
 };
 
 /// `damaged` is what `EvolvingReader::damaged` says.
@@ -29,8 +29,8 @@ StoreFigures store_figures(const EvolvingReader& reader, const std::vector<int>&
 class CarriedColours {
  public:
   /// `word` is what messages call this. Throws `InvalidInput` where the model has no colours, and
-  /// where it is not the first frame's own: where more than half of the vertices are farther than 2 %
-  /// of its diagonal from it.
+  /// where it is not the first frame's own: where more than half of the vertices are farther than 2
+  /// % of its diagonal from it.
   CarriedColours(const Model& model, const EvolvingReader& reader,
                  const std::string& word = "colours");
 
@@ -41,8 +41,8 @@ class CarriedColours {
   std::map<int, Eigen::RowVector3f> colours_;
 };
 
-/// Writes a model for each of the frames (indices), with colours unless `colours` is null. There are
-/// as many paths as frames. Throws `IoError` as reader and files do.
+/// Writes a model for each of the frames (indices), with colours unless `colours` is null. There
+/// are as many paths as frames. Throws `IoError` as reader and files do.
 void write_stored_models(const EvolvingReader& reader, const std::vector<int>& frames,
                          const std::vector<std::filesystem::path>& paths,
                          const CarriedColours* colours = nullptr, const Progress& progress = {});
