@@ -7,7 +7,6 @@
 
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
-#include "mq/model/captured_files.h"
 #include "mq/model/stored_frames.h"
 #include "options/video_options.h"
 
@@ -47,6 +46,35 @@ Json figures_json(const CapturedFigures& shown) {
     found["steps"] = {{"before", steps_json(shown.steps->before)},
                       {"after", steps_json(shown.steps->after)}};
   return found;
+}
+
+/// The captured frames that --from names, resampled as what they show is wanted in files `to`.
+CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
+                                   const std::vector<int>& frames, const std::string& to) {
+  const OptionValues& options = run.options();
+  const int side = texture_side(options, reader);
+  require_holds_captured(reader, to, side, video_options(options));
+  CapturedTextureOptions how{.side = side,
+                             .samples = int(options.integer("samples")),
+                             .words = {.sequence = "--from", .steps = "--stitch"}};
+  if (options.flag("stitch")) how.steps = CapturedTextureOptions::Steps::taken_out;
+  if (options.has("texture")) how.textures = options.text("texture");
+  if (const auto made_for = packed_side(reader); made_for && how.side < *made_for)
+    run.terminal().warning(
+        fmt::format("--size: {} texels, and the atlas was made for {}: its gutters are narrower "
+                    "here, and charts may touch",
+                    how.side, *made_for));
+  CapturedTextures captured(reader, options.text("from"), frames, std::move(how), run.terminal());
+  for (const std::filesystem::path& path : captured.paths()) run.will_read(path);
+  return captured;
+}
+
+/// What was seen of each frame, and what was found wrong.
+void report_captured(Run& run, const CapturedTextures& captured,
+                     const std::vector<CapturedFigures>& figures) {
+  Json& found = run.result["textures"] = Json::array();
+  for (const CapturedFigures& shown : figures) found.push_back(figures_json(shown));
+  run.found(captured.defects());
 }
 
 }  // namespace
@@ -100,34 +128,22 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
   return captured_files(reader, numbers, output, "--output");
 }
 
-CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
-                                   const std::vector<int>& frames) {
-  const OptionValues& options = run.options();
-  CapturedTextureOptions how{.side = texture_side(options, reader),
-                             .samples = int(options.integer("samples")),
-                             .words = {.sequence = "--from", .steps = "--stitch"}};
-  if (options.flag("stitch")) how.steps = CapturedTextureOptions::Steps::taken_out;
-  if (options.has("texture")) how.textures = options.text("texture");
-  if (const auto made_for = packed_side(reader); made_for && how.side < *made_for)
-    run.terminal().warning(
-        fmt::format("--size: {} texels, and the atlas was made for {}: its gutters are narrower "
-                    "here, and charts may touch",
-                    how.side, *made_for));
-  CapturedTextures captured(reader, options.text("from"), frames, std::move(how), run.terminal());
-  for (const std::filesystem::path& path : captured.paths()) run.will_read(path);
-  return captured;
-}
-
 void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
                              const std::string& to) {
-  const VideoOptions video = video_options(run.options());
-  require_holds_captured(reader, to, texture_side(run.options(), reader), video);
   const Step step(run, "textures", 0.9);
-  CapturedTextures captured = captured_textures(run, reader, frames);
-  Json& found = run.result["textures"] = Json::array();
-  for (const CapturedFigures& shown : write_captured(captured, to, video, run.terminal(), step))
-    found.push_back(figures_json(shown));
-  run.found(captured.defects());
+  CapturedTextures captured = captured_textures(run, reader, frames, to);
+  report_captured(run, captured,
+                  write_captured(captured, to, video_options(run.options()), run.terminal(), step));
+}
+
+FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames) {
+  const Step step(run, "textures", 0.9);
+  CapturedTextures captured = captured_textures(run, reader, frames, "textures.mp4");
+  std::vector<CapturedFigures> figures;
+  FilmVideo video =
+      captured_film_video(captured, video_options(run.options()), run.terminal(), figures, step);
+  report_captured(run, captured, figures);
+  return video;
 }
 
 }  // namespace mq::app
