@@ -9,6 +9,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/model/stored_frames.h"
 #include "options/video_options.h"
+#include "shell/arguments.h"
 
 namespace mq::app {
 namespace {
@@ -105,7 +106,7 @@ void add_captured_texture_options(OptionTable& table) {
              .details = "In smaller ones gutters are narrower, and charts may touch."});
   table.add({.name = "samples",
              .type = Type::integer,
-             .default_value = std::to_string(CapturedTextureOptions().samples),
+             .default_value = as_typed(CapturedTextureOptions{}.samples),
              .least = 1,
              .most = 8,
              .group = group,
