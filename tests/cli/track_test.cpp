@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "cli/models.h"
+#include "model/sequences.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
@@ -72,18 +73,6 @@ TEST(Track, FollowsASequenceAndSaysHowWell) {
   EXPECT_EQ(evolving.segments.size(), 1U);
   EXPECT_EQ(evolving.frames.size(), 4U);
   EXPECT_EQ(evolving.frames[3].number, 3);
-}
-
-/// What is known of frames but for the time that it took.
-std::vector<std::string> without_seconds(std::vector<FollowedFrame> frames) {
-  std::vector<std::string> texts;
-  for (FollowedFrame& frame : frames) {
-    frame.seconds = 0;
-    if (frame.match) frame.match->seconds = {};
-    if (frame.match && frame.match->remesh_seconds) frame.match->remesh_seconds = 0;
-    texts.push_back(followed_text(frame));
-  }
-  return texts;
 }
 
 TEST(Track, StoresWhatTheLibraryStores) {

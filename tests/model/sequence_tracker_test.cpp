@@ -17,18 +17,6 @@ using testing::HasSubstr;
 using BadFrames = SequenceTrackerOptions::BadFrames;
 using Resume = SequenceTrackerOptions::Resume;
 
-/// What a store holds but for the time that it took.
-std::vector<std::string> texts(std::vector<FollowedFrame> frames) {
-  std::vector<std::string> texts;
-  for (FollowedFrame& frame : frames) {
-    frame.seconds = 0;
-    if (frame.match) frame.match->seconds = {};
-    if (frame.match && frame.match->remesh_seconds) frame.match->remesh_seconds = 0;
-    texts.push_back(followed_text(frame));
-  }
-  return texts;
-}
-
 void expect_same(const MemoryStore& store, const MemoryStore& other) {
   ASSERT_EQ(store.mesh().segments.size(), other.mesh().segments.size());
   ASSERT_EQ(store.mesh().frames.size(), other.mesh().frames.size());
@@ -39,7 +27,7 @@ void expect_same(const MemoryStore& store, const MemoryStore& other) {
   }
   for (std::size_t f = 0; f < store.mesh().frames.size(); ++f)
     EXPECT_EQ(store.mesh().frames[f].positions, other.mesh().frames[f].positions) << f;
-  EXPECT_EQ(texts(store.frames()), texts(other.frames()));
+  EXPECT_EQ(without_seconds(store.frames()), without_seconds(other.frames()));
 }
 
 std::string refusal(const FrameLoader& frames, SequenceStore& store,

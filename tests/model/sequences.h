@@ -1,5 +1,6 @@
 #pragma once
-/// Small sequences that are followed, and who hears what is said meanwhile.
+/// Small sequences that are followed, what is known of them then, and who hears what is said
+/// meanwhile.
 
 #include <algorithm>
 #include <atomic>
@@ -9,27 +10,22 @@
 
 #include "mq/io/model.h"
 #include "mq/model/sequence_tracker.h"
-#include "mq/sample/moving.h"
+#include "sample/moving_bodies.h"
 
 namespace mq {
 
-/// A frame of a body in motion, with colours at its vertices and its material.
-inline MemoryFrames::Frame moving_frame(const std::string& name, int number,
-                                        const MovingOptions& options) {
-  MovingFrame made = make_moving_frame(name, number, options);
-  Model model;
-  model.mesh = std::move(made.mesh);
-  model.colors.channels = 3;
-  for (const Vector3& color : made.colors)
-    for (const double c : color) model.colors.values.push_back(float(c));
-  return {number, std::move(model), std::move(made.material)};
-}
-
+/// A body in motion, with colours at its vertices and its material.
 inline std::vector<MemoryFrames::Frame> moving_frames(const std::string& name, int first, int last,
                                                       const MovingOptions& options) {
   std::vector<MemoryFrames::Frame> frames;
-  for (int number = first; number <= last; ++number)
-    frames.push_back(moving_frame(name, number, options));
+  for (MovingFrame& made : moving_sequence(name, first, last, options)) {
+    Model model;
+    model.mesh = std::move(made.mesh);
+    model.colors.channels = 3;
+    for (const Vector3& color : made.colors)
+      for (const double c : color) model.colors.values.push_back(float(c));
+    frames.push_back({first + int(frames.size()), std::move(model), std::move(made.material)});
+  }
   return frames;
 }
 
@@ -47,6 +43,18 @@ inline std::vector<MemoryFrames::Frame> merging(int first, int last) {
 inline SequenceTrackerOptions coarse(SequenceTrackerOptions options = {}) {
   options.follow.track.node_spacing = options.follow.remeshing == Remeshing::none ? 0.1 : 0.12;
   return options;
+}
+
+/// What is known of frames but for the time that it took.
+inline std::vector<std::string> without_seconds(std::vector<FollowedFrame> frames) {
+  std::vector<std::string> texts;
+  for (FollowedFrame& frame : frames) {
+    frame.seconds = 0;
+    if (frame.match) frame.match->seconds = {};
+    if (frame.match && frame.match->remesh_seconds) frame.match->remesh_seconds = 0;
+    texts.push_back(followed_text(frame));
+  }
+  return texts;
 }
 
 /// Everything that was said.

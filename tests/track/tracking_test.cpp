@@ -5,29 +5,18 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <ranges>
 
 #include "mq/base/error.h"
 #include "mq/mesh/soundness.h"
-#include "mq/sample/moving.h"
 #include "mq/sample/sample.h"
 #include "mq/track/track_truth.h"
+#include "sample/moving_bodies.h"
 
 namespace mq {
 namespace {
 
 Mesh ball() { return make_sample("sphere", {.triangles = 3000}).mesh; }
-
-Signal colours_of(const MovingFrame& frame) {
-  Signal colours(frame.mesh.vertex_count(), 3);
-  for (int v = 0; v < frame.mesh.vertex_count(); ++v) colours.row(v) = frame.colors[v].transpose();
-  return colours;
-}
-
-Mesh material_of(const MovingFrame& frame) {
-  Mesh mesh = frame.mesh;
-  mesh.positions = frame.material;
-  return mesh;
-}
 
 /// A body followed over a few frames of its motion.
 struct Followed {
@@ -37,13 +26,13 @@ struct Followed {
 };
 Followed followed(const std::string& name, int first, int last, const TrackOptions& options,
                   const MovingOptions& moving) {
-  const MovingFrame rest = make_moving_frame(name, first, moving);
+  const std::vector<MovingFrame> frames = moving_sequence(name, first, last, moving);
+  const MovingFrame& rest = frames.front();
   SurfaceTracker tracker(rest.mesh, colours_of(rest), options);
   Followed result;
   result.edge = mean_edge_length(make_surface(rest.mesh));
   std::vector<Vector3> now = rest.mesh.positions, before;
-  for (int f = first + 1; f <= last; ++f) {
-    const MovingFrame frame = make_moving_frame(name, f, moving);
+  for (const MovingFrame& frame : frames | std::views::drop(1)) {
     const TrackTarget target(frame.mesh, colours_of(frame));
     const TrackedFrame tracked = tracker.follow(now, before, target);
     before = std::exchange(now, tracked.positions);

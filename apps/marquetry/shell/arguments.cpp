@@ -23,8 +23,9 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, std::s
 }
 
 std::string as_typed(double value) {
-  if (value != 0 && std::abs(value) < 1e-3) {
-    const double exponent = std::floor(std::log10(std::abs(value)) + 1e-9);
+  const double size = std::abs(value);
+  if (value != 0 && (size < 1e-3 || size >= 1e6)) {  // as 1e-4 and 1e9, not 0.0001 and 1e+09
+    const double exponent = std::floor(std::log10(size) + 1e-9);
     return fmt::format("{:g}e{:g}", value / std::pow(10, exponent), exponent);
   }
   return fmt::format("{:g}", value);

@@ -4,12 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
 #include <optional>
+#include <utility>
 
-#include "verbs/shared/captured_textures.h"
-#include "verbs/shared/evolving_frames.h"
-#include "verbs/shared/frame_textures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/evolving_file.h"
@@ -17,13 +14,15 @@
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
-#include "mq/io/vertex_colours.h"
-#include "mq/mesh/closest_point.h"
-#include "mq/mesh/geometry.h"
+#include "mq/io/video.h"
+#include "mq/model/stored_models.h"
+#include "options/video_options.h"
 #include "shell/results.h"
 #include "shell/run.h"
-#include "verbs/shared/sequence_pictures.h"
 #include "shell/verb.h"
+#include "verbs/shared/captured_textures.h"
+#include "verbs/shared/evolving_frames.h"
+#include "verbs/shared/sequence_pictures.h"
 
 namespace mq::app {
 namespace {
@@ -32,32 +31,14 @@ namespace fs = std::filesystem;
 
 /// Triangles and their lives are those of the frames that can be given.
 Json describe(const EvolvingReader& reader, const std::vector<int>& damaged) {
-  EvolvingMesh sound;
-  std::int64_t bytes = 0;
-  for (const StoredSegment& segment : reader.segments()) bytes += segment.bytes;
-  sound.segments.resize(reader.segments().size());
-  for (int f = 0; f < int(reader.frames().size()); ++f) {
-    const StoredFrame& frame = reader.frames()[f];
-    bytes += frame.bytes;
-    if (std::ranges::binary_search(damaged, f)) continue;
-    EvolvingSegment& segment = sound.segments[frame.segment];
-    if (segment.triangles.empty()) segment = reader.segment(frame.segment);
-    sound.frames.push_back({frame.number, frame.segment, {}});
-  }
-  const std::vector<Lifespan> spans = triangle_lifespans(sound);
-  double mean = 0;
-  std::int64_t whole = 0;
-  for (const Lifespan& span : spans) {
-    mean += double(span.last - span.first + 1) / double(spans.size());
-    whole += span.first == 0 && span.last + 1 == int(sound.frames.size());
-  }
+  const StoreFigures found = store_figures(reader, damaged);
   return {{"frames", reader.frames().size()},
           {"segments", reader.segments().size()},
-          {"triangles", spans.size()},
-          {"triangles_throughout", whole},
-          {"lifespan_mean", mean},
+          {"triangles", found.triangles},
+          {"triangles_throughout", found.throughout},
+          {"lifespan_mean", found.mean_lifespan},
           {"step", reader.step()},
-          {"bytes", bytes},
+          {"bytes", found.bytes},
           {"damaged", numbers_of(reader, damaged)},
           {"broken", reader.broken()}};
 }
@@ -82,52 +63,6 @@ std::string in_words(const Json& found, const EvolvingReader& reader) {
   }
   return text;
 }
-
-/// What a model shows where vertices are in the first frame, by their ids.
-class CarriedColours {
- public:
-  CarriedColours(const fs::path& path, const EvolvingReader& reader) {
-    const Model model = read_model(path);
-    const Signal colours = vertex_colours(model);
-    require(colours.cols() > 0,
-            fmt::format("{}: --paint wants colours at vertices or a texture, and it has neither",
-                        path.string()));
-    const int segment = reader.frames().front().segment;
-    const std::vector<int> ids = reader.segment(segment).vertex_ids;
-    const std::vector<ClosestPoint> places = ClosestPointFinder(model.mesh)(reader.positions(0));
-    const double near = own_within * bounding_box(model.mesh).diagonal();
-    const auto far = std::ranges::count_if(
-        places, [&](const ClosestPoint& place) { return place.squared_distance > near * near; });
-    require(2 * far < std::ssize(places),
-            fmt::format("{}: --paint wants the first frame's own model, and of the {} vertices of "
-                        "frame {} {} are farther than {:g} % of its diagonal from it",
-                        path.string(), places.size(), reader.frames().front().number, far,
-                        100 * own_within));
-    for (std::size_t v = 0; v < ids.size(); ++v) {
-      Eigen::RowVector3d colour = Eigen::RowVector3d::Zero();
-      for (int k = 0; k < 3; ++k)
-        colour +=
-            places[v].barycentric[k] * colours.row(model.mesh.triangles[places[v].triangle][k]);
-      colours_[ids[v]] = colour.cwiseMax(0).cwiseMin(1).cast<float>();
-    }
-  }
-
-  VertexSignal at(const EvolvingSegment& segment) const {
-    VertexSignal signal;
-    signal.channels = 3;
-    for (const int id : segment.vertex_ids) {
-      const auto found = colours_.find(id);
-      for (int c = 0; c < 3; ++c)
-        signal.values.push_back(found == colours_.end() ? added_later : found->second[c]);
-    }
-    return signal;
-  }
-
- private:
-  static constexpr double own_within = 0.02;
-  static constexpr float added_later = 0.5F;  // grey
-  std::map<int, Eigen::RowVector3f> colours_;
-};
 
 /// Throws where frames are not one after the other.
 void require_consecutive(const std::vector<int>& frames) {
@@ -155,31 +90,20 @@ std::vector<int> leave_out(const std::vector<int>& damaged, std::vector<int>& fr
 
 void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
                   const std::vector<fs::path>& paths) {
+  const OptionValues& options = run.options();
   const Step step(run, "write", 0.9);
-  if (names_animation(run.options().text("output"))) {
-    require(!run.options().has("paint"), "--paint: an animation has no colours at vertices");
-    write_animation(paths.front(), reader, frames.front(), frames.back(),
-                    run.options().number("rate"), {}, step);
+  if (names_animation(options.text("output"))) {
+    require(!options.has("paint"), "--paint: an animation has no colours at vertices");
+    write_animation(paths.front(), reader, frames.front(), frames.back(), options.number("rate"),
+                    {}, step);
     return;
   }
   std::optional<CarriedColours> colours;
-  if (run.options().has("paint")) colours.emplace(run.options().text("paint"), reader);
-  int open = -1;
-  EvolvingSegment segment;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const StoredFrame& frame = reader.frames()[frames[i]];
-    if (frame.segment != open) segment = reader.segment(open = frame.segment);
-    Model model;
-    model.mesh = mesh_of(segment, reader.positions(frames[i]));
-    if (colours) model.colors = colours->at(segment);
-    write_model(paths[i], model);
-    step.progress().at(double(i + 1) / double(frames.size()));
-  }
+  if (options.has("paint")) colours.emplace(read_model(options.text("paint")), reader, "--paint");
+  write_stored_models(reader, frames, paths, colours ? &*colours : nullptr, step);
 }
 
-Exit run_export(Run& run) {
-  const OptionValues& options = run.options();
-  run.will_read(options.text("evolving"));
+void refuse_what_does_not_fit(const OptionValues& options) {
   require(!options.has("from") || options.has("output"),
           "--from: what is captured is written as textures, so --output says where");
   require(!options.has("from") || !options.has("paint"),
@@ -189,41 +113,31 @@ Exit run_export(Run& run) {
             fmt::format("--{}: it is of textures, which --from makes", name));
   require(!options.has("paint") || options.has("output"),
           "--paint: it colours models, so --output says where");
-  if (options.has("paint")) run.will_read(options.text("paint"));
-  require_video_for_codec(options, options.has("output") && names_video(options.text("output")));
-  const EvolvingReader reader(options.text("evolving"));
-  warn_of_broken(run.terminal(), reader);
-  std::vector<int> frames;
+}
+
+/// The files that these frames make.
+std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingReader& reader,
+                               const std::vector<int>& frames) {
+  const std::string output = options.text("output");
+  require(options.has("from") || names_animation(output) ||
+              (names_model(output) && has_frame_place(output)),
+          fmt::format("--output: found '{}', wanted an animation (.glb), or a model with a place "
+                      "for the frame's number, such as frame_%04d.ply",
+                      output));
+  if (names_animation(output)) require_consecutive(frames);
+  if (options.has("from")) return captured_paths(options, reader, numbers_of(reader, frames));
+  if (names_animation(output)) return {output};
   std::vector<fs::path> paths;
-  if (options.has("output")) {
-    frames = wanted_frames(options, reader);
-    const std::string output = options.text("output");
-    require(options.has("from") || names_animation(output) ||
-                (names_model(output) && has_frame_place(output)),
-            fmt::format("--output: found '{}', wanted an animation (.glb), or a model with a place "
-                        "for the frame's number, such as frame_%04d.ply",
-                        output));
-    if (names_animation(output)) require_consecutive(frames);
-    if (options.has("from"))
-      paths = captured_paths(options, reader, numbers_of(reader, frames));
-    else if (names_animation(output))
-      paths = {output};
-    else
-      for (const int f : frames)
-        paths.emplace_back(frame_name(output, reader.frames()[std::size_t(f)].number));
-    run.will_write(paths);
-  }
-  if (options.has("plot")) run.will_write({options.text("plot")});
-  const std::vector<int> damaged = reader.damaged();
-  warn_of_damage(run.terminal(), reader, damaged);
-  run.result = describe(reader, damaged);
-  run.print(in_words(run.result, reader));
-  if (run.dry_run()) return Exit::done;
-  if (options.has("plot")) {
-    write_plot(run, followed_frames(reader));
-    if (paths.empty()) say_written(run, {options.text("plot")});
-  }
-  if (paths.empty()) return Exit::done;
+  for (const int number : numbers_of(reader, frames))
+    paths.emplace_back(frame_name(output, number));
+  return paths;
+}
+
+/// Writes what can be had of the frames. Throws `IoError` after the rest was written where some are
+/// damaged.
+void write_asked(Run& run, const EvolvingReader& reader, const std::vector<int>& damaged,
+                 std::vector<int> frames, std::vector<fs::path> paths) {
+  const OptionValues& options = run.options();
   std::vector<int> lost;
   if (!options.has("from") && !names_animation(options.text("output")))
     lost = leave_out(damaged, frames, paths);
@@ -239,6 +153,34 @@ Exit run_export(Run& run) {
         "ask for others with --frames",
         reader.blocks_file().string(), frames.size(), frames.size() + lost.size(),
         fmt::join(numbers_of(reader, lost), ", ")));
+}
+
+Exit run_export(Run& run) {
+  const OptionValues& options = run.options();
+  run.will_read(options.text("evolving"));
+  refuse_what_does_not_fit(options);
+  if (options.has("paint")) run.will_read(options.text("paint"));
+  require_video_for_codec(options, options.has("output") && names_video(options.text("output")));
+  const EvolvingReader reader(options.text("evolving"));
+  warn_of_broken(run.terminal(), reader);
+  std::vector<int> frames;
+  std::vector<fs::path> paths;
+  if (options.has("output")) {
+    frames = wanted_frames(options, reader);
+    paths = paths_of(options, reader, frames);
+    run.will_write(paths);
+  }
+  if (options.has("plot")) run.will_write({options.text("plot")});
+  const std::vector<int> damaged = reader.damaged();
+  warn_of_damage(run.terminal(), reader, damaged);
+  run.result = describe(reader, damaged);
+  run.print(in_words(run.result, reader));
+  if (run.dry_run()) return Exit::done;
+  if (options.has("plot")) {
+    write_plot(run, followed_frames(reader));
+    if (paths.empty()) say_written(run, {options.text("plot")});
+  }
+  if (!paths.empty()) write_asked(run, reader, damaged, frames, paths);
   return Exit::done;
 }
 

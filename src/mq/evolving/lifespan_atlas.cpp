@@ -79,6 +79,9 @@ void measure(const EvolvingMesh& evolving, const LifespanAtlasOptions& options,
     frame.flipped = stretch.flipped;
     atlas.occupancy += frame.occupancy / count;
     atlas.charts_per_frame += double(frame.charts) / count;
+    atlas.stretch = std::max(atlas.stretch, frame.stretch);
+    atlas.flipped += frame.flipped;
+    atlas.moved += frame.renewed - frame.added;
     progress.at(double(f + 1) / count);
   }
 }

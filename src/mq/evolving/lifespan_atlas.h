@@ -48,6 +48,9 @@ struct LifespanAtlas {
   double lifespan = 0;          ///< frames that texture coordinates of a triangle last, mean
   double occupancy = 0;         ///< mean over frames
   double bound = 0;             ///< texels of the texture / area of the fullest frame
+  double stretch = 1;           ///< L², in the worst frame
+  int flipped = 0;              ///< triangles, in all frames
+  int moved = 0;                ///< renewed though they were there before, in all frames
   std::vector<UnwrapFigures::Seconds> seconds;  ///< "chart", "flatten", "pack"
 };
 

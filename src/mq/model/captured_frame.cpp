@@ -29,13 +29,10 @@ std::vector<float> values_at(const std::vector<SurfacePoint>& places, const Mesh
   std::vector<float> values;
   values.reserve(places.size() * std::size_t(signal.channels));
   for (const SurfacePoint& at : places)
-    for (int c = 0; c < signal.channels; ++c) {
-      double value = 0;
-      for (int k = 0; k < 3; ++k)
-        value += at.barycentric[k] *
-                 signal.values[std::size_t(uncut.triangles[at.triangle][k]) * signal.channels + c];
-      values.push_back(float(value));
-    }
+    for (int c = 0; c < signal.channels; ++c)
+      values.push_back(float(interpolate(at.barycentric, [&](int k) {
+        return signal.values[std::size_t(uncut.triangles[at.triangle][k]) * signal.channels + c];
+      })));
   return values;
 }
 

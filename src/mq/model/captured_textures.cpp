@@ -37,7 +37,7 @@ Depth depth_of(const Model& model) {
 CapturedTextures::CapturedTextures(const EvolvingReader& reader, const std::string& sequence,
                                    const std::vector<int>& frames, CapturedTextureOptions options,
                                    Messages& messages)
-    : reader_(reader), options_(std::move(options)), messages_(messages) {
+    : reader_(reader), frames_(frames), options_(std::move(options)), messages_(messages) {
   const std::vector<FrameFile> files = find_frames(sequence, numbers_of(reader, frames));
   for (std::size_t i = 0; i < files.size(); ++i) files_[frames[i]] = files[i].path;
 }

@@ -40,6 +40,10 @@ class CapturedTextures {
                    const std::vector<int>& frames, CapturedTextureOptions options,
                    Messages& messages);
 
+  const EvolvingReader& reader() const { return reader_; }
+  const std::vector<int>& frames() const { return frames_; }  ///< indices, as they were given
+  int side() const { return options_.side; }                  ///< texels of a texture, both ways
+
   /// The meshes that are read.
   std::vector<std::filesystem::path> paths() const;
 
@@ -77,6 +81,7 @@ class CapturedTextures {
   std::vector<int> captured_charts(int frame, const Model& model) const;
 
   const EvolvingReader& reader_;
+  std::vector<int> frames_;
   std::map<int, std::filesystem::path> files_;
   CapturedTextureOptions options_;
   Messages& messages_;

@@ -102,7 +102,6 @@ class TextureSignal final : public ModelSignal {
  private:
   const Atlas& atlas() const { return apart_ ? apart_->atlas : *model_.atlas; }
   Texels::Place home(int unknown) const;
-  std::vector<std::vector<int>> unknowns_by_texture() const;
   void refuse_tangent_space() const;
 
   const TexturedModel& model_;
@@ -111,6 +110,7 @@ class TextureSignal final : public ModelSignal {
   std::optional<SeparatedAtlas> apart_;  ///< nothing where each texel is one unknown
   std::optional<TexelSpace> space_;
   std::optional<TexelCopies> copies_;
+  std::vector<std::vector<int>> by_texture_;  ///< unknowns
 };
 
 /// Colours at vertices. Copies of a vertex that exporters wrote for several charts are one unknown,

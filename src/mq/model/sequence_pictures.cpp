@@ -129,10 +129,10 @@ std::unordered_map<int, Colour> first_colours(const EvolvingReader& reader, cons
     values.clear();
     for (const ClosestPoint& p : ClosestPointFinder(captured.mesh)(mesh.positions))
       for (int c = 0; c < 3; ++c) {
-        double sum = 0;
-        for (int k = 0; k < 3; ++k)
-          sum += p.barycentric[k] * colours(captured.mesh.triangles[p.triangle][k], c);
-        values.push_back(float(std::clamp(sum, 0.0, 1.0)));
+        const double colour = interpolate(p.barycentric, [&](int k) {
+          return colours(captured.mesh.triangles[p.triangle][k], c);
+        });
+        values.push_back(float(std::clamp(colour, 0.0, 1.0)));
       }
   }
   std::unordered_map<int, Colour> result;

@@ -109,6 +109,8 @@ TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOpti
   }
   space_.emplace(model.surface, atlas(), options.space, rest);
   if (apart_) copies_.emplace(model.surface, *apart_, *space_);
+  by_texture_.resize(model.texture_sizes.size());
+  for (int k = 0; k < space_->size(); ++k) by_texture_[std::size_t(home(k).texture)].push_back(k);
   if (!reads) return;
   if (values_.meaning == ValueSpace::Meaning::normals && values_.meets_at_seams)
     refuse_tangent_space();
@@ -133,16 +135,8 @@ Texels::Place TextureSignal::home(int unknown) const {
   return copies_ ? copies_->home(unknown) : space_->texels().places[std::size_t(unknown)];
 }
 
-std::vector<std::vector<int>> TextureSignal::unknowns_by_texture() const {
-  std::vector<std::vector<int>> unknowns(model_.texture_sizes.size());
-  for (int k = 0; k < space_->size(); ++k)
-    unknowns[std::size_t(home(k).texture)].push_back(k);
-  return unknowns;
-}
-
 Signal TextureSignal::values_of(std::span<const Texture> textures) const {
   Signal values(space_->size(), channels_);
-  const std::vector<std::vector<int>> unknowns = unknowns_by_texture();
   for (std::size_t i = 0; i < textures.size(); ++i) {
     const Image<float>& pixels = textures[i].pixels;
     const int channels = pixels.channels();
@@ -150,7 +144,7 @@ Signal TextureSignal::values_of(std::span<const Texture> textures) const {
             fmt::format("{}: has {}, and the textures of {} have {}; convert it",
                         textures[i].path.string(), counted(channels, "channel"),
                         model_.model.path.string(), channels_));
-    for_each_block(unknowns[i], [&](std::span<const int> block) {
+    for_each_block(by_texture_[i], [&](std::span<const int> block) {
       Image<float> stored(int(block.size()), 1, channels);
       for (int n = 0; n < stored.width(); ++n) {
         const Texels::Place at = home(block[std::size_t(n)]);
@@ -167,10 +161,9 @@ Signal TextureSignal::values_of(std::span<const Texture> textures) const {
 
 void TextureSignal::put(const Signal& before, const Signal& after, Model& model) const {
   require(!copies_, "values of texels that are one unknown for each chart can only be replaced");
-  const std::vector<std::vector<int>> unknowns = unknowns_by_texture();
-  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+  for (std::size_t i = 0; i < by_texture_.size(); ++i) {
     std::vector<int> changed;
-    for (const int k : unknowns[i])
+    for (const int k : by_texture_[i])
       if (!same_row(before, after, k)) changed.push_back(k);
     Texture& texture = model.textures[i];
     for_each_block(changed, [&](std::span<const int> block) {
@@ -242,14 +235,14 @@ Vector TextureSignal::brightness() const {
 void TextureSignal::refuse_tangent_space() const {
   if (model_.atlas->seam_count == 0) return;
   const Signal normals = values();
-  const std::vector<std::vector<int>> unknowns = unknowns_by_texture();
-  for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    if (unknowns[i].empty()) continue;
-    Image<float> picture(int(unknowns[i].size()), 1, channels_);
+  for (std::size_t i = 0; i < by_texture_.size(); ++i) {
+    const std::vector<int>& unknowns = by_texture_[i];
+    if (unknowns.empty()) continue;
+    Image<float> picture(int(unknowns.size()), 1, channels_);
     const Image<float> coverage(picture.width(), 1, 1, 1.0F);
     for (int n = 0; n < picture.width(); ++n)
       for (int c = 0; c < channels_; ++c)
-        picture(n, 0, c) = float(normals(unknowns[i][std::size_t(n)], c));
+        picture(n, 0, c) = float(normals(unknowns[std::size_t(n)], c));
     const double upright = share_upright(picture, coverage);
     require(upright < 0.9,
             fmt::format("{}: {:.0f} % of its normals point along z, so it seems to be in tangent "

@@ -5,28 +5,16 @@
 #include <optional>
 #include <utility>
 
-#include "verbs/shared/frame_textures.h"
 #include "mq/base/error.h"
-#include "mq/image/colour.h"
-#include "mq/io/evolving_gltf.h"
-#include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
-#include "mq/io/model.h"
-#include "mq/model/captured_textures.h"
 #include "mq/model/stored_frames.h"
-#include "shell/results.h"
+#include "options/video_options.h"
+#include "shell/arguments.h"
 
 namespace mq::app {
 namespace {
 
 constexpr int most_side = 16384;
-
-void require_atlas_unless_models(const EvolvingReader& reader, const std::string& to) {
-  require(has_atlas(reader) || (names_model(to) && !names_animation(to)),
-          fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap, or "
-                      "export models (frame_%04d.ply), which get colours at vertices",
-                      reader.manifest().string()));
-}
 
 /// The side of the textures that an atlas was made for, if its maker said so.
 std::optional<int> packed_side(const EvolvingReader& reader) {
@@ -44,11 +32,30 @@ int texture_side(const OptionValues& options, const EvolvingReader& reader) {
   return packed_side(reader).value_or(CapturedTextureOptions().side);
 }
 
-/// The captured frames that --from names, as what they show is wanted.
+Json steps_json(const BorderJump& jump) {
+  return {{"across", jump.across}, {"within", jump.within}};
+}
+
+Json figures_json(const CapturedFigures& shown) {
+  const bool texels = shown.of == CapturedFigures::Of::texels;
+  Json found = {{"frame", shown.number},
+                {texels ? "texels" : "vertices", shown.count},
+                {"unseen", shown.unseen}};
+  if (texels) found["filled"] = shown.filled;
+  found["accuracy"] = shown.accuracy;
+  if (shown.steps)
+    found["steps"] = {{"before", steps_json(shown.steps->before)},
+                      {"after", steps_json(shown.steps->after)}};
+  return found;
+}
+
+/// The captured frames that --from names, resampled as what they show is wanted in files `to`.
 CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
-                                   const std::vector<int>& frames) {
+                                   const std::vector<int>& frames, const std::string& to) {
   const OptionValues& options = run.options();
-  CapturedTextureOptions how{.side = texture_side(options, reader),
+  const int side = texture_side(options, reader);
+  require_holds_captured(reader, to, side, video_options(options));
+  CapturedTextureOptions how{.side = side,
                              .samples = int(options.integer("samples")),
                              .words = {.sequence = "--from", .steps = "--stitch"}};
   if (options.flag("stitch")) how.steps = CapturedTextureOptions::Steps::taken_out;
@@ -58,47 +65,17 @@ CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
         fmt::format("--size: {} texels, and the atlas was made for {}: its gutters are narrower "
                     "here, and charts may touch",
                     how.side, *made_for));
-  return {reader, options.text("from"), frames, std::move(how), run.terminal()};
+  CapturedTextures captured(reader, options.text("from"), frames, std::move(how), run.terminal());
+  for (const std::filesystem::path& path : captured.paths()) run.will_read(path);
+  return captured;
 }
 
-Json steps_json(const BorderJump& jump) {
-  return {{"across", jump.across}, {"within", jump.within}};
-}
-
-/// How much of a texture was seen.
-Json texture_json(const CapturedTextures::Textured& shown) {
-  const TextureFrame& texture = shown.texture;
-  Json found = {{"frame", shown.number},
-                {"texels", texture.texels},
-                {"unseen", texture.unseen},
-                {"filled", texture.filled},
-                {"accuracy", texture.accuracy}};
-  if (shown.steps_were_taken_out)
-    found["steps"] = {{"before", steps_json(texture.before)}, {"after", steps_json(texture.after)}};
-  return found;
-}
-
-Json vertices_json(const CapturedTextures::Coloured& shown) {
-  return {{"frame", shown.number},
-          {"vertices", shown.model.mesh.vertex_count()},
-          {"unseen", shown.unseen},
-          {"accuracy", shown.accuracy}};
-}
-
-/// As files want it; of what must stay.
-FrameTextures::Frame as_frame(const CapturedTextures::Textured& shown) {
-  return {.number = shown.number,
-          .mesh = shown.mesh,
-          .inside = shown.texture.inside,
-          .pixels = shown.texture.picture,
-          .values = shown.is_light ? FrameTextures::Values::light : FrameTextures::Values::display,
-          .depth = shown.depth};
-}
-
-/// As a display is given it.
-Image<float> displayed(const CapturedTextures::Textured& shown) {
-  const Image<float>& picture = shown.texture.picture;
-  return shown.is_light ? encode(picture, ColourSpace::linear, TransferFunction::srgb) : picture;
+/// What was seen of each frame, and what was found wrong.
+void report_captured(Run& run, const CapturedTextures& captured,
+                     const std::vector<CapturedFigures>& figures) {
+  Json& found = run.result["textures"] = Json::array();
+  for (const CapturedFigures& shown : figures) found.push_back(figures_json(shown));
+  run.found(captured.defects());
 }
 
 }  // namespace
@@ -129,7 +106,7 @@ void add_captured_texture_options(OptionTable& table) {
              .details = "In smaller ones gutters are narrower, and charts may touch."});
   table.add({.name = "samples",
              .type = Type::integer,
-             .default_value = std::to_string(CapturedTextureOptions().samples),
+             .default_value = as_typed(CapturedTextureOptions{}.samples),
              .least = 1,
              .most = 8,
              .group = group,
@@ -149,63 +126,25 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
   require(has_atlas(reader) || !options.flag("stitch"),
           fmt::format("--stitch: it is of textures, and {} has no texture coordinates",
                       reader.manifest().string()));
-  if (!names_animation(output)) {
-    const FrameTextures files(output);
-    if (has_atlas(reader)) return files.paths(numbers);
-  }
-  require_atlas_unless_models(reader, output);
-  if (names_animation(output)) return {output};
-  std::vector<std::filesystem::path> paths;
-  for (const int number : numbers) paths.emplace_back(frame_name(output, number));
-  return paths;
+  return captured_files(reader, numbers, output, "--output");
 }
 
 void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
                              const std::string& to) {
-  const OptionValues& options = run.options();
-  require_atlas_unless_models(reader, to);
-  if (names_video(to)) {
-    require_video_options(to, video_options(options));
-    const int side = texture_side(options, reader);
-    require_whole_video(to, side, side);
-  }
   const Step step(run, "textures", 0.9);
-  CapturedTextures captured = captured_textures(run, reader, frames);
-  for (const std::filesystem::path& path : captured.paths()) run.will_read(path);
-  Json& found = run.result["textures"] = Json::array();
-  if (names_animation(to)) {
-    const Progress all = step.progress().step("write", 1);
-    write_animation(
-        to, reader, frames.front(), frames.back(), options.number("rate"),
-        [&](int frame) {
-          const CapturedTextures::Textured shown = captured.texture(frame);
-          found.push_back(texture_json(shown));
-          return displayed(shown);
-        },
-        all);
-    run.found(captured.defects());
-    return;
-  }
-  std::optional<FrameTextures> files;
-  if (has_atlas(reader)) files.emplace(to);
-  for (const int f : frames) {
-    const int number = reader.frames()[f].number;
-    const Progress part =
-        step.progress().step(fmt::format("frame {}", number), 1.0 / double(frames.size()));
-    if (files) {
-      const CapturedTextures::Textured shown = captured.texture(f, part);
-      found.push_back(texture_json(shown));
-      for (const std::string& note :
-           files->write(as_frame(shown), video_options(options), run.progress()))
-        run.terminal().remark(note);
-    } else {
-      const CapturedTextures::Coloured shown = captured.at_vertices(f);
-      found.push_back(vertices_json(shown));
-      write_model(frame_name(to, number), shown.model);
-    }
-  }
-  if (files) files->finish();
-  run.found(captured.defects());
+  CapturedTextures captured = captured_textures(run, reader, frames, to);
+  report_captured(run, captured,
+                  write_captured(captured, to, video_options(run.options()), run.terminal(), step));
+}
+
+FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames) {
+  const Step step(run, "textures", 0.9);
+  CapturedTextures captured = captured_textures(run, reader, frames, "textures.mp4");
+  std::vector<CapturedFigures> figures;
+  FilmVideo video =
+      captured_film_video(captured, video_options(run.options()), run.terminal(), figures, step);
+  report_captured(run, captured, figures);
+  return video;
 }
 
 }  // namespace mq::app

@@ -1,12 +1,13 @@
 #pragma once
-/// export X.evolving --from SEQUENCE: what was captured, as textures of an evolving mesh's atlas, or
-/// where it has none as colours at its vertices.
+/// export X.evolving --from SEQUENCE: what was captured, as textures of an evolving mesh's atlas,
+/// or where it has none as colours at its vertices.
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "mq/io/evolving_file.h"
+#include "mq/model/film_video.h"
 #include "shell/run.h"
 
 namespace mq::app {
@@ -20,11 +21,13 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
                                                   const EvolvingReader& reader,
                                                   const std::vector<int>& numbers);
 
-/// Resamples the captured frames one by one and writes them to `to`, as `FrameTextures` takes it, or
-/// to an animation; adds `textures` to the result: of each frame its number, texels of charts and
-/// those of them that nothing was captured for. Without an atlas models have colours at vertices
-/// instead.
-void write_captured_textures(Run& run, const EvolvingReader& reader,
-                             const std::vector<int>& frames, const std::string& to);
+/// Writes what the captured frames that --from names show to `to`: see `write_captured`. Adds
+/// `textures` to the result: of each frame its number, texels of charts and those of them that
+/// nothing was captured for, or vertices.
+void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
+                             const std::string& to);
+
+/// The same as a texture video for a film.
+FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames);
 
 }  // namespace mq::app

@@ -216,7 +216,7 @@ void add_graph_options(OptionTable& table) {
              .details = "Colours at vertices, or textures, of the frames."});
   table.add({.name = "cycles",
              .type = Type::integer,
-             .default_value = std::to_string(defaults.colour_cycles),
+             .default_value = as_typed(defaults.colour_cycles),
              .least = 1,
              .most = 20,
              .group = "Tracking",
@@ -262,7 +262,7 @@ void add_graph_options(OptionTable& table) {
 void add_remeshing_options(OptionTable& table) {
   table.add({.name = "within",
              .type = Option::Type::number,
-             .default_value = as_typed(100 * TemplateFollowerOptions().within),
+             .default_value = as_typed(100 * TemplateFollowerOptions{}.within),
              .unit = "% of the diagonal",
              .least = 0.001,
              .most = 100,

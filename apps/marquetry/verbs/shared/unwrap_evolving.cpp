@@ -11,6 +11,7 @@
 #include "mq/evolving/lifespan_atlas.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/image_file.h"
+#include "mq/model/stored_atlas.h"
 #include "mq/model/stored_frames.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
@@ -48,13 +49,8 @@ Json frames_json(const EvolvingMesh& evolving, const LifespanAtlas& atlas) {
 }
 
 void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) {
-  double stretch = 1;
-  int flipped = 0, moved = 0;
-  for (const LifespanAtlasFrame& frame : atlas.frames) {
-    stretch = std::max(stretch, frame.stretch);
-    flipped += frame.flipped;
-    moved += frame.renewed - frame.added;
-  }
+  for (const UnwrapFigures::Seconds& seconds : atlas.seconds)
+    run.add_seconds(seconds.step, seconds.seconds);
   Json cleared = Json::array();
   for (const int frame : atlas.cleared) cleared.push_back(evolving.frames[frame].number);
   run.result.update({{"charts", atlas.charts.size()},
@@ -62,13 +58,13 @@ void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) 
                      {"lifespan", atlas.lifespan},
                      {"occupancy", atlas.occupancy},
                      {"bound", atlas.bound},
-                     {"stretch", stretch},
-                     {"flipped", flipped},
+                     {"stretch", atlas.stretch},
+                     {"flipped", atlas.flipped},
                      {"first_charts", atlas.charting.first_charts},
                      {"first_energy", atlas.charting.first_energy},
                      {"energy", atlas.charting.energy},
                      {"energy_of_whole", atlas.energy_of_whole},
-                     {"moved", moved},
+                     {"moved", atlas.moved},
                      {"plans", atlas.plans},
                      {"cleared", cleared},
                      {"edits", atlas.charting.edits}});
@@ -83,7 +79,7 @@ void report(Run& run, const EvolvingMesh& evolving, const LifespanAtlas& atlas) 
       "{} in {}, {:.1f} in a frame; texture coordinates last for {:.1f} frames on average\n"
       "{:.1f} % of the texture, L2 stretch {:.4f} in the worst frame\n",
       counted(int(atlas.charts.size()), "chart"), counted(int(atlas.frames.size()), "frame"),
-      atlas.charts_per_frame, atlas.lifespan, 100 * atlas.occupancy, stretch));
+      atlas.charts_per_frame, atlas.lifespan, 100 * atlas.occupancy, atlas.stretch));
   if (run.options().has("look-ahead"))
     run.print(
         fmt::format("energy {:.3f} times that with the whole sequence known; planned {}, "
@@ -136,7 +132,7 @@ void add_evolving_atlas_options(OptionTable& table) {
   const std::string group = "Evolving meshes";
   table.add({.name = "coherence",
              .type = Type::number,
-             .default_value = "1",
+             .default_value = as_typed(ChartingOptions{}.beta),
              .least = 0,
              .most = 1e6,
              .group = group,
@@ -171,39 +167,29 @@ void add_evolving_atlas_options(OptionTable& table) {
 
 void unwrap_store(Run& run, const EvolvingReader& reader, const fs::path& output, double share) {
   const OptionValues& options = run.options();
-  const fs::path input = reader.manifest();
   EvolvingMesh evolving;
   {
     const Step step(run, "read", 0.05 * share);
-    evolving = reader.read();
+    evolving = read_frames(reader);
   }
-  require(!evolving.frames.empty(), input.string() + ": it holds no frame");
   if (options.text("renew") != "never")
     evolving = with_new_ids(
         evolving, options.text("renew") == "frames" ? Forgetting::frames : Forgetting::segments);
   LifespanAtlas atlas;
   {
     const Step step(run, "unwrap", 0.85 * share);
-    try {
-      atlas = lay_out(evolving, atlas_options(options), step);
-    } catch (const InvalidInput& error) {
-      throw InvalidInput(fmt::format("{}: {}", input.string(), error.what()));
-    }
+    atlas = lay_out_stored(reader, evolving, atlas_options(options), step);
   }
-  for (const UnwrapFigures::Seconds& seconds : atlas.seconds)
-    run.add_seconds(seconds.step, seconds.seconds);
   report(run, evolving, atlas);
   const Step step(run, "write", 0.1 * share);
   if (options.has("picture"))
     write_image(options.text("picture"),
                 draw_lifespan_sheet(evolving, atlas, parse_view(options.text("view")), picture_side,
                                     step.progress().step("draw", 0.7)));
-  std::vector<std::string> measured;
-  for (const StoredFrame& frame : reader.frames()) measured.push_back(frame.measured);
   const Json about = {{"verb", options.table().verb()},
                       {"options", options_json(options)},
                       {"of", Json::parse(reader.about(), nullptr, false)}};
-  write_evolving(output, evolving, reader.step(), about.dump(), measured);
+  write_laid_out(reader, evolving, output, about.dump());
 }
 
 std::vector<fs::path> store_paths(const OptionValues& options) {

@@ -7,19 +7,21 @@
 #include <string>
 #include <vector>
 
-#include "mq/base/options.h"
+#include "mq/base/progress.h"
 #include "mq/image/image.h"
 #include "mq/io/model.h"
 #include "mq/io/video.h"
 #include "mq/mesh/mesh.h"
+#include "mq/model/messages.h"
 
-namespace mq::app {
+namespace mq {
 
 class FrameTextures {
  public:
-  /// `output` is --output. Throws `InvalidInput` where it names none of these; nothing is written
+  /// `output` is a model or a picture with a place for the frame's number, or a video; `word` is
+  /// what messages call it. Throws `InvalidInput` where it is none of these; nothing is written
   /// yet.
-  explicit FrameTextures(const std::string& output);
+  explicit FrameTextures(std::string output, const std::string& word = "output");
 
   /// All files that frames of these numbers make.
   std::vector<std::filesystem::path> paths(const std::vector<int>& numbers) const;
@@ -40,15 +42,18 @@ class FrameTextures {
   };
 
   /// The next frame; `options` are those of a video, and so is `progress`, as `VideoWriter` has it.
-  /// Returns what is worth telling of the video, with its first frame. Throws `InvalidInput` as
+  /// Remarks what is worth telling of the video, with its first frame. Throws `InvalidInput` as
   /// `require_whole_video` does.
-  std::vector<std::string> write(const Frame& frame, const VideoOptions& options,
-                                 const Progress& progress);
+  void write(const Frame& frame, const VideoOptions& options, Messages& messages,
+             const Progress& progress = {});
 
-  /// After the last.
+  /// After the last: a video is in its place from then on.
   void finish();
 
  private:
+  void write_to_video(Image<float> pixels, const Frame& frame, const VideoOptions& options,
+                      Messages& messages, const Progress& progress);
+
   std::string output_;
   std::unique_ptr<VideoWriter> video_;
   Image<float> shown_;  ///< the frame before, of a video
@@ -58,12 +63,4 @@ class FrameTextures {
 /// lose a row or column of so many.
 void require_whole_video(const std::filesystem::path& path, int width, int height);
 
-/// Adds --rate, and --codec; what they say.
-void add_rate_option(OptionTable& table);
-void add_codec_option(OptionTable& table);
-VideoOptions video_options(const OptionValues& options);
-
-/// Throws `InvalidInput` where --codec is given and no video is made.
-void require_video_for_codec(const OptionValues& options, bool is_made);
-
-}  // namespace mq::app
+}  // namespace mq

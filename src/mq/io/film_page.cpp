@@ -1,0 +1,66 @@
+#include "mq/io/film_page.h"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "mq/base/error.h"
+#include "mq/io/uri.h"
+
+namespace mq {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A browser keeps at most this many characters in one string; base64 makes four of three bytes.
+constexpr std::size_t most_bytes = 380'000'000;
+
+std::string uri_of(const std::string& type, ByteView bytes, const std::string& what,
+                   const FilmPageOptions& options) {
+  require(bytes.size() <= most_bytes,
+          fmt::format("{} has {} MB, and a browser takes {} at once: take {}, or {}", what,
+                      bytes.size() / 1'000'000, most_bytes / 1'000'000, options.words.frames,
+                      options.words.textures));
+  return data_uri(type, bytes);
+}
+
+/// The film as a statement of JavaScript.
+std::string film_script(const Film& film, const FilmPageOptions& options) {
+  Json description = Json::parse(film.description);
+  description["title"] = options.title;
+  description["rate"] = options.rate;
+  description["blocks"] = Json::array();
+  for (const Bytes& block : film.blocks)
+    description["blocks"].push_back(
+        uri_of("application/octet-stream", block, "a segment of the film", options));
+  description["video"] =
+      options.video.empty()
+          ? Json(nullptr)
+          : Json(uri_of(options.video_type, options.video, "the texture video", options));
+  // "</" would end the script; in JSON it may be written so.
+  std::string text = description.dump(-1, ' ', true, Json::error_handler_t::replace);
+  for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3)
+    text.insert(at + 1, "\\");
+  return fmt::format("const film = {};", text);
+}
+
+void put_script(std::string& page, std::string_view name, std::string_view script) {
+  const std::string place = fmt::format("<script src=\"{}\">", name);
+  const std::size_t at = page.find(place);
+  if (at == std::string::npos) throw std::logic_error(fmt::format("the page has no {}", name));
+  page.replace(at, place.size(), fmt::format("<script>\n{}", script));
+}
+
+}  // namespace
+
+std::string film_page(std::string_view page, std::span<const PageScript> scripts, const Film& film,
+                      const FilmPageOptions& options) {
+  std::string html(page);
+  for (const auto& [name, script] : scripts) put_script(html, name, script);
+  put_script(html, "film.js", film_script(film, options));
+  return html;
+}
+
+}  // namespace mq

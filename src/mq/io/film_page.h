@@ -1,0 +1,36 @@
+#pragma once
+/// A film (film.h) as a page of HTML with all in it, which a browser plays and which fetches
+/// nothing.
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "mq/io/film.h"
+
+namespace mq {
+
+struct FilmPageOptions {
+  std::string title = {};
+  double rate = 30;             ///< frames a second
+  std::string video_type = {};  ///< of the texture video, such as video/mp4
+  ByteView video = {};          ///< a picture for each frame; empty: shapes alone
+
+  /// What messages call ways to a smaller page.
+  struct Words {
+    std::string frames = "fewer frames", textures = "smaller textures";
+  } words = {};
+};
+
+/// A script of the page and the name that the page has for it.
+using PageScript = std::pair<std::string_view, std::string_view>;
+
+/// `page` with each script inside in place of `<script src="NAME">`, and the film in place of that
+/// of film.js: `const film = {…};`, the film's description with these options, and its blocks and
+/// the video as data URIs. Throws `InvalidInput` where one of them is longer than a browser keeps
+/// in a string (380 MB), `std::logic_error` where the page does not name a script.
+std::string film_page(std::string_view page, std::span<const PageScript> scripts, const Film& film,
+                      const FilmPageOptions& options);
+
+}  // namespace mq

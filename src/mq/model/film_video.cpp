@@ -1,0 +1,106 @@
+#include "mq/model/film_video.h"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <system_error>
+
+#include "mq/base/error.h"
+#include "mq/io/mp4.h"
+
+namespace mq {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// H.264, AV1, VP9 and VP8 as MP4 calls them.
+constexpr std::string_view played_codecs[] = {"avc1", "avc3", "av01", "vp09", "vp08"};
+
+/// A folder of its own for as long as it is wanted.
+class WorkFolder {
+ public:
+  WorkFolder() {
+    std::string name = (fs::temp_directory_path() / "marquetry-play-XXXXXX").string();
+    if (!mkdtemp(name.data()))
+      throw IoError(
+          fmt::format("{}: no folder can be made there", fs::temp_directory_path().string()));
+    path_ = name;
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+void warn_of_codec(const std::string& name, const std::string& codec, const std::string& again,
+                   Messages& messages) {
+  if (codec == "hvc1" || codec == "hev1")
+    warn_of_unplayed_codec(name, fmt::format("H.265 ({})", codec), again, messages);
+  else if (std::ranges::count(played_codecs, codec) == 0)
+    warn_of_unplayed_codec(name, shown(codec), again, messages);
+}
+
+}  // namespace
+
+std::string film_video_type(const fs::path& path, const std::string& word) {
+  const std::string ending = path.extension().string();
+  if (ending == ".mp4") return "video/mp4";
+  if (ending == ".webm") return "video/webm";
+  throw InvalidInput(fmt::format("{}: found '{}', wanted a video that browsers play, .mp4 or .webm",
+                                 word, path.string()));
+}
+
+void warn_of_unplayed_codec(const std::string& name, const std::string& codec,
+                            const std::string& again, Messages& messages) {
+  messages.warning(
+      fmt::format("{}: its pictures are kept as {}, which few browsers play: others show the shape "
+                  "without them; {}",
+                  name, codec, again));
+}
+
+FilmVideo read_film_video(const fs::path& path, const FilmVideoOptions& options,
+                          Messages& messages) {
+  const std::string name = path.string();
+  const FilmVideoOptions::Words& words = options.words;
+  FilmVideo video{.type = film_video_type(path, words.video), .bytes = read_file(path)};
+  if (video.type == "video/webm") {
+    require(text_of(video.bytes).starts_with("\x1a\x45\xdf\xa3"),
+            fmt::format("{}: it is no WebM ({} bytes); make it again with export or relight", name,
+                        video.bytes.size()));
+    return video;
+  }
+  const Mp4Video found = mp4_video(video.bytes, name);
+  video.rate = found.rate;
+  warn_of_codec(name, found.codec, words.again, messages);
+  require(!found.pictures || *found.pictures == options.frames,
+          fmt::format("{}: it has {} pictures, and the film {} frames: {}, or make it again of "
+                      "these",
+                      name, found.pictures.value_or(0), options.frames, words.frames));
+  if (found.rate && options.rate)
+    require(std::abs(*options.rate / *found.rate - 1) * double(options.frames) < 0.5,
+            fmt::format("{}: found {:g} frames a second, and {} has {:.6g}; leave {} out, which "
+                        "takes that",
+                        words.rate, *options.rate, name, *found.rate, words.rate));
+  return video;
+}
+
+FilmVideo captured_film_video(CapturedTextures& captured, const VideoOptions& options,
+                              Messages& messages, std::vector<CapturedFigures>& figures,
+                              const Progress& progress) {
+  const WorkFolder work;
+  const fs::path path = work / "textures.mp4";
+  figures = write_captured(captured, path.string(), options, messages, progress);
+  return {.bytes = read_file(path)};
+}
+
+}  // namespace mq

@@ -1,0 +1,259 @@
+#include "mq/model/relit_sequence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "mq/atlas/atlas.h"
+#include "mq/base/error.h"
+#include "mq/base/memory.h"
+#include "mq/base/words.h"
+#include "mq/io/frame_files.h"
+#include "mq/io/image_file.h"
+#include "mq/model/frame_textures.h"
+#include "mq/model/stored_frames.h"
+#include "mq/video/gutter.h"
+
+namespace mq {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double most_poisson_alpha = 1e5;
+
+/// What a texel of a held frame takes at the peak, measured: docs/relight.md.
+constexpr double mean_bytes = 650, poisson_bytes = 1700;
+
+/// The frames that are asked for, read as they are wanted and written as they are done.
+class RelitFrames {
+ public:
+  RelitFrames(const EvolvingReader& reader, const std::vector<int>& frames,
+              const RelightFiles& files, const RelightOptions& options, Messages& messages,
+              const Progress& progress)
+      : reader_(reader),
+        frames_(frames),
+        files_(files),
+        output_(files.output, options.words.output),
+        values_(options.values),
+        messages_(messages),
+        progress_(progress) {}
+
+  TemporalFrame load(int i) {
+    Frame frame;
+    frame.texture = read(files_.textures, i);
+    const std::shared_ptr<AtlasFrame> atlas = atlas_of(i);
+    frame.atlas = atlas;
+    const TexelSpace& space = atlas->space();
+    const std::vector<Image<float>> decoded_pixels = {decoded(frame.texture, values_)};
+    TemporalFrame result{std::shared_ptr<const SignalSpace>(atlas, &space),
+                         std::make_shared<Texels>(space.texels()),
+                         space.gather(decoded_pixels),
+                         {}};
+    if (last_) result.links = texel_links(*last_, *atlas);
+    last_ = atlas;
+    open_[i] = std::move(frame);
+    return result;
+  }
+
+  void store(int i, const TemporalFrame& frame, const Signal& phi) {
+    Frame& open = open_.at(i);
+    std::shared_ptr<AtlasFrame> atlas = open.atlas.lock();
+    if (!atlas) atlas = atlas_of(i);
+    const TexelSpace& space = atlas->space();
+    std::vector<Image<float>> pixels = {decoded(open.texture, values_)};
+    space.scatter(phi, pixels);
+    pixels[0] = encoded(pixels[0], open.texture, values_);
+    const Signal was = space.gather(std::vector{open.texture.pixels}), is = space.gather(pixels);
+    Signal truth;
+    if (!files_.truth.empty()) truth = space.gather(std::vector{read(files_.truth, i).pixels});
+    measures_.add(frame, space, was, is, truth.size() > 0 ? &truth : nullptr);
+    const Image<char> inside = spread_from_charts(space.texels(), pixels[0]);
+    output_.write({.number = number(i),
+                   .mesh = atlas->surface().mesh,
+                   .inside = inside,
+                   .pixels = pixels[0],
+                   .values = holds_light(open.texture.format) ? FrameTextures::Values::light
+                                                              : FrameTextures::Values::display,
+                   .depth = open.texture.format.depth},
+                  files_.video, messages_, progress_);
+    open_.erase(i);
+  }
+
+  RelightMeasures finish() {
+    output_.finish();
+    return measures_.finish();
+  }
+
+ private:
+  struct Frame {
+    Texture texture;
+    std::weak_ptr<AtlasFrame> atlas;  ///< made again where the filter has let it go: it is large
+  };
+
+  const StoredFrame& stored(int i) const {
+    return reader_.frames()[std::size_t(frames_[std::size_t(i)])];
+  }
+  int number(int i) const { return stored(i).number; }
+
+  /// Once the first texture was read.
+  std::shared_ptr<AtlasFrame> atlas_of(int i) const {
+    return std::make_shared<AtlasFrame>(reader_.segment(stored(i).segment),
+                                        reader_.positions(frames_[std::size_t(i)]), width_,
+                                        height_);
+  }
+
+  Texture read(const std::string& pictures, int i) {
+    const std::string name = frame_name(pictures, number(i));
+    Texture texture = read_texture(name);
+    const Image<float>& pixels = texture.pixels;
+    if (width_ == 0) {
+      width_ = pixels.width();
+      height_ = pixels.height();
+      channels_ = pixels.channels();
+    }
+    require(
+        pixels.width() == width_ && pixels.height() == height_ && pixels.channels() == channels_,
+        fmt::format("{}: it has {} × {} texels of {} channels, and the first texture {} × {} "
+                    "of {}",
+                    name, pixels.width(), pixels.height(), pixels.channels(), width_, height_,
+                    channels_));
+    return texture;
+  }
+
+  const EvolvingReader& reader_;
+  const std::vector<int>& frames_;
+  const RelightFiles& files_;
+  FrameTextures output_;
+  ValueSpace values_;
+  Messages& messages_;
+  const Progress& progress_;
+  int width_ = 0, height_ = 0, channels_ = 0;
+  std::map<int, Frame> open_;
+  std::shared_ptr<AtlasFrame> last_;
+  RelightMeter measures_;
+};
+
+void require_frame_place(const std::string& name, const std::string& pictures) {
+  require(
+      has_frame_place(pictures),
+      fmt::format("{}: found '{}', wanted pictures with a place for the frame's number, such as "
+                  "texture_%04d.png",
+                  name, pictures));
+}
+
+}  // namespace
+
+SequenceRelighter::SequenceRelighter(const EvolvingReader& reader, std::vector<int> frames,
+                                     RelightFiles files, RelightOptions options, Messages& messages)
+    : reader_(reader),
+      frames_(std::move(frames)),
+      numbers_(numbers_of(reader, frames_)),
+      files_(std::move(files)),
+      options_(std::move(options)),
+      messages_(messages) {
+  require_frame_place("textures", files_.textures);
+  if (!files_.truth.empty()) require_frame_place("truth", files_.truth);
+  require_atlas(reader);
+  const FrameTextures refuses_other_names(files_.output, options_.words.output);
+}
+
+std::vector<fs::path> SequenceRelighter::inputs() const {
+  std::vector<fs::path> paths;
+  for (const std::string* pictures : {&files_.textures, &files_.truth})
+    if (!pictures->empty())
+      for (const int number : numbers_) paths.emplace_back(frame_name(*pictures, number));
+  return paths;
+}
+
+std::vector<fs::path> SequenceRelighter::outputs() const {
+  return FrameTextures(files_.output, options_.words.output).paths(numbers_);
+}
+
+void SequenceRelighter::rehearse() {
+  std::optional<PictureInfo> first;
+  for (const fs::path& path : inputs()) {
+    const PictureInfo info = picture_info(path);
+    if (!first) first = info;
+    require(info.width == first->width && info.height == first->height,
+            fmt::format("{}: it has {} × {} texels, and the first texture {} × {}", path.string(),
+                        info.width, info.height, first->width, first->height));
+  }
+  require(first.has_value(), "no frame was asked for");
+  if (names_video(files_.output)) {
+    require_video_options(files_.output, files_.video);
+    require_whole_video(files_.output, first->width, first->height);
+  }
+  const FirstFrame about = first_frame(first->width, first->height);
+  require_room(about);
+  weight_ = about.weight;
+}
+
+SequenceRelighter::FirstFrame SequenceRelighter::first_frame(int width, int height) const {
+  const int frame = frames_.front();
+  const EvolvingSegment segment = reader_.segment(reader_.frames()[std::size_t(frame)].segment);
+  const Surface surface =
+      make_surface(mesh_of(segment, reader_.positions(frame)), {.kind = WeldOptions::Kind::none});
+  SurfaceScale scale{surface.area, 0};
+  double texels = 0;
+  if (!segment.uvs.empty()) {
+    const Atlas atlas = make_atlas(surface, {{.width = width, .height = height}});
+    scale.texel_spacing = atlas.texel_spacing();
+    for (const Chart& chart : atlas.charts) texels += chart.texel_area;
+  }
+  const double weight = weight_from_length(options_.spread, scale), alpha = weight / surface.area;
+  require(options_.method == RelightOptions::Method::mean || alpha <= most_poisson_alpha,
+          fmt::format("{}: found {:g}, wanted at most {:g} with {}, whose equation rounding makes "
+                      "indefinite beyond; {} takes more",
+                      options_.words.alpha, alpha, most_poisson_alpha, options_.words.poisson,
+                      options_.words.mean));
+  return {weight, texels};
+}
+
+TemporalOptions SequenceRelighter::poisson_options(double weight) const {
+  TemporalOptions poisson = options_.poisson;
+  poisson.weight = weight;
+  poisson.solver.tolerance = options_.tolerance;
+  return poisson;
+}
+
+void SequenceRelighter::require_room(const FirstFrame& first) const {
+  const bool mean = options_.method == RelightOptions::Method::mean;
+  const int frames = int(frames_.size());
+  const int held = mean ? std::min(frames, 2 * std::min(options_.radius, frames) + 1)
+                        : frames_held(frames, poisson_options(first.weight));
+  const double bytes = (mean ? mean_bytes : poisson_bytes) * first.texels;
+  const RelightOptions::Words& words = options_.words;
+  require_memory(
+      std::int64_t(bytes * held),
+      fmt::format("filtering with {} of {:.0f} texels held at once", counted(held, "frame"),
+                  first.texels),
+      fmt::format(
+          "use smaller textures, or fewer frames ({})",
+          mean ? words.radius : fmt::format("{}, or a larger {}", words.window, words.accuracy)));
+}
+
+RelitSequence SequenceRelighter::run(const Progress& progress) {
+  if (!weight_) rehearse();
+  const double weight = *weight_;
+  RelitFrames film(reader_, frames_, files_, options_, messages_, progress);
+  const auto load = [&](int i) { return film.load(i); };
+  const auto store = [&](int i, const TemporalFrame& frame, const Signal& phi) {
+    film.store(i, frame, phi);
+  };
+  const int count = int(frames_.size());
+  RelitSequence found{.weight = weight, .filter = {}, .measures = {}};
+  found.filter =
+      options_.method == RelightOptions::Method::mean
+          ? remove_lighting(
+                count, load, store,
+                {.weight = weight, .radius = options_.radius, .tolerance = options_.tolerance},
+                progress)
+          : temporal_poisson(count, load, store, poisson_options(weight), progress);
+  found.measures = film.finish();
+  return found;
+}
+
+}  // namespace mq
