@@ -138,25 +138,19 @@ ValueSpace value_space(const OptionValues& options) {
   return values;
 }
 
-namespace {
-
-template <class Signal>
-std::unique_ptr<Signal> with_defects_said(Run& run, std::unique_ptr<Signal> signal) {
-  const Defects defects = signal->defects();
+void say_defects(Run& run, const ModelSignal& signal) {
+  const Defects defects = signal.defects();
   run.found(defects);
   run.warn(defects);
-  return signal;
 }
-
-}  // namespace
 
 std::unique_ptr<TextureSignal> make_texture_signal(Run& run, const TexturedModel& model,
                                                    const TextureSignalOptions& options,
                                                    const Progress& progress) {
   std::unique_ptr<TextureSignal> signal;
   about(model.model, [&] {
-    signal = with_defects_said(
-        run, std::make_unique<TextureSignal>(model, options, run.terminal(), progress));
+    signal = std::make_unique<TextureSignal>(model, options, run.terminal(), progress);
+    say_defects(run, *signal);
   });
   return signal;
 }

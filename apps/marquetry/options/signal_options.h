@@ -66,6 +66,9 @@ std::unique_ptr<ModelSignal> make_field_signal(
 /// Whether that will be vertices.
 bool works_at_vertices(const OptionValues& options, const TexturedModel& model);
 
+/// Puts what was found wrong with its space into the report, and warns of it.
+void say_defects(Run& run, const ModelSignal& signal);
+
 /// A signal of textures, with what was found wrong with its space in the report.
 std::unique_ptr<TextureSignal> make_texture_signal(Run& run, const TexturedModel& model,
                                                    const TextureSignalOptions& options,
