@@ -26,7 +26,7 @@ void Translation(benchmark::State& state) {
       drawn(size, size, [&](double x, double y) { return waves(x - u, y - v); });
   ImageFlowOptions options;
   options.alignment =
-      state.range(1) ? ImageFlowOptions::Alignment::forward : ImageFlowOptions::Alignment::halfway;
+      state.range(1) ? FlowAlignment::forward : FlowAlignment::halfway;
   options.scales =
       state.range(2) ? ImageFlowOptions::Scales::hierarchical : ImageFlowOptions::Scales::single;
   ImageFlow flow;

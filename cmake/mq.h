@@ -39,6 +39,7 @@
 #include "mq/model/model_signal.h"
 #include "mq/model/model_sources.h"
 #include "mq/model/outputs.h"
+#include "mq/model/signal_pair.h"
 #include "mq/model/solving.h"
 #include "mq/model/textured_model.h"
 #include "mq/remesh/remesh.h"

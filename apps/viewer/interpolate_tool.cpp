@@ -4,6 +4,7 @@
 #include <imgui_stdlib.h>
 
 #include <memory>
+#include <optional>
 
 #include "controls.h"
 #include "options/flow_options.h"
@@ -19,14 +20,15 @@ namespace {
 struct Aligned {
   Aligned(const OptionValues& options, const Progress& progress) : run(options, silence, progress) {
     silence.set_voice(app::Terminal::Voice::quiet);
-    pair = std::make_unique<app::ModelPair>(run);
+    asked = std::make_unique<app::AskedModels>(run);
     const app::Step step(run, "align", 0.6);
-    pair->align(run, app::texture_flow_options(options), step);
+    flow.emplace(asked->align(run, app::texture_flow_options(options), step));
   }
 
   app::Terminal silence{"view"};
   app::Run run;
-  std::unique_ptr<app::ModelPair> pair;
+  std::unique_ptr<app::AskedModels> asked;
+  std::optional<ModelPairFlow> flow;
 };
 
 class InterpolateTool : public VerbTool {
@@ -105,8 +107,8 @@ class InterpolateTool : public VerbTool {
       watch = {};
     }
     const double time = options.number("time");
-    const app::ModelPair& pair = *aligned_->pair;
-    show(pair.with(pair.between(time, progress.step("meet", 0.2)), time));
+    const Signal values = aligned_->flow->between(time, progress.step("meet", 0.2));
+    show(aligned_->asked->pair().with(values, time));
     between_.push_back(watch.seconds());
   }
 

@@ -14,7 +14,7 @@
 namespace mq::test {
 namespace {
 
-using Alignment = ImageFlowOptions::Alignment;
+using Alignment = FlowAlignment;
 using Scales = ImageFlowOptions::Scales;
 
 struct Pair {

@@ -358,7 +358,7 @@ TEST(MeshFlow, FollowsSlopesThroughChangingLight) {
                            rotation(-angle, Vector3::UnitZ()));
   };
   const double lit = error();
-  options.gradient_constancy = 5;
+  options.gradient_weight = 5;
   EXPECT_LE(error(), 0.2 * lit);
 }
 

@@ -22,14 +22,16 @@ void take_number(const OptionValues& options, const std::string& name, double& n
 }
 
 /// What pictures and models are asked alike.
-template <class FlowOptions>
 void take_common(const OptionValues& options, FlowOptions& flow) {
+  flow.alignment =
+      options.text("alignment") == "forward" ? FlowAlignment::forward : FlowAlignment::halfway;
   if (options.has("steps")) flow.steps = int(options.integer("steps"));
   take_length(options, "largest", flow.largest);
   take_length(options, "smallest", flow.smallest);
   take_length(options, "detail", flow.detail);
   take_number(options, "robust-data", flow.robust_data);
   take_number(options, "robust-smoothness", flow.robust_smoothness);
+  take_number(options, "gradients", flow.gradient_weight);
 }
 
 void refuse(const OptionValues& options, const std::string& name, const std::string& what) {
@@ -191,8 +193,6 @@ ImageFlowOptions image_flow_options(const OptionValues& options) {
               fmt::format("--{}: says how a field is looked for, and --flow gives one", name));
   const bool thesis = options.text("preset") == "thesis";
   ImageFlowOptions flow = thesis ? ImageFlowOptions::thesis() : ImageFlowOptions();
-  flow.alignment = options.text("alignment") == "forward" ? ImageFlowOptions::Alignment::forward
-                                                          : ImageFlowOptions::Alignment::halfway;
   if (options.has("scales")) {
     const std::string scales = options.text("scales");
     flow.scales = scales == "full"     ? ImageFlowOptions::Scales::full
@@ -204,7 +204,6 @@ ImageFlowOptions image_flow_options(const OptionValues& options) {
   if (options.has("light"))
     flow.light = options.text("light") == "matched" ? ImageLight::matched : ImageLight::kept;
   take_common(options, flow);
-  take_number(options, "gradients", flow.gradient_weight);
   return flow;
 }
 
@@ -235,8 +234,6 @@ TextureFlowOptions texture_flow_options(const OptionValues& options) {
   const bool thesis = options.text("preset") == "thesis";
   if (thesis) flow = thesis_flow(basis);
   flow.basis = basis;
-  flow.alignment =
-      options.text("alignment") == "forward" ? FlowAlignment::forward : FlowAlignment::halfway;
   const std::string scales = options.has("scales") ? options.text("scales") : "";
   require(scales != "single",
           "--scales single is for pictures; on a model give --largest and "
@@ -249,7 +246,6 @@ TextureFlowOptions texture_flow_options(const OptionValues& options) {
     flow.solver = scales == "full" ? FlowSolver::direct : FlowSolver::hierarchical;
   }
   take_common(options, flow);
-  take_number(options, "gradients", flow.gradient_constancy);
   if (options.has("longest-edge")) all.longest_edge = options.number("longest-edge");
   return all;
 }

@@ -120,6 +120,15 @@ void will_read_model(Run& run, const Model& model) {
       run.will_read(model.path.parent_path() / part.name);
 }
 
+Json picture_json(const Model& picture) {
+  const Texture& texture = picture.textures.front();
+  return {{"files", Json::array({picture.path.string()})},
+          {"width", texture.pixels.width()},
+          {"height", texture.pixels.height()},
+          {"channels", texture.pixels.channels()},
+          {"depth", depth_name(texture.format.depth)}};
+}
+
 void describe_input(Run& run, const TexturedModel& model) {
   Json files = Json::array({model.model.path.string()});
   Json textures = Json::array();

@@ -37,6 +37,9 @@ void will_read_model(Run& run, const Model& model);
 /// Puts into the report's input what the model is.
 void describe_input(Run& run, const TexturedModel& model);
 
+/// What the report's input says of a picture whose pixels are worked on, not a surface of it.
+Json picture_json(const Model& picture);
+
 /// Adds --depth, and gives all pictures and colours of a model the depth that it asks for.
 void add_depth_option(OptionTable& table);
 void set_depth(const OptionValues& options, Model& model);

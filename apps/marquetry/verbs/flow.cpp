@@ -132,9 +132,10 @@ Exit flow_pictures(Run& run) {
   const OptionValues& options = run.options();
   const ImageFlowOptions how = image_flow_options(options);
   const fs::path folder = folder_of(options);
-  const PicturePair pair(run);
+  const AskedPictures asked(run);
+  const PicturePair& pair = asked.pair();
   require_scales(options, how, pair.first().width(), pair.first().height());
-  const std::optional<Image<float>> truth = pair.field_of(run, "truth");
+  const std::optional<Image<float>> truth = asked.field_of(run, "truth");
   const std::string mixed = extension_for(pair.model().textures.front());
   std::vector<fs::path> paths = {folder / ("field." + options.text("format")),
                                  folder / "colours.png",
@@ -149,7 +150,7 @@ Exit flow_pictures(Run& run) {
   ImageFlow flow;
   {
     const Step step(run, "align", 0.8);
-    flow = pair.align(run, how, step);
+    flow = asked.align(run, how, step);
   }
   const Step step(run, "write", 0.1);
   const AlignedImages met = aligned(flow, pair.first(), pair.second());
@@ -165,7 +166,7 @@ Exit flow_pictures(Run& run) {
   for (const bool moved : {false, true}) {
     ImageFlow along = flow;
     if (!moved) along.field = still;
-    Texture middle = pair.stored(interpolated(along, pair.first(), pair.second(), 0.5));
+    Texture middle = pair.stored(pair.between(along, 0.5));
     // Of another format's tags none says what is written; in an EXR they name the channels.
     if (middle.format.file_format != "openexr") middle.format.tags = nullptr;
     for (const std::string& note : write_texture(paths[moved ? 4 : 3], middle))
@@ -210,10 +211,11 @@ Exit flow_model(Run& run) {
   require(!options.has("truth"), "--truth is for pictures");
   const TextureFlowOptions how = texture_flow_options(options);
   const fs::path folder = folder_of(options);
-  ModelPair pair(run);
+  const AskedModels asked(run);
+  const ModelPair& pair = asked.pair();
   // Pictures of the model go by their own names, so the two kinds lie in folders of their own.
   const bool vertices = pair.at_vertices();
-  const Model& model = pair.scene().model;
+  const Model& model = asked.model();
   const auto outputs_in = [&](const char* what) {
     return Outputs(vertices ? (folder / (std::string(what) + ".ply")).string()
                             : (folder / what).string() + "/",
@@ -228,12 +230,12 @@ Exit flow_model(Run& run) {
   }
   if (run.dry_run()) return Exit::done;
 
-  {
-    const Step step(run, "align", pair.share_of_align());
-    pair.align(run, how, step);
-  }
+  const ModelPairFlow flow = [&] {
+    const Step step(run, "align", asked.share_of_align());
+    return asked.align(run, how, step);
+  }();
   const Step step(run, "write", 0.2);
-  const WarpedPair met = pair.warp_pair(0.5, step.progress().step("meet", 0.5));
+  const WarpedPair met = flow.warp_pair(0.5, step.progress().step("meet", 0.5));
   const Vector before = distances(pair.first(), pair.second()),
                after = distances(met.source, met.target);
   const double mean_before = std::sqrt(before.squaredNorm() / double(before.size()));
@@ -245,7 +247,7 @@ Exit flow_model(Run& run) {
         "{}",
         mean_after, mean_before,
         vertices ? "try another --largest, or --detail 0" : "give a smaller --longest-edge"));
-  write_vector_field(paths[0], pair.scene().surface.mesh, pair.field());
+  write_vector_field(paths[0], asked.surface().mesh, flow.field());
   halfway.write(pair.with(0.5 * (met.source + met.target), 0.5),
                 step.progress().step("halfway", 0.2));
   {

@@ -121,7 +121,8 @@ class Results {
 Exit interpolate_pictures(Run& run) {
   const OptionValues& options = run.options();
   const ImageFlowOptions how = image_flow_options(options);
-  const PicturePair pair(run);
+  const AskedPictures asked(run);
+  const PicturePair& pair = asked.pair();
   require_scales(options, how, pair.first().width(), pair.first().height());
   require(!names_model(options.text("output")),
           fmt::format("--output: found '{}', wanted a picture: what is read are pictures",
@@ -131,17 +132,13 @@ Exit interpolate_pictures(Run& run) {
   ImageFlow flow;
   {
     const Step step(run, "align", 0.6);
-    flow = pair.align(run, how, step);
+    flow = asked.align(run, how, step);
   }
   const Step step(run, "write", 0.3);
   const double share = 1.0 / double(results.all().size());
-  for (std::size_t i = 0; i < results.all().size(); ++i) {
-    Model between;
-    between.path = pair.model().path;
-    between.textures = {
-        pair.stored(interpolated(flow, pair.first(), pair.second(), results.all()[i].time))};
-    results.write(i, std::move(between), step.progress().step("frame", share));
-  }
+  for (std::size_t i = 0; i < results.all().size(); ++i)
+    results.write(i, pair.with(pair.between(flow, results.all()[i].time)),
+                  step.progress().step("frame", share));
   results.finish();
   return Exit::done;
 }
@@ -149,20 +146,21 @@ Exit interpolate_pictures(Run& run) {
 Exit interpolate_model(Run& run) {
   const OptionValues& options = run.options();
   const TextureFlowOptions how = texture_flow_options(options);
-  ModelPair pair(run);
-  Results results(run, pair.scene().model,
+  const AskedModels asked(run);
+  const ModelPair& pair = asked.pair();
+  Results results(run, asked.model(),
                   pair.at_vertices() ? Outputs::Kind::model : Outputs::Kind::pictures);
   if (run.dry_run()) return Exit::done;
-  {
-    const Step step(run, "align", pair.share_of_align());
-    pair.align(run, how, step);
-  }
+  const ModelPairFlow flow = [&] {
+    const Step step(run, "align", asked.share_of_align());
+    return asked.align(run, how, step);
+  }();
   const Step step(run, "write", 0.3);
   const double share = 1.0 / double(results.all().size());
   for (std::size_t i = 0; i < results.all().size(); ++i) {
     const double time = results.all()[i].time;
     const Progress frame = step.progress().step(fmt::format("time {:.3g}", time), share);
-    Model between = pair.with(pair.between(time, frame.step("meet", 0.7)), time);
+    Model between = pair.with(flow.between(time, frame.step("meet", 0.7)), time);
     results.write(i, std::move(between), frame.step("write", 0.3));
   }
   results.finish();

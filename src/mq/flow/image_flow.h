@@ -4,17 +4,25 @@
 
 #include <vector>
 
-#include "mq/base/length.h"
 #include "mq/base/progress.h"
+#include "mq/flow/flow_options.h"
 #include "mq/flow/detail/image_signals.h"
 #include "mq/flow/detail/image_warp.h"
 #include "mq/image/image.h"
 
 namespace mq {
 
-struct ImageFlowOptions {
-  /// Table 4.1: φ₀(p) ≈ φ₁(p + X), or φ₀(p − X/2) ≈ φ₁(p + X/2).
-  enum class Alignment { forward, halfway } alignment = Alignment::halfway;
+struct ImageFlowOptions : FlowOptions {
+  /// Lengths are in pixels where they are in texels or model units, and percent of the square root
+  /// of the image's area. ℓ is halved until `smallest`, which is that of the last two levels; signals
+  /// are smoothed by a Gaussian of standard deviation ℓ. Near the border light is taken for other
+  /// things in the one image than in the other, so that what stays is better left in: no `detail`.
+  ImageFlowOptions()
+      : FlowOptions{.largest = {5, Length::Unit::percent},
+                    .smallest = {2, Length::Unit::texels},
+                    .steps = 4,
+                    .least_gain = 1 - 0.98 * 0.98,
+                    .tolerance = 1e-2} {}
 
   /// Which signals are aligned one after another: only the finest, or each smoothed less than the
   /// one before; there at the resolution of the images, or with a third of the length between
@@ -24,42 +32,14 @@ struct ImageFlowOptions {
   /// What p ± X/2 means; forward alignment is straight always.
   FlowPath path = FlowPath::integrated;
 
-  /// ℓ of the first scale; halved from one to the next until `smallest`, which is that of the last
-  /// two. Signals are smoothed by a Gaussian of standard deviation ℓ, for the last not at all, and
-  /// fields are smooth over about ℓ. Lengths are in pixels where they are in texels or model units,
-  /// and percent of the square root of the image's area.
-  Length largest = {5, Length::Unit::percent};
-  Length smallest = {2, Length::Unit::texels};
-
   /// ℓ of the field at every scale; 0: that of the scale.
   Length smoothness = {0, Length::Unit::texels};
-
-  /// What is broader than this is taken out of the signals first, as lighting is: φ − Smooth(φ).
-  /// 0: nothing is. Near the border Smooth sees other things in the one image than in the other,
-  /// so that lighting which stays is better left in.
-  Length detail = {0, Length::Unit::texels};
 
   /// Whether another exposure or contrast of the one image is made good. Not by itself: what moves
   /// into the images or out of them changes their means too.
   ImageLight light = ImageLight::kept;
 
-  /// Weight of the signals' derivatives beside themselves, which change less with the light: the
-  /// ratio of their mean squares.
-  double gradient_weight = 0;
-
-  /// ϵ of ψ(s²) = 2ϵ²(√(1 + s²/ϵ²) − 1), s² where s is small and 2ϵ|s| where it is large, for
-  /// differences (in standard deviations of the scale's signals) and for |∇Y| (a number). 0:
-  /// squares.
-  double robust_data = 0;
-  double robust_smoothness = 0;
-
-  /// How far along Y: at most α*, so that the error falls; or α*, whatever becomes of it.
-  enum class StepLength { falling_error, scaled } step_length = StepLength::falling_error;
-
-  int steps = 4;                 ///< corrections at a scale, at most ...
-  double least_progress = 0.02;  ///< ... and until one takes off less of the scale's error
-  double tolerance = 1e-2;       ///< relative residual of the linear systems
-  int max_cycles = 30;
+  int max_cycles = 30;  ///< of the linear solver
 
   /// The published normalisation and weights: one correction at each of seven scales, as long as
   /// (4.8) says; smoothing to α = 3·10⁻³ · 4⁻ˡ of unit area (σ = 7.7 % · 2⁻ˡ of √area), lighting
@@ -70,20 +50,16 @@ struct ImageFlowOptions {
 };
 
 /// One scale of the way.
-struct ImageFlowLevel {
-  double length = 0;             ///< ℓ, pixels
+struct ImageFlowLevel : FlowLevel {
   double deviation = 0;          ///< of the Gaussian that smoothed the signals, pixels
   int width = 0, height = 0;     ///< of the grid it was worked on
-  int steps = 0;                 ///< corrections taken
-  int cycles = 0;                ///< of multigrid, all corrections
   double scale = 0;              ///< α* of the first correction
   double before = 0, after = 0;  ///< error of this scale's signals, as `ImageFlow::error`
-  double seconds = 0;
 };
 
 struct ImageFlow {
   Image<float> field;  ///< X: two channels, right and down, pixels
-  ImageFlowOptions::Alignment alignment = ImageFlowOptions::Alignment::halfway;
+  FlowAlignment alignment = FlowAlignment::halfway;
   FlowPath path = FlowPath::integrated;
 
   /// The error of X = 0 (the linear blend) and after each scale: the mean of ψ_D(φ̃₁ − φ̃₀) over

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "mq/base/length.h"
 #include "mq/base/progress.h"
+#include "mq/flow/flow_options.h"
 #include "mq/linear/matrix.h"
 #include "mq/mesh/surface.h"
 #include "mq/trace/trace_mesh.h"
@@ -25,12 +25,6 @@ enum class FlowBasis {
              ///< thesis'
   gradient,  ///< ∇φ_i and J∇φ_i, the latter not on a boundary; CurlAndDiv; no harmonic fields
   whitney    ///< one number per edge; Hodge Laplacian
-};
-
-/// What a signal is aligned to.
-enum class FlowAlignment {
-  halfway,  ///< φ₀(p − X/2) ≈ φ₁(p + X/2): neither is preferred; swapped signals give −X
-  forward   ///< φ₀(p) ≈ φ₁(p + X)
 };
 
 enum class FlowSolver {
@@ -56,33 +50,22 @@ struct FlowForecast {
   std::int64_t bytes = 0;  ///< of one of them, beside all else
 };
 
-struct MeshFlowOptions {
+struct MeshFlowOptions : FlowOptions {
+  /// Of each level twice as many steps on coarser meshes, where they cost little. Weights of
+  /// smoothness are ℓ²·Ḡ, signals are smoothed by Smooth(φ, ½ℓ²). `smallest` 0: two spacings of the
+  /// vertices. `tolerance` is the multigrid solver's.
+  MeshFlowOptions()
+      : FlowOptions{.detail = {1, Length::Unit::percent},
+                    .largest = {10, Length::Unit::percent},
+                    .smallest = {0, Length::Unit::model},
+                    .steps = 3,
+                    .least_gain = 0.05,
+                    .tolerance = 1e-3} {}
+
   FlowBasis basis = FlowBasis::vertex;
   FlowSolver solver = FlowSolver::hierarchical;
-  FlowAlignment alignment = FlowAlignment::halfway;
-  /// Changes slower than this are taken as light and left out: φ − Smooth(φ, length²). 0: kept.
-  Length detail{1, Length::Unit::percent};
-  /// ℓ₀: how far the smoothest level looks. Level l has ℓ₀/2ˡ: weight ℓ²·Ḡ of smoothness, signals
-  /// smoothed by Smooth(φ, ½ℓ²).
-  Length largest{10, Length::Unit::percent};
-  /// The last ℓ, for which signals are not smoothed; 0: two spacings of the vertices.
-  Length smallest{0, Length::Unit::model};
   int levels =
       0;  ///< 0: as many as lie between; else exactly so many from `largest` on, all smoothed
-  /// Of each level, at most, and twice as many on coarser meshes, where they cost little; a level
-  /// ends when one gains less than 5 %.
-  int steps = 3;
-  /// ϵ of ψ(s²) = 2ϵ²(√(1 + s²/ϵ²) − 1), in place of s², for differences (in standard deviations of
-  /// the signals) and for |∇Y| (a number); 0: squares. Solved by reweighting.
-  double robust_data = 0;
-  double robust_smoothness = 0;
-  int reweightings = 3;
-  /// Weight of further channels ℓ·|∇φ_c|, which light that changes slowly leaves as they are (after
-  /// Brox, Bruhn, Papenberg, Weickert, High accuracy optical flow estimation based on a theory for
-  /// warping, 2004, who take both components: on a surface only the length can be compared). 0:
-  /// none.
-  double gradient_constancy = 0;
-  double tolerance = 1e-3;  ///< of the multigrid solver: relative residual
   /// At how many places, at least, errors of fields on coarser meshes are taken, see `MeshFlow`.
   int probes = 25000;
   std::optional<ThesisFlow> thesis;
@@ -92,15 +75,11 @@ struct MeshFlowOptions {
 /// The thesis' seven levels with the weight it states for the basis (4.6.2).
 MeshFlowOptions thesis_flow(FlowBasis basis);
 
-/// One level, from large to small.
-struct MeshFlowLevel {
-  double length = 0;  ///< ℓ, model units
-  int vertices = 0;   ///< of the mesh it was solved on
+/// One level, from large to small; errors are those of `MeshFlow`.
+struct MeshFlowLevel : FlowLevel {
+  int vertices = 0;  ///< of the mesh it was solved on
   int unknowns = 0;
-  int steps = 0;     ///< taken
-  int cycles = 0;    ///< of the solver in all
   double scale = 0;  ///< α* of the last step, (4.8)
-  double error = 0;  ///< of the best field so far, see `MeshFlow`
   double smooth_seconds = 0, build_seconds = 0, solve_seconds = 0, warp_seconds = 0;
 };
 

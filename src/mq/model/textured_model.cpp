@@ -92,15 +92,6 @@ std::vector<TextureSize> sizes_of_textures(const Model& model, MissingPictures m
   return sizes;
 }
 
-/// A picture as the surface it covers.
-Model model_of_picture(Texture picture, ImageTriangles triangles) {
-  Model model;
-  model.path = picture.path;
-  model.mesh = image_rectangle(picture.pixels.width(), picture.pixels.height(), triangles);
-  model.textures.push_back(std::move(picture));
-  return model;
-}
-
 }  // namespace
 
 Defects TexturedModel::defects() const {
@@ -118,6 +109,16 @@ void require_usable(const Defects& defects, const std::string& file) {
   require(messages.empty(), file + ": " + messages);
 }
 
+Model read_picture(const std::filesystem::path& path, ImageTriangles triangles,
+                   const Progress& progress, NotFinite not_finite) {
+  Texture picture = read_texture(path, progress, not_finite);
+  Model model;
+  model.path = picture.path;
+  model.mesh = image_rectangle(picture.pixels.width(), picture.pixels.height(), triangles);
+  model.textures.push_back(std::move(picture));
+  return model;
+}
+
 Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                  const Progress& progress) {
   // Where only the shape counts a picture is refused as no mesh.
@@ -126,7 +127,7 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
   require(options.textures.empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
                       options.textures.empty() ? "" : options.textures.front().string()));
-  return model_of_picture(read_texture(path, progress, NotFinite::keep), options.picture);
+  return read_picture(path, options.picture, progress, NotFinite::keep);
 }
 
 TexturedModel textured_model(Model model, const LoadOptions& options, Messages& messages,

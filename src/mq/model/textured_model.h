@@ -46,9 +46,14 @@ struct TexturedModel {
 /// Throws `InvalidInput` naming the file and the refused defects, if there are any.
 void require_usable(const Defects& defects, const std::string& file);
 
-/// Reads the file: a model, whose pictures may hold values that are not finite, or a picture, which
-/// becomes the flat surface of one chart that `image_rectangle` describes. Throws what `read_model`
-/// and `read_texture` throw, and `InvalidInput` where pictures are named beside a picture.
+/// A picture as the flat surface of one chart that `image_rectangle` describes. Throws what
+/// `read_texture` throws.
+Model read_picture(const std::filesystem::path& path, ImageTriangles triangles,
+                   const Progress& progress = {}, NotFinite not_finite = NotFinite::refuse);
+
+/// Reads the file: a model, whose pictures may hold values that are not finite, or such a picture
+/// (`read_picture`). Throws what `read_model` and `read_texture` throw, and `InvalidInput` where
+/// pictures are named beside a picture.
 Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                  const Progress& progress = {});
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mq/base/error.h"
@@ -12,16 +13,13 @@
 namespace mq {
 namespace {
 
-using Alignment = ImageFlowOptions::Alignment;
+using Alignment = FlowAlignment;
 
 /// Rows of one piece of work.
 constexpr std::int64_t row_block = 8;
 
 /// What pulls the field to 0 where nothing says where it goes, against Ḡ.
 constexpr double pull = 1e-6;
-
-/// How often ψ is made quadratic about the last Y.
-constexpr int reweightings = 3;
 
 /// α* of (4.8) is 1 or more in exact arithmetic, and cut off where linear models end.
 constexpr double scale_slack = 1e-3;
@@ -208,7 +206,7 @@ ImageAligner::Correction ImageAligner::correct(const MovedImages& moved,
   const std::size_t n = moved.inside.size();
   correction.Y = {std::vector<float>(n), std::vector<float>(n)};
   const bool robust = options_.robust_data > 0 || options_.robust_smoothness > 0;
-  for (int round = 0; round < (robust ? reweightings : 1); ++round) {
+  for (int round = 0; round < (robust ? std::max(1, options_.reweightings) : 1); ++round) {
     Equations equations = linearised(moved, correction.Y);
     if (!(equations.mean_slope > 0)) return {};
     const ImageFlowSystem& A = equations.system;

@@ -48,7 +48,7 @@ double error_of(const MovedImages& moved, const MovedImages& blend);
 /// What one scale is made of.
 struct ImageScale {
   Image<float> source, target;
-  double length;  ///< pixels of this grid
+  double length = 0;  ///< pixels of this grid
   Penalty data;
 };
 
