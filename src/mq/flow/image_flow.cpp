@@ -28,9 +28,6 @@ namespace {
 
 using Alignment = FlowAlignment;
 
-/// Rows of one piece of work.
-constexpr std::int64_t row_block = 8;
-
 /// Of α*, before a correction is given up.
 constexpr int halvings = 4;
 

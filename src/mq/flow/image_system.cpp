@@ -18,7 +18,7 @@
 namespace mq {
 namespace {
 
-constexpr std::int64_t row_block = 16;
+constexpr std::int64_t system_row_block = 16;
 
 /// The coarsest grid has at most so many pixels.
 constexpr int coarsest_pixels = 64;
@@ -85,14 +85,14 @@ struct ImageFlowSolver::Grid {
   /// All pixels of one colour, then all of the other, in one walk through memory: the second
   /// follows a row behind the first, and rows at the ends of a block wait for its neighbours.
   void relax(int first, const Vectors& b, Vectors& x) const {
-    parallel_blocks(height, row_block, [&](std::int64_t begin, std::int64_t end) {
+    parallel_blocks(height, system_row_block, [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> space(2 * std::size_t(width));
       for (int y = int(begin); y < int(end); ++y) {
         relax_row(y, first, b, x, space);
         if (y - 1 > begin) relax_row(y - 1, 1 - first, b, x, space);
       }
     });
-    parallel_blocks(height, row_block, [&](std::int64_t begin, std::int64_t end) {
+    parallel_blocks(height, system_row_block, [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> space(2 * std::size_t(width));
       relax_row(int(begin), 1 - first, b, x, space);
       if (end - 1 > begin) relax_row(int(end) - 1, 1 - first, b, x, space);
@@ -106,7 +106,7 @@ struct ImageFlowSolver::Grid {
           const std::int64_t k = y * width;
           flow_kernels().residual(row(int(y), x), b.across(k), b.down(k), r.across(k), r.down(k));
         },
-        row_block);
+        system_row_block);
   }
 
   /// y = A·x and xᵀAx.
@@ -123,7 +123,7 @@ struct ImageFlowSolver::Grid {
           }
           return sum;
         },
-        row_block);
+        system_row_block);
   }
 
   /// The grid of half as many pixels a side.
@@ -146,7 +146,7 @@ struct ImageFlowSolver::Grid {
               }
           }
         },
-        row_block);
+        system_row_block);
     return c;
   }
 
@@ -175,7 +175,7 @@ struct ImageFlowSolver::Grid {
             }
           }
         },
-        row_block);
+        system_row_block);
   }
 
   /// x += interpolated.
@@ -198,7 +198,7 @@ struct ImageFlowSolver::Grid {
             }
           }
         },
-        row_block);
+        system_row_block);
   }
 };
 

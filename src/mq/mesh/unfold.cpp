@@ -49,7 +49,7 @@ std::vector<int> folds(const Surface& surface, std::span<const char> asked,
 }
 
 /// The vertices within so many edges of these triangles.
-std::vector<char> near(const Surface& surface, std::span<const int> triangles, int edges) {
+std::vector<char> vertices_near(const Surface& surface, std::span<const int> triangles, int edges) {
   std::vector<char> found(surface.mesh.positions.size(), 0);
   for (const int t : triangles)
     for (const int v : surface.mesh.triangles[t]) found[v] = 1;
@@ -106,8 +106,8 @@ struct CutOut {
   std::vector<char> triangles;  ///< per triangle: all those beside it are here
 };
 CutOut part_around(const Surface& whole, std::span<const int> folded) {
-  const std::vector<char> inner = near(whole, folded, most_rings + 2),
-                          all = near(whole, folded, most_rings + 3);
+  const std::vector<char> inner = vertices_near(whole, folded, most_rings + 2),
+                          all = vertices_near(whole, folded, most_rings + 3);
   const auto touches = [](const Triangle& t, const std::vector<char>& vertices) {
     return vertices[t[0]] || vertices[t[1]] || vertices[t[2]];
   };
@@ -159,7 +159,7 @@ std::vector<Vector3> unfolded(const Mesh& mesh, std::span<const char> fixed) {
     if (surface.twins[h] < 0) boundary[start(surface, h)] = boundary[end(surface, h)] = 1;
   folded = folds(surface, part.triangles, positions);
   for (int sweep = 0; sweep < sweeps_per_ring * (1 + most_rings) && !folded.empty(); ++sweep) {
-    std::vector<char> wanted = near(surface, folded, sweep / sweeps_per_ring);
+    std::vector<char> wanted = vertices_near(surface, folded, sweep / sweeps_per_ring);
     for (std::size_t v = 0; v < wanted.size(); ++v) moved[v] |= wanted[v] &= loose[v];
     smooth(surface, wanted, boundary, positions);
     folded = folds(surface, part.triangles, positions);

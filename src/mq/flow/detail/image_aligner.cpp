@@ -15,9 +15,6 @@ namespace {
 
 using Alignment = FlowAlignment;
 
-/// Rows of one piece of work.
-constexpr std::int64_t row_block = 8;
-
 /// What pulls the field to 0 where nothing says where it goes, against Ḡ.
 constexpr double pull = 1e-6;
 

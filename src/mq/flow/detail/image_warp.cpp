@@ -15,10 +15,7 @@
 namespace mq {
 namespace {
 
-using Vector = std::array<float, 2>;
-
-/// Rows of one piece of work.
-constexpr std::int64_t row_block = 8;
+using Shift = std::array<float, 2>;
 
 void require_field(const Image<float>& field) {
   require(field.channels() == 2 && !field.empty(),
@@ -27,7 +24,7 @@ void require_field(const Image<float>& field) {
 }
 
 /// X at a place, bilinear; beyond the border as at its nearest place.
-Vector field_at(const Image<float>& field, float column, float row) {
+Shift field_at(const Image<float>& field, float column, float row) {
   const float x = std::clamp(column, 0.0F, float(field.width() - 1));
   const float y = std::clamp(row, 0.0F, float(field.height() - 1));
   const int i = std::min(int(x), std::max(0, field.width() - 2));
@@ -36,7 +33,7 @@ Vector field_at(const Image<float>& field, float column, float row) {
   const int right = i + 1 < field.width() ? 2 : 0;
   const int down = j + 1 < field.height() ? 2 * field.width() : 0;
   const float* p = &field(i, j);
-  Vector value;
+  Shift value;
   for (int c = 0; c < 2; ++c) {
     const float above = p[c] + s * (p[c + right] - p[c]);
     const float below = p[c + down] + s * (p[c + down + right] - p[c + down]);
@@ -154,14 +151,14 @@ Image<float> displacement(const Image<float>& field, double time, FlowPath path)
             continue;
           }
           // The way gone, not the place, is summed: it has fewer digits to lose.
-          Vector way = {0, 0};
+          Shift way = {0, 0};
           for (int n = 0; n < steps; ++n) {
-            const auto slope = [&](float part, const Vector& along) {
+            const auto slope = [&](float part, const Shift& along) {
               return field_at(field, float(x) + (way[0] + part * along[0]),
                               float(row) + (way[1] + part * along[1]));
             };
-            const Vector k1 = n == 0 ? Vector{start[0], start[1]} : slope(0, way);
-            const Vector k2 = slope(h / 2, k1), k3 = slope(h / 2, k2), k4 = slope(h, k3);
+            const Shift k1 = n == 0 ? Shift{start[0], start[1]} : slope(0, way);
+            const Shift k2 = slope(h / 2, k1), k3 = slope(h / 2, k2), k4 = slope(h, k3);
             for (int c = 0; c < 2; ++c) way[c] += h / 6 * (k1[c] + 2 * (k2[c] + k3[c]) + k4[c]);
           }
           std::ranges::copy(way, to.begin());
@@ -198,7 +195,7 @@ Image<float> resized_field(const Image<float>& field, int width, int height) {
       height,
       [&](std::int64_t row) {
         for (int x = 0; x < width; ++x) {
-          const Vector v =
+          const Shift v =
               field_at(field, (float(x) + 0.5F) * across - 0.5F, (float(row) + 0.5F) * down - 0.5F);
           result(x, int(row), 0) = v[0] / across;
           result(x, int(row), 1) = v[1] / down;

@@ -3,11 +3,15 @@
 /// right and down, in pixels per unit of time.
 
 #include <array>
+#include <cstdint>
 
 #include "mq/base/progress.h"
 #include "mq/image/image.h"
 
 namespace mq {
+
+/// Rows of an image that are one piece of work.
+inline constexpr std::int64_t row_block = 8;
 
 /// What p + tX means where X changes from place to place.
 enum class FlowPath {

@@ -16,10 +16,10 @@ namespace {
 constexpr double spacings_per_light = 2;  // of the mesh on which light is found, at least
 
 /// Means and variances of the channels.
-struct Moments {
+struct SurfaceMoments {
   Eigen::RowVectorXd mean, variance;
 
-  Moments(const Vector& mass, const Signal& signal) {
+  SurfaceMoments(const Vector& mass, const Signal& signal) {
     const double total = mass.sum();
     mean = mass.transpose() * signal / total;
     variance = mass.transpose() * (signal.rowwise() - mean).array().square().matrix() / total;
@@ -75,7 +75,7 @@ Signal with_slopes(const FlowMesh& mesh, const Signal& signal, double factor) {
 }
 
 void bring_to_scale(const FlowMesh& mesh, Signal& source, Signal& target) {
-  const Moments of_source(mesh.lumped_mass(), source), of_target(mesh.lumped_mass(), target);
+  const SurfaceMoments of_source(mesh.lumped_mass(), source), of_target(mesh.lumped_mass(), target);
   const Eigen::RowVectorXd mean = (of_source.mean + of_target.mean) / 2;
   const auto bring = [&](Signal& signal, double variance) {
     signal.rowwise() -= mean;
@@ -86,7 +86,7 @@ void bring_to_scale(const FlowMesh& mesh, Signal& source, Signal& target) {
 }
 
 void bring_to_scale_of(const FlowMesh& mesh, Signal& details, const Signal& original) {
-  const Moments before(mesh.lumped_mass(), original), after(mesh.lumped_mass(), details);
+  const SurfaceMoments before(mesh.lumped_mass(), original), after(mesh.lumped_mass(), details);
   for (Eigen::Index c = 0; c < details.cols(); ++c)
     if (after.variance[c] > 0) details.col(c) *= std::sqrt(before.variance[c] / after.variance[c]);
 }
