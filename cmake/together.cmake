@@ -1,6 +1,6 @@
 # compile_together(TARGET): its sources are compiled six at a time, those of one folder together, so that headers
 # are parsed and templates instantiated once for the six. So no two sources of a folder may give one name to
-# different things, not even in unnamed namespaces. MARQUETRY_TOGETHER=OFF, as the presets for debugging have it,
+# different things, not even in unnamed namespaces. MARQUETRY_TOGETHER=OFF, as the preset debug has it,
 # compiles each alone, and says what a source forgot to include.
 option(MARQUETRY_TOGETHER "Compile sources of a folder together: shorter from nothing, longer after a change" ON)
 
