@@ -12,7 +12,7 @@
 #include "mq/filter/geometry_filter.h"
 #include "mq/io/image_file.h"
 #include "mq/io/vector_field.h"
-#include "mq/model/field_lines.h"
+#include "mq/model/field_files.h"
 #include "mq/model/lossless_textures.h"
 #include "mq/model/model_picture.h"
 #include "mq/model/moved_vertices.h"
@@ -212,17 +212,20 @@ TEST(VerbSpectrum, WritesFieldsAndTheirLines) {
   const TextureSignal signal(strip.model, {.pictures = TextureSignalOptions::Pictures::replaced},
                              strip.messages);
   const FieldLines lines(signal);
-  for (const int k : {0, 1}) {
-    const std::string name = fmt::format("out/strip_vertex_0{}", k + 1);
-    write_vector_field(strip.folder / "ours.ply", strip.model.model.mesh, found.fields[k]);
-    EXPECT_EQ(test::file_bytes(strip.folder / "ours.ply"),
-              test::file_bytes(strip.folder / (name + ".ply")));
-    const Signal grey =
-        lines.draw(scaled_to_one(strip.model.surface, found.fields[k])).signal;
-    Model drawn = strip.model.model;
-    signal.replace(grey.replicate(1, 3), Depth::u8, drawn);
-    EXPECT_EQ(of_library(strip.folder, drawn, "ours.png"),
-              test::file_bytes(strip.folder / (name + ".png")));
+  const std::vector<FieldFile> files =
+      field_files(strip.model.model, {.folder = strip.folder / "ours",
+                                      .name = "vertex",
+                                      .count = 2,
+                                      .lines = FieldFilesOptions::Lines::textures});
+  std::filesystem::create_directory(strip.folder / "ours");
+  for (const std::size_t k : {0, 1}) {
+    write_vector_field(files[k].field, strip.model.model.mesh, found.fields[k]);
+    write_lines(files[k], strip.model.model, signal,
+                lines.draw(scaled_to_one(strip.model.surface, found.fields[k])).signal);
+    ASSERT_EQ(files[k].paths().size(), 2U);
+    for (const std::filesystem::path& path : files[k].paths())
+      EXPECT_EQ(test::file_bytes(path),
+                test::file_bytes(strip.folder / ("out/" + path.filename().string())));
   }
 }
 
