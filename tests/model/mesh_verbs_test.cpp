@@ -1,5 +1,5 @@
-// What verbs of one model do is a few calls of the library: the same calls give the same files, byte for
-// byte.
+// What verbs of one model do is a few calls of the library: the same calls give the same files,
+// byte for byte.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -75,8 +75,9 @@ TEST(VerbFill, LetsChartsGoOnByThemselvesInLight) {
   const std::string wanted = of_program(
       strip.folder, {"fill", "strip.obj", "--weight", "0", "--space", "linear"}, "out.png");
   const TextureFill fill(strip.model,
-                         {.values = {.space = ColourSpace::linear}, .weight = 0, .distance =
-                              std::numeric_limits<double>::infinity()},
+                         {.values = {.space = ColourSpace::linear},
+                          .weight = 0,
+                          .distance = std::numeric_limits<double>::infinity()},
                          strip.messages);
   fill.put(fill.solve(), strip.model.model);
   EXPECT_EQ(of_library(strip.folder, strip.model.model, "ours.png"), wanted);
@@ -126,11 +127,10 @@ TEST(VerbRemesh, CarriesTexturesAndColoursOfBoth) {
   Messages messages;
   for (const bool paint : {false, true}) {
     const RemeshInput of_template = remesh_input(read_model(folder / "strip.obj"), messages);
-    const RemeshInput target = remesh_input(read_model(folder / "raised.obj"), messages,
-                                            &of_template.model.mesh);
+    const RemeshInput target =
+        remesh_input(read_model(folder / "raised.obj"), messages, &of_template.model.mesh);
     RemeshedContents contents;
-    if (paint)
-      contents = {RemeshedContents::Textures::left_out, RemeshedContents::Colours::origin};
+    if (paint) contents = {RemeshedContents::Textures::left_out, RemeshedContents::Colours::origin};
     Model model = begin_remeshed(of_template, target, contents);
     EXPECT_EQ(model.textures.size(), paint ? 0U : 2U);
     finish_remeshed(of_template, target,
@@ -263,16 +263,16 @@ TEST(VerbStitch, TakesPhotographsAsTextures) {
   const TextureSignal signal(strip.model, {}, strip.messages);
   std::vector<Partial> partials;
   for (const char* side : {"0", "1"}) {
-    const std::string part = std::string("part") + side + ".png", shown = std::string("shown") + side + ".png";
+    const std::string part = std::string("part") + side + ".png",
+                      shown = std::string("shown") + side + ".png";
     const std::vector<Image<float>> pictures = {read_texture(strip.folder / shown).pixels};
     partials.push_back(
         partial_of_textures(strip.model, signal, {read_texture(strip.folder / part)}, pictures));
   }
   stitch(partials, signal, strip.model);
   EXPECT_EQ(of_library(strip.folder, strip.model.model, "ours.png"), wanted);
-  EXPECT_THROW(
-      partial_of_textures(strip.model, signal, {read_texture(strip.folder / "part0.png")}),
-      InvalidInput)
+  EXPECT_THROW(partial_of_textures(strip.model, signal, {read_texture(strip.folder / "part0.png")}),
+               InvalidInput)
       << "it has no alpha";
 }
 

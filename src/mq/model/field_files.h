@@ -34,8 +34,8 @@ struct FieldFile {
 /// MODEL_NAME_01.png, of several textures MODEL_NAME_01_TEXTURE.png, or MODEL_NAME_01_lines.ply.
 std::vector<FieldFile> field_files(const Model& model, const FieldFilesOptions& options);
 
-/// Writes the lines of one field, drawn on the unknowns of `signal`, as greys in place of the model's
-/// textures or colours. Returns what is worth telling.
+/// Writes the lines of one field, drawn on the unknowns of `signal`, as greys in place of the
+/// model's textures or colours. Returns what is worth telling.
 std::vector<std::string> write_lines(const FieldFile& file, const Model& model,
                                      const ModelSignal& signal, const Signal& grey,
                                      const Progress& progress = {});
