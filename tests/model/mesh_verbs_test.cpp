@@ -1,5 +1,5 @@
-// What verbs of one model do is a few calls of the library: the same calls give the same files, byte for
-// byte.
+// What verbs of one model do is a few calls of the library: the same calls give the same files,
+// byte for byte.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include "mq/filter/geometry_filter.h"
 #include "mq/io/image_file.h"
 #include "mq/io/vector_field.h"
-#include "mq/model/field_lines.h"
+#include "mq/model/field_files.h"
 #include "mq/model/lossless_textures.h"
 #include "mq/model/model_picture.h"
 #include "mq/model/moved_vertices.h"
@@ -75,8 +75,9 @@ TEST(VerbFill, LetsChartsGoOnByThemselvesInLight) {
   const std::string wanted = of_program(
       strip.folder, {"fill", "strip.obj", "--weight", "0", "--space", "linear"}, "out.png");
   const TextureFill fill(strip.model,
-                         {.values = {.space = ColourSpace::linear}, .weight = 0, .distance =
-                              std::numeric_limits<double>::infinity()},
+                         {.values = {.space = ColourSpace::linear},
+                          .weight = 0,
+                          .distance = std::numeric_limits<double>::infinity()},
                          strip.messages);
   fill.put(fill.solve(), strip.model.model);
   EXPECT_EQ(of_library(strip.folder, strip.model.model, "ours.png"), wanted);
@@ -126,11 +127,10 @@ TEST(VerbRemesh, CarriesTexturesAndColoursOfBoth) {
   Messages messages;
   for (const bool paint : {false, true}) {
     const RemeshInput of_template = remesh_input(read_model(folder / "strip.obj"), messages);
-    const RemeshInput target = remesh_input(read_model(folder / "raised.obj"), messages,
-                                            &of_template.model.mesh);
+    const RemeshInput target =
+        remesh_input(read_model(folder / "raised.obj"), messages, &of_template.model.mesh);
     RemeshedContents contents;
-    if (paint)
-      contents = {RemeshedContents::Textures::left_out, RemeshedContents::Colours::origin};
+    if (paint) contents = {RemeshedContents::Textures::left_out, RemeshedContents::Colours::origin};
     Model model = begin_remeshed(of_template, target, contents);
     EXPECT_EQ(model.textures.size(), paint ? 0U : 2U);
     finish_remeshed(of_template, target,
@@ -212,17 +212,20 @@ TEST(VerbSpectrum, WritesFieldsAndTheirLines) {
   const TextureSignal signal(strip.model, {.pictures = TextureSignalOptions::Pictures::replaced},
                              strip.messages);
   const FieldLines lines(signal);
-  for (const int k : {0, 1}) {
-    const std::string name = fmt::format("out/strip_vertex_0{}", k + 1);
-    write_vector_field(strip.folder / "ours.ply", strip.model.model.mesh, found.fields[k]);
-    EXPECT_EQ(test::file_bytes(strip.folder / "ours.ply"),
-              test::file_bytes(strip.folder / (name + ".ply")));
-    const Signal grey =
-        lines.draw(scaled_to_one(strip.model.surface, found.fields[k])).signal;
-    Model drawn = strip.model.model;
-    signal.replace(grey.replicate(1, 3), Depth::u8, drawn);
-    EXPECT_EQ(of_library(strip.folder, drawn, "ours.png"),
-              test::file_bytes(strip.folder / (name + ".png")));
+  const std::vector<FieldFile> files =
+      field_files(strip.model.model, {.folder = strip.folder / "ours",
+                                      .name = "vertex",
+                                      .count = 2,
+                                      .lines = FieldFilesOptions::Lines::textures});
+  std::filesystem::create_directory(strip.folder / "ours");
+  for (const std::size_t k : {0, 1}) {
+    write_vector_field(files[k].field, strip.model.model.mesh, found.fields[k]);
+    write_lines(files[k], strip.model.model, signal,
+                lines.draw(scaled_to_one(strip.model.surface, found.fields[k])).signal);
+    ASSERT_EQ(files[k].paths().size(), 2U);
+    for (const std::filesystem::path& path : files[k].paths())
+      EXPECT_EQ(test::file_bytes(path),
+                test::file_bytes(strip.folder / ("out/" + path.filename().string())));
   }
 }
 
@@ -260,16 +263,16 @@ TEST(VerbStitch, TakesPhotographsAsTextures) {
   const TextureSignal signal(strip.model, {}, strip.messages);
   std::vector<Partial> partials;
   for (const char* side : {"0", "1"}) {
-    const std::string part = std::string("part") + side + ".png", shown = std::string("shown") + side + ".png";
+    const std::string part = std::string("part") + side + ".png",
+                      shown = std::string("shown") + side + ".png";
     const std::vector<Image<float>> pictures = {read_texture(strip.folder / shown).pixels};
     partials.push_back(
         partial_of_textures(strip.model, signal, {read_texture(strip.folder / part)}, pictures));
   }
   stitch(partials, signal, strip.model);
   EXPECT_EQ(of_library(strip.folder, strip.model.model, "ours.png"), wanted);
-  EXPECT_THROW(
-      partial_of_textures(strip.model, signal, {read_texture(strip.folder / "part0.png")}),
-      InvalidInput)
+  EXPECT_THROW(partial_of_textures(strip.model, signal, {read_texture(strip.folder / "part0.png")}),
+               InvalidInput)
       << "it has no alpha";
 }
 

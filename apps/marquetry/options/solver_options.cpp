@@ -7,16 +7,8 @@
 
 #include "mq/base/error.h"
 #include "mq/baseline/reference_solver.h"
-#include "mq/linear/direct_solver.h"
 
 namespace mq::app {
-namespace {
-
-/// A quarter of it, in values from 0 to 1: the tolerance that most verbs have.
-constexpr const char* step_of_16_bits = "1e-6";
-
-}  // namespace
-
 void add_solver_options(OptionTable& table, const std::string& tolerance) {
   using Type = Option::Type;
   table.add(
@@ -43,9 +35,10 @@ void add_solver_options(OptionTable& table, const std::string& tolerance) {
              .details = std::string(
                             "And their error as their last steps tell it: four times this, "
                             "relative to the largest change.") +
-                        (tolerance == step_of_16_bits ? " By default a quarter of a step of 16 bits "
-                                                   "where values change from 0 to 1."
-                                                 : "")});
+                        (tolerance == as_typed(StoppingRule{}.tolerance)
+                             ? " By default a quarter of a step of 16 bits "
+                               "where values change from 0 to 1."
+                             : "")});
   table.add({.name = "cycles",
              .type = Type::integer,
              .least = 1,

@@ -7,12 +7,14 @@
 #include "mq/filter/screened_poisson.h"
 #include "mq/filter/seam_values.h"
 #include "mq/model/solving.h"
+#include "shell/arguments.h"
 #include "shell/run.h"
 
 namespace mq::app {
 
 /// Adds --solver, --tolerance (with this default) and --cycles.
-void add_solver_options(OptionTable& table, const std::string& tolerance = "1e-6");
+void add_solver_options(OptionTable& table,
+                        const std::string& tolerance = as_typed(StoppingRule{}.tolerance));
 
 StoppingRule stopping_rule(const OptionValues& options);
 SolverChoice solver_choice(const OptionValues& options, const ModelSignal& signal);

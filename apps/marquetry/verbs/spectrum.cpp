@@ -4,14 +4,15 @@
 // takes, and drawn with what `lic` does by default.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
-#include <optional>
 
 #include "options/signal_options.h"
 #include "mq/base/error.h"
 #include "mq/fem/field_spectrum.h"
 #include "mq/io/vector_field.h"
-#include "mq/model/field_lines.h"
+#include "mq/model/field_files.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/verb.h"
@@ -34,44 +35,21 @@ FieldSpectrumOptions asked_spectrum(const OptionValues& options) {
           .centre = barycentric ? DualCentre::barycentre : DualCentre::circumcentre};
 }
 
-/// Files of one field.
-struct FieldFiles {
-  fs::path field;
-  std::optional<Outputs> lines;
-};
-
-/// NAME_BASIS_01.ply and, where lines are drawn, NAME_BASIS_01.png, or NAME_BASIS_01_lines.ply with
-/// them as colours at its vertices.
-std::vector<FieldFiles> plan_files(const OptionValues& options, const TexturedModel& scene) {
-  std::vector<FieldFiles> files;
-  if (!options.has("output")) return files;
-  const fs::path folder = options.text("output");
-  const std::int64_t count = options.integer("count");
-  const std::size_t digits = std::max<std::size_t>(2, std::to_string(count).size());
-  for (std::int64_t k = 1; k <= count; ++k) {
-    const std::string name = (folder / fmt::format("{}_{}_{:0{}}", scene.model.path.stem().string(),
-                                                   options.text("basis"), k, digits))
-                                 .string();
-    files.push_back({name + ".ply", std::nullopt});
-    if (!options.flag("lines")) continue;
-    if (works_at_vertices(options, scene))
-      files.back().lines.emplace(name + "_lines.ply", scene.model, Outputs::Kind::model);
-    else
-      files.back().lines.emplace(name + (scene.model.textures.size() > 1 ? "_%s.png" : ".png"),
-                                 scene.model, Outputs::Kind::pictures);
-  }
-  return files;
+std::vector<FieldFile> asked_files(const OptionValues& options, const TexturedModel& scene) {
+  using Lines = FieldFilesOptions::Lines;
+  if (!options.has("output")) return {};
+  FieldFilesOptions files{.folder = options.text("output"),
+                          .name = options.text("basis"),
+                          .count = int(options.integer("count"))};
+  if (options.flag("lines"))
+    files.lines = works_at_vertices(options, scene) ? Lines::vertices : Lines::textures;
+  return field_files(scene.model, files);
 }
 
-void announce(Run& run, const std::vector<FieldFiles>& files) {
-  if (files.empty()) return;
+std::vector<fs::path> paths_of(const std::vector<FieldFile>& files) {
   std::vector<fs::path> paths;
-  for (const FieldFiles& file : files) {
-    paths.push_back(file.field);
-    if (file.lines)
-      paths.insert(paths.end(), file.lines->paths().begin(), file.lines->paths().end());
-  }
-  run.will_write(paths, run.options().text("output"));
+  for (const FieldFile& file : files) std::ranges::copy(file.paths(), std::back_inserter(paths));
+  return paths;
 }
 
 void report(Run& run, const FieldSpectrum& spectrum, double area) {
@@ -96,7 +74,7 @@ void report(Run& run, const FieldSpectrum& spectrum, double area) {
 }
 
 void write_fields(Run& run, const TexturedModel& scene, const FieldSpectrum& spectrum,
-                  const std::vector<FieldFiles>& files) {
+                  const std::vector<FieldFile>& files) {
   std::unique_ptr<ModelSignal> domain;
   std::unique_ptr<FieldLines> drawing;
   if (files.front().lines) {
@@ -108,12 +86,10 @@ void write_fields(Run& run, const TexturedModel& scene, const FieldSpectrum& spe
     });
   }
   const Step step(run, "write", 0.4);
-  std::vector<fs::path> written;
   for (std::size_t k = 0; k < files.size(); ++k) {
     const Progress one =
         step.progress().step(fmt::format("field {}", k + 1), 1.0 / double(files.size()));
     write_vector_field(files[k].field, scene.model.mesh, spectrum.fields[k]);
-    written.push_back(files[k].field);
     if (!files[k].lines) continue;
     const LineIntegral lines =
         drawing->draw(scaled_to_one(scene.surface, spectrum.fields[k]), one.step("draw", 0.9));
@@ -121,13 +97,11 @@ void write_fields(Run& run, const TexturedModel& scene, const FieldSpectrum& spe
       run.terminal().warning(
           "lines are less drawn out than they should be: multigrid did not reach its "
           "tolerance; lic --field FILE --solver direct has no such limit");
-    Model drawn = scene.model;
-    domain->replace(lines.signal.replicate(1, 3), Depth::u8, drawn);
-    for (const std::string& note : files[k].lines->write(std::move(drawn), one.step("save", 0.1)))
+    for (const std::string& note :
+         write_lines(files[k], scene.model, *domain, lines.signal, one.step("save", 0.1)))
       run.terminal().remark(note);
-    written.insert(written.end(), files[k].lines->paths().begin(), files[k].lines->paths().end());
   }
-  say_written(run, written);
+  say_written(run, paths_of(files));
 }
 
 Exit spectrum(Run& run) {
@@ -139,8 +113,8 @@ Exit spectrum(Run& run) {
       run, options.flag("lines") ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
   require(!scene.is_picture,
           scene.model.path.string() + ": is a picture; vector fields that change least are of surfaces");
-  const std::vector<FieldFiles> files = plan_files(options, scene);
-  announce(run, files);
+  const std::vector<FieldFile> files = asked_files(options, scene);
+  if (!files.empty()) run.will_write(paths_of(files), options.text("output"));
   if (run.dry_run()) return Exit::done;
 
   FieldSpectrum found;

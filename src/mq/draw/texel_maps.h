@@ -20,7 +20,7 @@ enum class TexelUse {
 };
 
 struct TexelMaps {
-  std::vector<Image<float>> pictures;  ///< one per texture of the atlas; colours or grey, black: none
+  std::vector<Image<float>> pictures;  ///< one per texture, in colours or grey; black: not so used
   std::int64_t marked = 0;             ///< texels that are not black
   Defects defects;                     ///< of the texel space, where one was made
 };

@@ -34,6 +34,9 @@
 
 namespace mq {
 
+/// How far corrections usually spread: weight of gradients on the surface scaled to unit area.
+inline constexpr double usual_stitch_alpha = 100;
+
 /// The label of an unknown that no photograph shows (see `Stitcher`).
 inline constexpr int unseen = -1;
 

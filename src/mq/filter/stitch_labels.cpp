@@ -69,7 +69,8 @@ std::vector<int> numbers_of_pictures(const Texels& texels, std::span<const Textu
   numbers.reserve(std::size_t(texels.size()));
   for (const Texels::Place& at : texels.places) {
     const auto pixel = nearest_pixel(at, textures, pictures);
-    const bool transparent = colour_channels(int(pixel.size())) < int(pixel.size()) && pixel.back() == 0;
+    const bool transparent =
+        colour_channels(int(pixel.size())) < int(pixel.size()) && pixel.back() == 0;
     numbers.push_back(transparent ? unseen : int(std::lround(pixel[0] * steps[at.texture])));
   }
   return numbers;
@@ -87,9 +88,10 @@ Composite best_of(std::span<const Partial> partials, std::span<const int> wanted
       if (confidence >= 0 && std::isfinite(confidence) &&
           (confidence == 0 || partial.values.row(i).allFinite()))
         continue;
-      throw InvalidInput(fmt::format("a partial signal has confidence {} at unknown {}: it must not "
-                                     "be negative, and the values there finite",
-                                     confidence, i));
+      throw InvalidInput(
+          fmt::format("a partial signal has confidence {} at unknown {}: it must not "
+                      "be negative, and the values there finite",
+                      confidence, i));
     }
   }
   require(wanted.empty() || std::ssize(wanted) == n, "one wanted photograph per unknown is needed");

@@ -8,8 +8,8 @@
 
 namespace mq {
 
-/// Gives the model these pictures, one per texture, as PNG named after the textures it has, or where
-/// one has no name, STEM_0 and so on. Empty pictures are for `Outputs` to know names by.
+/// Gives the model these pictures, one per texture, as PNG named after the textures it has, or
+/// where one has no name, STEM_0 and so on. Empty pictures are for `Outputs` to know names by.
 void replace_with_lossless(Model& model, std::vector<Image<float>> pictures,
                            const std::string& stem);
 

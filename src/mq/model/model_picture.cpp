@@ -49,26 +49,26 @@ Image<float> ModelRenderer::overview(const ModelPictureOptions& options,
   render.wires = Lines::show;
   add("triangles");
   if (model_.atlas)
-    tiles.push_back({layout_of(model_, model_.model.textures, options.layout,
-                               progress.step("layout", 0.16)),
-                     "layout"});
+    tiles.push_back(
+        {layout_of(model_, model_.model.textures, options.layout, progress.step("layout", 0.16)),
+         "layout"});
   return contact_sheet(tiles, options.sheet);
 }
 
-Image<float> ModelRenderer::draw(const ModelPictureOptions& options,
-                                 std::span<const Texture> after, const Progress& progress) const {
+Image<float> ModelRenderer::draw(const ModelPictureOptions& options, std::span<const Texture> after,
+                                 const Progress& progress) const {
   using Page = ModelPictureOptions::Page;
   if (options.page == Page::overview) return overview(options, progress);
   const Paints own = paints(model_.model.textures), others = paints(after);
   const bool single = options.page == Page::view;
   if (after.empty())
-    return single ? renderer_.draw(own, options.render, progress)
-                  : draw_views(renderer_, own, options.views, options.render, options.sheet,
-                               progress);
+    return single
+               ? renderer_.draw(own, options.render, progress)
+               : draw_views(renderer_, own, options.views, options.render, options.sheet, progress);
   return single ? draw_before_after(renderer_, own, others, options.render, {}, options.sheet,
                                     progress)
-                : draw_views_before_after(renderer_, own, others, options.views, options.render,
-                                          {}, options.sheet, progress);
+                : draw_views_before_after(renderer_, own, others, options.views, options.render, {},
+                                          options.sheet, progress);
 }
 
 Sight ModelRenderer::sight_of_seam(const SeamDifference& seams, double extent,
@@ -83,13 +83,11 @@ Sight ModelRenderer::sight_of_seam(const SeamDifference& seams, double extent,
 Image<float> draw_layout(const TexturedModel& model, std::span<const Texture> after,
                          const UvLayoutOptions& layout, const SheetOptions& sheet,
                          const Progress& progress) {
-  Image<float> first =
-      layout_of(model, model.model.textures, layout, progress.step("layout", 0.5));
+  Image<float> first = layout_of(model, model.model.textures, layout, progress.step("layout", 0.5));
   if (after.empty()) return first;
-  return contact_sheet(
-      {{std::move(first), "before"},
-       {layout_of(model, after, layout, progress.step("layout", 0.5)), "after"}},
-      sheet);
+  return contact_sheet({{std::move(first), "before"},
+                        {layout_of(model, after, layout, progress.step("layout", 0.5)), "after"}},
+                       sheet);
 }
 
 }  // namespace mq

@@ -34,8 +34,8 @@ class ModelRenderer {
   Image<float> draw(const ModelPictureOptions& options, std::span<const Texture> after = {},
                     const Progress& progress = {}) const;
 
-  /// A view of the place where seams differ most, `extent` model units across, upright and projected
-  /// as `like` is. Throws `InvalidInput` where there is no seam.
+  /// A view of the place where seams differ most, `extent` model units across, upright and
+  /// projected as `like` is. Throws `InvalidInput` where there is no seam.
   Sight sight_of_seam(const SeamDifference& seams, double extent, const View& like) const;
 
  private:
@@ -48,8 +48,8 @@ class ModelRenderer {
 };
 
 /// A texture of the model with its charts; with `after` the same with those beside it. Where the
-/// model has no such picture only charts are drawn. Throws `InvalidInput` for a model without texture
-/// coordinates, and what `draw_uv_layout` throws.
+/// model has no such picture only charts are drawn. Throws `InvalidInput` for a model without
+/// texture coordinates, and what `draw_uv_layout` throws.
 Image<float> draw_layout(const TexturedModel& model, std::span<const Texture> after,
                          const UvLayoutOptions& layout, const SheetOptions& sheet = {},
                          const Progress& progress = {});

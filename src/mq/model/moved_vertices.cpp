@@ -32,11 +32,10 @@ ShapeChange shape_change(const Surface& surface, std::span<const Vector3> positi
     sum += moved;
     largest = std::max(largest, moved);
   }
-  ShapeChange change{
-      .rms_moved = std::sqrt(sum / std::max(1.0, double(after.positions.size()))),
-      .largest_moved = std::sqrt(largest),
-      .area = {total_area(surface.mesh), total_area(after)},
-      .volume = {}};
+  ShapeChange change{.rms_moved = std::sqrt(sum / std::max(1.0, double(after.positions.size()))),
+                     .largest_moved = std::sqrt(largest),
+                     .area = {total_area(surface.mesh), total_area(after)},
+                     .volume = {}};
   if (surface.boundary_edges == 0)
     change.volume = {enclosed_volume(surface.mesh), enclosed_volume(after)};
   return change;

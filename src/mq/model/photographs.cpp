@@ -37,10 +37,11 @@ void restore(Texture& picture, TransferFunction wanted) {
 /// How all textures of the model store colours.
 TransferFunction common_transfer(const Model& model) {
   if (const auto other = texture_stored_unlike(model))
-    throw InvalidInput(fmt::format(
-        "{} and {} do not store colours alike (light in floating point, display values otherwise), so "
-        "a photograph cannot fit both: work on light or its logarithm",
-        texture_file(model, 0), texture_file(model, *other)));
+    throw InvalidInput(
+        fmt::format("{} and {} do not store colours alike (light in floating point, display values "
+                    "otherwise), so "
+                    "a photograph cannot fit both: work on light or its logarithm",
+                    texture_file(model, 0), texture_file(model, *other)));
   return transfer(model.textures.at(0));
 }
 
@@ -112,8 +113,8 @@ std::vector<Partial> partials_of_photographs(const TexturedModel& model,
                                              std::span<const Photograph> photographs,
                                              const PhotographOptions& options, Messages& messages,
                                              const Progress& progress) {
-  const Projector projector(model.surface, signal.space().positions(),
-                            model.atlas->texel_spacing(), progress.step("places", 0.3));
+  const Projector projector(model.surface, signal.space().positions(), model.atlas->texel_spacing(),
+                            progress.step("places", 0.3));
   const bool stored = works_on_stored(signal);
   const TransferFunction wanted = stored ? common_transfer(model.model) : TransferFunction::linear;
   std::vector<Partial> partials;
@@ -128,10 +129,9 @@ std::vector<Partial> partials_of_photographs(const TexturedModel& model,
           "{}: is {} × {}, and its camera is of pictures of {} × {}: it is taken for the same "
           "picture at another size",
           file, camera.width, camera.height, photograph.camera.width, photograph.camera.height));
-    Partial partial =
-        projector.project(camera, values, options,
-                          progress.step(photograph.picture.filename().string(),
-                                        0.7 / double(photographs.size())));
+    Partial partial = projector.project(
+        camera, values, options,
+        progress.step(photograph.picture.filename().string(), 0.7 / double(photographs.size())));
     partial.values = widened(partial.values, signal.channels());
     if (shown_unknowns(partial) == 0)
       messages.warning(file + ": shows nothing of the model: check its camera");

@@ -1,6 +1,6 @@
 #pragma once
-/// What photographs show of a model, as values of its texture signal: given as textures of their own, or
-/// as pictures with their cameras. `best_of` and `Stitcher` make one texture of them.
+/// What photographs show of a model, as values of its texture signal: given as textures of their
+/// own, or as pictures with their cameras. `best_of` and `Stitcher` make one texture of them.
 
 #include <cstdint>
 #include <optional>
@@ -22,19 +22,20 @@ std::optional<std::size_t> texture_stored_unlike(const Model& model);
 bool has_alpha(const Texture& texture);
 
 /// A photograph given as textures, one for each texture of the model and of its size. `confidence`,
-/// how well it shows each texel, is one picture for each of them, of any size (see `mask_of_pictures`);
-/// empty: the alpha of the textures. Colours are taken as the model's textures store them, display
-/// values or light, where the signal's values are those stored. Throws `InvalidInput` naming the one
-/// that does not fit.
+/// how well it shows each texel, is one picture for each of them, of any size (see
+/// `mask_of_pictures`); empty: the alpha of the textures. Colours are taken as the model's textures
+/// store them, display values or light, where the signal's values are those stored. Throws
+/// `InvalidInput` naming the one that does not fit.
 Partial partial_of_textures(const TexturedModel& model, const TextureSignal& signal,
                             std::vector<Texture> textures,
                             std::span<const Image<float>> confidence = {});
 
-/// Photographs with their cameras, read and projected onto the model one by one. Grey ones are spread
-/// over three channels, and where the signal has alpha it is 1. Remarks on pictures of another size
-/// than their camera's, and warns of those that show nothing. Throws `InvalidInput` for pictures that
-/// do not fit their camera or the model's channels, and where the signal's values are those stored and
-/// textures of the model do not store colours alike; and what `read_texture` throws.
+/// Photographs with their cameras, read and projected onto the model one by one. Grey ones are
+/// spread over three channels, and where the signal has alpha it is 1. Remarks on pictures of
+/// another size than their camera's, and warns of those that show nothing. Throws `InvalidInput`
+/// for pictures that do not fit their camera or the model's channels, and where the signal's values
+/// are those stored and textures of the model do not store colours alike; and what `read_texture`
+/// throws.
 std::vector<Partial> partials_of_photographs(const TexturedModel& model,
                                              const TextureSignal& signal,
                                              std::span<const Photograph> photographs,
@@ -44,11 +45,13 @@ std::vector<Partial> partials_of_photographs(const TexturedModel& model,
 /// How many unknowns it shows.
 std::int64_t shown_unknowns(const Partial& partial);
 
-/// The camera of a photograph for its picture as it is, which may have been made smaller or larger as
-/// a whole since the camera was found. Throws `InvalidInput` naming the picture for other proportions.
+/// The camera of a photograph for its picture as it is, which may have been made smaller or larger
+/// as a whole since the camera was found. Throws `InvalidInput` naming the picture for other
+/// proportions.
 PinholeCamera camera_of_size(const Photograph& photograph, int width, int height);
 
-/// Gives a model's textures black pictures of the sizes that it was read with, where they have none.
+/// Gives a model's textures black pictures of the sizes that it was read with, where they have
+/// none.
 void add_missing_pictures(TexturedModel& model);
 
 }  // namespace mq

@@ -1,6 +1,6 @@
 #pragma once
-/// A model whose mesh is replaced by another's where it deviates from it: what enters `remesh`, and what
-/// goes with its result, texture coordinates, pictures and colours.
+/// A model whose mesh is replaced by another's where it deviates from it: what enters `remesh`, and
+/// what goes with its result, texture coordinates, pictures and colours.
 
 #include <array>
 #include <vector>
@@ -22,8 +22,8 @@ struct RemeshInput {
 };
 
 /// A model that was read, as one of the two. `of_template`: the template's mesh where this is the
-/// target; what of it faces the other way is turned back then. Remarks on what the reader coped with.
-/// Throws `InvalidInput` naming the file where there are no faces, or none with an area.
+/// target; what of it faces the other way is turned back then. Remarks on what the reader coped
+/// with. Throws `InvalidInput` naming the file where there are no faces, or none with an area.
 RemeshInput remesh_input(Model model, Messages& messages, const Mesh* of_template = nullptr);
 
 /// For `RemeshOptions::rest`: the corners of the template's triangles when they were made, from a
@@ -44,7 +44,8 @@ struct RemeshedContents {
 };
 
 /// The result but for its mesh and its colours, for `Outputs` to know names by: pictures are the
-/// template's, then the target's, each under a name of its own; of one that both have there are two.
+/// template's, then the target's, each under a name of its own; of one that both have there are
+/// two.
 Model begin_remeshed(const RemeshInput& of_template, const RemeshInput& target,
                      const RemeshedContents& contents = {});
 

@@ -21,8 +21,8 @@ TextureSignalOptions signal_options(const TexturedModel& model, const FillOption
 
 }  // namespace
 
-TextureFill::TextureFill(const TexturedModel& model, const FillOptions& options,
-                         Messages& messages, const Progress& progress)
+TextureFill::TextureFill(const TexturedModel& model, const FillOptions& options, Messages& messages,
+                         const Progress& progress)
     : options_(options),
       coverage_(texel_coverage(model.surface, atlas_of(model), progress.step("cover", 0.1))),
       signal_(model, signal_options(model, options), messages, progress.step("space", 0.9)),
@@ -32,8 +32,8 @@ std::int64_t TextureFill::border_texels() const { return std::ranges::count(bord
 
 TextureFill::Solution TextureFill::solve(const Progress& progress) const {
   Solution solution{.before = signal_.values(), .after = {}, .report = {}};
-  Filtered found = continue_at_borders(signal_.space(), solution.before, border_,
-                                       economical_solver(), progress);
+  Filtered found =
+      continue_at_borders(signal_.space(), solution.before, border_, economical_solver(), progress);
   solution.after = std::move(found.signal);
   solution.report = std::move(found.report);
   return solution;

@@ -1,6 +1,6 @@
 #pragma once
-/// Values for the texels of a model's textures that lie outside charts, so that neither seams nor the
-/// smaller levels of a mipmap show what was there.
+/// Values for the texels of a model's textures that lie outside charts, so that neither seams nor
+/// the smaller levels of a mipmap show what was there.
 
 #include <cstdint>
 #include <limits>
@@ -13,8 +13,8 @@ namespace mq {
 
 struct FillOptions {
   ValueSpace values = {};
-  double weight = 100;  ///< of agreement at seams against smoothness, per texel of a seam; 0: charts
-                        ///< go on by themselves, as normals in tangent space must
+  double weight = 100;  ///< of agreement at seams against smoothness, per texel of a seam; 0:
+                        ///< charts go on by themselves, as normals in tangent space must
   double distance = std::numeric_limits<double>::infinity();  ///< texels beyond those of charts
 };
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "mq/model/model_picture.h"
-#include "shell/run.h"
 #include "options/model_options.h"
+#include "shell/run.h"
 
 namespace mq::app {
 
@@ -22,7 +22,8 @@ void add_render_options(OptionTable& table);
 /// Throws `InvalidInput` where the model lacks what is asked for.
 ModelPictureOptions asked_picture(const OptionValues& options, const TexturedModel& scene);
 
-/// The pictures of --compare. Throws `IoError`, or `InvalidInput` where they do not fit the model's.
+/// The pictures of --compare. Throws `IoError`, or `InvalidInput` where they do not fit the
+/// model's.
 std::vector<Texture> read_compared(const OptionValues& options, const TexturedModel& scene);
 
 /// What an option says that holds so many numbers.
