@@ -228,9 +228,9 @@ TEST(VerbPlay, PutsFilmAndVideoIntoOnePage) {
   ASSERT_EQ(result.status, 0) << result.error;
   const EvolvingReader reader = sheet.reader();
   CapturedTextures captured = sheet.captured(reader);
-  std::vector<CapturedFigures> figures;
-  const FilmVideo video = captured_film_video(captured, {}, sheet.messages, figures);
-  EXPECT_EQ(figures.size(), 6U);
+  const CapturedFilmVideo made = captured_film_video(captured, {}, sheet.messages);
+  const FilmVideo& video = made.video;
+  EXPECT_EQ(made.figures.size(), 6U);
   const Film film = make_film(reader, sheet.frames, lifespan_colour);
   const std::string page =
       film_page("<script src=\"film.js\"></script>\n", {}, film,

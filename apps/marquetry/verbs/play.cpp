@@ -48,8 +48,8 @@ FilmVideo given_video(Run& run, std::size_t frames) {
   FilmVideoOptions how{.frames = std::int64_t(frames),
                        .words = {.video = "--video",
                                  .rate = "--rate",
-                                 .again = other_codec,
-                                 .frames = "name the frames it was made of with --frames"}};
+                                 .frames = "name the frames it was made of with --frames",
+                                 .again = other_codec}};
   if (options.has("rate")) how.rate = options.number("rate");
   return read_film_video(options.text("video"), how, run.terminal());
 }

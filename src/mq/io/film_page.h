@@ -8,14 +8,15 @@
 #include <utility>
 
 #include "mq/io/film.h"
+#include "mq/io/video.h"
 
 namespace mq {
 
 struct FilmPageOptions {
   std::string title = {};
-  double rate = 30;             ///< frames a second
-  std::string video_type = {};  ///< of the texture video, such as video/mp4
-  ByteView video = {};          ///< a picture for each frame; empty: shapes alone
+  double rate = VideoOptions{}.rate;  ///< frames a second
+  std::string video_type = {};        ///< of the texture video, such as video/mp4
+  ByteView video = {};                ///< a picture for each frame; empty: shapes alone
 
   /// What messages call ways to a smaller page.
   struct Words {

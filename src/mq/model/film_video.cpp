@@ -94,13 +94,14 @@ FilmVideo read_film_video(const fs::path& path, const FilmVideoOptions& options,
   return video;
 }
 
-FilmVideo captured_film_video(CapturedTextures& captured, const VideoOptions& options,
-                              Messages& messages, std::vector<CapturedFigures>& figures,
-                              const Progress& progress) {
+CapturedFilmVideo captured_film_video(CapturedTextures& captured, const VideoOptions& options,
+                                      Messages& messages, const Progress& progress) {
   const WorkFolder work;
   const fs::path path = work / "textures.mp4";
-  figures = write_captured(captured, path.string(), options, messages, progress);
-  return {.bytes = read_file(path)};
+  CapturedFilmVideo made;
+  made.figures = write_captured(captured, path.string(), options, messages, progress);
+  made.video.bytes = read_file(path);
+  return made;
 }
 
 }  // namespace mq

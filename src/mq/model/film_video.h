@@ -25,17 +25,14 @@ struct FilmVideo {
 /// `word` is what messages call it.
 std::string film_video_type(const std::filesystem::path& path, const std::string& word = "video");
 
-/// The way to a video that browsers play.
-inline constexpr const char* again_as = "make it again as H.264, AV1 or VP9";
-
 struct FilmVideoOptions {
   std::int64_t frames = 0;          ///< of the film
   std::optional<double> rate = {};  ///< that is asked for
 
   /// What messages call these.
   struct Words {
-    std::string video = "video", rate = "rate", again = again_as,
-                frames = "name the frames it was made of";
+    std::string video = "video", rate = "rate", frames = "name the frames it was made of",
+                again = "make it again as H.264, AV1 or VP9";
   } words = {};
 };
 
@@ -48,14 +45,18 @@ struct FilmVideoOptions {
 FilmVideo read_film_video(const std::filesystem::path& path, const FilmVideoOptions& options,
                           Messages& messages);
 
-/// Warns that few browsers play what is kept so.
+/// Warns that few browsers play what is kept so; `again` is the way to what they play.
 void warn_of_unplayed_codec(const std::string& name, const std::string& codec,
                             const std::string& again, Messages& messages);
 
-/// What captured frames show, as an .mp4 made in a folder of its own that is gone afterwards. Adds
-/// what was seen to `figures`. Throws as `write_captured`.
-FilmVideo captured_film_video(CapturedTextures& captured, const VideoOptions& options,
-                              Messages& messages, std::vector<CapturedFigures>& figures,
-                              const Progress& progress = {});
+struct CapturedFilmVideo {
+  FilmVideo video;
+  std::vector<CapturedFigures> figures;  ///< what was seen
+};
+
+/// What captured frames show, as an .mp4 made in a folder of its own that is gone afterwards.
+/// Throws as `write_captured`.
+CapturedFilmVideo captured_film_video(CapturedTextures& captured, const VideoOptions& options,
+                                      Messages& messages, const Progress& progress = {});
 
 }  // namespace mq

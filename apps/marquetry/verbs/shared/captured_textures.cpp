@@ -140,11 +140,10 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
 FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames) {
   const Step step(run, "textures", 0.9);
   CapturedTextures captured = captured_textures(run, reader, frames, "textures.mp4");
-  std::vector<CapturedFigures> figures;
-  FilmVideo video =
-      captured_film_video(captured, video_options(run.options()), run.terminal(), figures, step);
-  report_captured(run, captured, figures);
-  return video;
+  CapturedFilmVideo made =
+      captured_film_video(captured, video_options(run.options()), run.terminal(), step);
+  report_captured(run, captured, made.figures);
+  return std::move(made.video);
 }
 
 }  // namespace mq::app
