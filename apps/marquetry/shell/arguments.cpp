@@ -24,6 +24,13 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, std::s
 
 std::string as_typed(double value) { return fmt::format("{:g}", value); }
 
+std::string as_typed(const Length& length) {
+  const char* unit = length.unit == Length::Unit::percent  ? "%"
+                     : length.unit == Length::Unit::texels ? "tx"
+                                                           : "";
+  return as_typed(length.value) + unit;
+}
+
 std::optional<std::array<int, 2>> parse_size(std::string text) {
   if (text.find('x') == std::string::npos) text += "x" + text;
   std::ranges::replace(text, 'x', ',');

@@ -5,29 +5,23 @@
 #include <cmath>
 
 #include "mq/base/error.h"
-#include "mq/io/normals.h"
-#include "mq/mesh/geometry.h"
-#include "mq/mesh/volume.h"
+#include "mq/filter/geometry_shock.h"
+#include "mq/model/model_shape.h"
 #include "options/signal_options.h"
+#include "shell/arguments.h"
 
 namespace mq::app {
 namespace {
 
-Json change_json(double before, double after) {
-  Json json = {{"before", before}, {"after", after}};
-  json["change"] = before != 0 ? Json(after / before - 1) : Json();
+Json change_json(const ShapeChange::Size& size) {
+  Json json = {{"before", size.before}, {"after", size.after}};
+  json["change"] = size.share() ? Json(*size.share()) : Json();
   return json;
 }
 
-std::string change_text(const std::string& name, double before, double after) {
-  return fmt::format("{} {:.6g} -> {:.6g} ({:+.2f} %)", name, before, after,
-                     before != 0 ? 100 * (after / before - 1) : 0);
-}
-
-double total_area(const Mesh& mesh) {
-  double sum = 0;
-  for (const double area : triangle_areas(mesh)) sum += area;
-  return sum;
+std::string change_text(const std::string& name, const ShapeChange::Size& size) {
+  return fmt::format("{} {:.6g} -> {:.6g} ({:+.2f} %)", name, size.before, size.after,
+                     100 * size.share().value_or(0));
 }
 
 /// Area or volume changed by more than this share are warned of.
@@ -49,24 +43,16 @@ void warn_of_size(Run& run, const std::string& advice) {
 }
 
 /// Area and, of closed surfaces, volume.
-void report_change(Run& run, const Surface& surface, const Mesh& after) {
-  double sum = 0, largest = 0;
-  for (std::size_t v = 0; v < after.positions.size(); ++v) {
-    const double moved = (after.positions[v] - surface.mesh.positions[v]).squaredNorm();
-    sum += moved;
-    largest = std::max(largest, moved);
-  }
-  run.result["vertices"] = after.positions.size();
-  run.result["rms_moved"] = std::sqrt(sum / std::max(1.0, double(after.positions.size())));
-  run.result["largest_moved"] = std::sqrt(largest);
-  const double area = total_area(surface.mesh), area_after = total_area(after);
-  run.result["area"] = change_json(area, area_after);
-  std::string text = change_text("area", area, area_after);
+void report_change(Run& run, const ShapeChange& change, std::size_t vertices) {
+  run.result["vertices"] = vertices;
+  run.result["rms_moved"] = change.rms_moved;
+  run.result["largest_moved"] = change.largest_moved;
+  run.result["area"] = change_json(change.area);
+  std::string text = change_text("area", change.area);
   run.result["volume"] = nullptr;
-  if (surface.boundary_edges == 0) {
-    const double volume = enclosed_volume(surface.mesh), volume_after = enclosed_volume(after);
-    run.result["volume"] = change_json(volume, volume_after);
-    text += ", " + change_text("volume", volume, volume_after);
+  if (change.volume) {
+    run.result["volume"] = change_json(*change.volume);
+    text += ", " + change_text("volume", *change.volume);
   }
   run.print(text + "\n");
 }
@@ -94,7 +80,7 @@ void add_fit_options(OptionTable& table, const std::string& group) {
   using Type = Option::Type;
   table.add({.name = "fit-weight",
              .type = Type::number,
-             .default_value = "100",
+             .default_value = as_typed(GeometryShockOptions{}.fit_alpha),
              .least = 0,
              .most = 1e8,
              .group = group,
@@ -102,7 +88,7 @@ void add_fit_options(OptionTable& table, const std::string& group) {
              .details = "Less keeps them nearer to where they were, except for detail."});
   table.add({.name = "fit-steps",
              .type = Type::integer,
-             .default_value = "1",
+             .default_value = as_typed(GeometryShockOptions{}.fit_steps),
              .least = 1,
              .most = 1000,
              .group = group,
@@ -117,22 +103,9 @@ SolveReport worst_of(const std::vector<SolveReport>& reports) {
 
 void put_positions(Run& run, TexturedModel& scene, const std::vector<Vector3>& positions,
                    const std::string& advice) {
-  Mesh after = scene.surface.mesh;
-  after.positions = positions;
-  report_change(run, scene.surface, after);
+  report_change(run, shape_change(scene.surface, positions), positions.size());
   warn_of_size(run, advice);
-  bool moved = false;
-  Mesh& mesh = scene.model.mesh;
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    const int here = scene.surface.vertex_from_source[v];
-    // Welded copies move alike, each from where it was.
-    if (here < 0 || positions[std::size_t(here)] == scene.surface.mesh.positions[std::size_t(here)])
-      continue;
-    moved = true;
-    mesh.positions[v] +=
-        positions[std::size_t(here)] - scene.surface.mesh.positions[std::size_t(here)];
-  }
-  if (moved && leave_out_normals(scene.model))
+  if (mq::put_positions(positions, scene) == StoredNormals::left_out)
     run.terminal().remark(
         fmt::format("{}: says normals, which are those of the shape as it was: they are left out, "
                     "and the file is made anew, without comments, skins or animations",
