@@ -61,10 +61,10 @@ class ShockTool : public VerbTool {
       const TexelSpace& space = target_->space();
       shock_ = std::make_unique<TextureShock>(
           session_.scene->surface, *session_.scene->atlas, space, before_,
-          TextureShockOptions{.weights = app::asked_weights(options, space.scale()),
+          TextureShockOptions{.weights = app::shock_request(options).weights(space.scale()),
                               .time = app::asked_time(options),
                               .longest_edge = app::asked_longest_edge(options, space.size()),
-                              .solver = app::vertex_solver(options)},
+                              .solver = vertex_solver(app::shock_request(options).solver)},
           progress.step("prepare", 0.7));
     });
     prepared_for_ = asked(options);

@@ -8,6 +8,8 @@
 #include "mq/draw/flow_colour.h"
 #include "options/model_options.h"
 #include "options/signal_options.h"
+#include "mq/model/signal_pair.h"
+#include "shell/arguments.h"
 
 namespace mq::app {
 namespace {
@@ -57,21 +59,25 @@ void add_scale_options(OptionTable& table, const std::string& group) {
   table.add({.name = "largest",
              .type = Type::length,
              .group = group,
-             .help =
-                 "the first scale: about half of the longest motion [default 5% for pictures, 10% "
-                 "for models]",
+             .help = fmt::format("the first scale: about half of the longest motion [default {} for "
+                                 "pictures, {} for models]",
+                                 as_typed(ImageFlowOptions{}.largest),
+                                 as_typed(MeshFlowOptions{}.largest)),
              .details = "Signals are smoothed over this length and fields are as smooth; it is "
                         "halved from scale to scale. Texels are pixels."});
   table.add({.name = "smallest",
              .type = Type::length,
              .group = group,
-             .help = "the last scale [default 2tx for pictures, two mean edges for models]"});
+             .help = fmt::format(
+                 "the last scale [default {} for pictures, two mean edges for models]",
+                 as_typed(ImageFlowOptions{}.smallest))});
   table.add({.name = "detail",
              .type = Type::length,
              .group = group,
-             .help =
-                 "what is broader counts as light and is left out; 0: nothing is [default 0 for "
-                 "pictures, 1% for models]"});
+             .help = fmt::format("what is broader counts as light and is left out; 0: nothing is "
+                                 "[default {} for pictures, {} for models]",
+                                 as_typed(ImageFlowOptions{}.detail),
+                                 as_typed(MeshFlowOptions{}.detail))});
 }
 
 /// What a correction minimises, and how many there are.
@@ -79,7 +85,7 @@ void add_correction_options(OptionTable& table, const std::string& group) {
   using Type = Option::Type;
   table.add({.name = "robust-data",
              .type = Type::number,
-             .default_value = "0",
+             .default_value = as_typed(FlowOptions{}.robust_data),
              .least = 0,
              .most = 1000,
              .group = group,
@@ -87,7 +93,7 @@ void add_correction_options(OptionTable& table, const std::string& group) {
   table.add(
       {.name = "robust-smoothness",
        .type = Type::number,
-       .default_value = "0",
+       .default_value = as_typed(FlowOptions{}.robust_smoothness),
        .least = 0,
        .most = 1000,
        .group = group,
@@ -97,9 +103,9 @@ void add_correction_options(OptionTable& table, const std::string& group) {
              .least = 1,
              .most = 1000,
              .group = group,
-             .help =
-                 "corrections at each scale, at most; fewer where they gain little [default 4 for "
-                 "pictures, 3 for models]",
+             .help = fmt::format("corrections at each scale, at most; fewer where they gain little "
+                                 "[default {} for pictures, {} for models]",
+                                 ImageFlowOptions{}.steps, MeshFlowOptions{}.steps),
              .details = "On coarser meshes twice as many."});
   table.add({.name = "scales",
              .type = Type::choice,
@@ -113,7 +119,7 @@ void add_correction_options(OptionTable& table, const std::string& group) {
   table.add(
       {.name = "gradients",
        .type = Type::number,
-       .default_value = "0",
+       .default_value = as_typed(FlowOptions{}.gradient_weight),
        .least = 0,
        .most = 1000,
        .group = group,
@@ -162,9 +168,10 @@ void add_options_for_models(OptionTable& table) {
              .least = 0.25,
              .most = 64,
              .group = "Models",
-             .help =
-                 "triangles are cut until no edge is longer, for textures [default 2, more where "
-                 "that makes more than 0.75 million vertices]"});
+             .help = fmt::format("triangles are cut until no edge is longer, for textures [default "
+                                 "{}, more where that makes more than {:g} million vertices]",
+                                 as_typed(TextureFlowOptions{}.longest_edge),
+                                 ModelPair::quick_vertices * 1e-6)});
 }
 
 }  // namespace

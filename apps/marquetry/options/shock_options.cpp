@@ -1,15 +1,8 @@
 #include "options/shock_options.h"
 
 #include <string>
-#include "mq/linear/direct_solver.h"
 
 namespace mq::app {
-namespace {
-
-/// Above so many vertices iterations take less time and memory than a factorisation.
-constexpr int most_for_direct = 30'000;
-
-}  // namespace
 
 ShockTime asked_time(const OptionValues& options) {
   if (options.has("absolute-time"))
@@ -17,23 +10,22 @@ ShockTime asked_time(const OptionValues& options) {
   return {ShockTime::Unit::relative, options.number("time")};
 }
 
-ShockWeights asked_weights(const OptionValues& options, const SurfaceScale& scale) {
-  const auto weight = [&](const std::string& name) {
-    return weight_from_length(parse_length(options.text(name)), scale);
-  };
-  return {.signal = weight("smooth"), .potential = weight("smooth-potential")};
-}
-
-VertexSolver vertex_solver(const OptionValues& options) {
-  const std::string name = options.text("solver");
-  const double tolerance = options.number("tolerance");
-  return [name, tolerance](std::span<const Vector3> places) {
-    if (name == "direct" || (name == "automatic" && std::ssize(places) <= most_for_direct))
-      return direct_solver();
-    MultigridOptions when;
-    when.tolerance = tolerance;
-    return vertex_multigrid_solver(places, when);
-  };
+ShockRequest shock_request(const OptionValues& options) {
+  using Kind = VertexSolverChoice::Kind;
+  const std::string solver = options.text("solver");
+  ShockRequest request{.time = asked_time(options),
+                       .smooth = parse_length(options.text("smooth")),
+                       .smooth_potential = parse_length(options.text("smooth-potential")),
+                       .solver = {.kind = solver == "direct"      ? Kind::direct
+                                          : solver == "multigrid" ? Kind::multigrid
+                                                                  : Kind::automatic,
+                                  .tolerance = options.number("tolerance")},
+                       .longest_edge = {},
+                       .smooth_normals = parse_length(options.text("smooth-normals")),
+                       .fit_alpha = options.number("fit-weight"),
+                       .fit_steps = int(options.integer("fit-steps"))};
+  if (options.has("longest-edge")) request.longest_edge = options.number("longest-edge");
+  return request;
 }
 
 double asked_longest_edge(const OptionValues& options, int texels) {

@@ -31,6 +31,13 @@ std::string as_typed(double value) {
   return fmt::format("{:g}", value);
 }
 
+std::string as_typed(const Length& length) {
+  const char* unit = length.unit == Length::Unit::percent  ? "%"
+                     : length.unit == Length::Unit::texels ? "tx"
+                                                           : "";
+  return as_typed(length.value) + unit;
+}
+
 std::optional<std::array<int, 2>> parse_size(std::string text) {
   if (text.find('x') == std::string::npos) text += "x" + text;
   std::ranges::replace(text, 'x', ',');

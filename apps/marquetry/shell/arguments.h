@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "mq/base/length.h"
 #include "mq/draw/samples.h"
 
 namespace mq::app {
@@ -15,6 +16,7 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, std::s
 
 /// A number as a user would type it, such as a default of the library's: 100, 0.02, 1e-4.
 std::string as_typed(double value);
+std::string as_typed(const Length& length);
 
 /// "1024" or "1920x1080": pixels, 1 to 16384 a side.
 std::optional<std::array<int, 2>> parse_size(std::string text);

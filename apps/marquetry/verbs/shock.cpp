@@ -10,8 +10,8 @@
 #include "mq/base/error.h"
 #include "mq/baseline/osher_rudin.h"
 #include "mq/filter/image_shock.h"
-#include "mq/filter/texture_shock.h"
 #include "mq/io/file_names.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "verbs/shared/shock_geometry.h"
 #include "options/shock_options.h"
@@ -97,22 +97,13 @@ void refuse_for_pictures(const OptionValues& options, const std::filesystem::pat
             fmt::format("{}: is a picture, and --{} is for models", path.string(), name));
 }
 
-/// A model without a mesh, of one texture; `share` is of the run.
+/// `share` is of the run.
 Model read_picture(Run& run, const std::filesystem::path& path, double share) {
-  Model model;
-  model.path = path;
-  {
-    const Step step(run, "read", share);
-    model.textures.push_back(read_texture(path, step));
-  }
-  const Texture& texture = model.textures.front();
+  const Step step(run, "read", share);
+  Model model = mq::read_picture(path, ImageTriangles::two, step);
   run.will_read(path);
-  for (const std::string& note : texture.notes) run.terminal().remark(note);
-  run.input = {{"files", Json::array({path.string()})},
-               {"width", texture.pixels.width()},
-               {"height", texture.pixels.height()},
-               {"channels", texture.pixels.channels()},
-               {"depth", depth_name(texture.format.depth)}};
+  for (const std::string& note : model.textures.front().notes) run.terminal().remark(note);
+  run.input = picture_json(model);
   return model;
 }
 
@@ -122,11 +113,8 @@ Image<float> evolved(Run& run, const Image<float>& before, const Texture& textur
   OsherRudinOptions evolution{.time = osher_rudin_time(before, asked_time(run.options())),
                               .concavity = concavity};
   // Half of what such a picture can tell apart.
-  const ValueSpace values = value_space(run.options());
-  if (values.space == ColourSpace::stored && texture.format.depth == Depth::u8)
-    evolution.least_change = 0.5 / 255;
-  if (values.space == ColourSpace::stored && texture.format.depth == Depth::u16)
-    evolution.least_change = 0.5 / 65535;
+  if (const double smallest = value_step(texture, value_space(run.options())); smallest > 0)
+    evolution.least_change = 0.5 * smallest;
   announce_steps(run, before, evolution);
   EvolvedImage result = osher_rudin(before, evolution, step);
   run.result["steps"] = result.steps;
@@ -144,9 +132,9 @@ Image<float> evolved(Run& run, const Image<float>& before, const Texture& textur
 Image<float> sharpened(Run& run, const Image<float>& before, const Texture& texture,
                        const Step& step) {
   const OptionValues& options = run.options();
-  const ShockTime time = asked_time(options);
+  const ShockRequest request = shock_request(options);
   const ShockWeights weights =
-      asked_weights(options, {.area = double(before.pixel_count()), .texel_spacing = 1});
+      request.weights({.area = double(before.pixel_count()), .texel_spacing = 1});
   const bool laplacian = options.text("concavity") == "laplacian";
   const Concavity concavity = laplacian ? Concavity::laplacian : Concavity::along_gradient;
   const std::string method = options.text("method");
@@ -162,25 +150,11 @@ Image<float> sharpened(Run& run, const Image<float>& before, const Texture& text
                                                                  : Method::transport,
                                 .concavity = concavity,
                                 .weights = weights,
-                                .time = time,
+                                .time = request.time,
                                 .steps = int(options.integer("steps"))},
                                step);
   report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
   return std::move(shocked.image);
-}
-
-/// Puts the pixels that changed; returns how many did. The others keep what is stored.
-std::int64_t put_changed(const Image<float>& before, const Image<float>& after,
-                         const ValueSpace& values, Texture& texture) {
-  std::int64_t changed = 0;
-  const Image<float> stored = encoded(after, texture, values);
-  for (int y = 0; y < before.height(); ++y)
-    for (int x = 0; x < before.width(); ++x) {
-      if (std::ranges::equal(before.pixel(x, y), after.pixel(x, y))) continue;
-      ++changed;
-      std::ranges::copy(stored.pixel(x, y), texture.pixels.pixel(x, y).begin());
-    }
-  return changed;
 }
 
 Exit shock_picture(Run& run) {
@@ -234,39 +208,21 @@ Exit shock_model(Run& run) {
     target = make_signal(run, scene, step);
   }
   const Signal before = target->values();
-  Signal after;
+  ShockedModel shocked;
   about(scene.model, [&] {
     const Step step(run, "sharpen", vertices ? 0.7 : 0.5);
-    const ShockWeights weights = asked_weights(options, target->space().scale());
-    if (vertices) {
-      const VertexSpace& space = *target->vertex_space();
-      const TraceMesh mesh(scene.surface, step.progress().step("order triangles", 0.1));
-      Shocked shocked = transport_shock(mesh, space, before, weights, asked_time(options),
-                                        vertex_solver(options)(scene.surface.mesh.positions),
-                                        step.progress().step("filter", 0.9));
-      after = std::move(shocked.signal);
-      report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
-      report_solves(run, shocked.solves);
-    } else {
-      const TexelSpace& space = *target->texel_space();
-      const double longest_edge = asked_longest_edge(options, space.size());
-      run.result["longest_edge"] = longest_edge;
-      ShockedTexture shocked = texture_shock(scene.surface, *scene.atlas, space, before,
-                                             {.weights = weights,
-                                              .time = asked_time(options),
-                                              .longest_edge = longest_edge,
-                                              .solver = vertex_solver(options)},
-                                             step);
-      after = std::move(shocked.signal);
-      run.result["vertices"] = shocked.vertices;
-      report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
-      report_solves(run, shocked.solves);
-    }
+    shocked = shock_signal(scene, *target, before, shock_request(options), step);
   });
-  run.result.update(change_json(before, after, value_space(run.options()).space));
+  if (shocked.cut) {
+    run.result["longest_edge"] = shocked.cut->longest_edge;
+    run.result["vertices"] = shocked.cut->vertices;
+  }
+  report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
+  report_solves(run, shocked.solves);
+  run.result.update(change_json(before, shocked.signal, value_space(run.options()).space));
 
   const Step step(run, "write", 0.1);
-  target->put(before, after, scene.model);
+  target->put(before, shocked.signal, scene.model);
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
@@ -280,8 +236,7 @@ Exit run_shock(Run& run) {
             fmt::format("{}: is a picture and has no shape; --geometry is for models: leave it out",
                         file));
     refuse_for_models(options);
-    return shock_geometry(run, asked_time(options), options.text("smooth"),
-                          options.text("smooth-potential"), vertex_solver(options));
+    return shock_geometry(run, shock_request(options));
   }
   return names_picture(file) ? shock_picture(run) : shock_model(run);
 }
@@ -292,7 +247,7 @@ void add_path_options(OptionTable& table) {
   table.add({.name = "time",
              .letter = 't',
              .type = Type::number,
-             .default_value = "2",
+             .default_value = as_typed(ShockRequest{}.time.value),
              .least = 0,
              .most = 1e9,
              .group = "Shock",
@@ -312,14 +267,14 @@ void add_path_options(OptionTable& table) {
   table.add({.name = "smooth",
              .letter = 's',
              .type = Type::length,
-             .default_value = "0.3%",
+             .default_value = as_typed(ShockRequest{}.smooth),
              .group = "Shock",
              .help = "how far values are spread before it is asked where edges are",
              .details = "0.02 in model units (of a picture: pixels), 1% of sqrt(area), 8tx in "
                         "texels. What is looked up are the values as they were."});
   table.add({.name = "smooth-potential",
              .type = Type::length,
-             .default_value = "0.3%",
+             .default_value = as_typed(ShockRequest{}.smooth_potential),
              .group = "Shock",
              .help = "how far the strength of edges is spread; more leaves fewer, larger regions"});
   table.add({.name = "longest-edge",
@@ -351,7 +306,7 @@ void add_picture_options(OptionTable& table) {
                  "stability asks for; nothing is spread before."});
   table.add({.name = "steps",
              .type = Type::integer,
-             .default_value = "1",
+             .default_value = as_typed(ImageShockOptions{}.steps),
              .least = 1,
              .most = 100'000,
              .group = "Pictures",

@@ -21,4 +21,13 @@ Image<float> decoded(const Image<float>& stored, const Texture& texture, const V
 Image<float> decoded(const Texture& texture, const ValueSpace& values);
 Image<float> encoded(const Image<float>& worked, const Texture& texture, const ValueSpace& values);
 
+/// Puts the pixels of `after` that are not those of `before`, both in the space, into the texture of
+/// their size; returns how many there are. The others keep what is stored.
+std::int64_t put_changed(const Image<float>& before, const Image<float>& after,
+                         const ValueSpace& values, Texture& texture);
+
+/// Between two neighbouring values of a texture of 8 or 16 bits in the space of stored values; 0 where
+/// there is no one step.
+double value_step(const Texture& texture, const ValueSpace& values);
+
 }  // namespace mq

@@ -4,9 +4,9 @@
 
 #include "verbs/shared/geometry.h"
 #include "mq/base/error.h"
-#include "mq/filter/geometry_shock.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
+#include "shell/arguments.h"
 
 namespace mq::app {
 namespace {
@@ -34,7 +34,7 @@ void add_shock_geometry_options(OptionTable& table) {
              .help = "sharpen the shape: its normals, to which vertices are then fitted"});
   table.add({.name = "smooth-normals",
              .type = Option::Type::length,
-             .default_value = "0",
+             .default_value = as_typed(ShockRequest{}.smooth_normals),
              .group = "Shape",
              .help = "how far normals are spread before everything else",
              .details = "Against noise, of which it takes off waves shorter than 6 times as long. 0 "
@@ -42,8 +42,7 @@ void add_shock_geometry_options(OptionTable& table) {
   add_fit_options(table, "Shape");
 }
 
-Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
-                    const std::string& potential, const VertexSolver& solver) {
+Exit shock_geometry(Run& run, const ShockRequest& request) {
   const OptionValues& options = run.options();
   require(!asks_for(options, "longest-edge"),
           "--longest-edge is for textures, whose triangles are cut; those of a shape are taken as they "
@@ -56,18 +55,8 @@ Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
 
   SharpenedShape shape;
   about(scene.model, [&] {
-    const auto alpha = [&](const std::string& length) {
-      return alpha_from_length(parse_length(length), {.area = scene.surface.area});
-    };
     const Step step(run, "sharpen", 0.75);
-    shape = sharpen_shape(scene.surface,
-                          {.normal_alpha = alpha(options.text("smooth-normals")),
-                           .signal_alpha = alpha(signal),
-                           .potential_alpha = alpha(potential),
-                           .time = time,
-                           .fit_alpha = options.number("fit-weight"),
-                           .fit_steps = int(options.integer("fit-steps"))},
-                          solver(scene.surface.mesh.positions), step);
+    shape = shock_shape(scene, request, step);
   });
   const SolveReport worst = worst_of(shape.solves);
   run.solve = solve_json(worst);

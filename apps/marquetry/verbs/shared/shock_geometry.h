@@ -1,8 +1,7 @@
 #pragma once
 /// marquetry shock MESH --geometry: the shape sharpened by the shock filter of its normals.
 
-#include "mq/filter/shock.h"
-#include "mq/filter/texture_shock.h"
+#include "mq/model/model_shock.h"
 #include "shell/run.h"
 #include "shell/verb.h"
 
@@ -11,9 +10,7 @@ namespace mq::app {
 /// Adds --geometry and what belongs to it.
 void add_shock_geometry_options(OptionTable& table);
 
-/// The run of the verb where --geometry is given; `time` and the lengths `signal` and `potential`
-/// and `solver` are those of the verb's other inputs.
-Exit shock_geometry(Run& run, const ShockTime& time, const std::string& signal,
-                    const std::string& potential, const VertexSolver& solver);
+/// The run of the verb where --geometry is given.
+Exit shock_geometry(Run& run, const ShockRequest& request);
 
 }  // namespace mq::app
