@@ -135,7 +135,7 @@ TEST(ShapeChange, IsOfAreaAndOfVolumeWhereThereIsOne) {
   std::vector<Vector3> twice = model.surface.mesh.positions;
   for (Vector3& p : twice) p *= 2;
   const ShapeChange change = shape_change(model.surface, twice);
-  EXPECT_NEAR(*change.area.share(), 3, 1e-9);
+  EXPECT_NEAR(*change.area.change(), 3, 1e-9);
   EXPECT_FALSE(change.volume);
   EXPECT_GT(change.largest_moved, change.rms_moved);
   const std::vector<Vector3> stored = model.model.mesh.positions;
