@@ -224,6 +224,9 @@ TEST(LookAhead, KeepsTextureCoordinatesOfChartsThatGoOn) {
     }
     EXPECT_GT(kept, moved);
     EXPECT_EQ(reported, moved);
+    EXPECT_EQ(atlas.moved, moved);
+    EXPECT_EQ(atlas.flipped, 0);
+    for (const LifespanAtlasFrame& frame : atlas.frames) EXPECT_LE(frame.stretch, atlas.stretch);
     EXPECT_GT(atlas.charting.energy, 0.5 * atlas.energy_of_whole);
     EXPECT_GT(atlas.plans, 3);
   }
