@@ -22,7 +22,12 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, std::s
   return values;
 }
 
-std::string as_typed(double value) { return fmt::format("{:g}", value); }
+std::string as_typed(double value) {
+  constexpr double smallest_written_out = 1e-3;
+  if (value == 0 || std::abs(value) >= smallest_written_out) return fmt::format("{:g}", value);
+  const int exponent = int(std::floor(std::log10(std::abs(value))));  // "1e-4"
+  return fmt::format("{:g}e{}", value / std::pow(10.0, exponent), exponent);
+}
 
 std::string as_typed(const Length& length) {
   const char* unit = length.unit == Length::Unit::percent  ? "%"

@@ -8,6 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/filter/line_integral.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "options/solver_options.h"
 #include "shell/verb.h"
@@ -97,31 +98,31 @@ Verb lic_verb() {
   add_model_options(table);
   add_output_option(table);
   add_field_options(table);
-  add_spread_options(table, "0.01", "Lines",
+  add_spread_options(table, as_typed(LineDefaults{}.alpha), "Lines",
                      "how far values spread along the field: on the surface scaled to unit area");
   table.add({.name = "kappa",
              .type = Type::number,
-             .default_value = "100",
+             .default_value = as_typed(LineDefaults{}.kappa),
              .least = 0,
              .most = 10000,
              .group = "Lines",
              .help = "how many times less far they spread across it"});
   table.add({.name = "grain",
              .type = Type::length,
-             .default_value = "2tx",
+             .default_value = as_typed(LineDefaults{}.grain),
              .group = "Lines",
              .help = "size of the noise that is spread, and so the width of lines",
              .details = "In model units or % it is the same for any texture of the surface."});
   table.add({.name = "sharpen",
              .type = Type::number,
-             .default_value = "1e-4",
+             .default_value = as_typed(LineDefaults{}.sharpen_alpha),
              .least = 0,
              .most = 1e6,
              .group = "Lines",
              .help = "weight, as --alpha, of the sharpening by 100 that follows; 0: none"});
   table.add({.name = "deviations",
              .type = Type::number,
-             .default_value = "2",
+             .default_value = as_typed(LineDefaults{}.deviations),
              .least = 0.01,
              .most = 1000,
              .group = "Lines",

@@ -13,6 +13,7 @@
 #include <functional>
 #include <span>
 
+#include "mq/base/length.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/mesh/mesh.h"
 
@@ -21,6 +22,15 @@ namespace mq {
 /// Noise in [0, 1] at places in space: uniform values on a grid of this spacing, interpolated
 /// linearly. One column. Throws `InvalidInput` when the spacing is not positive.
 Signal solid_noise(std::span<const Vector3> places, double spacing, std::uint64_t seed = 0);
+
+/// What suits the lines of a field on most surfaces.
+struct LineDefaults {
+  double alpha = 0.01;                     ///< spread along the field, on the surface of unit area
+  double kappa = 100;                      ///< how many times less far across it
+  Length grain{2, Length::Unit::texels};   ///< of the noise
+  double sharpen_alpha = 1e-4;             ///< as `alpha`
+  double deviations = 2;                   ///< see `with_contrast`
+};
 
 struct LineIntegralOptions {
   double weight = 0;          ///< square of the length that values spread over along the field
@@ -50,6 +60,6 @@ void watch_lines_form(const SignalSpace& across, const Signal& noise, double wei
 
 /// Shifted and scaled such that the mean is ½ and `deviations` standard deviations lie between
 /// there and 0 or 1, then cut to [0, 1]. A constant becomes ½. Unknowns weigh alike.
-Signal with_contrast(const Signal& signal, double deviations = 2);
+Signal with_contrast(const Signal& signal, double deviations = LineDefaults{}.deviations);
 
 }  // namespace mq
