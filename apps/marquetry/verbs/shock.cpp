@@ -333,7 +333,7 @@ void add_smoothing_options(OptionTable& table) {
        .details = "automatic: direct up to 30,000 vertices, for textures of the triangles cut."});
   table.add({.name = "tolerance",
              .type = Type::number,
-             .default_value = "1e-4",
+             .default_value = as_typed(VertexSolverChoice{}.tolerance),
              .least = 1e-16,
              .most = 0.1,
              .group = "Solver",
