@@ -13,8 +13,7 @@
 namespace mq {
 
 /// 1 for the unknowns whose texel's centre no triangle covers; `coverage` is that of the space's
-/// atlas
-/// (`texel_coverage`).
+/// atlas (`texel_coverage`).
 std::vector<char> border_texels(const TexelSpace& space, std::span<const Coverage> coverage);
 
 /// `smooth_at_seams` of the values at `border` (1), with nothing there beyond the range that each

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <Eigen/SVD>
 
 namespace mq {
@@ -20,6 +19,14 @@ SingularValues<n> decomposed(const Eigen::Matrix<double, n, n>& A) {
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
 }
 
+/// A vector is not solved for as a matrix of one column, whose sums are in another order.
+template <class Right>
+Right solved(const Eigen::MatrixXd& L, Right x) {
+  L.triangularView<Eigen::Lower>().solveInPlace(x);
+  L.transpose().triangularView<Eigen::Upper>().solveInPlace(x);
+  return x;
+}
+
 }  // namespace
 
 SymmetricPairs<2> symmetric_pairs(const Eigen::Matrix2d& A) { return pairs_of<2>(A); }
@@ -27,27 +34,13 @@ SymmetricPairs<3> symmetric_pairs(const Eigen::Matrix3d& A) { return pairs_of<3>
 SingularValues<2> singular_values(const Eigen::Matrix2d& A) { return decomposed<2>(A); }
 SingularValues<3> singular_values(const Eigen::Matrix3d& A) { return decomposed<3>(A); }
 
-Eigen::Matrix3d nearest_rotation(const SingularValues<3>& A) {
-  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-  if ((A.U * A.V.transpose()).determinant() < 0) signs[2] = -1;
-  return A.U * signs.asDiagonal() * A.V.transpose();
-}
-
 bool DenseCholesky::compute(const Eigen::MatrixXd& A) {
   const Eigen::LLT<Eigen::MatrixXd> factor(A);
   L_ = factor.matrixLLT();
   return factor.info() == Eigen::Success;
 }
 
-Eigen::MatrixXd DenseCholesky::solve(const Eigen::MatrixXd& B) const {
-  Eigen::MatrixXd X = B;
-  L_.triangularView<Eigen::Lower>().solveInPlace(X);
-  L_.transpose().triangularView<Eigen::Upper>().solveInPlace(X);
-  return X;
-}
-
-Eigen::VectorXd solve_positive(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
-  return A.ldlt().solve(b);
-}
+Eigen::MatrixXd DenseCholesky::solve(const Eigen::MatrixXd& B) const { return solved(L_, B); }
+Eigen::VectorXd DenseCholesky::solve(const Eigen::VectorXd& b) const { return solved(L_, b); }
 
 }  // namespace mq

@@ -2,6 +2,7 @@
 /// Small dense problems, by Eigen's solvers, which are compiled here once: each costs a compiler seconds.
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 
 namespace mq {
 
@@ -26,7 +27,11 @@ SingularValues<3> singular_values(const Eigen::Matrix3d& A);
 
 /// The R of determinant 1 with the largest trace(RᵀA): the rotation that takes points p nearest to
 /// points q where A = Σ q·pᵀ.
-Eigen::Matrix3d nearest_rotation(const SingularValues<3>& A);
+inline Eigen::Matrix3d nearest_rotation(const SingularValues<3>& A) {
+  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+  if ((A.U * A.V.transpose()).determinant() < 0) signs[2] = -1;
+  return A.U * signs.asDiagonal() * A.V.transpose();
+}
 
 /// A symmetric matrix as L·Lᵀ.
 class DenseCholesky {
@@ -36,12 +41,10 @@ class DenseCholesky {
 
   /// The X with A·X = B.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
 
  private:
   Eigen::MatrixXd L_;  ///< the upper half is not used
 };
-
-/// The x with A·x = b, A symmetric and positive definite.
-Eigen::VectorXd solve_positive(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
 }  // namespace mq

@@ -10,6 +10,7 @@
 // and the shape operator dN is −I⁻¹ II. The coefficients are least squares, with a ridge so small
 // (1e-10 of the number of neighbours) that it decides only what the neighbours leave open.
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -94,9 +95,7 @@ PrincipalCurvatures at_vertex(const Coefficients& c, const Vector3& normal,
   second << 2 * c[2], c[3], c[3], 2 * c[4];
   second /= std::sqrt(1 + c[0] * c[0] + c[1] * c[1]);
   const Matrix2 first = tangent.transpose() * tangent;
-  Matrix2 root;  // root · first · rootᵀ = 1: the inverse of the Cholesky factor of first
-  const double a = std::sqrt(first(0, 0)), b = first(1, 0) / a, c1 = std::sqrt(first(1, 1) - b * b);
-  root << 1 / a, 0, -b / (a * c1), 1 / c1;
+  const Matrix2 root = Matrix2(first.llt().matrixL()).inverse();  // root · first · rootᵀ = 1
   return principal(-root * second * root.transpose(), tangent * root.transpose());
 }
 
@@ -120,7 +119,7 @@ PrincipalCurvatures fit(const std::vector<Vector3>& positions, int v, const Vect
     normal_matrix.noalias() += powers * powers.transpose();
     right += powers * normal.dot(d);
   }
-  const Coefficients c = solve_positive(normal_matrix, right);
+  const Coefficients c = normal_matrix.ldlt().solve(right);
   if (!c.allFinite()) return none;
   PrincipalCurvatures found = at_vertex(c, normal, frame);
   found.max /= size;

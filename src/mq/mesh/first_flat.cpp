@@ -4,18 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "mq/mesh/geometry.h"
+
 namespace mq {
 
 double first_flat(std::span<const Triangle> triangles, std::span<const Vector2> x,
                   std::span<const Vector2> direction) {
-  const auto cross = [](const Vector2& a, const Vector2& b) {
-    return a.x() * b.y() - a.y() * b.x();
-  };
   double first = std::numeric_limits<double>::infinity();
   for (const Triangle& t : triangles) {
     const Vector2 a = x[t[1]] - x[t[0]], b = x[t[2]] - x[t[0]];
     const Vector2 da = direction[t[1]] - direction[t[0]], db = direction[t[2]] - direction[t[0]];
-    // area(s) = c0 + c1 s + c2 s² with c0 > 0; its smallest positive root, without cancellation
+    // area(s) = c0 + c1 s + c2 s² with c0 > 0; its smallest positive root
     const double c0 = cross(a, b), c1 = cross(a, db) + cross(da, b), c2 = cross(da, db);
     const double discriminant = c1 * c1 - 4 * c0 * c2;
     if (discriminant < 0) continue;

@@ -34,6 +34,7 @@ std::vector<FieldFile> field_files(const Model& model, const FieldFilesOptions& 
 std::vector<std::string> write_lines(const FieldFile& file, const Model& model,
                                      const ModelSignal& signal, const Signal& grey,
                                      const Progress& progress) {
+  if (!file.lines) return {};
   Model drawn = model;
   signal.replace(grey.replicate(1, 3), Depth::u8, drawn);
   return file.lines->write(std::move(drawn), progress);

@@ -25,7 +25,7 @@ struct FieldFilesOptions {
 /// Where one field goes.
 struct FieldFile {
   std::filesystem::path field;
-  std::optional<Outputs> lines;
+  std::optional<Outputs> lines;  ///< none: no lines are written
 
   std::vector<std::filesystem::path> paths() const;
 };
@@ -35,7 +35,7 @@ struct FieldFile {
 std::vector<FieldFile> field_files(const Model& model, const FieldFilesOptions& options);
 
 /// Writes the lines of one field, drawn on the unknowns of `signal`, as greys in place of the
-/// model's textures or colours. Returns what is worth telling.
+/// model's textures or colours; nothing where the file has no lines. Returns what is worth telling.
 std::vector<std::string> write_lines(const FieldFile& file, const Model& model,
                                      const ModelSignal& signal, const Signal& grey,
                                      const Progress& progress = {});

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "mq/base/error.h"
+
 namespace mq {
 
 bool has_pictures(const TexturedModel& model) {
@@ -44,6 +46,7 @@ FalseColour scale_of_textures(std::span<const Texture> textures, int channel,
 }
 
 SeamDifference texture_seams(const TexturedModel& model, std::span<const Texture> textures) {
+  require(model.atlas.has_value(), model.model.path.string() + ": has no texture coordinates, so no seams");
   return seam_difference(model.surface, *model.atlas, pictures_of(textures));
 }
 

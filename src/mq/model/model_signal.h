@@ -40,8 +40,8 @@ class ModelSignal {
   /// The model's values, one row per unknown.
   virtual Signal values() const = 0;
 
-  /// Puts changed values into a model like this one. Unknowns that equal `before` in every channel
-  /// keep their bits.
+  /// Puts changed values into a model like this one: textures of the same sizes (else throws
+  /// `InvalidInput`), as many vertices. Unknowns that equal `before` in every channel keep their bits.
   virtual void put(const Signal& before, const Signal& after, Model& model) const = 0;
 
   /// Gives the model pictures of these values (one column per channel) in place of its own, black
@@ -103,6 +103,7 @@ class TextureSignal final : public ModelSignal {
   const Atlas& atlas() const { return apart_ ? apart_->atlas : *model_.atlas; }
   Texels::Place home(int unknown) const;
   void refuse_tangent_space() const;
+  void require_alike(std::span<const Texture> textures) const;
 
   const TexturedModel& model_;
   ValueSpace values_;

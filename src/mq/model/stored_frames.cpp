@@ -26,7 +26,12 @@ std::vector<int> frames_with(const EvolvingReader& reader, const std::vector<int
 
 std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>& frames) {
   std::vector<int> numbers;
-  for (const int f : frames) numbers.push_back(reader.frames()[std::size_t(f)].number);
+  for (const int f : frames) {
+    require(f >= 0 && f < std::ssize(reader.frames()),
+            fmt::format("{}: frame {} of {} was asked for, counted from 0", reader.manifest().string(), f,
+                        reader.frames().size()));
+    numbers.push_back(reader.frames()[std::size_t(f)].number);
+  }
   return numbers;
 }
 

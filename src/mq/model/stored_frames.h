@@ -15,7 +15,7 @@ namespace mq {
 std::vector<int> frames_with(const EvolvingReader& reader, const std::vector<int>& numbers,
                              const std::string& prefix = {});
 
-/// The numbers of frames.
+/// The numbers of frames (indices). Throws `InvalidInput` where the store has not that many.
 std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>& frames);
 
 /// What the store says of how its frames were followed.

@@ -8,6 +8,7 @@
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/geometry.h"
+#include "mq/model/stored_frames.h"
 
 namespace mq {
 namespace {
@@ -45,6 +46,8 @@ CarriedColours::CarriedColours(const Model& model, const EvolvingReader& reader,
   require(colours.cols() > 0,
           fmt::format("{}: {} wants colours at vertices or a texture, and it has neither",
                       model.path.string(), word));
+  require(!reader.frames().empty(), fmt::format("{}: holds no whole frame to take {} from",
+                                               reader.manifest().string(), word));
   const StoredFrame& first = reader.frames().front();
   const std::vector<int> ids = reader.segment(first.segment).vertex_ids;
   const std::vector<ClosestPoint> places = ClosestPointFinder(model.mesh)(reader.positions(0));
@@ -78,6 +81,9 @@ VertexSignal CarriedColours::at(const EvolvingSegment& segment) const {
 void write_stored_models(const EvolvingReader& reader, const std::vector<int>& frames,
                          const std::vector<std::filesystem::path>& paths,
                          const CarriedColours* colours, const Progress& progress) {
+  require(paths.size() == frames.size(),
+          fmt::format("{} paths are given for {} frames", paths.size(), frames.size()));
+  numbers_of(reader, frames);  // refuses those that are not there
   int open = -1;
   EvolvingSegment segment;
   for (std::size_t i = 0; i < frames.size(); ++i) {

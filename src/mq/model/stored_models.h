@@ -29,7 +29,7 @@ StoreFigures store_figures(const EvolvingReader& reader, const std::vector<int>&
 class CarriedColours {
  public:
   /// `word` is what messages call this. Throws `InvalidInput` where the model has no colours, and
-  /// where it is not the first frame's own: where more than half of the vertices are farther than 2
+  /// where the store has no frame or it is not the first frame's own: where more than half of the vertices are farther than 2
   /// % of its diagonal from it.
   CarriedColours(const Model& model, const EvolvingReader& reader,
                  const std::string& word = "colours");
@@ -41,8 +41,9 @@ class CarriedColours {
   std::map<int, Eigen::RowVector3f> colours_;
 };
 
-/// Writes a model for each of the frames (indices), with colours unless `colours` is null. There
-/// are as many paths as frames. Throws `IoError` as reader and files do.
+/// Writes a model for each of the frames (indices), with colours unless `colours` is null. Throws
+/// `InvalidInput` where there are not as many paths as frames or not that many frames in the store,
+/// and `IoError` as reader and files do.
 void write_stored_models(const EvolvingReader& reader, const std::vector<int>& frames,
                          const std::vector<std::filesystem::path>& paths,
                          const CarriedColours* colours = nullptr, const Progress& progress = {});

@@ -1,5 +1,7 @@
 #include "mq/model/texture_fill.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "mq/base/error.h"
@@ -13,6 +15,13 @@ const Atlas& atlas_of(const TexturedModel& model) {
   return *model.atlas;
 }
 
+const FillOptions& checked(const FillOptions& options) {
+  require(options.weight >= 0 && options.distance >= 0,
+          fmt::format("a fill of weight {} to a distance of {} was asked for: neither may be negative",
+                      options.weight, options.distance));
+  return options;
+}
+
 TextureSignalOptions signal_options(const TexturedModel& model, const FillOptions& options) {
   ValueSpace values = options.values;
   values.meets_at_seams = options.weight > 0;
@@ -23,7 +32,7 @@ TextureSignalOptions signal_options(const TexturedModel& model, const FillOption
 
 TextureFill::TextureFill(const TexturedModel& model, const FillOptions& options, Messages& messages,
                          const Progress& progress)
-    : options_(options),
+    : options_(checked(options)),
       coverage_(texel_coverage(model.surface, atlas_of(model), progress.step("cover", 0.1))),
       signal_(model, signal_options(model, options), messages, progress.step("space", 0.9)),
       border_(mq::border_texels(signal_.space(), coverage_)) {}

@@ -27,7 +27,7 @@ struct FillOptions {
 class TextureFill {
  public:
   /// Finds what is outside, and makes the space. The model must outlive the object. Throws
-  /// `InvalidInput` where it has no texture coordinates, and what `TextureSignal` throws.
+  /// `InvalidInput` where it has no texture coordinates or an option is negative, and what `TextureSignal` throws.
   TextureFill(const TexturedModel& model, const FillOptions& options, Messages& messages,
               const Progress& progress = {});
 

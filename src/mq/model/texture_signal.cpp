@@ -159,8 +159,22 @@ Signal TextureSignal::values_of(std::span<const Texture> textures) const {
   return values;
 }
 
+void TextureSignal::require_alike(std::span<const Texture> textures) const {
+  require(textures.size() >= by_texture_.size(),
+          fmt::format("values of {} are put into {}", counted(int(by_texture_.size()), "texture"),
+                      textures.size()));
+  for (std::size_t i = 0; i < by_texture_.size(); ++i) {
+    const int width = model_.texture_sizes[i].width, height = model_.texture_sizes[i].height;
+    const Image<float>& pixels = textures[i].pixels;
+    require(pixels.width() == width && pixels.height() == height,
+            fmt::format("{}: is {} x {}, and the values that are put into it are those of {} x {}",
+                        textures[i].path.string(), pixels.width(), pixels.height(), width, height));
+  }
+}
+
 void TextureSignal::put(const Signal& before, const Signal& after, Model& model) const {
   require(!copies_, "values of texels that are one unknown for each chart can only be replaced");
+  require_alike(model.textures);
   for (std::size_t i = 0; i < by_texture_.size(); ++i) {
     std::vector<int> changed;
     for (const int k : by_texture_[i])

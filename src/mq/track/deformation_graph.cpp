@@ -209,7 +209,13 @@ std::vector<NodeMotion> DeformationGraph::fitted(std::span<const Vector3> from,
         NodeMotion& motion = motions[i];
         const SingularValues<3> svd = singular_values(covariance);
         // Fewer than two directions leave a turn open: none is taken then.
-        if (svd.values[1] > 1e-9 * svd.values[0]) motion.rotation = nearest_rotation(svd);
+        if (svd.values[1] > 1e-9 * svd.values[0]) {
+          // `nearest_rotation` assigned in place: what a function returns is summed in another order,
+          // and sequences followed before would not be followed to the same bits.
+          Vector3 signs = Vector3::Ones();
+          if ((svd.U * svd.V.transpose()).determinant() < 0) signs[2] = -1;
+          motion.rotation = svd.U * signs.asDiagonal() * svd.V.transpose();
+        }
         const Vector3& g = from[nodes_[i]];
         motion.translation = b + motion.rotation * (g - a) - g;
       },
