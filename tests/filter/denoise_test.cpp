@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "fem/cut_squares.h"
 #include "linear/matrices.h"
@@ -64,6 +65,9 @@ fixtures::CutOptions nine_charts() {  // the step runs through the middle of cha
   return fixtures::turned(fixtures::odd_angle, 3);
 }
 
+/// Those of the signal itself do not count.
+constexpr double no_edges = std::numeric_limits<double>::infinity();
+
 TEST(Denoise, TakesNoiseOffAndKeepsTheEdge) {
   for (const auto& options : {whole_square(), nine_charts()}) {
     const Stepped step(options, 160);
@@ -80,15 +84,39 @@ TEST(Denoise, KeepsTheEdgesOfAGuide) {
   const Stepped step(nine_charts(), 160);
   const double h = step.space.scale().texel_spacing;
   Guide guide{.values = step.clean.col(0), .edge = 0.05};
-  const Signal found = denoise(step.space, step.noisy, {guide}, {.weight = 16 * h * h}).signal;
+  const Signal found = denoise(step.space, step.noisy, {guide}, {.weight = 16 * h * h, .edge = no_edges}).signal;
   EXPECT_LE(step.error(found, 5 * h, 0.45), 0.25 * noise);
   EXPECT_LE(step.error(found, 1.5 * h, 5 * h), 0.6 * noise);
+}
+
+/// What is measured goes with the noise and not with the resolution, and finds the step.
+TEST(Denoise, MeasuresTheNoise) {
+  const Stepped fine(whole_square(), 160), coarse(whole_square(), 80);
+  std::vector<double> edges;
+  for (const Stepped* step : {&fine, &coarse}) {
+    const double h = step->space.scale().texel_spacing;
+    const Denoised found = denoise(step->space, step->noisy, {}, {.weight = 16 * h * h});
+    EXPECT_LE(step->error(found.signal, 5 * h, 0.45), 0.3 * noise);
+    const Signal smooth = ScreenedPoisson(step->space, 16 * h * h).solve(step->noisy, 0).signal;
+    EXPECT_LE(step->error(found.signal, 1.5 * h, 5 * h), 0.3 * step->error(smooth, 1.5 * h, 5 * h));
+    edges.push_back(found.edge);
+    const Signal twice = 2 * step->noisy;
+    EXPECT_NEAR(denoise(step->space, twice, {}, {.weight = 16 * h * h}).edge / found.edge, 2, 1e-6);
+  }
+  EXPECT_NEAR(edges[0] / edges[1], 1, 0.1);
+}
+
+TEST(Denoise, LeavesASignalWithoutNoiseAsItIs) {
+  const Stepped step(whole_square(), 96);
+  const Denoised found = denoise(step.space, step.clean, {}, {.weight = 1e-3});
+  EXPECT_EQ(found.edge, 0);
+  EXPECT_TRUE(found.signal == step.clean);
 }
 
 TEST(Denoise, WithoutEdgesIsSmoothing) {
   const VertexSpace space(make_surface(fixtures::torus(30, 20)));
   const Signal psi = test::random_signal(space.size(), 5);
-  const Signal a = denoise(space, psi, {}, {.weight = 0.02}).signal,
+  const Signal a = denoise(space, psi, {}, {.weight = 0.02, .edge = no_edges}).signal,
                b = ScreenedPoisson(space, 0.02).solve(psi, 0).signal;
   EXPECT_LE((a - b).cwiseAbs().maxCoeff(), 1e-12);
 }

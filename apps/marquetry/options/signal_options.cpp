@@ -31,13 +31,14 @@ void add_output_option(OptionTable& table) {
              .details = "With several textures %s in the name stands for the texture's own."});
 }
 
-void add_spread_options(OptionTable& table, const std::string& default_alpha,
+void add_spread_options(OptionTable& table, const Length& usual,
                         const std::string& group, const std::string& help, bool infinite,
                         const std::string& zero) {
+  const bool by_alpha = usual.unit == Length::Unit::alpha;
   table.add({.name = "alpha",
              .letter = 'a',
              .type = Type::number,
-             .default_value = default_alpha,
+             .default_value = by_alpha ? as_typed(usual.value) : "",
              .least = 0,
              .most = 1e6,
              .infinite = infinite,
@@ -50,6 +51,7 @@ void add_spread_options(OptionTable& table, const std::string& default_alpha,
       {.name = "length",
        .letter = 'l',
        .type = Type::length,
+       .default_value = by_alpha ? "" : as_typed(usual),
        .group = group,
        .help = "the same as a distance: 0.02 in model units, 1% of sqrt(area), 8tx in texels"});
   table.exclusive({"alpha", "length"});

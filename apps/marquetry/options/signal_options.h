@@ -20,9 +20,10 @@ bool asks_for(const OptionValues& options, const std::string& name);
 /// Adds --output of pictures or models.
 void add_output_option(OptionTable& table);
 
-/// Adds --alpha (with this default) and --length, which exclude each other; `group` is their
-/// heading, `help` what alpha does, `zero` what 0 does. Where `infinite`, alpha may be inf.
-void add_spread_options(OptionTable& table, const std::string& default_alpha,
+/// Adds --alpha and --length, which exclude each other; `usual` is the default, of --alpha where it
+/// is one and else of --length; `group` is their heading, `help` what alpha does, `zero` what 0 does.
+/// Where `infinite`, alpha may be inf.
+void add_spread_options(OptionTable& table, const Length& usual,
                         const std::string& group, const std::string& help, bool infinite = false,
                         const std::string& zero = "0 changes nothing.");
 

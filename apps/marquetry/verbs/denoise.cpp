@@ -1,5 +1,8 @@
 // marquetry denoise MESH [TEXTURE...] -o OUT: smooth a texture on its surface, but not over edges.
+#include <fmt/format.h>
+
 #include <cmath>
+#include <limits>
 
 #include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
@@ -33,6 +36,16 @@ std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel
   return guides;
 }
 
+/// Which edges were kept, where nobody said.
+void say_measured(Run& run, double edge) {
+  if (edge > 0)
+    run.print(fmt::format("edges kept above {:.3g} from texel to texel, as the noise was measured (--edge)\n",
+                          edge));
+  else
+    run.terminal().warning("no noise was found: a quarter of the signal and more is constant, and nothing was changed; "
+             "--edge, such as 0.01, says what is noise");
+}
+
 Exit denoise_verb_run(Run& run) {
   const OptionValues& options = run.options();
   TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
@@ -50,12 +63,16 @@ Exit denoise_verb_run(Run& run) {
     const Step step(run, "assemble", 0.2);
     target = make_signal(run, scene, step);
   }
-  const double edge = options.number("edge");
-  DenoiseOptions wanted{.weight = spread_weight(options, target->space().scale()),
+  const bool spread_given = options.given("alpha") || options.given("length");
+  DenoiseOptions wanted{.weight = spread_given ? spread_weight(options, target->space().scale())
+                                               : usual_denoise_weight(target->space()),
                         .steps = int(options.integer("steps"))};
-  if (edge > 0) wanted.edge = edge;
+  if (options.has("edge")) {
+    const double edge = options.number("edge");
+    wanted.edge = edge > 0 ? edge : std::numeric_limits<double>::infinity();
+  }
   Signal before;
-  Filtered found;
+  Denoised found;
   about(scene.model, [&] {
     const std::vector<Guide> guides = asked_guides(options, scene, *target);
     before = target->values();
@@ -68,6 +85,8 @@ Exit denoise_verb_run(Run& run) {
   });
   run.result.update(change_json(before, found.signal, value_space(run.options()).space));
   run.result["length"] = std::sqrt(wanted.weight);
+  run.result["edge"] = number_json(found.edge);
+  if (!wanted.edge) say_measured(run, found.edge);
 
   const Step step(run, "write", 0.1);
   target->put(before, found.signal, scene.model);
@@ -85,18 +104,17 @@ Verb denoise_verb() {
                     "edges, across the seams of the texture.");
   add_model_options(table);
   add_output_option(table);
-  add_spread_options(table, "3e-5", "Denoise",
+  add_spread_options(table, usual_denoise_length, "Denoise",
                      "how far values spread where no edge is: on the surface scaled to unit area");
   table.add({.name = "edge",
              .letter = 'e',
              .type = Type::number,
-             .default_value = "0.1",
              .least = 0,
              .most = 1e30,
              .group = "Denoise",
              .help = "change of the values from texel to texel at which they spread half as well",
-             .details = "Of all channels together, in the values of --space. 0: its own edges do "
-                        "not count, only those of guides."});
+             .details = "Of all channels together, in the values of --space. Without it by the noise that "
+                        "is measured. 0: its own edges do not count, only those of guides."});
   table.add({.name = "guide",
              .type = Type::path,
              .count = Option::Count::many,

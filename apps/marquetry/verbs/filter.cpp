@@ -157,7 +157,7 @@ Verb filter_verb() {
              .group = "Filter",
              .help = "factor on the gradients: 0 smooths, 1 changes nothing, more sharpens"});
   add_mask_options(table, "Filter");
-  add_spread_options(table, "0.001", "Filter",
+  add_spread_options(table, {1e-3, Length::Unit::alpha}, "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area",
                      true);
   table.add({.name = "geometry",

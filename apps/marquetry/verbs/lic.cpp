@@ -99,7 +99,7 @@ Verb lic_verb() {
   add_model_options(table);
   add_output_option(table);
   add_field_options(table);
-  add_spread_options(table, as_typed(FieldLinesOptions{}.alpha), "Lines",
+  add_spread_options(table, {FieldLinesOptions{}.alpha, Length::Unit::alpha}, "Lines",
                      "how far values spread along the field: on the surface scaled to unit area");
   table.add({.name = "kappa",
              .type = Type::number,

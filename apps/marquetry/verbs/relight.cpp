@@ -141,7 +141,7 @@ void add_time_options(OptionTable& table) {
                         "frames around it, which takes out light that comes and goes. poisson: all "
                         "frames at once, gradients in space and changes in time multiplied by what "
                         "--beta and --change say, which takes out flicker."});
-  add_spread_options(table, as_typed(defaults.spread.value), "Filter",
+  add_spread_options(table, defaults.spread, "Filter",
                      "weight of gradients in space against values of the mean or the frame", false,
                      "0 takes all from the mean, and leaves the frames to --gamma alone.");
   table.add({.name = "radius",

@@ -240,7 +240,7 @@ Verb stitch_verb() {
              .group = "Regions",
              .help = "the label of texels that no photograph shows: they are filled in"});
   add_partial_options(table);
-  add_spread_options(table, as_typed(usual_stitch_alpha), "Stitch",
+  add_spread_options(table, {usual_stitch_alpha, Length::Unit::alpha}, "Stitch",
                      "how far corrections spread: weight of gradients on the surface scaled to "
                      "unit area");
   add_solver_options(table);

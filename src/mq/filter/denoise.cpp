@@ -7,7 +7,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "mq/base/error.h"
@@ -26,6 +28,9 @@ constexpr float least_conductivity = 1e-6F;
 /// Morel and Coll 1992): enough for noise from one unknown to the next, little enough for edges to
 /// stay.
 constexpr double first_spacings = 1.5;
+
+/// A quartile that is a smaller part of the largest gradient is what smoothing leaves of an edge far away.
+constexpr float no_noise = 1e-5F;
 
 /// What the first step may leave of its residual: edges are looked for in it, and noise a
 /// hundredth as strong is none. Where texels are much stretched it stops before that, with noise
@@ -76,7 +81,21 @@ Signal slightly_smoothed(const SignalSpace& space, const Signal& psi, double mos
 
 }  // namespace
 
-Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<Guide>& guides,
+double usual_denoise_weight(const SignalSpace& space) {
+  return std::pow(usual_denoise_length.value * spacing_of(space), 2);
+}
+
+double measured_edge(const SignalSpace& space, const Signal& smoothed) {
+  std::vector<float> norms = space.gradient_norms(smoothed);
+  if (norms.empty()) return 0;
+  const float largest = *std::ranges::max_element(norms);
+  const auto quartile = norms.begin() + std::ptrdiff_t(norms.size() / 4);
+  std::ranges::nth_element(norms, quartile);
+  if (*quartile <= no_noise * largest) return 0;
+  return spacing_of(space) * double(*quartile);
+}
+
+Denoised denoise(const SignalSpace& space, const Signal& psi, const std::vector<Guide>& guides,
                  const DenoiseOptions& options, const SolverFactory& factory,
                  const Progress& progress) {
   require(options.steps >= 1, "denoising takes at least one step");
@@ -86,17 +105,24 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
   std::vector<float> of_guides;  // none: no guide, 1 everywhere
   if (!guides.empty()) of_guides.assign(std::size_t(space.element_count()), 1.0F);
   for (const Guide& guide : guides) stop_at_edges(space, guide.values, guide.edge, of_guides);
-  require(options.edge > 0, fmt::format("an edge is {}; it must be more than 0", options.edge));
-  const bool own_edges = !std::isinf(options.edge);
+  require(!options.edge || *options.edge > 0,
+          fmt::format("an edge is {}; it must be more than 0", options.edge.value_or(0)));
+  const bool own_edges = !options.edge || !std::isinf(*options.edge);
   std::optional<WeightedStiffnessSpace> weighted_system;
   if (!guides.empty()) weighted_system.emplace(space, of_guides);
   const auto guided = [&]() -> const SignalSpace& {
     return weighted_system ? static_cast<const SignalSpace&>(*weighted_system) : space;
   };
-  Filtered result{psi, {}};
+  Denoised result{{psi, {}}, options.edge.value_or(0)};
   if (own_edges)
     result.signal = slightly_smoothed(guided(), psi, options.weight, factory,
                                       progress.step("look for edges", 0.2));
+  if (!options.edge) result.edge = measured_edge(space, result.signal);
+  if (result.edge == 0) {
+    result.signal = psi;
+    result.report.converged = true;
+    return result;
+  }
   std::optional<ScreenedPoisson> equation;
   const int steps = own_edges ? options.steps : 1;
   for (int k = 0; k < steps; ++k) {
@@ -105,7 +131,7 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
     if (own_edges) {
       std::vector<float> conductivity = of_guides;
       conductivity.resize(std::size_t(space.element_count()), 1.0F);
-      stop_at_edges(space, result.signal, options.edge, conductivity);
+      stop_at_edges(space, result.signal, result.edge, conductivity);
       if (weighted_system)
         weighted_system->set_conductivity(std::move(conductivity));
       else
@@ -116,7 +142,7 @@ Filtered denoise(const SignalSpace& space, const Signal& psi, const std::vector<
       equation->set_weight(options.weight, preparing);
     else
       equation.emplace(guided(), options.weight, factory, preparing);
-    result = equation->solve(psi, 0, step.step("solve", 0.4));
+    static_cast<Filtered&>(result) = equation->solve(psi, 0, step.step("solve", 0.4));
   }
   return result;
 }
