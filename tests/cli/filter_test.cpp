@@ -16,6 +16,23 @@ using testing::StartsWith;
 using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
+TEST(Filter, SaysHowManyValuesAreCut) {
+  const Folder folder;
+  write_strip(folder);
+  const auto error = [&](const char* beta, const char* depth) {
+    const Result result = marquetry(folder, {"filter", "strip.obj", "-o", "out.exr", "--depth", depth,
+                                             "--beta", beta, "--length", "2tx"});
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.error;
+  };
+  EXPECT_THAT(error("0", "keep"), Not(HasSubstr("are cut")));
+  EXPECT_THAT(error("9", "float"), Not(HasSubstr("are cut")));
+  const Result result =
+      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "9", "--length", "2tx"});
+  EXPECT_THAT(result.error,
+              HasSubstr("% of all values became darker or brighter than the picture can hold, and are cut"));
+}
+
 TEST(Filter, ReturnsTheInputWithBetaOne) {
   for (const Depth depth : {Depth::u8, Depth::u16}) {
     for (const char* space : {"stored", "linear", "log"}) {

@@ -117,9 +117,10 @@ Filtered solve(Run& run, const TextureSignal& target, double weight, Work& work)
 bool describe(Run& run, const Work& work) {
   std::set<int> labels(work.labels.begin(), work.labels.end());
   labels.erase(unseen);
-  require(!labels.empty(), run.options().text("mesh") +
-                               ": no texel is seen, so there is nothing to "
-                               "stitch; check --unseen and confidences");
+  require(!labels.empty(),
+          run.options().text("mesh") + ": no texel is seen, so there is nothing to stitch; " +
+              (run.options().has("views") ? "check the cameras with the verb render, and --steepest and --bias"
+                                          : "check --unseen and confidences"));
   run.result["regions"] = labels.size();
   run.result["unseen"] = std::ranges::count(work.labels, unseen);
   if (run.options().has("unseen") && run.result["unseen"] == 0)
@@ -209,6 +210,8 @@ Exit stitch(Run& run) {
   run.result["seams"] = {{"before", seams}, {"after", seams_json(scene)}};
   compare_seams(run);
   set_depth(options, scene.model);
+  warn_of_cut_values(run, scene.model, work.psi, result.signal, value_space(options),
+                     "a shorter --length, such as 3%, leaves photographs more of their own colours");
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }

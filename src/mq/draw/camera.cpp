@@ -141,7 +141,7 @@ void Camera::zoom(const View& view, double middle_depth, int free_width) {
   const Vector3 offset = view.target.value_or(eye_ - middle_depth * backward_) - eye_;
   const double depth = -backward_.dot(offset);
   require(offset.allFinite() && (depth > 0 || !perspective_),
-          "the view's target lies behind the viewer");
+          "the place to look at lies behind the viewer, or too far from the model to be seen");
   const double scale = perspective_ ? depth : 1;
   if (view.extent > 0) pixel_ = view.extent / scale / std::min(free_width, height_);
   left_ = right_.dot(offset) / scale - pixel_ * free_width / 2;

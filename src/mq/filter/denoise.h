@@ -28,7 +28,7 @@ struct DenoiseOptions {
   double weight = 0;  ///< square of the length that values spread over where there is no edge
   /// The same as `Guide::edge` of the signal itself, as the step before left it; infinite: its own
   /// edges do not count; none: as `measured_edge` finds it.
-  std::optional<double> edge;
+  std::optional<double> edge = {};
   int steps = 1;  ///< solutions with the edges of the one before, after a first one; where only
                   ///< guides count there is one in all
 };

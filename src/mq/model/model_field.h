@@ -18,7 +18,7 @@ struct FieldRequest {
     file       ///< a .vf file, or a .ply file with vx, vy, vz at its vertices or faces
   } kind = Kind::max_curvature;
   int number = 1;              ///< which of the harmonic fields, from 1
-  std::filesystem::path file;  ///< of Kind::file
+  std::filesystem::path file = {};  ///< of Kind::file
   enum class Turn { none, quarter } turn = Turn::none;  ///< by 90 degrees, counter-clockwise
 
   /// As strong as it is, the strongest 1; or of length 1 wherever it is not 0.

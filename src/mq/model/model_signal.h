@@ -60,8 +60,8 @@ class ModelSignal {
 
 /// What a signal of textures is made for.
 struct TextureSignalOptions {
-  ValueSpace values;
-  TexelSpaceOptions space;
+  ValueSpace values = {};
+  TexelSpaceOptions space = {};
 
   /// A texel that several charts read is one unknown, whose value is right for none of them but the
   /// best there is for all; or one for each chart, of which the picture can show one

@@ -24,9 +24,9 @@ enum class MissingPictures {
 inline constexpr int assumed_texture_side = 1024;
 
 struct LoadOptions {
-  std::vector<std::filesystem::path> textures;  ///< in place of the pictures that the model names
-  WeldOptions weld;
-  AtlasOptions atlas;
+  std::vector<std::filesystem::path> textures = {};  ///< in place of the pictures that the model names
+  WeldOptions weld = {};
+  AtlasOptions atlas = {};
   MissingPictures missing = MissingPictures::refuse;
   ImageTriangles picture = ImageTriangles::two;  ///< of a picture in place of a model
 };

@@ -171,8 +171,8 @@ std::vector<int> asked_photographs(const OptionValues& options, const TexturedMo
       numbers_of_pictures(space.texels(), scene.texture_sizes, pictures, steps);
   for (std::size_t i = 0; i < numbers.size(); ++i)
     require(numbers[i] < count,
-            fmt::format("{}: --labels: found the number {} at column {}, row {}, and there are {}, "
-                        "counted from 0",
+            fmt::format("{}: --labels: found the number {} at column {}, row {}, of {} counted from "
+                        "0",
                         options.texts("labels")[std::size_t(space.texels().places[i].texture)],
                         numbers[i], space.texels().places[i].x, space.texels().places[i].y,
                         counted(count, "photograph")));

@@ -39,7 +39,9 @@ FalseColour scale_for(const OptionValues& options, const TexturedModel& scene) {
   FalseColour scale;
   if (options.has("range")) {
     const auto range = numbers_of(options, "range", 2);
-    require(range[0] < range[1], "--range: the first number is below the second");
+    require(range[0] < range[1],
+            fmt::format("--range: found {:g},{:g}; the first number must be below the second", range[0],
+                        range[1]));
     scale = {map, range[0], range[1]};
   } else {
     scale = scale_of_textures(scene.model.textures, int(options.integer("channel")), map);
