@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "cli/models.h"
+#include "model/program_files.h"
 #include "mq/io/flow_file.h"
 #include "mq/io/vector_field.h"
 #include "mq/model/outputs.h"
@@ -15,15 +15,6 @@ namespace mq {
 namespace {
 
 using test::Folder;
-
-void run(const Folder& folder, const std::vector<std::string>& words) {
-  const test::Result result = test::marquetry(folder, words);
-  ASSERT_EQ(result.status, 0) << result.error;
-}
-
-std::string bytes(const Folder& folder, const std::string& file) {
-  return test::file_bytes(folder / file);
-}
 
 /// Waves, moved to the right by so many pixels; the right half of the strip, without the gap between
 /// its charts, goes on where the left one ends.

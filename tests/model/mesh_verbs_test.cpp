@@ -6,7 +6,7 @@
 
 #include <limits>
 
-#include "cli/models.h"
+#include "model/program_files.h"
 #include "mq/draw/texel_maps.h"
 #include "mq/fem/field_spectrum.h"
 #include "mq/filter/geometry_filter.h"
@@ -43,18 +43,6 @@ std::string of_library(const Folder& folder, const Model& model, const std::stri
   Outputs(folder / file, model, kind).write(model, {});
   return test::file_bytes(folder / file);
 }
-
-/// The strip of two charts.
-struct TwoCharts {
-  Folder folder;
-  Messages messages;
-  TexturedModel model;
-
-  explicit TwoCharts(MissingPictures missing = MissingPictures::refuse) {
-    test::write_strip(folder);
-    model = load_textured_model(folder / "strip.obj", {.missing = missing}, messages);
-  }
-};
 
 TEST(VerbFill, ContinuesChartsAtTheirBordersAndSpreadsThem) {
   for (const char* distance : {"", "3"}) {

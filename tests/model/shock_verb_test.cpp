@@ -5,7 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "cli/models.h"
+#include "model/program_files.h"
 #include "mq/filter/image_shock.h"
 #include "mq/model/moved_vertices.h"
 #include "mq/model/model_shock.h"
@@ -15,15 +15,6 @@ namespace mq {
 namespace {
 
 using test::Folder;
-
-void run(const Folder& folder, const std::vector<std::string>& words) {
-  const test::Result result = test::marquetry(folder, words);
-  ASSERT_EQ(result.status, 0) << result.error;
-}
-
-std::string bytes(const Folder& folder, const std::string& file) {
-  return test::file_bytes(folder / file);
-}
 
 TEST(VerbShock, SharpensPicturesByPaths) {
   for (const ColourSpace space : {ColourSpace::stored, ColourSpace::linear}) {

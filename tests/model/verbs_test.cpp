@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "cli/models.h"
+#include "model/program_files.h"
 #include "mq/baseline/reference_solver.h"
 #include "mq/draw/false_colour.h"
 #include "mq/filter/denoise.h"
@@ -25,16 +25,9 @@ namespace {
 using test::Folder;
 using test::marquetry;
 
-/// The strip of two charts, and what the program writes for it as out.FORMAT.
-struct Strip {
-  Folder folder;
-  Messages messages;
-  TexturedModel model;
-
-  explicit Strip(MissingPictures missing = MissingPictures::refuse) {
-    test::write_strip(folder);
-    model = load_textured_model(folder / "strip.obj", {.missing = missing}, messages);
-  }
+/// The strip, and what the program writes for it as out.FORMAT.
+struct Strip : TwoCharts {
+  using TwoCharts::TwoCharts;
 
   TextureSignal signal(const TextureSignalOptions& options = {}) {
     return TextureSignal(model, options, messages);
