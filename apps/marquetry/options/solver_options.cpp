@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -114,34 +113,9 @@ void report_solve_at_seams(Run& run, const SolveReport& report) {
     run.terminal().warning(reached(report) + ": seams may be left where a lower --weight has none");
 }
 
-namespace {
-
-/// The share above which values that are cut are seen.
-constexpr double seen_share = 0.01;
-
-/// Neither curve moves 0, and light's has 1 where display values have it.
-double white_of(ColourSpace space) { return space == ColourSpace::log ? log_from_linear(1) : 1; }
-
-}  // namespace
-
-void warn_of_cut_values(Run& run, const Model& model, const Signal& before, const Signal& after,
-                        const ValueSpace& values, const std::string& advice) {
-  const bool integers = std::ranges::any_of(model.textures, [](const Texture& texture) {
-    return texture.format.depth == Depth::u8 || texture.format.depth == Depth::u16;
-  });
-  if (!integers || after.size() == 0 || values.meaning != ValueSpace::Meaning::colours) return;
-  const double white = white_of(values.space);
-  const auto inside = before.array() >= 0 && before.array() <= white;
-  const double share =
-      double((inside && (after.array() < 0 || after.array() > white)).count()) / double(after.size());
-  if (share > seen_share)
-    run.terminal().warning(fmt::format(
-        "{:.2g} % of all values became darker or brighter than the picture can hold, and are cut; {}",
-        100 * share, advice));
-}
-
 Json change_json(const Signal& before, const Signal& after, ColourSpace space) {
-  const double white = white_of(space);
+  // Neither curve moves 0, and light's has 1 where display values have it.
+  const double white = space == ColourSpace::log ? log_from_linear(1) : 1;
   const Signal change = after - before;
   const double count = double(std::max<Eigen::Index>(1, change.size()));
   return {{"unknowns", before.rows()},

@@ -54,11 +54,6 @@ void report_solve_at_seams(Run& run, const SolveReport& report);
 Json change_json(const Signal& before, const Signal& after,
                  ColourSpace space = ColourSpace::stored);
 
-/// Warns where more than 1 % of colours left the range that integers hold, and the model stores its
-/// textures as such: how many, and `advice`.
-void warn_of_cut_values(Run& run, const Model& model, const Signal& before, const Signal& after,
-                        const ValueSpace& values, const std::string& advice);
-
 Json solve_json(const SolveReport& report);
 
 }  // namespace mq::app

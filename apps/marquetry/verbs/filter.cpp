@@ -136,10 +136,6 @@ Exit filter(Run& run) {
   const Step step(run, "write", 0.1);
   target->put(solution.before, solution.filtered.signal, scene.model);
   set_depth(options, scene.model);
-  if (!at_vertices(options, scene))
-    warn_of_cut_values(run, scene.model, solution.before, solution.filtered.signal,
-                       value_space(options),
-                       "a smaller --beta or a shorter --length, such as 3tx, keeps them");
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }

@@ -210,8 +210,6 @@ Exit stitch(Run& run) {
   run.result["seams"] = {{"before", seams}, {"after", seams_json(scene)}};
   compare_seams(run);
   set_depth(options, scene.model);
-  warn_of_cut_values(run, scene.model, work.psi, result.signal, value_space(options),
-                     "a shorter --length, such as 3%, leaves photographs more of their own colours");
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }

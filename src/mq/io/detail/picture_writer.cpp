@@ -113,8 +113,9 @@ std::vector<std::string> notes_on(const std::string& name, const Texture& textur
         format.name == "png" ? "and says so by its gamma of 1, which not all programs heed"
                              : "which its format cannot say, so that it will be shown too dark"));
   if (clamped > 0)
-    notes.push_back(fmt::format("{}: {} beyond what {} can hold, clamped", name,
-                                counted(clamped, "value"), words_for(depth)));
+    notes.push_back(fmt::format("{}: {} beyond what {} can hold ({:.2g} % of all), clamped", name,
+                                counted(clamped, "value"), words_for(depth),
+                                100 * double(clamped) / double(texture.pixels.values().size())));
   if (format.name == "jpeg")
     notes.push_back(
         fmt::format("{}: every pixel is encoded again as JPEG (quality 98); write .png "
