@@ -88,9 +88,7 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
           stitcher_->regroup(composite.labels);
         }
         const app::Step step(run, "solve", shares.solve);
-        const Signal psi = stitcher_->fill(composite.values, step.progress().step("fill", 0.3));
-        const Signal change = stitcher_->change(partials_, {psi, composite.labels});
-        result = stitcher_->solve(psi, change, step.progress().step("stitch", 0.7));
+        result = stitcher_->stitch(composite.values, partials_, step);
         return result.report;
       });
   // A factorisation of a second attempt is not what the next choice should begin with.
@@ -109,7 +107,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
   if (other_labels_) {
     std::vector<int> asked(std::size_t(space.size()), unseen);
     if (options.has("labels"))
-      asked = app::asked_photographs(options, *session_.scene, space, int(partials_.size()));
+      asked = app::asked_photographs(options, *session_.scene, *target_, int(partials_.size()));
     const std::lock_guard lock(choice_mutex_);
     choice_ = saved_choice_ = std::move(asked);
     other_labels_ = false;

@@ -1,4 +1,5 @@
-// What a verb does is a few calls of the library: the same calls give the same files, byte for byte.
+// What a verb does is a few calls of the library: the same calls give the same files, byte for
+// byte.
 
 #include <gtest/gtest.h>
 
@@ -65,11 +66,14 @@ TEST(VerbFilter, IsAScreenedPoissonEquationOfTheModelsSignal) {
 TEST(VerbFilter, WorksOnLightAndOnNormalsByValueSpaces) {
   for (const char* space : {"linear", "log"}) {
     Strip strip;
-    const std::string wanted = strip.of_program({"filter", "-b", "0", "-l", "2tx", "--space", space});
-    ValueSpace values{.space = *space == 'l' && space[1] == 'o' ? ColourSpace::log : ColourSpace::linear};
+    const std::string wanted =
+        strip.of_program({"filter", "-b", "0", "-l", "2tx", "--space", space});
+    ValueSpace values{.space = *space == 'l' && space[1] == 'o' ? ColourSpace::log
+                                                                : ColourSpace::linear};
     const TextureSignal signal = strip.signal({.values = values});
     const Signal before = signal.values();
-    signal.put(before, ScreenedPoisson(signal.space(), weight(signal, "2tx")).solve(before, 0).signal,
+    signal.put(before,
+               ScreenedPoisson(signal.space(), weight(signal, "2tx")).solve(before, 0).signal,
                strip.model.model);
     EXPECT_EQ(strip.of_library(), wanted) << space;
   }
@@ -147,23 +151,22 @@ TEST(VerbGeodesic, MeasuresFromTheUnknownsAroundAPoint) {
       strip.signal({.shared = TextureSignalOptions::SharedTexels::one_for_each,
                     .pictures = TextureSignalOptions::Pictures::replaced});
   const ClosestPoint place = ClosestPointFinder(strip.model.surface.mesh)({0.3, 0.4, 0});
-  const Geodesic found = GeodesicDistance(signal.space())
-                             .from(sources_at_point(strip.model, signal, place));
+  const Geodesic found =
+      GeodesicDistance(signal.space()).from(sources_at_point(strip.model, signal, place));
   signal.replace(found.distance, Depth::f32, strip.model.model);
   EXPECT_EQ(strip.of_library("ours.exr"), wanted);
-  signal.replace(distance_colours(found.distance, {.most = signal.space().largest_shown(found.distance),
-                                                   .line_width = 1.5 * signal.scale().texel_spacing}),
-                 Depth::u8, strip.model.model);
+  signal.replace(
+      distance_colours(found.distance, {.most = signal.space().largest_shown(found.distance),
+                                        .line_width = 1.5 * signal.scale().texel_spacing}),
+      Depth::u8, strip.model.model);
   EXPECT_EQ(strip.of_library(), strip.of_program({"geodesic", "--from", "0.3,0.4,0"}));
 }
 
 TEST(VerbLic, SpreadsNoiseAlongAField) {
   Strip strip(MissingPictures::assume);
   const std::string wanted = strip.of_program({"lic", "--field", "gradient"});
-  const TextureSignal signal =
-      strip.signal({.pictures = TextureSignalOptions::Pictures::replaced});
-  const ModelField found =
-      model_field(strip.model, signal, {.kind = FieldRequest::Kind::gradient});
+  const TextureSignal signal = strip.signal({.pictures = TextureSignalOptions::Pictures::replaced});
+  const ModelField found = model_field(strip.model, signal, {.kind = FieldRequest::Kind::gradient});
   const SurfaceScale scale = signal.space().scale();
   const Signal noise = solid_noise(signal.space().positions(), 2 * signal.scale().texel_spacing);
   const LineIntegral lines = line_integral(
@@ -176,8 +179,7 @@ TEST(VerbLic, SpreadsNoiseAlongAField) {
 TEST(VerbReact, GrowsThePresetFromSeeds) {
   Strip strip(MissingPictures::assume);
   const std::string wanted = strip.of_program({"react", "--time", "40", "-s", "8tx"}, "out.exr");
-  const TextureSignal signal =
-      strip.signal({.pictures = TextureSignalOptions::Pictures::replaced});
+  const TextureSignal signal = strip.signal({.pictures = TextureSignalOptions::Pictures::replaced});
   const double wave = std::sqrt(weight(signal, "8tx"));
   const GrayScottPreset& spots = gray_scott_presets().front();
   ASSERT_EQ(spots.name, "spots");
@@ -197,7 +199,7 @@ TEST(VerbStitch, KeepsGradientsOfChartsAndNoStepsBetweenThem) {
   const Signal before = signal.values();
   const Stitcher stitcher(signal.space(), 100 * signal.space().scale().area,
                           signal.space().texels().chart);
-  signal.put(before, stitcher.solve(before, stitcher.change(before)).signal, strip.model.model);
+  signal.put(before, stitcher.stitch(before).signal, strip.model.model);
   EXPECT_EQ(strip.of_library(), wanted);
 }
 
@@ -253,9 +255,9 @@ TEST(TexturedModel, TakesAPictureForAFlatSurfaceOfOneChart) {
   EXPECT_TRUE(model.is_picture);
   EXPECT_EQ(model.atlas->charts.size(), 1U);
   EXPECT_EQ(TextureSignal(model, {}, messages).space().size(), 200);
-  EXPECT_THROW(load_textured_model(folder / "photo.png",
-                                   {.missing = MissingPictures::unneeded}, messages),
-               IoError);
+  EXPECT_THROW(
+      load_textured_model(folder / "photo.png", {.missing = MissingPictures::unneeded}, messages),
+      IoError);
   EXPECT_THROW(Outputs(folder / "out.obj", model.model, Outputs::Kind::pictures), InvalidInput);
 }
 
@@ -280,10 +282,9 @@ TEST(SolveWith, WarnsWhereTheGivenSolverFallsShort) {
   Strip strip;
   const TextureSignal signal = strip.signal();
   Heard heard;
-  const SolverChoice choice{.kind = SolverChoice::Kind::given,
-                            .factory = [](const SparseMatrix&, const Progress&) {
-                              return std::make_unique<Idle>();
-                            }};
+  const SolverChoice choice{
+      .kind = SolverChoice::Kind::given,
+      .factory = [](const SparseMatrix&, const Progress&) { return std::make_unique<Idle>(); }};
   int attempts = 0;
   const Attempt attempt = [&](const SolverFactory& factory, int) {
     ++attempts;
@@ -326,8 +327,11 @@ TEST(SolveWith, KeepsNothingOfIterationsThatDiverged) {
   const TextureSignal signal = strip.signal();
   const SolverChoice choice{.kind = SolverChoice::Kind::multigrid, .stop = {.max_cycles = 3}};
   const Attempt attempt = [](const SolverFactory&, int) {
-    return SolveReport{.method = "multigrid", .cycles = 3, .residuals = {1, 1e-6, 1e-3, 1e-4},
-                       .error = 7, .converged = false};
+    return SolveReport{.method = "multigrid",
+                       .cycles = 3,
+                       .residuals = {1, 1e-6, 1e-3, 1e-4},
+                       .error = 7,
+                       .converged = false};
   };
   EXPECT_THROW(solve_with(choice, signal.space(), attempt, strip.messages), SolverError);
 }

@@ -20,6 +20,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/instruction_set.h"
+#include "mq/base/option_names.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/version.h"
@@ -160,11 +161,26 @@ void write_report(const OptionValues& options, const Json& report) {
   if (options.flag("json")) fmt::print("{}", text);
 }
 
+/// Messages of the library say "--longest-edge" where the verb has that option.
+void name_options_of(const Verb& verb) {
+  set_option_names([fields = verb.fields, &table = verb.table](std::string_view field) {
+    std::string name(field);
+    if (const auto other = fields.find(field); other != fields.end())
+      name = other->second;
+    else
+      std::ranges::replace(name, '_', '-');
+    const auto& options = table.options();
+    const auto option = std::ranges::find(options, name, &Option::name);
+    return option == options.end() ? std::string(field) : display_name(*option);
+  });
+}
+
 Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal& terminal) {
   if (const auto detail = help_wanted(words)) {
     fmt::print("{}", help_text(verb.table, *detail));
     return Exit::done;
   }
+  name_options_of(verb);
   const OptionValues options = read_options(verb.table, words);
   const auto threads = options.integer("threads");
   const tbb::global_control control(

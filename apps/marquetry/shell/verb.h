@@ -2,6 +2,8 @@
 /// What a verb of the command line is. A file verbs/NAME.cpp defines `Verb NAME_verb()`, and
 /// nothing else has to know of it.
 
+#include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,17 +16,24 @@ class Run;
 /// The exit status of the program.
 enum class Exit { done = 0, defects = 1, error = 2, cancelled = 130 };
 
-/// What a verb does, and to which signals: "yes" or how; empty: not at all. A row of a table in docs/.
+/// What a verb does, and to which signals: "yes" or how; empty: not at all. A row of a table in
+/// docs/.
 struct Signals {
   std::string what;
   std::string with = {};  ///< options that ask for it
   std::string textures = "yes", vertices = "yes", pictures = "yes";
 };
 
+/// Fields of the library's option structs that a verb takes as options of other names, with these:
+/// {{"bad_frames", "skip-bad"}}. Messages of the library call the others by their own names.
+using OptionFields = std::map<std::string, std::string, std::less<>>;
+
 struct Verb {
   OptionTable table;  ///< its own options; those every verb has are added by the frame
   Exit (*run)(Run&);  ///< does the work; throws what the library throws
   std::vector<Signals> signals = {};
+
+  OptionFields fields = {};
 };
 
 /// All verbs of this program, in alphabetical order.

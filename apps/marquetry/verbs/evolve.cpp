@@ -4,9 +4,9 @@
 // The store is there without texture coordinates until the sequence has been followed to its end,
 // so that --resume can go on with it.
 #include "shell/results.h"
+#include "shell/verb.h"
 #include "verbs/shared/tracking_run.h"
 #include "verbs/shared/unwrap_evolving.h"
-#include "shell/verb.h"
 
 namespace mq::app {
 namespace {
@@ -38,7 +38,7 @@ Verb evolve_verb() {
   add_remeshing_options(table);
   add_atlas_options(table);
   add_evolving_atlas_options(table);
-  return {table, evolve};
+  return {table, evolve, {}, tracking_fields()};
 }
 
 }  // namespace mq::app

@@ -99,7 +99,7 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
     return;
   }
   std::optional<CarriedColours> colours;
-  if (options.has("paint")) colours.emplace(read_model(options.text("paint")), reader, "--paint");
+  if (options.has("paint")) colours.emplace(read_model(options.text("paint")), reader);
   write_stored_models(reader, frames, paths, colours ? &*colours : nullptr, step);
 }
 
@@ -214,7 +214,9 @@ Verb export_verb() {
   add_codec_option(table);
   add_captured_texture_options(table);
   add_plot_option(table);
-  return {table, run_export};
+  auto fields = captured_fields();
+  fields["colours"] = "paint";
+  return {table, run_export, {}, fields};
 }
 
 }  // namespace mq::app

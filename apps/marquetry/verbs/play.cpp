@@ -24,8 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* other_codec = "make it again with --codec h264, av1 or vp9";
-
 /// The page, and the scripts that it names.
 std::string page_of(const PlayerFiles& files, const Film& film, const FilmPageOptions& options) {
   const PageScript scripts[] = {{"three.min.js", files.three},
@@ -38,18 +36,14 @@ void refuse_what_does_not_fit(const OptionValues& options) {
   require(!options.has("from") || !options.has("video"),
           "--video: with --from the textures are those captured");
   require_video_for_codec(options, options.has("from"));
-  if (options.has("video")) film_video_type(options.text("video"), "--video");
+  if (options.has("video")) film_video_type(options.text("video"));
 }
 
 /// The texture video that --video names; none where it names none.
 FilmVideo given_video(Run& run, std::size_t frames) {
   const OptionValues& options = run.options();
   if (!options.has("video")) return {};
-  FilmVideoOptions how{.frames = std::int64_t(frames),
-                       .words = {.video = "--video",
-                                 .rate = "--rate",
-                                 .frames = "name the frames it was made of with --frames",
-                                 .again = other_codec}};
+  FilmVideoOptions how{.frames = std::int64_t(frames)};
   if (options.has("rate")) how.rate = options.number("rate");
   return read_film_video(options.text("video"), how, run.terminal());
 }
@@ -63,7 +57,7 @@ void check_video_to_make(Run& run, const EvolvingReader& reader, const std::vect
   require_video_options("textures.mp4", video_options(options));
   find_frames(options.text("from"), numbers_of(reader, frames));
   if (video_options(options).codec == VideoCodec::h265)
-    warn_of_unplayed_codec("--codec", "H.265", other_codec, run.terminal());
+    warn_of_unplayed_codec("--codec", "H.265", run.terminal());
 }
 
 Exit run_play(Run& run) {
@@ -95,13 +89,11 @@ Exit run_play(Run& run) {
   if (options.has("from")) video = captured_video(run, reader, frames);
   const Step step(run, "film", 0.9);
   const Film film = make_film(reader, frames, lifespan_colour, step);
-  const std::string html = page_of(
-      *files, film,
-      {.title = store.stem().string(),
-       .rate = rate,
-       .video_type = video.type,
-       .video = video.bytes,
-       .words = {.frames = "fewer frames (--frames)", .textures = "smaller textures (--size)"}});
+  const std::string html = page_of(*files, film,
+                                   {.title = store.stem().string(),
+                                    .rate = rate,
+                                    .video_type = video.type,
+                                    .video = video.bytes});
   write_file(page, bytes_of(html));
   run.result["frames"] = frames.size();
   run.result["segments"] = film.blocks.size();
@@ -148,7 +140,7 @@ Verb play_verb() {
                  "Such as export or relight make, with a picture for each of the frames. What an "
                  ".mp4 says of their count and rate must be true of the film."});
   add_captured_texture_options(table);
-  return {table, run_play};
+  return {table, run_play, {}, captured_fields()};
 }
 
 }  // namespace mq::app

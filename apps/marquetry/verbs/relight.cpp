@@ -44,14 +44,7 @@ RelightOptions relight_options(const OptionValues& options) {
                       .change = options.number("change"),
                       .window = int(options.integer("hold")),
                       .accuracy = options.number("accuracy")},
-          .values = value_space(options),
-          .words = {.output = "--output",
-                    .alpha = "--alpha",
-                    .radius = "--radius",
-                    .window = "--hold",
-                    .accuracy = "--accuracy",
-                    .mean = "--method mean",
-                    .poisson = "--method poisson"}};
+          .values = value_space(options)};
 }
 
 RelightFiles relight_files(const OptionValues& options) {
@@ -234,7 +227,7 @@ Verb relight_verb() {
              .group = "Measuring",
              .help = "true_%04d.png: what the textures should be; the report says how near they "
                      "come, up to one factor"});
-  return {table, relight};
+  return {table, relight, {}, {{"window", "hold"}}};
 }
 
 }  // namespace mq::app

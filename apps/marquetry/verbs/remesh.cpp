@@ -14,9 +14,9 @@
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/soundness.h"
 #include "mq/model/remeshed_model.h"
+#include "options/model_options.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
-#include "options/model_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -28,8 +28,9 @@ RemeshedContents asked_contents(const OptionValues& options) {
   using Textures = RemeshedContents::Textures;
   using Colours = RemeshedContents::Colours;
   const bool painted = options.flag("paint");
-  return {.textures = painted || options.flag("no-textures") ? Textures::left_out : Textures::carried,
-          .colours = painted ? Colours::origin : Colours::carried};
+  return {
+      .textures = painted || options.flag("no-textures") ? Textures::left_out : Textures::carried,
+      .colours = painted ? Colours::origin : Colours::carried};
 }
 
 /// A model, its defects in the report. `of_template`: its mesh, where this is the target.
@@ -56,12 +57,12 @@ RemeshInput read_side(Run& run, const std::string& option, const Mesh* of_templa
   return side;
 }
 
-/// Corners of the template's triangles at their birth.
+/// Corners of the template's triangles at rest.
 std::vector<std::array<Vector3, 3>> read_rest(Run& run, const RemeshInput& of_template) {
   if (!run.options().has("reference")) return {};
-  const Model at_birth = read_model(run.options().text("reference"), shape_alone);
-  run.will_read(at_birth.path);
-  return corners_at_birth(of_template, at_birth);
+  const Model rest_shape = read_model(run.options().text("reference"), shape_alone);
+  run.will_read(rest_shape.path);
+  return rest_corners(of_template, rest_shape);
 }
 
 Json distance_json(const DistanceSummary& distance, double diagonal) {
@@ -194,20 +195,22 @@ void add_remesh_options(OptionTable& table) {
              .most = 1,
              .group = "Remesh",
              .help = "neighbours of a replaced part go too from this share of the tolerance on"});
-  table.add({.name = "occlusion",
-             .type = Type::number,
-             .default_value = as_typed(RemeshOptions{}.occlusion),
-             .least = 0,
-             .most = 1,
-             .group = "Remesh",
-             .help = "how much less distance counts in hidden places, such as creases and contacts"});
-  table.add({.name = "curvature",
-             .type = Type::number,
-             .default_value = as_typed(RemeshOptions{}.curvature),
-             .least = 0,
-             .most = 100,
-             .group = "Remesh",
-             .help = "how much more distance counts where a mesh is bent, such as at ridges and tips"});
+  table.add(
+      {.name = "occlusion",
+       .type = Type::number,
+       .default_value = as_typed(RemeshOptions{}.occlusion),
+       .least = 0,
+       .most = 1,
+       .group = "Remesh",
+       .help = "how much less distance counts in hidden places, such as creases and contacts"});
+  table.add(
+      {.name = "curvature",
+       .type = Type::number,
+       .default_value = as_typed(RemeshOptions{}.curvature),
+       .least = 0,
+       .most = 100,
+       .group = "Remesh",
+       .help = "how much more distance counts where a mesh is bent, such as at ridges and tips"});
   table.add({.name = "growth",
              .type = Type::number,
              .default_value = as_typed(RemeshOptions{}.growth),
@@ -244,9 +247,10 @@ void add_remesh_options(OptionTable& table) {
 Verb remesh_verb() {
   using Type = Option::Type;
   constexpr auto positional = Option::Place::positional;
-  OptionTable table("remesh",
-                    "Replace a part of a mesh by another mesh, where it deviates beyond a tolerance: "
-                    "the rest keeps its triangles.");
+  OptionTable table(
+      "remesh",
+      "Replace a part of a mesh by another mesh, where it deviates beyond a tolerance: "
+      "the rest keeps its triangles.");
   table.add({.name = "template",
              .place = positional,
              .type = Type::path,

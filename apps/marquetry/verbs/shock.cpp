@@ -11,25 +11,16 @@
 #include "mq/baseline/osher_rudin.h"
 #include "mq/filter/image_shock.h"
 #include "mq/io/file_names.h"
-#include "shell/arguments.h"
-#include "shell/results.h"
-#include "verbs/shared/shock_geometry.h"
 #include "options/shock_options.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
+#include "shell/arguments.h"
+#include "shell/results.h"
 #include "shell/verb.h"
+#include "verbs/shared/shock_geometry.h"
 
 namespace mq::app {
 namespace {
-
-bool names_picture(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
-  static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".tif",
-                                             ".tiff", ".exr", ".bmp",  ".tga"};
-  return std::ranges::count(pictures, extension) > 0;
-}
 
 /// What the report says of paths.
 void report_paths(Run& run, double rate, double time, const PathCounts& counts, double seconds) {
@@ -359,9 +350,13 @@ Verb shock_verb() {
   add_depth_option(table);
   for (const char* name : {"space", "vertices", "depth"}) table.exclusive({"geometry", name});
   add_frames_option(table);
-  return {table, run_shock,
+  return {table,
+          run_shock,
           {{.what = "shock filters", .textures = "yes, on triangles cut to the size of texels"},
-           {.what = "shapes: their edges sharpened", .with = "--geometry", .textures = "", .pictures = ""}}};
+           {.what = "shapes: their edges sharpened",
+            .with = "--geometry",
+            .textures = "",
+            .pictures = ""}}};
 }
 
 }  // namespace mq::app

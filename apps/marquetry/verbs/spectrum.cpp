@@ -8,11 +8,12 @@
 #include <iterator>
 #include <memory>
 
-#include "options/signal_options.h"
 #include "mq/base/error.h"
 #include "mq/fem/field_spectrum.h"
+#include "mq/io/file_names.h"
 #include "mq/io/vector_field.h"
 #include "mq/model/field_files.h"
+#include "options/signal_options.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/verb.h"
@@ -38,6 +39,11 @@ FieldSpectrumOptions asked_spectrum(const OptionValues& options) {
 std::vector<FieldFile> asked_files(const OptionValues& options, const TexturedModel& scene) {
   using Lines = FieldFilesOptions::Lines;
   if (!options.has("output")) return {};
+  const fs::path folder = options.text("output");
+  require(
+      !names_model(folder) && !names_picture(folder),
+      fmt::format("--output: found '{}', wanted a folder: a file for each field is written there",
+                  folder.string()));
   FieldFilesOptions files{.folder = options.text("output"),
                           .name = options.text("basis"),
                           .count = int(options.integer("count"))};
@@ -111,8 +117,8 @@ Exit spectrum(Run& run) {
   const FieldSpectrumOptions wanted = asked_spectrum(options);
   const TexturedModel scene = read_usable_model(
       run, options.flag("lines") ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
-  require(!scene.is_picture,
-          scene.model.path.string() + ": is a picture; vector fields that change least are of surfaces");
+  require(!scene.is_picture, scene.model.path.string() +
+                                 ": is a picture; vector fields that change least are of surfaces");
   const std::vector<FieldFile> files = asked_files(options, scene);
   if (!files.empty()) run.will_write(paths_of(files), options.text("output"));
   if (run.dry_run()) return Exit::done;

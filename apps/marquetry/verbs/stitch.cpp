@@ -9,23 +9,22 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <set>
 
-#include "shell/arguments.h"
-#include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
-#include "mq/base/words.h"
 #include "mq/filter/modulation.h"
 #include "mq/filter/stitch.h"
 #include "mq/model/photographs.h"
-#include "shell/results.h"
-#include "verbs/shared/partials.h"
-#include "shell/run.h"
+#include "mq/model/stitch_regions.h"
 #include "options/model_options.h"
-#include "verbs/shared/seam_report.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
+#include "shell/arguments.h"
+#include "shell/results.h"
+#include "shell/run.h"
 #include "shell/verb.h"
+#include "verbs/shared/input_pictures.h"
+#include "verbs/shared/partials.h"
+#include "verbs/shared/seam_report.h"
 
 namespace mq::app {
 namespace {
@@ -45,91 +44,62 @@ std::optional<std::vector<double>> parse_label(const std::string& text) {
   return parse_numbers(text, std::size_t(1 + std::ranges::count(text, ',')));
 }
 
-std::vector<int> read_labels(Run& run, const TexturedModel& scene, const TexelSpace& space) {
+/// What the options name: photographs, labels, or charts.
+StitchRegions asked_regions(Run& run, const TexturedModel& scene, const TextureSignal& target,
+                            const Progress& progress) {
   const OptionValues& options = run.options();
-  const std::vector<std::string> files = options.texts("labels");
-  if (files.empty()) return space.texels().chart;
-  std::vector<Image<float>> pictures;
-  std::optional<std::vector<float>> unseen_colour;
-  for (const std::string& file : files) {
-    const Texture texture = read_texture(file);
-    require(texture.format.file_format != "jpeg",
-            file +
-                ": --labels: JPEG does not keep colours exactly, so that regions cannot be told "
-                "apart: save it as PNG");
-    if (options.has("unseen")) {
-      const double most = texture.format.depth == Depth::u8    ? 255
-                          : texture.format.depth == Depth::u16 ? 65535
-                                                               : 1;
-      const std::vector<double> values = *parse_label(options.text("unseen"));
-      unseen_colour.emplace();
-      const int colours = colour_channels(texture.pixels.channels());
-      require(values.size() == 1 || int(values.size()) == colours,
-              fmt::format("{}: --unseen: has {}, found {}", file,
-                          counted(colours, "colour channel"), options.text("unseen")));
-      for (int c = 0; c < colours; ++c)
-        unseen_colour->push_back(float(values[values.size() == 1 ? 0 : std::size_t(c)] / most));
-    }
-    const TextureSize size = scene.texture_sizes[pictures.size()];
-    if (texture.pixels.width() != size.width || texture.pixels.height() != size.height)
-      run.terminal().remark(fmt::format(
-          "{}: {} × {} pixels, where the texture has {} × {}: each texel takes the nearest one's label",
-          file, texture.pixels.width(), texture.pixels.height(), size.width, size.height));
-    pictures.push_back(texture.pixels);
+  if (has_partials(options)) {
+    std::vector<Partial> photographs = read_partials(run, scene, target, progress);
+    std::vector<int> wanted;
+    if (!options.texts("labels").empty())
+      wanted = asked_photographs(options, scene, target, int(photographs.size()));
+    return regions_of_photographs(std::move(photographs), wanted);
   }
-  return labels_of_pictures(space.texels(), scene.texture_sizes, pictures, unseen_colour);
+  std::optional<std::vector<double>> unseen_colour;
+  if (options.has("unseen")) unseen_colour = parse_label(options.text("unseen"));
+  return regions_of_labels(scene, target, read_labels(options), unseen_colour, run.terminal());
 }
 
-/// What is stitched: the signal put together, its regions, and the change its gradient needs.
-struct Work {
-  Signal psi;
-  std::vector<int> labels;
-  std::vector<Partial> partials;  ///< none: the signal is the model's
-  SparseMatrix stiffness = {};    ///< once it was solved
+struct Stitched {
+  Filtered filtered;
+  SparseMatrix stiffness;
 };
+
+Stitched solve(Run& run, const TextureSignal& target, double weight, const StitchRegions& regions) {
+  Stitched stitched;
+  solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    std::unique_ptr<Stitcher> stitcher;
+    {
+      const Step step(run, "prepare", shares.prepare);
+      stitcher = std::make_unique<Stitcher>(target.space(), weight, regions.labels, factory, step);
+    }
+    const Step step(run, "solve", shares.solve);
+    stitched = {stitcher->stitch(regions.values, regions.partials, step), stitcher->stiffness()};
+    return stitched.filtered.report;
+  });
+  return stitched;
+}
 
 Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int>& labels) {
   const BorderJump jump = border_jump(S, psi, labels);
   return {{"across", jump.across}, {"within", jump.within}};
 }
 
-Filtered solve(Run& run, const TextureSignal& target, double weight, Work& work) {
-  Filtered result;
-  solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
-    std::unique_ptr<Stitcher> stitcher;
-    {
-      const Step step(run, "prepare", shares.prepare);
-      stitcher = std::make_unique<Stitcher>(target.space(), weight, work.labels, factory, step);
-    }
-    const Step step(run, "solve", shares.solve);
-    const Signal psi = stitcher->fill(work.psi, step.progress().step("fill", 0.3));
-    const Signal change = work.partials.empty()
-                              ? stitcher->change(psi)
-                              : stitcher->change(work.partials, {psi, work.labels});
-    result = stitcher->solve(psi, change, step.progress().step("stitch", 0.7));
-    work.stiffness = stitcher->stiffness();
-    return result.report;
-  });
-  return result;
-}
-
-/// Whether there is anything to stitch.
-bool describe(Run& run, const Work& work) {
-  std::set<int> labels(work.labels.begin(), work.labels.end());
-  labels.erase(unseen);
-  require(!labels.empty(),
+/// Says how many regions there are, and refuses none.
+void describe(Run& run, const StitchRegions& regions) {
+  require(regions.count() > 0,
           run.options().text("mesh") + ": no texel is seen, so there is nothing to stitch; " +
-              (run.options().has("views") ? "check the cameras with the verb render, and --steepest and --bias"
-                                          : "check --unseen and confidences"));
-  run.result["regions"] = labels.size();
-  run.result["unseen"] = std::ranges::count(work.labels, unseen);
-  if (run.options().has("unseen") && run.result["unseen"] == 0)
+              (has_views(run.options())
+                   ? "check the cameras with the verb render, and --steepest and --bias"
+                   : "check --unseen and confidences"));
+  run.result["regions"] = regions.count();
+  run.result["unseen"] = regions.count_unseen();
+  if (run.options().has("unseen") && regions.count_unseen() == 0)
     run.terminal().warning(
         fmt::format("--unseen {}: no texel has this label, so every region counts as seen",
                     run.options().text("unseen")));
-  if (labels.size() > 1 || std::ranges::count(work.labels, unseen) > 0) return true;
-  run.terminal().remark("there is one region only, so nothing to stitch");
-  return false;
+  if (!regions.is_stitchable())
+    run.terminal().remark("there is one region only, so nothing to stitch");
 }
 
 /// Says so where seams are not better than they were.
@@ -139,7 +109,8 @@ void compare_seams(Run& run) {
     const double before = seams["before"][what], after = seams["after"][what];
     if (after > 1.01 * before && after > 1e-3)
       run.terminal().warning(fmt::format(
-          "textures jump more across seams than before ({} {:.3g}, was {:.3g}): single texels where "
+          "textures jump more across seams than before ({} {:.3g}, was {:.3g}): single texels "
+          "where "
           "charts are smaller than a few texels, or share them, are far off; look at them, and try "
           "--space stored, or a larger texture",
           what, after, before));
@@ -160,53 +131,37 @@ Exit stitch(Run& run) {
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<TextureSignal> target;
-  Work work;
-  bool anything = true;
+  StitchRegions regions;
   about(scene.model, [&] {
     const Step step(run, "assemble", 0.2);
     target = make_texture_signal(run, scene, {.values = value_space(options)},
                                  step.progress().step("space", 0.5));
-    work.psi = target->values();
-    if (has_partials(options)) {
-      work.partials =
-          read_partials(run, scene, *target, step.progress().step("partial textures", 0.5));
-      std::vector<int> wanted;
-      if (!options.texts("labels").empty())
-        wanted = asked_photographs(options, scene, target->space(),
-                                   int(work.partials.size()));
-      Composite composite = best_of(work.partials, wanted);
-      target->put(work.psi, composite.values, scene.model);
-      work.psi = std::move(composite.values);
-      work.labels = std::move(composite.labels);
-    } else {
-      work.labels = read_labels(run, scene, target->space());
-    }
-    anything = describe(run, work);
+    regions = asked_regions(run, scene, *target, step.progress().step("partial textures", 0.5));
+    if (has_partials(options)) target->put(target->values(), regions.values, scene.model);
+    describe(run, regions);
   });
   const SurfaceScale scale = target->space().scale();
   const double weight = spread_weight(options, scale);
   const Json seams = seams_json(scene);
-  Filtered result;
-  if (anything) {
-    about(scene.model, [&] { result = solve(run, *target, weight, work); });
+  Stitched stitched;
+  if (regions.is_stitchable()) {
+    about(scene.model, [&] { stitched = solve(run, *target, weight, regions); });
   } else {
-    work.stiffness = target->space().stiffness();
-    result = {work.psi, nothing_to_solve()};
-    run.solve = solve_json(result.report);
+    stitched = {{regions.values, nothing_to_solve()}, target->space().stiffness()};
+    run.solve = solve_json(stitched.filtered.report);
     run.solve["tried"] = Json::array();
   }
 
-  run.result.update(change_json(work.psi, result.signal, value_space(run.options()).space));
-  const SparseMatrix& S = work.stiffness;
-  run.result["borders"] = {{"before", border_json(S, work.psi, work.labels)},
-                           {"after", border_json(S, result.signal, work.labels)}};
-  run.result["mean_drift"] =
-      mean_drift(target->space(), work.psi, result.signal, work.labels);
+  const Signal &before = regions.values, &after = stitched.filtered.signal;
+  run.result.update(change_json(before, after, value_space(options).space));
+  run.result["borders"] = {{"before", border_json(stitched.stiffness, before, regions.labels)},
+                           {"after", border_json(stitched.stiffness, after, regions.labels)}};
+  run.result["mean_drift"] = mean_drift(target->space(), before, after, regions.labels);
   run.result["alpha"] = weight / scale.area;
   run.result["length"] = std::sqrt(weight);
 
   const Step step(run, "write", 0.1);
-  target->put(work.psi, result.signal, scene.model);
+  target->put(before, after, scene.model);
   run.result["seams"] = {{"before", seams}, {"after", seams_json(scene)}};
   compare_seams(run);
   set_depth(options, scene.model);
@@ -228,11 +183,12 @@ Verb stitch_verb() {
              .count = Option::Count::many,
              .group = "Regions",
              .help = "a picture per texture: texels of one colour come from one photograph",
-             .details = "Taken at the nearest pixel, transparent ones are unseen. Without it every "
-                        "chart is a region. With --partial or --views its first channel is the "
-                        "number, from 0, of the photograph that each texel comes from; where that "
-                        "does not show it, and where labels are transparent, the one that does best "
-                        "is taken."});
+             .details =
+                 "Taken at the nearest pixel, transparent ones are unseen. Without it every "
+                 "chart is a region. With --partial or --views its first channel is the "
+                 "number, from 0, of the photograph that each texel comes from; where that "
+                 "does not show it, and where labels are transparent, the one that does best "
+                 "is taken."});
   table.add({.name = "unseen",
              .type = Type::text,
              .accepts = [](const std::string& text) { return parse_label(text).has_value(); },
@@ -249,7 +205,8 @@ Verb stitch_verb() {
   add_depth_option(table);
   table.exclusive({"partial", "views"});
   add_frames_option(table);
-  return {table, stitch,
+  return {table,
+          stitch,
           {{.what = "steps between regions taken out, what is unseen filled",
             .vertices = "in the library",
             .pictures = "yes, with `--labels`"}}};

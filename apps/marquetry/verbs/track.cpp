@@ -2,9 +2,9 @@
 // each of which is a mesh of its own. The first frame is the template.
 #include "mq/base/error.h"
 #include "shell/results.h"
+#include "shell/verb.h"
 #include "verbs/shared/render_request.h"
 #include "verbs/shared/tracking_run.h"
-#include "shell/verb.h"
 
 namespace mq::app {
 namespace {
@@ -34,7 +34,7 @@ Verb track_verb() {
              .details = "As the verb remesh does, with its own tolerances; the rest lives on."});
   add_remeshing_options(table);
   add_view_option(table, "Pictures");
-  return {table, track};
+  return {table, track, {}, tracking_fields()};
 }
 
 }  // namespace mq::app

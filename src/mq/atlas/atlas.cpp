@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 
 namespace mq {
 namespace {
@@ -125,8 +126,8 @@ void flood_charts(const Surface& surface, Atlas& atlas) {
   }
 }
 
-/// Charts in the order of a walk over the surface, see `Chart::turn`: breadth first across seams, from the
-/// first chart of each component.
+/// Charts in the order of a walk over the surface, see `Chart::turn`: breadth first across seams,
+/// from the first chart of each component.
 void walk_charts(const Surface& surface, Atlas& atlas) {
   std::vector<std::vector<int>> next_to(atlas.charts.size());
   for (HalfEdge h = 0; h < int(atlas.edges.size()); ++h)
@@ -185,11 +186,11 @@ void orient_charts(const Surface& surface, const AtlasOptions& options, Atlas& a
   const std::string extent =
       fmt::format("{:.3g} % of the texels of all charts", 100 * folded / atlas.texel_area);
   add_defect(atlas.defects, "flipped_triangles", refuse ? refused : warning, "triangle", flipped,
-             refuse
-                 ? "triangles turned over against their chart, so that it folds over itself (" +
-                       extent + "): repair the UVs there, or accept the folds with --flipped keep"
-                 : "triangles turned over against their chart (" + extent +
-                       "): both layers of the fold read and write the same texels");
+             refuse ? "triangles flipped against their chart, so that it folds over itself (" +
+                          extent + "): repair the UVs there, or accept the folds with " +
+                          option_name("flipped") + " keep"
+                    : "triangles flipped against their chart (" + extent +
+                          "): both layers of the fold read and write the same texels");
 }
 
 struct Box {

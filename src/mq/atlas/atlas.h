@@ -27,7 +27,7 @@ struct TextureSize {
 };
 
 struct AtlasOptions {
-  /// Triangles turned over against the rest of their chart. Scans have a sliver or two of them,
+  /// Triangles flipped against the rest of their chart. Scans have a sliver or two of them,
   /// which nobody sees; more means that charts fold over themselves. Kept, a fold is integrated
   /// like any other place, and both of its layers read and write the same texels.
   enum class Flipped {
@@ -46,8 +46,9 @@ struct Chart {
   double texel_area = 0;    ///< in texels²
   double surface_area = 0;  ///< model units²
 
-  /// When it is met on a walk over the surface from seam to seam. Where parts of a model share a piece
-  /// of texture, as mirrored halves do, the charts with the earliest turns are of the same part.
+  /// When it is met on a walk over the surface from seam to seam. Where parts of a model share a
+  /// piece of texture, as mirrored halves do, the charts with the earliest turns are of the same
+  /// part.
   int turn = 0;
 };
 

@@ -46,11 +46,12 @@ struct Slope {
 };
 
 void require_sizes(const Ground& ground, const Signal& psi, std::span<const int> labels) {
-  require(ground.stiffness.rows() == psi.rows() && std::ssize(labels) == psi.rows() &&
-              std::ssize(ground.positions) == psi.rows(),
-          fmt::format("stitching: a signal of {} rows, {} labels, {} positions and a stiffness of {} "
-                      "rows do not fit",
-                      psi.rows(), labels.size(), ground.positions.size(), ground.stiffness.rows()));
+  require(
+      ground.stiffness.rows() == psi.rows() && std::ssize(labels) == psi.rows() &&
+          std::ssize(ground.positions) == psi.rows(),
+      fmt::format("stitching: a signal of {} rows, {} labels, {} positions and a stiffness of {} "
+                  "rows do not fit",
+                  psi.rows(), labels.size(), ground.positions.size(), ground.stiffness.rows()));
 }
 
 /// g minimising Σ_j |ψ_j − ψ_i − g·(x_j − x_i)|² + ε Σ_j |x_j − x_i|² |g|² over neighbours of the
@@ -221,9 +222,9 @@ Signal seen_only(const SparseMatrix& S, const SeenBorder& border, const Vector& 
   return result;
 }
 
-/// δ of unknowns that hardly meet the surface, brought into the range of those next to them that meet
-/// it five times as much. Next to a border such a texel is told a step of its own, by cells of which
-/// it has a small part, and little else speaks for a value there.
+/// δ of unknowns that hardly meet the surface, brought into the range of those next to them that
+/// meet it five times as much. Next to a border such a texel is told a step of its own, by cells of
+/// which it has a small part, and little else speaks for a value there.
 void bound_weak(const SparseMatrix& S, std::span<const int> labels, Signal& delta) {
   constexpr double times = 5;
   const Vector diagonal = S.diagonal();
@@ -286,8 +287,9 @@ Stitcher::Stitcher(const SignalSpace& space, double weight, std::vector<int> lab
 }
 
 void Stitcher::regroup(std::vector<int> labels) {
-  require(std::ranges::equal(labels, labels_, {}, [](int label) { return label == unseen; },
-                             [](int label) { return label == unseen; }),
+  require(std::ranges::equal(
+              labels, labels_, {}, [](int label) { return label == unseen; },
+              [](int label) { return label == unseen; }),
           "other regions must leave unseen what was");
   labels_ = std::move(labels);
 }
@@ -313,6 +315,13 @@ Signal Stitcher::change(std::span<const Partial> partials, const Composite& comp
 /// Conjugate gradients on K·δ = w·change, preconditioned by the prepared equation of the whole
 /// surface, whose δ is harmonic where nothing is seen; a surface with a hole and one without are
 /// so alike (A⁻¹K has eigenvalues around ½ to 1) that a few rounds do.
+Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials,
+                          const Progress& progress) const {
+  const Signal filled = fill(psi, progress.step("fill", 0.3));
+  const Signal asked = partials.empty() ? change(filled) : change(partials, {filled, labels_});
+  return solve(filled, asked, progress.step("stitch", 0.7));
+}
+
 Filtered Stitcher::solve(const Signal& psi, const Signal& change, const Progress& progress) const {
   const Signal zero = Signal::Zero(psi.rows(), psi.cols());
   const auto changed = [&](const Signal& delta) -> Signal {

@@ -59,23 +59,23 @@ struct Partial {
   std::vector<double> confidence;  ///< 0: does not show it; otherwise positive
 };
 
-/// The numbers of photographs that pictures show, one for each texture and painted in its coordinates:
-/// the first channel of the nearest pixel times `steps[k]` for the picture of texture k, rounded. Where a
-/// last of two or four channels is 0, `unseen`. Throws `InvalidInput` where there is not one picture per
-/// texture.
+/// The numbers of photographs that pictures show, one for each texture and painted in its
+/// coordinates: the first channel of the nearest pixel times `steps[k]` for the picture of texture
+/// k, rounded. Where a last of two or four channels is 0, `unseen`. Throws `InvalidInput` where
+/// there is not one picture per texture.
 std::vector<int> numbers_of_pictures(const Texels& texels, std::span<const TextureSize> textures,
                                      std::span<const Image<float>> pictures,
                                      std::span<const double> steps);
 
-/// The signal of which each unknown has the value of one photograph, and that photograph's number, or
-/// `unseen` and the mean of what is seen.
+/// The signal of which each unknown has the value of one photograph, and that photograph's number,
+/// or `unseen` and the mean of what is seen.
 struct Composite {
   Signal values;
   std::vector<int> labels;
 };
-/// Of the photograph with the number `wanted` where that one shows the unknown, else of the one that shows
-/// it best (of equals the first). No numbers, or `unseen`: always of that one. Throws `InvalidInput` for a
-/// number that no photograph has.
+/// Of the photograph with the number `wanted` where that one shows the unknown, else of the one
+/// that shows it best (of equals the first). No numbers, or `unseen`: always of that one. Throws
+/// `InvalidInput` for a number that no photograph has.
 Composite best_of(std::span<const Partial> partials, std::span<const int> wanted = {});
 
 /// The same for a composite; where a region goes on past its border and its photograph still shows
@@ -87,18 +87,16 @@ Signal stitch_partials(const SignalSpace& space, std::span<const Partial> partia
 /// no gradient: the equation is solved on the surface without it, and it is filled by the harmonic
 /// function of what is around it. A component of which nothing is seen becomes constant.
 ///
-///     Stitcher stitcher(space, weight, labels);
-///     const Signal filled = stitcher.fill(psi);
-///     const Filtered result = stitcher.solve(filled, stitcher.change(filled));
+///     const Filtered result = Stitcher(space, weight, labels).stitch(psi);
 class Stitcher {
  public:
-  /// Assembles the stiffness, and throws what `ScreenedPoisson` throws. `space` must outlive the object. Where something is
-  /// unseen, two systems are prepared instead of one.
+  /// Assembles the stiffness, and throws what `ScreenedPoisson` throws. `space` must outlive the
+  /// object. Where something is unseen, two systems are prepared instead of one.
   Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
            const SolverFactory& factory = {}, const Progress& progress = {});
 
-  /// Other regions of the same signal; the systems stay. Throws `InvalidInput` where something else is
-  /// unseen.
+  /// Other regions of the same signal; the systems stay. Throws `InvalidInput` where something else
+  /// is unseen.
   void regroup(std::vector<int> labels);
 
   /// The signal with harmonic values where it is unseen, the rest as it was.
@@ -112,9 +110,14 @@ class Stitcher {
   /// The filled ψ with its gradient changed. An unknown around which others of its region have five
   /// times its S_ii, a texel that hardly meets the surface, changes by no more and no less than
   /// these. But for that the mean of each component's seen part is kept
-  /// (where something is unseen, to 1e-4 of the change). Where nothing is to be changed ψ comes back
-  /// bit for bit. Where something is unseen, about six solves.
+  /// (where something is unseen, to 1e-4 of the change). Where nothing is to be changed ψ comes
+  /// back bit for bit. Where something is unseen, about six solves.
   Filtered solve(const Signal& psi, const Signal& change, const Progress& progress = {}) const;
+
+  /// All of it: ψ filled and solved with the change that its regions ask for, or where it is a
+  /// composite of photographs, these.
+  Filtered stitch(const Signal& psi, std::span<const Partial> partials = {},
+                  const Progress& progress = {}) const;
 
   const SparseMatrix& stiffness() const { return stiffness_; }
 

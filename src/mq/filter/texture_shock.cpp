@@ -11,6 +11,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
+#include "mq/base/option_names.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/filter/refined_texture.h"
@@ -25,7 +26,8 @@ constexpr double bytes_per_vertex = 760, bytes_per_vertex_once_cut = 640;
 
 void require_memory_for(double bytes, int texels) {
   require_memory(std::int64_t(bytes), fmt::format("following paths from {} texels", texels),
-                 "use a smaller texture, or allow longer edges (--longest-edge)");
+                 fmt::format("use a smaller texture, or allow longer edges ({})",
+                             option_name("longest_edge")));
 }
 
 /// Where the texel's own value is not the signal's at the start of its path, as outside charts, the

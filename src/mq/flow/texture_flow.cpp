@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
+#include "mq/base/option_names.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/flat_triangle.h"
 #include "mq/trace/surface_flow.h"
@@ -22,9 +23,10 @@ constexpr double bytes_per_vertex = 2900;
 double affordable_edge(double longest_edge, const TexelSpace& space) {
   require(longest_edge > 0,
           fmt::format("a longest edge above 0 was wanted, {} was given", longest_edge));
-  require_memory(std::int64_t(bytes_per_vertex * expected_vertices(space.size(), longest_edge)),
-                 fmt::format("aligning {} texels", space.size()),
-                 "use smaller textures, or allow longer edges (--longest-edge)");
+  require_memory(
+      std::int64_t(bytes_per_vertex * expected_vertices(space.size(), longest_edge)),
+      fmt::format("aligning {} texels", space.size()),
+      fmt::format("use smaller textures, or allow longer edges ({})", option_name("longest_edge")));
   return longest_edge;
 }
 

@@ -48,6 +48,8 @@ inline int colour_channels(int channels) {
   return channels == 2 || channels == 4 ? channels - 1 : channels;
 }
 
+inline bool has_alpha(int channels) { return colour_channels(channels) < channels; }
+
 /// The picture's colour channels taken into `space`; alpha stays.
 Image<float> decode(const Image<float>& image, ColourSpace space, TransferFunction transfer);
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/io/uri.h"
 
 namespace mq {
@@ -17,12 +18,12 @@ using Json = nlohmann::ordered_json;
 /// A browser keeps at most this many characters in one string; base64 makes four of three bytes.
 constexpr std::size_t most_bytes = 380'000'000;
 
-std::string uri_of(const std::string& type, ByteView bytes, const std::string& what,
-                   const FilmPageOptions& options) {
+std::string uri_of(const std::string& type, ByteView bytes, const std::string& what) {
   require(bytes.size() <= most_bytes,
-          fmt::format("{} has {} MB, and a browser takes {} at once: take {}, or {}", what,
-                      bytes.size() / 1'000'000, most_bytes / 1'000'000, options.words.frames,
-                      options.words.textures));
+          fmt::format("{} has {} MB, and a browser takes {} at once: take fewer frames ({}), or "
+                      "smaller textures ({})",
+                      what, bytes.size() / 1'000'000, most_bytes / 1'000'000, option_name("frames"),
+                      option_name("side")));
   return data_uri(type, bytes);
 }
 
@@ -34,11 +35,10 @@ std::string film_script(const Film& film, const FilmPageOptions& options) {
   description["blocks"] = Json::array();
   for (const Bytes& block : film.blocks)
     description["blocks"].push_back(
-        uri_of("application/octet-stream", block, "a segment of the film", options));
-  description["video"] =
-      options.video.empty()
-          ? Json(nullptr)
-          : Json(uri_of(options.video_type, options.video, "the texture video", options));
+        uri_of("application/octet-stream", block, "a segment of the film"));
+  description["video"] = options.video.empty()
+                             ? Json(nullptr)
+                             : Json(uri_of(options.video_type, options.video, "the texture video"));
   // "</" would end the script; in JSON it may be written so.
   std::string text = description.dump(-1, ' ', true, Json::error_handler_t::replace);
   for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3)

@@ -17,11 +17,6 @@ struct FilmPageOptions {
   double rate = VideoOptions{}.rate;  ///< frames a second
   std::string video_type = {};        ///< of the texture video, such as video/mp4
   ByteView video = {};                ///< a picture for each frame; empty: shapes alone
-
-  /// What messages call ways to a smaller page.
-  struct Words {
-    std::string frames = "fewer frames", textures = "smaller textures";
-  } words = {};
 };
 
 /// A script of the page and the name that the page has for it.

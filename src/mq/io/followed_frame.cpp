@@ -64,7 +64,7 @@ void put_distance(const FollowedFrame& frame, OrderedJson& json) {
   json["distance_max"] = frame.distance.max;
 }
 
-/// A frame's own mesh is as it was at its birth: 1, and not a measured 1.0.
+/// A frame's own mesh is as when it was added: 1, and not a measured 1.0.
 void put_distortion(const FollowedFrame& frame, OrderedJson& json) {
   json["distortion_mean"] = frame.is_own() ? OrderedJson(1) : OrderedJson(frame.distortion.mean);
   json["distortion_p95"] = frame.is_own() ? OrderedJson(1) : OrderedJson(frame.distortion.p95);
@@ -170,7 +170,8 @@ FollowedFrame followed_frame(int frame_number, const std::string& text_of_it) {
   if (const OrderedJson& manifold = member(json, "manifold"); manifold.is_boolean())
     frame.manifold = manifold.get<bool>();
   frame.folded = count(json, "folded", -1);
-  if (const OrderedJson& drift = member(json, "drift"); drift.is_object()) frame.drift = drift_of(drift);
+  if (const OrderedJson& drift = member(json, "drift"); drift.is_object())
+    frame.drift = drift_of(drift);
   if (const OrderedJson& files = member(json, "files"); files.is_array())
     for (const OrderedJson& one : files) frame.files.push_back(file_of(one));
   frame.seconds = number(member(json, "seconds"), "all", unknown);

@@ -9,6 +9,7 @@
 #include <new>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/io/detail/fingerprint.h"
@@ -29,7 +30,9 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   if (!std::filesystem::exists(status))
     fail_picture(name, name.find('%') == name.npos
                            ? "no such file; check the name"
-                           : "no such file; names of frames are filled in where --frames is given");
+                           : fmt::format("no such file; names of frames are filled in where {} is "
+                                         "given",
+                                         option_name("frames")));
   if (std::filesystem::is_directory(status))
     fail_picture(name, "a directory; a picture was expected");
   if (!std::filesystem::is_regular_file(status))
@@ -120,7 +123,8 @@ std::vector<std::byte> unchanged_source(const Texture& texture, const FileFormat
     return {};
   try {
     std::vector<std::byte> bytes = read_bytes(texture.path);
-    return fingerprint(bytes) == texture.as_read.bytes ? std::move(bytes) : std::vector<std::byte>();
+    return fingerprint(bytes) == texture.as_read.bytes ? std::move(bytes)
+                                                       : std::vector<std::byte>();
   } catch (const IoError&) {  // it is gone
     return {};
   }

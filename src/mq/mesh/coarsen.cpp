@@ -168,7 +168,7 @@ class Collapser {
     return lengths > 0 ? 2 * std::numbers::sqrt3 * twice_area / lengths : 0;
   }
 
-  /// The worst triangle that is left when v goes to u; −1 where one turns over or is no better than
+  /// The worst triangle that is left when v goes to u; −1 where one flips or is no better than
   /// `least`.
   double quality_after(const Ring& ring, int u, const Vector3& mean, double least) const {
     double worst = 1;

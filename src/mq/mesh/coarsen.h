@@ -22,7 +22,7 @@ struct CoarsenedSurface {
 /// already are, nothing changes. A vertex goes by collapsing the edge to that neighbour which
 /// leaves the best triangles around it (Hoppe [hoppe1996progressive]), densest places first, no two
 /// neighbours in one round. Never changed: the topology, boundary corners of more than 37°. No
-/// triangle turns over, and none becomes a sliver where there was none; so places that are strongly
+/// triangle flips, and none becomes a sliver where there was none; so places that are strongly
 /// bent may stay finer.
 ///
 /// About 3 µs per vertex, of which a third runs on one thread only.

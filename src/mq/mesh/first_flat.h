@@ -1,5 +1,5 @@
 #pragma once
-/// How far vertices of triangles in the plane may move before one is turned over.
+/// How far vertices of triangles in the plane may move before one flips.
 
 #include <span>
 

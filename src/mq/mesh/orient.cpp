@@ -251,11 +251,11 @@ Oriented oriented(const Mesh& mesh, const Mesh* before) {
   result.turned = listed(turned);
   std::ranges::sort(whole);
   add_defect(result.defects, "turned_triangles", Defect::Severity::warning, "triangle", scattered,
-             "triangles faced against those beside them: they were turned over, so that each part "
+             "triangles faced against those beside them: they were flipped, so that each part "
              "faces one way");
   add_defect(result.defects, "inside_out_triangles", Defect::Severity::warning, "triangle", whole,
              "triangles of parts that were inside out, or faced against what was there before, "
-             "were turned over with their part");
+             "were flipped with their part");
   return result;
 }
 

@@ -36,7 +36,7 @@ Oriented oriented(const Mesh& mesh, const Mesh* before = nullptr);
 /// that is inside out itself, which decides.
 Oriented oriented_like(const Mesh& mesh, const Mesh& before);
 
-/// The same triangles turned over.
+/// The same triangles flipped.
 Mesh with_flipped(Mesh mesh, const std::vector<int>& triangles);
 
 }  // namespace mq

@@ -15,6 +15,7 @@
 #include <span>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/parallel.h"
 #include "mq/mesh/check.h"
 #include "mq/mesh/norm.h"
@@ -71,7 +72,7 @@ struct Builder {
   std::vector<Triangle> corners{};  // per triangle its classes
   std::vector<char> collapsed{};    // per triangle: two corners are of one class
   std::vector<char> duplicate{};    // per triangle: repeats an earlier one
-  std::vector<char> two_sided{};    // per triangle: an earlier one turned over
+  std::vector<char> two_sided{};    // per triangle: an earlier one flipped
   std::vector<HalfEdge> twins{};
   std::vector<EdgeState> states{};  // at the lowest half-edge of an edge
   std::vector<int> fans{};          // per half-edge the fan of the corner it leaves
@@ -314,11 +315,13 @@ void list_vertices(const Builder& builder, const WeldOptions& weld, Surface& sur
     if (split[s]) nonmanifold.push_back(s);
   }
   using enum Defect::Severity;
-  add_defect(surface.defects, "welded_vertices", note, "vertex", welded,
-             weld.kind == WeldOptions::Kind::distance
-                 ? fmt::format("closer than {} to another vertex, joined with it", weld.distance)
-                 : "at the same position as another vertex, joined with it (as exporters split "
-                   "vertices at seams); --weld none keeps them apart");
+  add_defect(
+      surface.defects, "welded_vertices", note, "vertex", welded,
+      weld.kind == WeldOptions::Kind::distance
+          ? fmt::format("closer than {} to another vertex, joined with it", weld.distance)
+          : fmt::format("at the same position as another vertex, joined with it (as exporters "
+                        "split vertices at seams); {} none keeps them apart",
+                        option_name("weld")));
   add_defect(surface.defects, "unreferenced_vertices", note, "vertex", unreferenced,
              "used by no triangle; they carry no signal");
   add_defect(surface.defects, "nonmanifold_vertices", warning, "vertex", nonmanifold,
@@ -370,7 +373,7 @@ void list_triangles(const Builder& builder, Surface& surface) {
   add_defect(surface.defects, "duplicate_triangles", warning, "triangle", duplicate,
              "triangles that repeat an earlier one: they stand alone, beside the surface");
   add_defect(surface.defects, "two_sided_triangles", note, "triangle", two_sided,
-             "triangles that are an earlier one turned over: front and back are separate layers");
+             "triangles that are an earlier one flipped: front and back are separate layers");
 }
 
 }  // namespace

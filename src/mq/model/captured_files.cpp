@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 void require_atlas_unless_models(const EvolvingReader& reader, const std::string& output) {
   require(has_atlas(reader) || (names_model(output) && !names_animation(output)),
-          fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap, or "
+          fmt::format("{}: it has no texture coordinates: unwrap it first, or "
                       "export models (frame_%04d.ply), which get colours at vertices",
                       reader.manifest().string()));
 }
@@ -91,9 +91,9 @@ std::vector<CapturedFigures> for_each_captured(const CapturedTextures& captured,
 }  // namespace
 
 std::vector<fs::path> captured_files(const EvolvingReader& reader, const std::vector<int>& numbers,
-                                     const std::string& output, const std::string& word) {
+                                     const std::string& output) {
   if (!names_animation(output)) {
-    const FrameTextures files(output, word);
+    const FrameTextures files(output);
     if (has_atlas(reader)) return files.paths(numbers);
   }
   require_atlas_unless_models(reader, output);

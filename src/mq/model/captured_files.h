@@ -17,12 +17,11 @@
 namespace mq {
 
 /// The files that frames with these numbers make, where `output` is what `FrameTextures` takes or
-/// an animation (`names_animation`); `word` is what messages call it. Throws `InvalidInput` where
-/// it is none of these, and where the store has no atlas and it names anything else than models.
+/// an animation (`names_animation`). Throws `InvalidInput` where it is none of these, and where the
+/// store has no atlas and it names anything else than models.
 std::vector<std::filesystem::path> captured_files(const EvolvingReader& reader,
                                                   const std::vector<int>& numbers,
-                                                  const std::string& output,
-                                                  const std::string& word = "output");
+                                                  const std::string& output);
 
 /// Throws `InvalidInput` where files of this name cannot hold textures with sides of so many
 /// texels: as `captured_files`, `require_video_options` and `require_whole_video` do.

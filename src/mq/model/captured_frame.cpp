@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/closest_point.h"
@@ -65,8 +66,7 @@ void CapturedFrame::cut_long_triangles() {
 /// 1 per vertex of the file; empty: all are.
 std::vector<char> CapturedFrame::of_file() const {
   std::vector<char> result;
-  for (const SurfacePoint& place : places_)
-    result.push_back(place.barycentric.maxCoeff() == 1);
+  for (const SurfacePoint& place : places_) result.push_back(place.barycentric.maxCoeff() == 1);
   return result;
 }
 
@@ -90,7 +90,7 @@ double CapturedFrame::truth_tolerance() {
 MaterialFrame CapturedFrame::read_truth() const {
   if (options_.truth == Truth::uvs) {
     require(model_.mesh.has_uvs(),
-            fmt::format("{} uv wants texture coordinates, and it has none", options_.truth_word));
+            fmt::format("{} uv wants texture coordinates, and it has none", option_name("truth")));
     return material_from_uvs(model_.mesh);
   }
   Mesh material = loader_.material(frame_);
@@ -133,7 +133,7 @@ std::vector<Vector3> CapturedFrame::template_material(const Remeshed& tidy) {
 TrackTemplate CapturedFrame::as_template(double step, int first_vertex_id, int first_triangle_id) {
   const Signal& colours = target_->colours();
   require(options_.colours == CaptureOptions::Colours::left || colours.size() > 0,
-          options_.colours_word + " wants colours at vertices or a texture, and it has neither");
+          option_name("colours") + " wants colours at vertices or a texture, and it has neither");
   const Surface& surface = target_->surface();
   const Remeshed tidy = tidied(SearchedSurface{surface, target_->closest()});
   // What moved has the colours of where it is now.

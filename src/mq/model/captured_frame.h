@@ -28,7 +28,6 @@ struct CaptureOptions {
   double longest_edge = 0.025;  ///< on the mean, that is not cut, in √area
   enum class Colours { left, used } colours = Colours::left;  ///< those of vertices
   Truth truth = Truth::none;
-  std::string colours_word = "colours", truth_word = "truth";  ///< what messages call these
 };
 
 class CapturedFrame {
@@ -73,7 +72,7 @@ class CapturedFrame {
   int frame_;
   CaptureOptions options_;
   Model model_;
-  std::vector<Triangle> uncut_;             ///< the file's triangles; empty: none were cut
+  std::vector<Triangle> uncut_;       ///< the file's triangles; empty: none were cut
   std::vector<SurfacePoint> places_;  ///< per vertex in the file's mesh; empty: none were cut
   std::vector<int> turned_;
   std::unique_ptr<const TrackTarget> target_;

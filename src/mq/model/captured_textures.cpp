@@ -7,6 +7,7 @@
 
 #include "mq/atlas/atlas.h"
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/vertex_colours.h"
@@ -89,7 +90,7 @@ CapturedTextures::Captured CapturedTextures::read(int frame) {
   captured.model = read_model(path, reading);
   require(has_colours(captured.model),
           fmt::format("{}: {} wants colours at vertices or a texture, and it has neither",
-                      path.string(), options_.words.sequence));
+                      path.string(), option_name("sequence")));
   captured.mesh = mesh_of(reader_.segment(stored.segment), reader_.positions(frame));
   turn_back(path, captured);
   return captured;
@@ -111,7 +112,7 @@ void CapturedTextures::turn_back(const fs::path& path, Captured& captured) {
 std::vector<int> CapturedTextures::captured_charts(int frame, const Model& model) const {
   require(!model.textures.empty() && model.mesh.has_uvs(),
           fmt::format("{}: {} takes out steps between charts, and it has none",
-                      files_.at(frame).string(), options_.words.steps));
+                      files_.at(frame).string(), option_name("steps")));
   std::vector<TextureSize> sizes;
   for (const Texture& texture : model.textures)
     sizes.push_back({.width = texture.pixels.width(), .height = texture.pixels.height()});

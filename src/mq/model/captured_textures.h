@@ -24,11 +24,6 @@ struct CapturedTextureOptions {
   /// Where texels come from different captured charts.
   enum class Steps { left, taken_out } steps = Steps::left;
   std::string textures = {};  ///< pictures instead of those the frames name, %04d for the number
-
-  /// What messages call these choices, and the sequence.
-  struct Words {
-    std::string sequence = "the sequence", steps = "steps";
-  } words = {};
 };
 
 class CapturedTextures {

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/io/mp4.h"
 
 namespace mq {
@@ -42,37 +43,34 @@ class WorkFolder {
   fs::path path_;
 };
 
-void warn_of_codec(const std::string& name, const std::string& codec, const std::string& again,
-                   Messages& messages) {
+void warn_of_codec(const std::string& name, const std::string& codec, Messages& messages) {
   if (codec == "hvc1" || codec == "hev1")
-    warn_of_unplayed_codec(name, fmt::format("H.265 ({})", codec), again, messages);
+    warn_of_unplayed_codec(name, fmt::format("H.265 ({})", codec), messages);
   else if (std::ranges::count(played_codecs, codec) == 0)
-    warn_of_unplayed_codec(name, shown(codec), again, messages);
+    warn_of_unplayed_codec(name, shown(codec), messages);
 }
 
 }  // namespace
 
-std::string film_video_type(const fs::path& path, const std::string& word) {
+std::string film_video_type(const fs::path& path) {
   const std::string ending = path.extension().string();
   if (ending == ".mp4") return "video/mp4";
   if (ending == ".webm") return "video/webm";
   throw InvalidInput(fmt::format("{}: found '{}', wanted a video that browsers play, .mp4 or .webm",
-                                 word, path.string()));
+                                 option_name("video"), path.string()));
 }
 
-void warn_of_unplayed_codec(const std::string& name, const std::string& codec,
-                            const std::string& again, Messages& messages) {
+void warn_of_unplayed_codec(const std::string& name, const std::string& codec, Messages& messages) {
   messages.warning(
       fmt::format("{}: its pictures are kept as {}, which few browsers play: others show the shape "
-                  "without them; {}",
-                  name, codec, again));
+                  "without them; make it again with {} h264, av1 or vp9",
+                  name, codec, option_name("codec")));
 }
 
 FilmVideo read_film_video(const fs::path& path, const FilmVideoOptions& options,
                           Messages& messages) {
   const std::string name = path.string();
-  const FilmVideoOptions::Words& words = options.words;
-  FilmVideo video{.type = film_video_type(path, words.video), .bytes = read_file(path)};
+  FilmVideo video{.type = film_video_type(path), .bytes = read_file(path)};
   if (video.type == "video/webm") {
     require(text_of(video.bytes).starts_with("\x1a\x45\xdf\xa3"),
             fmt::format("{}: it is no WebM ({} bytes); make it again with export or relight", name,
@@ -81,16 +79,17 @@ FilmVideo read_film_video(const fs::path& path, const FilmVideoOptions& options,
   }
   const Mp4Video found = mp4_video(video.bytes, name);
   video.rate = found.rate;
-  warn_of_codec(name, found.codec, words.again, messages);
+  warn_of_codec(name, found.codec, messages);
   require(!found.pictures || *found.pictures == options.frames,
-          fmt::format("{}: it has {} pictures, and the film {} frames: {}, or make it again of "
-                      "these",
-                      name, found.pictures.value_or(0), options.frames, words.frames));
+          fmt::format("{}: it has {} pictures, and the film {} frames: name the frames it "
+                      "was made of with {}, or make it again of these",
+                      name, found.pictures.value_or(0), options.frames, option_name("frames")));
   if (found.rate && options.rate)
-    require(std::abs(*options.rate / *found.rate - 1) * double(options.frames) < 0.5,
-            fmt::format("{}: found {:g} frames a second, and {} has {:.6g}; leave {} out, which "
-                        "takes that",
-                        words.rate, *options.rate, name, *found.rate, words.rate));
+    require(
+        std::abs(*options.rate / *found.rate - 1) * double(options.frames) < 0.5,
+        fmt::format("{}: found {:g} frames a second, and {} has {:.6g}; leave {} out, which "
+                    "takes that",
+                    option_name("rate"), *options.rate, name, *found.rate, option_name("rate")));
   return video;
 }
 

@@ -21,19 +21,13 @@ struct FilmVideo {
   std::optional<double> rate = {};  ///< its own, where its index says it
 };
 
-/// The type of videos of this name that browsers play. Throws `InvalidInput` where they play none;
-/// `word` is what messages call it.
-std::string film_video_type(const std::filesystem::path& path, const std::string& word = "video");
+/// The type of videos of this name that browsers play. Throws `InvalidInput` where they play
+/// none.
+std::string film_video_type(const std::filesystem::path& path);
 
 struct FilmVideoOptions {
   std::int64_t frames = 0;          ///< of the film
   std::optional<double> rate = {};  ///< that is asked for
-
-  /// What messages call these.
-  struct Words {
-    std::string video = "video", rate = "rate", frames = "name the frames it was made of",
-                again = "make it again as H.264, AV1 or VP9";
-  } words = {};
 };
 
 /// Reads a video that is there already, .mp4 or .webm. Browsers say nothing of a file that is no
@@ -45,9 +39,8 @@ struct FilmVideoOptions {
 FilmVideo read_film_video(const std::filesystem::path& path, const FilmVideoOptions& options,
                           Messages& messages);
 
-/// Warns that few browsers play what is kept so; `again` is the way to what they play.
-void warn_of_unplayed_codec(const std::string& name, const std::string& codec,
-                            const std::string& again, Messages& messages);
+/// Warns that few browsers play what is kept so.
+void warn_of_unplayed_codec(const std::string& name, const std::string& codec, Messages& messages);
 
 struct CapturedFilmVideo {
   FilmVideo video;

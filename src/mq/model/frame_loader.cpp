@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/file_print.h"
 
@@ -118,7 +119,7 @@ void FileFrames::require_textures() const {
     if (const std::string name = frame_name(options_.textures, file.number); !fs::exists(name))
       throw IoError(
           fmt::format("{}: {} is not there, the picture of {}: check the name, or go without it",
-                      options_.textures_word, name, file.path.string()));
+                      option_name("textures"), name, file.path.string()));
 }
 
 /// Those that are wanted by their numbers are left out one by one.

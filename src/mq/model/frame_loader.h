@@ -51,7 +51,6 @@ struct FileFramesOptions {
   std::string textures = {};  ///< pictures instead of those the frames name, %04d for the number
   std::string material = {};  ///< meshes for `material`, as `find_frames` takes them; empty: none
   ReadModelOptions::Pictures pictures = ReadModelOptions::Pictures::skip;
-  std::string textures_word = "textures";  ///< what messages call the option above
 };
 
 /// Frames that are files, as `find_frames` finds them.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/image/colour.h"
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
@@ -35,13 +36,12 @@ Texture as_texture(const FrameTextures::Frame& frame, const std::string& name,
 
 }  // namespace
 
-FrameTextures::FrameTextures(std::string output, const std::string& word)
-    : output_(std::move(output)) {
+FrameTextures::FrameTextures(std::string output) : output_(std::move(output)) {
   require(
       is_video() || ((names_model(output_) || names_picture(output_)) && has_frame_place(output_)),
       fmt::format("{}: found '{}', wanted a model or a picture with a place for the frame's "
                   "number, such as frame_%04d.obj or texture_%04d.png, or a video",
-                  word, output_));
+                  option_name("output"), output_));
 }
 
 void require_whole_video(const fs::path& path, int width, int height) {

@@ -18,10 +18,9 @@ namespace mq {
 
 class FrameTextures {
  public:
-  /// `output` is a model or a picture with a place for the frame's number, or a video; `word` is
-  /// what messages call it. Throws `InvalidInput` where it is none of these; nothing is written
-  /// yet.
-  explicit FrameTextures(std::string output, const std::string& word = "output");
+  /// `output` is a model or a picture with a place for the frame's number, or a video.
+  /// Throws `InvalidInput` where it is none of these; nothing is written yet.
+  explicit FrameTextures(std::string output);
 
   /// All files that frames of these numbers make.
   std::vector<std::filesystem::path> paths(const std::vector<int>& numbers) const;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/colour.h"
@@ -36,12 +37,12 @@ void restore(Texture& picture, TransferFunction wanted) {
 
 /// How all textures of the model store colours.
 TransferFunction common_transfer(const Model& model) {
-  if (const auto other = texture_stored_unlike(model))
-    throw InvalidInput(
+  for (std::size_t i = 1; i < model.textures.size(); ++i)
+    require(
+        transfer(model.textures[i]) == transfer(model.textures[0]),
         fmt::format("{} and {} do not store colours alike (light in floating point, display values "
-                    "otherwise), so "
-                    "a photograph cannot fit both: work on light or its logarithm",
-                    texture_file(model, 0), texture_file(model, *other)));
+                    "otherwise), so a photograph cannot fit both: choose {} linear or log",
+                    texture_file(model, 0), texture_file(model, i), option_name("space")));
   return transfer(model.textures.at(0));
 }
 
@@ -75,16 +76,6 @@ bool works_on_stored(const TextureSignal& signal) {
 
 }  // namespace
 
-std::optional<std::size_t> texture_stored_unlike(const Model& model) {
-  for (std::size_t i = 1; i < model.textures.size(); ++i)
-    if (transfer(model.textures[i]) != transfer(model.textures[0])) return i;
-  return std::nullopt;
-}
-
-bool has_alpha(const Texture& texture) {
-  return colour_channels(texture.pixels.channels()) < texture.pixels.channels();
-}
-
 Partial partial_of_textures(const TexturedModel& model, const TextureSignal& signal,
                             std::vector<Texture> textures,
                             std::span<const Image<float>> confidence) {
@@ -96,11 +87,14 @@ Partial partial_of_textures(const TexturedModel& model, const TextureSignal& sig
                       counted(std::ssize(model.texture_sizes), "texture")));
   std::vector<Image<float>> shown;
   for (std::size_t i = 0; i < textures.size(); ++i) {
-    require(!confidence.empty() || has_alpha(textures[i]),
-            textures[i].path.string() + ": has no alpha channel to tell what it shows");
+    require(
+        !confidence.empty() || has_alpha(textures[i].pixels.channels()),
+        fmt::format("{}: {}: has no alpha channel to tell what it shows; give {} pictures",
+                    textures[i].path.string(), option_name("partial"), option_name("confidence")));
     Image<float> alpha;
     const bool surplus = textures[i].pixels.channels() == signal.channels() + 1;
-    if (has_alpha(textures[i]) && (confidence.empty() || surplus)) alpha = split_alpha(textures[i]);
+    if (has_alpha(textures[i].pixels.channels()) && (confidence.empty() || surplus))
+      alpha = split_alpha(textures[i]);
     if (works_on_stored(signal)) restore(textures[i], transfer(model.model.textures[i]));
     shown.push_back(confidence.empty() ? std::move(alpha) : confidence[i]);
   }

@@ -14,13 +14,6 @@
 
 namespace mq {
 
-/// A texture of the model that does not store colours as the first does, display values or light;
-/// nothing where all are alike.
-std::optional<std::size_t> texture_stored_unlike(const Model& model);
-
-/// Whether the last channel of a picture is alpha.
-bool has_alpha(const Texture& texture);
-
 /// A photograph given as textures, one for each texture of the model and of its size. `confidence`,
 /// how well it shows each texel, is one picture for each of them, of any size (see
 /// `mask_of_pictures`); empty: the alpha of the textures. Colours are taken as the model's textures

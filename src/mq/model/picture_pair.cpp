@@ -11,12 +11,8 @@
 namespace mq {
 namespace {
 
-bool has_alpha(const Image<float>& picture) {
-  return colour_channels(picture.channels()) < picture.channels();
-}
-
 void multiply_by_alpha(Image<float>& picture) {
-  if (!has_alpha(picture)) return;
+  if (!has_alpha(picture.channels())) return;
   const int alpha = picture.channels() - 1;
   for (int y = 0; y < picture.height(); ++y)
     for (int x = 0; x < picture.width(); ++x)
@@ -24,7 +20,7 @@ void multiply_by_alpha(Image<float>& picture) {
 }
 
 void divide_by_alpha(Image<float>& picture) {
-  if (!has_alpha(picture)) return;
+  if (!has_alpha(picture.channels())) return;
   const int alpha = picture.channels() - 1;
   for (int y = 0; y < picture.height(); ++y)
     for (int x = 0; x < picture.width(); ++x)

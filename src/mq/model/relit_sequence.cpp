@@ -10,6 +10,7 @@
 #include "mq/atlas/atlas.h"
 #include "mq/base/error.h"
 #include "mq/base/memory.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/image_file.h"
@@ -36,7 +37,7 @@ class RelitFrames {
       : reader_(reader),
         frames_(frames),
         files_(files),
-        output_(files.output, options.words.output),
+        output_(files.output),
         values_(options.values),
         messages_(messages),
         progress_(progress) {}
@@ -157,7 +158,7 @@ SequenceRelighter::SequenceRelighter(const EvolvingReader& reader, std::vector<i
   require_frame_place("textures", files_.textures);
   if (!files_.truth.empty()) require_frame_place("truth", files_.truth);
   require_atlas(reader);
-  const FrameTextures refuses_other_names(files_.output, options_.words.output);
+  const FrameTextures refuses_other_names(files_.output);
 }
 
 std::vector<fs::path> SequenceRelighter::inputs() const {
@@ -169,7 +170,7 @@ std::vector<fs::path> SequenceRelighter::inputs() const {
 }
 
 std::vector<fs::path> SequenceRelighter::outputs() const {
-  return FrameTextures(files_.output, options_.words.output).paths(numbers_);
+  return FrameTextures(files_.output).paths(numbers_);
 }
 
 void SequenceRelighter::rehearse() {
@@ -207,8 +208,8 @@ SequenceRelighter::FirstFrame SequenceRelighter::first_frame(int width, int heig
   require(options_.method == RelightOptions::Method::mean || alpha <= most_poisson_alpha,
           fmt::format("{}: found {:g}, wanted at most {:g} with {}, whose equation rounding makes "
                       "indefinite beyond; {} takes more",
-                      options_.words.alpha, alpha, most_poisson_alpha, options_.words.poisson,
-                      options_.words.mean));
+                      option_name("alpha"), alpha, most_poisson_alpha,
+                      option_name("method") + " poisson", option_name("method") + " mean"));
   return {weight, texels};
 }
 
@@ -225,14 +226,13 @@ void SequenceRelighter::require_room(const FirstFrame& first) const {
   const int held = mean ? std::min(frames, 2 * std::min(options_.radius, frames) + 1)
                         : frames_held(frames, poisson_options(first.weight));
   const double bytes = (mean ? mean_bytes : poisson_bytes) * first.texels;
-  const RelightOptions::Words& words = options_.words;
-  require_memory(
-      std::int64_t(bytes * held),
-      fmt::format("filtering with {} of {:.0f} texels held at once", counted(held, "frame"),
-                  first.texels),
-      fmt::format(
-          "use smaller textures, or fewer frames ({})",
-          mean ? words.radius : fmt::format("{}, or a larger {}", words.window, words.accuracy)));
+  require_memory(std::int64_t(bytes * held),
+                 fmt::format("filtering with {} of {:.0f} texels held at once",
+                             counted(held, "frame"), first.texels),
+                 fmt::format("use smaller textures, or fewer frames ({})",
+                             mean ? option_name("radius")
+                                  : fmt::format("{}, or a larger {}", option_name("window"),
+                                                option_name("accuracy"))));
 }
 
 RelitSequence SequenceRelighter::run(const Progress& progress) {

@@ -34,12 +34,6 @@ struct RelightOptions {
   TemporalOptions poisson = {.gamma = 4};
 
   ValueSpace values = {};  ///< that are filtered
-
-  /// What messages call these choices.
-  struct Words {
-    std::string output = "output", alpha = "alpha", radius = "the radius", window = "the window",
-                accuracy = "accuracy", mean = "the mean", poisson = "the Poisson equation";
-  } words = {};
 };
 
 /// Names with a place for the frame's number, as `frame_name` has it.

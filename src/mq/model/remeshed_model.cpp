@@ -110,15 +110,15 @@ RemeshInput remesh_input(Model model, Messages& messages, const Mesh* of_templat
   return input;
 }
 
-std::vector<std::array<Vector3, 3>> corners_at_birth(const RemeshInput& of_template,
-                                                     const Model& at_birth) {
+std::vector<std::array<Vector3, 3>> rest_corners(const RemeshInput& of_template,
+                                                 const Model& rest_shape) {
   const Mesh& now = of_template.model.mesh;
-  require(at_birth.mesh.triangles == now.triangles &&
-              at_birth.mesh.vertex_count() == now.vertex_count(),
+  require(rest_shape.mesh.triangles == now.triangles &&
+              rest_shape.mesh.vertex_count() == now.vertex_count(),
           fmt::format("{}: has other triangles than {}, wanted the same mesh as it was when its "
                       "triangles were made",
-                      at_birth.path.string(), of_template.model.path.string()));
-  return corner_positions(at_birth.mesh);
+                      rest_shape.path.string(), of_template.model.path.string()));
+  return corner_positions(rest_shape.mesh);
 }
 
 Model begin_remeshed(const RemeshInput& of_template, const RemeshInput& target,

@@ -28,8 +28,8 @@ RemeshInput remesh_input(Model model, Messages& messages, const Mesh* of_templat
 
 /// For `RemeshOptions::rest`: the corners of the template's triangles when they were made, from a
 /// model of that time. Throws `InvalidInput` where its triangles are others.
-std::vector<std::array<Vector3, 3>> corners_at_birth(const RemeshInput& of_template,
-                                                     const Model& at_birth);
+std::vector<std::array<Vector3, 3>> rest_corners(const RemeshInput& of_template,
+                                                 const Model& rest_shape);
 
 /// What goes with a remeshed mesh.
 struct RemeshedContents {

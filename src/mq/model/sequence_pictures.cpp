@@ -88,7 +88,7 @@ std::vector<PlotPanel> panels_of(const std::vector<FollowedFrame>& frames) {
       {.title = "triangles",
        .lines = {{"born", added}, {"died", of([](const Frame& f) { return count(f.removed); })}},
        .scale = PlotPanel::Scale::logarithmic},
-      {.title = "distortion since birth [ratio]",
+      {.title = "distortion since rest [ratio]",
        .lines = {{"mean", of([](const Frame& f) { return f.distortion.mean; })},
                  {"95 %", of([](const Frame& f) { return f.distortion.p95; })}},
        .base = 1},

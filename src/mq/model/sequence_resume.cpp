@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/model/sequence_tracker.h"
 
 namespace mq {
@@ -59,7 +60,7 @@ int SequenceTracker::still_sound(const std::vector<Stored>& stored) const {
     if (frame < 0)
       throw InvalidInput(
           fmt::format("{}: {}: its frame {} is not one of these frames; track them without {}",
-                      store_.name(), options_.words.resume, known.number, options_.words.resume));
+                      store_.name(), option_name("resume"), known.number, option_name("resume")));
     for (; expected < frame; ++expected)
       if (!stays_left_out(expected, f)) return f;
     if (!frames_.is_changed(frame, known.files)) continue;
@@ -84,8 +85,8 @@ bool SequenceTracker::stays_left_out(int frame, int next) const {
     throw InvalidInput(fmt::format(
         "{}: {}: it has no frame {}, which is one of these frames; give {} if it was left out, or "
         "track without {}",
-        store_.name(), options_.words.resume, frames_.number(frame), options_.words.left_out,
-        options_.words.resume));
+        store_.name(), option_name("resume"), frames_.number(frame), option_name("bad_frames"),
+        option_name("resume")));
   return true;
 }
 
@@ -105,7 +106,7 @@ bool SequenceTracker::is_bad(int frame) const {
 
 void SequenceTracker::refuse_resuming(const std::string& why) const {
   throw InvalidInput(fmt::format("{}: {}: {}; track without {}", store_.name(),
-                                 options_.words.resume, why, options_.words.resume));
+                                 option_name("resume"), why, option_name("resume")));
 }
 
 }  // namespace mq

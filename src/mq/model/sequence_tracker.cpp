@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/mesh/geometry.h"
 
@@ -89,9 +90,7 @@ std::unique_ptr<CapturedFrame> SequenceTracker::read(int frame, const Mesh* befo
       CaptureOptions{
           .longest_edge = how.longest_edge(),
           .colours = coloured ? CaptureOptions::Colours::used : CaptureOptions::Colours::left,
-          .truth = how.truth,
-          .colours_word = options_.words.colours,
-          .truth_word = options_.words.truth});
+          .truth = how.truth});
 }
 
 /// Null where it cannot be followed, and such frames are to be left out.
@@ -107,7 +106,7 @@ std::unique_ptr<CapturedFrame> SequenceTracker::prepare(int frame) {
   } catch (const Error& error) {
     const std::string why = naming(frame, error.what());
     if (options_.bad_frames == SequenceTrackerOptions::BadFrames::refused)
-      throw InvalidInput(why + "; or leave out such frames with " + options_.words.left_out);
+      throw InvalidInput(why + "; or leave out such frames with " + option_name("bad_frames"));
     messages_.warning(why + "; it is left out");
     skipped_.push_back({frames_.number(frame), why});
     return nullptr;
@@ -156,7 +155,7 @@ void SequenceTracker::say_defects(const CapturedFrame& frame) {
 /// What a run that is stopped from here on leaves.
 void SequenceTracker::say_safe(int frames) const {
   messages_.safe(fmt::format("{} has {} of {} frames, and {} goes on from there", store_.name(),
-                             frames, frames_.count(), options_.words.resume));
+                             frames, frames_.count(), option_name("resume")));
 }
 
 void SequenceTracker::list_missing_before(int frame) {
@@ -166,7 +165,7 @@ void SequenceTracker::list_missing_before(int frame) {
 }
 
 void SequenceTracker::refuse_none() const {
-  throw InvalidInput(options_.words.left_out + ": not one of the frames can be followed: " +
+  throw InvalidInput(option_name("bad_frames") + ": not one of the frames can be followed: " +
                      (skipped_.empty() ? std::string("there is none") : skipped_[0].why));
 }
 

@@ -36,11 +36,6 @@ struct SequenceTrackerOptions {
 
   /// Whether a store that is there is gone on with. The result is that of one run.
   enum class Resume { never, where_possible } resume = Resume::never;
-
-  /// What messages call these choices: a program says its options here.
-  struct Words {
-    std::string resume = "resume", left_out = "bad_frames", colours = "colours", truth = "truth";
-  } words = {};
 };
 
 struct FollowedSequence {

@@ -28,8 +28,8 @@ std::vector<int> numbers_of(const EvolvingReader& reader, const std::vector<int>
   std::vector<int> numbers;
   for (const int f : frames) {
     require(f >= 0 && f < std::ssize(reader.frames()),
-            fmt::format("{}: frame {} of {} was asked for, counted from 0", reader.manifest().string(), f,
-                        reader.frames().size()));
+            fmt::format("{}: frame {} of {} was asked for, counted from 0",
+                        reader.manifest().string(), f, reader.frames().size()));
     numbers.push_back(reader.frames()[std::size_t(f)].number);
   }
   return numbers;
@@ -47,9 +47,8 @@ bool has_atlas(const EvolvingReader& reader) {
 }
 
 void require_atlas(const EvolvingReader& reader) {
-  require(has_atlas(reader),
-          fmt::format("{}: it has no texture coordinates: give it some with the verb unwrap",
-                      reader.manifest().string()));
+  require(has_atlas(reader), fmt::format("{}: it has no texture coordinates: unwrap it first",
+                                         reader.manifest().string()));
 }
 
 void warn_of_broken(Messages& messages, const EvolvingReader& reader) {

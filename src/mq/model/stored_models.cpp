@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/closest_point.h"
 #include "mq/mesh/geometry.h"
@@ -40,14 +41,14 @@ StoreFigures store_figures(const EvolvingReader& reader, const std::vector<int>&
   return figures;
 }
 
-CarriedColours::CarriedColours(const Model& model, const EvolvingReader& reader,
-                               const std::string& word) {
+CarriedColours::CarriedColours(const Model& model, const EvolvingReader& reader) {
+  const std::string word = option_name("colours");
   const Signal colours = vertex_colours(model);
   require(colours.cols() > 0,
           fmt::format("{}: {} wants colours at vertices or a texture, and it has neither",
                       model.path.string(), word));
   require(!reader.frames().empty(), fmt::format("{}: holds no whole frame to take {} from",
-                                               reader.manifest().string(), word));
+                                                reader.manifest().string(), word));
   const StoredFrame& first = reader.frames().front();
   const std::vector<int> ids = reader.segment(first.segment).vertex_ids;
   const std::vector<ClosestPoint> places = ClosestPointFinder(model.mesh)(reader.positions(0));

@@ -28,11 +28,10 @@ StoreFigures store_figures(const EvolvingReader& reader, const std::vector<int>&
 /// What a model shows where vertices are in the first frame of a store, carried along by their ids.
 class CarriedColours {
  public:
-  /// `word` is what messages call this. Throws `InvalidInput` where the model has no colours, and
-  /// where the store has no frame or it is not the first frame's own: where more than half of the vertices are farther than 2
-  /// % of its diagonal from it.
-  CarriedColours(const Model& model, const EvolvingReader& reader,
-                 const std::string& word = "colours");
+  /// Throws `InvalidInput` where the model has no colours, and
+  /// where the store has no frame or it is not the first frame's own: where more than half of the
+  /// vertices are farther than 2 % of its diagonal from it.
+  CarriedColours(const Model& model, const EvolvingReader& reader);
 
   /// At the vertices of a segment; grey at those that were added later.
   VertexSignal at(const EvolvingSegment& segment) const;

@@ -57,7 +57,7 @@ struct Remeshed {
   int added = 0;           ///< triangles of the result that are not the template's
   int template_seeds = 0;  ///< vertices with a score above 1
   int target_seeds = 0;
-  int distorted = 0;  ///< triangles of the template that went for their shape at birth
+  int distorted = 0;  ///< triangles of the template that went for their rest shape
   int reached = 0;    ///< triangles of the template that the region reached before it grew
   int regions = 0;    ///< connected parts of what was born
   int replaced_components = 0;                          ///< of the template, whole
@@ -76,13 +76,13 @@ struct Remeshed {
 ///    into it go, the target's that lie inside it come. Triangles with edges far longer than the
 ///    tolerance are cut first where the region ends.
 /// 3. Where the curves along which both now end do not go together one to one, or a strip between
-///    two of them would be turned over, the region grows there, and 2 is done again. Where that
+///    two of them would be flipped, the region grows there, and 2 is done again. Where that
 ///    takes more than `growth` of a component beyond its seeds, the component is replaced by what
 ///    corresponds to it.
 /// 4. Strips of triangles close the gaps (zip_curves.h); around them, and only on the target's
 ///    side, short edges go, edges are flipped and vertices move a little.
-/// 5. What of the template is kept, but distorted since its birth, shows the target and only has
-/// the
+/// 5. What of the template is kept, but distorted against its rest shape, shows the target and only
+/// has the
 ///    wrong triangles: it is triangulated anew where it is (remesh_renewal.h).
 ///
 /// The result is manifold where both surfaces are, whatever their topologies. Boundaries stay

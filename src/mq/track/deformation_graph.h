@@ -71,7 +71,7 @@ class DeformationGraph {
   ///     Σ_v (pulls) + stiffness/edges · Σ_(ij) |R_i e_ij − (g_j + t_j − g_i − t_i)|²,
   ///
   /// both directions of each edge, e_ij = (1 − elasticity)·(g_j − g_i) + elasticity·Q_i·ē_ij: ē_ij
-  /// the edge at birth and Q_i how node i has turned since. Returns how far the nodes moved, root
+  /// the edge at rest and Q_i how node i has turned since. Returns how far the nodes moved, root
   /// mean square. Parts that nothing holds stay where they are.
   struct Stiffness {
     double weight = 1;

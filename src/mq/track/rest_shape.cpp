@@ -1,5 +1,5 @@
 // Triangles of one surface are born in different frames, so that no frame shows all of them as they
-// were. R_t turns the edges at birth to where they are now best; with them the sum is quadratic in
+// were. R_t turns the edges at rest to where they are now best; with them the sum is quadratic in
 // x, its matrix the same in every round. A weak hold on the positions of now settles where parts
 // lie that nothing else holds.
 
@@ -49,7 +49,7 @@ Eigen::Matrix3d rotation(const Corners& from, const Corners& to, const Vector3& 
 
 std::vector<Vector3> rest_shape(const Mesh& now, std::span<const Corners> rest) {
   require(std::ssize(rest) == now.triangle_count(),
-          "the shape at birth needs the corners of every triangle");
+          "the rest shape needs the corners of every triangle");
   std::vector<Vector3> result = now.positions;
   const auto corners = [&](int t) {
     const auto& [a, b, c] = now.triangles[t];

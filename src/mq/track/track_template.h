@@ -15,7 +15,7 @@ namespace mq {
 struct TrackTemplate {
   EvolvingSegment segment;
   std::vector<Vector3> start;     ///< where its vertices were at the segment's first frame
-  Signal colours;                 ///< a row per vertex, as at its birth; or none
+  Signal colours;                 ///< a row per vertex, as when it was added; or none
   std::vector<Vector3> material;  ///< per vertex; empty: not known
   std::vector<std::array<Vector3, 3>> rest;  ///< per triangle its corners when it was born
 
@@ -47,7 +47,7 @@ std::vector<Vector3> positions_before(const EvolvingSegment& before,
                                       const EvolvingSegment& after,
                                       std::span<const Vector3> positions);
 
-/// `distortion` of triangles against their own shapes at birth.
+/// `distortion` of triangles against their own rest shapes.
 Distortion distortion(const TrackTemplate& tracked, std::span<const Vector3> now);
 
 }  // namespace mq

@@ -6,7 +6,7 @@
 //     (M·W + α·S)·u = M·W·d,   d = n nᵀ(y − x),   W the weights of the closest points y,
 //
 // to which the target's vertices that are nearest to a corner x add theirs, d = y − x without n nᵀ.
-// A part of the shape at birth is kept in every frame, so that what slides along the surface, where
+// A part of the rest shape is kept in every frame, so that what slides along the surface, where
 // no data hold it, comes back. What is folded over in the end is unfolded.
 
 #include "mq/track/tracking.h"
@@ -283,7 +283,7 @@ void SurfaceTracker::State::follow_colours(std::span<const Vector3> current,
   }
 }
 
-/// Where the nodes would take the shape at birth, so much of it as elasticity says.
+/// Where the nodes would take the rest shape, as much of it as elasticity says.
 void SurfaceTracker::State::keep_rest(std::span<const Vector3> current,
                                       const std::vector<NodeMotion>& motions,
                                       const std::vector<NodeMotion>& turned) {
@@ -359,8 +359,7 @@ void SurfaceTracker::State::snap(const TrackTarget& target, TrackedFrame& frame,
     std::vector<double> weights(std::size_t(n), 0);
     Signal moves = Signal::Zero(n, 3);
     parallel_for(n, [&](std::int64_t v) {
-      const Vector3 normal =
-          normal_at(other, target.normals(), there[v]);
+      const Vector3 normal = normal_at(other, target.normals(), there[v]);
       if (!(normals[v].dot(normal) > least_cosine)) return;
       weights[v] = std::exp(-there[v].squared_distance / (2 * width * width));
       const Vector3 move = point_at(other, there[v]) - now.mesh.positions[v];

@@ -63,15 +63,18 @@ class TrackTarget {
 /// brought back onto the target, where this faces alike and no fold comes of it.
 std::vector<Vector3> unfolded_onto(const TrackTarget& target, Mesh mesh);
 
+/// How much stiffer a graph usually begins than it ends.
+inline constexpr double first_over_last_stiffness = 1000;
+
 struct TrackOptions {
   double node_spacing = 0.05;  ///< of the graph, in √area of the template
   /// Of the graph's edges against the data, from the first to the last level: see
   /// `DeformationGraph::gauss_newton_step`.
-  double first_stiffness = 30;
   double last_stiffness = 0.03;
+  double first_stiffness = first_over_last_stiffness * last_stiffness;
   int levels = 4;
   int iterations = 5;  ///< of each level, at most
-  /// How much of the shape at birth is kept in each frame, 0 to 1; the rest is that of the last.
+  /// How much of the rest shape is kept in each frame, 0 to 1; the rest is that of the last.
   double elasticity = 0.1;
   double most_angle = 60;  ///< degrees between normals that may correspond
   /// Weights α of the screened Poisson equation that brings vertices onto the surface, one pass
@@ -93,8 +96,8 @@ struct SurfaceDistance {
 };
 SurfaceDistance surface_distance(const Mesh& tracked, const TrackTarget& target);
 
-/// What has become of the triangles: max(σ₁, 1/σ₂) of the map from their shape at birth, σ₁ ≥ σ₂
-/// its singular values; 1: unchanged. Mean and 95th percentile by area at birth.
+/// What has become of the triangles: max(σ₁, 1/σ₂) of the map from their rest shape, σ₁ ≥ σ₂
+/// its singular values; 1: unchanged. Mean and 95th percentile by area at rest.
 struct Distortion {
   double mean = 1, p95 = 1;
 };

@@ -18,7 +18,7 @@ struct FlatChart {
   std::vector<std::array<HalfEdge, 2>> crossings;  ///< of its boundary; none in a chart returned
 };
 
-/// Every chart that gluing as in `history` makes, each without a triangle turned over and without
+/// Every chart that gluing as in `history` makes, each without a flipped triangle and without
 /// overlap: gluings after which a chart cannot be, or has more stretch than the bound allows, are
 /// refused, and patches that cannot be are halved. `merging` receives what was glued. With
 /// `lengths`, of every triangle its edges from each corner to the next, charts are laid out as

@@ -42,7 +42,7 @@ struct Unwrapped {
 };
 
 /// Unwraps a whole surface, of any topology and any number of components. Charts are discs; each is
-/// laid out with the least symmetric Dirichlet energy found, without a triangle turned over and
+/// laid out with the least symmetric Dirichlet energy found, without a flipped triangle and
 /// without overlap: where that fails, the last gluing of the chart is taken back. All charts have
 /// the one density of texels at which the L² stretch of the whole is least, and are packed.
 ///

@@ -55,9 +55,7 @@ CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
   const OptionValues& options = run.options();
   const int side = texture_side(options, reader);
   require_holds_captured(reader, to, side, video_options(options));
-  CapturedTextureOptions how{.side = side,
-                             .samples = int(options.integer("samples")),
-                             .words = {.sequence = "--from", .steps = "--stitch"}};
+  CapturedTextureOptions how{.side = side, .samples = int(options.integer("samples"))};
   if (options.flag("stitch")) how.steps = CapturedTextureOptions::Steps::taken_out;
   if (options.has("texture")) how.textures = options.text("texture");
   if (const auto made_for = packed_side(reader); made_for && how.side < *made_for)
@@ -79,6 +77,10 @@ void report_captured(Run& run, const CapturedTextures& captured,
 }
 
 }  // namespace
+
+OptionFields captured_fields() {
+  return {{"sequence", "from"}, {"steps", "stitch"}, {"textures", "texture"}, {"side", "size"}};
+}
 
 void add_captured_texture_options(OptionTable& table) {
   using Type = Option::Type;
@@ -126,7 +128,7 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
   require(has_atlas(reader) || !options.flag("stitch"),
           fmt::format("--stitch: it is of textures, and {} has no texture coordinates",
                       reader.manifest().string()));
-  return captured_files(reader, numbers, output, "--output");
+  return captured_files(reader, numbers, output);
 }
 
 void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,

@@ -9,8 +9,12 @@
 #include "mq/io/evolving_file.h"
 #include "mq/model/film_video.h"
 #include "shell/run.h"
+#include "shell/verb.h"
 
 namespace mq::app {
+
+/// Options of other names than the library's fields have (see `Verb`).
+OptionFields captured_fields();
 
 /// Adds --from, --texture, --size and --samples.
 void add_captured_texture_options(OptionTable& table);

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 
-#include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
 #include "mq/model/photographs.h"
+#include "mq/model/stitch_regions.h"
 #include "shell/arguments.h"
+#include "verbs/shared/input_pictures.h"
 
 namespace mq::app {
 namespace {
@@ -107,28 +108,22 @@ std::vector<Partial> read_views(Run& run, const TexturedModel& scene, const Text
   for (const std::string& file : options.texts("views"))
     for (Photograph& photograph : read_cameras(file)) photographs.push_back(std::move(photograph));
   for (const Photograph& photograph : photographs) run.will_read(photograph.picture);
-  if (target.value_space().space == ColourSpace::stored)
-    if (const auto other = texture_stored_unlike(scene.model))
-      throw InvalidInput(fmt::format(
-          "--space stored: {} and {} do not store colours alike (light in floating point, display "
-          "values otherwise), so a photograph cannot fit both: choose --space linear or log",
-          texture_file(scene.model, 0), texture_file(scene.model, *other)));
   std::vector<Partial> partials = partials_of_photographs(
       scene, target, photographs,
       {.steepest = options.number("steepest"), .bias = options.number("bias") / 100},
       run.terminal(), progress);
   Json views = Json::array();
   for (std::size_t k = 0; k < partials.size(); ++k)
-    views.push_back({{"picture", photographs[k].picture.string()},
-                     {"texels", shown_unknowns(partials[k])}});
+    views.push_back(
+        {{"picture", photographs[k].picture.string()}, {"texels", shown_unknowns(partials[k])}});
   run.result["views"] = views;
   return partials;
 }
 
 }  // namespace
 
-std::vector<Partial> read_partials(Run& run, const TexturedModel& scene, const TextureSignal& target,
-                                   const Progress& progress) {
+std::vector<Partial> read_partials(Run& run, const TexturedModel& scene,
+                                   const TextureSignal& target, const Progress& progress) {
   if (has_views(run.options())) return read_views(run, scene, target, progress);
   const std::vector<std::string> files = run.options().texts("partial");
   const std::vector<std::string> confidences = run.options().texts("confidence");
@@ -137,46 +132,25 @@ std::vector<Partial> read_partials(Run& run, const TexturedModel& scene, const T
   for (std::size_t first = 0; first < files.size(); first += count) {
     std::vector<Texture> textures = read_pictures(files, first, scene);
     std::vector<Image<float>> shown;
-    for (std::size_t i = 0; i < count; ++i) {
-      require(!confidences.empty() || has_alpha(textures[i]),
-              files[first + i] +
-                  ": --partial: has no alpha channel to tell what it shows; give "
-                  "--confidence pictures");
-      if (!confidences.empty()) shown.push_back(read_texture(confidences[first + i]).pixels);
-    }
+    for (std::size_t i = 0; i < count && !confidences.empty(); ++i)
+      shown.push_back(read_texture(confidences[first + i]).pixels);
     partials.push_back(partial_of_textures(scene, target, std::move(textures), shown));
   }
   return partials;
 }
 
+std::vector<Texture> read_labels(const OptionValues& options) {
+  std::vector<Texture> labels;
+  for (const std::string& file : options.texts("labels")) labels.push_back(read_texture(file));
+  return labels;
+}
+
 std::vector<int> asked_photographs(const OptionValues& options, const TexturedModel& scene,
-                                   const TexelSpace& space, int count) {
+                                   const TextureSignal& target, int count) {
   require(!options.has("unseen"),
           "--unseen is a label of regions: where photographs are given too, the labels are their "
           "numbers, and transparent where the one that shows it best is taken");
-  std::vector<Image<float>> pictures;
-  std::vector<double> steps;
-  for (const std::string& file : options.texts("labels")) {
-    const Texture texture = read_texture(file);
-    require(
-        texture.format.file_format != "jpeg" &&
-            (texture.format.depth == Depth::u8 || texture.format.depth == Depth::u16),
-        file +
-            ": --labels: the numbers of photographs want whole numbers kept exactly: save it as "
-            "PNG");
-    steps.push_back(texture.format.depth == Depth::u8 ? 255 : 65535);
-    pictures.push_back(texture.pixels);
-  }
-  const std::vector<int> numbers =
-      numbers_of_pictures(space.texels(), scene.texture_sizes, pictures, steps);
-  for (std::size_t i = 0; i < numbers.size(); ++i)
-    require(numbers[i] < count,
-            fmt::format("{}: --labels: found the number {} at column {}, row {}, of {} counted from "
-                        "0",
-                        options.texts("labels")[std::size_t(space.texels().places[i].texture)],
-                        numbers[i], space.texels().places[i].x, space.texels().places[i].y,
-                        counted(count, "photograph")));
-  return numbers;
+  return wanted_photographs(target, scene.texture_sizes, read_labels(options), count);
 }
 
 }  // namespace mq::app

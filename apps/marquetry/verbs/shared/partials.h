@@ -21,14 +21,17 @@ bool has_views(const OptionValues& options);
 /// Refuses what cannot be read of these files, before any work. Throws `InvalidInput` or `IoError`.
 void check_partials(const OptionValues& options, const TexturedModel& scene);
 
-/// The photographs that the pictures of --labels choose where they are given beside photographs, one per
-/// unknown; `unseen`: that which shows it best. `count` is how many there are. Throws `InvalidInput` or
-/// `IoError` naming the file.
+/// The photographs that the pictures of --labels choose where they are given beside photographs,
+/// one per unknown; `unseen`: that which shows it best. `count` is how many there are. Throws
+/// `InvalidInput` or `IoError` naming the file.
 std::vector<int> asked_photographs(const OptionValues& options, const TexturedModel& scene,
-                                   const TexelSpace& space, int count);
+                                   const TextureSignal& target, int count);
+
+/// The pictures of --labels.
+std::vector<Texture> read_labels(const OptionValues& options);
 
 /// The partial signals that the options name. Throws `InvalidInput` or `IoError` naming the file.
-std::vector<Partial> read_partials(Run& run, const TexturedModel& scene, const TextureSignal& target,
-                                   const Progress& progress);
+std::vector<Partial> read_partials(Run& run, const TexturedModel& scene,
+                                   const TextureSignal& target, const Progress& progress);
 
 }  // namespace mq::app

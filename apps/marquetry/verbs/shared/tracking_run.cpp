@@ -13,9 +13,9 @@
 #include "mq/io/model.h"
 #include "mq/model/sequence_pictures.h"
 #include "mq/model/sequence_tracker.h"
-#include "verbs/shared/sequence_pictures.h"
 #include "shell/arguments.h"
 #include "shell/run.h"
+#include "verbs/shared/sequence_pictures.h"
 
 namespace mq::app {
 namespace {
@@ -26,7 +26,6 @@ namespace fs = std::filesystem;
 constexpr const char* deciding[] = {"photometric", "cycles",    "nodes",         "stiffness",
                                     "elasticity",  "angle",     "no-prediction", "restart",
                                     "within",      "keyframes", "texture"};
-constexpr double first_over_last_stiffness = 1000;
 
 TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing remeshing) {
   TemplateFollowerOptions follow;
@@ -53,13 +52,12 @@ SequenceTrackerOptions tracker_options(const OptionValues& options, Remeshing re
   tracker.follow = follow_options(options, remeshing);
   if (options.flag("skip-bad")) tracker.bad_frames = SequenceTrackerOptions::BadFrames::left_out;
   if (options.flag("resume")) tracker.resume = SequenceTrackerOptions::Resume::where_possible;
-  tracker.words = {"--resume", "--skip-bad", "--photometric", "--truth"};
   return tracker;
 }
 
 FileFrames captured_frames(Run& run) {
   const OptionValues& options = run.options();
-  FileFramesOptions files{.textures_word = "--texture"};
+  FileFramesOptions files;
   if (options.has("frames")) files.numbers = parse_frames(options.text("frames"));
   if (options.flag("skip-bad")) files.missing = MissingFrames::left_out;
   if (options.has("texture")) files.textures = options.text("texture");
@@ -243,7 +241,7 @@ void add_graph_options(OptionTable& table) {
              .least = 0,
              .most = 1,
              .group = "Tracking",
-             .help = "how much of the shape at birth comes back in each frame"});
+             .help = "how much of the rest shape comes back in each frame"});
   table.add({.name = "angle",
              .type = Type::number,
              .default_value = as_typed(defaults.track.most_angle),
@@ -316,6 +314,10 @@ Json track_sequence(Run& run, Remeshing remeshing, double share) {
   }
   run.print(frames_table(found.frames));
   return result_json(found);
+}
+
+OptionFields tracking_fields() {
+  return {{"bad_frames", "skip-bad"}, {"colours", "photometric"}, {"textures", "texture"}};
 }
 
 void add_tracking_options(OptionTable& table) {

@@ -6,8 +6,12 @@
 
 #include "mq/model/template_follower.h"
 #include "shell/run.h"
+#include "shell/verb.h"
 
 namespace mq::app {
+
+/// Options of other names than the library's fields have (see `Verb`).
+OptionFields tracking_fields();
 
 /// The sequence, the output, and how it is followed; all but whether it is remeshed.
 void add_tracking_options(OptionTable& table);

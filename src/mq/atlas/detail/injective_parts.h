@@ -11,7 +11,7 @@ namespace mq {
 
 /// Connected parts of charts in which every texel stands for one place of the surface: the
 /// triangles of a sheet that come closer to the texel than one column and one row hang together, at
-/// edges or corners not farther off than two, and none lies turned over on another. (Around one
+/// edges or corners not farther off than two, and none lies flipped on another. (Around one
 /// vertex nothing is told apart, even where corners wind around it by more than a full turn.)
 struct InjectiveParts {
   std::vector<int> part;   ///< per triangle; -1 where there is no chart

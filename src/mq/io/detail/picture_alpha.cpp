@@ -6,7 +6,7 @@ namespace {
 using OIIO::ImageSpec;
 
 /// Alpha is the last of two or four channels where the file says so.
-bool has_alpha(const ImageSpec& spec) {
+bool says_alpha(const ImageSpec& spec) {
   return (spec.nchannels == 2 || spec.nchannels == 4) && spec.alpha_channel == spec.nchannels - 1;
 }
 
@@ -18,7 +18,7 @@ constexpr float least_alpha = 1e-9F;
 
 bool is_associated(const ImageSpec& spec, const std::string& file_format) {
   const bool can = file_format == "openexr" || file_format == "tiff" || file_format == "targa";
-  return can && has_alpha(spec) && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
+  return can && says_alpha(spec) && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
 }
 
 void divide_by_alpha(std::span<float> values, int channels) {

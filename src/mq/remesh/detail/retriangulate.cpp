@@ -8,7 +8,7 @@
 namespace mq {
 namespace {
 
-constexpr double longest_in_rests = 2;  // edges of the mean one at birth
+constexpr double longest_in_rests = 2;  // edges of the mean one at rest
 constexpr int most_halvings = 12;       // in a row: edges 4096 times as long
 
 double mean_edge(const std::array<Vector3, 3>& corners) {

@@ -143,7 +143,7 @@ std::vector<double> visibility(const Surface& surface, std::span<const int> vert
 std::vector<char> distorted_triangles(const Mesh& mesh,
                                       std::span<const std::array<Vector3, 3>> rest) {
   require(std::ssize(rest) == mesh.triangle_count(),
-          "the shape at birth needs the corners of every triangle of the template");
+          "the rest shape needs the corners of every triangle of the template");
   std::vector<char> distorted(mesh.triangles.size(), 0);
   parallel_for(mesh.triangle_count(), [&](std::int64_t t) {
     const Stretch found = stretch(mesh, rest[std::size_t(t)], int(t));

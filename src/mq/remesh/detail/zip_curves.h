@@ -25,7 +25,7 @@ struct Strip {
   double cost = 0;  ///< sum of squared lengths of the edges across, and what bent ones cost more
 };
 
-/// Whether a triangle in the pair's vertices is turned over: by 80 degrees or more against the sum
+/// Whether a triangle in the pair's vertices is flipped: by 80 degrees or more against the sum
 /// of the normals of its corners or 100 against one of them; or has a height of less than a
 /// thousandth of its longest edge.
 bool is_bad(const SurfacePair& pair, const Triangle& triangle);

@@ -22,8 +22,8 @@
 #include "mq/base/parallel.h"
 #include "mq/linear/dense.h"
 #include "mq/linear/direct.h"
-#include "mq/mesh/geometry.h"
 #include "mq/mesh/first_flat.h"
+#include "mq/mesh/geometry.h"
 #include "mq/mesh/tutte.h"
 #include "mq/mesh/weld.h"
 
@@ -35,7 +35,6 @@ using Points = std::vector<Vector2>;
 
 /// Samples are the same bits in every build.
 constexpr Factorisation everywhere_the_same = Factorisation::eigen;
-
 
 /// One chart on its way to the plane, with vertices of its own.
 struct Disc {
@@ -142,8 +141,8 @@ std::vector<Disc> cut(const Surface& surface, const std::vector<char>& seams, Fl
 void embed_on_circle(Disc& disc) {
   double area = 0;
   for (const double a : disc.areas) area += a;
-  disc.x = tutte_embedding(int(disc.ids.size()), disc.triangles, disc.loop, area,
-                           everywhere_the_same);
+  disc.x =
+      tutte_embedding(int(disc.ids.size()), disc.triangles, disc.loop, area, everywhere_the_same);
 }
 
 // ---- Lowering the energy ----
@@ -155,7 +154,7 @@ Matrix2 jacobian(const Disc& disc, std::size_t t, const Points& x) {
   return J;
 }
 
-/// Infinite where a triangle is turned over or flat.
+/// Infinite where a triangle is flipped or flat.
 double energy(const Disc& disc, const Points& x) {
   double sum = 0;
   for (std::size_t t = 0; t < disc.triangles.size(); ++t) {
@@ -265,7 +264,7 @@ double lower(Disc& disc, std::optional<DirectSolver>& solver, Crossing crossing)
 
 void lower_all(Disc& disc, const FlattenOptions& options, Crossing crossing) {
   std::optional<DirectSolver> solver;
-  // A single triangle about to turn over can hold up a step, but not many in a row.
+  // A single triangle about to flip can hold up a step, but not many in a row.
   for (int i = 0, idle = 0; i < options.iterations && idle < 5; ++i)
     idle = lower(disc, solver, crossing) < options.tolerance ? idle + 1 : 0;
 }

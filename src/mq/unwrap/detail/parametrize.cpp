@@ -31,7 +31,6 @@ namespace {
 
 using Matrix2 = Eigen::Matrix2d;
 
-
 /// Height to longest side of the thinnest rest shape.
 constexpr double thinnest = 1e-4;
 
@@ -421,7 +420,7 @@ Points lower_energy(const Sheet& sheet, Points x, const LowerOptions& options,
   std::optional<DirectSolver> solver;
   double before = isometric_energy(sheet, x);
   require(std::isfinite(before), "a map that folds cannot be lowered");
-  // A single triangle about to turn over can hold up a step, but not many in a row.
+  // A single triangle about to flip can hold up a step, but not many in a row.
   for (int i = 0, idle = 0; i < options.iterations && idle < 2; ++i) {
     progress.check();
     quadratic_model(sheet, x, matrix, gradient);

@@ -44,11 +44,11 @@ struct TimeMultigridOptions {
 /// The cycle relaxes whole frames, even ones and then odd ones, each by a plane solver of its block
 /// of A; what remains varies slowly in time, and is solved for on every second frame. In between it
 /// is interpolated along the links, linearly. T is coarsened as PᵀTP; K_f of a frame that stays
-/// counts as often as there are frames that it stands for, two, but for births and deaths and at
-/// both ends. So planes keep their stencils and a coarse plane couples to two others as a fine one
-/// does. Levels end where frames hang together less than half as strongly as the K are large:
-/// relaxation is all it takes there. So neither strong nor weak links nor smooth nor rough K slow
-/// it down: with exact planes and equal frames the relaxation is cyclic reduction.
+/// counts as often as there are frames that it stands for, two, but where texels are added and
+/// removed and at both ends. So planes keep their stencils and a coarse plane couples to two others
+/// as a fine one does. Levels end where frames hang together less than half as strongly as the K
+/// are large: relaxation is all it takes there. So neither strong nor weak links nor smooth nor
+/// rough K slow it down: with exact planes and equal frames the relaxation is cyclic reduction.
 ///
 /// The same bits for any number of threads.
 class TimeMultigrid {
