@@ -7,6 +7,7 @@
 #include <fstream>
 #include <optional>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -237,6 +238,19 @@ TEST(Library, NeverPrintsExitsOrSetsTheLocale) {
     const auto lines = lines_of(file);
     for (std::size_t i = 0; i < lines.size(); ++i)
       EXPECT_FALSE(std::regex_search(lines[i], calls)) << place(file, i) << ": " << lines[i];
+  }
+}
+
+TEST(Library, NamesOptionsByTheirFields) {
+  // What a program calls them `option_name` says. These name options of others, or are about tables.
+  static const std::set<std::string> others = {"options.cpp", "options.h", "option_names.h",
+                                               "eigen_alignment.h", "cameras.cpp"};
+  static const std::regex option(R"x("[^"]*--[a-z][a-z-]+[^"]*")x");
+  for (const fs::path& file : sources("src/mq")) {
+    if (others.contains(file.filename().string())) continue;
+    const auto lines = lines_of(file);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      EXPECT_FALSE(std::regex_search(lines[i], option)) << place(file, i) << ": " << lines[i];
   }
 }
 
