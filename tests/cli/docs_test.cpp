@@ -98,6 +98,7 @@ TEST(Docs, ExplainEveryKeyOfAReport) {
       {"filter", "bust.obj", "--beta", "2", "-o", "out.png"},
       {"seams", "bust.obj", "-o", "out.png"},
       {"fill", "bust.obj", "-o", "out.png"},
+      {"bake", "bust.obj", "bust.obj", "-o", "out.png"},
       {"geodesic", "bust.obj", "--from", "0,0.3,1", "-o", "out.png"},
       {"react", "bust.obj", "--time", "20", "--scale", "12tx", "-o", "out.png"}};
   const std::string shared = file_bytes(docs / "reports.md") + file_bytes(docs / "filter.md");

@@ -33,7 +33,7 @@ LoadOptions load_options(const OptionValues& options, MissingPictures missing,
                          const ModelPictures& pictures) {
   const std::string flipped = options.text("flipped");
   return {.textures = pictures.value_or(texture_paths(options)),
-          .weld = *parse_weld(options.text("weld")),
+          .weld = asked_weld(options),
           .atlas = {.flipped = flipped == "keep"     ? AtlasOptions::Flipped::keep
                                : flipped == "refuse" ? AtlasOptions::Flipped::refuse
                                                      : AtlasOptions::Flipped::few},
@@ -50,6 +50,8 @@ void register_inputs(Run& run, const Model& model) {
 }
 
 }  // namespace
+
+WeldOptions asked_weld(const OptionValues& options) { return *parse_weld(options.text("weld")); }
 
 void add_model_options(OptionTable& table, const std::string& mesh_help,
                        const std::string& texture_help) {
@@ -86,9 +88,12 @@ void add_model_options(OptionTable& table, const std::string& mesh_help,
 }
 
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
-                                  const ModelPictures& pictures, ImageTriangles picture) {
+                                  const ModelPictures& pictures, ImageTriangles picture,
+                                  const TextureSides& sides) {
   LoadOptions options = load_options(run.options(), missing, pictures);
   options.picture = picture;
+  options.side = sides.side;
+  options.assumed_side = sides.assumed;
   Model read;
   {
     const Step step(run, "read", share / 2);
@@ -103,8 +108,9 @@ TexturedModel read_textured_model(Run& run, MissingPictures missing, double shar
 }
 
 TexturedModel read_usable_model(Run& run, MissingPictures missing, double share,
-                                const ModelPictures& pictures, ImageTriangles picture) {
-  TexturedModel model = read_textured_model(run, missing, share, pictures, picture);
+                                const ModelPictures& pictures, ImageTriangles picture,
+                                const TextureSides& sides) {
+  TexturedModel model = read_textured_model(run, missing, share, pictures, picture, sides);
   const Defects defects = model.defects();
   run.warn(defects);
   require_usable(defects, model.model.path.string());

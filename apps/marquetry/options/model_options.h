@@ -11,25 +11,38 @@
 namespace mq::app {
 
 /// Options "mesh" and "texture" (positional; the helps say what they are), --weld and --flipped.
-void add_model_options(OptionTable& table,
-                       const std::string& mesh_help = "the model: OBJ, PLY, glTF or GLB; or a picture",
-                       const std::string& texture_help =
-                           "pictures to use instead of those the model names, in its order");
+void add_model_options(
+    OptionTable& table,
+    const std::string& mesh_help = "the model: OBJ, PLY, glTF or GLB; or a picture",
+    const std::string& texture_help =
+        "pictures to use instead of those the model names, in its order");
 
 /// Pictures for a model instead of those that "texture" names.
 using ModelPictures = std::optional<std::vector<std::filesystem::path>>;
 
+/// What --weld says.
+WeldOptions asked_weld(const OptionValues& options);
+
+/// Of textures, both ways.
+struct TextureSides {
+  std::optional<int> side = {};        ///< of all, whose pictures are left out
+  int assumed = assumed_texture_side;  ///< of those without a picture
+};
+
 /// Reads what the options say, a model or a picture, and makes surface and atlas of it, as the step
-/// "read" and the step "find charts" with half of `share` each. Fills in the report's input and defects.
+/// "read" and the step "find charts" with half of `share` each. Fills in the report's input and
+/// defects.
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
                                   const ModelPictures& pictures = {},
-                                  ImageTriangles picture = ImageTriangles::two);
+                                  ImageTriangles picture = ImageTriangles::two,
+                                  const TextureSides& sides = {});
 
 /// The same, and throws `InvalidInput` naming the refused defects, if there are any; the others are
 /// said as warnings.
 TexturedModel read_usable_model(Run& run, MissingPictures missing, double share,
                                 const ModelPictures& pictures = {},
-                                ImageTriangles picture = ImageTriangles::two);
+                                ImageTriangles picture = ImageTriangles::two,
+                                const TextureSides& sides = {});
 
 /// Protects the files that a model came from: see `Run::will_read`.
 void will_read_model(Run& run, const Model& model);

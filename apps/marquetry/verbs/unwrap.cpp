@@ -6,18 +6,19 @@
 // on the surface.
 #include <fmt/format.h>
 
-#include "verbs/shared/geometry.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/model/unwrapped_model.h"
-#include "shell/arguments.h"
-#include "shell/results.h"
-#include "shell/percentiles.h"
-#include "shell/run.h"
 #include "options/model_options.h"
 #include "options/signal_options.h"
-#include "verbs/shared/unwrap_evolving.h"
+#include "shell/arguments.h"
+#include "shell/percentiles.h"
+#include "shell/results.h"
+#include "shell/run.h"
 #include "shell/verb.h"
+#include "verbs/shared/baking.h"
+#include "verbs/shared/geometry.h"
+#include "verbs/shared/unwrap_evolving.h"
 
 namespace mq::app {
 namespace {
@@ -56,9 +57,32 @@ void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
                   figures.stretch.l2_stretch, percentiles_text(run.result["ratio"])));
 }
 
+/// Where a model goes that gets pictures for texture coordinates that it has not yet.
+Outputs textured_outputs(const OptionValues& options, const TexturedModel& scene) {
+  Model planned;
+  planned.path = scene.model.path;
+  planned.mesh.positions = {Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY()};
+  planned.mesh.triangles = {{0, 1, 2}};
+  planned.mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  planned.mesh.corner_uvs = planned.mesh.triangles;
+  return Outputs(options.text("output"), planned, Outputs::Kind::pictures);
+}
+
+/// What the source showed, on the new texture coordinates.
+void bake_unwrapped(Run& run, const TexturedModel& source, TexturedModel& scene) {
+  const int size = int(run.options().integer("size"));
+  LoadOptions load{
+      .weld = asked_weld(run.options()), .missing = MissingPictures::assume, .side = size};
+  TexturedModel target = textured_model(std::move(scene.model), load, run.terminal());
+  bake_onto(run, source, target, BakeTo::textures, {}, 0.3);
+  scene = std::move(target);
+}
+
 Exit unwrap(Run& run) {
   const OptionValues& options = run.options();
   if (names_evolving(options.text("mesh"))) {
+    require(!options.flag("bake"),
+            "--bake: it is for a mesh; textures of an evolving mesh are made by export --from");
     require(!asks_for(options, "largest"),
             "--largest: it is for a mesh; an evolving mesh has --coherence");
     return unwrap_evolving(run);
@@ -70,17 +94,19 @@ Exit unwrap(Run& run) {
             fmt::format("--{}: it is for an evolving mesh, whose frames come one after the other",
                         name));
   TexturedModel scene = read_shape(run, 0.1);
-  const Outputs outputs = shape_outputs(options, scene);
+  const bool bakes = options.flag("bake");
+  const Outputs outputs = bakes ? textured_outputs(options, scene) : shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
   const UnwrapOptions wanted = asked_unwrap(options);
   Unwrapped unwrapped;
   about(scene.model, [&] {
-    const Step step(run, "unwrap", 0.75);
+    const Step step(run, "unwrap", bakes ? 0.45 : 0.75);
     unwrapped = mq::unwrap(scene.surface, wanted, step);
   });
   for (const UnwrapFigures::Seconds& seconds : unwrapped.figures.seconds)
     run.add_seconds(seconds.step, seconds.seconds);
+  const TexturedModel source = bakes ? scene : TexturedModel();
   put_unwrapped(unwrapped, scene);
   std::int64_t overlaps = 0;
   {
@@ -88,6 +114,7 @@ Exit unwrap(Run& run) {
     overlaps = overlapping_texels(scene, {wanted.width, wanted.height}, step);
   }
   report(run, unwrapped.figures, overlaps);
+  if (bakes) bake_unwrapped(run, source, scene);
   const Step step(run, "write", 0.1);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
@@ -119,6 +146,10 @@ Verb unwrap_verb() {
              .help = "the most that a chart of a mesh may have",
              .details = "Large ones leave gaps that nothing fits; 100: as few charts as --stretch "
                         "allows."});
+  table.add({.name = "bake",
+             .group = "Atlas",
+             .help = "give a mesh textures that show on it what the old ones did",
+             .details = "As the verb bake does, with its defaults; --size is their side."});
   add_evolving_atlas_options(table);
   add_frames_option(table);
   return {table, unwrap};

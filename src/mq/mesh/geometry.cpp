@@ -26,6 +26,12 @@ std::vector<double> triangle_areas(const Mesh& mesh) {
   return areas;
 }
 
+double total_area(const Mesh& mesh) {
+  double sum = 0;
+  for (const double area : triangle_areas(mesh)) sum += area;
+  return sum;
+}
+
 Vector3 triangle_normal(const Mesh& mesh, int triangle) {
   return safe_unit(area_vector(mesh, triangle));
 }

@@ -12,6 +12,7 @@ namespace mq {
 /// ½ |(q − p) × (r − p)|.
 double triangle_area(const Mesh& mesh, int triangle);
 std::vector<double> triangle_areas(const Mesh& mesh);
+double total_area(const Mesh& mesh);
 
 /// Twice the signed area of the triangle 0, a, b: positive where b lies to the left of a.
 inline double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }

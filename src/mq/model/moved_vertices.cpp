@@ -8,15 +8,6 @@
 #include "mq/mesh/volume.h"
 
 namespace mq {
-namespace {
-
-double total_area(const Mesh& mesh) {
-  double sum = 0;
-  for (const double area : triangle_areas(mesh)) sum += area;
-  return sum;
-}
-
-}  // namespace
 
 std::optional<double> BeforeAfter::change() const {
   if (before == 0) return std::nullopt;

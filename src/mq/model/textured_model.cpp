@@ -66,8 +66,9 @@ void replace_unused_not_finite(TexturedModel& all, std::size_t texture, Messages
 }
 
 /// Sizes of the textures that triangles use.
-std::vector<TextureSize> sizes_of_textures(const Model& model, MissingPictures missing,
+std::vector<TextureSize> sizes_of_textures(const Model& model, const LoadOptions& options,
                                            Messages& messages) {
+  const int side = options.side.value_or(options.assumed_side);
   std::size_t count = std::max<std::size_t>(1, model.textures.size());
   for (int t = 0; t < model.mesh.triangle_count(); ++t)
     count = std::max(count, std::size_t(model.mesh.texture(t) + 1));
@@ -76,19 +77,20 @@ std::vector<TextureSize> sizes_of_textures(const Model& model, MissingPictures m
   for (std::size_t i = 0; i < count; ++i) {
     const bool there = i < model.textures.size() && !model.textures[i].pixels.empty();
     require(
-        there || missing == MissingPictures::assume,
+        there || options.side || options.missing == MissingPictures::assume,
         fmt::format("{}: texture {} has no picture: name one after the mesh", model.path.string(),
                     i < model.textures.size() ? model.textures[i].name : std::to_string(i)));
     if (there)
       sizes[i] = {model.textures[i].pixels.width(), model.textures[i].pixels.height(),
                   model.textures[i].wrap};
     else
-      sizes[i] = {assumed_texture_side, assumed_texture_side};
+      sizes[i] = {side, side,
+                  i < model.textures.size() ? model.textures[i].wrap : Wrap::unspecified};
     assumed |= !there;
   }
-  if (assumed)
+  if (assumed && !options.side)
     messages.remark(
-        fmt::format("no picture: texels are counted as if it had {0} × {0}", assumed_texture_side));
+        fmt::format("no picture: texels are counted as if it had {0} × {0}", side));
   return sizes;
 }
 
@@ -135,6 +137,8 @@ TexturedModel textured_model(Model model, const LoadOptions& options, Messages& 
   TexturedModel all;
   all.model = std::move(model);
   all.is_picture = names_picture(all.model.path);
+  if (options.side)
+    for (Texture& texture : all.model.textures) texture.pixels = {};
   const std::string file = all.model.path.string();
   for (const std::string& note : all.model.notes) messages.remark(file + ": " + note);
   for (const Texture& texture : all.model.textures)
@@ -146,7 +150,7 @@ TexturedModel textured_model(Model model, const LoadOptions& options, Messages& 
   about(all.model, [&] {
     all.surface = make_surface(all.model.mesh, options.weld, progress.step("weld", 0.5));
     if (!all.model.mesh.has_uvs() || options.missing == MissingPictures::unneeded) return;
-    all.texture_sizes = sizes_of_textures(all.model, options.missing, messages);
+    all.texture_sizes = sizes_of_textures(all.model, options, messages);
     all.atlas = make_atlas(all.surface, all.texture_sizes, options.atlas,
                            progress.step("charts", 0.5));
   });

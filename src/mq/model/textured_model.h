@@ -18,7 +18,7 @@ namespace mq {
 /// What is done about textures that have texture coordinates but no picture.
 enum class MissingPictures {
   refuse,   ///< an error
-  assume,   ///< as if they had `assumed_texture_side`² texels, with a remark
+  assume,   ///< as if they had `assumed_side`² texels, with a remark
   unneeded  ///< nothing: only the shape is of interest, and there is no atlas
 };
 inline constexpr int assumed_texture_side = 1024;
@@ -28,6 +28,11 @@ struct LoadOptions {
   WeldOptions weld = {};
   AtlasOptions atlas = {};
   MissingPictures missing = MissingPictures::refuse;
+
+  /// Texels of all textures, both ways, whatever pictures they have, which are left out: what they
+  /// show is to be replaced.
+  std::optional<int> side = {};
+  int assumed_side = assumed_texture_side;  ///< of those without a picture
   ImageTriangles picture = ImageTriangles::two;  ///< of a picture in place of a model
 };
 

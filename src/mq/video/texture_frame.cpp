@@ -16,7 +16,7 @@
 #include "mq/fem/vertex_space.h"
 #include "mq/image/spread.h"
 #include "mq/mesh/weld.h"
-#include "mq/video/detail/fill_unseen.h"
+#include "mq/filter/fill_unseen.h"
 #include "mq/video/texel_owners.h"
 
 namespace mq {
@@ -87,7 +87,7 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
                       options.width, options.height, options.samples, options.samples));
   const TexelOwners raster(surface, options.width, options.height, options.samples);
   progress.at(0.1);
-  const CapturedPoints points(surface, captured, options.points);
+  const FacingPoints points(surface, captured, options.points);
 
   TextureFrame frame;
   frame.accuracy = points.accuracy();
@@ -150,8 +150,8 @@ TextureFrame resample_texture(const Mesh& surface, const Mesh& captured, const C
 }
 
 VertexColours resample_vertices(const Mesh& surface, const Mesh& captured, const ColourAt& colour,
-                                const CapturedPointsOptions& options) {
-  const CapturedPoints points(surface, captured, options);
+                                const FacingPointsOptions& options) {
+  const FacingPoints points(surface, captured, options);
   VertexColours result;
   result.accuracy = points.accuracy();
   result.colours = Signal::Constant(surface.vertex_count(), 3, 0.5);

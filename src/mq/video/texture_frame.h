@@ -12,14 +12,14 @@
 #include "mq/image/image.h"
 #include "mq/linear/matrix.h"
 #include "mq/mesh/closest_point.h"
-#include "mq/video/detail/captured_points.h"
+#include "mq/mesh/facing_points.h"
 
 namespace mq {
 
 struct TextureFrameOptions {
   int width = 1024, height = 1024;    ///< texels
   int samples = 2;                    ///< per texel and direction, 1 to 8
-  CapturedPointsOptions points = {};  ///< what is believed
+  FacingPointsOptions points = {};  ///< what is believed
 
   /// Per captured triangle the chart it is in, negative: in none; steps where texels come from
   /// different ones are taken out (`stitch_regions`). None: all are kept.
@@ -33,7 +33,7 @@ struct TextureFrame {
   std::int64_t texels = 0;  ///< of charts: those whose square a triangle touches
   std::int64_t unseen = 0;  ///< of these: no sample of them has a captured point
   std::int64_t filled = 0;  ///< of these: have values from the surface around them
-  double accuracy = 0;      ///< of the surface, see `CapturedPoints`; model units
+  double accuracy = 0;      ///< of the surface, see `FacingPoints`; model units
 
   /// Steps across borders of captured charts, and within them, before and after they were taken
   /// out; 0 where that was not asked for.
@@ -44,7 +44,7 @@ struct TextureFrame {
 using ColourAt = std::function<std::array<float, 3>(const ClosestPoint&)>;
 
 /// Every texel of a chart has the mean colour of the captured points that show its samples (see
-/// `CapturedPoints`); those outside the chart count where it ends. Texels that nothing was captured
+/// `FacingPoints`); those outside the chart count where it ends. Texels that nothing was captured
 /// for are filled over the surface (`fill_unseen`), across charts and seams; on a piece of it of
 /// which nothing was captured, and where the atlas has defects that are refused, they have the
 /// colour of the nearest texel in the picture that has one, as do texels outside charts; where
@@ -66,6 +66,6 @@ struct VertexColours {
 
 /// The same at the vertices of the surface, each with the captured point that shows it.
 VertexColours resample_vertices(const Mesh& surface, const Mesh& captured, const ColourAt& colour,
-                                const CapturedPointsOptions& options = {});
+                                const FacingPointsOptions& options = {});
 
 }  // namespace mq

@@ -1,4 +1,4 @@
-#include "mq/video/detail/fill_unseen.h"
+#include "mq/filter/fill_unseen.h"
 
 #include <gtest/gtest.h>
 

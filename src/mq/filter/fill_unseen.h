@@ -1,5 +1,5 @@
 #pragma once
-/// What nothing was captured for, filled smoothly over the surface.
+/// What is not known of a signal, filled smoothly over the surface.
 
 #include <span>
 

@@ -5,7 +5,7 @@
 // where ε = 1e-9 decides what nothing else does: parts of which nothing is known keep ψ, and a hole
 // R texels wide is harmonic to about ε R².
 
-#include "mq/video/detail/fill_unseen.h"
+#include "mq/filter/fill_unseen.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,141 @@
+// marquetry bake SOURCE TARGET -o OUT: the colours of one model on the charts, or at the vertices,
+// of another.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "mq/base/error.h"
+#include "mq/model/baked_signal.h"
+#include "mq/model/outputs.h"
+#include "options/model_options.h"
+#include "options/signal_options.h"
+#include "options/solver_options.h"
+#include "shell/arguments.h"
+#include "shell/results.h"
+#include "shell/verb.h"
+#include "verbs/shared/baking.h"
+
+namespace mq::app {
+namespace {
+
+BakeOptions asked_bake(const OptionValues& options) {
+  return {.within = options.number("within") / 100,
+          .angle = options.number("angle"),
+          .samples = options.has("samples") ? int(options.integer("samples")) : 0,
+          .values = value_space(options)};
+}
+
+bool has_pictures_of_its_own(const Model& model) {
+  return std::ranges::any_of(model.textures,
+                             [](const Texture& texture) { return !texture.pixels.empty(); });
+}
+
+TexturedModel read_source(Run& run) {
+  const OptionValues& options = run.options();
+  LoadOptions load;
+  for (const std::string& name : options.texts("texture")) load.textures.emplace_back(name);
+  Model read;
+  {
+    const Step step(run, "read source", 0.05);
+    read = read_model(options.text("source"),
+                      {.textures = load.textures, .not_finite = NotFinite::keep}, step);
+  }
+  will_read_model(run, read);
+  load.missing =
+      has_pictures_of_its_own(read) ? MissingPictures::assume : MissingPictures::unneeded;
+  const Step step(run, "find its charts", 0.05);
+  return textured_model(std::move(read), load, run.terminal(), step);
+}
+
+/// As many texels as the source's largest picture has, both ways.
+TextureSides asked_sides(const OptionValues& options, const Model& source) {
+  TextureSides sides;
+  if (options.has("size")) sides.side = int(options.integer("size"));
+  int largest = 0;
+  for (const Texture& texture : source.textures)
+    largest = std::max({largest, texture.pixels.width(), texture.pixels.height()});
+  if (largest > 0) sides.assumed = largest;
+  return sides;
+}
+
+Exit run_bake(Run& run) {
+  const OptionValues& options = run.options();
+  const BakeTo to = options.flag("vertices") ? BakeTo::vertices : BakeTo::textures;
+  require(to == BakeTo::textures || !options.has("size"),
+          "--size: is of textures, and --vertices gives colours to vertices");
+  const TexturedModel source = read_source(run);
+  TexturedModel target = read_usable_model(
+      run, to == BakeTo::vertices ? MissingPictures::unneeded : MissingPictures::assume, 0.1,
+      ModelPictures(std::in_place), ImageTriangles::two, asked_sides(options, source.model));
+  require(to == BakeTo::vertices || target.atlas,
+          target.model.path.string() +
+              ": has no texture coordinates: give it some with the verb "
+              "unwrap, or bake to its vertices with --vertices");
+  const Outputs outputs(options.text("output"), target.model,
+                        to == BakeTo::vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
+  run.will_write(outputs.paths(), outputs.folder());
+  run.input["source"] = {{"file", source.model.path.string()},
+                         {"triangles", source.model.mesh.triangle_count()}};
+  if (run.dry_run()) return Exit::done;
+
+  bake_onto(run, source, target, to, asked_bake(options), 0.6);
+  const Step step(run, "write", 0.2);
+  set_depth(options, target.model);
+  write_outputs(run, outputs, std::move(target.model), step);
+  return Exit::done;
+}
+
+}  // namespace
+
+Verb bake_verb() {
+  using Type = Option::Type;
+  OptionTable table("bake",
+                    "Carry the colours of one model to another that lies on it: to new texture "
+                    "coordinates, a coarser or finer mesh, from textures to vertices and back.");
+  table.add({.name = "source",
+             .place = Option::Place::positional,
+             .type = Type::path,
+             .required = true,
+             .help = "the model that has the colours"});
+  add_model_options(table, "the model that gets them",
+                    "pictures of the source instead of those that it names");
+  add_output_option(table);
+  table.add({.name = "size",
+             .type = Type::integer,
+             .unit = "texels",
+             .least = 1,
+             .most = 65536,
+             .group = "Bake",
+             .help = "side of the new textures; else that of the target's own, or of the source's "
+                     "largest"});
+  table.add({.name = "within",
+             .type = Type::number,
+             .default_value = as_typed(100 * BakeOptions{}.within),
+             .unit = "% of the diagonal",
+             .least = 0.0001,
+             .most = 100,
+             .group = "Bake",
+             .help = "how far the source may be from the target"});
+  table.add({.name = "angle",
+             .type = Type::number,
+             .default_value = as_typed(BakeOptions{}.angle),
+             .unit = "degrees",
+             .least = 1,
+             .most = 180,
+             .group = "Bake",
+             .help = "between normals of both, at most"});
+  table.add(
+      {.name = "samples",
+       .type = Type::integer,
+       .least = 1,
+       .most = 32,
+       .group = "Bake",
+       .help = "of each texel in each direction; else as many as show all texels of the source"});
+  add_vertices_option(table, "give the target colours at its vertices");
+  add_space_option(table);
+  add_depth_option(table);
+  return {table, run_bake, {{.what = "colours of another model", .pictures = ""}}};
+}
+
+}  // namespace mq::app
