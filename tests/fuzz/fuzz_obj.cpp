@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   document->bytes = to_bytes(text.substr(0, cut));
   if (cut < text.size()) document->parts = {{"fuzz.mtl", to_bytes(text.substr(cut + 6))}};
   fuzz_document(document, [](const Model& model, const std::vector<std::string>& pictures) {
-    return write_obj(model, pictures, "fuzz");
+    return write_obj(model, pictures, "fuzz").files;
   });
   return 0;
 }

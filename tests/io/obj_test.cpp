@@ -141,12 +141,16 @@ TEST(Mtl, ReadsNamesWithBlanksAndOptions) {
       "newmtl c\nMAP_KD .\\t\\x.png\nnewmtl d\nmap_Ks no.png\n"));
   ASSERT_EQ(materials.size(), 3u);
   EXPECT_EQ(materials[0].name, "a b");
-  EXPECT_EQ(materials[0].picture, "my tex.png");
-  EXPECT_EQ(materials[0].scale, Vector2(2, 3));
-  EXPECT_EQ(materials[0].offset, Vector2(0.5, 0));
-  EXPECT_EQ(materials[0].wrap, Wrap::clamp);
-  EXPECT_EQ(materials[1].picture, ".\\t\\x.png");
-  EXPECT_EQ(materials[2].picture, "");
+  const MaterialMap* map = materials[0].map("base-colour");
+  ASSERT_TRUE(map);
+  EXPECT_EQ(map->picture, "my tex.png");
+  EXPECT_EQ(map->scale, Vector2(2, 3));
+  EXPECT_EQ(map->offset, Vector2(0.5, 0));
+  EXPECT_EQ(map->wrap, Wrap::clamp);
+  EXPECT_EQ(materials[1].maps.at(0).picture, ".\\t\\x.png");
+  EXPECT_EQ(materials[2].map("base-colour"), nullptr);
+  EXPECT_EQ(materials[2].maps.at(0).slot, "specular-colour");
+  EXPECT_EQ(materials[2].maps.at(0).picture, "no.png");
 }
 
 Document document_of(const std::string& obj, const std::string& mtl) {

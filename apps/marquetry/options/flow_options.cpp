@@ -191,7 +191,7 @@ void add_flow_options(OptionTable& table) {
 }
 
 ImageFlowOptions image_flow_options(const OptionValues& options) {
-  for (const char* name : {"basis", "longest-edge", "vertices", "weld", "flipped"})
+  for (const char* name : {"basis", "longest-edge", "vertices", "weld", "flipped", "slot", "uv-set"})
     refuse(options, name, "models, and these are pictures");
   if (options.has("flow"))
     for (const char* name : {"preset", "alignment", "largest", "smallest", "robust-smoothness",

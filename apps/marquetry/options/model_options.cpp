@@ -37,7 +37,9 @@ LoadOptions load_options(const OptionValues& options, MissingPictures missing,
           .atlas = {.flipped = flipped == "keep"     ? AtlasOptions::Flipped::keep
                                : flipped == "refuse" ? AtlasOptions::Flipped::refuse
                                                      : AtlasOptions::Flipped::few},
-          .missing = missing};
+          .missing = missing,
+          .slot = options.has("slot") ? options.text("slot") : "",
+          .uv_set = options.has("uv-set") ? int(options.integer("uv-set")) : -1};
 }
 
 /// All that was read, and what else the options name to be read.
@@ -85,6 +87,22 @@ void add_model_options(OptionTable& table, const std::string& mesh_help,
              .help = "triangles flipped against the rest of their chart",
              .details = "few: kept while they cover less than a thousandth of all charts. Kept, "
                         "both layers of the fold read and write the same texels."});
+  table.add({.name = "slot",
+             .type = Type::text,
+             .metavar = "NAME",
+             .group = "Model",
+             .help = "which pictures of the materials: base-colour, normal, occlusion, ...",
+             .details = "inspect lists those there are; a word of the file (map_Ks, normalTexture) "
+                        "does as well. Otherwise it is that of the pictures named after the mesh, "
+                        "if they are the model's own; else base-colour, or the only one there is."});
+  table.add({.name = "uv-set",
+             .type = Type::integer,
+             .least = 0,
+             .most = 100,
+             .metavar = "N",
+             .group = "Model",
+             .help = "the set of texture coordinates, counted from 0, instead of that which the "
+                     "material names"});
 }
 
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
@@ -119,8 +137,9 @@ TexturedModel read_usable_model(Run& run, MissingPictures missing, double share,
 
 void will_read_model(Run& run, const Model& model) {
   run.will_read(model.path);
-  for (const Texture& texture : model.textures)
-    if (!texture.path.empty()) run.will_read(texture.path);
+  for (const auto* textures : {&model.textures, &model.others})
+    for (const Texture& texture : *textures)
+      if (!texture.path.empty()) run.will_read(texture.path);
   if (model.document)
     for (const Part& part : model.document->parts)
       run.will_read(model.path.parent_path() / part.name);
@@ -154,6 +173,8 @@ void describe_input(Run& run, const TexturedModel& model) {
     run.input["charts"] = model.atlas->charts.size();
     run.input["texels"] = std::int64_t(std::llround(model.atlas->texel_area));
   }
+  run.input["uv_sets"] = uv_set_count(model.model);
+  if (!model.model.slot.empty()) run.input["slot"] = model.model.slot;
   run.input["textures"] = textures;
   run.input["notes"] = model.model.notes;
 }

@@ -10,7 +10,8 @@
 
 namespace mq::app {
 
-/// Options "mesh" and "texture" (positional; the helps say what they are), --weld and --flipped.
+/// Options "mesh" and "texture" (positional; the helps say what they are), --weld, --flipped,
+/// --slot and --uv-set.
 void add_model_options(
     OptionTable& table,
     const std::string& mesh_help = "the model: OBJ, PLY, glTF or GLB; or a picture",

@@ -8,6 +8,7 @@
 #include "shell/run.h"
 #include "options/model_options.h"
 #include "shell/verb.h"
+#include "verbs/shared/slots_report.h"
 
 namespace mq::app {
 namespace {
@@ -58,11 +59,14 @@ Exit check(Run& run) {
   std::string text = scene.model.path.string() + "\n";
   for (const Defect& defect : defects) text += entry(defect);
   if (!scene.atlas) text += "  note     the mesh has no texture coordinates\n";
+  for (const auto& [name, value] : slots_rows(scene.model))
+    text += fmt::format("  note     {}: {}\n", name, value);
   text += refused(defects) ? "  cannot be filtered as it is\n"
           : serious > 0    ? "  can be filtered; the warnings say what is done about each\n"
                            : "  nothing to complain of\n";
   run.print(text);
   run.result = {{"usable", !refused(defects)}, {"defects", serious}};
+  run.result.update(slots_json(scene.model));
   return serious > 0 ? Exit::defects : Exit::done;
 }
 

@@ -13,6 +13,7 @@
 #include "shell/run.h"
 #include "options/model_options.h"
 #include "shell/verb.h"
+#include "verbs/shared/slots_report.h"
 
 namespace mq::app {
 namespace {
@@ -121,6 +122,8 @@ Exit inspect(Run& run) {
   } else {
     text += row("texture", "none: the mesh has no texture coordinates");
   }
+  run.result.update(slots_json(scene.model));
+  for (const auto& [name, value] : slots_rows(scene.model)) text += row(name, value);
   run.print(text + defects_text(scene.defects()));
   return Exit::done;
 }

@@ -83,7 +83,8 @@ void refuse_for_pictures(const OptionValues& options, const std::filesystem::pat
   require(options.texts("texture").empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
                       options.texts("texture").empty() ? "" : options.texts("texture").front()));
-  for (const char* name : {"vertices", "weld", "flipped", "longest-edge", "solver", "tolerance"})
+  for (const char* name : {"vertices", "weld", "flipped", "slot", "uv-set", "longest-edge", "solver",
+                           "tolerance"})
     require(!asks_for(options, name),
             fmt::format("{}: is a picture, and --{} is for models", path.string(), name));
 }

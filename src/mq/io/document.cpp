@@ -1,12 +1,16 @@
 #include "mq/io/document.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/io/detail/gltf.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
+#include "mq/io/tiles.h"
 
 namespace mq {
 
@@ -27,20 +31,87 @@ bool same_connectivity(const Mesh& a, const Mesh& b) {
          a.uvs.size() == b.uvs.size() && a.corner_uvs == b.corner_uvs;
 }
 
+namespace {
+
+/// One name for each picture of the file: that of its texture, or the pattern of its tiles' names.
+std::optional<std::vector<std::string>> names_of_pictures(const Model& model,
+                                                          const std::vector<std::string>& names,
+                                                          std::size_t count) {
+  std::vector<std::vector<std::string>> of_picture(count);
+  for (std::size_t t = 0; t < model.tiles.size(); ++t) {
+    const int picture = model.tiles[t].picture;
+    if (picture < 0 || picture >= int(count)) return {};
+    const std::optional<TileName> tile = tile_name(names[t]);
+    if (tile && tile->place && *tile->place != TilePlace{model.tiles[t].u, model.tiles[t].v}) return {};
+    of_picture[std::size_t(picture)].push_back(names[t]);
+  }
+  std::vector<std::string> result;
+  for (const std::vector<std::string>& tiles : of_picture) {
+    if (tiles.empty()) return {};
+    const std::string pattern = tiles.size() == 1 ? tiles.front() : common_pattern(tiles);
+    if (pattern.empty()) return {};
+    result.push_back(pattern);
+  }
+  return result;
+}
+
+}  // namespace
+
 std::optional<std::vector<std::string>> slot_names(const MeshFile& document, const Model& model,
-                                                   const std::vector<std::string>& pictures) {
+                                                   const std::vector<std::string>& names) {
   const std::vector<TextureSlot>& slots = document.textures;
   const bool named = std::any_of(slots.begin(), slots.end(), [](const TextureSlot& slot) {
     return !slot.name.empty() || !slot.picture.empty();
   });
+  const std::size_t count = std::min(names.size(), model.textures.size());
+  std::vector<std::string> pictures(names.begin(), names.begin() + std::ptrdiff_t(count));
   if (!named && pictures.empty()) return std::vector<std::string>(slots.size());
+  const bool tiled = !model.tiles.empty();
+  if (tiled) {
+    if (model.tiles.size() != count) return {};
+    auto joined = names_of_pictures(model, pictures, named ? slots.size() : 1);
+    if (!joined) return {};
+    pictures = std::move(*joined);
+  }
   // One picture given to a model that names none paints the whole mesh.
-  if (!named && pictures.size() == 1 && model.mesh.textures.empty())
+  if (!named && pictures.size() == 1 && (tiled || model.mesh.textures.empty()))
     return std::vector<std::string>(std::max<std::size_t>(slots.size(), 1), pictures[0]);
   if (pictures.size() != slots.size()) return {};
-  for (int t = 0; t < model.mesh.triangle_count(); ++t)
-    if (model.mesh.texture(t) != document.mesh.texture(t)) return {};
+  for (int t = 0; t < model.mesh.triangle_count(); ++t) {
+    const int texture = model.mesh.texture(t);
+    const int picture =
+        tiled && texture >= 0 ? model.tiles[std::size_t(texture)].picture : texture;
+    if (picture != document.mesh.texture(t)) return {};
+  }
   return pictures;
+}
+
+void require_uv_set(int set, int count, const std::string& file) {
+  if (set >= std::max(count, 1))
+    throw InvalidInput(fmt::format("{}: UV set {}: it has {}, counted from 0", file, set,
+                                   counted(count, "set") + " of texture coordinates"));
+}
+
+int own_uv_set(const Model& model) {
+  if (model.uv_set >= 0) return model.uv_set;
+  int own = -1;
+  for (const MaterialSlot& slot : model.slots) {
+    if (slot.name != model.slot) continue;
+    for (const MaterialSlot::Use& use : slot.pictures) {
+      if (own >= 0 && use.uv_set != own) return -1;
+      own = use.uv_set;
+    }
+  }
+  return std::max(own, 0);
+}
+
+std::vector<const UvSet*> other_uv_sets(const Model& model) {
+  std::vector<const UvSet*> others;
+  const int own = own_uv_set(model);
+  for (std::size_t set = 0; set < model.uv_sets.size(); ++set)
+    if (int(set) != own && model.uv_sets[set].corner_uvs.size() == model.mesh.triangles.size())
+      others.push_back(&model.uv_sets[set]);
+  return others;
 }
 
 unsigned stored_color(float value, unsigned largest) {

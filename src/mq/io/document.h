@@ -21,6 +21,12 @@ struct Part {
   Bytes bytes;
 };
 
+/// What of a document is read as its textures.
+struct ReadChoice {
+  std::string slot = {};  ///< as `slot_from_text` gives it; empty: the base colour, or the only one
+  int uv_set = -1;        ///< −1: that of the material
+};
+
 /// The mesh file and its parts.
 class Document {
  public:
@@ -31,6 +37,7 @@ class Document {
   Bytes bytes;
   std::vector<Part> parts;  ///< those that were found
   std::vector<std::filesystem::path> files;  ///< the mesh file's and, in their order, the parts'
+  ReadChoice choice = {};
 };
 
 /// Where a document says the name of a texture: bytes of a part, or of the mesh file (part −1).
@@ -55,7 +62,11 @@ struct MeshFile {
   VertexSignal colors;
   std::vector<TextureSlot> textures;  ///< what `mesh.textures` counts
   std::vector<std::string> notes;
-  Defects defects;  ///< signs that the file was cut short
+  Defects defects = {};  ///< signs that the file was cut short
+  std::vector<MaterialSlot> slots = {};
+  std::string slot = {};                 ///< that `textures` are of
+  std::vector<TextureSlot> others = {};  ///< pictures of the other slots that no texture shares
+  std::vector<UvSet> uv_sets = {};       ///< all, where there are several
 };
 
 /// What a document says; the reader of its format is chosen here.
@@ -73,11 +84,23 @@ bool stays_below(const std::string& name);
 /// Whether two meshes differ in nothing but positions and texture coordinates' values.
 bool same_connectivity(const Mesh& a, const Mesh& b);
 
-/// The name each slot of a document gets for `pictures` (a name per texture of the model) to be the
-/// model's textures; a slot without a picture keeps an empty name. Nothing where the model's
-/// triangles have other textures than the document can name without being made anew.
+/// The name each slot of a document gets for `pictures` (a name per texture of the model, then names
+/// of `others`, which are not looked at) to be the model's textures; a slot without a picture keeps an
+/// empty name, one of tiles gets a pattern. Nothing where the model's triangles have other textures
+/// than the document can name without being made anew.
 std::optional<std::vector<std::string>> slot_names(const MeshFile& document, const Model& model,
                                                    const std::vector<std::string>& pictures);
+
+/// Throws `InvalidInput` where a file has no set of texture coordinates of that number.
+void require_uv_set(int set, int count, const std::string& file);
+
+/// Which of the model's sets of texture coordinates the mesh has; −1: none of them as it is, since
+/// pictures use several.
+int own_uv_set(const Model& model);
+
+/// The sets that a file made anew has beside the mesh's own, in their order. None where the mesh has
+/// other triangles by now.
+std::vector<const UvSet*> other_uv_sets(const Model& model);
 
 /// A colour of an integer type as stored, from its value: rounded, kept in range.
 unsigned stored_color(float value, unsigned largest);

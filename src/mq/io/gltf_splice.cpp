@@ -28,13 +28,13 @@ class GltfSplicer {
         pictures_(pictures),
         stem_(stem),
         file_(document),
-        scene_(read_gltf_scene(file_)),
+        scene_(read_gltf_scene(file_, document.choice)),
         says_(scene_.file) {}
 
   /// The files, or none where the change is too large to be spliced in.
   GltfOutput splice() {
     if (!same_connectivity(says_.mesh, model_.mesh) || says_.mesh.uvs != model_.mesh.uvs ||
-        says_.textures.size() != pictures_.size() || !same_textures())
+        !assign_pictures())
       return {};
     if (!edit_positions() || !edit_colors() || !edit_pictures()) return {};
     GltfOutput output;
@@ -42,14 +42,16 @@ class GltfSplicer {
     store_buffers(output.files);
     output.files[0] = {stem_, mesh_file()};
     if (!buffers_.empty() && !reads_back(output.files)) return {};
-    for (const TextureSlot& slot : says_.textures) output.embedded.push_back(!slot.picture.empty());
+    for (std::size_t t = 0; t < model_.textures.size(); ++t)
+      output.embedded.push_back(!says_.textures[picture_of(t)].picture.empty());
+    for (const TextureSlot& slot : says_.others) output.embedded.push_back(!slot.picture.empty());
     return output;
   }
 
  private:
   /// Whether nothing else changed: accessors may share the bytes that were written.
   bool reads_back(const std::vector<OutputFile>& files) const {
-    Document document{document_.format, stem_, files[0].bytes, files};
+    Document document{document_.format, stem_, files[0].bytes, files, {}, document_.choice};
     try {
       const MeshFile now = read_gltf(document);
       return same_connectivity(now.mesh, says_.mesh) && now.mesh.uvs == says_.mesh.uvs;
@@ -58,9 +60,29 @@ class GltfSplicer {
     }
   }
 
-  bool same_textures() const {
-    for (int t = 0; t < model_.mesh.triangle_count(); ++t)
-      if (model_.mesh.texture(t) != says_.mesh.texture(t)) return false;
+  /// The picture of the file that a texture is, or is a tile of.
+  std::size_t picture_of(std::size_t texture) const {
+    return model_.tiles.empty() ? texture : std::size_t(model_.tiles[texture].picture);
+  }
+
+  /// Finds out which picture each of the file's becomes; false where that takes a new file.
+  bool assign_pictures() {
+    const std::size_t textures = model_.textures.size();
+    std::vector<std::string> names;
+    for (const GltfPicture& picture : pictures_) names.push_back(picture.name);
+    const auto slots = slot_names(says_, model_, names);
+    if (!slots || slots->size() != says_.textures.size() || (slots->empty() && textures > 0) ||
+        names.size() < textures)
+      return false;
+    for (std::size_t s = 0; s < slots->size(); ++s) {
+      std::size_t t = 0;
+      while (t < textures && picture_of(t) != s) ++t;
+      if (t == textures) return false;
+      now_.push_back(pictures_[t]);
+      now_.back().name = (*slots)[s];
+    }
+    if (says_.others.size() == names.size() - textures)
+      now_.insert(now_.end(), pictures_.begin() + std::ptrdiff_t(textures), pictures_.end());
     return true;
   }
 
@@ -164,27 +186,30 @@ class GltfSplicer {
   }
 
   bool edit_pictures() {
-    for (std::size_t s = 0; s < pictures_.size(); ++s) {
-      const TextureSlot& slot = says_.textures[s];
-      const auto image = std::size_t(scene_.images[s]);
-      if (slot.picture.empty()) {
-        if (pictures_[s].name != slot.name &&
-            !replace({"images", image, "uri"}, json_string(uri_of_name(pictures_[s].name))))
-          return false;
-        continue;
-      }
-      if (!pictures_[s].changed) continue;
-      const Bytes bytes = pictures_[s].file();
-      if (bytes.empty()) continue;
-      const Json& object = file_.item("images", scene_.images[s]);
-      const bool stored =
-          object.contains("bufferView")
-              ? replace_view(json_count(object, "bufferView", 0, file_.name()), bytes)
-              : replace({"images", image, "uri"}, json_string(data_uri(pictures_[s].type, bytes)));
-      if (!stored) return false;
-      replace({"images", image, "mimeType"}, json_string(pictures_[s].type));
-    }
+    const std::size_t textures = says_.textures.size();
+    for (std::size_t s = 0; s < now_.size(); ++s)
+      if (!(s < textures
+                ? edit_picture(says_.textures[s], scene_.images[s], now_[s])
+                : edit_picture(says_.others[s - textures], scene_.other_images[s - textures], now_[s])))
+        return false;
     return edit_views();
+  }
+
+  bool edit_picture(const TextureSlot& slot, std::int64_t id, const GltfPicture& now) {
+    const auto image = std::size_t(id);
+    if (slot.picture.empty())
+      return now.name == slot.name ||
+             replace({"images", image, "uri"}, json_string(uri_of_name(now.name)));
+    if (!now.changed) return true;
+    const Bytes bytes = now.file();
+    if (bytes.empty()) return true;
+    const Json& object = file_.item("images", id);
+    const bool stored =
+        object.contains("bufferView")
+            ? replace_view(json_count(object, "bufferView", 0, file_.name()), bytes)
+            : replace({"images", image, "uri"}, json_string(data_uri(now.type, bytes)));
+    replace({"images", image, "mimeType"}, json_string(now.type));
+    return stored;
   }
 
   /// Replaces the bytes of a view; those behind it move by a multiple of four.
@@ -293,6 +318,7 @@ class GltfSplicer {
   const GltfFile file_;
   const GltfScene scene_;
   const MeshFile& says_;
+  std::vector<GltfPicture> now_;  ///< what each picture of the file becomes, others after textures
   std::map<int, Bytes> buffers_;  ///< those that change
   std::vector<GltfView> views_;   ///< as they will be, once one changes
   std::vector<Edit> edits_;       ///< of the JSON

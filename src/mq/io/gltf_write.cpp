@@ -1,13 +1,16 @@
 // Made anew, a corner is a vertex; equal corners of a texture are one.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <compare>
 #include <limits>
 #include <map>
 
 #include "mq/base/error.h"
 #include "mq/io/detail/gltf_container.h"
 #include "mq/io/detail/gltf_scene.h"
+#include "mq/io/slots.h"
 #include "mq/io/uri.h"
 
 namespace mq {
@@ -24,7 +27,10 @@ class NewGltf {
         format_(format),
         pictures_(pictures),
         stem_(stem),
-        channels_(color_channels(model.colors)) {}
+        channels_(color_channels(model.colors)),
+        other_sets_(other_uv_sets(model)),
+        own_set_(std::clamp(own_uv_set(model), 0, int(other_sets_.size()))),
+        slot_(model.slot.empty() ? base_slot : model.slot) {}
 
   GltfOutput output() {
     json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
@@ -59,7 +65,7 @@ class NewGltf {
     std::vector<Group> groups;
     std::map<std::pair<int, bool>, std::size_t> ids;
     for (int t = 0; t < mesh_.triangle_count(); ++t) {
-      const int texture = pictures_.empty() ? -1 : mesh_.texture(t);
+      const int texture = model_.textures.empty() ? -1 : mesh_.texture(t);
       const bool textured = mesh_.textured(t);
       const auto id = ids.try_emplace({texture, textured}, groups.size());
       if (id.second) groups.push_back({texture, textured, {}});
@@ -77,26 +83,43 @@ class NewGltf {
     json_["meshes"] = OrderedJson::array({{{"primitives", primitives}}});
   }
 
+  /// What makes a corner a vertex of its own: vertex, u, v, and what it has in the other sets.
+  struct Corner {
+    std::array<double, 3> own;
+    std::vector<int> others;
+    auto operator<=>(const Corner&) const = default;
+  };
+
   OrderedJson primitive(const Group& group) {
-    std::map<std::array<double, 3>, std::uint32_t> ids;  // by vertex, u, v
+    std::map<Corner, std::uint32_t> ids;
     std::vector<int> vertices;
     std::vector<Vector2> uvs;
+    std::vector<std::vector<Vector2>> other_uvs(other_sets_.size());
     Bytes indices;
     for (const int t : group.triangles)
       for (int k = 0; k < 3; ++k) {
         const int vertex = mesh_.triangles[std::size_t(t)][std::size_t(k)];
         const Vector2 uv = group.textured ? mesh_.uv(t, k) : Vector2(0, 0);
-        const auto id =
-            ids.try_emplace({double(vertex), uv.x(), uv.y()}, std::uint32_t(vertices.size()));
+        Corner corner{{double(vertex), uv.x(), uv.y()}, {}};
+        for (const UvSet* set : other_sets_)
+          corner.others.push_back(set->corner_uvs[std::size_t(t)][std::size_t(k)]);
+        const auto id = ids.try_emplace(corner, std::uint32_t(vertices.size()));
         if (id.second) {
           vertices.push_back(vertex);
           uvs.push_back(uv);
+          for (std::size_t i = 0; i < other_sets_.size(); ++i)
+            other_uvs[i].push_back(corner.others[i] < 0
+                                       ? Vector2(0, 0)
+                                       : other_sets_[i]->uvs[std::size_t(corner.others[i])]);
         }
         append_raw(indices, id.first->second);
       }
     OrderedJson attributes;
     attributes["POSITION"] = add_positions(vertices);
-    if (group.textured) attributes["TEXCOORD_0"] = add_uvs(uvs);
+    const auto set_name = [](int set) { return fmt::format("TEXCOORD_{}", set); };
+    if (group.textured) attributes[set_name(own_set_)] = add_uvs(uvs);
+    for (std::size_t i = 0; i < other_sets_.size() && group.textured; ++i)
+      attributes[set_name(int(i) + (int(i) >= own_set_))] = add_uvs(other_uvs[i]);
     if (channels_ > 0) attributes["COLOR_0"] = add_colors(vertices);
     OrderedJson result = {{"attributes", attributes}};
     result["indices"] =
@@ -177,7 +200,7 @@ class NewGltf {
   }
 
   void add_pictures() {
-    for (std::size_t t = 0; t < pictures_.size(); ++t) {
+    for (std::size_t t = 0; t < std::min(pictures_.size(), model_.textures.size()); ++t) {
       const GltfPicture& picture = pictures_[t];
       const Bytes bytes = format_ == Document::Format::glb ? picture.file() : Bytes();
       output_.embedded.push_back(!bytes.empty());
@@ -196,11 +219,26 @@ class NewGltf {
         texture["sampler"] = json_["samplers"].size() - 1;
       }
       json_["textures"].push_back(texture);
-      json_["materials"].push_back({{"pbrMetallicRoughness",
-                                     {{"baseColorTexture", {{"index", t}}},
-                                      {"metallicFactor", 0},
-                                      {"roughnessFactor", 1}}}});
+      json_["materials"].push_back(material(t));
     }
+  }
+
+  OrderedJson material(std::size_t texture) const {
+    OrderedJson info = {{"index", texture}};
+    if (own_set_ > 0) info["texCoord"] = own_set_;
+    const bool matt = slot_ != "metallic-roughness";
+    OrderedJson metallic = OrderedJson::object();
+    if (slot_ == base_slot) metallic["baseColorTexture"] = info;
+    if (!matt) metallic["metallicRoughnessTexture"] = info;
+    if (matt) metallic["metallicFactor"] = 0, metallic["roughnessFactor"] = 1;
+    OrderedJson result = {{"pbrMetallicRoughness", metallic}};
+    for (const char* slot : {"normal", "occlusion", "emissive"})
+      if (slot_ == slot) result[slot_ + "Texture"] = info;
+    if (slot_ == "emissive") result["emissiveFactor"] = {1, 1, 1};
+    if (slot_ != base_slot && matt && result.size() == 1)
+      throw Unsupported("a glTF file made anew has no pictures for " + slot_ +
+                        ": write the pictures alone, or to the format that was read");
+    return result;
   }
 
   const Model& model_;
@@ -209,6 +247,9 @@ class NewGltf {
   const std::vector<GltfPicture>& pictures_;
   const std::string& stem_;
   int channels_;
+  std::vector<const UvSet*> other_sets_;
+  int own_set_;  ///< the number of the mesh's set among all
+  std::string slot_;
   OrderedJson json_;
   Bytes buffer_;
   GltfOutput output_;

@@ -34,6 +34,13 @@ struct AsRead {
   std::uint64_t bytes = 0;
 };
 
+/// What the values of a picture are, as its slot says (slots.h).
+enum class TextureMeaning {
+  colours,  ///< display values or light, as the file says
+  values,   ///< numbers as they are: roughness, occlusion
+  normals   ///< unit vectors, coded as colours
+};
+
 struct Texture {
   std::string name;            ///< as the model calls it, for messages and output names
   std::filesystem::path path;  ///< where it was read from; empty when embedded
@@ -42,6 +49,7 @@ struct Texture {
   Wrap wrap = Wrap::unspecified;
   std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
   AsRead as_read = {};             ///< set by the reader
+  TextureMeaning meaning = TextureMeaning::colours;
 };
 
 /// Values at vertices (colours of a PLY, or "v x y z r g b" of an OBJ), 0 to 1 when stored as
@@ -50,6 +58,31 @@ struct VertexSignal {
   int channels = 0;           ///< 0: the model has none
   std::vector<float> values;  ///< channels per vertex, a vertex's values adjacent
   Depth depth = Depth::u8;
+};
+
+/// A slot of a model's materials: what pictures are for, and those it names.
+struct MaterialSlot {
+  struct Use {
+    std::string picture;  ///< its name in the model
+    int uv_set = 0;
+    bool operator==(const Use&) const = default;
+  };
+  std::string name;  ///< "base-colour", "normal", ... (slots.h)
+  std::vector<Use> pictures;
+};
+
+/// A set of texture coordinates, as `Mesh` holds one.
+struct UvSet {
+  std::vector<Vector2> uvs;
+  std::vector<Triangle> corner_uvs;
+};
+
+/// A texture that is one tile of a picture of the file: the square of texture coordinates from (u, v)
+/// to (u + 1, v + 1).
+struct TextureTile {
+  int picture = 0;  ///< of the file's pictures
+  int u = 0;
+  int v = 0;
 };
 
 /// The file a model came from, kept so that writing changes only what was asked to change.
@@ -63,7 +96,22 @@ struct Model {
   std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
   Defects defects;                 ///< of the file: signs that it was cut short
   std::shared_ptr<const Document> document;  ///< null for a model made in memory
+
+  std::vector<MaterialSlot> slots;  ///< that its materials name pictures for
+  std::string slot;                 ///< which of them `textures` are; empty: it has no slots
+  /// Pictures of its other slots, without pixels. Written, they come back byte for byte; one that
+  /// has got pixels is written with these.
+  std::vector<Texture> others;
+  std::vector<UvSet> uv_sets;      ///< all of them as in the file, where there are several
+  int uv_set = -1;                 ///< which of them `mesh` has; −1: each picture its own, or set 0
+  std::vector<TextureTile> tiles;  ///< per texture, where some are tiles of one picture of the file
 };
+
+/// How many sets of texture coordinates a model has.
+inline int uv_set_count(const Model& model) {
+  if (!model.uv_sets.empty()) return int(model.uv_sets.size());
+  return model.mesh.has_uvs() ? 1 : 0;
+}
 
 /// What becomes of values in pictures that are infinite or no numbers.
 enum class NotFinite {
@@ -73,17 +121,23 @@ enum class NotFinite {
 
 struct ReadModelOptions {
   /// Pictures to use instead of those the model names, in the order of its textures. One picture
-  /// for a model that names none (or several slots without files) paints the whole mesh.
+  /// for a model that names none (or several slots without files) paints the whole mesh. Tiles of
+  /// one picture count as one, whether named by a pattern (tiles.h) or each by its file.
   std::vector<std::filesystem::path> textures;
   /// Whether pictures are read at all.
   enum class Pictures { read, skip } pictures = Pictures::read;
   NotFinite not_finite = NotFinite::refuse;
+  /// The slot whose pictures are read (`slot_from_text`). Empty: that of the pictures given, where
+  /// these are files that the model names for one slot; else the base colour, or the only slot.
+  std::string slot = {};
+  int uv_set = -1;  ///< for all pictures; −1: to each the set that its material names
 };
 
 /// Reads OBJ (with MTL), PLY, glTF or GLB; content goes before extension. Pictures and material
 /// libraries are looked for where they are named, then beside the mesh.
-/// Throws `IoError` naming the file, the place and the remedy, `Unsupported` for meshes compressed
-/// by Draco or meshopt.
+/// A picture whose name says tiles (tiles.h) is read as a texture for each tile that triangles use.
+/// Throws `IoError` naming the file, the place and the remedy, `InvalidInput` for a slot or a set that
+/// is not there, `Unsupported` for meshes compressed by Draco or meshopt.
 Model read_model(const std::filesystem::path& path, const ReadModelOptions& options = {},
                  const Progress& progress = {});
 

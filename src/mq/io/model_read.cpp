@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
+#include <tuple>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -13,6 +15,8 @@
 #include "mq/io/detail/gltf.h"
 #include "mq/io/image_file.h"
 #include "mq/io/detail/obj.h"
+#include "mq/io/detail/picture_tiles.h"
+#include "mq/io/slots.h"
 
 namespace mq {
 namespace {
@@ -108,16 +112,28 @@ class ModelReader {
     document.bytes = read_file(model_.path);
     document.files = {model_.path};
     document.format = format_of(model_.path, document.bytes);
+    if (!options_.slot.empty()) document.choice.slot = slot_from_text(options_.slot);
+    document.choice.uv_set = options_.uv_set;
     mesh_progress.at(0.3);
     read_parts(document);
     MeshFile file = read_document(document);
+    if (const std::string slot = slot_of_given(file); slot != file.slot) {
+      document.choice.slot = slot;
+      file = read_document(document);
+    }
     mesh_progress.at(1);
 
     model_.mesh = std::move(file.mesh);
     model_.colors = std::move(file.colors);
     model_.notes.insert(model_.notes.end(), file.notes.begin(), file.notes.end());
     model_.defects = std::move(file.defects);
+    model_.slots = std::move(file.slots);
+    model_.slot = std::move(file.slot);
+    model_.uv_sets = std::move(file.uv_sets);
+    model_.uv_set = options_.uv_set;
+    note_choice();
     take_textures(file.textures);
+    take_others(file.others);
     model_.document = std::make_shared<const Document>(std::move(document));
     return std::move(model_);
   }
@@ -165,21 +181,142 @@ class ModelReader {
     add_part(document, *found, folder_ / *found);
   }
 
+  /// The last part of a name, the same for all tiles of a picture.
+  static std::string pattern_of(const fs::path& path) {
+    const std::string name = path.filename().string();
+    const std::optional<TileName> tile = tile_name(name);
+    return tile ? tile->pattern() : name;
+  }
+
+  /// The slot that pictures are given for: one whose own pictures they are, or the one that is read.
+  std::string slot_of_given(const MeshFile& file) const {
+    if (options_.textures.empty() || !options_.slot.empty()) return file.slot;
+    const auto has_given = [&](const MaterialSlot& slot) {
+      return std::ranges::all_of(options_.textures, [&](const fs::path& given) {
+        return std::ranges::any_of(slot.pictures, [&](const MaterialSlot::Use& use) {
+          return pattern_of(use.picture) == pattern_of(given);
+        });
+      });
+    };
+    const auto by_name = [&](const std::string& name) {
+      return std::ranges::find(file.slots, name, &MaterialSlot::name);
+    };
+    const auto own = by_name(file.slot);
+    if (own != file.slots.end() && has_given(*own)) return file.slot;
+    for (const MaterialSlot& slot : file.slots)
+      if (has_given(slot)) return slot.name;
+    if (!file.slots.empty() && by_name(base_slot) == file.slots.end())
+      throw InvalidInput(fmt::format(
+          "{}: its materials name pictures for {} and none for {}, and {} is none of them: say which "
+          "slot it is for",
+          model_.path.string(), names_of(file.slots), base_slot, options_.textures[0].string()));
+    return file.slot;
+  }
+
+  /// Says what was chosen where nobody asked for it.
+  void note_choice() {
+    if (!options_.slot.empty() || model_.slot == base_slot || model_.slots.empty()) return;
+    model_.notes.push_back(
+        model_.slots.size() == 1
+            ? fmt::format("its materials name pictures for {} alone: these are its textures",
+                          model_.slot)
+            : fmt::format("{} is its picture for {}: that slot is used",
+                          options_.textures[0].filename().string(), model_.slot));
+  }
+
   void take_textures(const std::vector<TextureSlot>& slots) {
     const bool named = std::any_of(slots.begin(), slots.end(), [](const TextureSlot& slot) {
       return !slot.name.empty() || !slot.picture.empty();
     });
     report_missing_parts(named);
-    const std::size_t given = options_.textures.size();
+    given_ = joined_tiles(options_.textures, slots.size());
+    const std::size_t given = given_.size();
     if (!named && (given <= 1 || slots.empty())) {
       // No picture, or one that paints the whole mesh.
       if (given > 1) refuse_count(slots, named);
       model_.mesh.textures.clear();
-      if (given == 1) add_texture({}, 0, 1);
+      if (given == 1) add_picture({}, 0, 1, true);
+    } else {
+      if (given != 0 && given != slots.size()) refuse_count(slots, named);
+      for (std::size_t i = 0; i < slots.size(); ++i) add_picture(slots[i], i, slots.size(), false);
+    }
+    assign_tiles();
+  }
+
+  /// Pictures of the other slots are named, not read.
+  void take_others(const std::vector<TextureSlot>& others) {
+    for (const TextureSlot& slot : others) {
+      Texture& texture = model_.others.emplace_back();
+      texture.name = slot.name;
+      if (!slot.picture.empty()) continue;
+      if (const auto found = find_file(folder_, slot.name)) texture.path = folder_ / *found;
+    }
+  }
+
+  /// A picture of the file, or each of its tiles.
+  void add_picture(const TextureSlot& slot, std::size_t i, std::size_t count, bool paints_all) {
+    const bool given = i < given_.size();
+    const std::string name = given ? given_[i].path.string() : slot.name;
+    const auto tile_of_name =
+        given || slot.picture.empty() ? tile_name(name) : std::optional<TileName>();
+    const std::map<TilePlace, int> used =
+        tile_of_name ? tiles_used(model_.mesh, paints_all ? -1 : int(i)) : std::map<TilePlace, int>();
+    const std::vector<TilePlace> tiles =
+        tile_of_name ? tiles_of_picture(*tile_of_name, used, model_.path.string())
+                     : std::vector<TilePlace>();
+    if (tiles.empty()) {
+      model_.tiles.push_back({int(i), 0, 0});
+      return add_texture(slot, i, given ? given_[i].path : fs::path(), count);
+    }
+    tiled_ = true;
+    const auto slot_tile = tile_name(slot.name);
+    for (const TilePlace& tile : tiles) {
+      TextureSlot one = slot;
+      one.name = slot_tile ? slot_tile->file(tile) : "";
+      fs::path path;
+      if (given) {
+        const auto named = given_[i].places.find(tile);
+        path = named != given_[i].places.end() ? named->second : fs::path(tile_of_name->file(tile));
+      }
+      const bool there = given ? is_file(path) : find_file(folder_, one.name).has_value();
+      const auto triangles = used.find(tile);
+      if (!there && reads_pictures())
+        throw IoError(fmt::format(
+            "{}: {} in tile {} of {}, and {} is not there; put it there{}", model_.path.string(),
+            triangles == used.end() ? "nothing lies"
+                                    : counted(triangles->second, "triangle") + " lie",
+            tile_number(*tile_of_name, tile), shown(fs::path(tile_of_name->pattern()).filename().string()),
+            given ? path.string() : shown(one.name),
+            tile_of_name->place ? ", or, if the picture repeats, rename it: its number says tiles" : ""));
+      model_.tiles.push_back({int(i), tile.u, tile.v});
+      add_texture(one, i, path, count * tiles.size());
+    }
+  }
+
+  /// Gives each triangle the texture of its tile.
+  void assign_tiles() {
+    if (!tiled_) {
+      model_.tiles.clear();
       return;
     }
-    if (given != 0 && given != slots.size()) refuse_count(slots, named);
-    for (std::size_t i = 0; i < slots.size(); ++i) add_texture(slots[i], i, slots.size());
+    std::map<std::tuple<int, int, int>, int> ids;
+    std::map<int, int> first;  // textures of pictures
+    for (std::size_t i = 0; i < model_.tiles.size(); ++i) {
+      const TextureTile& tile = model_.tiles[i];
+      ids[{tile.picture, tile.u, tile.v}] = int(i);
+      first.try_emplace(tile.picture, int(i));
+    }
+    Mesh& mesh = model_.mesh;
+    if (mesh.textures.empty()) mesh.textures.assign(mesh.triangles.size(), 0);
+    for (int t = 0; t < mesh.triangle_count(); ++t) {
+      int& texture = mesh.textures[std::size_t(t)];
+      if (texture < 0) continue;
+      const int picture = texture;
+      texture = first.at(picture);
+      if (!mesh.textured(t)) continue;
+      const TilePlace tile = tile_of(mesh, t);
+      if (const auto id = ids.find({picture, tile.u, tile.v}); id != ids.end()) texture = id->second;
+    }
   }
 
   void report_missing_parts(bool named) {
@@ -203,11 +340,13 @@ class ModelReader {
                                       : fmt::format("{} pictures are", options_.textures.size())));
   }
 
-  void add_texture(const TextureSlot& slot, std::size_t i, std::size_t count) {
+  /// `given`: in place of the slot's own picture; empty: none.
+  void add_texture(const TextureSlot& slot, std::size_t i, const fs::path& given_path,
+                   std::size_t count) {
     const Progress progress = progress_.step("read picture", 0.7 / double(count));
     Texture texture;
-    const bool given = i < options_.textures.size();
-    const fs::path path = given ? options_.textures[i] : slot_path(slot);
+    const bool given = !given_path.empty();
+    const fs::path path = given ? given_path : slot_path(slot);
     if (!reads_pictures()) {
       texture.path = path;
     } else if (given || slot.picture.empty()) {
@@ -221,6 +360,9 @@ class ModelReader {
     const bool renamed = given && path.filename() != fs::path(slot.name).filename();
     texture.name = renamed ? path.filename().string() : slot.name;
     if (slot.wrap != Wrap::unspecified) texture.wrap = slot.wrap;
+    texture.meaning = meaning_of_slot(model_.slot);
+    if (texture.meaning == TextureMeaning::normals && texture.pixels.channels() < 3)
+      texture.meaning = TextureMeaning::values;  // a height for each texel
     model_.textures.push_back(std::move(texture));
   }
 
@@ -267,6 +409,8 @@ class ModelReader {
   fs::path folder_;
   Model model_;
   std::vector<std::string> missing_parts_;
+  std::vector<GivenPicture> given_;
+  bool tiled_ = false;  ///< whether a picture comes in tiles
 };
 
 }  // namespace

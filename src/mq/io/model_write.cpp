@@ -79,16 +79,20 @@ class ModelWriter {
   ModelWriter(const fs::path& path, const Model& model, const Progress& progress)
       : path_(path), model_(model), progress_(progress), folder_(path.parent_path()) {
     check(model);
-    if (model.document) before_ = read_document(*model.document).textures;
+    for (const Texture& texture : model.textures) pictures_.push_back(&texture);
+    for (const Texture& texture : model.others) pictures_.push_back(&texture);
+    if (model.document) find_sources(read_document(*model.document));
   }
 
   std::vector<std::string> write() {
-    for (std::size_t t = 0; t < model_.textures.size(); ++t) prepare_picture(t);
+    for (std::size_t t = 0; t < pictures_.size(); ++t) prepare_picture(t);
     std::vector<OutputFile> files = mesh_files();
     files[0].name = path_.filename().string();
-    for (std::size_t t = 0; t < model_.textures.size(); ++t)
+    note_what_stays_behind();
+    embedded_.resize(pictures_.size(), true);  // others that a file made anew does not name
+    for (std::size_t t = 0; t < pictures_.size(); ++t)
       if (!embedded_[t]) check_source(t);
-    for (std::size_t t = 0; t < model_.textures.size(); ++t)
+    for (std::size_t t = 0; t < pictures_.size(); ++t)
       if (!embedded_[t]) write_picture(t);
     for (std::size_t i = files.size(); i-- > 0;) write_part(files[i]);
     progress_.at(1);
@@ -96,12 +100,44 @@ class ModelWriter {
   }
 
  private:
+  /// What each picture's file was, where it is embedded in the document.
+  void find_sources(const MeshFile& file) {
+    before_.resize(pictures_.size());
+    const std::size_t textures = model_.textures.size();
+    if (model_.tiles.empty() && file.textures.size() == textures)
+      for (std::size_t t = 0; t < textures; ++t) before_[t] = file.textures[t].picture;
+    if (!model_.tiles.empty() && model_.tiles.size() == textures)
+      for (std::size_t t = 0; t < textures; ++t)
+        if (const auto picture = std::size_t(model_.tiles[t].picture); picture < file.textures.size())
+          before_[t] = file.textures[picture].picture;
+    if (file.others.size() == model_.others.size())
+      for (std::size_t i = 0; i < file.others.size(); ++i)
+        before_[textures + i] = file.others[i].picture;
+  }
+
+  /// A file made anew has one slot and, but for glTF and PLY, one set of texture coordinates.
+  void note_what_stays_behind() {
+    if (embedded_.size() == pictures_.size()) return;
+    std::string slots;
+    for (const MaterialSlot& slot : model_.slots)
+      if (slot.name != model_.slot) slots += (slots.empty() ? "" : ", ") + slot.name;
+    notes_.push_back(fmt::format("{} is made anew: pictures for {} are not in it", path_.string(),
+                                 slots));
+  }
+
   std::vector<OutputFile> mesh_files() {
     const std::string stem = path_.stem().string();
     std::string extension = path_.extension().string();
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
-    if (extension == ".obj") return write_obj(model_, names_, stem);
-    if (extension == ".ply") return {write_ply(model_, names_, stem)};
+    if (extension == ".obj") {
+      ObjOutput output = write_obj(model_, names_, stem);
+      if (output.made_anew) embedded_.resize(model_.textures.size());
+      return std::move(output.files);
+    }
+    if (extension == ".ply") {
+      embedded_.resize(model_.textures.size());
+      return {write_ply(model_, names_, stem)};
+    }
     if (extension == ".gltf") return gltf_files(Document::Format::gltf, stem);
     if (extension == ".glb") return gltf_files(Document::Format::glb, stem);
     throw IoError(fmt::format("cannot write {}: its extension is none of .obj, .ply, .gltf, .glb",
@@ -110,8 +146,8 @@ class ModelWriter {
 
   std::vector<OutputFile> gltf_files(Document::Format format, const std::string& stem) {
     std::vector<GltfPicture> pictures;
-    for (std::size_t t = 0; t < model_.textures.size(); ++t) {
-      const bool jpeg = model_.textures[t].format.file_format == "jpeg" ||
+    for (std::size_t t = 0; t < pictures_.size(); ++t) {
+      const bool jpeg = pictures_[t]->format.file_format == "jpeg" ||
                         text_of(copies_[t]).starts_with("\xff\xd8");
       pictures.push_back({names_[t], jpeg ? "image/jpeg" : "image/png", changed_[t] != 0,
                           [this, t, jpeg] { return embedded_picture(t, jpeg); }});
@@ -125,20 +161,19 @@ class ModelWriter {
   Bytes embedded_picture(std::size_t t, bool jpeg) {
     const std::string_view text = text_of(copies_[t]);
     if (text.starts_with("\xff\xd8") || text.starts_with("\x89PNG")) return copies_[t];
-    if (model_.textures[t].pixels.empty()) return {};
-    EncodedPicture picture = texture_bytes(model_.textures[t], jpeg ? "jpeg" : "png");
+    if (pictures_[t]->pixels.empty()) return {};
+    EncodedPicture picture = texture_bytes(*pictures_[t], jpeg ? "jpeg" : "png");
     notes_.insert(notes_.end(), picture.notes.begin(), picture.notes.end());
     return std::move(picture.bytes);
   }
 
   /// The file a picture was read from, or nothing.
   Bytes source(std::size_t t) const {
-    const Texture& texture = model_.textures[t];
+    const Texture& texture = *pictures_[t];
     std::error_code ignored;
     if (!texture.path.empty())
       return fs::is_regular_file(texture.path, ignored) ? read_file(texture.path) : Bytes();
-    const bool known = t < before_.size() && before_.size() == model_.textures.size();
-    return known ? before_[t].picture : Bytes();
+    return t < before_.size() ? before_[t] : Bytes();
   }
 
   /// Whether pixels and depth are those of the source.
@@ -148,7 +183,7 @@ class ModelWriter {
 
   /// A name that a file beside the mesh can have, and that no other picture has.
   std::string output_name(std::size_t t, bool keeps_pixels) {
-    const Texture& texture = model_.textures[t];
+    const Texture& texture = *pictures_[t];
     std::string name = texture.name;
     for (char& c : name) c = (c & 0xe0) == 0 || c == 0x7f ? '_' : c;
     const bool in_place = keeps_pixels && !name.empty() && same_file(folder_ / name, texture.path);
@@ -167,12 +202,12 @@ class ModelWriter {
   bool is_free(const std::string& name, std::size_t t, bool keeps_pixels) {
     const auto taken = names_taken_.try_emplace(name, t);
     const std::size_t other = taken.first->second;
-    return taken.second || (keeps_pixels && !changed_[other] && !model_.textures[t].path.empty() &&
-                            model_.textures[other].path == model_.textures[t].path);
+    return taken.second || (keeps_pixels && !changed_[other] && !pictures_[t]->path.empty() &&
+                            pictures_[other]->path == pictures_[t]->path);
   }
 
   void prepare_picture(std::size_t t) {
-    const Texture& texture = model_.textures[t];
+    const Texture& texture = *pictures_[t];
     Bytes bytes = source(t);
     const bool keeps_pixels = unchanged(texture, bytes);
     const std::string name = output_name(t, keeps_pixels);
@@ -185,7 +220,7 @@ class ModelWriter {
   }
 
   void check_source(std::size_t t) const {
-    const fs::path& source = model_.textures[t].path;
+    const fs::path& source = pictures_[t]->path;
     if (changed_[t] && same_file(folder_ / names_[t], source) && !same_file(path_, model_.path))
       throw IoError(
           fmt::format("writing {} would replace the picture {} that it was made from; "
@@ -194,7 +229,7 @@ class ModelWriter {
   }
 
   void write_picture(std::size_t t) {
-    const Texture& texture = model_.textures[t];
+    const Texture& texture = *pictures_[t];
     const fs::path path = folder_ / names_[t];
     if (!copies_[t].empty()) {
       if (same_file(path, texture.path)) return;
@@ -210,7 +245,7 @@ class ModelWriter {
     }
     make_folder(path);
     const auto notes = write_encoded(
-        path, texture, progress_.step("write picture", 0.8 / double(model_.textures.size())));
+        path, texture, progress_.step("write picture", 0.8 / double(pictures_.size())));
     notes_.insert(notes_.end(), notes.begin(), notes.end());
   }
 
@@ -237,7 +272,8 @@ class ModelWriter {
   const Model& model_;
   const Progress& progress_;
   fs::path folder_;
-  std::vector<TextureSlot> before_;
+  std::vector<const Texture*> pictures_;  ///< textures, then others
+  std::vector<Bytes> before_;             ///< the files of those embedded in the document
   std::vector<std::string> names_;  ///< of the pictures, from the folder
   std::map<std::string, std::size_t> names_taken_;
   std::vector<Bytes> copies_;   ///< of the pictures that are copied

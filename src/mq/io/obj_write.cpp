@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <set>
 
+#include "mq/base/error.h"
 #include "mq/io/detail/mtl.h"
 #include "mq/io/detail/obj.h"
+#include "mq/io/slots.h"
 
 namespace mq {
 namespace {
@@ -35,6 +37,13 @@ std::string material_name(const std::string& picture) {
   return name.empty() ? "textured" : name;
 }
 
+Material painted(std::string name, const std::string& picture, const std::string& slot) {
+  Material material;
+  material.name = std::move(name);
+  material.maps.push_back({.slot = slot, .picture = picture, .place = {}});
+  return material;
+}
+
 // ---- Changes to the bytes that were read ----
 
 class ObjSplicer {
@@ -57,7 +66,8 @@ class ObjSplicer {
     edit_vertices();
     if (moved_uvs) edit_uvs();
     std::vector<OutputFile> result(1);
-    edit_libraries(*names, result);
+    const auto textures = std::ptrdiff_t(std::min(pictures.size(), model_.textures.size()));
+    edit_libraries(*names, {pictures.begin() + textures, pictures.end()}, result);
     add_library(*names, result);
     result[0] = {stem_ + ".obj", edited(document_.bytes, std::move(edits_))};
     return result;
@@ -126,22 +136,29 @@ class ObjSplicer {
     }
   }
 
+  /// Puts another name of a picture where it stands in a part.
+  static void rename_picture(const TextureSlot& slot, const std::string& name, int part,
+                             const fs::path& folder, std::vector<Edit>& edits) {
+    if (name == slot.name) return;
+    for (const Place& place : slot.places)
+      if (place.part == part)
+        edits.push_back(
+            {place.begin, place.end,
+             place.before +
+                 (folder.empty() ? name : fs::path(name).lexically_relative(folder).string())});
+  }
+
   /// Parts as they are, or with names of pictures replaced and then under a name of their own.
-  void edit_libraries(const std::vector<std::string>& names, std::vector<OutputFile>& files) {
+  void edit_libraries(const std::vector<std::string>& names, const std::vector<std::string>& others,
+                      std::vector<OutputFile>& files) {
     for (std::size_t p = 0; p < document_.parts.size(); ++p) {
       const Part& part = document_.parts[p];
       const fs::path folder = fs::path(part.name).parent_path();
       std::vector<Edit> edits;
-      for (std::size_t s = 0; s < says_.textures.size(); ++s) {
-        if (names[s] == says_.textures[s].name) continue;
-        for (const Place& place : says_.textures[s].places)
-          if (place.part == int(p))
-            edits.push_back(
-                {place.begin, place.end,
-                 place.before + (folder.empty()
-                                     ? names[s]
-                                     : fs::path(names[s]).lexically_relative(folder).string())});
-      }
+      for (std::size_t s = 0; s < says_.textures.size(); ++s)
+        rename_picture(says_.textures[s], names[s], int(p), folder, edits);
+      for (std::size_t s = 0; s < says_.others.size() && others.size() == says_.others.size(); ++s)
+        rename_picture(says_.others[s], others[s], int(p), folder, edits);
       if (edits.empty()) {
         taken_.insert(part.name);
         files.push_back(part);
@@ -172,12 +189,12 @@ class ObjSplicer {
     std::vector<Material> materials;
     for (std::size_t s = 0; s < says_.textures.size(); ++s)
       if (says_.textures[s].places.empty() && !names[s].empty())
-        materials.push_back({obj_.materials[s], names[s], {}, {1, 1}, {0, 0}, {}});
+        materials.push_back(painted(obj_.materials[s], names[s], base_slot));
     std::string head;
     if (has_triangles_without_material() && !names.empty() && model_.mesh.textures.empty()) {
       std::set<std::string> taken(obj_.materials.begin(), obj_.materials.end());
       const std::string name = unique(material_name(names[0]), "", taken);
-      materials.push_back({name, names[0], {}, {1, 1}, {0, 0}, {}});
+      materials.push_back(painted(name, names[0], base_slot));
       head = "usemtl " + name + "\n";
     }
     if (materials.empty()) return;
@@ -239,9 +256,13 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
                                   const std::string& stem) {
   std::set<std::string> taken{"untextured"};
   std::vector<Material> materials;
-  for (const std::string& picture : pictures)
+  const std::string slot = model.slot.empty() ? base_slot : model.slot;
+  if (!mtl_keyword(slot) && !pictures.empty())
+    throw Unsupported(stem + ".obj: OBJ has no word for pictures of the slot " + slot +
+                      ": write the pictures alone, or glTF");
+  for (std::size_t i = 0; i < std::min(pictures.size(), model.textures.size()); ++i)
     materials.push_back(
-        {unique(material_name(picture), "", taken), picture, {}, {1, 1}, {0, 0}, {}});
+        painted(unique(material_name(pictures[i]), "", taken), pictures[i], slot));
 
   std::string text;
   if (!materials.empty()) text += "mtllib " + stem + ".mtl\n";
@@ -259,26 +280,26 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
     if (!materials.empty() && model.mesh.texture(t) != texture) {
       texture = model.mesh.texture(t);
       untextured = untextured || texture < 0;
-      text += "usemtl " + (texture < 0 ? "untextured" : materials[texture].name) + "\n";
+      text += "usemtl " + (texture < 0 ? "untextured" : materials[std::size_t(texture)].name) + "\n";
     }
     append_face(text, model.mesh, t);
   }
   std::vector<OutputFile> files{{stem + ".obj", to_bytes(text)}};
-  if (untextured) materials.push_back({"untextured", "", {}, {1, 1}, {0, 0}, {}});
+  if (untextured) materials.push_back({"untextured", {}, {}});
   if (!materials.empty()) files.push_back({stem + ".mtl", to_bytes(new_mtl(materials))});
   return files;
 }
 
 }  // namespace
 
-std::vector<OutputFile> write_obj(const Model& model, const std::vector<std::string>& pictures,
-                                  const std::string& stem) {
+ObjOutput write_obj(const Model& model, const std::vector<std::string>& pictures,
+                    const std::string& stem) {
   const Document* document = model.document.get();
   if (document && document->format == Document::Format::obj) {
     std::vector<OutputFile> files = ObjSplicer(model, *document, stem).files(pictures);
-    if (!files.empty()) return files;
+    if (!files.empty()) return {std::move(files), false};
   }
-  return new_files(model, pictures, stem);
+  return {new_files(model, pictures, stem), true};
 }
 
 }  // namespace mq

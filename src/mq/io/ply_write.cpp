@@ -8,6 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/io/detail/ply.h"
 #include "mq/io/detail/ply_body.h"
+#include "mq/io/slots.h"
 
 namespace mq {
 namespace {
@@ -60,7 +61,7 @@ class PlySplicer {
       : model_(model),
         document_(document),
         header_(parse_ply_header(document.bytes, document.name)),
-        roles_(header_),
+        roles_(header_, document.choice.uv_set),
         says_(parse_ply(document)),
         reader_(document.bytes, header_, document.name) {}
 
@@ -229,7 +230,8 @@ class NewPly {
         channels_(color_channels(model.colors)),
         position_type_(smallest_type(mesh_.positions)),
         uv_type_(smallest_type(mesh_.uvs)),
-        numbered_(pictures.size() > 1 || has_untextured()) {
+        numbered_(std::min(pictures.size(), model.textures.size()) > 1 || has_untextured()),
+        other_sets_(other_uv_sets(model)) {
     add_header(pictures);
     for (int v = 0; v < mesh_.vertex_count(); ++v) add_vertex(v);
     for (int t = 0; t < mesh_.triangle_count(); ++t) add_face(t);
@@ -245,7 +247,12 @@ class NewPly {
 
   void add_header(const std::vector<std::string>& pictures) {
     text_ = "ply\nformat binary_little_endian 1.0\n";
-    for (const std::string& picture : pictures) text_ += "comment TextureFile " + picture + "\n";
+    const std::size_t textures = std::min(pictures.size(), model_.textures.size());
+    if (textures > 0 && !model_.slot.empty() && model_.slot != base_slot)
+      throw Unsupported("PLY names pictures for " + std::string(base_slot) + " alone, not for " +
+                        model_.slot + ": write the pictures alone, or glTF");
+    for (std::size_t i = 0; i < textures; ++i)
+      text_ += "comment TextureFile " + pictures[i] + "\n";
     text_ += fmt::format("element vertex {}\n", mesh_.vertex_count());
     for (const char* axis : {"x", "y", "z"})
       text_ += fmt::format("property {} {}\n", type_name(position_type_), axis);
@@ -254,6 +261,10 @@ class NewPly {
                          mesh_.triangle_count());
     if (mesh_.has_uvs())
       text_ += fmt::format("property list uchar {} texcoord\n", type_name(uv_type_));
+    for (std::size_t i = 0; i < other_sets_.size(); ++i) {
+      other_types_.push_back(smallest_type(other_sets_[i]->uvs));
+      text_ += fmt::format("property list uchar {} texcoord{}\n", type_name(other_types_[i]), i + 1);
+    }
     if (numbered_) text_ += "property int texnumber\n";
     text_ += "end_header\n";
   }
@@ -266,15 +277,20 @@ class NewPly {
       add(stored(color(model_.colors, v, c), colors_.scale), colors_.type);
   }
 
+  /// Those of a face's corners, if it has them all.
+  void add_uvs(const Triangle& corners, const std::vector<Vector2>& uvs, PlyType type) {
+    const bool textured = corners[0] >= 0 && corners[1] >= 0 && corners[2] >= 0;
+    add(textured ? 6 : 0, PlyType::u8);
+    for (int k = 0; k < 3 && textured; ++k)
+      for (int i = 0; i < 2; ++i) add(uvs[std::size_t(corners[std::size_t(k)])][i], type);
+  }
+
   void add_face(int t) {
     add(3, PlyType::u8);
     for (const int v : mesh_.triangles[t]) add(v, PlyType::i32);
-    if (mesh_.has_uvs()) {
-      const bool textured = mesh_.textured(t);
-      add(textured ? 6 : 0, PlyType::u8);
-      for (int k = 0; k < 3 && textured; ++k)
-        for (int i = 0; i < 2; ++i) add(mesh_.uv(t, k)[i], uv_type_);
-    }
+    if (mesh_.has_uvs()) add_uvs(mesh_.corner_uvs[std::size_t(t)], mesh_.uvs, uv_type_);
+    for (std::size_t i = 0; i < other_sets_.size(); ++i)
+      add_uvs(other_sets_[i]->corner_uvs[std::size_t(t)], other_sets_[i]->uvs, other_types_[i]);
     if (numbered_) add(mesh_.texture(t), PlyType::i32);
   }
 
@@ -284,6 +300,8 @@ class NewPly {
   int channels_;
   PlyType position_type_, uv_type_;
   bool numbered_;
+  std::vector<const UvSet*> other_sets_;
+  std::vector<PlyType> other_types_;
   std::string text_;
 };
 

@@ -6,7 +6,9 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/io/document.h"
 #include "mq/io/file_names.h"
+#include "mq/io/tiles.h"
 
 namespace mq {
 namespace {
@@ -99,6 +101,10 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
   }
   if (is_folder(name)) folder_ = name;
   const std::vector<Texture> textures = textures_of(model);
+  if (const std::optional<TileName> tile = tile_name(name); tile && !tile->place) {
+    plan_tiles(*tile, model);
+    return;
+  }
   const std::size_t place = name.find("%s");
   require(place != std::string::npos || !folder_.empty() || textures.size() == 1,
           fmt::format("output: {} has {}: name a folder (with / at its end), or put %s in the "
@@ -118,6 +124,23 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
   refuse_unknown_formats(paths_);
 }
 
+void Outputs::plan_tiles(const TileName& name, const Model& model) {
+  require(model.tiles.size() == model.textures.size() && !model.tiles.empty(),
+          fmt::format("output: found '{}', a name for tiles, and the pictures of {} are none",
+                      name.pattern(), model.path.string()));
+  for (const TextureTile& tile : model.tiles) {
+    require(tile.picture == model.tiles.front().picture,
+            fmt::format("output: {} has several pictures in tiles: name a folder (with / at its end) "
+                        "for them; found '{}'",
+                        model.path.string(), name.pattern()));
+    require(name.has_number_for({tile.u, tile.v}),
+            fmt::format("output: '{}' has no number for the tile from ({}, {})", name.pattern(), tile.u,
+                        tile.v));
+    paths_.push_back(name.file({tile.u, tile.v}));
+  }
+  refuse_unknown_formats(paths_);
+}
+
 void Outputs::plan_model(const std::string& name, const Model& model, Kind kind) {
   const fs::path path(name);
   paths_ = {path};
@@ -125,6 +148,7 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
   std::error_code ignored;
   const std::vector<Texture> textures = textures_of(model);
   const bool made_up = model.textures.empty();
+  add_kept_pictures(path, model);
   for (std::size_t i = 0; i < textures.size(); ++i) {
     const Texture& texture = textures[i];
     const fs::path own = own_name(model, textures, i);
@@ -138,7 +162,7 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
     const bool leaves = made_up ? path.extension() != ".glb"
                                 : texture.path.empty() && leaves_model(path, model.path);
     const std::string wanted = !leaves && !beside_source ? texture.name
-                               : !leaves && textures.size() == 1
+                               : !leaves && textures.size() == 1 && model.tiles.empty()
                                    ? stem + own.extension().string()
                                    : stem + "_" + own.string();
     texture_names_.push_back(wanted);
@@ -147,6 +171,18 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
       texture_names_.back() = name_in_model.generic_string();
       return path.parent_path() / name_in_model;
     }));
+  }
+}
+
+void Outputs::add_kept_pictures(const fs::path& path, const Model& model) {
+  if (!model.document || path.extension() != model.path.extension()) return;
+  std::error_code ignored;
+  for (const Texture& texture : model.others) {
+    const fs::path to = path.parent_path() / texture.name;
+    if (texture.path.empty() || !stays_below(texture.name) ||
+        fs::equivalent(to, texture.path, ignored))
+      continue;
+    if (std::ranges::count(paths_, to) == 0) paths_.push_back(to);
   }
 }
 

@@ -19,7 +19,8 @@ class Outputs {
   };
 
   /// `name` is a model (.obj, .ply, .gltf, .glb), a picture, a picture with %s for the texture's
-  /// name, or a folder (it exists, or ends in /). Of textures of one name all but the first get a
+  /// name or <UDIM> or <UVTILE> for the number of its tile (tiles.h), or a folder (it exists, or ends
+  /// in /). Of textures of one name all but the first get a
   /// number, skin_2.png. A model with texture coordinates that names no pictures gets some, named after
   /// it. Throws `InvalidInput` when it does not fit the kind, or when one picture
   /// is to hold several textures.
@@ -36,6 +37,8 @@ class Outputs {
 
  private:
   void plan_model(const std::string& name, const Model& model, Kind kind);
+  void plan_tiles(const struct TileName& name, const Model& model);
+  void add_kept_pictures(const std::filesystem::path& path, const Model& model);
 
   std::vector<std::filesystem::path> paths_;  ///< one per texture, or the model's and its pictures'
   std::vector<std::string> texture_names_;    ///< in the model written; empty: as they were

@@ -102,6 +102,9 @@ TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOpti
           model.model.path.string() + ": has no texture coordinates, so no textures");
   const bool reads = options.pictures == TextureSignalOptions::Pictures::read;
   if (reads) channels_ = common_channels(model.model);
+  if (reads && !model.model.textures.empty() &&
+      model.model.textures.front().meaning == TextureMeaning::normals)
+    values_.meaning = ValueSpace::Meaning::normals;
   Progress rest = progress;
   if (options.shared == TextureSignalOptions::SharedTexels::one_for_each) {
     apart_ = separate_overlaps(model.surface, *model.atlas, progress.step("lay charts apart", 0.2));

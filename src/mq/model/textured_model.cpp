@@ -13,6 +13,7 @@
 #include "mq/image/resample.h"
 #include "mq/image/spread.h"
 #include "mq/io/file_names.h"
+#include "mq/io/slots.h"
 
 namespace mq {
 namespace {
@@ -78,11 +79,16 @@ std::vector<TextureSize> sizes_of_textures(const Model& model, const LoadOptions
     const bool there = i < model.textures.size() && !model.textures[i].pixels.empty();
     require(
         there || options.side || options.missing == MissingPictures::assume,
-        fmt::format("{}: texture {} has no picture: name one after the mesh", model.path.string(),
-                    i < model.textures.size() ? model.textures[i].name : std::to_string(i)));
+        model.slots.empty() || !model.textures.empty()
+            ? fmt::format("{}: texture {} has no picture: name one after the mesh",
+                          model.path.string(),
+                          i < model.textures.size() ? model.textures[i].name : std::to_string(i))
+            : fmt::format("{}: its materials name no picture for {}, but for {}: choose one of these "
+                          "slots, or name a picture after the mesh",
+                          model.path.string(), model.slot, names_of(model.slots)));
     if (there)
       sizes[i] = {model.textures[i].pixels.width(), model.textures[i].pixels.height(),
-                  model.textures[i].wrap};
+                  model.tiles.empty() ? model.textures[i].wrap : Wrap::clamp};
     else
       sizes[i] = {side, side,
                   i < model.textures.size() ? model.textures[i].wrap : Wrap::unspecified};
@@ -92,6 +98,30 @@ std::vector<TextureSize> sizes_of_textures(const Model& model, const LoadOptions
     messages.remark(
         fmt::format("no picture: texels are counted as if it had {0} × {0}", side));
   return sizes;
+}
+
+/// Charts in tiles are where they belong; triangles across the border of one are not.
+void look_at_tiles(TexturedModel& all) {
+  if (all.model.tiles.empty()) return;
+  Defects& defects = all.atlas->defects;
+  std::erase_if(defects, [](const Defect& d) { return d.kind == "charts_in_other_tiles"; });
+  const Mesh& mesh = all.surface.mesh;
+  std::vector<std::int64_t> across;
+  for (int t = 0; t < mesh.triangle_count(); ++t) {
+    if (all.atlas->chart[t] < 0) continue;
+    const TextureTile& tile = all.model.tiles[std::size_t(mesh.texture(t))];
+    const TextureSize& size = all.texture_sizes[std::size_t(mesh.texture(t))];
+    double beyond = 0;  // texels
+    for (int k = 0; k < 3; ++k) {
+      const Vector2 uv = mesh.uv(t, k) - Vector2(tile.u, tile.v);
+      beyond = std::max({beyond, -uv.x() * size.width, (uv.x() - 1) * size.width,
+                         -uv.y() * size.height, (uv.y() - 1) * size.height});
+    }
+    if (beyond > 1) across.push_back(t);
+  }
+  add_defect(defects, "triangles_across_tiles", Defect::Severity::refused, "triangle", across,
+             "triangles that reach more than a texel into a neighbouring tile: cut the charts at the "
+             "borders of tiles, or move them");
 }
 
 }  // namespace
@@ -125,10 +155,21 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                  const Progress& progress) {
   // Where only the shape counts a picture is refused as no mesh.
   if (!names_picture(path) || options.missing == MissingPictures::unneeded)
-    return read_model(path, {.textures = options.textures, .not_finite = NotFinite::keep}, progress);
+    return read_model(path,
+                      {.textures = options.textures,
+                       .not_finite = NotFinite::keep,
+                       .slot = options.slot,
+                       .uv_set = options.uv_set},
+                      progress);
   require(options.textures.empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
                       options.textures.empty() ? "" : options.textures.front().string()));
+  require(options.slot.empty() && options.uv_set <= 0,
+          fmt::format("{}: is a picture, so it has one set of texture coordinates and no slots; found "
+                      "{}",
+                      path.string(),
+                      options.slot.empty() ? fmt::format("UV set {}", options.uv_set)
+                                           : fmt::format("slot '{}'", options.slot)));
   return read_picture(path, options.picture, progress, NotFinite::keep);
 }
 
@@ -153,6 +194,7 @@ TexturedModel textured_model(Model model, const LoadOptions& options, Messages& 
     all.texture_sizes = sizes_of_textures(all.model, options, messages);
     all.atlas = make_atlas(all.surface, all.texture_sizes, options.atlas,
                            progress.step("charts", 0.5));
+    look_at_tiles(all);
   });
   for (std::size_t i = 0; i < all.model.textures.size(); ++i)
     if (!all_finite(all.model.textures[i])) replace_unused_not_finite(all, i, messages);

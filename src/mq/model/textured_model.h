@@ -34,6 +34,8 @@ struct LoadOptions {
   std::optional<int> side = {};
   int assumed_side = assumed_texture_side;  ///< of those without a picture
   ImageTriangles picture = ImageTriangles::two;  ///< of a picture in place of a model
+  std::string slot = {};  ///< whose pictures are processed (`ReadModelOptions::slot`)
+  int uv_set = -1;        ///< for all of them; −1: to each the one its material names
 };
 
 /// Refers to nothing outside; signals made of it refer to it.
@@ -58,13 +60,14 @@ Model read_picture(const std::filesystem::path& path, ImageTriangles triangles,
 
 /// Reads the file: a model, whose pictures may hold values that are not finite, or such a picture
 /// (`read_picture`). Throws what `read_model` and `read_texture` throw, and `InvalidInput` where
-/// pictures are named beside a picture.
+/// pictures, a slot or a UV set are named beside a picture.
 Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                  const Progress& progress = {});
 
 /// Surface, charts and sizes of a model that was read. Values of pictures that are infinite or no
 /// numbers and that no chart reads become those of the nearest texel that one does (bakes hold such
-/// where nothing was baked). Remarks on what the reader coped with, on that, and on sizes that were
+/// where nothing was baked). A triangle of a picture in tiles that reaches more than a texel into a
+/// neighbouring tile is a defect. Remarks on what the reader coped with, on that, and on sizes that were
 /// assumed. Throws `InvalidInput` for a model without faces, a texture without picture (see
 /// `MissingPictures`), and `IoError` for a value that is not finite inside a chart.
 TexturedModel textured_model(Model model, const LoadOptions& options, Messages& messages,

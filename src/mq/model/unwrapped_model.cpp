@@ -11,6 +11,10 @@ void put_unwrapped(const Unwrapped& unwrapped, TexturedModel& model) {
     mesh->textures.clear();
   }
   model.model.textures.clear();
+  model.model.tiles.clear();
+  model.model.uv_sets.clear();
+  model.model.uv_set = -1;
+  model.model.slot.clear();
   model.model.document = nullptr;  // its corners have other texture coordinates now
   model.atlas.reset();
   model.texture_sizes.clear();

@@ -7,7 +7,8 @@
 namespace mq {
 
 TransferFunction transfer(const Texture& texture) {
-  return holds_light(texture.format) ? TransferFunction::linear : TransferFunction::srgb;
+  const bool numbers = texture.meaning != TextureMeaning::colours;
+  return numbers || holds_light(texture.format) ? TransferFunction::linear : TransferFunction::srgb;
 }
 
 Image<float> decoded(const Image<float>& stored, const Texture& texture, const ValueSpace& values) {

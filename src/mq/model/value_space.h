@@ -13,7 +13,7 @@ struct ValueSpace {
   bool meets_at_seams = true;
 };
 
-/// Whether a texture stores display values or light.
+/// Whether a texture stores display values or light; numbers that are no colours count as light.
 TransferFunction transfer(const Texture& texture);
 
 /// Stored values of that texture in the space, and back, pixel by pixel.

@@ -64,8 +64,10 @@ void refuse_pictures_of_shape(const OptionValues& options) {
 }
 
 TexturedModel read_shape(Run& run, double share) {
-  require(!asks_for(run.options(), "flipped"),
-          "--flipped is for charts of textures, and --geometry looks at none: leave it out");
+  for (const char* name : {"flipped", "slot", "uv-set"})
+    require(!asks_for(run.options(), name),
+            fmt::format("--{} is for charts of textures, and --geometry looks at none: leave it out",
+                        name));
   return read_usable_model(run, MissingPictures::unneeded, share);
 }
 

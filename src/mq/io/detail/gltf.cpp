@@ -17,20 +17,18 @@
 #include <set>
 
 #include "mq/base/error.h"
+#include "mq/io/detail/gltf_material.h"
 #include "mq/io/detail/gltf_scene.h"
-#include "mq/io/uri.h"
+#include "mq/io/slots.h"
 #include "mq/mesh/check.h"
 
 namespace mq {
 namespace {
 
-/// u' = a · (u, v, 1) for both rows: scaled, turned, moved.
-using UvTransform = std::array<double, 6>;
-
 struct MaterialTexture {
-  int texture = -1;      ///< slot
-  std::int64_t set = 0;  ///< TEXCOORD_set
-  UvTransform transform{1, 0, 0, 0, 1, 0};
+  int texture = -1;  ///< slot
+  int set = 0;       ///< TEXCOORD_set
+  UvTransform transform = no_uv_transform;
 };
 
 Eigen::Matrix4d node_matrix(const Json& node, const std::string& place) {
@@ -50,18 +48,13 @@ Eigen::Matrix4d node_matrix(const Json& node, const std::string& place) {
   return matrix;
 }
 
-const char* picture_extension(ByteView bytes) {
-  const std::string_view text = text_of(bytes);
-  if (text.starts_with("\xff\xd8")) return ".jpg";
-  return ".png";
-}
-
 class SceneReader {
  public:
-  explicit SceneReader(const GltfFile& file) : file_(file) {}
+  SceneReader(const GltfFile& file, const ReadChoice& choice) : file_(file), choice_(choice) {}
 
   GltfScene read() {
     refuse_required_extensions();
+    choose();
     std::vector<Visit> stack = roots();
     std::reverse(stack.begin(), stack.end());
     std::vector<char> seen(file_.size("nodes"), 0);
@@ -102,6 +95,16 @@ class SceneReader {
         file_.fail(file_.name() + ", extensionsRequired",
                    shown(text) + " is not known; write it without");
     }
+  }
+
+  /// Finds out which slot is read, and with which texture coordinates.
+  void choose() {
+    uses_ = uses_of_materials(file_);
+    scene_.file.slots = uses_.slots;
+    scene_.file.slot = chosen_slot(uses_.slots, choice_.slot, file_.name());
+    require_uv_set(choice_.uv_set, uses_.uv_sets, file_.name());
+    if (uses_.uv_sets > 1) scene_.file.uv_sets.resize(std::size_t(uses_.uv_sets));
+    set_begins_.resize(scene_.file.uv_sets.size());
   }
 
   std::vector<Visit> roots() {
@@ -175,16 +178,24 @@ class SceneReader {
     const std::vector<Triangle> corners = triangles(primitive, mode, block.count);
     const bool mirrored = matrix.topLeftCorner<3, 3>().determinant() < 0;
     const MaterialTexture& material = material_of(json_count(primitive, "material", -1, place_));
-    const int uv_begin = uvs(*attributes, material, block.count);
+    const int uv_begin = uvs(*attributes, material.set, material.transform, block.count,
+                             mesh().uvs, uv_begins_);
     if (mesh().triangles.size() + corners.size() > std::size_t(INT_MAX / 4))
       file_.fail(place_, "the scene has more than 536870911 triangles");
+    std::vector<int> set_begins;
+    for (std::size_t set = 0; set < scene_.file.uv_sets.size(); ++set)
+      set_begins.push_back(uvs(*attributes, int(set), no_uv_transform, block.count,
+                               scene_.file.uv_sets[set].uvs, set_begins_[set]));
+    const auto corners_from = [](int begin, const Triangle& t) {
+      return begin < 0 ? Triangle{-1, -1, -1} : Triangle{begin + t[0], begin + t[1], begin + t[2]};
+    };
     for (Triangle t : corners) {
       if (mirrored) std::swap(t[1], t[2]);
       mesh().triangles.push_back({block.begin + t[0], block.begin + t[1], block.begin + t[2]});
       mesh().textures.push_back(material.texture);
-      mesh().corner_uvs.push_back(
-          uv_begin < 0 ? Triangle{-1, -1, -1}
-                       : Triangle{uv_begin + t[0], uv_begin + t[1], uv_begin + t[2]});
+      mesh().corner_uvs.push_back(corners_from(uv_begin, t));
+      for (std::size_t set = 0; set < set_begins.size(); ++set)
+        scene_.file.uv_sets[set].corner_uvs.push_back(corners_from(set_begins[set], t));
     }
   }
 
@@ -275,103 +286,66 @@ class SceneReader {
     return result;
   }
 
-  /// The first entry of the pool for the texture coordinates of a primitive; −1 without.
-  int uvs(const Json& attributes, const MaterialTexture& material, int vertices) {
-    const std::string key = fmt::format("TEXCOORD_{}", material.set);
+  /// Where the texture coordinates of an accessor, seen through a transform, begin in a pool.
+  using UvBegins = std::map<std::pair<std::int64_t, UvTransform>, int>;
+
+  /// The first entry of `pool` for the texture coordinates of a primitive; −1 without.
+  int uvs(const Json& attributes, int set, const UvTransform& m, int vertices,
+          std::vector<Vector2>& pool, UvBegins& begins) {
+    const std::string key = fmt::format("TEXCOORD_{}", set);
     if (!attributes.contains(key)) return -1;
     const std::int64_t accessor = json_count(attributes, key.c_str(), 0, place_);
-    const auto known = uv_begins_.find({accessor, material.transform});
-    if (known != uv_begins_.end()) return known->second;
+    const auto known = begins.find({accessor, m});
+    if (known != begins.end()) return known->second;
     const GltfValues values = file_.values(accessor, {2});
     if (int(values.count()) != vertices)
       file_.fail(place_,
                  fmt::format("{} texture coordinates for {} vertices", values.count(), vertices));
-    const int begin = int(mesh().uvs.size());
-    const UvTransform& m = material.transform;
+    const int begin = int(pool.size());
     for (std::size_t i = 0; i < values.count(); ++i) {
       const double u = values.values[2 * i], v = values.values[2 * i + 1];
-      mesh().uvs.emplace_back(m[0] * u + m[1] * v + m[2], 1 - (m[3] * u + m[4] * v + m[5]));
+      pool.emplace_back(m[0] * u + m[1] * v + m[2], 1 - (m[3] * u + m[4] * v + m[5]));
     }
-    return uv_begins_[{accessor, material.transform}] = begin;
+    return begins[{accessor, m}] = begin;
   }
 
   const MaterialTexture& material_of(std::int64_t id) {
     const auto known = materials_.find(id);
     if (known != materials_.end()) return known->second;
     MaterialTexture result;
-    if (id >= 0) {
-      const Json& material = file_.item("materials", id);
-      if (const Json* info = base_color(material))
-        read_texture_info(*info, file_.place("materials", id), result);
-    }
+    if (id >= 0)
+      for (const GltfMap& map : material_maps(file_, id))
+        if (map.slot == scene_.file.slot) result = {texture_of(map), map.set, map.transform};
+    if (choice_.uv_set >= 0 && choice_.uv_set != result.set)
+      result = {result.texture, choice_.uv_set, no_uv_transform};  // the transform is of its set
     return materials_[id] = result;
   }
 
-  static const Json* base_color(const Json& material) {
-    const Json* metallic = json_object(material, "pbrMetallicRoughness");
-    const Json* found = metallic ? json_object(*metallic, "baseColorTexture") : nullptr;
-    const Json* extensions = json_object(material, "extensions");
-    if (found || !extensions) return found;
-    const Json* glossy = json_object(*extensions, "KHR_materials_pbrSpecularGlossiness");
-    return glossy ? json_object(*glossy, "diffuseTexture") : nullptr;
+  int texture_of(const GltfMap& map) {
+    const auto slot = slots_.try_emplace(map.image, int(scene_.images.size()));
+    if (slot.second) {
+      scene_.images.push_back(map.image);
+      scene_.file.textures.push_back(image_slot(file_, map.image));
+      if (map.sampler >= 0) scene_.file.textures.back().wrap = wrap_of(map.sampler);
+    }
+    return slot.first->second;
   }
 
-  void read_texture_info(const Json& info, const std::string& place, MaterialTexture& result) {
-    result.set = json_count(info, "texCoord", 0, place);
-    const Json* extensions = json_object(info, "extensions");
-    if (const Json* t = extensions ? json_object(*extensions, "KHR_texture_transform") : nullptr) {
-      const auto offset = json_numbers(*t, "offset", {0, 0}, place);
-      const auto scale = json_numbers(*t, "scale", {1, 1}, place);
-      const double turn = json_number(*t, "rotation", 0, place);
-      const double c = std::cos(turn), s = std::sin(turn);
-      result.transform = {c * scale[0],  s * scale[1], offset[0],
-                          -s * scale[0], c * scale[1], offset[1]};
-      result.set = json_count(*t, "texCoord", result.set, place);
-    }
-    const Json& texture = file_.item("textures", json_count(info, "index", -1, place));
-    const std::int64_t image = image_of(texture, place);
-    const auto slot = slots_.try_emplace(image, int(scene_.images.size()));
-    result.texture = slot.first->second;
-    if (!slot.second) return;
-    scene_.images.push_back(image);
-    scene_.file.textures.push_back(image_slot(image));
-    if (texture.contains("sampler"))
-      scene_.file.textures.back().wrap = wrap_of(json_count(texture, "sampler", 0, place));
-  }
-
-  std::int64_t image_of(const Json& texture, const std::string& place) const {
-    if (texture.contains("source")) return json_count(texture, "source", 0, place);
-    if (const Json* extensions = json_object(texture, "extensions"))
-      for (const auto& [name, extension] : extensions->items())
-        if (extension.is_object() && extension.contains("source"))
-          return json_count(extension, "source", 0, place);
-    file_.fail(place, "its texture has no image");
-  }
-
-  TextureSlot image_slot(std::int64_t id) const {
-    const Json& image = file_.item("images", id);
-    const std::string place = file_.place("images", id);
-    const std::string uri = json_text_of(image, "uri");
-    TextureSlot slot;
-    if (!uri.empty() && !uri.starts_with("data:")) {
-      slot.name = name_of_uri(uri);
-      return slot;
-    }
-    if (!uri.empty()) {
-      auto bytes = data_of_uri(uri);
-      if (!bytes) file_.fail(place, "its data URI is not base64");
-      slot.picture = std::move(*bytes);
-    } else if (image.contains("bufferView")) {
-      const ByteView bytes = file_.bytes(file_.view(json_count(image, "bufferView", 0, place)));
-      slot.picture.assign(bytes.begin(), bytes.end());
-    }
-    if (slot.picture.empty()) file_.fail(place, "it has neither a name nor data");
-    const std::string name = json_text_of(image, "name");
-    slot.name = name.empty() ? fmt::format("texture_{}", id) : portable_name(name);
-    const std::string extension = std::filesystem::path(slot.name).extension().string();
-    if (extension != ".png" && extension != ".jpg" && extension != ".jpeg")
-      slot.name += picture_extension(slot.picture);
-    return slot;
+  /// Pictures of the other slots; one that is a texture too changes with it.
+  void gather_others() {
+    for (const std::int64_t material : uses_.materials)
+      for (const GltfMap& map : material_maps(file_, material)) {
+        if (map.slot == scene_.file.slot) continue;
+        const auto texture = slots_.find(map.image);
+        if (texture != slots_.end()) {
+          note(fmt::format("the picture {} is that of two slots, {} and {}: both change",
+                           shown(scene_.file.textures[std::size_t(texture->second)].name),
+                           scene_.file.slot, map.slot));
+        } else if (std::ranges::count(scene_.other_images, map.image) == 0) {
+          scene_.other_images.push_back(map.image);
+          scene_.file.others.push_back(image_slot(file_, map.image));
+        }
+      }
   }
 
   Wrap wrap_of(std::int64_t id) {
@@ -386,6 +360,7 @@ class SceneReader {
 
   void finish() {
     MeshFile& file = scene_.file;
+    gather_others();
     if (file.mesh.uvs.empty()) file.mesh.corner_uvs.clear();
     if (channels_ > 0) {
       file.colors = {channels_, {}, depth_};
@@ -399,10 +374,13 @@ class SceneReader {
   }
 
   const GltfFile& file_;
+  const ReadChoice choice_;
+  GltfUses uses_;
   GltfScene scene_;
   std::string place_;                                                  ///< of the primitive at hand
   std::map<std::pair<std::int64_t, std::int64_t>, GltfBlock> blocks_;  ///< of the node at hand
-  std::map<std::pair<std::int64_t, UvTransform>, int> uv_begins_;
+  UvBegins uv_begins_;
+  std::vector<UvBegins> set_begins_;  ///< of each of the file's sets
   std::map<std::int64_t, MaterialTexture> materials_;
   std::map<std::int64_t, int> slots_;
   std::vector<float> colors_;
@@ -413,8 +391,12 @@ class SceneReader {
 
 }  // namespace
 
-GltfScene read_gltf_scene(const GltfFile& file) { return SceneReader(file).read(); }
+GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice) {
+  return SceneReader(file, choice).read();
+}
 
-MeshFile read_gltf(const Document& document) { return read_gltf_scene(GltfFile(document)).file; }
+MeshFile read_gltf(const Document& document) {
+  return read_gltf_scene(GltfFile(document), document.choice).file;
+}
 
 }  // namespace mq

@@ -1,9 +1,9 @@
 #pragma once
 /// glTF 2.0, as JSON with buffers beside it (.gltf) or all in one (.glb).
 ///
-/// Read: every triangle primitive of the default scene, node transforms applied, texture
-/// coordinates of the base colour texture (v turned up here), COLOR_0, accessors normalised or
-/// sparse, KHR_texture_transform. Skins are read in bind pose and morph targets left out, which the
+/// Read: every triangle primitive of the default scene, node transforms applied, all sets of texture
+/// coordinates (v turned up here), of the pictures of one slot those that their materials name,
+/// COLOR_0, accessors normalised or sparse, KHR_texture_transform. Skins are read in bind pose and morph targets left out, which the
 /// notes say. Meshes compressed by Draco or meshopt are refused.
 
 #include <functional>
@@ -19,8 +19,9 @@ std::vector<std::string> gltf_parts(const Document& document);
 
 /// What a glTF or GLB document says. A texture is an image, in the order of first use; embedded
 /// ones go by their name in the file, or "texture_N". Vertices are those of the file's accessors,
-/// once for every node that uses them. Throws `IoError` with the place in the JSON, and
-/// `Unsupported` for compressed meshes.
+/// once for every node that uses them. `Document::choice` chooses slot and set. Throws `IoError` with
+/// the place in the JSON, `InvalidInput` for a slot or a set that is not there, and `Unsupported` for
+/// compressed meshes.
 MeshFile read_gltf(const Document& document);
 
 /// A picture to be written with a model.
@@ -36,11 +37,13 @@ struct GltfOutput {
   std::vector<bool> embedded;     ///< per picture: it is in the files
 };
 
-/// The files that say `model` as GLB, or glTF with a buffer beside it. Where `model.document` is of
+/// The files that say `model` as GLB, or glTF with a buffer beside it. `pictures` are those of its
+/// textures, then those of its `others`. Where `model.document` is of
 /// the same format and connectivity, its bytes are kept and only positions, colours, embedded
 /// pictures and names of others that differ are replaced; positions are floats. Made anew, a GLB
 /// holds its pictures and a glTF names them; triangles are grouped by texture, vertices split where
-/// corners differ.
+/// corners differ; all sets of texture coordinates are in it, and of its slots the one of the textures.
+/// Throws `Unsupported` where that is none of glTF's own.
 GltfOutput write_gltf(const Model& model, Document::Format format,
                       const std::vector<GltfPicture>& pictures, const std::string& stem);
 

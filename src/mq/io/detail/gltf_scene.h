@@ -23,9 +23,10 @@ struct GltfScene {
   MeshFile file;
   std::vector<GltfBlock> blocks;
   std::vector<std::int64_t> images;  ///< per texture, unless none has a picture
+  std::vector<std::int64_t> other_images;  ///< per picture of the other slots
 };
 
-GltfScene read_gltf_scene(const GltfFile& file);
+GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice);
 
 /// The document's files with the differences to the model spliced in; no files where these are too
 /// large for that (`write_gltf` then makes them anew).

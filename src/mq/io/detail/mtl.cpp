@@ -1,5 +1,5 @@
 // newmtl NAME
-// map_Kd [-s u [v [w]]] [-o u [v [w]]] [-clamp on|off] [other options] PICTURE
+// KEYWORD [-s u [v [w]]] [-o u [v [w]]] [-clamp on|off] [other options] PICTURE
 //
 // Names may hold blanks, so a name is all that is left of its line once the options are read.
 #include "mq/io/detail/mtl.h"
@@ -8,6 +8,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+
+#include "mq/io/slots.h"
 
 namespace mq {
 namespace {
@@ -58,8 +60,10 @@ void set_vector(Vector2& vector, const std::vector<std::string_view>& words) {
   }
 }
 
-/// Reads what follows "map_Kd" into `material`.
-void read_map(std::string_view text, Scanner& scanner, Material& material) {
+/// Reads what follows the keyword of `slot` into `material`.
+void read_map(std::string_view text, Scanner& scanner, std::string slot, Material& material) {
+  MaterialMap map;
+  map.slot = std::move(slot);
   for (;;) {
     Scanner ahead = scanner;
     const std::string_view word = ahead.word();
@@ -68,19 +72,26 @@ void read_map(std::string_view text, Scanner& scanner, Material& material) {
     if (option == option_sizes.end()) break;
     scanner = ahead;
     const auto words = option_words(scanner, *option);
-    if (option->name == "-s") set_vector(material.scale, words);
-    if (option->name == "-o") set_vector(material.offset, words);
+    if (option->name == "-s") set_vector(map.scale, words);
+    if (option->name == "-o") set_vector(map.offset, words);
     if (option->name == "-clamp" && !words.empty())
-      material.wrap = same_word(words[0], "on") ? Wrap::clamp : Wrap::repeat;
+      map.wrap = same_word(words[0], "on") ? Wrap::clamp : Wrap::repeat;
   }
   const std::string_view name = scanner.rest();
   if (name.empty()) return;
-  material.picture = name;
+  map.picture = name;
   const std::size_t begin = std::size_t(name.data() - text.data());
-  material.place = {-1, begin, begin + name.size(), ""};
+  map.place = {-1, begin, begin + name.size(), ""};
+  std::erase_if(material.maps, [&](const MaterialMap& other) { return other.slot == map.slot; });
+  material.maps.push_back(std::move(map));
 }
 
 }  // namespace
+
+const MaterialMap* Material::map(const std::string& slot) const {
+  const auto found = std::ranges::find(maps, slot, &MaterialMap::slot);
+  return found == maps.end() ? nullptr : &*found;
+}
 
 std::vector<Material> parse_mtl(ByteView bytes) {
   const std::string_view text = text_of(bytes);
@@ -92,10 +103,10 @@ std::vector<Material> parse_mtl(ByteView bytes) {
       Material material;
       material.name = scanner.rest();
       const std::size_t end = scanner.offset();
-      material.place = {-1, end, end, "\nmap_Kd "};
+      material.end = {-1, end, end, "\nmap_Kd "};
       materials.push_back(std::move(material));
-    } else if (same_word(key, "map_Kd") && !materials.empty()) {
-      read_map(text, scanner, materials.back());
+    } else if (std::string slot = slot_of_mtl(key); !slot.empty() && !materials.empty()) {
+      read_map(text, scanner, std::move(slot), materials.back());
     }
   }
   return materials;
@@ -105,7 +116,8 @@ std::string new_mtl(const std::vector<Material>& materials) {
   std::string text;
   for (const Material& m : materials) {
     text += "newmtl " + m.name + "\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\n";
-    if (!m.picture.empty()) text += "map_Kd " + m.picture + "\n";
+    for (const MaterialMap& map : m.maps)
+      text += std::string(mtl_keyword(map.slot)) + ' ' + map.picture + '\n';
   }
   return text;
 }

@@ -9,21 +9,30 @@
 
 namespace mq {
 
-/// A material and its `map_Kd`.
-struct Material {
-  std::string name;
-  std::string picture;  ///< as the file spells it; empty: it names none
-  Place place;          ///< of the picture's name, or where a line that gives one belongs
+/// A picture that a material names, and what for.
+struct MaterialMap {
+  std::string slot;     ///< (slots.h)
+  std::string picture;  ///< as the file spells it
+  Place place;          ///< of the picture's name
   Vector2 scale{1, 1};  ///< -s and -o: the picture is looked up at scale · uv + offset
   Vector2 offset{0, 0};
   Wrap wrap = Wrap::unspecified;  ///< -clamp
+};
+
+struct Material {
+  std::string name;
+  std::vector<MaterialMap> maps;  ///< at most one for each slot: of several the last
+  Place end;                      ///< where a line that gives a base colour belongs
+
+  /// The map of a slot, or null.
+  const MaterialMap* map(const std::string& slot) const;
 };
 
 /// Reads the materials of a library in their order. Lines of other meaning are passed over; a
 /// library without any is one without materials.
 std::vector<Material> parse_mtl(ByteView bytes);
 
-/// A library of materials with these names and pictures, the picture of each `map_Kd`.
+/// A library of materials with these names and pictures. Slots must be such as MTL has a keyword for.
 std::string new_mtl(const std::vector<Material>& materials);
 
 }  // namespace mq

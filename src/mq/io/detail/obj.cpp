@@ -13,7 +13,6 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
-#include "mq/io/detail/mtl.h"
 #include "mq/io/detail/polygon.h"
 #include "mq/mesh/check.h"
 
@@ -318,91 +317,10 @@ class ObjParser {
   long long colored_vertices_ = 0, triangles_without_uv_ = 0;
 };
 
-/// Looks up the pictures of a file's materials.
-class MaterialLookup {
- public:
-  MaterialLookup(const ObjFile& file, const Document& document) : file_(file) {
-    for (std::size_t p = 0; p < document.parts.size(); ++p) {
-      const std::string folder = std::filesystem::path(document.parts[p].name).parent_path();
-      for (Material& m : parse_mtl(document.parts[p].bytes)) {
-        m.place.part = int(p);
-        if (!m.picture.empty())
-          m.picture = (std::filesystem::path(folder) / portable_name(m.picture)).string();
-        materials_.try_emplace(m.name, std::move(m));
-      }
-    }
-  }
-
-  const Material* find(const std::string& name) const {
-    const auto found = materials_.find(name);
-    return found == materials_.end() ? nullptr : &found->second;
-  }
-
-  /// Textures of the materials, in `slots`; −1 for a material without one.
-  std::vector<int> textures(std::vector<TextureSlot>& slots) const {
-    std::vector<int> texture_from_material;
-    std::map<std::string, int> ids;
-    bool any = false;
-    for (const std::string& name : file_.materials) {
-      const Material* m = find(name);
-      any = any || (m && !m->picture.empty());
-    }
-    for (const std::string& name : file_.materials) {
-      const Material* m = find(name);
-      const std::string picture = m ? m->picture : "";
-      if (any && picture.empty()) {
-        texture_from_material.push_back(-1);
-        continue;
-      }
-      // Where no material has a picture, each is a slot of its own.
-      const auto id = ids.try_emplace(any ? picture : name, int(slots.size()));
-      if (id.second) slots.push_back({picture, m ? m->wrap : Wrap::unspecified, {}, {}});
-      if (m) slots[id.first->second].places.push_back(m->place);
-      texture_from_material.push_back(id.first->second);
-    }
-    return texture_from_material;
-  }
-
- private:
-  const ObjFile& file_;
-  std::unordered_map<std::string, Material> materials_;
-};
-
-/// Moves the texture coordinates of materials with -s or -o; a coordinate that several materials
-/// use is given once more for each.
-void apply_map_options(MeshFile& file, const ObjFile& obj, const MaterialLookup& lookup) {
-  std::map<std::pair<int, int>, int> moved;
-  for (int t = 0; t < file.mesh.triangle_count() && file.mesh.has_uvs(); ++t) {
-    const int id = obj.mesh.textures.empty() ? -1 : obj.mesh.textures[t];
-    const Material* m = id < 0 ? nullptr : lookup.find(obj.materials[id]);
-    if (!m || (m->scale == Vector2(1, 1) && m->offset == Vector2(0, 0))) continue;
-    for (int& uv : file.mesh.corner_uvs[t]) {
-      if (uv < 0) continue;
-      const auto place = moved.try_emplace({id, uv}, int(file.mesh.uvs.size()));
-      if (place.second)
-        file.mesh.uvs.push_back(file.mesh.uvs[uv].cwiseProduct(m->scale) + m->offset);
-      uv = place.first->second;
-    }
-  }
-  if (!moved.empty())
-    file.notes.push_back("options -s and -o of map_Kd are applied to the texture coordinates");
-}
-
 }  // namespace
 
 ObjFile parse_obj(ByteView bytes, const std::string& name) {
   return ObjParser(bytes, name).parse();
-}
-
-MeshFile read_obj(const Document& document) {
-  ObjFile obj = parse_obj(document.bytes, document.name);
-  const MaterialLookup lookup(obj, document);
-  MeshFile file{obj.mesh, std::move(obj.colors), {}, std::move(obj.notes), std::move(obj.defects)};
-  const std::vector<int> texture_from_material = lookup.textures(file.textures);
-  for (int& texture : file.mesh.textures)
-    texture = texture < 0 ? -1 : texture_from_material[texture];
-  apply_map_options(file, obj, lookup);
-  return file;
 }
 
 }  // namespace mq

@@ -36,17 +36,25 @@ struct ObjFile {
 ObjFile parse_obj(ByteView bytes, const std::string& name);
 
 /// What an OBJ document says, its libraries being among its parts: a picture that several materials
-/// name is one texture, in the order of first use; a material without a picture is texture −1,
-/// unless none has one: then each material is a texture without a name. Options -s and -o of
-/// `map_Kd` are applied to the texture coordinates.
+/// name for the slot that is read (`chosen_slot`) is one texture, in the order of first use; a material
+/// without one is texture −1, unless none has one: then each material is a texture without a name.
+/// Options -s and -o of the slot's keyword are applied to the texture coordinates. Throws
+/// `InvalidInput` where the slot is not there.
 MeshFile read_obj(const Document& document);
 
-/// The files that say `model` as OBJ: the mesh file first, then material libraries. `pictures` are
-/// the textures' names from the mesh file's folder, `stem` names the mesh file and what is new.
+struct ObjOutput {
+  std::vector<OutputFile> files;
+  bool made_anew = false;
+};
+
+/// The files that say `model` as OBJ: the mesh file first, then material libraries. `pictures` are the
+/// names of its textures, then of its `others`, from the mesh file's folder; `stem` names the mesh file
+/// and what is new.
 /// Where `model.document` is an OBJ file of the same connectivity, its bytes are kept and only
 /// positions, texture coordinates, colours and names of pictures that differ are replaced; a
-/// library that changes is given the name STEM.mtl.
-std::vector<OutputFile> write_obj(const Model& model, const std::vector<std::string>& pictures,
-                                  const std::string& stem);
+/// library that changes is given the name STEM.mtl. Made anew, it names the textures alone. Throws
+/// `Unsupported` where it would be and MTL has no keyword for their slot.
+ObjOutput write_obj(const Model& model, const std::vector<std::string>& pictures,
+                    const std::string& stem);
 
 }  // namespace mq

@@ -13,6 +13,7 @@
 #include "mq/base/words.h"
 #include "mq/io/detail/ply_body.h"
 #include "mq/io/detail/polygon.h"
+#include "mq/io/slots.h"
 #include "mq/mesh/check.h"
 
 namespace mq {
@@ -157,10 +158,10 @@ class HeaderParser {
 
 class PlyParser {
  public:
-  explicit PlyParser(const Document& document)
+  PlyParser(const Document& document, int uv_set)
       : document_(document),
         header_(parse_ply_header(document.bytes, document.name)),
-        roles_(header_),
+        roles_(header_, uv_set),
         reader_(document.bytes, header_, document.name) {}
 
   PlyFile parse() {
@@ -399,8 +400,25 @@ PlyHeader parse_ply_header(ByteView bytes, const std::string& name) {
   return HeaderParser(bytes, name).parse();
 }
 
-PlyFile parse_ply(const Document& document) { return PlyParser(document).parse(); }
+PlyFile parse_ply(const Document& document) {
+  return PlyParser(document, document.choice.uv_set).parse();
+}
 
-MeshFile read_ply(const Document& document) { return parse_ply(document).file; }
+MeshFile read_ply(const Document& document) {
+  const PlyHeader header = parse_ply_header(document.bytes, document.name);
+  const int sets = PlyRoles(header).uv_sets;
+  require_uv_set(document.choice.uv_set, sets, document.name);
+  MeshFile file = parse_ply(document).file;
+  for (const TextureSlot& slot : file.textures)
+    if (!slot.name.empty()) add_to_slots(file.slots, base_slot, slot.name, 0);
+  file.slot = chosen_slot(file.slots, document.choice.slot, document.name);
+  // Files with several sets are few: each is read as if it were the only one.
+  for (int set = 0; set < sets && sets > 1; ++set) {
+    Mesh mesh = PlyParser(document, set).parse().file.mesh;
+    if (mesh.corner_uvs.empty()) mesh.corner_uvs.assign(mesh.triangles.size(), {-1, -1, -1});
+    file.uv_sets.push_back({std::move(mesh.uvs), std::move(mesh.corner_uvs)});
+  }
+  return file;
+}
 
 }  // namespace mq

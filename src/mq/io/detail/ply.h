@@ -3,8 +3,8 @@
 /// their values as text or binary in either byte order.
 ///
 /// Read: of `vertex` x, y, z, colours (red, green, blue, alpha of any size) and texture coordinates
-/// (s t, u v, texture_u texture_v, ...); of `face` vertex_indices (or vertex_index), texcoord and
-/// texnumber; `comment TextureFile`. Other elements and properties are passed over and kept.
+/// (s t, u v, texture_u texture_v, ...); of `face` vertex_indices (or vertex_index), texcoord (further
+/// sets texcoord1, ...) and texnumber; `comment TextureFile`, which names base colours. Other elements and properties are passed over and kept.
 
 #include <cstdint>
 #include <optional>
@@ -50,7 +50,8 @@ struct PlyFile {
 };
 PlyFile parse_ply(const Document& document);
 
-/// What a PLY document says. Throws `IoError` as above, with the element where a value is none, an
+/// What a PLY document says. Where it has several sets of texture coordinates (those of corners come
+/// before those of vertices), `Document::choice` chooses. Throws `IoError` as above, with the element where a value is none, an
 /// index is out of range, a coordinate is not finite, the file ends too early, or triangles come
 /// as strips.
 MeshFile read_ply(const Document& document);
@@ -58,8 +59,9 @@ MeshFile read_ply(const Document& document);
 /// The file that says `model` as PLY, with `pictures` named in comments. Where `model.document` is
 /// a PLY file of the same connectivity, its bytes are kept and only positions, texture coordinates,
 /// colours and names of pictures that differ are replaced, in the types the file has; colours are
-/// added where it has none. Made anew, it is binary, with texture coordinates per corner;
-/// coordinates that floats cannot hold are doubles.
+/// added where it has none. Made anew, it is binary, with texture coordinates per corner, those of the
+/// textures first and the other sets after them; coordinates that floats cannot hold are doubles.
+/// Throws `Unsupported` for pictures of another slot than the base colour, of which PLY has no word.
 OutputFile write_ply(const Model& model, const std::vector<std::string>& pictures,
                      const std::string& stem);
 

@@ -134,7 +134,7 @@ std::string encoded(double value, PlyType type, PlyHeader::Encoding encoding) {
   return {};
 }
 
-PlyRoles::PlyRoles(const PlyHeader& header) {
+PlyRoles::PlyRoles(const PlyHeader& header, int uv_set) {
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex") vertex = &element;
     if (element.name == "face") face = &element;
@@ -147,24 +147,40 @@ PlyRoles::PlyRoles(const PlyHeader& header) {
     color[1] = find(*vertex, {"green", "g", "diffuse_green"}, false);
     color[2] = find(*vertex, {"blue", "b", "diffuse_blue"}, false);
     color[3] = find(*vertex, {"alpha", "a", "diffuse_alpha"}, false);
-    constexpr const char* pairs[][2] = {{"texture_u", "texture_v"},
-                                        {"texture_s", "texture_t"},
-                                        {"s", "t"},
-                                        {"u", "v"},
-                                        {"u0", "v0"},
-                                        {"s0", "t0"}};
-    for (const auto& pair : pairs) {
-      uv[0] = find(*vertex, {pair[0]}, false);
-      uv[1] = find(*vertex, {pair[1]}, false);
-      if (uv[0] >= 0 && uv[1] >= 0) break;
-    }
-    if (uv[0] < 0 || uv[1] < 0) uv[0] = uv[1] = -1;
     if (color_scale() == 0) std::fill(color, color + 4, -1);
   }
   if (face) {
     indices = find(*face, {"vertex_indices", "vertex_index"}, true);
-    corner_uvs = find(*face, {"texcoord"}, true);
     texture = find(*face, {"texnumber"}, false);
+  }
+  find_uv_sets(uv_set);
+}
+
+void PlyRoles::find_uv_sets(int wanted) {
+  const bool any = wanted < 0;
+  for (int i = 0; face; ++i) {
+    const std::string name = i == 0 ? "texcoord" : fmt::format("texcoord{}", i);
+    const int list = find(*face, {name.c_str()}, true);
+    if (list < 0) break;
+    if ((any && uv_sets == 0) || uv_sets == wanted) corner_uvs = list;
+    ++uv_sets;
+  }
+  constexpr const char* pairs[][2] = {{"texture_u", "texture_v"},
+                                      {"texture_s", "texture_t"},
+                                      {"s", "t"},
+                                      {"u", "v"},
+                                      {"u0", "v0"},
+                                      {"s0", "t0"},
+                                      {"u1", "v1"},
+                                      {"s1", "t1"},
+                                      {"u2", "v2"},
+                                      {"s2", "t2"}};
+  for (const auto& pair : pairs) {
+    const int first = vertex ? find(*vertex, {pair[0]}, false) : -1;
+    const int second = vertex ? find(*vertex, {pair[1]}, false) : -1;
+    if (first < 0 || second < 0) continue;
+    if ((any && uv[0] < 0) || uv_sets == wanted) uv[0] = first, uv[1] = second;
+    ++uv_sets;
   }
 }
 

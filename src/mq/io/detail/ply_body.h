@@ -70,9 +70,11 @@ class PlyReader {
 /// The bytes of `value` in the type and encoding; as text the shortest spelling that reads back.
 std::string encoded(double value, PlyType type, PlyHeader::Encoding encoding);
 
-/// What the properties of vertices and faces mean; −1 where there is none.
+/// What the properties of vertices and faces mean; −1 where there is none. Of several sets of texture
+/// coordinates the one that is asked for counts; of none (−1) those of corners, and where a face has
+/// none of these, the first of vertices.
 struct PlyRoles {
-  explicit PlyRoles(const PlyHeader& header);
+  explicit PlyRoles(const PlyHeader& header, int uv_set = -1);
 
   const PlyElement* vertex = nullptr;
   const PlyElement* face = nullptr;
@@ -82,6 +84,7 @@ struct PlyRoles {
   int indices = -1;
   int corner_uvs = -1;
   int texture = -1;
+  int uv_sets = 0;  ///< lists texcoord, texcoord1, ... of faces, then pairs of vertices
 
   int channels() const {
     if (color[0] < 0 || color[1] < 0 || color[2] < 0) return 0;
@@ -90,6 +93,9 @@ struct PlyRoles {
   /// A colour's largest stored value: 1 for floats, 0 for a type that holds no colours.
   double color_scale() const;
   Depth color_depth() const;
+
+ private:
+  void find_uv_sets(int wanted);
 };
 
 }  // namespace mq

@@ -1,0 +1,151 @@
+#include "mq/io/detail/gltf_material.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "mq/io/slots.h"
+#include "mq/io/uri.h"
+
+namespace mq {
+namespace {
+
+const char* picture_extension(ByteView bytes) {
+  const std::string_view text = text_of(bytes);
+  if (text.starts_with("\xff\xd8")) return ".jpg";
+  return ".png";
+}
+
+class MaterialReader {
+ public:
+  MaterialReader(const GltfFile& file, std::int64_t id)
+      : file_(file), place_(file.place("materials", id)) {
+    const Json& material = file.item("materials", id);
+    if (const Json* metallic = json_object(material, "pbrMetallicRoughness")) read(*metallic);
+    read(material);
+    if (const Json* extensions = json_object(material, "extensions"))
+      for (const auto& [name, extension] : extensions->items())
+        if (extension.is_object()) read(extension);
+    std::ranges::stable_partition(maps_, [](const GltfMap& map) { return map.slot == base_slot; });
+  }
+
+  std::vector<GltfMap> maps() { return std::move(maps_); }
+
+ private:
+  void read(const Json& object) {
+    for (const auto& [member, info] : object.items()) {
+      const std::string slot = slot_of_gltf(member);
+      if (slot.empty() || !info.is_object() ||
+          std::ranges::find(maps_, slot, &GltfMap::slot) != maps_.end())
+        continue;
+      add(slot, info);
+    }
+  }
+
+  int set(const Json& object, int otherwise) const {
+    return int(std::min<std::int64_t>(json_count(object, "texCoord", otherwise, place_), INT_MAX));
+  }
+
+  void add(const std::string& slot, const Json& info) {
+    GltfMap map;
+    map.slot = slot;
+    map.set = set(info, 0);
+    const Json* extensions = json_object(info, "extensions");
+    if (const Json* t = extensions ? json_object(*extensions, "KHR_texture_transform") : nullptr) {
+      const auto offset = json_numbers(*t, "offset", {0, 0}, place_);
+      const auto scale = json_numbers(*t, "scale", {1, 1}, place_);
+      const double turn = json_number(*t, "rotation", 0, place_);
+      const double c = std::cos(turn), s = std::sin(turn);
+      map.transform = {c * scale[0],  s * scale[1], offset[0],
+                       -s * scale[0], c * scale[1], offset[1]};
+      map.set = set(*t, map.set);
+    }
+    const Json& texture = file_.item("textures", json_count(info, "index", -1, place_));
+    map.image = image_of(texture);
+    if (map.image < 0) {
+      if (slot == base_slot) file_.fail(place_, "its texture has no image");
+      return;
+    }
+    map.sampler = json_count(texture, "sampler", -1, place_);
+    maps_.push_back(map);
+  }
+
+  std::int64_t image_of(const Json& texture) const {
+    if (texture.contains("source")) return json_count(texture, "source", 0, place_);
+    if (const Json* extensions = json_object(texture, "extensions"))
+      for (const auto& [name, extension] : extensions->items())
+        if (extension.is_object() && extension.contains("source"))
+          return json_count(extension, "source", 0, place_);
+    return -1;
+  }
+
+  const GltfFile& file_;
+  const std::string place_;
+  std::vector<GltfMap> maps_;
+};
+
+}  // namespace
+
+std::vector<GltfMap> material_maps(const GltfFile& file, std::int64_t material) {
+  return MaterialReader(file, material).maps();
+}
+
+TextureSlot image_slot(const GltfFile& file, std::int64_t id) {
+  const Json& image = file.item("images", id);
+  const std::string place = file.place("images", id);
+  const std::string uri = json_text_of(image, "uri");
+  TextureSlot slot;
+  if (!uri.empty() && !uri.starts_with("data:")) {
+    slot.name = name_of_uri(uri);
+    return slot;
+  }
+  if (!uri.empty()) {
+    auto bytes = data_of_uri(uri);
+    if (!bytes) file.fail(place, "its data URI is not base64");
+    slot.picture = std::move(*bytes);
+  } else if (image.contains("bufferView")) {
+    const ByteView bytes = file.bytes(file.view(json_count(image, "bufferView", 0, place)));
+    slot.picture.assign(bytes.begin(), bytes.end());
+  }
+  if (slot.picture.empty()) file.fail(place, "it has neither a name nor data");
+  const std::string name = json_text_of(image, "name");
+  slot.name = name.empty() ? fmt::format("texture_{}", id) : portable_name(name);
+  const std::string extension = std::filesystem::path(slot.name).extension().string();
+  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg")
+    slot.name += picture_extension(slot.picture);
+  return slot;
+}
+
+GltfUses uses_of_materials(const GltfFile& file) {
+  GltfUses uses;
+  std::set<std::int64_t> seen;
+  std::map<std::int64_t, std::string> names;
+  for (std::size_t m = 0; m < file.size("meshes"); ++m) {
+    const std::string place = file.place("meshes", std::int64_t(m));
+    for (const Json& primitive :
+         json_array(file.item("meshes", std::int64_t(m)), "primitives", place)) {
+      if (!primitive.is_object()) continue;
+      if (const Json* attributes = json_object(primitive, "attributes")) {
+        int sets = 0;
+        while (attributes->contains(fmt::format("TEXCOORD_{}", sets))) ++sets;
+        uses.uv_sets = std::max(uses.uv_sets, sets);
+      }
+      const std::int64_t material = json_count(primitive, "material", -1, place);
+      if (material < 0 || !seen.insert(material).second) continue;
+      uses.materials.push_back(material);
+      for (const GltfMap& map : material_maps(file, material)) {
+        auto name = names.find(map.image);
+        if (name == names.end())
+          name = names.emplace(map.image, image_slot(file, map.image).name).first;
+        add_to_slots(uses.slots, map.slot, name->second, map.set);
+      }
+    }
+  }
+  return uses;
+}
+
+}  // namespace mq

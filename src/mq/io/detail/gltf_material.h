@@ -1,0 +1,43 @@
+#pragma once
+/// What the materials of a glTF file say about pictures.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "mq/io/detail/gltf_file.h"
+#include "mq/io/document.h"
+
+namespace mq {
+
+/// u' = a · (u, v, 1) for both rows: scaled, turned, moved.
+using UvTransform = std::array<double, 6>;
+inline constexpr UvTransform no_uv_transform{1, 0, 0, 0, 1, 0};
+
+/// A picture that a material names for a slot.
+struct GltfMap {
+  std::string slot;  ///< (slots.h)
+  std::int64_t image = -1;
+  std::int64_t sampler = -1;  ///< −1: none
+  int set = 0;                ///< TEXCOORD_set
+  UvTransform transform = no_uv_transform;
+};
+
+/// The pictures of a material: members of it, of its pbrMetallicRoughness and of its extensions, the
+/// base colour first. Of two for one slot the first counts; KHR_texture_transform may name a set of its
+/// own. Throws `IoError` with the place where a number is none or an index is out of range.
+std::vector<GltfMap> material_maps(const GltfFile& file, std::int64_t material);
+
+/// A picture of the file: its name ("texture_N" for an embedded one without) and, embedded, its bytes.
+/// Throws `IoError` where it has neither.
+TextureSlot image_slot(const GltfFile& file, std::int64_t image);
+
+/// What the primitives of all meshes use.
+struct GltfUses {
+  std::vector<MaterialSlot> slots;
+  std::vector<std::int64_t> materials;
+  int uv_sets = 0;  ///< the most that a primitive has
+};
+GltfUses uses_of_materials(const GltfFile& file);
+
+}  // namespace mq

@@ -1,0 +1,142 @@
+#include "mq/io/slots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "mq/base/error.h"
+#include "mq/base/options.h"
+#include "mq/base/words.h"
+
+namespace mq {
+namespace {
+
+/// Keywords of MTL in small letters; of those of one slot the first is written.
+constexpr std::array<std::pair<const char*, const char*>, 18> mtl_keywords{
+    {{"map_Kd", base_slot},      {"map_Ks", "specular-colour"}, {"map_Ka", "ambient"},
+     {"map_Ke", "emissive"},     {"map_Ns", "shininess"},       {"map_d", "opacity"},
+     {"norm", "normal"},         {"map_Kn", "normal"},          {"map_Bump", "bump"},
+     {"bump", "bump"},           {"disp", "displacement"},      {"map_disp", "displacement"},
+     {"map_Pr", "roughness"},    {"map_Pm", "metallic"},        {"map_Ps", "sheen"},
+     {"map_AO", "occlusion"},    {"map_Pc", "clearcoat"},       {"map_Pcr", "clearcoat-roughness"}}};
+
+/// What other programs call slots.
+constexpr std::array<std::pair<const char*, const char*>, 15> synonyms{
+    {{"basecolour", base_slot},
+     {"albedo", base_slot},
+     {"diffuse", base_slot},
+     {"colour", base_slot},
+     {"base", base_slot},
+     {"orm", "metallic-roughness"},
+     {"metallicroughness", "metallic-roughness"},
+     {"metalness", "metallic"},
+     {"metal", "metallic"},
+     {"ao", "occlusion"},
+     {"ambient-occlusion", "occlusion"},
+     {"emission", "emissive"},
+     {"normals", "normal"},
+     {"normal-map", "normal"},
+     {"alpha", "opacity"}}};
+
+char small(char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; }
+
+std::string in_small_letters(std::string_view text) {
+  std::string result(text);
+  std::ranges::transform(result, result.begin(), small);
+  return result;
+}
+
+/// British, as all words here.
+std::string with_colour(std::string text) {
+  for (std::size_t at = 0; (at = text.find("color", at)) != text.npos; at += 6)
+    text.replace(at, 5, "colour");
+  return text;
+}
+
+const MaterialSlot* find_slot(const std::vector<MaterialSlot>& slots, const std::string& name) {
+  const auto found = std::ranges::find(slots, name, &MaterialSlot::name);
+  return found == slots.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::string slot_of_gltf(std::string_view member) {
+  constexpr std::string_view ending = "Texture";
+  if (!member.ends_with(ending) || member.size() == ending.size()) return "";
+  member.remove_suffix(ending.size());
+  std::string words;
+  for (const char c : member) {
+    if (small(c) != c && !words.empty()) words += '-';
+    words += small(c);
+  }
+  return words == "diffuse" ? base_slot : with_colour(words);
+}
+
+std::string slot_of_mtl(std::string_view keyword) {
+  const std::string wanted = in_small_letters(keyword);
+  for (const auto& [known, slot] : mtl_keywords)
+    if (in_small_letters(known) == wanted) return slot;
+  return "";
+}
+
+const char* mtl_keyword(const std::string& slot) {
+  for (const auto& [known, of] : mtl_keywords)
+    if (slot == of) return known;
+  return nullptr;
+}
+
+std::string slot_from_text(std::string_view text) {
+  if (std::string slot = slot_of_mtl(text); !slot.empty()) return slot;
+  if (std::string slot = slot_of_gltf(text); !slot.empty()) return slot;
+  std::string words = with_colour(in_small_letters(text));
+  std::ranges::replace(words, '_', '-');
+  std::ranges::replace(words, ' ', '-');
+  for (const auto& [known, slot] : synonyms)
+    if (words == known) return slot;
+  return words;
+}
+
+TextureMeaning meaning_of_slot(const std::string& slot) {
+  if (slot == "normal" || slot == "bump" || slot.ends_with("-normal"))
+    return TextureMeaning::normals;
+  for (const char* colours : {base_slot, "emissive", "ambient", "specular-glossiness"})
+    if (slot == colours) return TextureMeaning::colours;
+  return slot.ends_with("colour") ? TextureMeaning::colours : TextureMeaning::values;
+}
+
+std::string names_of(const std::vector<MaterialSlot>& slots) {
+  std::string names;
+  for (const MaterialSlot& slot : slots) names += (names.empty() ? "" : ", ") + slot.name;
+  return names;
+}
+
+std::string chosen_slot(const std::vector<MaterialSlot>& slots, const std::string& asked,
+                        const std::string& file) {
+  if (asked.empty()) {
+    if (slots.size() == 1) return slots.front().name;
+    return base_slot;
+  }
+  const std::string name = slot_from_text(asked);
+  if (name == base_slot || find_slot(slots, name)) return name;
+  for (const auto& [wanted, instead] : {std::pair("normal", "bump"), {"specular", "specular-colour"}})
+    if (name == wanted && find_slot(slots, instead)) return instead;
+  std::vector<std::string> names;
+  for (const MaterialSlot& slot : slots) names.push_back(slot.name);
+  throw InvalidInput(fmt::format(
+      "{}: slot {}: its materials name no picture for it{}; {}", file, shown(asked),
+      did_you_mean(name, names),
+      slots.empty() ? std::string("they name none at all") : "they have " + names_of(slots)));
+}
+
+void add_to_slots(std::vector<MaterialSlot>& slots, const std::string& slot,
+                  const std::string& picture, int uv_set) {
+  auto found = std::ranges::find(slots, slot, &MaterialSlot::name);
+  if (found == slots.end()) found = slots.insert(slots.end(), MaterialSlot{slot, {}});
+  const MaterialSlot::Use use{picture, uv_set};
+  if (std::ranges::find(found->pictures, use) == found->pictures.end())
+    found->pictures.push_back(use);
+}
+
+}  // namespace mq
