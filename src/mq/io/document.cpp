@@ -33,24 +33,30 @@ bool same_connectivity(const Mesh& a, const Mesh& b) {
 
 namespace {
 
-/// One name for each picture of the file: that of its texture, or the pattern of its tiles' names.
+/// One name for each picture of the file: that of its texture, or one that stands for all its tiles, in
+/// the way the file had it: a pattern, or the name of the same tile.
 std::optional<std::vector<std::string>> names_of_pictures(const Model& model,
                                                           const std::vector<std::string>& names,
-                                                          std::size_t count) {
-  std::vector<std::vector<std::string>> of_picture(count);
+                                                          const std::vector<TextureSlot>& slots) {
+  std::vector<std::vector<std::string>> of_picture(std::max<std::size_t>(slots.size(), 1));
+  const int count = int(of_picture.size());
   for (std::size_t t = 0; t < model.tiles.size(); ++t) {
     const int picture = model.tiles[t].picture;
-    if (picture < 0 || picture >= int(count)) return {};
+    if (picture < 0 || picture >= count) return {};
     const std::optional<TileName> tile = tile_name(names[t]);
     if (tile && tile->place && *tile->place != TilePlace{model.tiles[t].u, model.tiles[t].v}) return {};
     of_picture[std::size_t(picture)].push_back(names[t]);
   }
   std::vector<std::string> result;
-  for (const std::vector<std::string>& tiles : of_picture) {
-    if (tiles.empty()) return {};
-    const std::string pattern = tiles.size() == 1 ? tiles.front() : common_pattern(tiles);
-    if (pattern.empty()) return {};
-    result.push_back(pattern);
+  for (std::size_t p = 0; p < of_picture.size(); ++p) {
+    const std::vector<std::string>& tiles = of_picture[p];
+    const std::optional<TileName> before =
+        p < slots.size() ? tile_name(slots[p].name) : std::optional<TileName>();
+    const std::string pattern = common_pattern(tiles);
+    if (tiles.empty() || (pattern.empty() && tiles.size() > 1)) return {};
+    result.push_back(pattern.empty() || (tiles.size() == 1 && !before) ? tiles.front()
+                     : before && before->place ? tile_name(pattern)->file(*before->place)
+                                               : pattern);
   }
   return result;
 }
@@ -69,7 +75,7 @@ std::optional<std::vector<std::string>> slot_names(const MeshFile& document, con
   const bool tiled = !model.tiles.empty();
   if (tiled) {
     if (model.tiles.size() != count) return {};
-    auto joined = names_of_pictures(model, pictures, named ? slots.size() : 1);
+    auto joined = names_of_pictures(model, pictures, named ? slots : std::vector<TextureSlot>());
     if (!joined) return {};
     pictures = std::move(*joined);
   }

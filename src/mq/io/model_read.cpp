@@ -282,12 +282,13 @@ class ModelReader {
       const auto triangles = used.find(tile);
       if (!there && reads_pictures())
         throw IoError(fmt::format(
-            "{}: {} in tile {} of {}, and {} is not there; put it there{}", model_.path.string(),
-            triangles == used.end() ? "nothing lies"
-                                    : counted(triangles->second, "triangle") + " lie",
-            tile_number(*tile_of_name, tile), shown(fs::path(tile_of_name->pattern()).filename().string()),
+            "{}: needs tile {} of {} for {}, and {} is not there; put it there{}",
+            model_.path.string(), tile_number(*tile_of_name, tile),
+            shown(fs::path(tile_of_name->pattern()).filename().string()),
+            counted(triangles == used.end() ? 0 : triangles->second, "triangle"),
             given ? path.string() : shown(one.name),
-            tile_of_name->place ? ", or, if the picture repeats, rename it: its number says tiles" : ""));
+            tile_of_name->place ? ", or, if the picture repeats, rename it: its number says tiles"
+                                : ""));
       model_.tiles.push_back({int(i), tile.u, tile.v});
       add_texture(one, i, path, count * tiles.size());
     }

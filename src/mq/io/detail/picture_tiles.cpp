@@ -53,7 +53,7 @@ std::vector<TilePlace> tiles_of_picture(const TileName& name, const std::map<Til
     }
     if (!pattern) return {};
     throw InvalidInput(fmt::format(
-        "{}: {} lie in the tile from ({}, {}), for which {} has no number: move their UVs", file,
+        "{}: has {} in the tile from ({}, {}), for which {} has no number: move their UVs", file,
         counted(triangles, "triangle"), tile.u, tile.v, name.pattern()));
   }
   if (pattern && tiles.empty()) tiles.push_back({});
