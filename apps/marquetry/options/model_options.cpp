@@ -93,7 +93,8 @@ void add_model_options(OptionTable& table, const std::string& mesh_help,
              .group = "Model",
              .help = "which pictures of the materials: base-colour, normal, occlusion, ...",
              .details = "inspect lists those there are; a word of the file (map_Ks, normalTexture) "
-                        "does as well. Otherwise it is that of the pictures named after the mesh, "
+                        "does as well; several between commas or all where a verb can, each by "
+                        "itself. Otherwise it is that of the pictures named after the mesh, "
                         "if they are the model's own; else base-colour, or the only one there is."});
   table.add({.name = "uv-set",
              .type = Type::integer,

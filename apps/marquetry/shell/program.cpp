@@ -30,6 +30,7 @@
 #include "shell/manual.h"
 #include "shell/run.h"
 #include "shell/shared_options.h"
+#include "shell/slot_runs.h"
 #include "shell/terminal.h"
 #include "verbs/shared/unwrap_evolving.h"
 
@@ -119,6 +120,10 @@ struct Outcome {
 
 Outcome run_once(const Verb& verb, const OptionValues& options, Terminal& terminal,
                  const Progress& progress) {
+  if (asks_for_slots(verb, options)) {
+    SlotsOutcome slots = run_slots(verb, options, terminal, progress);
+    return {slots.exit, std::move(slots.report)};
+  }
   Run run(options, terminal, progress);
   const Exit exit = verb.run(run);
   progress.check();

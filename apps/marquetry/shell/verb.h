@@ -28,12 +28,17 @@ struct Signals {
 /// {{"bad_frames", "skip-bad"}}. Messages of the library call the others by their own names.
 using OptionFields = std::map<std::string, std::string, std::less<>>;
 
+/// Whether a verb can be run for several slots of a model, of which one model is made: it gives its result
+/// to `Run::receiver`, and works on each slot by itself.
+enum class Slots { one, several };
+
 struct Verb {
   OptionTable table;  ///< its own options; those every verb has are added by the frame
   Exit (*run)(Run&);  ///< does the work; throws what the library throws
   std::vector<Signals> signals = {};
 
   OptionFields fields = {};
+  Slots slots = Slots::one;
 };
 
 /// All verbs of this program, in alphabetical order.

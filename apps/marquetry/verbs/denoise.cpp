@@ -144,7 +144,9 @@ Verb denoise_verb() {
   table.exclusive({"normals", "vertices"});
   add_frames_option(table);
   return {table, denoise_verb_run,
-          {{.what = "smoothing that keeps edges"}}};
+          {{.what = "smoothing that keeps edges"}},
+          {},
+          Slots::several};
 }
 
 }  // namespace mq::app

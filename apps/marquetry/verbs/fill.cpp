@@ -85,7 +85,9 @@ Verb fill_verb() {
   add_depth_option(table);
   add_frames_option(table);
   return {table, fill,
-          {{.what = "texels outside charts", .vertices = "", .pictures = ""}}};
+          {{.what = "texels outside charts", .vertices = "", .pictures = ""}},
+          {},
+          Slots::several};
 }
 
 }  // namespace mq::app

@@ -190,7 +190,9 @@ Verb filter_verb() {
   return {table, filter,
           {{.what = "smooth, sharpen"},
            {.what = "the same here and not there", .with = "--mask, --spot"},
-           {.what = "shapes: positions, normals", .with = "--geometry", .textures = "", .pictures = ""}}};
+           {.what = "shapes: positions, normals", .with = "--geometry", .textures = "", .pictures = ""}},
+          {},
+          Slots::several};
 }
 
 }  // namespace mq::app

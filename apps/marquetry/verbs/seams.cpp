@@ -88,7 +88,9 @@ Verb seams_verb() {
   add_depth_option(table);
   add_frames_option(table);
   return {table, seams,
-          {{.what = "seams that do not show", .vertices = "", .pictures = ""}}};
+          {{.what = "seams that do not show", .vertices = "", .pictures = ""}},
+          {},
+          Slots::several};
 }
 
 }  // namespace mq::app

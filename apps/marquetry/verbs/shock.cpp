@@ -357,7 +357,9 @@ Verb shock_verb() {
            {.what = "shapes: their edges sharpened",
             .with = "--geometry",
             .textures = "",
-            .pictures = ""}}};
+            .pictures = ""}},
+          {},
+          Slots::several};
 }
 
 }  // namespace mq::app

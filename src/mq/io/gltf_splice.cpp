@@ -45,6 +45,7 @@ class GltfSplicer {
     for (std::size_t t = 0; t < model_.textures.size(); ++t)
       output.embedded.push_back(!says_.textures[picture_of(t)].picture.empty());
     for (const TextureSlot& slot : says_.others) output.embedded.push_back(!slot.picture.empty());
+    output.embedded.resize(std::max(output.embedded.size(), pictures_.size()));
     return output;
   }
 
@@ -81,8 +82,9 @@ class GltfSplicer {
       now_.push_back(pictures_[t]);
       now_.back().name = (*slots)[s];
     }
-    if (says_.others.size() == names.size() - textures)
-      now_.insert(now_.end(), pictures_.begin() + std::ptrdiff_t(textures), pictures_.end());
+    if (says_.others.size() <= names.size() - textures)
+      now_.insert(now_.end(), pictures_.begin() + std::ptrdiff_t(textures),
+                  pictures_.begin() + std::ptrdiff_t(textures + says_.others.size()));
     return true;
   }
 

@@ -99,8 +99,8 @@ struct Model {
 
   std::vector<MaterialSlot> slots;  ///< that its materials name pictures for
   std::string slot;                 ///< which of them `textures` are; empty: it has no slots
-  /// Pictures of its other slots, without pixels. Written, they come back byte for byte; one that
-  /// has got pixels is written with these.
+  /// Pictures of its other slots, without pixels; then the tiles of those that are patterns. Written,
+  /// they come back byte for byte; one that has got pixels is written with these.
   std::vector<Texture> others;
   std::vector<UvSet> uv_sets;      ///< all of them as in the file, where there are several
   int uv_set = -1;                 ///< which of them `mesh` has; −1: each picture its own, or set 0

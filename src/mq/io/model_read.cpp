@@ -243,14 +243,27 @@ class ModelReader {
     assign_tiles();
   }
 
-  /// Pictures of the other slots are named, not read.
+  /// Pictures of the other slots are named, not read; the tiles of those that come in tiles follow.
   void take_others(const std::vector<TextureSlot>& others) {
+    std::vector<Texture> tiles;
     for (const TextureSlot& slot : others) {
       Texture& texture = model_.others.emplace_back();
       texture.name = slot.name;
       if (!slot.picture.empty()) continue;
-      if (const auto found = find_file(folder_, slot.name)) texture.path = folder_ / *found;
+      const auto tile_of_name = tile_name(slot.name);
+      if (!tile_of_name || tile_of_name->place)
+        if (const auto found = find_file(folder_, slot.name)) texture.path = folder_ / *found;
+      if (!tile_of_name) continue;
+      for (const auto& [tile, triangles] : tiles_used(model_.mesh, -1)) {
+        if (!tile_of_name->has_number_for(tile)) continue;
+        const std::string name = tile_of_name->file(tile);
+        if (name == slot.name || !is_file(folder_ / name)) continue;
+        Texture& one = tiles.emplace_back();
+        one.name = name;
+        one.path = folder_ / name;
+      }
     }
+    std::ranges::move(tiles, std::back_inserter(model_.others));
   }
 
   /// A picture of the file, or each of its tiles.

@@ -13,6 +13,7 @@
 #include "mq/io/image_file.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
+#include "mq/io/tiles.h"
 
 namespace mq {
 namespace {
@@ -110,7 +111,7 @@ class ModelWriter {
       for (std::size_t t = 0; t < textures; ++t)
         if (const auto picture = std::size_t(model_.tiles[t].picture); picture < file.textures.size())
           before_[t] = file.textures[picture].picture;
-    if (file.others.size() == model_.others.size())
+    if (file.others.size() <= model_.others.size())
       for (std::size_t i = 0; i < file.others.size(); ++i)
         before_[textures + i] = file.others[i].picture;
   }
@@ -238,7 +239,8 @@ class ModelWriter {
     }
     if (texture.pixels.empty()) {
       std::error_code ignored;
-      if (!fs::exists(path, ignored))
+      const auto tile = tile_name(names_[t]);
+      if (!fs::exists(path, ignored) && (!tile || tile->place))
         notes_.push_back(
             fmt::format("the picture {} is not there and was not written", path.string()));
       return;

@@ -157,7 +157,7 @@ class ObjSplicer {
       std::vector<Edit> edits;
       for (std::size_t s = 0; s < says_.textures.size(); ++s)
         rename_picture(says_.textures[s], names[s], int(p), folder, edits);
-      for (std::size_t s = 0; s < says_.others.size() && others.size() == says_.others.size(); ++s)
+      for (std::size_t s = 0; s < says_.others.size() && others.size() >= says_.others.size(); ++s)
         rename_picture(says_.others[s], others[s], int(p), folder, edits);
       if (edits.empty()) {
         taken_.insert(part.name);

@@ -148,7 +148,10 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
   std::error_code ignored;
   const std::vector<Texture> textures = textures_of(model);
   const bool made_up = model.textures.empty();
-  add_kept_pictures(path, model);
+  const bool alone = textures.size() == 1 && model.tiles.empty() &&
+                     std::ranges::all_of(model.others, [](const Texture& other) {
+                       return other.pixels.empty();
+                     });
   for (std::size_t i = 0; i < textures.size(); ++i) {
     const Texture& texture = textures[i];
     const fs::path own = own_name(model, textures, i);
@@ -162,7 +165,7 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
     const bool leaves = made_up ? path.extension() != ".glb"
                                 : texture.path.empty() && leaves_model(path, model.path);
     const std::string wanted = !leaves && !beside_source ? texture.name
-                               : !leaves && textures.size() == 1 && model.tiles.empty()
+                               : !leaves && alone
                                    ? stem + own.extension().string()
                                    : stem + "_" + own.string();
     texture_names_.push_back(wanted);
@@ -172,17 +175,51 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
       return path.parent_path() / name_in_model;
     }));
   }
+  plan_others(path, model);
 }
 
-void Outputs::add_kept_pictures(const fs::path& path, const Model& model) {
+namespace {
+
+/// Whether a picture of another slot, or another tile of it, has got pixels of its own.
+bool is_processed(const Model& model, const Texture& texture) {
+  const std::optional<TileName> tile = tile_name(texture.name);
+  return std::ranges::any_of(model.others, [&](const Texture& other) {
+    if (other.pixels.empty()) return false;
+    const std::optional<TileName> its = tile_name(other.name);
+    return &other == &texture || (tile && its && tile->same_pattern(*its));
+  });
+}
+
+}  // namespace
+
+/// Pictures of the other slots: copied, or, processed, under another name where they would replace what
+/// was read.
+void Outputs::plan_others(const fs::path& path, const Model& model) {
   if (!model.document || path.extension() != model.path.extension()) return;
   std::error_code ignored;
+  const bool in_place = fs::equivalent(path, model.path, ignored);
+  const bool same_folder =
+      fs::equivalent(path.parent_path().empty() ? "." : path.parent_path(),
+                     model.path.parent_path().empty() ? "." : model.path.parent_path(), ignored);
   for (const Texture& texture : model.others) {
-    const fs::path to = path.parent_path() / texture.name;
-    if (texture.path.empty() || !stays_below(texture.name) ||
-        fs::equivalent(to, texture.path, ignored))
+    other_names_.push_back(texture.name);
+    const bool processed = is_processed(model, texture);
+    const bool renamed = processed && same_folder && !in_place;
+    const std::string wanted =
+        renamed ? path.stem().string() + "_" + fs::path(texture.name).filename().string()
+                : texture.name;
+    if (texture.path.empty()) {
+      const std::optional<TileName> tile = tile_name(texture.name);
+      if (tile && !tile->place) other_names_.back() = wanted;
       continue;
-    if (std::ranges::count(paths_, to) == 0) paths_.push_back(to);
+    }
+    const fs::path to = path.parent_path() / wanted;
+    const bool there = fs::equivalent(to, texture.path, ignored);
+    if (!processed && (there || !stays_below(wanted) || std::ranges::count(paths_, to) > 0)) continue;
+    paths_.push_back(free_path(paths_, wanted, [&](const fs::path& name_in_model) {
+      other_names_.back() = name_in_model.generic_string();
+      return path.parent_path() / name_in_model;
+    }));
   }
 }
 
@@ -190,6 +227,8 @@ std::vector<std::string> Outputs::write(Model model, const Progress& progress) c
   if (is_model_) {
     for (std::size_t i = 0; i < std::min(texture_names_.size(), model.textures.size()); ++i)
       model.textures[i].name = texture_names_[i];
+    for (std::size_t i = 0; i < std::min(other_names_.size(), model.others.size()); ++i)
+      model.others[i].name = other_names_[i];
     return write_model(paths_.front(), model, progress);
   }
   std::vector<std::string> notes;

@@ -1,0 +1,167 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "cli/gltf_square.h"
+#include "cli/refusal.h"
+
+namespace mq::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+void run(const Folder& folder, const Words& words) {
+  const Result result = marquetry(folder, words);
+  ASSERT_EQ(result.status, 0) << result.error;
+}
+
+const std::set<std::string> all_pictures{"g_color.png", "g_orm.png", "g_n.png", "g_glow.png"};
+
+/// Which pictures of DIR/pbr.gltf differ from those that were read.
+std::set<std::string> changed_in(const Folder& folder, const std::string& directory) {
+  std::set<std::string> changed;
+  for (const std::string& name : all_pictures)
+    if (file_bytes(folder / (directory + "/" + name)) != file_bytes(folder / name))
+      changed.insert(name);
+  EXPECT_EQ(file_bytes(folder / (directory + "/pbr.gltf")), file_bytes(folder / "pbr.gltf"));
+  return changed;
+}
+
+TEST(SlotsOfModels, AreListedWithWhatWillBeDone) {
+  const Folder folder;
+  write_pbr(folder);
+  const Json json = marquetry(folder, {"inspect", "pbr.gltf", "--json"}).json();
+  Json names = Json::array();
+  for (const Json& slot : json["result"]["slots"]) {
+    names.push_back(slot["slot"]);
+    EXPECT_EQ(slot["processed"], slot["slot"] == "base-colour");
+  }
+  EXPECT_THAT(names, ElementsAre("base-colour", "metallic-roughness", "emissive", "normal"));
+  const std::string said = marquetry(folder, {"check", "pbr.gltf", "--slot", "orm"}).output;
+  EXPECT_THAT(said, HasSubstr("metallic-roughness: g_orm.png with set 0 (processed)"));
+  EXPECT_THAT(said, HasSubstr("base-colour: g_color.png with set 0 (kept as it is)"));
+}
+
+TEST(SlotsOfModels, APictureReplacesTheSlotWhosePictureItIs) {
+  const Folder folder;
+  write_pbr(folder);
+  std::filesystem::create_directory(folder / "out");
+  run(folder, {"filter", "pbr.gltf", "g_orm.png", "-o", "out/pbr.gltf", "--beta", "0"});
+  EXPECT_THAT(changed_in(folder, "out"), ElementsAre("g_orm.png"));
+}
+
+TEST(SlotsOfModels, AreProcessedOneAtATime) {
+  for (const auto& [slot, picture] : {std::pair("base-color", "g_color.png"), {"emissive", "g_glow.png"},
+                                      {"metallicRoughnessTexture", "g_orm.png"}}) {
+    const Folder folder;
+    write_pbr(folder);
+    std::filesystem::create_directory(folder / "out");
+    run(folder, {"filter", "pbr.gltf", "--slot", slot, "-o", "out/pbr.gltf", "--beta", "0"});
+    EXPECT_THAT(changed_in(folder, "out"), ElementsAre(picture));
+    run(folder, {"filter", "pbr.gltf", "--slot", slot, "-o", "beside.gltf", "--beta", "0"});
+    EXPECT_EQ(file_bytes(folder / "beside.gltf").find(picture), std::string::npos);
+    for (const std::string& other : all_pictures)
+      if (other != picture)
+        EXPECT_NE(file_bytes(folder / "beside.gltf").find('"' + other), std::string::npos) << other;
+  }
+}
+
+TEST(SlotsOfModels, AllAreProcessedEachOnItsOwn) {
+  const Folder folder;
+  write_pbr(folder);
+  std::filesystem::create_directory(folder / "out");
+  const Words filter = {"filter", "pbr.gltf", "--beta", "0"};
+  const auto with = [&](Words more) {
+    Words words = filter;
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  const Result result =
+      marquetry(folder, with({"--slot", "all", "-o", "out/pbr.gltf", "--json"}));
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["slots"].size(), 4u);
+  EXPECT_EQ(result.json()["result"]["outputs"].size(), 5u);
+  // The flat normal map stays as it was, bit for bit.
+  EXPECT_EQ(changed_in(folder, "out"), (std::set<std::string>{"g_color.png", "g_orm.png", "g_glow.png"}));
+  for (const auto& [slot, picture] : {std::pair("base-colour", "g_color.png"), {"emissive", "g_glow.png"},
+                                      {"metallic-roughness", "g_orm.png"}}) {
+    run(folder, with({"--slot", slot, "-o", "alone.png", "--overwrite"}));
+    EXPECT_EQ(file_bytes(folder / "alone.png"), file_bytes(folder / (std::string("out/") + picture)))
+        << slot;
+  }
+  run(folder, with({"--slot", "all", "-o", "pictures/"}));
+  run(folder, with({"--slot", "emissive,base-colour", "-o", "beside.gltf"}));
+  for (const char* picture : {"g_color.png", "g_glow.png"}) {
+    EXPECT_EQ(file_bytes(folder / ("pictures/" + std::string(picture))),
+              file_bytes(folder / ("out/" + std::string(picture))));
+    EXPECT_EQ(file_bytes(folder / ("beside_" + std::string(picture))),
+              file_bytes(folder / ("out/" + std::string(picture))));
+  }
+  EXPECT_THAT(file_bytes(folder / "beside.gltf"), HasSubstr("\"beside_g_glow.png\""));
+  EXPECT_THAT(file_bytes(folder / "beside.gltf"), HasSubstr("\"g_orm.png\""));
+}
+
+TEST(SlotsOfModels, NumbersHaveNoCurveOfColours) {
+  const Folder folder;
+  write_pbr(folder);
+  const auto filtered = [&](const std::string& slot, const std::string& space) {
+    run(folder, {"filter", "pbr.gltf", "--slot", slot, "--space", space, "-o", "x.png", "--beta", "0",
+                 "--overwrite"});
+    return file_bytes(folder / "x.png");
+  };
+  EXPECT_EQ(filtered("orm", "linear"), filtered("orm", "stored"));
+  EXPECT_NE(filtered("emissive", "linear"), filtered("emissive", "stored"));
+}
+
+TEST(SlotsOfModels, ThatCannotBeAreRefused) {
+  const Folder folder;
+  write_pbr(folder);
+  const auto said = [&](Words more, const std::string& out = "out.gltf") {
+    Words words = {"filter", "pbr.gltf", "--beta", "0", "-o", out};
+    words.insert(words.end(), more.begin(), more.end());
+    return refusal(folder, words, out);
+  };
+  EXPECT_THAT(said({"--slot", "occlusion"}), HasSubstr("they have base-colour, metallic-roughness"));
+  EXPECT_THAT(said({"--slot", "all"}, "out.obj"), HasSubstr("into the format that was read, .gltf"));
+  EXPECT_THAT(said({"--slot", "all"}, "out.png"), HasSubstr("has 4 textures"));
+  EXPECT_THAT(said({"--slot", "normal"}, "out.ply"), HasSubstr("PLY names pictures for base-colour"));
+  EXPECT_THAT(said({"--slot", "normal", "--geometry"}, "out.ply"), HasSubstr("--slot"));
+  EXPECT_THAT(said({"--slot", "all", "--vertices"}), HasSubstr("--vertices looks at none"));
+  EXPECT_THAT(refusal(folder, {"stitch", "pbr.gltf", "--slot", "all", "-o", "o.gltf"}, "o.gltf"),
+              HasSubstr("'stitch' takes one slot at a time"));
+  write_lightmap(folder);
+  EXPECT_THAT(refusal(folder, {"filter", "lightmap.gltf", "g_orm.png", "--beta", "0", "-o", "o.gltf"},
+                      "o.gltf"),
+              HasSubstr("say which slot it is for"));
+}
+
+TEST(SlotsOfModels, InTilesComeBackWithTheModel) {
+  const Folder folder;
+  write_strip(folder);
+  std::string text = strip_obj;
+  text.replace(text.find("vt"), text.find("f 1") - text.find("vt"),
+               "vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\n"
+               "vt 1.1 0.1\nvt 1.9 0.1\nvt 1.9 0.9\nvt 1.1 0.9\n");
+  write_bytes(folder / "strip.obj", text);
+  write_bytes(folder / "strip.mtl", "newmtl strip\nmap_Kd c.<UDIM>.png\nmap_Pr r.<UDIM>.png\n");
+  for (const char* tile : {"c.1001.png", "c.1002.png", "r.1001.png", "r.1002.png"})
+    write_image(folder / tile, busy_picture(32, 24));
+  std::filesystem::create_directory(folder / "out");
+  run(folder, {"filter", "strip.obj", "--beta", "0", "-o", "out/strip.obj"});
+  EXPECT_EQ(file_bytes(folder / "out/strip.mtl"), file_bytes(folder / "strip.mtl"));
+  for (const char* tile : {"r.1001.png", "r.1002.png"})
+    EXPECT_EQ(file_bytes(folder / "out" / tile), file_bytes(folder / tile));
+  EXPECT_NE(file_bytes(folder / "out/c.1002.png"), file_bytes(folder / "c.1002.png"));
+  run(folder, {"filter", "strip.obj", "--beta", "0", "--slot", "all", "-o", "soft.obj"});
+  EXPECT_EQ(file_bytes(folder / "soft.mtl"),
+            "newmtl strip\nmap_Kd soft_c.<UDIM>.png\nmap_Pr soft_r.<UDIM>.png\n");
+  for (const char* tile : {"soft_r.1002.png", "soft_c.1002.png"})
+    EXPECT_EQ(file_bytes(folder / tile), file_bytes(folder / "out/c.1002.png")) << tile;
+}
+
+}  // namespace
+}  // namespace mq::test
