@@ -211,7 +211,8 @@ class ModelWriter {
     const Texture& texture = *pictures_[t];
     Bytes bytes = source(t);
     const bool keeps_pixels = unchanged(texture, bytes);
-    const std::string name = output_name(t, keeps_pixels);
+    const bool unknown = t >= model_.textures.size() && bytes.empty() && texture.pixels.empty();
+    const std::string name = unknown ? texture.name : output_name(t, keeps_pixels);
     const bool same_format =
         texture.pixels.empty() || picture_format(name) == texture.format.file_format;
     names_.push_back(name);

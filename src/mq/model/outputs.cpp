@@ -207,7 +207,8 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
     const bool renamed = processed && same_folder && !in_place;
     const std::string wanted =
         renamed ? path.stem().string() + "_" + fs::path(texture.name).filename().string()
-                : texture.name;
+        : same_folder || stays_below(texture.name) ? texture.name
+                                                   : fs::path(texture.name).filename().string();
     if (texture.path.empty()) {
       const std::optional<TileName> tile = tile_name(texture.name);
       if (tile && !tile->place) other_names_.back() = wanted;
@@ -215,7 +216,7 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
     }
     const fs::path to = path.parent_path() / wanted;
     const bool there = fs::equivalent(to, texture.path, ignored);
-    if (!processed && (there || !stays_below(wanted) || std::ranges::count(paths_, to) > 0)) continue;
+    if (!processed && (there || std::ranges::count(paths_, to) > 0)) continue;
     paths_.push_back(free_path(paths_, wanted, [&](const fs::path& name_in_model) {
       other_names_.back() = name_in_model.generic_string();
       return path.parent_path() / name_in_model;

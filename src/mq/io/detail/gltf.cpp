@@ -318,6 +318,9 @@ class SceneReader {
         if (map.slot == scene_.file.slot) result = {texture_of(map), map.set, map.transform};
     if (choice_.uv_set >= 0 && choice_.uv_set != result.set)
       result = {result.texture, choice_.uv_set, no_uv_transform};  // the transform is of its set
+    if (result.texture >= 0 && result.set >= std::max(1, uses_.uv_sets))
+      note(fmt::format("{} names UV set {} for its picture, and the file has {}",
+                       file_.place("materials", id), result.set, uses_.uv_sets));
     return materials_[id] = result;
   }
 
