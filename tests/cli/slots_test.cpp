@@ -136,7 +136,7 @@ TEST(SlotsOfModels, ThatCannotBeAreRefused) {
   write_lightmap(folder);
   EXPECT_THAT(refusal(folder, {"filter", "lightmap.gltf", "g_orm.png", "--beta", "0", "-o", "o.gltf"},
                       "o.gltf"),
-              HasSubstr("say which slot it is for"));
+              HasSubstr("say what it is for by --slot"));
 }
 
 TEST(SlotsOfModels, InTilesComeBackWithTheModel) {

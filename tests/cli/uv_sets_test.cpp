@@ -91,10 +91,10 @@ TEST(UvSets, ThatAreNotThereAreRefused) {
   write_strip(folder);
   write_image(folder / "picture.png", busy_picture(8, 8));
   EXPECT_THAT(marquetry(folder, {"inspect", "lightmap.gltf", "--uv-set", "2"}).error,
-              HasSubstr("lightmap.gltf: UV set 2: it has 2 sets"));
+              HasSubstr("lightmap.gltf: --uv-set 2: it has 2 sets"));
   EXPECT_EQ(marquetry(folder, {"inspect", "strip.obj", "--uv-set", "0"}).status, 0);
   EXPECT_THAT(marquetry(folder, {"inspect", "strip.obj", "--uv-set", "1"}).error,
-              HasSubstr("strip.obj: UV set 1: it has 1 set"));
+              HasSubstr("strip.obj: --uv-set 1: it has 1 set"));
   EXPECT_THAT(marquetry(folder, {"inspect", "picture.png", "--uv-set", "1"}).error,
               HasSubstr("picture.png: is a picture"));
   EXPECT_EQ(marquetry(folder, {"inspect", "strip.obj", "--uv-set", "-1"}).status, 2);

@@ -93,6 +93,12 @@ TEST_F(TileFiles, MayBeGivenByPatternOrOneByOne) {
       read_model(folder / "a.obj", {.textures = {folder / "skin.1012.png", folder / "skin.1001.png"}});
   EXPECT_THAT(listed.mesh.textures, ElementsAre(0, 1, 0));
   EXPECT_EQ(listed.textures[1].path, folder / "skin.1012.png");
+  std::filesystem::copy_file(folder / "skin.1012.png", folder / "skin.1003.png");
+  const Model more = read_model(
+      folder / "a.obj",
+      {.textures = {folder / "skin.1001.png", folder / "skin.1003.png", folder / "skin.1012.png"}});
+  EXPECT_EQ(more.textures.size(), 2u);
+  EXPECT_THAT(more.notes, Contains(HasSubstr("skin.1003.png, which is not used")));
   std::filesystem::rename(folder / "skin.1001.png", folder / "skin_u1_v1.png");
   std::filesystem::rename(folder / "skin.1012.png", folder / "skin_u2_v2.png");
   const Model mari = read_model(folder / "a.obj", {.textures = {folder / "skin_<UVTILE>.png"}});

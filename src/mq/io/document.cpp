@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/detail/gltf.h"
 #include "mq/io/detail/obj.h"
@@ -94,8 +95,8 @@ std::optional<std::vector<std::string>> slot_names(const MeshFile& document, con
 
 void require_uv_set(int set, int count, const std::string& file) {
   if (set >= std::max(count, 1))
-    throw InvalidInput(fmt::format("{}: UV set {}: it has {}, counted from 0", file, set,
-                                   counted(count, "set") + " of texture coordinates"));
+    throw InvalidInput(fmt::format("{}: {} {}: it has {} of texture coordinates, counted from 0", file,
+                                   option_name("uv_set"), set, counted(count, "set")));
 }
 
 int own_uv_set(const Model& model) {

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/document.h"
 #include "mq/io/file_names.h"
@@ -207,9 +208,10 @@ class ModelReader {
       if (has_given(slot)) return slot.name;
     if (!file.slots.empty() && by_name(base_slot) == file.slots.end())
       throw InvalidInput(fmt::format(
-          "{}: its materials name pictures for {} and none for {}, and {} is none of them: say which "
-          "slot it is for",
-          model_.path.string(), names_of(file.slots), base_slot, options_.textures[0].string()));
+          "{}: its materials name pictures for {} and none for {}, and {} is none of them: say what it "
+          "is for by {}",
+          model_.path.string(), names_of(file.slots), base_slot, options_.textures[0].string(),
+          option_name("slot")));
     return file.slot;
   }
 
@@ -266,6 +268,13 @@ class ModelReader {
     std::ranges::move(tiles, std::back_inserter(model_.others));
   }
 
+  void note_unused_tiles(const GivenPicture& picture, const std::vector<TilePlace>& tiles) {
+    for (const auto& [tile, path] : picture.places)
+      if (std::ranges::count(tiles, tile) == 0)
+        model_.notes.push_back(
+            fmt::format("no triangle lies in the tile of {}, which is not used", path.string()));
+  }
+
   /// A picture of the file, or each of its tiles.
   void add_picture(const TextureSlot& slot, std::size_t i, std::size_t count, bool paints_all) {
     const bool given = i < given_.size();
@@ -274,9 +283,13 @@ class ModelReader {
         given || slot.picture.empty() ? tile_name(name) : std::optional<TileName>();
     const std::map<TilePlace, int> used =
         tile_of_name ? tiles_used(model_.mesh, paints_all ? -1 : int(i)) : std::map<TilePlace, int>();
-    const std::vector<TilePlace> tiles =
-        tile_of_name ? tiles_of_picture(*tile_of_name, used, model_.path.string())
-                     : std::vector<TilePlace>();
+    std::vector<TilePlace> tiles;
+    if (tile_of_name) {
+      TileName asked = *tile_of_name;
+      if (given && given_[i].places.size() > 1) asked.place.reset();  // as if by their pattern
+      tiles = tiles_of_picture(asked, used, model_.path.string());
+    }
+    if (given && !tiles.empty()) note_unused_tiles(given_[i], tiles);
     if (tiles.empty()) {
       model_.tiles.push_back({int(i), 0, 0});
       return add_texture(slot, i, given ? given_[i].path : fs::path(), count);
@@ -327,9 +340,10 @@ class ModelReader {
       if (texture < 0) continue;
       const int picture = texture;
       texture = first.at(picture);
-      if (!mesh.textured(t)) continue;
-      const TilePlace tile = tile_of(mesh, t);
-      if (const auto id = ids.find({picture, tile.u, tile.v}); id != ids.end()) texture = id->second;
+      const std::optional<TilePlace> tile = tile_of(mesh, t);
+      if (!tile) continue;
+      if (const auto id = ids.find({picture, tile->u, tile->v}); id != ids.end())
+        texture = id->second;
     }
   }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/options.h"
 #include "mq/base/words.h"
 
@@ -125,7 +126,7 @@ std::string chosen_slot(const std::vector<MaterialSlot>& slots, const std::strin
   std::vector<std::string> names;
   for (const MaterialSlot& slot : slots) names.push_back(slot.name);
   throw InvalidInput(fmt::format(
-      "{}: slot {}: its materials name no picture for it{}; {}", file, shown(asked),
+      "{}: {} {}: its materials name no picture for it{}; {}", file, option_name("slot"), shown(asked),
       did_you_mean(name, names),
       slots.empty() ? std::string("they name none at all") : "they have " + names_of(slots)));
 }

@@ -98,10 +98,16 @@ std::string common_pattern(const std::vector<std::string>& names) {
   return first ? first->pattern() : "";
 }
 
-TilePlace tile_of(const Mesh& mesh, int triangle) {
-  const Vector2 middle =
-      (mesh.uv(triangle, 0) + mesh.uv(triangle, 1) + mesh.uv(triangle, 2)) / 3;
-  return {int(std::floor(middle.x())), int(std::floor(middle.y()))};
+std::optional<TilePlace> tile_of(const Mesh& mesh, int triangle) {
+  constexpr double beyond = 1e6;
+  if (!mesh.textured(triangle)) return std::nullopt;
+  Vector2 middle(0, 0);
+  for (int k = 0; k < 3; ++k) {
+    const Vector2& uv = mesh.uv(triangle, k);
+    if (!(uv.cwiseAbs().maxCoeff() < beyond) || !uv.allFinite()) return std::nullopt;
+    middle += uv / 3;
+  }
+  return TilePlace{int(std::floor(middle.x())), int(std::floor(middle.y()))};
 }
 
 }  // namespace mq

@@ -46,8 +46,8 @@ std::string common_pattern(const std::vector<std::string>& names);
 /// "1002", or "u2_v1".
 std::string tile_number(const TileName& name, const TilePlace& tile);
 
-/// The tile a triangle lies in, by the middle of its corners. It must be textured, its coordinates
-/// finite and less than 1e6.
-TilePlace tile_of(const Mesh& mesh, int triangle);
+/// The tile a triangle lies in, by the middle of its corners; nothing where a corner has no texture
+/// coordinates, or such as are not finite or beyond 1e6.
+std::optional<TilePlace> tile_of(const Mesh& mesh, int triangle);
 
 }  // namespace mq

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/io/document.h"
 #include "mq/io/slots.h"
 
@@ -33,7 +34,7 @@ std::vector<std::string> slots_asked_for(const Model& model, const std::string& 
   } else {
     std::stringstream words(asked);
     for (std::string word; std::getline(words, word, ',');) {
-      require(!word.empty(), file + ": slot '" + asked + "': a name between commas is empty");
+      require(!word.empty(), file + ": " + option_name("slot") + " '" + asked + "': a name between commas is empty");
       names.push_back(chosen_slot(model.slots, word, file));
     }
   }

@@ -8,6 +8,7 @@
 
 #include "mq/atlas/footprint.h"
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/fem/image_space.h"
 #include "mq/image/resample.h"
@@ -84,8 +85,9 @@ std::vector<TextureSize> sizes_of_textures(const Model& model, const LoadOptions
                           model.path.string(),
                           i < model.textures.size() ? model.textures[i].name : std::to_string(i))
             : fmt::format("{}: its materials name no picture for {}, but for {}: choose one of these "
-                          "slots, or name a picture after the mesh",
-                          model.path.string(), model.slot, names_of(model.slots)));
+                          "by {}, or name a picture after the mesh",
+                          model.path.string(), model.slot, names_of(model.slots),
+                          option_name("slot")));
     if (there)
       sizes[i] = {model.textures[i].pixels.width(), model.textures[i].pixels.height(),
                   model.tiles.empty() ? model.textures[i].wrap : Wrap::clamp};
@@ -168,8 +170,9 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
           fmt::format("{}: is a picture, so it has one set of texture coordinates and no slots; found "
                       "{}",
                       path.string(),
-                      options.slot.empty() ? fmt::format("UV set {}", options.uv_set)
-                                           : fmt::format("slot '{}'", options.slot)));
+                      options.slot.empty()
+                          ? fmt::format("{} {}", option_name("uv_set"), options.uv_set)
+                          : fmt::format("{} '{}'", option_name("slot"), options.slot)));
   return read_picture(path, options.picture, progress, NotFinite::keep);
 }
 

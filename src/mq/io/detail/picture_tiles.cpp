@@ -28,14 +28,10 @@ std::vector<GivenPicture> joined_tiles(const std::vector<std::filesystem::path>&
 }
 
 std::map<TilePlace, int> tiles_used(const Mesh& mesh, int picture) {
-  constexpr double beyond = 1e6;
   std::map<TilePlace, int> used;
-  for (int t = 0; t < mesh.triangle_count(); ++t) {
-    if (!mesh.textured(t) || (picture >= 0 && mesh.texture(t) != picture)) continue;
-    bool known = true;
-    for (int k = 0; k < 3; ++k) known = known && mesh.uv(t, k).cwiseAbs().maxCoeff() < beyond;
-    if (known) ++used[tile_of(mesh, t)];
-  }
+  for (int t = 0; t < mesh.triangle_count(); ++t)
+    if (picture < 0 || mesh.texture(t) == picture)
+      if (const std::optional<TilePlace> tile = tile_of(mesh, t)) ++used[*tile];
   return used;
 }
 
