@@ -105,6 +105,50 @@ TEST(SlotsOfModels, AllAreProcessedEachOnItsOwn) {
   EXPECT_THAT(file_bytes(folder / "beside.gltf"), HasSubstr("\"g_orm.png\""));
 }
 
+TEST(SlotsOfModels, InsideOneFileChangeThere) {
+  const Folder folder;
+  write_pbr(folder);
+  Json gltf = Json::parse(file_bytes(folder / "pbr.gltf"));
+  for (Json& image : gltf["images"]) {
+    const std::string name = image["uri"];
+    image = {{"name", name}, {"uri", data_uri("image/png", to_bytes(file_bytes(folder / name)))}};
+  }
+  write_bytes(folder / "whole.gltf", gltf.dump(1));
+  const auto picture = [&](const std::string& file, const std::string& slot, const std::string& beta) {
+    run(folder, {"filter", file, "--slot", slot, "--beta", beta, "-o", "x.png", "--overwrite"});
+    return read_texture(folder / "x.png").pixels;
+  };
+  const auto same = [](const Image<float>& a, const Image<float>& b) {
+    return std::ranges::equal(a.values(), b.values());
+  };
+  run(folder, {"filter", "whole.gltf", "--slot", "all", "--beta", "0", "-o", "all.gltf"});
+  run(folder, {"filter", "whole.gltf", "--slot", "emissive", "--beta", "0", "-o", "one.gltf"});
+  for (const char* slot : {"base-colour", "emissive", "orm"}) {
+    const Image<float> soft = picture("whole.gltf", slot, "0");
+    EXPECT_TRUE(same(picture("all.gltf", slot, "1"), soft)) << slot;
+    EXPECT_EQ(same(picture("one.gltf", slot, "1"), soft), std::string(slot) == "emissive") << slot;
+  }
+  EXPECT_TRUE(same(picture("one.gltf", "orm", "1"), read_texture(folder / "g_orm.png").pixels));
+  EXPECT_EQ(folder.names().size(), 9u) << "no picture is written beside";
+}
+
+TEST(SlotsOfModels, OfOnePictureAreProcessedOnce) {
+  const Folder folder;
+  const Json material = {{"pbrMetallicRoughness", {{"metallicRoughnessTexture", {{"index", 0}}}}},
+                         {"occlusionTexture", {{"index", 0}}}};
+  write_bytes(folder / "orm.gltf", square_gltf({"g_orm.png"}, material).dump(1));
+  write_image(folder / "g_orm.png", busy_picture(32, 32));
+  const Result result = marquetry(
+      folder, {"filter", "orm.gltf", "--slot", "all", "--beta", "0", "-o", "soft.gltf", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["slots"].size(), 1u);
+  EXPECT_THAT(result.error, HasSubstr("\"g_orm.png\" is that of two slots"));
+  EXPECT_THAT(marquetry(folder, {"inspect", "orm.gltf", "--slot", "orm"}).output,
+              HasSubstr("occlusion: g_orm.png with set 0 (changes with it: one picture for both)"));
+  run(folder, {"filter", "orm.gltf", "--slot", "occlusion", "--beta", "0", "-o", "alone.png"});
+  EXPECT_EQ(file_bytes(folder / "soft.png"), file_bytes(folder / "alone.png"));
+}
+
 TEST(SlotsOfModels, NumbersHaveNoCurveOfColours) {
   const Folder folder;
   write_pbr(folder);
