@@ -39,7 +39,10 @@ TexturedModel read_source(Run& run) {
   {
     const Step step(run, "read source", 0.05);
     read = read_model(options.text("source"),
-                      {.textures = load.textures, .not_finite = NotFinite::keep}, step);
+                      {.textures = load.textures,
+                       .not_finite = NotFinite::keep,
+                       .slot = options.has("slot") ? options.text("slot") : ""},
+                      step);
   }
   will_read_model(run, read);
   load.missing =
