@@ -34,6 +34,9 @@ add_custom_command(OUTPUT ${words}/made DEPENDS marquetry ${CMAKE_CURRENT_LIST_D
     -P ${CMAKE_CURRENT_LIST_DIR}/words.cmake
   COMMENT "Manual pages and completions" VERBATIM)
 add_custom_target(marquetry_words ALL DEPENDS ${words}/made)
+# Where only some targets were built they are made now.
+install(CODE "execute_process(COMMAND \"${CMAKE_COMMAND}\" --build \"${PROJECT_BINARY_DIR}\"
+  --target marquetry_words COMMAND_ERROR_IS_FATAL ANY)" COMPONENT program)
 install(DIRECTORY ${words}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program)
 install(FILES ${words}/completions/marquetry COMPONENT program
   DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)

@@ -36,7 +36,10 @@ TEST(Lic, FollowsAFieldFromAFile) {
   const Model strip = read_model(folder / "strip.obj");
   write_vector_field(folder / "f.vf", strip.mesh,
                      std::vector<Vector3>(std::size_t(strip.mesh.triangle_count()), {1, 0, 0}));
-  ASSERT_EQ(marquetry(folder, {"lic", "strip.obj", "--field", "f.vf", "-o", "l.png"}).status, 0);
+  ASSERT_EQ(
+      marquetry(folder, {"lic", "strip.obj", "--field", "f.vf", "--over", "nothing", "-o", "l.png"})
+          .status,
+      0);
   const Texture lines = read_texture(folder / "l.png");
   double along = 0, across = 0;
   for (int y = 8; y < 40; ++y)
@@ -72,8 +75,8 @@ TEST(Lic, ShowsTheSameLinesOnAnyAtlasWhereGrainIsALengthOnTheSurface) {
                      std::vector<Vector3>(std::size_t(strip.mesh.triangle_count()), {3, 1, 0}));
   const auto lines = [&](const std::string& model, const std::string& grain) {
     const Result result =
-        marquetry(folder, {"lic", model, "--field", "f.vf", "--length", "0.2", "--grain", grain,
-                           "--kappa", "10", "-o", "l.png", "--json"});
+        marquetry(folder, {"lic", model, "--field", "f.vf", "--length", "0.2", "--over", "nothing",
+                           "--grain", grain, "--kappa", "10", "-o", "l.png", "--json"});
     EXPECT_EQ(result.status, 0) << result.error;
     if (grain != "2tx") {
       EXPECT_NEAR(result.json()["result"]["grain"].get<double>(), 0.06, 1e-6);
@@ -132,9 +135,11 @@ TEST(Lic, SaysWhatIsMissing) {
     words.insert(words.end(), more.begin(), more.end());
     return refusal(folder, words, "l.png");
   };
-  EXPECT_THAT(refused({}), HasSubstr("the field is 0 everywhere: choose another"));  // a plane is not curved
+  EXPECT_THAT(refused({}),
+              HasSubstr("the field is 0 everywhere: choose another"));  // a plane is not curved
   write_image(folder / "strip.png", Image<float>(64, 48, 3, 0.7F));
-  EXPECT_THAT(refused({"--field", "gradient"}), HasSubstr("the field is 0 everywhere: choose another"));
+  EXPECT_THAT(refused({"--field", "gradient"}),
+              HasSubstr("the field is 0 everywhere: choose another"));
   EXPECT_THAT(refused({"--grain", "0"}), HasSubstr("wanted 0.1 to 10000"));
   EXPECT_THAT(refused({"--grain", "1e300"}), HasSubstr("wanted 0.1 to 10000"));
   EXPECT_THAT(refused({"--field", "harmonic"}), HasSubstr("without handles has none"));

@@ -1,5 +1,6 @@
 // Stitching: offsets between parts vanish, everything else stays.
 #include "mq/filter/stitch.h"
+#include "mq/fem/image_space.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -164,9 +165,7 @@ TEST(Stitcher, FillsWhatIsUnseen) {
   const Stitcher stitcher(space, 1e-2, ground.labels);
   const auto result = [&](const Signal& values) {
     const Signal filled = stitcher.fill(values);
-    return stitcher
-        .solve(filled, stitch_regions(ground.space, filled, ground.labels))
-        .signal;
+    return stitcher.solve(filled, stitch_regions(ground.space, filled, ground.labels)).signal;
   };
   EXPECT_LT((result(other) - result(psi)).cwiseAbs().maxCoeff(), 1e-4);
   EXPECT_LT((result(psi) - truth).cwiseAbs().maxCoeff(), 2e-3);
@@ -187,8 +186,7 @@ TEST(Stitcher, StitchesAroundWhatIsUnseen) {
   const Stitcher stitcher(space, 1e4, ground.labels);
   const Signal filled = stitcher.fill(psi);
   const Signal found =
-      stitcher.solve(filled, stitch_regions(ground.space, filled, ground.labels))
-          .signal;
+      stitcher.solve(filled, stitch_regions(ground.space, filled, ground.labels)).signal;
   EXPECT_GT(rms_up_to_constants(space, filled, truth), 0.1);
   EXPECT_LT(rms_up_to_constants(space, found, truth), 1.0 / 255);
 }
@@ -227,8 +225,7 @@ TEST(Stitcher, KeepsTexelsThatHardlyCountBetweenTheirNeighbours) {
     const Signal raw =
         ScreenedPoisson(space, almost_no_screen).solve_change(psi, asked).signal - psi;
     const Signal change =
-        Stitcher(space, almost_no_screen, ground.labels).solve(psi, asked).signal -
-        psi;
+        Stitcher(space, almost_no_screen, ground.labels).solve(psi, asked).signal - psi;
     for (int i = 0; i < space.size(); ++i) {
       const Outlier now = outlier(ground, change, i);
       if (!now.weak) continue;
@@ -339,6 +336,30 @@ TEST(BorderJump, TellsStepsFromTheRest) {
   EXPECT_NEAR(jump.across, 0.4, 1e-12);
   EXPECT_EQ(jump.within, 0);
   EXPECT_GT(jump.pairs, 10);
+}
+
+TEST(Stitcher, RefusesPhotographsAndLabelsThatDoNotFit) {
+  const ImageSpace space(4, 3);
+  const Signal psi = Signal::Zero(12, 2);
+  const Partial whole{psi, std::vector<double>(12, 1)};
+  std::vector<int> labels(12, 0);
+  labels[5] = 2;  // of two photographs
+  const std::vector<Partial> two = {whole, whole};
+  EXPECT_THROW(Stitcher(space, 1, labels).stitch(psi, two), InvalidInput);
+  EXPECT_THROW(stitch_partials(space, two, {psi, labels}), InvalidInput);
+  labels[5] = 1;
+  const Stitcher stitcher(space, 1, labels);
+  EXPECT_NO_THROW(stitcher.stitch(psi, two));
+  for (const Partial& odd :
+       {Partial{Signal::Zero(3, 2), whole.confidence},
+        Partial{Signal::Zero(12, 1), whole.confidence}, Partial{psi, std::vector<double>(3, 1)}})
+    EXPECT_THROW(stitcher.stitch(psi, std::vector<Partial>{whole, odd}), InvalidInput);
+  EXPECT_THROW(stitcher.fill(Signal::Zero(3, 2)), InvalidInput);
+  EXPECT_THROW(Stitcher(space, 1, labels).regroup({0, 1}), InvalidInput);
+  const std::vector<int> few(5, 0);
+  EXPECT_THROW(mean_drift(space, psi, psi, few), InvalidInput);
+  EXPECT_THROW(mean_drift(space, psi, Signal::Zero(3, 2), labels), InvalidInput);
+  EXPECT_THROW(border_jump(space.stiffness(), psi, few), InvalidInput);
 }
 
 }  // namespace

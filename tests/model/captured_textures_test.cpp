@@ -58,6 +58,22 @@ TEST_F(CapturedTexturesTest, GiveVerticesTheColoursThatWereCapturedThere) {
   EXPECT_GT(same, 0.9 * file.mesh.vertex_count());
 }
 
+TEST_F(CapturedTexturesTest, RefuseFramesOfSomethingElse) {
+  Model other = read_model(path(1));
+  for (Vector3& p : other.mesh.positions) p = 3 * p + Vector3(5, 0, 0);
+  write_model(path(1), other);
+  const EvolvingReader reader(folder / "body.evolving");
+  CapturedTextures textures = captured(reader);
+  EXPECT_NO_THROW(textures.at_vertices(0));
+  try {
+    textures.at_vertices(1);
+    FAIL();
+  } catch (const InvalidInput& error) {
+    EXPECT_THAT(error.what(), HasSubstr(path(1).string()));
+    EXPECT_THAT(error.what(), HasSubstr("made of something else"));
+  }
+}
+
 TEST_F(CapturedTexturesTest, FillATextureWithThem) {
   evolving.segments[0].uvs.clear();
   const Unwrapped atlas = unwrap(make_surface(evolving.mesh(0)), {.width = 64, .height = 64});

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/program_files.h"
+#include "mq/base/error.h"
 #include "mq/baseline/reference_solver.h"
 #include "mq/draw/false_colour.h"
 #include "mq/filter/denoise.h"
@@ -13,12 +14,15 @@
 #include "mq/filter/reaction_diffusion.h"
 #include "mq/filter/seam_values.h"
 #include "mq/filter/stitch.h"
+#include "mq/io/image_file.h"
 #include "mq/mesh/closest_point.h"
+#include "mq/model/field_lines.h"
 #include "mq/model/model_field.h"
 #include "mq/model/model_signal.h"
 #include "mq/model/model_sources.h"
 #include "mq/model/outputs.h"
 #include "mq/model/solving.h"
+#include "mq/model/stitch_regions.h"
 
 namespace mq {
 namespace {
@@ -163,17 +167,23 @@ TEST(VerbGeodesic, MeasuresFromTheUnknownsAroundAPoint) {
 }
 
 TEST(VerbLic, SpreadsNoiseAlongAField) {
-  Strip strip(MissingPictures::assume);
-  const std::string wanted = strip.of_program({"lic", "--field", "gradient"});
-  const TextureSignal signal = strip.signal({.pictures = TextureSignalOptions::Pictures::replaced});
+  Strip strip;
+  const std::string wanted = strip.of_program({"lic", "--field", "gradient", "--over", "nothing"});
+  const std::string over = strip.of_program({"lic", "--field", "gradient"}, "over.png");
+  const TextureSignal signal = strip.signal();
   const ModelField found = model_field(strip.model, signal, {.kind = FieldRequest::Kind::gradient});
   const SurfaceScale scale = signal.space().scale();
   const Signal noise = solid_noise(signal.space().positions(), 2 * signal.scale().texel_spacing);
-  const LineIntegral lines = line_integral(
-      *signal.space_across(found.field, 100), signal.space(), noise,
-      {.weight = 0.01 * scale.area, .sharpen_weight = 1e-4 * scale.area}, signal.space().solver());
-  signal.replace(with_contrast(lines.signal).replicate(1, 3), Depth::u8, strip.model.model);
-  EXPECT_EQ(strip.of_library(), wanted);
+  const FieldLinesOptions usual;
+  const LineIntegral lines =
+      line_integral(*signal.space_across(found.field, usual.kappa), signal.space(), noise,
+                    {.weight = usual.alpha * scale.area, .sharpen_weight = 1e-4 * scale.area},
+                    signal.space().solver());
+  const Signal colours = signal.values(), grey = with_contrast(lines.signal);
+  signal.put(colours, lines_over(colours, grey, 3), strip.model.model);
+  EXPECT_TRUE(strip.of_library("ours_over.png") == over);
+  signal.replace(grey.replicate(1, 3), Depth::u8, strip.model.model);
+  EXPECT_TRUE(strip.of_library() == wanted);
 }
 
 TEST(VerbReact, GrowsThePresetFromSeeds) {
@@ -201,6 +211,41 @@ TEST(VerbStitch, KeepsGradientsOfChartsAndNoStepsBetweenThem) {
                           signal.space().texels().chart);
   signal.put(before, stitcher.stitch(before).signal, strip.model.model);
   EXPECT_EQ(strip.of_library(), wanted);
+}
+
+TEST(VerbStitch, TakesRegionsFromLabels) {
+  Strip strip;
+  const Image<float>& picture = strip.model.model.textures[0].pixels;
+  Image<float> labels(picture.width(), picture.height(), 1);
+  for (int y = 0; y < labels.height(); ++y)
+    for (int x = 0; x < labels.width(); ++x)
+      labels(x, y) =
+          float(y < labels.height() / 3 ? 9 : 100 * (1 + (2 * x > labels.width()))) / 255;
+  write_image(strip.folder / "labels.png", labels);
+  const std::string wanted =
+      strip.of_program({"stitch", "--labels", "labels.png", "--unseen", "9", "-a", "100"});
+  const TextureSignal signal = strip.signal();
+  const StitchRegions regions =
+      regions_of_labels(strip.model, signal, {{read_texture(strip.folder / "labels.png")}},
+                        std::vector<double>{9}, strip.messages);
+  EXPECT_EQ(regions.count(), 2);
+  EXPECT_GT(regions.count_unseen(), 0);
+  const Stitcher stitcher(signal.space(), 100 * signal.space().scale().area, regions.labels);
+  signal.put(regions.values, stitcher.stitch(regions.values).signal, strip.model.model);
+  EXPECT_TRUE(strip.of_library() == wanted);
+}
+
+TEST(StitchRegions, RefuseLabelsThatSayNothingForSure) {
+  Strip strip;
+  const TextureSignal signal = strip.signal();
+  Texture labels = strip.model.model.textures[0];
+  EXPECT_THROW(
+      regions_of_labels(strip.model, signal, {{labels}}, std::vector<double>{1, 2}, strip.messages),
+      InvalidInput);
+  EXPECT_THROW(wanted_photographs(signal, strip.model.texture_sizes, {{labels}}, 1), InvalidInput);
+  labels.format.file_format = "jpeg";
+  EXPECT_THROW(regions_of_labels(strip.model, signal, {{labels}}, {}, strip.messages),
+               InvalidInput);
 }
 
 TEST(VerbSeams, SmoothsTheChangeAtSeamTexels) {

@@ -31,9 +31,8 @@ void add_output_option(OptionTable& table) {
              .details = "With several textures %s in the name stands for the texture's own."});
 }
 
-void add_spread_options(OptionTable& table, const Length& usual,
-                        const std::string& group, const std::string& help, bool infinite,
-                        const std::string& zero) {
+void add_spread_options(OptionTable& table, const Length& usual, const std::string& group,
+                        const std::string& help, bool infinite, const std::string& zero) {
   const bool by_alpha = usual.unit == Length::Unit::alpha;
   table.add({.name = "alpha",
              .letter = 'a',
@@ -173,11 +172,10 @@ bool works_at_vertices(const OptionValues& options, const TexturedModel& model) 
 
 std::unique_ptr<ModelSignal> make_field_signal(Run& run, const TexturedModel& model,
                                                const Progress& progress,
-                                               TextureSignalOptions::SharedTexels shared) {
+                                               TextureSignalOptions::SharedTexels shared,
+                                               TextureSignalOptions::Pictures pictures) {
   if (!works_at_vertices(run.options(), model))
-    return make_texture_signal(
-        run, model,
-        {.shared = shared, .pictures = TextureSignalOptions::Pictures::replaced}, progress);
+    return make_texture_signal(run, model, {.shared = shared, .pictures = pictures}, progress);
   std::unique_ptr<ModelSignal> signal;
   about(model.model, [&] { signal = std::make_unique<VertexColourSignal>(model); });
   return signal;

@@ -21,10 +21,10 @@ bool asks_for(const OptionValues& options, const std::string& name);
 void add_output_option(OptionTable& table);
 
 /// Adds --alpha and --length, which exclude each other; `usual` is the default, of --alpha where it
-/// is one and else of --length; `group` is their heading, `help` what alpha does, `zero` what 0 does.
-/// Where `infinite`, alpha may be inf.
-void add_spread_options(OptionTable& table, const Length& usual,
-                        const std::string& group, const std::string& help, bool infinite = false,
+/// is one and else of --length; `group` is their heading, `help` what alpha does, `zero` what 0
+/// does. Where `infinite`, alpha may be inf.
+void add_spread_options(OptionTable& table, const Length& usual, const std::string& group,
+                        const std::string& help, bool infinite = false,
                         const std::string& zero = "0 changes nothing.");
 
 /// What --length says, or --alpha.
@@ -53,8 +53,8 @@ void refuse_pictures(const OptionValues& options);
 /// What --space and --normals say, where the verb has them.
 ValueSpace value_space(const OptionValues& options);
 
-/// The signal that a verb changes, as the options ask for it (see `at_vertices`); what was found wrong
-/// with its space goes into the report. The model must outlive it.
+/// The signal that a verb changes, as the options ask for it (see `at_vertices`); what was found
+/// wrong with its space goes into the report. The model must outlive it.
 std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
                                          const Progress& progress);
 
@@ -62,7 +62,8 @@ std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
 /// there are no texture coordinates. The verb must have the option.
 std::unique_ptr<ModelSignal> make_field_signal(
     Run& run, const TexturedModel& model, const Progress& progress,
-    TextureSignalOptions::SharedTexels shared = TextureSignalOptions::SharedTexels::one_unknown);
+    TextureSignalOptions::SharedTexels shared = TextureSignalOptions::SharedTexels::one_unknown,
+    TextureSignalOptions::Pictures pictures = TextureSignalOptions::Pictures::replaced);
 
 /// Whether that will be vertices.
 bool works_at_vertices(const OptionValues& options, const TexturedModel& model);

@@ -168,15 +168,14 @@ void write_report(const OptionValues& options, const Json& report) {
 
 /// Messages of the library say "--longest-edge" where the verb has that option.
 void name_options_of(const Verb& verb) {
-  set_option_names([fields = verb.fields, &table = verb.table](std::string_view field) {
+  set_option_names([fields = verb.fields, options = verb.table.options()](std::string_view field) {
     std::string name(field);
     if (const auto other = fields.find(field); other != fields.end())
       name = other->second;
     else
       std::ranges::replace(name, '_', '-');
-    const auto& options = table.options();
     const auto option = std::ranges::find(options, name, &Option::name);
-    return option == options.end() ? std::string(field) : display_name(*option);
+    return option == options.end() ? name : display_name(*option);
   });
 }
 

@@ -1,17 +1,19 @@
 // marquetry lic MESH [TEXTURE...] -o OUT --field FIELD: the lines of a vector field as a picture.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
-#include "options/signal_options.h"
-#include "options/field_options.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/filter/line_integral.h"
+#include "mq/image/colour.h"
 #include "mq/model/field_lines.h"
+#include "options/field_options.h"
+#include "options/signal_options.h"
+#include "options/solver_options.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
-#include "options/solver_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -29,9 +31,20 @@ double asked_grain(const OptionValues& options, const SurfaceScale& scale) {
   return grain;
 }
 
+/// Whether the lines go over colours: there are some, and alike in channels.
+bool shows_colours(const OptionValues& options, const TexturedModel& scene, bool vertices) {
+  if (options.text("over") == "nothing") return false;
+  if (vertices) return scene.model.colors.channels > 0;
+  const std::vector<Texture>& textures = scene.model.textures;
+  return !textures.empty() && std::ranges::all_of(textures, [&](const Texture& texture) {
+    return !texture.pixels.empty() && texture.pixels.channels() == textures[0].pixels.channels();
+  });
+}
+
 Exit lic(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.1, {}, ImageTriangles::per_pixel);
+  TexturedModel scene =
+      read_usable_model(run, MissingPictures::assume, 0.1, {}, ImageTriangles::per_pixel);
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
@@ -39,18 +52,22 @@ Exit lic(Run& run) {
   check_field(scene, asked_request(options, scene));
   if (run.dry_run()) return Exit::done;
 
+  const bool over = shows_colours(options, scene, vertices);
   std::unique_ptr<ModelSignal> domain;
   std::unique_ptr<SignalSpace> across;
   double grain = 0;
   {
     const Step step(run, "assemble", 0.3);
-    domain = make_field_signal(run, scene, step.progress().step("surface", 0.4));
+    using Pictures = TextureSignalOptions::Pictures;
+    domain = make_field_signal(run, scene, step.progress().step("surface", 0.4),
+                               TextureSignalOptions::SharedTexels::one_unknown,
+                               over ? Pictures::read : Pictures::replaced);
     about(scene.model, [&] {
       grain = asked_grain(options, domain->scale());
       const TangentField field =
           asked_field(run, scene, *domain, step.progress().step("field", 0.2));
-      across = domain->space_across(field, options.number("kappa"),
-                            step.progress().step("metric", 0.4));
+      across =
+          domain->space_across(field, options.number("kappa"), step.progress().step("metric", 0.4));
     });
   }
   const SurfaceScale scale = domain->space().scale();
@@ -65,11 +82,14 @@ Exit lic(Run& run) {
       Model forming;
       forming.path = scene.model.path;
       forming.mesh = scene.model.mesh;
-      watch_lines_form(*across, noise, wanted.weight, 64, [&](int done, const Signal& now) {
-        domain->replace(with_contrast(now, options.number("deviations")).replicate(1, 3),
-                  Depth::u8, forming);
-        run.onlooker(done == 0 ? "noise" : fmt::format("step {}", done), forming);
-      }, step);
+      watch_lines_form(
+          *across, noise, wanted.weight, 64,
+          [&](int done, const Signal& now) {
+            domain->replace(with_contrast(now, options.number("deviations")).replicate(1, 3),
+                            Depth::u8, forming);
+            run.onlooker(done == 0 ? "noise" : fmt::format("step {}", done), forming);
+          },
+          step);
     }
     solve_as_asked(run, *domain, [&](const SolverFactory& factory, const SolvingShares& shares) {
       const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
@@ -84,7 +104,13 @@ Exit lic(Run& run) {
 
   const Step step(run, "write", 0.1);
   const Signal grey = with_contrast(lines.signal, options.number("deviations"));
-  domain->replace(grey.replicate(1, 3), Depth::u8, scene.model);
+  if (over) {
+    const Signal colours = domain->values();
+    domain->put(colours, lines_over(colours, grey, colour_channels(int(colours.cols()))),
+                scene.model);
+  } else {
+    domain->replace(grey.replicate(1, 3), Depth::u8, scene.model);
+  }
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }
@@ -128,11 +154,18 @@ Verb lic_verb() {
              .most = 1000,
              .group = "Lines",
              .help = "standard deviations from grey to black and to white: less is more contrast"});
+  table.add(
+      {.name = "over",
+       .type = Type::choice,
+       .default_value = "colours",
+       .choices = {"colours", "nothing"},
+       .group = "Lines",
+       .help = "what lines are drawn over: the model's colours, or nothing: grey",
+       .details = "A model without colours, or with textures of unlike channels, gets grey ones."});
   add_solver_options(table, as_typed(FieldLinesOptions{}.tolerance));
   add_vertices_option(table, "lines at vertices, though there are textures");
   add_frames_option(table);
-  return {table, lic,
-          {{.what = "line integral convolution"}}};
+  return {table, lic, {{.what = "line integral convolution"}}};
 }
 
 }  // namespace mq::app

@@ -83,6 +83,8 @@ void report(Run& run, const RemeshInput& of_template, const RemeshInput& target,
   result["triangles_kept"] = {{"count", found.kept}, {"fraction", found.kept / all}};
   result["triangles_born"] = found.added;
   result["triangles_died"] = found.removed;
+  result["triangles_added"] = found.added;  // the two above by their usual names
+  result["triangles_removed"] = found.removed;
   const Surface surface = make_surface(found.mesh, {WeldOptions::Kind::none});
   result["manifold"] = is_manifold(surface);
   result["manifold_inputs"] = {{"template", is_manifold(of_template.surface)},
@@ -102,9 +104,9 @@ void report(Run& run, const RemeshInput& of_template, const RemeshInput& target,
   Json seconds = Json::object();
   for (const auto& [step, time] : found.seconds) seconds[step] = time;
   result["seconds"] = seconds;
-  run.print(fmt::format("kept {} of {} triangles ({:.2f} %), {} born, {} died, in {}\n", found.kept,
-                        of_template.surface.triangle_count(), 100 * found.kept / all, found.added,
-                        found.removed, counted(found.regions, "region")));
+  run.print(fmt::format("kept {} of {} triangles ({:.2f} %), {} added, {} removed, in {}\n",
+                        found.kept, of_template.surface.triangle_count(), 100 * found.kept / all,
+                        found.added, found.removed, counted(found.regions, "region")));
   run.print(fmt::format(
       "distance, of the diagonal: to the target {:.2g} (largest {:.2g}), from it {:.2g} ({:.2g})\n",
       found.to_target.mean / diagonal, found.to_target.max / diagonal,

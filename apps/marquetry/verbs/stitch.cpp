@@ -123,6 +123,9 @@ Exit stitch(Run& run) {
       run, has_views(options) ? MissingPictures::assume : MissingPictures::refuse, 0.2);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates, so no textures to stitch");
+  require(!has_views(options) || !scene.is_picture,
+          scene.model.path.string() +
+              ": is a picture; photographs with cameras are projected onto the mesh of a model");
   if (has_views(options)) add_missing_pictures(scene);
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());

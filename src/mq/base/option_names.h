@@ -12,8 +12,9 @@ namespace mq {
 /// "--longest-edge". Where one choice is meant it follows: `option_name("weld") + " none"`.
 std::string option_name(std::string_view field);
 
-/// Says how the program names its options, for the whole process: while the library is at work in
-/// another thread, it may not be called. Empty: as the library does.
+/// Says how the program names its options, for the whole process, as the locale is for a whole
+/// process: no result depends on it. While the library is at work in another thread it may not be
+/// called. Empty: as the library does.
 void set_option_names(std::function<std::string(std::string_view field)> names);
 
 }  // namespace mq

@@ -115,4 +115,17 @@ Signal with_contrast(const Signal& signal, double deviations) {
   return result;
 }
 
+Signal lines_over(const Signal& colours, const Signal& grey, int channels) {
+  require(colours.rows() == grey.rows() && grey.cols() == 1 && channels <= colours.cols(),
+          fmt::format(
+              "{} × {} colours, {} of them without alpha, and {} × {} greys of lines: wanted as "
+              "many rows, and one column of greys",
+              colours.rows(), colours.cols(), channels, grey.rows(), grey.cols()));
+  Signal over = colours;
+  const Eigen::ArrayXd t = 2 * grey.col(0).array() - 1;
+  for (int c = 0; c < channels; ++c)
+    over.col(c) = (colours.col(c).array() * (1 + t / 2) + t / 10).matrix();
+  return over;
+}
+
 }  // namespace mq

@@ -3,7 +3,8 @@
 /// Cabral and Leedom [cabral1993imaging], here by diffusion as in thesis 5.9.4).
 ///
 /// 1. `solid_noise` at the unknowns, the same however the surface is cut into charts.
-/// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values spread
+/// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values
+/// spread
 ///    over √w along the field and over √w/κ across it.
 /// 3. `sharpen` on the surface's own space, which brings the contrast between lines back.
 /// 4. `with_contrast`.
@@ -39,13 +40,18 @@ LineIntegral line_integral(const SignalSpace& across, const SignalSpace& surface
                            const Signal& noise, const LineIntegralOptions& options,
                            const SolverFactory& factory, const Progress& progress = {});
 
-/// What the lines are before they are whole, for somebody who looks on: `shown(k, φ_k)` for the noise,
-/// φ_0, and what 1, 2, 4, ... up to `steps` steps of plain conjugate gradients make of it on the way to
-/// the φ of step 2. With each step values go one unknown further. Nothing of it is in the result of
-/// `line_integral`; takes a matrix of its own while it lasts.
+/// What the lines are before they are whole, for somebody who looks on: `shown(k, φ_k)` for the
+/// noise, φ_0, and what 1, 2, 4, ... up to `steps` steps of plain conjugate gradients make of it on
+/// the way to the φ of step 2. With each step values go one unknown further. Nothing of it is in
+/// the result of `line_integral`; takes a matrix of its own while it lasts.
 void watch_lines_form(const SignalSpace& across, const Signal& noise, double weight, int steps,
                       const std::function<void(int, const Signal&)>& shown,
                       const Progress& progress = {});
+
+/// Lines over a picture: each colour c becomes c·(1 + t/2) + t/10, t = 2g − 1 for the grey g of the
+/// lines, so that means stay and the lines show on black too. Columns of `colours` from `channels`
+/// on, alpha, stay.
+Signal lines_over(const Signal& colours, const Signal& grey, int channels);
 
 /// Shifted and scaled such that the mean is ½ and `deviations` standard deviations lie between
 /// there and 0 or 1, then cut to [0, 1]. A constant becomes ½. Unknowns weigh alike.

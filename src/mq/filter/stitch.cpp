@@ -148,8 +148,29 @@ Signal change_of_regions(const Ground& ground, const Signal& psi, std::span<cons
   return change(ground, psi, labels, [](int, int, auto&) { return false; });
 }
 
+void require_partials(std::span<const Partial> partials, const Composite& composite) {
+  for (std::size_t k = 0; k < partials.size(); ++k) {
+    const Partial& partial = partials[k];
+    require(partial.values.rows() == composite.values.rows() &&
+                partial.values.cols() == composite.values.cols() &&
+                std::ssize(partial.confidence) == composite.values.rows(),
+            fmt::format(
+                "photograph {} has values of {} × {} and {} confidences: wanted {} × {}, as the "
+                "composite has, and one confidence for each row",
+                k, partial.values.rows(), partial.values.cols(), partial.confidence.size(),
+                composite.values.rows(), composite.values.cols()));
+  }
+  for (const int label : composite.labels)
+    require(label == unseen || (label >= 0 && label < std::ssize(partials)),
+            fmt::format(
+                "found the label {}, wanted the number of a photograph, 0 to {}, or {} where none "
+                "is seen",
+                label, partials.size() - 1, unseen));
+}
+
 Signal change_of_partials(const Ground& ground, std::span<const Partial> partials,
                           const Composite& composite) {
+  require_partials(partials, composite);
   return change(ground, composite.values, composite.labels,
                 [&](int label, int j, Eigen::RowVectorXd& v) {
                   const bool shown = partials[label].confidence[j] > 0;
@@ -271,7 +292,9 @@ Stitcher::Stitcher(const SignalSpace& space, double weight, std::vector<int> lab
       stiffness_(space.stiffness()),
       positions_(space.positions()),
       labels_(std::move(labels)) {
-  require(std::ssize(labels_) == space.size(), "stitching needs one label per unknown");
+  require(std::ssize(labels_) == space.size(),
+          fmt::format("stitching: {} labels, wanted one for each of {} unknowns", labels_.size(),
+                      space.size()));
   if (std::ranges::count(labels_, unseen) == 0) {
     equation_ = std::make_unique<ScreenedPoisson>(space, weight, factory, progress);
     return;
@@ -287,6 +310,9 @@ Stitcher::Stitcher(const SignalSpace& space, double weight, std::vector<int> lab
 }
 
 void Stitcher::regroup(std::vector<int> labels) {
+  require(labels.size() == labels_.size(),
+          fmt::format("stitching: {} labels, wanted one for each of {} unknowns", labels.size(),
+                      labels_.size()));
   require(std::ranges::equal(
               labels, labels_, {}, [](int label) { return label == unseen; },
               [](int label) { return label == unseen; }),
@@ -295,6 +321,9 @@ void Stitcher::regroup(std::vector<int> labels) {
 }
 
 Signal Stitcher::fill(const Signal& psi, const Progress& progress) const {
+  require(psi.rows() == space_.size(),
+          fmt::format("stitching: a signal of {} rows, wanted one for each of {} unknowns",
+                      psi.rows(), space_.size()));
   if (!filler_) return psi;
   const Signal smooth = filler_->solve(psi, 0, progress).signal;
   Signal result = psi;
@@ -315,13 +344,6 @@ Signal Stitcher::change(std::span<const Partial> partials, const Composite& comp
 /// Conjugate gradients on K·δ = w·change, preconditioned by the prepared equation of the whole
 /// surface, whose δ is harmonic where nothing is seen; a surface with a hole and one without are
 /// so alike (A⁻¹K has eigenvalues around ½ to 1) that a few rounds do.
-Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials,
-                          const Progress& progress) const {
-  const Signal filled = fill(psi, progress.step("fill", 0.3));
-  const Signal asked = partials.empty() ? change(filled) : change(partials, {filled, labels_});
-  return solve(filled, asked, progress.step("stitch", 0.7));
-}
-
 Filtered Stitcher::solve(const Signal& psi, const Signal& change, const Progress& progress) const {
   const Signal zero = Signal::Zero(psi.rows(), psi.cols());
   const auto changed = [&](const Signal& delta) -> Signal {
@@ -359,8 +381,22 @@ Filtered Stitcher::solve(const Signal& psi, const Signal& change, const Progress
   return result;
 }
 
+Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials,
+                          const Progress& progress) const {
+  const Signal filled = fill(psi, progress.step("fill", 0.3));
+  const Signal asked = partials.empty() ? change(filled) : change(partials, {filled, labels_});
+  return solve(filled, asked, progress.step("stitch", 0.7));
+}
+
 double mean_drift(const SignalSpace& space, const Signal& before, const Signal& after,
                   std::span<const int> labels) {
+  require(
+      before.rows() == space.size() && after.rows() == space.size() &&
+          before.cols() == after.cols() && std::ssize(labels) == space.size(),
+      fmt::format(
+          "signals of {} × {} and {} × {} and {} labels: wanted {} rows, the same channels and "
+          "one label for each row",
+          before.rows(), before.cols(), after.rows(), after.cols(), labels.size(), space.size()));
   Vector mass = space.lumped_mass();
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i] == unseen) mass[Eigen::Index(i)] = 0;
@@ -370,6 +406,9 @@ double mean_drift(const SignalSpace& space, const Signal& before, const Signal& 
 
 BorderJump border_jump(const SparseMatrix& stiffness, const Signal& psi,
                        std::span<const int> labels) {
+  require(stiffness.rows() == psi.rows() && std::ssize(labels) == psi.rows(),
+          fmt::format("a stiffness of {} rows, a signal of {} and {} labels do not fit",
+                      stiffness.rows(), psi.rows(), labels.size()));
   struct Sums {
     double across = 0, within = 0, across_weight = 0, within_weight = 0;
     std::int64_t pairs = 0;

@@ -132,7 +132,7 @@ class Stitcher {
 };
 
 /// The largest change, over the channels, of the mean over the part of the surface that is seen; 0
-/// where nothing is.
+/// where nothing is. Throws `InvalidInput` where sizes differ.
 double mean_drift(const SignalSpace& space, const Signal& before, const Signal& after,
                   std::span<const int> labels);
 

@@ -11,6 +11,8 @@
 #include "mq/base/words.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/vertex_colours.h"
+#include "mq/mesh/facing_points.h"
+#include "mq/mesh/geometry.h"
 #include "mq/mesh/orient.h"
 #include "mq/mesh/surface.h"
 #include "mq/model/stored_frames.h"
@@ -59,6 +61,7 @@ CapturedTextures::Textured CapturedTextures::texture(int frame, const Progress& 
   result.number = reader_.frames()[std::size_t(frame)].number;
   result.texture = resample_texture(captured.mesh, captured.model.mesh,
                                     surface_colours(captured.model), how, progress);
+  require_near(frame, captured, result.texture.accuracy);
   result.is_light = is_light(captured.model);
   result.depth = depth_of(captured.model);
   result.steps_were_taken_out = !how.captured_charts.empty();
@@ -70,6 +73,7 @@ CapturedTextures::Coloured CapturedTextures::at_vertices(int frame) {
   Captured captured = read(frame);
   const VertexColours found =
       resample_vertices(captured.mesh, captured.model.mesh, surface_colours(captured.model));
+  require_near(frame, captured, found.accuracy);
   Coloured result;
   result.number = reader_.frames()[std::size_t(frame)].number;
   result.unseen = found.unseen;
@@ -106,6 +110,18 @@ void CapturedTextures::turn_back(const fs::path& path, Captured& captured) {
     if (defect.severity == Defect::Severity::warning) messages_.warning(sentence(defect));
     defects_.push_back(std::move(defect));
   }
+}
+
+/// The store may have been made of another sequence.
+void CapturedTextures::require_near(int frame, const Captured& captured, double accuracy) const {
+  const double most = FacingPointsOptions().most_distance;
+  require(accuracy < 0.999 * most * bounding_box(captured.model.mesh).diagonal(),
+          fmt::format(
+              "{}: half of the vertices that {} has for it are farther off than {:g} % of its "
+              "diagonal, or face away: it was made of something else; check {} and the numbers of "
+              "its frames",
+              files_.at(frame).string(), reader_.manifest().string(), 100 * most,
+              option_name("sequence")));
 }
 
 /// Charts of the captured triangles.

@@ -51,8 +51,9 @@ class CapturedTextures {
     bool steps_were_taken_out = false;
   };
 
-  /// Reads the frame with this index and resamples it. Throws `InvalidInput` where it has no
-  /// colours, and where steps between charts are to be taken out and it has none.
+  /// Reads the frame with this index and resamples it. Throws `InvalidInput` where most of the
+  /// store's mesh lies nowhere near it, as that of another sequence, where it has no colours, and
+  /// where steps between charts are to be taken out and it has none.
   Textured texture(int frame, const Progress& progress = {});
 
   struct Coloured {
@@ -73,6 +74,7 @@ class CapturedTextures {
   };
   Captured read(int frame);
   void turn_back(const std::filesystem::path& path, Captured& captured);
+  void require_near(int frame, const Captured& captured, double accuracy) const;
   std::vector<int> captured_charts(int frame, const Model& model) const;
 
   const EvolvingReader& reader_;

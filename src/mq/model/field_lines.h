@@ -10,8 +10,8 @@
 namespace mq {
 
 struct FieldLinesOptions {
-  double alpha = 0.01;  ///< how far values spread along the field: weight at unit area
-  double kappa = 100;   ///< how many times less far they spread across it
+  double alpha = 0.0016;  ///< how far values spread along the field: weight at unit area
+  double kappa = 400;     ///< how many times less far they spread across it
   double grain = 2;  ///< of the noise that is spread, and so the width of lines: spacings of texels
   double sharpen = 1e-4;    ///< weight at unit area of the sharpening that follows; 0: none
   double deviations = 2;    ///< standard deviations from grey to black and to white

@@ -41,7 +41,7 @@ std::vector<Texture> textures_of_both(const RemeshInput& of_template, const Reme
   return all;
 }
 
-/// Colours of what was kept and of what was born.
+/// Colours of what was kept and of what was added.
 VertexSignal carried_colours(const RemeshInput& of_template, const RemeshInput& target,
                              const Remeshed& found, Messages& messages) {
   const VertexSignal &old = of_template.model.colors, &fresh = target.model.colors;

@@ -18,8 +18,8 @@ namespace mq {
 Image<float> sequence_plot(const std::vector<FollowedFrame>& frames);
 
 /// Up to eight frames of a store, evenly chosen: what was captured, what follows it in the colours
-/// of the first frame, or of places in it where it has none (grey: born later), and how far that is
-/// from what was captured. `captured` reads the frame of the store with this index.
+/// of the first frame, or of places in it where it has none (grey: added later), and how far that
+/// is from what was captured. `captured` reads the frame of the store with this index.
 Image<float> sequence_strip(const EvolvingReader& reader,
                             const std::function<Model(int frame)>& captured, const View& view,
                             const Progress& progress = {});

@@ -31,8 +31,9 @@ void require_exact(const Texture& picture) {
 std::vector<float> as_pixel(const std::vector<double>& colour, const Texture& picture) {
   const int channels = colour_channels(picture.pixels.channels());
   require(colour.size() == 1 || std::ssize(colour) == channels,
-          fmt::format("{}: {}: has {}, found {}", picture.path.string(), option_name("unseen"),
-                      counted(channels, "colour channel"), fmt::join(colour, ",")));
+          fmt::format("{}: has {}: {} wants one value, or as many, and found {}",
+                      picture.path.string(), counted(channels, "colour channel"),
+                      option_name("unseen"), fmt::join(colour, ",")));
   std::vector<float> pixel;
   for (int c = 0; c < channels; ++c)
     pixel.push_back(
@@ -104,9 +105,11 @@ std::vector<int> wanted_photographs(const TextureSignal& signal,
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const Texels::Place& at = texels.places[i];
     require(numbers[i] < count,
-            fmt::format("{}: {}: found the number {} at column {}, row {}, of {} counted from 0",
-                        labels[std::size_t(at.texture)].path.string(), option_name("labels"),
-                        numbers[i], at.x, at.y, counted(count, "photograph")));
+            fmt::format(
+                "{}: {}: found the number {} for the texel in column {}, row {}, and there are {}, "
+                "counted from 0",
+                labels[std::size_t(at.texture)].path.string(), option_name("labels"), numbers[i],
+                at.x, at.y, counted(count, "photograph")));
   }
   return numbers;
 }

@@ -1,10 +1,10 @@
 #pragma once
 /// What of a model is stitched: its colours, and which photograph each texel comes from.
 ///
-///     const StitchRegions regions = regions_of_labels(model, signal, {read_texture("labels.png")},
-///     {}, messages); Stitcher stitcher(signal.space(), weight, regions.labels);
-///     signal.put(regions.values, stitcher.stitch(regions.values, regions.partials).signal,
-///     model.model);
+///     const StitchRegions regions = regions_of_labels(model, signal,
+///     {{read_texture("labels.png")}}, {}, messages); const Stitcher stitcher(signal.space(),
+///     weight, regions.labels); signal.put(regions.values, stitcher.stitch(regions.values,
+///     regions.partials).signal, model.model);
 
 #include <cstdint>
 #include <optional>

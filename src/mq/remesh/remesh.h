@@ -14,7 +14,7 @@
 
 namespace mq {
 
-/// Per triangle its corners: a shape to be born with.
+/// Per triangle its corners: a rest shape.
 std::vector<std::array<Vector3, 3>> corner_positions(const Mesh& mesh);
 
 struct RemeshOptions {
@@ -27,10 +27,10 @@ struct RemeshOptions {
   double occlusion = 0.75;  ///< 0 to 1: how much less counts what cannot be seen
   double curvature = 2;     ///< from 0: how much more counts what is bent
   double growth = 0.25;     ///< share of a component that may go beyond what has to; else all goes
-  /// Per triangle of the template its corners when it was born: those distorted since are born anew
+  /// Per triangle of the template its corners at rest: those distorted since are replaced
   /// where they are. Empty: not asked.
   std::span<const std::array<Vector3, 3>> rest = {};
-  /// Per triangle of the template 1 where it is to be born anew where it is, besides. Empty: none.
+  /// Per triangle of the template 1 where it is to be replaced where it is, besides. Empty: none.
   std::span<const char> retriangulated = {};
 };
 
@@ -46,7 +46,7 @@ struct VertexOrigin : SurfacePoint {
 
 struct Remeshed {
   Mesh mesh;  ///< positions and triangles: first those of the template that are kept, in its order
-  std::vector<int> template_triangles;  ///< per triangle that of the template, −1: born
+  std::vector<int> template_triangles;  ///< per triangle that of the template, −1: added
   std::vector<int> target_triangles;  ///< per triangle that of the target, −1: another or changed
   std::vector<int> template_vertices;  ///< per vertex that of the template, bit for bit, or −1
   std::vector<int> target_vertices;    ///< per vertex that of the target it came from, or −1
@@ -59,7 +59,7 @@ struct Remeshed {
   int target_seeds = 0;
   int distorted = 0;  ///< triangles of the template that went for their rest shape
   int reached = 0;    ///< triangles of the template that the region reached before it grew
-  int regions = 0;    ///< connected parts of what was born
+  int regions = 0;    ///< connected parts of what was added
   int replaced_components = 0;                          ///< of the template, whole
   int rounds = 0;                                       ///< until all curves had partners
   double tolerance = 0;                                 ///< the one used, model units

@@ -1,6 +1,6 @@
-// Triangles of one surface are born in different frames, so that no frame shows all of them as they
-// were. R_t turns the edges at rest to where they are now best; with them the sum is quadratic in
-// x, its matrix the same in every round. A weak hold on the positions of now settles where parts
+// Triangles of one surface are added in different frames, so that no frame shows all of them as
+// they were. R_t turns the edges at rest to where they are now best; with them the sum is quadratic
+// in x, its matrix the same in every round. A weak hold on the positions of now settles where parts
 // lie that nothing else holds.
 
 #include "mq/track/rest_shape.h"

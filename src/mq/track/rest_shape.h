@@ -16,8 +16,9 @@ namespace mq {
 ///
 /// w_ij the cotangents at rest, from below cut at 0.05, by twenty rounds of fitting R and solving
 /// for x (Sorkine, Alexa, As-rigid-as-possible surface modeling, 2007). Where the triangles can be
-/// laid together they have their shapes, at the bends of now; a surface that is as it was born is
-/// returned bit for bit. Throws `InvalidInput` unless there are as many rest shapes as triangles.
+/// laid together they have their shapes, at the bends of now; a surface that is as it was at rest
+/// is returned bit for bit. Throws `InvalidInput` unless there are as many rest shapes as
+/// triangles.
 std::vector<Vector3> rest_shape(const Mesh& now, std::span<const std::array<Vector3, 3>> rest);
 
 }  // namespace mq

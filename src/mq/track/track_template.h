@@ -17,7 +17,7 @@ struct TrackTemplate {
   std::vector<Vector3> start;     ///< where its vertices were at the segment's first frame
   Signal colours;                 ///< a row per vertex, as when it was added; or none
   std::vector<Vector3> material;  ///< per vertex; empty: not known
-  std::vector<std::array<Vector3, 3>> rest;  ///< per triangle its corners when it was born
+  std::vector<std::array<Vector3, 3>> rest;  ///< per triangle its corners when it was added
 
   Mesh mesh() const { return mesh_of(segment, start); }
 };

@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 
 namespace mq {
@@ -244,8 +245,10 @@ TemporalReport temporal_poisson(int frames, const std::function<TemporalFrame(in
   report.look_ahead = look_ahead_for(options);
   const int window = window_for(options);
   require(window > report.look_ahead || window >= frames,
-          fmt::format("a window of {}: a gamma of {} wants more than {}, or all of them",
-                      counted(window, "frame"), options.gamma, report.look_ahead));
+          fmt::format(
+              "{}: found {}, and a gamma of {} looks {} ahead: wanted more than that, or 0, "
+              "which holds as many as it takes",
+              option_name("window"), window, options.gamma, counted(report.look_ahead, "frame")));
   Stream stream(frames, load, options);
   for (int begin = 0; begin < frames;) {
     const int end = std::min(frames, begin + window);

@@ -58,7 +58,7 @@ int frames_held(int frames, const TemporalOptions& options);
 ///
 /// m_f the lumped mass, m̄_f the mean of m_f and m_{f−1} where a texel is linked to itself, else
 /// m_f, η the `change`. So ν of (6.2) is η ∂ψ/∂t, and ∂/∂t is that of a point of the surface:
-/// nothing flows where a point is born or dies. On one point of a surface that lasts (λ its
+/// nothing flows where a point is added or removed. On one point of a surface that lasts (λ its
 /// eigenvalue, ω radians a frame) the gain is
 ///
 ///     (1 + βwλ + η γ 2(1 − cos ω)) / (1 + wλ + γ 2(1 − cos ω)).

@@ -92,6 +92,13 @@ void check_partials(const OptionValues& options, const TexturedModel& scene) {
                   counted(std::int64_t(confidences), "picture"),
                   counted(std::int64_t(partials), "picture")));
   check_pictures(options, scene, {"confidence", Count::many_sets});
+  for (const char* name : {"steepest", "bias"})
+    require(has_views(options) || !asks_for(options, name),
+            fmt::format("--{}: it is for photographs with cameras, which --views names", name));
+  require(
+      !has_partials(options) || !options.has("unseen"),
+      "--unseen is a label of regions: where photographs are given, the labels are their numbers, "
+      "and transparent where the one that shows it best is taken");
   for (const std::string& file : options.texts("views"))
     for (const Photograph& photograph : read_cameras(file)) {
       const PictureInfo info = picture_info(photograph.picture);
@@ -147,9 +154,6 @@ std::vector<Texture> read_labels(const OptionValues& options) {
 
 std::vector<int> asked_photographs(const OptionValues& options, const TexturedModel& scene,
                                    const TextureSignal& target, int count) {
-  require(!options.has("unseen"),
-          "--unseen is a label of regions: where photographs are given too, the labels are their "
-          "numbers, and transparent where the one that shows it best is taken");
   return wanted_photographs(target, scene.texture_sizes, read_labels(options), count);
 }
 

@@ -34,7 +34,7 @@ void add_sequence_picture_options(OptionTable& table) {
              .group = "Pictures",
              .help = "draw some frames, what follows them, and how far it is from them",
              .details = "In the colours of the first frame, or of places in it where it has none; "
-                        "grey where it was born later."});
+                        "grey where it was added later."});
 }
 
 std::vector<std::filesystem::path> sequence_picture_paths(const OptionValues& options) {

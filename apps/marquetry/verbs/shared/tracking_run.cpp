@@ -89,7 +89,7 @@ void require_same_options(const EvolvingReader& reader, const OptionValues& opti
                         reader.manifest().string(), name, was.is_null() ? "not given" : was.dump(),
                         is.is_null() ? "not given" : is.dump()));
   };
-  require_same("remeshing", about.value("verb", "") == "evolve" || before.value("remesh", false),
+  require_same("--remesh", about.value("verb", "") == "evolve" || before.value("remesh", false),
                remeshing != Remeshing::none);
   for (const char* name : deciding)
     require_same(std::string("--") + name, before.value(name, Json()), now.value(name, Json()));
@@ -129,7 +129,7 @@ void warn_where_lost(Run& run, const std::vector<FollowedFrame>& frames, Remeshi
 
 std::string frames_table(const std::vector<FollowedFrame>& frames) {
   std::string text = fmt::format("{:>7} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8}\n", "frame", "mean",
-                                 "95 %", "max", "distortion", "born", "seconds");
+                                 "95 %", "max", "distortion", "added", "seconds");
   for (const FollowedFrame& f : frames) {
     text += fmt::format("{:>7} {:>9.4f}% {:>9.4f}% {:>9.4f}% {:>10.3f} {:>8} {:>8.2f}", f.number,
                         100 * f.distance.mean, 100 * f.distance.p95, 100 * f.distance.max,

@@ -72,7 +72,7 @@ DistanceSummary distance_from_target(const Remeshed& result, const Mesh& target,
   return summary(std::move(distances));
 }
 
-/// Parts of what was born that hang together.
+/// Parts of what was added that hang together.
 int count_regions(const Remeshed& result) {
   DisjointSets sets(result.mesh.positions.size());
   std::vector<char> added(result.mesh.positions.size(), 0);

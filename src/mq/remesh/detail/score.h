@@ -44,7 +44,7 @@ Mismatch mismatch(const Surface& surface, const ClosestPointFinder& other,
 std::vector<double> visibility(const Surface& surface, std::span<const int> vertices,
                                const Progress& progress = {});
 
-/// Per triangle 1 where its shape differs too much from the one it was born with: where the
+/// Per triangle 1 where its shape differs too much from its rest shape: where the
 /// singular values of the linear map between them differ by a factor above 3, or areas by one above
 /// 3 either way. `rest` has its corners then. Throws `InvalidInput` unless there are as many as
 /// triangles.
