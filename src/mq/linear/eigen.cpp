@@ -138,8 +138,9 @@ class BlockLanczos {
     Matrix W = inverse_.solve(Signal(B_ * block));
     Matrix T = Matrix::Zero(size, size);
     T.topLeftCorner(before, before) = T_;
-    T.rightCols(block.cols()) = V_.transpose() * (B_ * W);
-    T.bottomRows(block.cols()) = T.rightCols(block.cols()).transpose();
+    const Matrix products = V_.transpose() * (B_ * W);
+    T.rightCols(block.cols()) = products;
+    T.bottomRows(block.cols()) = products.transpose();
     T_ = 0.5 * (T + T.transpose());
     const Eigen::Index last = block.cols();
     R_ = orthonormalise(W);

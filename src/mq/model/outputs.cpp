@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/document.h"
 #include "mq/io/file_names.h"
@@ -15,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The textures to be written. A model with texture coordinates that names no picture is given one for
-/// each texture that its triangles count, named after it.
+/// The textures to be written. A model with texture coordinates that names no picture is given one
+/// for each texture that its triangles count, named after it.
 std::vector<Texture> textures_of(const Model& model) {
   std::vector<Texture> textures;
   for (const Texture& texture : model.textures) {
@@ -80,9 +81,9 @@ fs::path free_path(const std::vector<fs::path>& taken, const fs::path& own, cons
 void refuse_unknown_formats(const std::vector<fs::path>& paths) {
   for (const fs::path& path : paths)
     require(names_picture(path),
-            fmt::format("output: found '{}', wanted a picture (.png, .jpg, .tif, .exr, .bmp or "
+            fmt::format("{}: found '{}', wanted a picture (.png, .jpg, .tif, .exr, .bmp or "
                         ".tga), a model (.obj, .ply, .gltf or .glb) or a folder",
-                        path.string()));
+                        option_name("output"), path.string()));
 }
 
 }  // namespace
@@ -90,11 +91,12 @@ void refuse_unknown_formats(const std::vector<fs::path>& paths) {
 Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
     : is_model_(names_model(name)) {
   require(!is_model_ || !names_picture(model.path),
-          fmt::format("output: found '{}', wanted a picture: what is read is one", name));
+          fmt::format("{}: found '{}', wanted a picture: what is read is one",
+                      option_name("output"), name));
   require(kind == Kind::pictures || is_model_,
-          fmt::format("output: found '{}', wanted a model (.ply, .obj, ...), since what "
+          fmt::format("{}: found '{}', wanted a model (.ply, .obj, ...), since what "
                       "changes is part of it",
-                      name));
+                      option_name("output"), name));
   if (is_model_) {
     plan_model(name, model, kind);
     return;
@@ -107,9 +109,10 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
   }
   const std::size_t place = name.find("%s");
   require(place != std::string::npos || !folder_.empty() || textures.size() == 1,
-          fmt::format("output: {} has {}: name a folder (with / at its end), or put %s in the "
+          fmt::format("{}: {} has {}: name a folder (with / at its end), or put %s in the "
                       "name; found '{}'",
-                      model.path.string(), counted(std::ssize(textures), "texture"), name));
+                      option_name("output"), model.path.string(),
+                      counted(std::ssize(textures), "texture"), name));
   for (std::size_t i = 0; i < textures.size(); ++i) {
     if (place == std::string::npos && folder_.empty()) {
       paths_.emplace_back(name);
@@ -126,16 +129,16 @@ Outputs::Outputs(const std::string& name, const Model& model, Kind kind)
 
 void Outputs::plan_tiles(const TileName& name, const Model& model) {
   require(model.tiles.size() == model.textures.size() && !model.tiles.empty(),
-          fmt::format("output: found '{}', a name for tiles, and the pictures of {} are none",
-                      name.pattern(), model.path.string()));
+          fmt::format("{}: found '{}', a name for tiles, and the pictures of {} are none",
+                      option_name("output"), name.pattern(), model.path.string()));
   for (const TextureTile& tile : model.tiles) {
     require(tile.picture == model.tiles.front().picture,
-            fmt::format("output: {} has several pictures in tiles: name a folder (with / at its end) "
+            fmt::format("{}: {} has several pictures in tiles: name a folder (with / at its end) "
                         "for them; found '{}'",
-                        model.path.string(), name.pattern()));
+                        option_name("output"), model.path.string(), name.pattern()));
     require(name.has_number_for({tile.u, tile.v}),
-            fmt::format("output: '{}' has no number for the tile from ({}, {})", name.pattern(), tile.u,
-                        tile.v));
+            fmt::format("{}: '{}' has no number for the tile from ({}, {})", option_name("output"),
+                        name.pattern(), tile.u, tile.v));
     paths_.push_back(name.file({tile.u, tile.v}));
   }
   refuse_unknown_formats(paths_);
@@ -148,10 +151,9 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
   std::error_code ignored;
   const std::vector<Texture> textures = textures_of(model);
   const bool made_up = model.textures.empty();
-  const bool alone = textures.size() == 1 && model.tiles.empty() &&
-                     std::ranges::all_of(model.others, [](const Texture& other) {
-                       return other.pixels.empty();
-                     });
+  const bool alone =
+      textures.size() == 1 && model.tiles.empty() &&
+      std::ranges::all_of(model.others, [](const Texture& other) { return other.pixels.empty(); });
   for (std::size_t i = 0; i < textures.size(); ++i) {
     const Texture& texture = textures[i];
     const fs::path own = own_name(model, textures, i);
@@ -165,9 +167,8 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
     const bool leaves = made_up ? path.extension() != ".glb"
                                 : texture.path.empty() && leaves_model(path, model.path);
     const std::string wanted = !leaves && !beside_source ? texture.name
-                               : !leaves && alone
-                                   ? stem + own.extension().string()
-                                   : stem + "_" + own.string();
+                               : !leaves && alone        ? stem + own.extension().string()
+                                                         : stem + "_" + own.string();
     texture_names_.push_back(wanted);
     if (!leaves && texture.path.empty()) continue;
     paths_.push_back(free_path(paths_, wanted, [&](const fs::path& name_in_model) {
@@ -192,8 +193,8 @@ bool is_processed(const Model& model, const Texture& texture) {
 
 }  // namespace
 
-/// Pictures of the other slots: copied, or, processed, under another name where they would replace what
-/// was read.
+/// Pictures of the other slots: copied, or, processed, under another name where they would replace
+/// what was read.
 void Outputs::plan_others(const fs::path& path, const Model& model) {
   if (!model.document || path.extension() != model.path.extension()) return;
   std::error_code ignored;
