@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <optional>
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
@@ -13,6 +14,7 @@
 #include "mq/io/detail/fingerprint.h"
 #include "mq/io/detail/picture_codec.h"
 #include "mq/io/detail/picture_formats.h"
+#include "mq/io/detail/plain_png.h"
 #include "mq/io/picture_check.h"
 
 namespace mq {
@@ -55,20 +57,35 @@ PixelFormat named_channels(const std::vector<std::string>& names, Depth depth) {
 }
 
 PictureInfo picture_info(const std::filesystem::path& path) {
-  return picture_codec().info(read_bytes(path), path.string());
+  const std::vector<std::byte> bytes = read_bytes(path);
+  if (auto plain = plain_png_info(bytes)) return *plain;
+  return picture_codec().info(bytes, path.string());
 }
 
 Texture read_texture_bytes(ByteView bytes, const std::string& name, const Progress& progress,
                            NotFinite not_finite) {
-  Texture texture = picture_codec().read(bytes, name, progress, not_finite);
+  std::optional<Texture> plain = read_plain_png(bytes, progress);
+  Texture texture =
+      plain ? std::move(*plain) : picture_codec().read(bytes, name, progress, not_finite);
   texture.name = name;
   texture.as_read = {fingerprint(texture), fingerprint(bytes)};
   return texture;
 }
 
+namespace {
+
+EncodedPicture encoded(const Texture& texture, const std::string& name, const FileFormat& format,
+                       const Progress& progress) {
+  return fits_plain_png(texture, format)
+             ? plain_png_bytes(texture, name, format, progress)
+             : picture_codec().encode(texture, name, std::string(format.name), progress);
+}
+
+}  // namespace
+
 EncodedPicture texture_bytes(const Texture& texture, const std::string& file_format,
                              const Progress& progress) {
-  return picture_codec().encode(texture, texture.name, file_format, progress);
+  return encoded(texture, texture.name, format_named(file_format), progress);
 }
 
 Texture read_texture(const std::filesystem::path& path, const Progress& progress,
@@ -123,10 +140,9 @@ std::vector<std::string> write_texture(const std::filesystem::path& path, const 
 std::vector<std::string> write_encoded(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress) {
   const FileFormat* format = writable_format(path);
-  const EncodedPicture encoded =
-      picture_codec().encode(texture, path.string(), std::string(format->name), progress);
-  write_file(path, encoded.bytes);
-  return encoded.notes;
+  const EncodedPicture picture = encoded(texture, path.string(), *format, progress);
+  write_file(path, picture.bytes);
+  return picture.notes;
 }
 
 std::vector<std::string> write_image(const std::filesystem::path& path, const Image<float>& pixels,
