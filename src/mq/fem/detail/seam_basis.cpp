@@ -23,10 +23,13 @@ constexpr double on_seam = 1e-13;        // texels
 constexpr double smallest_part = 1e-24;  // texels²; far below `smallest_piece`
 constexpr std::size_t few_seams = 4;     // near one cell
 
+/// Of lengths in texels, which neither overflow nor vanish.
+double length(double x, double y) { return std::sqrt(x * x + y * y); }
+
 /// Distance of (x, y) from the segment a, a + e.
 double segment_distance(double ax, double ay, double ex, double ey, double x, double y) {
   const double s = std::clamp(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0.0, 1.0);
-  return std::hypot(x - ax - s * ex, y - ay - s * ey);
+  return length(x - ax - s * ex, y - ay - s * ey);
 }
 
 /// Whether a segment comes within `reach` of the unit square.
@@ -44,7 +47,7 @@ bool near_square(double ax, double ay, double ex, double ey, double reach) {
   }
   if (meets && t0 <= t1) return true;
   const auto from_square = [&](double x, double y) {
-    return std::hypot(x - std::clamp(x, 0.0, 1.0), y - std::clamp(y, 0.0, 1.0));
+    return length(x - std::clamp(x, 0.0, 1.0), y - std::clamp(y, 0.0, 1.0));
   };
   double distance = std::min(from_square(ax, ay), from_square(ax + ex, ay + ey));
   for (int k = 0; k < 4; ++k)
@@ -440,7 +443,7 @@ void SeamCell::add_piece(int triangle, const Piece& piece, std::vector<Polygon>&
   std::vector<Polygon> parts{outline(triangle, piece)};
   if (segments_.size() <= few_seams)
     for (const Segment& e : segments_) {
-      const double length = std::sqrt(e.square), a = -e.ey / length, b = e.ex / length;
+      const double size = std::sqrt(e.square), a = -e.ey / size, b = e.ex / size;
       const double at = a * e.ax + b * e.ay;
       part(a, b, at + Seams::blend, parts);
       part(a, b, at - Seams::blend, parts);

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
-#include "mq/version.h"
 
 namespace mq {
 namespace {
@@ -30,8 +29,8 @@ const PictureCodec& load_codec() {
   if (module == nullptr) fail_to_load(reason());
   void* const symbol = ::dlsym(module, picture_codec_symbol);
   if (symbol == nullptr) fail_to_load(reason());
-  const PictureCodec* codec = reinterpret_cast<PictureCodecOfModule>(symbol)(version);
-  if (codec == nullptr) fail_to_load(fmt::format("it is not of version {}", version));
+  const PictureCodec* codec = reinterpret_cast<PictureCodecOfModule>(symbol)(MARQUETRY_VERSION);
+  if (codec == nullptr) fail_to_load(fmt::format("it is not of version {}", MARQUETRY_VERSION));
   return *codec;
 }
 

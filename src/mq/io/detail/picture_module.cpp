@@ -11,7 +11,6 @@
 #include "mq/io/detail/picture_reader.h"
 #include "mq/io/detail/picture_writer.h"
 #include "mq/io/picture_check.h"
-#include "mq/version.h"
 
 namespace mq {
 namespace {
@@ -62,5 +61,5 @@ class OpenImageIoCodec final : public PictureCodec {
 
 extern "C" const mq::PictureCodec* marquetry_picture_codec(const char* version) {
   static const mq::OpenImageIoCodec codec;
-  return std::string_view(version) == mq::version ? &codec : nullptr;
+  return std::string_view(version) == MARQUETRY_VERSION ? &codec : nullptr;
 }
