@@ -12,6 +12,17 @@ set_target_properties(mq_io PROPERTIES EXPORT_NAME io)
 set_target_properties(mq_model PROPERTIES EXPORT_NAME model)
 install(TARGETS mq mq_io mq_model EXPORT marquetryTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   COMPONENT development)
+
+# What reads and writes pictures is found by the run path of whatever is linked with mq_io.
+set(modules ${CMAKE_INSTALL_LIBDIR}/marquetry)
+install(TARGETS mq_pictures LIBRARY DESTINATION ${modules} COMPONENT program)
+target_link_options(mq_io INTERFACE $<INSTALL_INTERFACE:-Wl,-rpath,$<INSTALL_PREFIX>/${modules}>)
+file(RELATIVE_PATH modules_from_programs /${CMAKE_INSTALL_BINDIR} /${modules})
+set(programs marquetry)
+if(TARGET marquetry-view)
+  list(APPEND programs marquetry-view)
+endif()
+set_target_properties(${programs} PROPERTIES INSTALL_RPATH $ORIGIN/${modules_from_programs})
 install(TARGETS marquetry RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 if(TARGET marquetry-view)
   install(TARGETS marquetry-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)

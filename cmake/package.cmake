@@ -25,11 +25,12 @@ charts; finds distances and optical flow; unwraps, remeshes and tracks. With a v
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmarquetry-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-set(depends libeigen3-dev libtbb-dev libfmt-dev libembree-dev libopenimageio-dev nlohmann-json3-dev zlib1g-dev
+set(depends libeigen3-dev libtbb-dev libfmt-dev libembree-dev nlohmann-json3-dev zlib1g-dev
   pkg-config)
 if(MARQUETRY_CHOLMOD AND CHOLMOD_INCLUDE AND CHOLMOD_LIBRARY)
   list(APPEND depends libsuitesparse-dev)
 endif()
+list(APPEND depends "marquetry (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")  # its module for pictures
 list(JOIN depends ", " CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
   "Headers and static libraries of Marquetry, for CMake's find_package(marquetry) and pkg-config.")

@@ -21,11 +21,55 @@ struct Term {
   double value;
 };
 
-/// Adds to the term of the same column, if there is one: rows are short.
-void add_term(std::vector<Term>& terms, int column, double value) {
-  for (Term& term : terms)
-    if (term.column == column) return void(term.value += value);
-  terms.push_back({column, value});
+/// The terms of one row after another, those of one column added up: found by a small hash table.
+/// For one thread.
+class RowTerms {
+ public:
+  void start() {
+    terms_.clear();
+    std::ranges::fill(slots_, -1);
+  }
+
+  void add(int column, double value) {
+    int& slot = slots_[slot_of(column)];
+    if (slot >= 0) {
+      terms_[slot].value += value;
+      return;
+    }
+    slot = int(terms_.size());
+    terms_.push_back({column, value});
+    if (2 * terms_.size() > slots_.size()) grow();
+  }
+
+  int count() const { return int(terms_.size()); }
+
+  /// Their columns increasing. The row takes no further terms.
+  const std::vector<Term>& sorted() {
+    std::sort(terms_.begin(), terms_.end(),
+              [](const Term& p, const Term& q) { return p.column < q.column; });
+    return terms_;
+  }
+
+ private:
+  std::size_t slot_of(int column) const {
+    constexpr std::uint32_t golden_ratio = 2654435769U;  // times 2^32
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t at = (std::uint32_t(column) * golden_ratio >> 12) & mask;
+    while (slots_[at] >= 0 && terms_[slots_[at]].column != column) at = (at + 1) & mask;
+    return at;
+  }
+  void grow() {
+    slots_.assign(2 * slots_.size(), -1);
+    for (std::size_t k = 0; k < terms_.size(); ++k) slots_[slot_of(terms_[k].column)] = int(k);
+  }
+
+  std::vector<int> slots_ = std::vector<int>(128, -1);  ///< a power of two; −1: empty
+  std::vector<Term> terms_;
+};
+
+RowTerms& row_terms() {
+  thread_local RowTerms terms;
+  return terms;
 }
 
 }  // namespace
@@ -39,24 +83,21 @@ int TexelSpace::Data::row_size(int i) const {
                c11 = cell[width + 1] >= 0;
     return 1 + c00 + c10 + c01 + c11 + (c00 || c10) + (c01 || c11) + (c00 || c01) + (c10 || c11);
   }
-  thread_local std::vector<Term> terms;
-  terms.clear();
-  for_each_coupling(i, {}, [&](int j, double, double) { add_term(terms, j, 0); });
-  return int(terms.size());
+  RowTerms& terms = row_terms();
+  terms.start();
+  for_each_coupling(i, {}, [&](int j, double, double) { terms.add(j, 0); });
+  return terms.count();
 }
 
 void TexelSpace::Data::fill_row(int i, double a, double b, std::span<const float> conductivity,
                                 int* columns, double* values) const {
   const Texels::Place& at = texels.places[i];
   if (!inner(at) || !blocks_of(i).empty()) {
-    thread_local std::vector<Term> terms;
-    terms.clear();
+    RowTerms& terms = row_terms();
+    terms.start();
     for_each_coupling(i, conductivity,
-                      [&](int j, double m, double s) { add_term(terms, j, a * m + b * s); });
-    std::sort(terms.begin(), terms.end(),
-              [](const Term& p, const Term& q) { return p.column < q.column; });
-    for (std::size_t k = 0; k < terms.size(); ++k)
-      columns[k] = terms[k].column, values[k] = terms[k].value;
+                      [&](int j, double m, double s) { terms.add(j, a * m + b * s); });
+    for (const Term& term : terms.sorted()) *columns++ = term.column, *values++ = term.value;
     return;
   }
   double sums[9] = {};

@@ -13,7 +13,7 @@
 namespace mq {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// A browser keeps at most this many characters in one string; base64 makes four of three bytes.
 constexpr std::size_t most_bytes = 380'000'000;
@@ -29,18 +29,18 @@ std::string uri_of(const std::string& type, ByteView bytes, const std::string& w
 
 /// The film as a statement of JavaScript.
 std::string film_script(const Film& film, const FilmPageOptions& options) {
-  Json description = Json::parse(film.description);
+  OrderedJson description = OrderedJson::parse(film.description);
   description["title"] = options.title;
   description["rate"] = options.rate;
-  description["blocks"] = Json::array();
+  description["blocks"] = OrderedJson::array();
   for (const Bytes& block : film.blocks)
     description["blocks"].push_back(
         uri_of("application/octet-stream", block, "a segment of the film"));
   description["video"] = options.video.empty()
-                             ? Json(nullptr)
-                             : Json(uri_of(options.video_type, options.video, "the texture video"));
+                             ? OrderedJson(nullptr)
+                             : OrderedJson(uri_of(options.video_type, options.video, "the texture video"));
   // "</" would end the script; in JSON it may be written so.
-  std::string text = description.dump(-1, ' ', true, Json::error_handler_t::replace);
+  std::string text = description.dump(-1, ' ', true, OrderedJson::error_handler_t::replace);
   for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3)
     text.insert(at + 1, "\\");
   return fmt::format("const film = {};", text);

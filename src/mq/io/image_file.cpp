@@ -1,27 +1,24 @@
 #include "mq/io/image_file.h"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <new>
+#include <optional>
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/io/detail/fingerprint.h"
-#include "mq/io/detail/picture_head.h"
-#include "mq/io/detail/picture_reader.h"
-#include "mq/io/detail/picture_writer.h"
+#include "mq/io/detail/picture_codec.h"
+#include "mq/io/detail/picture_formats.h"
+#include "mq/io/detail/plain_png.h"
 #include "mq/io/picture_check.h"
 
 namespace mq {
 namespace {
-
-using OIIO::ImageSpec;
 
 std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   const std::string name = path.string();
@@ -51,46 +48,44 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
 }  // namespace
 
 bool holds_light(const PixelFormat& format) {
-  return format.depth == Depth::half || format.depth == Depth::f32 || is_light(format);
+  return format.depth == Depth::half || format.depth == Depth::f32 ||
+         (format.tags != nullptr && picture_codec().is_light(format));
 }
 
 PixelFormat named_channels(const std::vector<std::string>& names, Depth depth) {
-  ImageSpec spec(1, 1, int(names.size()), type_of(depth));
-  spec.channelnames = names;
-  spec.alpha_channel = -1;
-  return {depth, "openexr", std::make_shared<const ImageSpec>(spec)};
+  return picture_codec().named_channels(names, depth);
 }
 
 PictureInfo picture_info(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_bytes(path);
-  const OpenPicture p = open_picture(bytes, path.string());
-  return {p.spec.width, p.spec.height, p.spec.channelnames, format_read(p)};
+  if (auto plain = plain_png_info(bytes)) return *plain;
+  return picture_codec().info(bytes, path.string());
 }
 
 Texture read_texture_bytes(ByteView bytes, const std::string& name, const Progress& progress,
                            NotFinite not_finite) {
-  OpenPicture p = open_picture(bytes, name);
-  Texture texture;
+  std::optional<Texture> plain = read_plain_png(bytes, progress);
+  Texture texture =
+      plain ? std::move(*plain) : picture_codec().read(bytes, name, progress, not_finite);
   texture.name = name;
-  texture.format = format_read(p);
-  try {
-    texture.pixels = read_pixels(p, progress, not_finite);
-  } catch (const std::bad_alloc&) {
-    fail_picture(
-        name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
-                          p.spec.width, p.spec.height, p.spec.nchannels));
-  }
-  if (p.input->seek_subimage(1, 0))
-    p.notes.push_back(name +
-                      ": holds several pictures; the first is used, the others are not kept");
-  texture.notes = std::move(p.notes);
   texture.as_read = {fingerprint(texture), fingerprint(bytes)};
   return texture;
 }
 
+namespace {
+
+EncodedPicture encoded(const Texture& texture, const std::string& name, const FileFormat& format,
+                       const Progress& progress) {
+  return fits_plain_png(texture, format)
+             ? plain_png_bytes(texture, name, format, progress)
+             : picture_codec().encode(texture, name, std::string(format.name), progress);
+}
+
+}  // namespace
+
 EncodedPicture texture_bytes(const Texture& texture, const std::string& file_format,
                              const Progress& progress) {
-  return encode_picture(texture, texture.name, format_named(file_format), progress);
+  return encoded(texture, texture.name, format_named(file_format), progress);
 }
 
 Texture read_texture(const std::filesystem::path& path, const Progress& progress,
@@ -145,9 +140,9 @@ std::vector<std::string> write_texture(const std::filesystem::path& path, const 
 std::vector<std::string> write_encoded(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress) {
   const FileFormat* format = writable_format(path);
-  const EncodedPicture encoded = encode_picture(texture, path.string(), *format, progress);
-  write_file(path, encoded.bytes);
-  return encoded.notes;
+  const EncodedPicture picture = encoded(texture, path.string(), *format, progress);
+  write_file(path, picture.bytes);
+  return picture.notes;
 }
 
 std::vector<std::string> write_image(const std::filesystem::path& path, const Image<float>& pixels,

@@ -19,7 +19,8 @@
 /// - the way a file is compressed, interlaced and tiled.
 ///
 /// Refused: CMYK, signed and 32-bit integers, deep images, more than 32768 pixels a side, files cut
-/// short. This is the only room that knows OpenImageIO: image_file.cpp and detail/picture_*.
+/// short. Only detail/picture_* know OpenImageIO, which is loaded with the first picture
+/// (detail/picture_codec.h).
 
 #include <cstddef>
 #include <filesystem>

@@ -51,8 +51,8 @@ class CoarsestLevel {
 };
 
 struct CycleOptions {
-  int sweeps =
-      2;  ///< of every tile, and passes over the patches, before and after the coarse solve
+  int sweeps = 2;  ///< of every tile and of single rows, before and after the coarse solve
+  int patch_passes = 1;  ///< over patches that are solved exactly: a second one gains nothing
   /// The levels from this one on are walked through twice per cycle, with what the first walk left.
   /// They hold a twentieth of all rows, and the waves that are hardest to have on points.
   int twice_from = 2;

@@ -38,6 +38,9 @@ class LevelTransfer {
   virtual void prolongate_add(std::span<const int> rows, int lanes, const float* y,
                               float* x) const = 0;
 
+  /// Itself, if it is the interpolation on a grid.
+  virtual const class GridTransfer* grid() const { return nullptr; }
+
   virtual std::int64_t bytes() const = 0;
 };
 
@@ -92,6 +95,9 @@ class GridTransfer final : public LevelTransfer {
   void prolongate_add(int lanes, const float* y, float* x) const override;
   void prolongate_add(std::span<const int> rows, int lanes, const float* y,
                       float* x) const override;
+  const GridTransfer* grid() const override { return this; }
+  const Parents& grid_parents(int fine) const { return parents_[fine]; }
+  const Children& grid_children(int coarse) const { return children_[coarse]; }
   std::int64_t bytes() const override;
 
  private:

@@ -23,10 +23,13 @@ constexpr double on_seam = 1e-13;        // texels
 constexpr double smallest_part = 1e-24;  // texels²; far below `smallest_piece`
 constexpr std::size_t few_seams = 4;     // near one cell
 
+/// Of lengths in texels, which neither overflow nor vanish.
+double length(double x, double y) { return std::sqrt(x * x + y * y); }
+
 /// Distance of (x, y) from the segment a, a + e.
 double segment_distance(double ax, double ay, double ex, double ey, double x, double y) {
   const double s = std::clamp(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0.0, 1.0);
-  return std::hypot(x - ax - s * ex, y - ay - s * ey);
+  return length(x - ax - s * ex, y - ay - s * ey);
 }
 
 /// Whether a segment comes within `reach` of the unit square.
@@ -44,7 +47,7 @@ bool near_square(double ax, double ay, double ex, double ey, double reach) {
   }
   if (meets && t0 <= t1) return true;
   const auto from_square = [&](double x, double y) {
-    return std::hypot(x - std::clamp(x, 0.0, 1.0), y - std::clamp(y, 0.0, 1.0));
+    return length(x - std::clamp(x, 0.0, 1.0), y - std::clamp(y, 0.0, 1.0));
   };
   double distance = std::min(from_square(ax, ay), from_square(ax + ex, ay + ey));
   for (int k = 0; k < 4; ++k)
@@ -240,41 +243,48 @@ void SeamCell::add_point(int triangle, double x, double y, double weight) {
     if (c.s > 0 && c.s < 1) c.sx = e.ex / e.square, c.sy = e.ey / e.square;
     c.s = std::clamp(c.s, 0.0, 1.0);
     const double dx = x - e.ax - c.s * e.ex, dy = y - e.ay - c.s * e.ey;
-    const double distance = std::sqrt(dx * dx + dy * dy);
-    if (distance >= Seams::blend) continue;
+    const double square = dx * dx + dy * dy;
+    if (square >= Seams::blend * Seams::blend) continue;
+    const double distance = std::sqrt(square);
+    if (distance >= Seams::blend) continue;  // by rounding
     if (distance > 0) c.ux = dx / distance, c.uy = dy / distance;
     c.distance = std::max(distance, on_seam);
-    c.g = 1 / c.distance - 1 / Seams::blend;
     candidates.push_back(c);
     if (c.distance < candidates[nearest].distance) nearest = candidates.size() - 1;
   }
   if (candidates.empty()) return;
 
-  const Candidate top = candidates[nearest];
-  const double tx = -top.ux / (top.distance * top.distance),
-               ty = -top.uy / (top.distance * top.distance);
-  double sum = 0, sum_x = 0, sum_y = 0;
-  for (Candidate& c : candidates) {
-    const double q = c.g / top.g;
-    if (q <= 0.5) continue;
-    const double gx = -c.ux / (c.distance * c.distance), gy = -c.uy / (c.distance * c.distance);
-    c.r = (q - 0.5) * (q - 0.5);
-    c.rx = 2 * (q - 0.5) * (gx - q * tx) / top.g;
-    c.ry = 2 * (q - 0.5) * (gy - q * ty) / top.g;
-    sum += c.r, sum_x += c.rx, sum_y += c.ry;
-  }
   constexpr double width = Seams::blend - on_seam;  // exactly 1 up to `on_seam`, 0 from η on
+  const Candidate top = candidates[nearest];
   const double fade = (Seams::blend - top.distance) / width;
   const double fade_x = -top.ux / width, fade_y = -top.uy / width;
-  for (const Candidate& c : candidates) {
-    if (c.r == 0) continue;
-    const double share = c.r / sum;
+  const auto add_term = [&](const Candidate& c, double lambda, double lambda_x, double lambda_y) {
     const bool first = seams_.is_first(segments_[c.segment].half_edge);
     const double s = first ? c.s : 1 - c.s;
     const int curve = curve_at(c.segment, s);
     terms_.push_back({curve, s - curves_[curve].middle, first ? c.sx : -c.sx, first ? c.sy : -c.sy,
-                      fade * share, fade_x * share + fade * (c.rx - share * sum_x) / sum,
-                      fade_y * share + fade * (c.ry - share * sum_y) / sum});
+                      lambda, lambda_x, lambda_y});
+  };
+  if (candidates.size() == 1) return add_term(top, fade, fade_x, fade_y);
+  for (Candidate& c : candidates) c.g = 1 / c.distance - 1 / Seams::blend;
+  const double top_g = candidates[nearest].g;
+  const double tx = -top.ux / (top.distance * top.distance),
+               ty = -top.uy / (top.distance * top.distance);
+  double sum = 0, sum_x = 0, sum_y = 0;
+  for (Candidate& c : candidates) {
+    const double q = c.g / top_g;
+    if (q <= 0.5) continue;
+    const double gx = -c.ux / (c.distance * c.distance), gy = -c.uy / (c.distance * c.distance);
+    c.r = (q - 0.5) * (q - 0.5);
+    c.rx = 2 * (q - 0.5) * (gx - q * tx) / top_g;
+    c.ry = 2 * (q - 0.5) * (gy - q * ty) / top_g;
+    sum += c.r, sum_x += c.rx, sum_y += c.ry;
+  }
+  for (const Candidate& c : candidates) {
+    if (c.r == 0) continue;
+    const double share = c.r / sum;
+    add_term(c, fade * share, fade_x * share + fade * (c.rx - share * sum_x) / sum,
+             fade_y * share + fade * (c.ry - share * sum_y) / sum);
   }
 }
 
@@ -433,7 +443,7 @@ void SeamCell::add_piece(int triangle, const Piece& piece, std::vector<Polygon>&
   std::vector<Polygon> parts{outline(triangle, piece)};
   if (segments_.size() <= few_seams)
     for (const Segment& e : segments_) {
-      const double length = std::sqrt(e.square), a = -e.ey / length, b = e.ex / length;
+      const double size = std::sqrt(e.square), a = -e.ey / size, b = e.ex / size;
       const double at = a * e.ax + b * e.ay;
       part(a, b, at + Seams::blend, parts);
       part(a, b, at - Seams::blend, parts);

@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <sstream>
@@ -19,6 +18,7 @@
 #include "mq/io/bytes.h"
 #include "mq/io/detail/picture_alpha.h"
 #include "mq/io/detail/picture_head.h"
+#include "mq/io/detail/picture_values.h"
 #include "mq/io/image_file.h"
 #include "mq/io/picture_check.h"
 
@@ -109,14 +109,6 @@ void convert(std::span<const Stored> from, std::span<float> to) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] = float(from[i]) / largest;
 }
 
-[[noreturn]] void fail_not_finite(const std::string& name, const Image<float>& pixels,
-                                  std::size_t index, const char* remedy) {
-  const std::size_t pixel = index / pixels.channels();
-  fail_picture(name, fmt::format("pixel (column {}, row {}) holds {} in channel {}; {}",
-                                 pixel % pixels.width(), pixel / pixels.width(),
-                                 pixels.values()[index], index % pixels.channels(), remedy));
-}
-
 bool read_rows(OpenPicture& p, int begin, int end, TypeDesc type, void* to) {
   const ImageSpec& s = p.spec;
   const SilentPng silent(p);
@@ -163,12 +155,6 @@ OpenPicture open_picture(ByteView bytes, const std::string& name) {
   if (p.spec.format == TypeDesc::DOUBLE)
     p.notes.push_back(name + ": 64-bit values are used and written with 32 bits");
   return p;
-}
-
-void check_finite(const std::string& name, const Image<float>& pixels, std::size_t begin,
-                  std::size_t end, const char* remedy) {
-  for (std::size_t i = begin; i < end; ++i)
-    if (!std::isfinite(pixels.values()[i])) fail_not_finite(name, pixels, i, remedy);
 }
 
 int strip_rows(const ImageSpec& spec) {

@@ -38,10 +38,6 @@ PixelFormat format_read(const OpenPicture& p);
 /// Rows decoded at a time: a multiple of every EXR block and of the tiles.
 int strip_rows(const OIIO::ImageSpec& spec);
 
-/// Throws `IoError` with the place of the first of the values begin … end − 1 that is not finite.
-void check_finite(const std::string& name, const Image<float>& pixels, std::size_t begin,
-                  std::size_t end, const char* remedy);
-
 /// The first line of an error of OpenImageIO.
 std::string explain(const std::string& error);
 

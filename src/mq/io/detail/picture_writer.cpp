@@ -17,10 +17,10 @@
 #include <optional>
 
 #include "mq/base/error.h"
-#include "mq/base/words.h"
 #include "mq/io/detail/picture_alpha.h"
 #include "mq/io/detail/picture_head.h"
 #include "mq/io/detail/picture_reader.h"
+#include "mq/io/detail/picture_values.h"
 #include "mq/io/picture_check.h"
 
 namespace mq {
@@ -28,31 +28,6 @@ namespace {
 
 using OIIO::ImageSpec;
 using OIIO::TypeDesc;
-
-const char* words_for(Depth depth) {
-  switch (depth) {
-    case Depth::u8: return "8 bits per channel";
-    case Depth::u16: return "16 bits per channel";
-    case Depth::half: return "16-bit floating point";
-    case Depth::f32: break;
-  }
-  return "32-bit floating point";
-}
-
-/// Rounds to the nearest stored value. Returns how many lay outside by more than that rounding.
-template <class Stored>
-std::int64_t quantise(std::span<const float> from, std::vector<std::byte>& to) {
-  constexpr float largest = float(std::numeric_limits<Stored>::max());
-  to.resize(from.size() * sizeof(Stored));
-  auto* stored = reinterpret_cast<Stored*>(to.data());
-  std::int64_t clamped = 0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const float scaled = from[i] * largest;
-    clamped += scaled < -0.5f || scaled > largest + 0.5f;
-    stored[i] = Stored(std::clamp(scaled, 0.0f, largest) + 0.5f);
-  }
-  return clamped;
-}
 
 constexpr float largest_half = 65504;
 
@@ -83,45 +58,6 @@ void fill(Strip& strip, std::span<const float> values, Depth depth) {
     strip.clamped +=
         limit(values, depth == Depth::half ? largest_half : std::numeric_limits<float>::max(),
               strip.bytes);
-}
-
-void check_writable(const Texture& texture, const std::string& name, const FileFormat& format) {
-  const Image<float>& pixels = texture.pixels;
-  if (pixels.empty()) throw InvalidInput(fmt::format("{}: the picture has no pixels", name));
-  if (pixels.channels() > format.max_channels)
-    throw InvalidInput(fmt::format("{}: {}, of which {} holds {}; choose .exr or .tif{}", name,
-                                   counted(pixels.channels(), "channel"), format.name,
-                                   format.max_channels, pixels.channels() <= 4 ? " or .png" : ""));
-  if (format.max_channels == 3 && pixels.channels() == 2)
-    throw InvalidInput(
-        fmt::format("{}: grey with alpha, which jpeg does not hold; choose .png", name));
-  check_finite(name, pixels, 0, pixels.values().size(), "nothing was written");
-}
-
-std::vector<std::string> notes_on(const std::string& name, const Texture& texture,
-                                  const FileFormat& format, Depth depth, std::int64_t clamped) {
-  std::vector<std::string> notes;
-  const Depth wanted = texture.format.depth;
-  const bool loses =
-      depth == Depth::u8 ? wanted != depth : depth == Depth::u16 && wanted > Depth::u16;
-  if (loses || (wanted == Depth::half && depth == Depth::f32))
-    notes.push_back(fmt::format("{}: {} cannot hold {}; written with {}", name, format.name,
-                                words_for(wanted), words_for(depth)));
-  if (format.name != "openexr" && is_light(texture.format) && depth <= Depth::u16)
-    notes.push_back(fmt::format(
-        "{}: holds light, {}; write .exr to keep its range", name,
-        format.name == "png" ? "and says so by its gamma of 1, which not all programs heed"
-                             : "which its format cannot say, so that it will be shown too dark"));
-  if (clamped > 0)
-    notes.push_back(fmt::format("{}: {} beyond what {} can hold ({:.2g} % of all), clamped", name,
-                                counted(clamped, "value"), words_for(depth),
-                                100 * double(clamped) / double(texture.pixels.values().size())));
-  if (format.name == "jpeg")
-    notes.push_back(
-        fmt::format("{}: every pixel is encoded again as JPEG (quality 98); write .png "
-                    "to keep untouched texels exactly",
-                    name));
-  return notes;
 }
 
 /// Where TIFF is written to: memory that has the name of a file, since libtiff goes back to what it
@@ -198,7 +134,8 @@ EncodedPicture encode_picture(const Texture& texture, const std::string& name,
     encoded.bytes.resize(written.size());
     std::memcpy(encoded.bytes.data(), written.data(), written.size());
   }
-  encoded.notes = notes_on(name, texture, format, depth, strip.clamped);
+  encoded.notes =
+      notes_on(name, texture, format, depth, strip.clamped, is_light(texture.format));
   return encoded;
 }
 

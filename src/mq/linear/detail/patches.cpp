@@ -1,6 +1,7 @@
 #include "mq/linear/detail/patches.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "mq/base/parallel.h"
 #include "mq/linear/kernels/patch_kernels.h"
@@ -90,28 +91,11 @@ std::vector<int> cluster_around(int p, const SparseMatrix& A, const StencilLayou
 PatchSmoother::PatchSmoother(const SparseMatrix& A, const StencilLayout& layout, Kind kind)
     : kind_(kind) {
   const std::vector<int> position = positions_of(layout);
-  const int count = layout.listed_count();
-  std::vector<char> covered(count, 0);
-  const int irregular_count = int(layout.irregular.size());
-  for (int p = 0; p < count; ++p) {
-    if (covered[p]) continue;
-    const std::size_t begin = members_.size();
-    if (p >= irregular_count) {
-      const std::vector<int> cluster = cluster_around(p, A, layout, position);
-      members_.insert(members_.end(), cluster.begin(), cluster.end());
-      for (std::size_t i = 0; i < (cluster.size() + 1) / 2; ++i) covered[cluster[i]] = 1;
-      starts_.push_back(int(members_.size()));
-      continue;
-    }
-    members_.push_back(p);
-    if (kind == Kind::neighbours)
-      for (SparseMatrix::InnerIterator entry(A, layout.listed(int(p))); entry; ++entry) {
-        const int q = position[entry.col()];
-        if (q >= 0 && q != p && members_.size() - begin < max_patch) members_.push_back(q);
-      }
-    for (std::size_t i = begin; i < members_.size(); ++i) covered[members_[i]] = 1;
-    starts_.push_back(int(members_.size()));
-  }
+  if (kind == Kind::neighbours)
+    cover_by_neighbours(A, layout, position);
+  else
+    for (int p = 0; p < int(layout.irregular.size()); ++p) add_patch({&p, 1});
+  cover_by_clusters(A, layout, position);
   if (kind == Kind::single) interleave(A, layout, position, members_);
   std::vector<int> unknowns(members_.size());
   for (std::size_t i = 0; i < members_.size(); ++i) unknowns[i] = layout.listed(members_[i]);
@@ -123,6 +107,90 @@ PatchSmoother::PatchSmoother(const SparseMatrix& A, const StencilLayout& layout,
       const std::int64_t n = starts_[p + 1] - starts_[p];
       inverses_.push_back(inverses_.back() + n * n);
     }
+}
+
+void PatchSmoother::add_patch(std::span<const int> members) {
+  members_.insert(members_.end(), members.begin(), members.end());
+  starts_.push_back(int(members_.size()));
+}
+
+namespace {
+
+/// Patches in an order in which consecutive ones share rows, so that they find them in the cache: each
+/// beside one before it, the latest first. `first`, per position: the patch that begins there, or −1;
+/// `around(patch, visit)` visits the positions around one.
+template <class Around>
+std::vector<int> along_seams(const std::vector<int>& first, int count, const Around& around) {
+  std::vector<int> order, ahead;
+  order.reserve(std::size_t(count));
+  std::vector<char> taken(std::size_t(count), 0);
+  for (int patch = 0; patch < count; ++patch) {
+    ahead.push_back(patch);
+    while (!ahead.empty()) {
+      const int at = ahead.back();
+      ahead.pop_back();
+      if (std::exchange(taken[at], 1)) continue;
+      order.push_back(at);
+      around(at, [&](int position) {
+        if (const int other = first[position]; other >= 0 && !taken[other]) ahead.push_back(other);
+      });
+    }
+  }
+  return order;
+}
+
+}  // namespace
+
+/// The patches are chosen row by row of the picture, and then put into an order along seams.
+void PatchSmoother::cover_by_neighbours(const SparseMatrix& A, const StencilLayout& layout,
+                                        const std::vector<int>& position) {
+  const int count = int(layout.irregular.size());
+  std::vector<char> covered(layout.listed_count(), 0);
+  std::vector<int> first(layout.listed_count(), -1), starts = {0}, members;
+  for (int p = 0; p < count; ++p) {
+    if (covered[p]) continue;
+    const std::size_t begin = members.size();
+    members.push_back(p);
+    for (SparseMatrix::InnerIterator entry(A, layout.listed(p)); entry; ++entry) {
+      const int q = position[entry.col()];
+      if (q >= 0 && q != p && members.size() - begin < max_patch) members.push_back(q);
+    }
+    for (std::size_t i = begin; i < members.size(); ++i) covered[members[i]] = 1;
+    first[p] = int(starts.size()) - 1;
+    starts.push_back(int(members.size()));
+  }
+  const auto members_of = [&](int patch) {
+    return std::span(members).subspan(std::size_t(starts[patch]),
+                                      std::size_t(starts[patch + 1] - starts[patch]));
+  };
+  patch_of_.assign(layout.listed_count(), -1);
+  for (const int patch :
+       along_seams(first, int(starts.size()) - 1, [&](int at, const auto& visit) {
+         for (const int member : members_of(at))
+           for (SparseMatrix::InnerIterator entry(A, layout.listed(member)); entry; ++entry)
+             if (const int q = position[entry.col()]; q >= 0) visit(q);
+       })) {
+    patch_of_[members_of(patch).front()] = this->count();
+    add_patch(members_of(patch));
+  }
+  // Clusters begin where none of these patches reaches.
+  for (int p = count; p < layout.listed_count(); ++p)
+    if (covered[p]) patch_of_[p] = -2;
+}
+
+void PatchSmoother::cover_by_clusters(const SparseMatrix& A, const StencilLayout& layout,
+                                      const std::vector<int>& position) {
+  const int first = int(layout.irregular.size());
+  std::vector<char> covered(layout.listed_count(), 0);
+  if (!patch_of_.empty())
+    for (int p = first; p < layout.listed_count(); ++p) covered[p] = patch_of_[p] == -2;
+  for (int p = first; p < layout.listed_count(); ++p) {
+    if (covered[p]) continue;
+    const std::vector<int> cluster = cluster_around(p, A, layout, position);
+    for (std::size_t i = 0; i < (cluster.size() + 1) / 2; ++i) covered[cluster[i]] = 1;
+    if (!patch_of_.empty()) patch_of_[p] = count();
+    add_patch(cluster);
+  }
 }
 
 void PatchSmoother::set_values(const SparseMatrix& A, const StencilLayout& layout,
@@ -137,24 +205,31 @@ void PatchSmoother::set_values(const SparseMatrix& A, const StencilLayout& layou
     });
     return;
   }
-  values_.resize(inverses_.back());
+  values_.resize(inverses_.back() + PatchList::margin);
   parallel_for(
       count(),
       [&](std::int64_t p) {
         const int begin = starts_[p], n = starts_[p + 1] - begin;
-        std::vector<double> block(std::size_t(n) * n);
-        for (int i = 0; i < n; ++i)
-          for (int j = 0; j < n; ++j) {
-            const int k = layout.listed(members_[begin + i]);
-            const int l = layout.listed(members_[begin + j]);
-            block[i * n + j] = scaling(k, l) * A.coeff(k, l);
-          }
+        thread_local std::vector<int> place;  // per unknown its index in the patch, −1 outside
+        thread_local std::vector<double> block;
+        if (place.size() < std::size_t(layout.rows)) place.resize(layout.rows, -1);
+        block.assign(std::size_t(n) * n, 0);
+        for (int i = 0; i < n; ++i) place[layout.listed(members_[begin + i])] = i;
+        for (int i = 0; i < n; ++i) {
+          const int k = layout.listed(members_[begin + i]);
+          for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry)
+            if (const int j = place[entry.col()]; j >= 0)
+              block[i * n + j] = scaling(k, entry.col()) * entry.value();
+        }
+        for (int i = 0; i < n; ++i) place[layout.listed(members_[begin + i])] = -1;
         for (int i = 0; i < n; ++i) {
           double& diagonal = block[i * n + i];
           diagonal = diagonal > 0 ? diagonal * (1 + shift) : 1;
         }
         invert(block, n);
-        for (int i = 0; i < n * n; ++i) values_[inverses_[p] + i] = float(block[i]);
+        float* const values = values_.data() + inverses_[p];
+        for (int i = 0; i < n; ++i)  // symmetric to the last bit, as kernels rely on
+          for (int j = 0; j <= i; ++j) values[i * n + j] = values[j * n + i] = float(block[i * n + j]);
       },
       64);
 }
@@ -179,15 +254,9 @@ PatchSmoother::Within PatchSmoother::within(const RowSet& rows, const std::vecto
       for (int patch = begin; patch < end; ++patch) take(patch);
     }
   } else {
-    // Patches are in the order of the positions that they began with.
-    int patch = 0;
-    for (const int p : positions) {
-      const auto first =
-          std::lower_bound(starts_.begin() + patch, starts_.end() - 1, p,
-                           [&](int start, int position) { return members_[start] < position; });
-      patch = int(first - starts_.begin());
-      if (patch < count() && members_[starts_[patch]] == p) take(patch);
-    }
+    for (const int p : positions)
+      if (patch_of_[p] >= 0) take(patch_of_[p]);
+    std::ranges::sort(found);
   }
   std::ranges::sort(covered);
   Within result{order_.part(found), {}};
@@ -210,7 +279,8 @@ void PatchSmoother::relax(const BlockOrder& some, const StencilMatrix& A, int la
 }
 
 std::int64_t PatchSmoother::bytes() const {
-  return std::int64_t(sizeof(int)) * std::int64_t(starts_.size() + members_.size()) +
+  return std::int64_t(sizeof(int)) *
+             std::int64_t(starts_.size() + members_.size() + patch_of_.size()) +
          std::int64_t(sizeof(std::int64_t)) * std::int64_t(inverses_.size()) +
          std::int64_t(sizeof(float)) * std::int64_t(values_.size());
 }

@@ -1,6 +1,7 @@
 #pragma once
 /// Relaxation where a matrix is no stencil: exact solution on small overlapping sets of unknowns.
 
+#include <span>
 #include <vector>
 
 #include "mq/linear/detail/block_order.h"
@@ -53,13 +54,23 @@ class PatchSmoother {
   void relax(const BlockOrder& some, const StencilMatrix& A, int lanes, const float* b, float* x,
              Order order) const;
 
+  /// Whether patches are more than single rows.
+  bool exact() const { return kind_ == Kind::neighbours; }
+
   int count() const { return int(starts_.size()) - 1; }
   std::int64_t bytes() const;
 
  private:
+  void add_patch(std::span<const int> members);
+  void cover_by_neighbours(const SparseMatrix& A, const StencilLayout& layout,
+                           const std::vector<int>& position);
+  void cover_by_clusters(const SparseMatrix& A, const StencilLayout& layout,
+                         const std::vector<int>& position);
+
   Kind kind_ = Kind::single;
   std::vector<int> starts_ = {0};       ///< patch p has members_[starts_[p]] …
   std::vector<int> members_;            ///< positions among the listed rows
+  std::vector<int> patch_of_;           ///< per position the patch that begins there, below 0: none
   std::vector<std::int64_t> inverses_;  ///< where the inverse of patch p begins in values_
   std::vector<float> values_;           ///< inverses, row by row; of single rows, by position
   BlockOrder order_;

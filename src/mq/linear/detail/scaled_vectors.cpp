@@ -1,6 +1,8 @@
 #include "mq/linear/detail/scaled_vectors.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "mq/base/parallel.h"
@@ -111,22 +113,42 @@ Double4 reduce_residual(const Scaling& scaling, LaneVector& q, Double4 alpha, La
   return finish(sum, r.lanes()) + of_r.squared();
 }
 
-LargestValues add_to_solution(const Scaling& scaling, const LaneVector& p, Double4 alpha, int first,
-                        int channels, Signal& X) {
-  const int lanes = p.lanes();
-  LargestValues found = parallel_sum(X.rows(), LargestValues{}, [&](std::int64_t begin, std::int64_t end) {
-    LargestValues here;
-    for (std::int64_t k = begin; k < end; ++k) {
-      double* x = X.data() + k * X.cols() + first;
-      Double4 change{}, value{};
-      for (int c = 0; c < channels; ++c) {
-        change[c] = double(p.data()[k * lanes + c]);
-        value[c] = x[c] += alpha[c] * change[c];
-      }
-      if (scaling.row(k) == 1) here = here + LargestValues{size_of(change), size_of(value)};
+namespace {
+
+/// Some rows of `add_to_solution`, for a number of channels that the compiler knows.
+template <int channels>
+LargestValues add_rows(const Scaling& scaling, const float* p, int lanes, Double4 alpha, int first,
+                       std::int64_t begin, std::int64_t end, Signal& X) {
+  double change[channels] = {}, value[channels] = {};
+  const std::int64_t stride = X.cols();
+  double* x = X.data() + begin * stride + first;
+  for (std::int64_t k = begin; k < end; ++k, x += stride) {
+    const bool special = !scaling.rows.empty() && scaling.rows[k] != 1;
+    for (int c = 0; c < channels; ++c) {
+      const double direction = double(p[k * lanes + c]);
+      x[c] += alpha[c] * direction;
+      if (special) continue;
+      change[c] = std::max(change[c], std::abs(direction));
+      value[c] = std::max(value[c], std::abs(x[c]));
     }
-    return here;
-  }, block_values / 4);
+  }
+  LargestValues found;
+  for (int c = 0; c < channels; ++c) found.change[c] = change[c], found.value[c] = value[c];
+  return found;
+}
+
+}  // namespace
+
+LargestValues add_to_solution(const Scaling& scaling, const LaneVector& p, Double4 alpha, int first,
+                              int channels, Signal& X) {
+  const auto add = channels == 1   ? add_rows<1>
+                   : channels == 2 ? add_rows<2>
+                   : channels == 3 ? add_rows<3>
+                                   : add_rows<4>;
+  LargestValues found =
+      parallel_sum(X.rows(), LargestValues{}, [&](std::int64_t begin, std::int64_t end) {
+        return add(scaling, p.data(), p.lanes(), alpha, first, begin, end, X);
+      }, block_values / 4);
   found.change *= size_of(alpha);
   return found;
 }

@@ -33,19 +33,33 @@ inline void relax_rows_of(const ListedRows& A, const PatchList& patches, const P
   });
 }
 
+/// x_P += inverse · r. The inverse is symmetric, so that as many of its rows as a register holds are
+/// read side by side; what is read behind the last row of it is not used.
+template <int lanes>
+inline void add_inverse_times(const ListedRows& A, const int* members, int n, const float* inverse,
+                              const float* r, float* x) {
+  constexpr int rows = register_floats / lanes;
+  for (int first = 0; first < n; first += rows) {
+    Floats<register_floats> change{};
+    for (int j = 0; j < n; ++j)
+      change += spread<rows, lanes>(load<rows>(inverse + j * n + first)) * repeat<lanes>(r + j * lanes);
+    float changes[register_floats];
+    store<register_floats>(changes, change);
+    for (int i = 0; i < rows && first + i < n; ++i)
+      add<lanes>(A, members[first + i], load<lanes>(changes + i * lanes), x);
+  }
+}
+
 template <int lanes>
 inline void relax_patches_of(const ListedRows& A, const PatchList& patches, const PatchItems& items,
                              const float* b, float* x) {
   for_each(items, [&](int patch) {
-    Floats<lanes> r[PatchList::max_members];
+    float r[PatchList::max_members * lanes];
     const int begin = patches.starts[patch], n = patches.starts[patch + 1] - begin;
-    for (int i = 0; i < n; ++i) r[i] = residual_at<lanes>(A, patches.members[begin + i], b, x);
-    const float* inverse = patches.values + patches.inverses[patch];
-    for (int i = 0; i < n; ++i, inverse += n) {
-      Floats<lanes> change{};
-      for (int j = 0; j < n; ++j) change += inverse[j] * r[j];
-      add<lanes>(A, patches.members[begin + i], change, x);
-    }
+    const int* members = patches.members + begin;
+    for (int i = 0; i < n; ++i)
+      store<lanes>(r + i * lanes, residual_at<lanes>(A, members[i], b, x));
+    add_inverse_times<lanes>(A, members, n, patches.values + patches.inverses[patch], r, x);
   });
 }
 

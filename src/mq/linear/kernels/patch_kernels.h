@@ -6,9 +6,10 @@
 namespace mq {
 
 /// Patch p is the listed rows members[starts[p]] … members[starts[p + 1] − 1], with the inverse of its
-/// block, row by row, from values[inverses[p]] on.
+/// block, symmetric, row by row, from values[inverses[p]] on.
 struct PatchList {
   static constexpr int max_members = 64;
+  static constexpr int margin = 16;  ///< values behind the last inverse, which are read and not used
 
   const int* starts;
   const int* members;

@@ -1,0 +1,65 @@
+// What libmarquetry_pictures.so offers to the library (picture_codec.h).
+
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <new>
+#include <string_view>
+
+#include "mq/io/detail/picture_codec.h"
+#include "mq/io/detail/picture_head.h"
+#include "mq/io/detail/picture_reader.h"
+#include "mq/io/detail/picture_writer.h"
+#include "mq/io/picture_check.h"
+
+namespace mq {
+namespace {
+
+class OpenImageIoCodec final : public PictureCodec {
+ public:
+  PictureInfo info(std::span<const std::byte> bytes, const std::string& name) const override {
+    const OpenPicture p = open_picture(bytes, name);
+    return {p.spec.width, p.spec.height, p.spec.channelnames, format_read(p)};
+  }
+
+  Texture read(std::span<const std::byte> bytes, const std::string& name, const Progress& progress,
+               NotFinite not_finite) const override {
+    OpenPicture p = open_picture(bytes, name);
+    Texture texture;
+    texture.format = format_read(p);
+    try {
+      texture.pixels = read_pixels(p, progress, not_finite);
+    } catch (const std::bad_alloc&) {
+      fail_picture(
+          name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
+                            p.spec.width, p.spec.height, p.spec.nchannels));
+    }
+    if (p.input->seek_subimage(1, 0))
+      p.notes.push_back(name +
+                        ": holds several pictures; the first is used, the others are not kept");
+    texture.notes = std::move(p.notes);
+    return texture;
+  }
+
+  EncodedPicture encode(const Texture& texture, const std::string& name,
+                        const std::string& file_format, const Progress& progress) const override {
+    return encode_picture(texture, name, format_named(file_format), progress);
+  }
+
+  PixelFormat named_channels(const std::vector<std::string>& names, Depth depth) const override {
+    OIIO::ImageSpec spec(1, 1, int(names.size()), type_of(depth));
+    spec.channelnames = names;
+    spec.alpha_channel = -1;
+    return {depth, "openexr", std::make_shared<const OIIO::ImageSpec>(spec)};
+  }
+
+  bool is_light(const PixelFormat& format) const override { return mq::is_light(format); }
+};
+
+}  // namespace
+}  // namespace mq
+
+extern "C" const mq::PictureCodec* marquetry_picture_codec(const char* version) {
+  static const mq::OpenImageIoCodec codec;
+  return std::string_view(version) == MARQUETRY_VERSION ? &codec : nullptr;
+}
