@@ -508,7 +508,7 @@ TEST(TexelSpace, RefusesAnAtlasWithRefusedDefects) {
     TexelSpace space(model->surface, model->atlas);
     FAIL() << "nothing was thrown";
   } catch (const InvalidInput& error) {
-    EXPECT_NE(std::string(error.what()).find("turned over"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("flipped"), std::string::npos) << error.what();
   }
 }
 
