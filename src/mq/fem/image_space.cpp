@@ -54,6 +54,6 @@ ImageSheet::ImageSheet(int width, int height)
 
 ImageSpace::ImageSpace(int width, int height, const Progress& progress)
     : std::unique_ptr<const ImageSheet>(std::make_unique<const ImageSheet>(width, height)),
-      TexelSpace(sheet().surface, sheet().atlas, {}, progress) {}
+      TexelSpace(get()->surface, get()->atlas, {}, progress) {}
 
 }  // namespace mq
