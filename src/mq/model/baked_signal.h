@@ -19,13 +19,13 @@ struct BakeOptions {
 
 /// What the source shows, as a signal of the target.
 struct BakedSignal {
-  Signal values;  ///< per unknown, in the channels of the source
+  Signal values = {};  ///< per unknown, in the channels of the source
   int samples = 0;
   enum class Kind {
     mean,          ///< of what each texel covers: the target is coarser than the source
     least_squares  ///< the target shows the source best
   } kind = Kind::mean;
-  SolveReport fit;
+  SolveReport fit = {};
   std::int64_t points = 0;  ///< at which the source was looked at
   std::int64_t same = 0;    ///< of these, on triangles that both have
   std::int64_t unseen =
