@@ -21,8 +21,9 @@ std::string with_lookups(const char* fragment) {
 
 constexpr float tint = 0.4F;  // of charts, over what is shown
 
+/// As a file of 8 bits holds it.
 std::uint8_t byte(float value) {
-  return std::uint8_t(std::lround(std::clamp(value, 0.F, 1.F) * 255));
+  return std::uint8_t(std::lround(std::clamp(double(value), 0.0, 1.0) * 255));
 }
 
 /// The value that 99 of 100 do not exceed.

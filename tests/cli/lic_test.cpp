@@ -36,10 +36,10 @@ TEST(Lic, FollowsAFieldFromAFile) {
   const Model strip = read_model(folder / "strip.obj");
   write_vector_field(folder / "f.vf", strip.mesh,
                      std::vector<Vector3>(std::size_t(strip.mesh.triangle_count()), {1, 0, 0}));
-  ASSERT_EQ(
-      marquetry(folder, {"lic", "strip.obj", "--field", "f.vf", "--over", "nothing", "-o", "l.png"})
-          .status,
-      0);
+  ASSERT_EQ(marquetry(folder, {"lic", "strip.obj", "--field", "f.vf", "--length", "10%", "--kappa",
+                               "100", "--over", "nothing", "-o", "l.png"})
+                .status,
+            0);
   const Texture lines = read_texture(folder / "l.png");
   double along = 0, across = 0;
   for (int y = 8; y < 40; ++y)

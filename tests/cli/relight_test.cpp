@@ -139,7 +139,7 @@ TEST(Relight, RefusesWhatItCannotDo) {
   EXPECT_THAT(refusal(folder, relight({}, "out.png"), "out.png"), HasSubstr("place for"));
   EXPECT_THAT(refusal(folder, relight({"--method", "poisson", "--gamma", "100", "--hold", "8"}),
                       "out_0.png"),
-              HasSubstr("wants more than"));
+              HasSubstr("--hold: found 8, and a gamma of 100 looks 47 frames ahead"));
   EXPECT_THAT(
       refusal(folder, {"relight", "sheet.evolving", "film_3.png", "-o", "o_%d.png"}, "o_0.png"),
       HasSubstr("place for"));

@@ -437,8 +437,8 @@ TEST_F(ImageFile, ReadsOrRefusesDamagedFiles) {
       std::string bytes = whole;
       for (int k = 0; k < 3; ++k) bytes[random(bytes.size())] = char(random(256));
       try {
-        for (const float v : read_texture(put(name, bytes)).pixels.values())
-          ASSERT_TRUE(std::isfinite(v));
+        const Texture found = read_texture(put(name, bytes));
+        for (const float v : found.pixels.values()) ASSERT_TRUE(std::isfinite(v));
       } catch (const IoError& error) {
         EXPECT_THAT(error.what(), HasSubstr(name));
       }
