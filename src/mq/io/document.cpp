@@ -34,8 +34,8 @@ bool same_connectivity(const Mesh& a, const Mesh& b) {
 
 namespace {
 
-/// One name for each picture of the file: that of its texture, or one that stands for all its tiles, in
-/// the way the file had it: a pattern, or the name of the same tile.
+/// One name for each picture of the file: that of its texture, or one that stands for all its
+/// tiles, in the way the file had it: a pattern, or the name of the same tile.
 std::optional<std::vector<std::string>> names_of_pictures(const Model& model,
                                                           const std::vector<std::string>& names,
                                                           const std::vector<TextureSlot>& slots) {
@@ -45,7 +45,8 @@ std::optional<std::vector<std::string>> names_of_pictures(const Model& model,
     const int picture = model.tiles[t].picture;
     if (picture < 0 || picture >= count) return {};
     const std::optional<TileName> tile = tile_name(names[t]);
-    if (tile && tile->place && *tile->place != TilePlace{model.tiles[t].u, model.tiles[t].v}) return {};
+    if (tile && tile->place && *tile->place != TilePlace{model.tiles[t].u, model.tiles[t].v})
+      return {};
     of_picture[std::size_t(picture)].push_back(names[t]);
   }
   std::vector<std::string> result;
@@ -83,11 +84,14 @@ std::optional<std::vector<std::string>> slot_names(const MeshFile& document, con
   // One picture given to a model that names none paints the whole mesh.
   if (!named && pictures.size() == 1 && (tiled || model.mesh.textures.empty()))
     return std::vector<std::string>(std::max<std::size_t>(slots.size(), 1), pictures[0]);
-  if (pictures.size() != slots.size()) return {};
+  if (pictures.size() != slots.size() ||
+      model.mesh.triangle_count() > document.mesh.triangle_count())
+    return {};
   for (int t = 0; t < model.mesh.triangle_count(); ++t) {
     const int texture = model.mesh.texture(t);
-    const int picture =
-        tiled && texture >= 0 ? model.tiles[std::size_t(texture)].picture : texture;
+    const int picture = tiled && texture >= 0 && texture < std::ssize(model.tiles)
+                            ? model.tiles[std::size_t(texture)].picture
+                            : texture;
     if (picture != document.mesh.texture(t)) return {};
   }
   return pictures;
@@ -95,8 +99,8 @@ std::optional<std::vector<std::string>> slot_names(const MeshFile& document, con
 
 void require_uv_set(int set, int count, const std::string& file) {
   if (set >= std::max(count, 1))
-    throw InvalidInput(fmt::format("{}: {} {}: it has {} of texture coordinates, counted from 0", file,
-                                   option_name("uv_set"), set, counted(count, "set")));
+    throw InvalidInput(fmt::format("{}: {} {}: it has {} of texture coordinates, counted from 0",
+                                   file, option_name("uv_set"), set, counted(count, "set")));
 }
 
 int own_uv_set(const Model& model) {
