@@ -69,7 +69,7 @@ class SampleStream {
 template <class Visit>
 void for_each_place(const std::array<Vector2, 3>& corners, int s, const Visit& visit) {
   const Vector2 a = corners[1] - corners[0], b = corners[2] - corners[0];
-  const double twice = a.x() * b.y() - a.y() * b.x();
+  const double twice = cross(a, b);
   if (twice == 0) return;
   const auto low = [&](int k) {
     return std::min({corners[0][k], corners[1][k], corners[2][k]}) * s - 0.5;
@@ -80,8 +80,7 @@ void for_each_place(const std::array<Vector2, 3>& corners, int s, const Visit& v
   for (double row = std::ceil(low(1)); row <= high(1); ++row)
     for (double column = std::ceil(low(0)); column <= high(0); ++column) {
       const Vector2 p = Vector2((column + 0.5) / s, (row + 0.5) / s) - corners[0];
-      const double second = (p.x() * b.y() - p.y() * b.x()) / twice,
-                   third = (a.x() * p.y() - a.y() * p.x()) / twice;
+      const double second = cross(p, b) / twice, third = cross(a, p) / twice;
       if (second >= 0 && third >= 0 && second + third <= 1)
         visit(Vector3(1 - second - third, second, third));
     }
@@ -113,8 +112,8 @@ void sample_textures(const TexturedModel& target, int samples, SampleStream& str
   stream.end();
 }
 
-/// Samples of all triangles, `samples` for the spacing along each edge, by the centroids of the
-/// parts that cut each edge into as many.
+/// Samples of all triangles, no farther apart than `spacing` as far as `most` to an edge allow: the
+/// centroids of the parts that cut each edge into as many.
 void sample_vertices(const Mesh& mesh, double spacing, SampleStream& stream,
                      const Progress& progress) {
   const int count = mesh.triangle_count();
@@ -150,10 +149,6 @@ std::vector<char> same_triangles(const Mesh& source, const Mesh& target) {
     same[std::size_t(t)] = is_same;
   }
   return same;
-}
-
-bool all_same(const Mesh& source, const Mesh& target) {
-  return std::ranges::count(same_triangles(source, target), 0) == 0;
 }
 
 /// Finds the source's point for points of the target.
@@ -203,7 +198,8 @@ void check(const TexturedModel& target, const ModelSignal& signal, const BakeOpt
 
 /// The source's mesh facing as the target does; where they are the same triangles, as it is.
 Mesh facing_mesh(const TexturedModel& source, const Mesh& target, Messages& messages) {
-  if (all_same(source.model.mesh, target)) return source.model.mesh;
+  if (std::ranges::count(same_triangles(source.model.mesh, target), 0) == 0)
+    return source.model.mesh;
   Oriented oriented = oriented_like(source.model.mesh, target);
   for (const Defect& defect : oriented.defects)
     if (defect.severity == Defect::Severity::warning)
@@ -228,8 +224,7 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
   const Mesh& surface = target.surface.mesh;
   const Mesh source_mesh = facing_mesh(source, surface, messages);
   const SourceColours colours(source.model, source_mesh, options.values);
-  BakedSignal baked{.transfer = colours.transfer(), .depth = colours.depth()};
-  baked.source_spacing = colours.spacing();
+  BakedSignal baked{.depth = colours.depth()};
   const double spacing = signal.scale().texel_spacing;
   const double ratio = colours.spacing() > 0 ? spacing / colours.spacing() : 1;
   baked.kind = ratio >= coarser ? BakedSignal::Kind::mean : BakedSignal::Kind::least_squares;
@@ -261,8 +256,7 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
   if (signal.texel_space())
     sample_textures(target, baked.samples, stream, looking);
   else
-    sample_vertices(surface, baked.samples > 0 ? spacing / baked.samples : spacing, stream,
-                    looking);
+    sample_vertices(surface, spacing / baked.samples, stream, looking);
 
   const std::vector<char> known = fit.known();
   const std::int64_t filled = std::ranges::count(known, 0);

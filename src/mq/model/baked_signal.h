@@ -31,9 +31,7 @@ struct BakedSignal {
   std::int64_t unseen =
       0;                ///< unknowns that no part of the source belongs to: filled over the surface
   double accuracy = 0;  ///< how well the target lies on the source, model units
-  double source_spacing = 0;                           ///< of its texels or vertices, model units
-  TransferFunction transfer = TransferFunction::srgb;  ///< of the source
-  Depth depth = Depth::u8;                             ///< the deepest of the source
+  Depth depth = Depth::u8;  ///< the deepest of the source
 };
 
 /// For the `TextureSignal` of a target: texels as renderers look them up, bilinear on each side of

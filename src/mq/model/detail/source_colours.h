@@ -19,7 +19,6 @@ class SourceColours {
   SourceColours(const Model& model, const Mesh& mesh, const ValueSpace& values);
 
   int channels() const { return channels_; }
-  TransferFunction transfer() const { return transfer_; }
   Depth depth() const { return depth_; }
 
   /// Mean distance of texels, or of vertices, on the model.
