@@ -30,10 +30,9 @@ Signal vertex_colours(const Model& model) {
     return sums;
   }
   for (int t = 0; t < mesh.triangle_count(); ++t) {
-    const int texture = mesh.texture(t);
-    if (!mesh.textured(t) || texture < 0 || texture >= int(model.textures.size())) continue;
-    const Image<float>& pixels = model.textures[texture].pixels;
-    if (pixels.empty()) continue;
+    const int texture = shown_texture(model, t);
+    if (texture < 0) continue;
+    const Image<float>& pixels = model.textures[std::size_t(texture)].pixels;
     std::vector<float> values(std::size_t(pixels.channels()));
     for (int k = 0; k < 3; ++k) {
       const Vector2& uv = mesh.uv(t, k);
@@ -50,22 +49,18 @@ Signal vertex_colours(const Model& model) {
   return sums;
 }
 
-namespace {
-
-/// The picture that a triangle shows; null: none.
-const Texture* texture_of(const Model& model, int t) {
-  const int texture = model.mesh.texture(t);
-  if (!model.mesh.textured(t) || texture < 0 || texture >= int(model.textures.size()))
-    return nullptr;
-  return model.textures[texture].pixels.empty() ? nullptr : &model.textures[texture];
+int shown_texture(const Model& model, int triangle) {
+  const int texture = model.mesh.texture(triangle);
+  const bool is_there = model.mesh.textured(triangle) && texture >= 0 &&
+                        texture < std::ssize(model.textures) &&
+                        !model.textures[std::size_t(texture)].pixels.empty();
+  return is_there ? texture : -1;
 }
-
-}  // namespace
 
 bool has_colours(const Model& model) {
   if (model.colors.channels > 0) return true;
   for (int t = 0; t < model.mesh.triangle_count(); ++t)
-    if (texture_of(model, t)) return true;
+    if (shown_texture(model, t) >= 0) return true;
   return false;
 }
 
@@ -81,13 +76,14 @@ ColourAt surface_colours(const Model& model) {
                   colour_of(std::span(model.colors.values)
                                 .subspan(std::size_t(mesh.triangles[t][k]) * stored,
                                          std::size_t(stored)));
-    } else if (const Texture* texture = texture_of(model, t)) {
+    } else if (const int texture = shown_texture(model, t); texture >= 0) {
       Vector2 uv = Vector2::Zero();
       for (int k = 0; k < 3; ++k) uv += point.barycentric[k] * mesh.uv(t, k);
-      const Image<float>& pixels = texture->pixels;
+      const Image<float>& pixels = model.textures[std::size_t(texture)].pixels;
       std::array<float, 16> values{};
       sample(pixels, uv.x() * pixels.width() - 0.5, (1 - uv.y()) * pixels.height() - 0.5,
-             texture->wrap, std::span(values).first(std::size_t(pixels.channels())));
+             model.textures[std::size_t(texture)].wrap,
+             std::span(values).first(std::size_t(pixels.channels())));
       colour = colour_of(std::span(values).first(std::size_t(pixels.channels())));
     }
     return std::array{float(colour[0]), float(colour[1]), float(colour[2])};

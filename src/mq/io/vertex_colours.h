@@ -12,6 +12,9 @@ namespace mq {
 /// nothing get the mean of the others. Without any colours there are no columns.
 Signal vertex_colours(const Model& model);
 
+/// The texture whose picture a triangle shows; −1: none.
+int shown_texture(const Model& model, int triangle);
+
 /// Whether it has any: at vertices, or a texture on some triangle.
 bool has_colours(const Model& model);
 

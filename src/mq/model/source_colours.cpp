@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/image/resample.h"
+#include "mq/io/vertex_colours.h"
 #include "mq/mesh/geometry.h"
 
 namespace mq {
@@ -32,7 +33,7 @@ SourceColours::SourceColours(const Model& model, const Mesh& mesh, const ValueSp
     : model_(model), mesh_(mesh) {
   bool is_textured = false;
   for (int t = 0; t < mesh.triangle_count() && !is_textured; ++t)
-    is_textured = shown_texture(t) >= 0;
+    is_textured = shown_texture(model, t) >= 0;
   require(
       is_textured || model.colors.channels > 0,
       model.path.string() + ": has neither textures nor colours at vertices, so nothing to bake");
@@ -42,20 +43,11 @@ SourceColours::SourceColours(const Model& model, const Mesh& mesh, const ValueSp
     read_vertices();
 }
 
-/// −1: none.
-int SourceColours::shown_texture(int triangle) const {
-  const int texture = mesh_.texture(triangle);
-  const bool is_there = mesh_.has_uvs() && mesh_.textured(triangle) && texture >= 0 &&
-                        texture < std::ssize(model_.textures) &&
-                        !model_.textures[std::size_t(texture)].pixels.empty();
-  return is_there ? texture : -1;
-}
-
 void SourceColours::read_textures(const ValueSpace& values) {
   std::vector<char> is_shown(model_.textures.size(), 0);
   double texels = 0, area = 0;
   for (int t = 0; t < mesh_.triangle_count(); ++t) {
-    const int texture = shown_texture(t);
+    const int texture = shown_texture(model_, t);
     if (texture < 0) continue;
     is_shown[std::size_t(texture)] = 1;
     texels += area_in_texels(mesh_, t, model_.textures[std::size_t(texture)].pixels);
@@ -101,7 +93,7 @@ bool SourceColours::at(const SurfacePoint& point, std::span<double> values) cons
       });
     return true;
   }
-  const int texture = shown_texture(point.triangle);
+  const int texture = shown_texture(model_, point.triangle);
   if (texture < 0) return false;
   const Image<float>& picture = pictures_[std::size_t(texture)];
   const Vector2 uv =

@@ -31,8 +31,6 @@ class SourceColours {
   void read_textures(const ValueSpace& values);
   void read_vertices();
 
-  int shown_texture(int triangle) const;
-
   const Model& model_;
   const Mesh& mesh_;
   std::vector<Image<float>> pictures_;  ///< empty where colours are at vertices
