@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/document.h"
+#include "mq/model/joined_slots.h"
 
 namespace mq::app {
 namespace {
@@ -21,6 +22,12 @@ std::optional<WeldOptions> parse_weld(const std::string& text) {
       distance > 1e60)
     return std::nullopt;
   return WeldOptions{WeldOptions::Kind::distance, distance};
+}
+
+/// The slot to be read; of several whichever a model would have without them.
+std::string one_slot(const OptionValues& options) {
+  const std::string slot = options.has("slot") ? options.text("slot") : "";
+  return names_several_slots(slot) ? "" : slot;
 }
 
 std::vector<std::filesystem::path> texture_paths(const OptionValues& options) {
@@ -38,7 +45,7 @@ LoadOptions load_options(const OptionValues& options, MissingPictures missing,
                                : flipped == "refuse" ? AtlasOptions::Flipped::refuse
                                                      : AtlasOptions::Flipped::few},
           .missing = missing,
-          .slot = options.has("slot") ? options.text("slot") : "",
+          .slot = one_slot(options),
           .uv_set = options.has("uv-set") ? int(options.integer("uv-set")) : -1};
 }
 

@@ -73,9 +73,10 @@ Json write_slots(std::vector<SlotRun>& runs, const OptionValues& options, Termin
 }  // namespace
 
 bool asks_for_slots(const Verb& verb, const OptionValues& options) {
-  if (!has_option(options, "slot") || !options.given("slot")) return false;
+  if (verb.slots == Slots::its_own || !has_option(options, "slot") || !options.given("slot"))
+    return false;
   const std::string slot = options.text("slot");
-  if (slot != "all" && slot.find(',') == std::string::npos) return false;
+  if (!names_several_slots(slot)) return false;
   require(verb.slots == Slots::several,
           fmt::format("--slot: '{}' takes one slot at a time; found '{}'", verb.table.verb(), slot));
   for (const char* name : {"vertices", "geometry"})

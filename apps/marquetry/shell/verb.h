@@ -28,9 +28,12 @@ struct Signals {
 /// {{"bad_frames", "skip-bad"}}. Messages of the library call the others by their own names.
 using OptionFields = std::map<std::string, std::string, std::less<>>;
 
-/// Whether a verb can be run for several slots of a model, of which one model is made: it gives its result
-/// to `Run::receiver`, and works on each slot by itself.
-enum class Slots { one, several };
+/// What a verb does with several slots of a model.
+enum class Slots {
+  one,      ///< it takes one at a time
+  several,  ///< it is run for each by itself, and one model is made of what it gives `Run::receiver`
+  its_own   ///< it looks at the words itself
+};
 
 struct Verb {
   OptionTable table;  ///< its own options; those every verb has are added by the frame

@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/io/file_names.h"
 #include "mq/model/baked_signal.h"
+#include "mq/model/joined_slots.h"
 #include "mq/model/outputs.h"
 #include "options/model_options.h"
 #include "options/signal_options.h"
@@ -31,7 +33,7 @@ bool has_pictures_of_its_own(const Model& model) {
                              [](const Texture& texture) { return !texture.pixels.empty(); });
 }
 
-TexturedModel read_source(Run& run) {
+TexturedModel read_source(Run& run, const std::string& slot) {
   const OptionValues& options = run.options();
   LoadOptions load;
   for (const std::string& name : options.texts("texture")) load.textures.emplace_back(name);
@@ -41,7 +43,7 @@ TexturedModel read_source(Run& run) {
     read = read_model(options.text("source"),
                       {.textures = load.textures,
                        .not_finite = NotFinite::keep,
-                       .slot = options.has("slot") ? options.text("slot") : ""},
+                       .slot = slot},
                       step);
   }
   will_read_model(run, read);
@@ -49,6 +51,19 @@ TexturedModel read_source(Run& run) {
       has_pictures_of_its_own(read) ? MissingPictures::assume : MissingPictures::unneeded;
   const Step step(run, "find its charts", 0.05);
   return textured_model(std::move(read), load, run.terminal(), step);
+}
+
+/// Slots of the source that are baked; those of pictures named for it are theirs.
+std::vector<std::string> asked_slots(Run& run, BakeTo to) {
+  const OptionValues& options = run.options();
+  const std::string file = options.text("source");
+  if (names_picture(file) || !options.texts("texture").empty())
+    return options.has("slot") ? std::vector{options.text("slot")} : std::vector<std::string>();
+  const Model source =
+      read_model(file, {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
+  std::vector<std::string> slots = slots_to_bake(run, source, options.text("output"));
+  if (to == BakeTo::vertices && !options.has("slot") && slots.size() > 1) slots.resize(1);
+  return slots;
 }
 
 /// As many texels as the source's largest picture has, both ways.
@@ -67,7 +82,8 @@ Exit run_bake(Run& run) {
   const BakeTo to = options.flag("vertices") ? BakeTo::vertices : BakeTo::textures;
   require(to == BakeTo::textures || !options.has("size"),
           "--size: is of textures, and --vertices gives colours to vertices");
-  const TexturedModel source = read_source(run);
+  const std::vector<std::string> slots = asked_slots(run, to);
+  TexturedModel source = read_source(run, slots.empty() ? "" : slots.front());
   TexturedModel target = read_usable_model(
       run, to == BakeTo::vertices ? MissingPictures::unneeded : MissingPictures::assume, 0.1,
       ModelPictures(std::in_place), ImageTriangles::two, asked_sides(options, source.model));
@@ -75,15 +91,22 @@ Exit run_bake(Run& run) {
           target.model.path.string() +
               ": has no texture coordinates: give it some with the verb "
               "unwrap, or bake to its vertices with --vertices");
-  const Outputs outputs(options.text("output"), target.model,
+  begin_bake(slots, target);
+  const std::string output = options.text("output");
+  const bool pictures_alone = slots.size() > 1 && !names_model(output);
+  const Outputs outputs(output, pictures_alone ? all_pictures(target.model) : target.model,
                         to == BakeTo::vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
   run.input["source"] = {{"file", source.model.path.string()},
                          {"triangles", source.model.mesh.triangle_count()}};
   if (run.dry_run()) return Exit::done;
 
-  bake_onto(run, source, target, to, asked_bake(options), 0.6);
+  const SourceOfSlot source_of = [&](const std::string& slot) {
+    return slots.empty() || slot == slots.front() ? std::move(source) : read_source(run, slot);
+  };
+  bake_onto(run, slots, source_of, target, to, asked_bake(options), 0.6);
   const Step step(run, "write", 0.2);
+  if (pictures_alone) target.model = all_pictures(std::move(target.model));
   set_depth(options, target.model);
   write_outputs(run, outputs, std::move(target.model), step);
   return Exit::done;
@@ -138,7 +161,7 @@ Verb bake_verb() {
   add_vertices_option(table, "give the target colours at its vertices");
   add_space_option(table);
   add_depth_option(table);
-  return {table, run_bake, {{.what = "colours of another model", .pictures = ""}}};
+  return {table, run_bake, {{.what = "colours of another model", .pictures = ""}}, {}, Slots::its_own};
 }
 
 }  // namespace mq::app

@@ -14,10 +14,14 @@
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/soundness.h"
 #include "mq/model/remeshed_model.h"
+#include "mq/model/unwrapped_model.h"
 #include "options/model_options.h"
+#include "options/signal_options.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/verb.h"
+#include "verbs/shared/baking.h"
+#include "verbs/shared/unwrap_evolving.h"
 
 namespace mq::app {
 namespace {
@@ -145,15 +149,50 @@ RemeshOptions asked(const OptionValues& options, const Surface& of_template) {
   return how;
 }
 
+void refuse_idle_options(const OptionValues& options, const RemeshedContents& contents) {
+  if (options.flag("bake")) {
+    require(contents.textures == RemeshedContents::Textures::carried,
+            "--bake: there is nothing to bake with --no-textures or --paint: leave one out");
+    return;
+  }
+  for (const char* name : {"size", "gutter", "stretch", "trials"})
+    require(!asks_for(options, name),
+            fmt::format("--{}: is of the textures that --bake makes: give it too", name));
+}
+
+/// New texture coordinates, and one texture for them with what those of both meshes showed.
+void unwrap_and_bake(Run& run, Model& model) {
+  const OptionValues& options = run.options();
+  const LoadOptions load{.missing = MissingPictures::assume, .side = int(options.integer("size"))};
+  TexturedModel source = textured_model(
+      std::move(model), {.missing = MissingPictures::unneeded}, run.terminal());
+  TexturedModel scene = source;
+  Unwrapped unwrapped;
+  about(scene.model, [&] {
+    const Step step(run, "unwrap", 0.2);
+    unwrapped = unwrap(scene.surface, asked_atlas(options), step);
+  });
+  put_unwrapped(unwrapped, scene);
+  run.result["charts"] = unwrapped.figures.charts;
+  bake_unwrapped(run, {}, [&](const std::string&) { return std::move(source); }, load, scene, 0.2);
+  model = std::move(scene.model);
+}
+
 Exit run_remesh(Run& run) {
   const OptionValues& options = run.options();
   const RemeshedContents contents = asked_contents(options);
+  refuse_idle_options(options, contents);
+  const bool bakes = options.flag("bake");
   const RemeshInput of_template = read_side(run, "template");
   const RemeshInput target = read_side(run, "target", &of_template.model.mesh);
   const std::vector<std::array<Vector3, 3>> rest = read_rest(run, of_template);
   Model model = begin_remeshed(of_template, target, contents);
-  const Outputs outputs(options.text("output"), model,
-                        model.textures.empty() ? Outputs::Kind::model : Outputs::Kind::pictures);
+  require(!bakes || !model.textures.empty(),
+          "--bake: neither mesh has textures, so there is nothing to bake: leave it out");
+  const Outputs outputs =
+      bakes ? unwrapped_outputs(options, model, {})
+            : Outputs(options.text("output"), model,
+                      model.textures.empty() ? Outputs::Kind::model : Outputs::Kind::pictures);
   std::vector<std::filesystem::path> paths = outputs.paths();
   if (options.has("record")) paths.emplace_back(options.text("record"));
   run.will_write(paths);
@@ -161,7 +200,7 @@ Exit run_remesh(Run& run) {
 
   Remeshed found;
   {
-    const Step step(run, "remesh", 0.7);
+    const Step step(run, "remesh", bakes ? 0.3 : 0.7);
     RemeshOptions how = asked(options, of_template.surface);
     how.rest = rest;
     about(of_template.model,
@@ -169,9 +208,10 @@ Exit run_remesh(Run& run) {
   }
   report(run, of_template, target, found);
 
-  const Step step(run, "write", 0.1);
   if (options.has("record")) write_record(options.text("record"), found);
   finish_remeshed(of_template, target, std::move(found), contents, run.terminal(), model);
+  if (bakes) unwrap_and_bake(run, model);
+  const Step step(run, "write", 0.1);
   for (const std::string& note : outputs.write(std::move(model), step)) run.terminal().remark(note);
   say_written(run, paths);
   return Exit::done;
@@ -234,6 +274,12 @@ void add_remesh_options(OptionTable& table) {
              .help = "write where every triangle and vertex comes from, as JSON",
              .details = "Per triangle and vertex its number in the template and in the target, "
                         "-1 where it is not of it."});
+  table.add({.name = "bake",
+             .type = Type::flag,
+             .group = "Atlas",
+             .help = "new texture coordinates, and one texture that shows what those of both did",
+             .details = "As unwrap --bake."});
+  add_atlas_options(table);
   table.add({.name = "no-textures",
              .type = Type::flag,
              .group = "Output",

@@ -24,13 +24,9 @@ namespace mq::app {
 namespace {
 
 UnwrapOptions asked_unwrap(const OptionValues& options) {
-  const int size = int(options.integer("size"));
-  return {.width = size,
-          .height = size,
-          .gutter = int(options.integer("gutter")),
-          .stretch = options.number("stretch"),
-          .trials = int(options.integer("trials")),
-          .largest = options.number("largest") / 100};
+  UnwrapOptions wanted = asked_atlas(options);
+  wanted.largest = options.number("largest") / 100;
+  return wanted;
 }
 
 void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
@@ -57,25 +53,21 @@ void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
                   figures.stretch.l2_stretch, percentiles_text(run.result["ratio"])));
 }
 
-/// Where a model goes that gets pictures for texture coordinates that it has not yet.
-Outputs textured_outputs(const OptionValues& options, const TexturedModel& scene) {
-  Model planned;
-  planned.path = scene.model.path;
-  planned.mesh.positions = {Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY()};
-  planned.mesh.triangles = {{0, 1, 2}};
-  planned.mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
-  planned.mesh.corner_uvs = planned.mesh.triangles;
-  return Outputs(options.text("output"), planned, Outputs::Kind::pictures);
-}
-
-/// What the source showed, on the new texture coordinates.
-void bake_unwrapped(Run& run, const TexturedModel& source, TexturedModel& scene) {
-  const int size = int(run.options().integer("size"));
-  LoadOptions load{
-      .weld = asked_weld(run.options()), .missing = MissingPictures::assume, .side = size};
-  TexturedModel target = textured_model(std::move(scene.model), load, run.terminal());
-  bake_onto(run, source, target, BakeTo::textures, {}, 0.3);
-  scene = std::move(target);
+/// What the model showed, on its new texture coordinates.
+void bake_what_was_there(Run& run, const std::vector<std::string>& slots, TexturedModel& source,
+                         TexturedModel& scene) {
+  const OptionValues& options = run.options();
+  const LoadOptions load{.weld = asked_weld(options),
+                         .missing = MissingPictures::assume,
+                         .side = int(options.integer("size"))};
+  const SourceOfSlot source_of = [&](const std::string& slot) {
+    return slots.empty() || slot == source.model.slot
+               ? std::move(source)
+               : load_textured_model(options.text("mesh"),
+                                     {.weld = load.weld, .slot = slot},
+                                     run.terminal());
+  };
+  bake_unwrapped(run, slots, source_of, load, scene, 0.3);
 }
 
 Exit unwrap(Run& run) {
@@ -93,9 +85,13 @@ Exit unwrap(Run& run) {
     require(!asks_for(options, name),
             fmt::format("--{}: it is for an evolving mesh, whose frames come one after the other",
                         name));
-  TexturedModel scene = read_shape(run, 0.1);
   const bool bakes = options.flag("bake");
-  const Outputs outputs = bakes ? textured_outputs(options, scene) : shape_outputs(options, scene);
+  TexturedModel scene = bakes ? read_usable_model(run, MissingPictures::unneeded, 0.1)
+                              : read_shape(run, 0.1);
+  const std::vector<std::string> slots =
+      bakes ? slots_to_bake(run, scene.model, options.text("output")) : std::vector<std::string>();
+  const Outputs outputs =
+      bakes ? unwrapped_outputs(options, scene.model, slots) : shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
   const UnwrapOptions wanted = asked_unwrap(options);
@@ -106,7 +102,7 @@ Exit unwrap(Run& run) {
   });
   for (const UnwrapFigures::Seconds& seconds : unwrapped.figures.seconds)
     run.add_seconds(seconds.step, seconds.seconds);
-  const TexturedModel source = bakes ? scene : TexturedModel();
+  TexturedModel source = bakes ? scene : TexturedModel();
   put_unwrapped(unwrapped, scene);
   std::int64_t overlaps = 0;
   {
@@ -114,7 +110,7 @@ Exit unwrap(Run& run) {
     overlaps = overlapping_texels(scene, {wanted.width, wanted.height}, step);
   }
   report(run, unwrapped.figures, overlaps);
-  if (bakes) bake_unwrapped(run, source, scene);
+  if (bakes) bake_what_was_there(run, slots, source, scene);
   const Step step(run, "write", 0.1);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
@@ -149,10 +145,10 @@ Verb unwrap_verb() {
   table.add({.name = "bake",
              .group = "Atlas",
              .help = "give a mesh textures that show on it what the old ones did",
-             .details = "As the verb bake does, with its defaults; --size is their side."});
+             .details = "As the verb bake does, with its defaults, all slots; --size is their side."});
   add_evolving_atlas_options(table);
   add_frames_option(table);
-  return {table, unwrap};
+  return {table, unwrap, {}, {}, Slots::its_own};
 }
 
 }  // namespace mq::app

@@ -29,8 +29,7 @@ class NewGltf {
         stem_(stem),
         channels_(color_channels(model.colors)),
         other_sets_(other_uv_sets(model)),
-        own_set_(std::clamp(own_uv_set(model), 0, int(other_sets_.size()))),
-        slot_(model.slot.empty() ? base_slot : model.slot) {}
+        own_set_(std::clamp(own_uv_set(model), 0, int(other_sets_.size()))) {}
 
   GltfOutput output() {
     json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
@@ -50,6 +49,7 @@ class NewGltf {
       output_.files = {{stem_, text}};
       if (!buffer_.empty()) output_.files.push_back({stem_ + ".bin", std::move(buffer_)});
     }
+    output_.made_anew = true;
     return std::move(output_);
   }
 
@@ -200,44 +200,60 @@ class NewGltf {
   }
 
   void add_pictures() {
+    output_.embedded.assign(pictures_.size(), true);
     for (std::size_t t = 0; t < std::min(pictures_.size(), model_.textures.size()); ++t) {
-      const GltfPicture& picture = pictures_[t];
-      const Bytes bytes = format_ == Document::Format::glb ? picture.file() : Bytes();
-      output_.embedded.push_back(!bytes.empty());
-      if (bytes.empty()) {
-        json_["images"].push_back({{"uri", uri_of_name(picture.name)}});
-      } else {
-        const std::size_t view = add_view(bytes, 0, 0);
-        json_["images"].push_back(
-            {{"bufferView", view}, {"mimeType", picture.type}, {"name", picture.name}});
-      }
-      OrderedJson texture = {{"source", t}};
-      const Wrap wrap = model_.textures[t].wrap;
-      if (wrap != Wrap::unspecified) {
-        const int mode = wrap == Wrap::clamp ? 33071 : 10497;
-        json_["samplers"].push_back({{"wrapS", mode}, {"wrapT", mode}});
-        texture["sampler"] = json_["samplers"].size() - 1;
-      }
-      json_["textures"].push_back(texture);
-      json_["materials"].push_back(material(t));
+      OrderedJson added = material(int(t));
+      json_["materials"].push_back(std::move(added));
     }
   }
 
-  OrderedJson material(std::size_t texture) const {
-    OrderedJson info = {{"index", texture}};
-    if (own_set_ > 0) info["texCoord"] = own_set_;
-    const bool matt = slot_ != "metallic-roughness";
-    OrderedJson metallic = OrderedJson::object();
-    if (slot_ == base_slot) metallic["baseColorTexture"] = info;
-    if (!matt) metallic["metallicRoughnessTexture"] = info;
+  std::size_t image(int number) {
+    const auto known = images_.try_emplace(number, json_["images"].size());
+    if (!known.second) return known.first->second;
+    const GltfPicture& picture = pictures_[std::size_t(number)];
+    const Bytes bytes = format_ == Document::Format::glb ? picture.file() : Bytes();
+    output_.embedded[std::size_t(number)] = !bytes.empty();
+    if (bytes.empty()) {
+      json_["images"].push_back({{"uri", uri_of_name(picture.name)}});
+    } else {
+      const std::size_t view = add_view(bytes, 0, 0);
+      json_["images"].push_back(
+          {{"bufferView", view}, {"mimeType", picture.type}, {"name", picture.name}});
+    }
+    return known.first->second;
+  }
+
+  std::size_t texture(int picture, Wrap wrap) {
+    const auto known = textures_.try_emplace({picture, wrap}, json_["textures"].size());
+    if (!known.second) return known.first->second;
+    OrderedJson texture = {{"source", image(picture)}};
+    if (wrap != Wrap::unspecified) {
+      const int mode = wrap == Wrap::clamp ? 33071 : 10497;
+      json_["samplers"].push_back({{"wrapS", mode}, {"wrapT", mode}});
+      texture["sampler"] = json_["samplers"].size() - 1;
+    }
+    json_["textures"].push_back(texture);
+    return known.first->second;
+  }
+
+  OrderedJson material(int number) {
+    OrderedJson metallic = OrderedJson::object(), result = OrderedJson::object();
+    bool matt = true;
+    for (const SlotPicture& one : material_pictures(model_, number, "new.gltf")) {
+      const char* keyword = gltf_keyword(one.slot);
+      if (!keyword)
+        throw Unsupported("a glTF file made anew has no pictures for " + one.slot +
+                          ": write the pictures alone, or to the format that was read");
+      OrderedJson info = {
+          {"index", texture(one.picture, model_.textures[std::size_t(number)].wrap)}};
+      if (own_set_ > 0) info["texCoord"] = own_set_;
+      const bool is_metallic = one.slot == "metallic-roughness";
+      matt = matt && !is_metallic;
+      (is_metallic || one.slot == base_slot ? metallic : result)[keyword] = info;
+      if (one.slot == "emissive") result["emissiveFactor"] = {1, 1, 1};
+    }
     if (matt) metallic["metallicFactor"] = 0, metallic["roughnessFactor"] = 1;
-    OrderedJson result = {{"pbrMetallicRoughness", metallic}};
-    for (const char* slot : {"normal", "occlusion", "emissive"})
-      if (slot_ == slot) result[slot_ + "Texture"] = info;
-    if (slot_ == "emissive") result["emissiveFactor"] = {1, 1, 1};
-    if (slot_ != base_slot && matt && result.size() == 1)
-      throw Unsupported("a glTF file made anew has no pictures for " + slot_ +
-                        ": write the pictures alone, or to the format that was read");
+    result["pbrMetallicRoughness"] = metallic;
     return result;
   }
 
@@ -249,7 +265,8 @@ class NewGltf {
   int channels_;
   std::vector<const UvSet*> other_sets_;
   int own_set_;  ///< the number of the mesh's set among all
-  std::string slot_;
+  std::map<int, std::size_t> images_;  ///< of the file, by the model's pictures
+  std::map<std::pair<int, Wrap>, std::size_t> textures_;
   OrderedJson json_;
   Bytes buffer_;
   GltfOutput output_;

@@ -67,8 +67,14 @@ struct MaterialSlot {
     int uv_set = 0;
     bool operator==(const Use&) const = default;
   };
+  static constexpr int none = -1, the_texture = -2;
+
   std::string name;  ///< "base-colour", "normal", ... (slots.h)
   std::vector<Use> pictures;
+  /// For files made anew, per texture of the model: the one of `Model::others` that materials with that
+  /// texture have here, looked up with the same texture coordinates; `the_texture`: one picture for
+  /// both; `none`: they have none, or not all the same. Empty: not known.
+  std::vector<int> with_texture = {};
 };
 
 /// A set of texture coordinates, as `Mesh` holds one.

@@ -295,6 +295,7 @@ class ModelReader {
       return add_texture(slot, i, given ? given_[i].path : fs::path(), count);
     }
     tiled_ = true;
+    for (MaterialSlot& of_file : model_.slots) of_file.with_texture.clear();
     const auto slot_tile = tile_name(slot.name);
     for (const TilePlace& tile : tiles) {
       TextureSlot one = slot;

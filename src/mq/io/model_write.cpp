@@ -1,6 +1,7 @@
 // Everything is made in memory first; then pictures and parts are written, the mesh file last, so
 // that what names a file is never there without it.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -13,6 +14,7 @@
 #include "mq/io/image_file.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
+#include "mq/io/slots.h"
 #include "mq/io/tiles.h"
 
 namespace mq {
@@ -90,7 +92,6 @@ class ModelWriter {
     std::vector<OutputFile> files = mesh_files();
     files[0].name = path_.filename().string();
     note_what_stays_behind();
-    embedded_.resize(pictures_.size(), true);  // others that a file made anew does not name
     for (std::size_t t = 0; t < pictures_.size(); ++t)
       if (!embedded_[t]) check_source(t);
     for (std::size_t t = 0; t < pictures_.size(); ++t)
@@ -116,14 +117,20 @@ class ModelWriter {
         before_[textures + i] = file.others[i].picture;
   }
 
-  /// A file made anew has one slot and, but for glTF and PLY, one set of texture coordinates.
   void note_what_stays_behind() {
-    if (embedded_.size() == pictures_.size()) return;
-    std::string slots;
-    for (const MaterialSlot& slot : model_.slots)
-      if (slot.name != model_.slot) slots += (slots.empty() ? "" : ", ") + slot.name;
-    notes_.push_back(fmt::format("{} is made anew: pictures for {} are not in it", path_.string(),
-                                 slots));
+    const std::vector<std::string> slots = slots_left_out(model_, path_);
+    if (made_anew_ && !slots.empty())
+      notes_.push_back(fmt::format("{} is made anew: not all pictures for {} are in it",
+                                   path_.string(), fmt::join(slots, ", ")));
+  }
+
+  /// Pictures beside a file made anew: those that its materials name.
+  void leave_out_unnamed() {
+    made_anew_ = true;
+    embedded_.assign(pictures_.size(), true);
+    for (int t = 0; t < std::ssize(model_.textures); ++t)
+      for (const SlotPicture& one : material_pictures(model_, t, path_))
+        embedded_[std::size_t(one.picture)] = false;
   }
 
   std::vector<OutputFile> mesh_files() {
@@ -132,11 +139,11 @@ class ModelWriter {
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
     if (extension == ".obj") {
       ObjOutput output = write_obj(model_, names_, stem);
-      if (output.made_anew) embedded_.resize(model_.textures.size());
+      if (output.made_anew) leave_out_unnamed();
       return std::move(output.files);
     }
     if (extension == ".ply") {
-      embedded_.resize(model_.textures.size());
+      leave_out_unnamed();
       return {write_ply(model_, names_, stem)};
     }
     if (extension == ".gltf") return gltf_files(Document::Format::gltf, stem);
@@ -155,6 +162,7 @@ class ModelWriter {
     }
     GltfOutput output = write_gltf(model_, format, pictures, stem);
     embedded_ = output.embedded;
+    made_anew_ = output.made_anew;
     return std::move(output.files);
   }
 
@@ -281,7 +289,8 @@ class ModelWriter {
   std::map<std::string, std::size_t> names_taken_;
   std::vector<Bytes> copies_;   ///< of the pictures that are copied
   std::vector<char> changed_;   ///< whether a picture's pixels are not its source's
-  std::vector<bool> embedded_;  ///< whether it is in the mesh file
+  std::vector<bool> embedded_;  ///< whether it is in the mesh file, or not named by it
+  bool made_anew_ = false;
   std::vector<std::string> notes_;
 };
 

@@ -256,13 +256,17 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
                                   const std::string& stem) {
   std::set<std::string> taken{"untextured"};
   std::vector<Material> materials;
-  const std::string slot = model.slot.empty() ? base_slot : model.slot;
-  if (!mtl_keyword(slot) && !pictures.empty())
-    throw Unsupported(stem + ".obj: OBJ has no word for pictures of the slot " + slot +
-                      ": write the pictures alone, or glTF");
-  for (std::size_t i = 0; i < std::min(pictures.size(), model.textures.size()); ++i)
-    materials.push_back(
-        painted(unique(material_name(pictures[i]), "", taken), pictures[i], slot));
+  for (std::size_t i = 0; i < std::min(pictures.size(), model.textures.size()); ++i) {
+    Material& material = materials.emplace_back();
+    material.name = unique(material_name(pictures[i]), "", taken);
+    for (const SlotPicture& one : material_pictures(model, int(i), stem + ".obj")) {
+      if (!mtl_keyword(one.slot))
+        throw Unsupported(stem + ".obj: OBJ has no word for pictures of the slot " + one.slot +
+                          ": write the pictures alone, or glTF");
+      material.maps.push_back(
+          {.slot = one.slot, .picture = pictures[std::size_t(one.picture)], .place = {}});
+    }
+  }
 
   std::string text;
   if (!materials.empty()) text += "mtllib " + stem + ".mtl\n";

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <utility>
 
 #include "mq/base/error.h"
@@ -22,6 +23,14 @@ constexpr std::array<std::pair<const char*, const char*>, 18> mtl_keywords{
      {"bump", "bump"},           {"disp", "displacement"},      {"map_disp", "displacement"},
      {"map_Pr", "roughness"},    {"map_Pm", "metallic"},        {"map_Ps", "sheen"},
      {"map_AO", "occlusion"},    {"map_Pc", "clearcoat"},       {"map_Pcr", "clearcoat-roughness"}}};
+
+/// Members of a glTF material that need no extension.
+constexpr std::array<std::pair<const char*, const char*>, 5> gltf_keywords{
+    {{"baseColorTexture", base_slot},
+     {"metallicRoughnessTexture", "metallic-roughness"},
+     {"normalTexture", "normal"},
+     {"occlusionTexture", "occlusion"},
+     {"emissiveTexture", "emissive"}}};
 
 /// What other programs call slots.
 constexpr std::array<std::pair<const char*, const char*>, 15> synonyms{
@@ -56,6 +65,13 @@ std::string with_colour(std::string text) {
   return text;
 }
 
+/// Whether a file of a format, named by its extension, can name pictures for a slot.
+bool has_word_for(const std::string& extension, const std::string& slot) {
+  const std::string format = in_small_letters(extension);
+  if (format == ".obj") return mtl_keyword(slot) != nullptr;
+  return (format == ".gltf" || format == ".glb") && gltf_keyword(slot) != nullptr;
+}
+
 const MaterialSlot* find_slot(const std::vector<MaterialSlot>& slots, const std::string& name) {
   const auto found = std::ranges::find(slots, name, &MaterialSlot::name);
   return found == slots.end() ? nullptr : &*found;
@@ -86,6 +102,57 @@ const char* mtl_keyword(const std::string& slot) {
   for (const auto& [known, of] : mtl_keywords)
     if (slot == of) return known;
   return nullptr;
+}
+
+const char* gltf_keyword(const std::string& slot) {
+  for (const auto& [known, of] : gltf_keywords)
+    if (slot == of) return known;
+  return nullptr;
+}
+
+std::vector<SlotPicture> material_pictures(const Model& model, int texture,
+                                           const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  const std::string own = model.slot.empty() ? base_slot : model.slot;
+  std::vector<SlotPicture> pictures{{own, texture}};
+  for (const MaterialSlot& slot : model.slots) {
+    if (slot.name == own || slot.with_texture.size() != model.textures.size()) continue;
+    const int with = slot.with_texture[std::size_t(texture)];
+    const bool known = with == MaterialSlot::the_texture ||
+                       (with >= 0 && with < std::ssize(model.others));
+    if (known && has_word_for(extension, slot.name))
+      pictures.push_back({slot.name, with >= 0 ? int(model.textures.size()) + with : texture});
+  }
+  return pictures;
+}
+
+std::vector<std::string> slots_left_out(const Model& model, const std::filesystem::path& path) {
+  std::map<std::string, std::set<int>> held;
+  for (int t = 0; t < std::ssize(model.textures); ++t)
+    for (const SlotPicture& one : material_pictures(model, t, path)) held[one.slot].insert(one.picture);
+  std::vector<std::string> left_out;
+  for (const MaterialSlot& slot : model.slots) {
+    std::set<std::string> named;
+    for (const MaterialSlot::Use& use : slot.pictures) named.insert(use.picture);
+    if (slot.name != model.slot && held[slot.name].size() < named.size()) left_out.push_back(slot.name);
+  }
+  return left_out;
+}
+
+void set_companions(std::vector<MaterialSlot>& slots, std::size_t textures,
+                    const std::vector<MaterialCompanions>& materials) {
+  for (MaterialSlot& slot : slots) {
+    slot.with_texture.assign(textures, MaterialSlot::none);
+    std::vector<char> is_known(textures, 0);
+    for (const MaterialCompanions& material : materials) {
+      const auto place = std::size_t(material.texture);
+      const auto found = material.pictures.find(slot.name);
+      const int picture = found == material.pictures.end() ? MaterialSlot::none : found->second;
+      int& with = slot.with_texture[place];
+      with = !is_known[place] || with == picture ? picture : MaterialSlot::none;
+      is_known[place] = 1;
+    }
+  }
 }
 
 std::string slot_from_text(std::string_view text) {

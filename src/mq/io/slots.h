@@ -17,6 +17,8 @@
 /// Others of glTF, which extensions bring, go by their own words: `clearcoatRoughnessTexture` is
 /// `clearcoat-roughness`.
 
+#include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +41,34 @@ const char* mtl_keyword(const std::string& slot);
 /// The slot that a user's word means: its name, the file's own word, or what other programs say
 /// ("albedo", "orm", "ao"). A word that is not known is given back as it is.
 std::string slot_from_text(std::string_view text);
+
+/// The member of a glTF material for a slot; null: glTF has none without extensions.
+const char* gltf_keyword(const std::string& slot);
+
+/// A picture of a material: a number among the textures of the model, then its `others`.
+struct SlotPicture {
+  std::string slot;
+  int picture = 0;
+};
+
+/// What the material of one of the model's textures has in a file of `path`'s format that is made anew:
+/// the texture, then pictures of the other slots that go with it and that the format has a word for.
+std::vector<SlotPicture> material_pictures(const Model& model, int texture,
+                                           const std::filesystem::path& path);
+
+/// The other slots that such a file does not have, or not whole.
+std::vector<std::string> slots_left_out(const Model& model, const std::filesystem::path& path);
+
+/// What a material has beside its texture: by slots, as `MaterialSlot::with_texture` counts.
+struct MaterialCompanions {
+  int texture = 0;
+  std::map<std::string, int> pictures;
+};
+
+/// Sets `MaterialSlot::with_texture` of all slots by what the materials with textures have. Where two say
+/// different things of one texture, it has none.
+void set_companions(std::vector<MaterialSlot>& slots, std::size_t textures,
+                    const std::vector<MaterialCompanions>& materials);
 
 /// What the values of a slot's pictures are.
 TextureMeaning meaning_of_slot(const std::string& slot);

@@ -1,5 +1,7 @@
 #include "mq/model/joined_slots.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <sstream>
@@ -25,6 +27,10 @@ bool all_known(const MaterialSlot& slot, std::set<std::string>& known) {
 }
 
 }  // namespace
+
+bool names_several_slots(const std::string& asked) {
+  return asked == "all" || asked.find(',') != std::string::npos;
+}
 
 std::vector<std::string> slots_asked_for(const Model& model, const std::string& asked) {
   const std::string file = model.path.string();
@@ -64,10 +70,62 @@ void join_slot(Model other, Model& model) {
   }
 }
 
+void begin_slots(const std::vector<std::string>& slots, std::size_t textures, Model& model) {
+  model.document = nullptr;
+  model.tiles.clear();
+  model.others.clear();
+  model.slots.clear();
+  model.slot = slots.front();
+  const std::string stem = model.path.stem().string();
+  const auto picture = [&](const std::string& name, const std::string& slot) {
+    Texture texture;
+    texture.name = name + ".png";
+    texture.format.file_format = "png";
+    texture.meaning = meaning_of_slot(slot);
+    return texture;
+  };
+  const auto name = [&](const std::string& beginning, std::size_t t) {
+    return textures == 1 ? beginning : fmt::format("{}_{}", beginning, t);
+  };
+  std::vector<Wrap> wraps(textures, Wrap::unspecified);
+  for (std::size_t t = 0; t < std::min(textures, model.textures.size()); ++t)
+    wraps[t] = model.textures[t].wrap;
+  model.textures.clear();
+  for (std::size_t t = 0; t < textures; ++t) {
+    model.textures.push_back(picture(name(stem, t), slots.front()));
+    model.textures.back().wrap = wraps[t];
+  }
+  for (const std::string& slot : slots) {
+    MaterialSlot& added = model.slots.emplace_back(MaterialSlot{.name = slot, .pictures = {}});
+    for (std::size_t t = 0; t < textures; ++t) {
+      const bool is_first = slot == slots.front();
+      if (!is_first) {
+        added.with_texture.push_back(int(model.others.size()));
+        model.others.push_back(picture(name(slot, t), slot));
+      }
+      added.pictures.push_back({(is_first ? model.textures[t] : model.others.back()).name, 0});
+    }
+  }
+}
+
+void put_slot(const std::string& slot, std::vector<Texture> pictures, Model& model) {
+  if (slot == model.slot) {
+    for (std::size_t t = 0; t < pictures.size(); ++t) pictures[t].name = model.textures[t].name;
+    model.textures = std::move(pictures);
+    return;
+  }
+  const auto found = std::ranges::find(model.slots, slot, &MaterialSlot::name);
+  for (std::size_t t = 0; t < pictures.size(); ++t) {
+    Texture& place = model.others[std::size_t(found->with_texture[t])];
+    pictures[t].name = place.name;
+    place = std::move(pictures[t]);
+  }
+}
+
 Model all_pictures(Model model) {
   model.tiles.clear();
   for (Texture& texture : model.others)
-    if (!texture.pixels.empty()) model.textures.push_back(std::move(texture));
+    if (!texture.pixels.empty() || !model.document) model.textures.push_back(std::move(texture));
   model.others.clear();
   return model;
 }

@@ -9,6 +9,7 @@
 #include "mq/base/words.h"
 #include "mq/io/document.h"
 #include "mq/io/file_names.h"
+#include "mq/io/slots.h"
 #include "mq/io/tiles.h"
 
 namespace mq {
@@ -150,7 +151,7 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
   if (kind == Kind::model) return;
   std::error_code ignored;
   const std::vector<Texture> textures = textures_of(model);
-  const bool made_up = model.textures.empty();
+  const bool made_up = model.textures.empty() || !model.document;
   const bool alone =
       textures.size() == 1 && model.tiles.empty() &&
       std::ranges::all_of(model.others, [](const Texture& other) { return other.pixels.empty(); });
@@ -196,7 +197,8 @@ bool is_processed(const Model& model, const Texture& texture) {
 /// Pictures of the other slots: copied, or, processed, under another name where they would replace
 /// what was read.
 void Outputs::plan_others(const fs::path& path, const Model& model) {
-  if (!model.document || path.extension() != model.path.extension()) return;
+  if (!model.document || path.extension() != model.path.extension())
+    return plan_new_others(path, model);
   std::error_code ignored;
   const bool in_place = fs::equivalent(path, model.path, ignored);
   const bool same_folder =
@@ -218,6 +220,32 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
     const fs::path to = path.parent_path() / wanted;
     const bool there = fs::equivalent(to, texture.path, ignored);
     if (!processed && (there || std::ranges::count(paths_, to) > 0)) continue;
+    paths_.push_back(free_path(paths_, wanted, [&](const fs::path& name_in_model) {
+      other_names_.back() = name_in_model.generic_string();
+      return path.parent_path() / name_in_model;
+    }));
+  }
+}
+
+/// Those that a file made anew names; a GLB holds them.
+void Outputs::plan_new_others(const fs::path& path, const Model& model) {
+  std::error_code ignored;
+  std::vector<char> named(model.others.size(), 0);
+  for (int t = 0; t < std::ssize(model.textures); ++t)
+    for (const SlotPicture& one : material_pictures(model, t, path))
+      if (one.picture >= std::ssize(model.textures))
+        named[std::size_t(one.picture) - model.textures.size()] = 1;
+  for (std::size_t i = 0; i < model.others.size(); ++i) {
+    const Texture& texture = model.others[i];
+    other_names_.push_back(texture.name);
+    if (!named[i] || path.extension() == ".glb") continue;
+    const fs::path own = (texture.path.empty() ? fs::path(texture.name) : texture.path).filename();
+    const bool there = fs::equivalent(path.parent_path() / own, texture.path, ignored);
+    if (there && texture.pixels.empty()) {
+      other_names_.back() = own.string();
+      continue;
+    }
+    const std::string wanted = path.stem().string() + "_" + own.string();
     paths_.push_back(free_path(paths_, wanted, [&](const fs::path& name_in_model) {
       other_names_.back() = name_in_model.generic_string();
       return path.parent_path() / name_in_model;

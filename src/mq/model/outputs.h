@@ -39,6 +39,7 @@ class Outputs {
   void plan_model(const std::string& name, const Model& model, Kind kind);
   void plan_tiles(const struct TileName& name, const Model& model);
   void plan_others(const std::filesystem::path& path, const Model& model);
+  void plan_new_others(const std::filesystem::path& path, const Model& model);
 
   std::vector<std::filesystem::path> paths_;  ///< one per texture, or the model's and its pictures'
   std::vector<std::string> texture_names_;    ///< in the model written; empty: as they were

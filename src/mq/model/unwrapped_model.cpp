@@ -15,6 +15,7 @@ void put_unwrapped(const Unwrapped& unwrapped, TexturedModel& model) {
   model.model.uv_sets.clear();
   model.model.uv_set = -1;
   model.model.slot.clear();
+  for (MaterialSlot& slot : model.model.slots) slot.with_texture.clear();
   model.model.document = nullptr;  // its corners have other texture coordinates now
   model.atlas.reset();
   model.texture_sizes.clear();

@@ -3,8 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <utility>
 
 #include "mq/base/words.h"
+#include "mq/io/file_names.h"
+#include "mq/io/slots.h"
+#include "mq/model/joined_slots.h"
 #include "options/signal_options.h"
 #include "options/solver_options.h"
 #include "shell/results.h"
@@ -43,8 +49,54 @@ void report_bake(Run& run, const BakedSignal& baked) {
 
 }  // namespace
 
-void bake_onto(Run& run, const TexturedModel& source, TexturedModel& target, BakeTo to,
-               const BakeOptions& options, double share) {
+std::vector<std::string> slots_to_bake(Run& run, const Model& source, const std::string& output) {
+  const OptionValues& options = run.options();
+  if (source.slots.empty()) return {};
+  const auto base_first = [](std::vector<std::string> slots) {
+    std::ranges::stable_partition(slots, [](const std::string& slot) { return slot == base_slot; });
+    return slots;
+  };
+  if (options.has("slot")) return base_first(slots_asked_for(source, options.text("slot")));
+  if (names_picture(output) || std::filesystem::path(output).extension() == ".ply")
+    return {source.slot.empty() ? source.slots.front().name : source.slot};
+  std::vector<std::string> slots;
+  for (const std::string& slot : slots_asked_for(source, "all")) {
+    if (meaning_of_slot(slot) == TextureMeaning::normals)
+      run.terminal().remark(fmt::format(
+          "{}: pictures for {} are not baked: normals belong to the texture coordinates they were "
+          "made for",
+          source.path.string(), slot));
+    else
+      slots.push_back(slot);
+  }
+  return base_first(std::move(slots));
+}
+
+void begin_bake(const std::vector<std::string>& slots, TexturedModel& target) {
+  if (slots.size() > 1) begin_slots(slots, target.texture_sizes.size(), target.model);
+}
+
+namespace {
+
+/// One slot onto the target, whose textures it replaces.
+void bake_one(Run& run, const TexturedModel& source, TexturedModel& target,
+              const ModelSignal& signal, const BakeOptions& options, double share) {
+  BakedSignal baked;
+  {
+    const Step step(run, "bake", share);
+    baked = bake(source, target, signal, options, run.terminal(), step);
+  }
+  report_bake(run, baked);
+  put_baked(baked, signal, options.values, target);
+  if (signal.texel_space())
+    run.result["seams"] = {{"source", source.atlas ? seams_json(source) : Json()},
+                           {"target", seams_json(target)}};
+}
+
+}  // namespace
+
+void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
+               TexturedModel& target, BakeTo to, const BakeOptions& options, double share) {
   std::unique_ptr<ModelSignal> signal;
   about(target.model, [&] {
     const Step step(run, "assemble", 0.3 * share);
@@ -53,16 +105,49 @@ void bake_onto(Run& run, const TexturedModel& source, TexturedModel& target, Bak
     else
       signal = make_texture_signal(run, target, baking_options(target, options.values), step);
   });
-  BakedSignal baked;
-  {
-    const Step step(run, "bake", 0.7 * share);
-    baked = bake(source, target, *signal, options, run.terminal(), step);
+  if (slots.size() < 2)
+    return bake_one(run, source(slots.empty() ? "" : slots.front()), target, *signal, options,
+                    0.7 * share);
+  require(to == BakeTo::textures, "--vertices: holds the colours of one slot; found several");
+  const std::vector<Texture> blank = target.model.textures;
+  const Json before = run.result;
+  Json reports = Json::array();
+  std::vector<std::vector<Texture>> baked;
+  for (const std::string& slot : slots) {
+    run.print(slot + ": ");
+    target.model.textures = blank;
+    for (Texture& texture : target.model.textures) texture.meaning = meaning_of_slot(slot);
+    run.result = before;
+    bake_one(run, source(slot), target, *signal, options, 0.7 * share / double(slots.size()));
+    reports.push_back(run.result);
+    reports.back()["slot"] = slot;
+    baked.push_back(std::move(target.model.textures));
   }
-  report_bake(run, baked);
-  put_baked(baked, *signal, options.values, target);
-  if (to == BakeTo::textures)
-    run.result["seams"] = {{"source", source.atlas ? seams_json(source) : Json()},
-                           {"target", seams_json(target)}};
+  target.model.textures = blank;
+  for (std::size_t i = 0; i < slots.size(); ++i)
+    put_slot(slots[i], std::move(baked[i]), target.model);
+  run.result = reports.front();
+  run.result["slots"] = std::move(reports);
+}
+
+Outputs unwrapped_outputs(const OptionValues& options, const Model& model,
+                          const std::vector<std::string>& slots) {
+  Model planned;
+  planned.path = model.path;
+  planned.mesh.positions = {Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY()};
+  planned.mesh.triangles = {{0, 1, 2}};
+  planned.mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  planned.mesh.corner_uvs = planned.mesh.triangles;
+  if (slots.size() > 1) begin_slots(slots, 1, planned);
+  return Outputs(options.text("output"), planned, Outputs::Kind::pictures);
+}
+
+void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
+                    const LoadOptions& load, TexturedModel& scene, double share) {
+  TexturedModel target = textured_model(std::move(scene.model), load, run.terminal());
+  begin_bake(slots, target);
+  bake_onto(run, slots, source, target, BakeTo::textures, {}, share);
+  scene = std::move(target);
 }
 
 }  // namespace mq::app

@@ -1,17 +1,41 @@
 #pragma once
 /// Colours of one model carried to another, as verbs do that make the other.
 
-#include <memory>
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "mq/model/baked_signal.h"
+#include "mq/model/outputs.h"
 #include "shell/run.h"
 
 namespace mq::app {
 
-/// Bakes the source onto the target and gives it the result: pictures for its texture coordinates,
-/// or colours `at_vertices`. Says and reports what was found; the target's seams too.
 enum class BakeTo { textures, vertices };
-void bake_onto(Run& run, const TexturedModel& source, TexturedModel& target, BakeTo to,
-               const BakeOptions& options, double share);
+
+/// The slots of a source to be baked, for an output of this name: those that --slot names; else, into a
+/// model that has words for them or a folder, all; else one. Normals in tangent space stay behind, with a
+/// remark. Empty: the source has no slots.
+std::vector<std::string> slots_to_bake(Run& run, const Model& source, const std::string& output);
+
+/// The target as it will be: with pictures for several slots it is made anew.
+void begin_bake(const std::vector<std::string>& slots, TexturedModel& target);
+
+/// The source with a slot's pictures.
+using SourceOfSlot = std::function<TexturedModel(const std::string& slot)>;
+
+/// Bakes each slot of the source onto the target and gives it the result: pictures for its texture
+/// coordinates, or colours at its vertices. Says and reports what was found; the target's seams too.
+/// Where there are several slots, "slots" has a report for each.
+void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
+               TexturedModel& target, BakeTo to, const BakeOptions& options, double share);
+
+/// Where a model goes that gets pictures for texture coordinates that it has not yet.
+Outputs unwrapped_outputs(const OptionValues& options, const Model& model,
+                          const std::vector<std::string>& slots);
+
+/// Gives `scene`, just unwrapped for `size` texels, what the source showed, as `bake_onto` does.
+void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
+                    const LoadOptions& load, TexturedModel& scene, double share);
 
 }  // namespace mq::app

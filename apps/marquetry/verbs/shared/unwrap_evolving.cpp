@@ -127,6 +127,15 @@ void add_atlas_options(OptionTable& table) {
              .help = "orders of packing to try; more fills the texture better, and takes longer"});
 }
 
+UnwrapOptions asked_atlas(const OptionValues& options) {
+  const int size = int(options.integer("size"));
+  return {.width = size,
+          .height = size,
+          .gutter = int(options.integer("gutter")),
+          .stretch = options.number("stretch"),
+          .trials = int(options.integer("trials"))};
+}
+
 void add_evolving_atlas_options(OptionTable& table) {
   using Type = Option::Type;
   const std::string group = "Evolving meshes";

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mq/io/evolving_file.h"
+#include "mq/unwrap/unwrap.h"
 #include "shell/run.h"
 #include "shell/verb.h"
 
@@ -16,6 +17,9 @@ bool names_evolving(const std::filesystem::path& path);
 
 /// Adds --size, --gutter, --stretch and --trials.
 void add_atlas_options(OptionTable& table);
+
+/// What they say.
+UnwrapOptions asked_atlas(const OptionValues& options);
 
 /// Adds --coherence, --renew, --picture and --view, which only evolving meshes have.
 void add_evolving_atlas_options(OptionTable& table);

@@ -351,6 +351,27 @@ class SceneReader {
       }
   }
 
+  /// What the materials with textures have beside them that is looked up at the same places.
+  void gather_companions() {
+    std::vector<MaterialCompanions> materials;
+    for (const auto& [id, own] : materials_) {
+      if (own.texture < 0) continue;
+      MaterialCompanions& material = materials.emplace_back();
+      material.texture = own.texture;
+      for (const GltfMap& map : material_maps(file_, id)) {
+        if (map.slot == scene_.file.slot || map.set != own.set || map.transform != own.transform)
+          continue;
+        const auto texture = slots_.find(map.image);
+        const auto other = std::ranges::find(scene_.other_images, map.image);
+        if (other != scene_.other_images.end())
+          material.pictures[map.slot] = int(other - scene_.other_images.begin());
+        else if (texture != slots_.end() && texture->second == own.texture)
+          material.pictures[map.slot] = MaterialSlot::the_texture;
+      }
+    }
+    set_companions(scene_.file.slots, scene_.file.textures.size(), materials);
+  }
+
   Wrap wrap_of(std::int64_t id) {
     const Json& sampler = file_.item("samplers", id);
     const std::string place = file_.place("samplers", id);
@@ -364,6 +385,7 @@ class SceneReader {
   void finish() {
     MeshFile& file = scene_.file;
     gather_others();
+    gather_companions();
     if (file.mesh.uvs.empty()) file.mesh.corner_uvs.clear();
     if (channels_ > 0) {
       file.colors = {channels_, {}, depth_};

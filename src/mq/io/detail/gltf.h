@@ -34,7 +34,8 @@ struct GltfPicture {
 
 struct GltfOutput {
   std::vector<OutputFile> files;  ///< the mesh file first, then its buffers
-  std::vector<bool> embedded;     ///< per picture: it is in the files
+  std::vector<bool> embedded;     ///< per picture: it is in the files, or none of them names it
+  bool made_anew = false;
 };
 
 /// The files that say `model` as GLB, or glTF with a buffer beside it. `pictures` are those of its
@@ -42,8 +43,8 @@ struct GltfOutput {
 /// the same format and connectivity, its bytes are kept and only positions, colours, embedded
 /// pictures and names of others that differ are replaced; positions are floats. Made anew, a GLB
 /// holds its pictures and a glTF names them; triangles are grouped by texture, vertices split where
-/// corners differ; all sets of texture coordinates are in it, and of its slots the one of the textures.
-/// Throws `Unsupported` where that is none of glTF's own.
+/// corners differ; all sets of texture coordinates are in it, and of other slots what `material_pictures`
+/// says. Throws `Unsupported` where that of the textures is none of glTF's own.
 GltfOutput write_gltf(const Model& model, Document::Format format,
                       const std::vector<GltfPicture>& pictures, const std::string& stem);
 

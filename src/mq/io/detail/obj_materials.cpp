@@ -58,6 +58,8 @@ class MaterialLookup {
       texture_from_material.push_back(id.first->second);
     }
     add_others(slot, file.others);
+    set_companions(file.slots, file.textures.size(),
+                   companions(slot, texture_from_material, file.others));
     return texture_from_material;
   }
 
@@ -75,6 +77,26 @@ class MaterialLookup {
         others[id.first->second].places.push_back(map.place);
       }
     }
+  }
+
+  /// What the materials with textures have beside them that is looked up at the same places.
+  std::vector<MaterialCompanions> companions(const std::string& slot,
+                                             const std::vector<int>& texture_from_material,
+                                             const std::vector<TextureSlot>& others) const {
+    std::vector<MaterialCompanions> materials;
+    for (std::size_t i = 0; i < file_.materials.size(); ++i) {
+      const Material* m = find(file_.materials[i]);
+      const MaterialMap* own = m ? m->map(slot) : nullptr;
+      if (texture_from_material[i] < 0 || !own) continue;
+      MaterialCompanions& material = materials.emplace_back();
+      material.texture = texture_from_material[i];
+      for (const MaterialMap& map : m->maps) {
+        if (map.slot == slot || map.scale != own->scale || map.offset != own->offset) continue;
+        const auto other = std::ranges::find(others, map.picture, &TextureSlot::name);
+        material.pictures[map.slot] = int(other - others.begin());
+      }
+    }
+    return materials;
   }
 
   const ObjFile& file_;
