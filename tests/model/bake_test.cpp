@@ -10,8 +10,12 @@
 #include "model/program_files.h"
 #include "mq/base/error.h"
 #include "mq/io/image_file.h"
+#include "mq/mesh/coarsen.h"
 #include "mq/model/baked_signal.h"
+#include "mq/model/detail/source_colours.h"
 #include "mq/model/outputs.h"
+#include "mq/sample/sample.h"
+#include "mq/unwrap/unwrap.h"
 
 namespace mq {
 namespace {
@@ -168,6 +172,45 @@ TEST(Bake, RefusesWhatFacesNothingOrHasNoColours) {
   plain.model.textures.clear();
   EXPECT_THROW(bake(plain, target, signal, {}, messages), InvalidInput);
   EXPECT_THROW(bake(source, target, signal, {.within = -1}, messages), InvalidInput);
+}
+
+TEST(Bake, ShowsABustOnAQuarterOfItsTriangles) {
+  const Sample bust = make_sample("bust", {.texture_size = 512, .triangles = 8000});
+  Texture texture;
+  texture.name = "bust.png";
+  texture.pixels = paint(bust);
+  texture.format = {.depth = Depth::f32, .file_format = "tiff"};
+  const TexturedModel source = loaded(bust.mesh, {texture});
+  const double spacing = 3.0 * std::sqrt(source.surface.area / source.surface.triangle_count());
+  const CoarsenedSurface coarse = coarsen(source.surface, spacing);
+  const int triangles = coarse.surface.triangle_count();
+  EXPECT_LT(triangles, 0.3 * source.surface.triangle_count());
+  EXPECT_GT(triangles, 0.15 * source.surface.triangle_count());
+  const Unwrapped unwrapped = unwrap(coarse.surface, {.width = 512, .height = 512});
+  Mesh mesh = coarse.surface.mesh;
+  mesh.uvs = unwrapped.uvs;
+  mesh.corner_uvs = unwrapped.corner_uvs;
+  TexturedModel target = loaded(mesh, {texture}, 512);
+  Messages messages;
+  const TextureSignal signal(target, baking_options(target), messages);
+  const BakedSignal baked = bake(source, target, signal, {}, messages);
+  EXPECT_EQ(baked.same, 0);
+  EXPECT_LT(double(baked.unseen), 0.03 * double(baked.values.rows()));
+  EXPECT_TRUE(baked.values.allFinite());
+  put_baked(baked, signal, {}, target);
+  // Where the two surfaces are a texel apart, what is painted differs by no more than along one.
+  std::vector<double> off;
+  const int count = target.surface.triangle_count();
+  const SourceColours shown(target.model, target.surface.mesh, {});
+  for (int t = 0; t < count; ++t) {
+    const SurfacePoint middle{t, Vector3::Constant(1.0 / 3)};
+    std::array<double, 3> values{};
+    ASSERT_TRUE(shown.at(middle, values));
+    const Vector3 wanted = bust.colors(point_at(target.surface.mesh, middle), 0);
+    off.push_back((Vector3(values[0], values[1], values[2]) - wanted).cwiseAbs().maxCoeff());
+  }
+  std::ranges::sort(off);
+  EXPECT_LT(off[off.size() / 2], 0.03);
 }
 
 TEST(Bake, GivesVerticesAndTexturesEachOthersColours) {

@@ -115,11 +115,12 @@ void add_model_options(OptionTable& table, const std::string& mesh_help,
 
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
                                   const ModelPictures& pictures, ImageTriangles picture,
-                                  const TextureSides& sides) {
+                                  const TargetTextures& target) {
   LoadOptions options = load_options(run.options(), missing, pictures);
   options.picture = picture;
-  options.side = sides.side;
-  options.assumed_side = sides.assumed;
+  options.side = target.side;
+  if (target.slot) options.slot = *target.slot;
+  options.assumed_side = target.assumed;
   Model read;
   {
     const Step step(run, "read", share / 2);
@@ -135,8 +136,8 @@ TexturedModel read_textured_model(Run& run, MissingPictures missing, double shar
 
 TexturedModel read_usable_model(Run& run, MissingPictures missing, double share,
                                 const ModelPictures& pictures, ImageTriangles picture,
-                                const TextureSides& sides) {
-  TexturedModel model = read_textured_model(run, missing, share, pictures, picture, sides);
+                                const TargetTextures& target) {
+  TexturedModel model = read_textured_model(run, missing, share, pictures, picture, target);
   const Defects defects = model.defects();
   run.warn(defects);
   require_usable(defects, model.model.path.string());

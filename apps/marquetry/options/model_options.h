@@ -24,10 +24,11 @@ using ModelPictures = std::optional<std::vector<std::filesystem::path>>;
 /// What --weld says.
 WeldOptions asked_weld(const OptionValues& options);
 
-/// Of textures, both ways.
-struct TextureSides {
-  std::optional<int> side = {};        ///< of all, whose pictures are left out
+/// Textures of a model that gets others.
+struct TargetTextures {
+  std::optional<int> side = {};        ///< of all, both ways; their pictures are left out
   int assumed = assumed_texture_side;  ///< of those without a picture
+  std::optional<std::string> slot = {};  ///< where --slot speaks of another model
 };
 
 /// Reads what the options say, a model or a picture, and makes surface and atlas of it, as the step
@@ -36,14 +37,14 @@ struct TextureSides {
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
                                   const ModelPictures& pictures = {},
                                   ImageTriangles picture = ImageTriangles::two,
-                                  const TextureSides& sides = {});
+                                  const TargetTextures& target = {});
 
 /// The same, and throws `InvalidInput` naming the refused defects, if there are any; the others are
 /// said as warnings.
 TexturedModel read_usable_model(Run& run, MissingPictures missing, double share,
                                 const ModelPictures& pictures = {},
                                 ImageTriangles picture = ImageTriangles::two,
-                                const TextureSides& sides = {});
+                                const TargetTextures& target = {});
 
 /// Protects the files that a model came from: see `Run::will_read`.
 void will_read_model(Run& run, const Model& model);

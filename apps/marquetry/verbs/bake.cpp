@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
+#include "mq/io/slots.h"
 #include "mq/model/baked_signal.h"
 #include "mq/model/joined_slots.h"
 #include "mq/model/outputs.h"
@@ -66,15 +67,23 @@ std::vector<std::string> asked_slots(Run& run, BakeTo to) {
   return slots;
 }
 
-/// As many texels as the source's largest picture has, both ways.
-TextureSides asked_sides(const OptionValues& options, const Model& source) {
-  TextureSides sides;
-  if (options.has("size")) sides.side = int(options.integer("size"));
+/// As many texels as the source's largest picture has, both ways. One slot that the target has too is
+/// replaced there.
+TargetTextures asked_textures(const OptionValues& options, const Model& source,
+                              const std::vector<std::string>& slots) {
+  TargetTextures target;
+  if (options.has("size")) target.side = int(options.integer("size"));
   int largest = 0;
   for (const Texture& texture : source.textures)
     largest = std::max({largest, texture.pixels.width(), texture.pixels.height()});
-  if (largest > 0) sides.assumed = largest;
-  return sides;
+  if (largest > 0) target.assumed = largest;
+  target.slot = "";
+  const std::string file = options.text("mesh");
+  if (!options.has("slot") || slots.size() != 1 || names_picture(file)) return target;
+  const Model shape = read_model(file, {.pictures = ReadModelOptions::Pictures::skip});
+  const std::string slot = slot_from_text(slots.front());
+  if (std::ranges::count(shape.slots, slot, &MaterialSlot::name) > 0) target.slot = slot;
+  return target;
 }
 
 Exit run_bake(Run& run) {
@@ -86,7 +95,8 @@ Exit run_bake(Run& run) {
   TexturedModel source = read_source(run, slots.empty() ? "" : slots.front());
   TexturedModel target = read_usable_model(
       run, to == BakeTo::vertices ? MissingPictures::unneeded : MissingPictures::assume, 0.1,
-      ModelPictures(std::in_place), ImageTriangles::two, asked_sides(options, source.model));
+      ModelPictures(std::in_place), ImageTriangles::two,
+      asked_textures(options, source.model, slots));
   require(to == BakeTo::vertices || target.atlas,
           target.model.path.string() +
               ": has no texture coordinates: give it some with the verb "

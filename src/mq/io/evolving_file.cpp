@@ -12,6 +12,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/detail/evolving_blocks.h"
+#include "mq/io/detail/json_text.h"
 
 namespace mq {
 namespace {
@@ -22,7 +23,10 @@ using OrderedJson = nlohmann::ordered_json;
 constexpr const char* format_name = "marquetry evolving mesh";
 constexpr int version = 1;
 
-OrderedJson parsed(std::string_view text) { return OrderedJson::parse(text, nullptr, false); }
+OrderedJson parsed(std::string_view text) {
+  if (too_deep_json(text)) return OrderedJson(OrderedJson::value_t::discarded);
+  return OrderedJson::parse(text, nullptr, false);
+}
 
 /// A whole number of a line, from 0 to `most`; −1 where the line has none.
 std::int64_t number(const OrderedJson& line, const char* name, std::int64_t most = std::int64_t(1) << 52) {

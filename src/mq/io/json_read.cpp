@@ -116,6 +116,13 @@ std::string json_place(const std::string& file, std::string_view text,
   return text_place(file, text, place ? place->begin : 0);
 }
 
+void refuse_deep_json(const std::string& file, std::string_view text) {
+  if (const auto at = too_deep_json(text))
+    throw IoError(fmt::format("{}: arrays and objects lie in each other {} deep, more than any that is "
+                              "known: check that it is what it should be",
+                              text_place(file, text, *at), most_json_levels));
+}
+
 void refuse_json(const std::string& file, std::string_view text, const std::string& wanted,
                  const nlohmann::detail::exception& error) {
   throw IoError(fmt::format("{}: {} (wanted {})", text_place(file, text, stopped_at(text, error)),

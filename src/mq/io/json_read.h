@@ -23,9 +23,13 @@ std::string json_place(const std::string& file, std::string_view text,
 [[noreturn]] void refuse_json(const std::string& file, std::string_view text,
                               const std::string& wanted, const nlohmann::detail::exception& error);
 
+/// Throws `IoError` with the place at which `text` goes too deep (`most_json_levels`), if it does.
+void refuse_deep_json(const std::string& file, std::string_view text);
+
 /// The document in `text`, as `nlohmann::json` or `nlohmann::ordered_json`; refused as above.
 template <class Json = nlohmann::json>
 Json parse_json(const std::string& file, std::string_view text, const std::string& wanted) {
+  refuse_deep_json(file, text);
   try {
     return Json::parse(text);
   } catch (const nlohmann::detail::exception& error) {

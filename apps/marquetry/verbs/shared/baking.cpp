@@ -73,7 +73,9 @@ std::vector<std::string> slots_to_bake(Run& run, const Model& source, const std:
 }
 
 void begin_bake(const std::vector<std::string>& slots, TexturedModel& target) {
-  if (slots.size() > 1) begin_slots(slots, target.texture_sizes.size(), target.model);
+  const bool is_anew = slots.size() > 1 || (slots.size() == 1 && slots.front() != base_slot &&
+                                            slots.front() != target.model.slot);
+  if (is_anew) begin_slots(slots, target.texture_sizes.size(), target.model);
 }
 
 namespace {

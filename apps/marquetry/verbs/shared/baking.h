@@ -18,7 +18,7 @@ enum class BakeTo { textures, vertices };
 /// remark. Empty: the source has no slots.
 std::vector<std::string> slots_to_bake(Run& run, const Model& source, const std::string& output);
 
-/// The target as it will be: with pictures for several slots it is made anew.
+/// The target as it will be: with pictures for several slots, or for one that it has not, it is made anew.
 void begin_bake(const std::vector<std::string>& slots, TexturedModel& target);
 
 /// The source with a slot's pictures.

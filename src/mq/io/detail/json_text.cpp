@@ -100,6 +100,23 @@ std::optional<JsonPlace> find_json(std::string_view text, std::span<const JsonSt
   return Walker(text).find(steps);
 }
 
+std::optional<std::size_t> too_deep_json(std::string_view text) {
+  int level = 0;
+  bool in_string = false;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (in_string && c == '\\')
+      ++at;
+    else if (c == '"')
+      in_string = !in_string;
+    else if (!in_string && (c == '[' || c == '{') && ++level > most_json_levels)
+      return at;
+    else if (!in_string && (c == ']' || c == '}'))
+      --level;
+  }
+  return {};
+}
+
 std::string json_string(std::string_view text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

@@ -28,6 +28,13 @@ inline std::optional<JsonPlace> find_json(std::string_view text,
   return find_json(text, std::span(steps.begin(), steps.size()));
 }
 
+/// How deep arrays and objects may lie in each other: what handles a document calls itself for each, and
+/// no file that we know of has more than a dozen.
+inline constexpr int most_json_levels = 256;
+
+/// Where a text goes deeper than that; nothing: it does not. The text may be anything.
+std::optional<std::size_t> too_deep_json(std::string_view text);
+
 /// A string as JSON spells it, with its quotation marks.
 std::string json_string(std::string_view text);
 
