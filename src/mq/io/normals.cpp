@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include "mq/io/bytes.h"
-#include "mq/io/document.h"
+#include "mq/io/detail/gltf_scene.h"
+#include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
+#include "mq/io/document.h"
 
 namespace mq {
 namespace {
@@ -23,7 +25,53 @@ bool ply_says_normals(const Document& document) {
   return false;
 }
 
+/// A file's frames, and the mesh that they are of.
+struct FileFrames {
+  Mesh mesh;
+  CornerFrames frames;
+};
+
+FileFrames obj_frames(const Document& document) {
+  ObjFile file = parse_obj(document.bytes, document.name, ObjNormals::read);
+  FileFrames result{std::move(file.mesh), {}};
+  if (file.normals.empty()) return result;
+  for (const Triangle& corners : file.corner_normals)
+    for (const int normal : corners)
+      result.frames.normals.push_back(normal < 0
+                                          ? Eigen::Vector3f(Eigen::Vector3f::Zero())
+                                          : file.normals[std::size_t(normal)].cast<float>());
+  return result;
+}
+
+FileFrames ply_frames(const Document& document) {
+  PlyFile file = parse_ply(document, PlyNormals::read);
+  FileFrames result{std::move(file.file.mesh), {}};
+  if (file.normals.empty()) return result;
+  for (const Triangle& corners : result.mesh.triangles)
+    for (const int vertex : corners)
+      result.frames.normals.push_back(file.normals[std::size_t(vertex)].cast<float>());
+  return result;
+}
+
+FileFrames frames_of(const Document& document, int uv_set) {
+  if (document.format == Document::Format::obj) return obj_frames(document);
+  if (document.format == Document::Format::ply) return ply_frames(document);
+  const GltfFile file(document);
+  GltfScene scene = read_gltf_scene(file, document.choice);
+  CornerFrames frames =
+      gltf_frames(file, scene, uv_set < 0 ? GltfTangents::read : GltfTangents::skip);
+  return {std::move(scene.file.mesh), std::move(frames)};
+}
+
 }  // namespace
+
+CornerFrames file_frames(const Model& model) {
+  if (!model.document) return {};
+  FileFrames found = frames_of(*model.document, model.uv_set);
+  const bool same = found.mesh.triangles == model.mesh.triangles &&
+                    found.mesh.positions == model.mesh.positions;
+  return same ? std::move(found.frames) : CornerFrames{};
+}
 
 bool holds_normals(const Model& model) {
   if (!model.document) return false;

@@ -14,6 +14,11 @@ namespace mq {
 using UvTransform = std::array<double, 6>;
 inline constexpr UvTransform no_uv_transform{1, 0, 0, 0, 1, 0};
 
+/// Whether u and v still grow where they did.
+inline bool keeps_directions(const UvTransform& m) {
+  return m[0] > 0 && m[1] == 0 && m[3] == 0 && m[4] > 0;
+}
+
 /// A picture that a material names for a slot.
 struct GltfMap {
   std::string slot;  ///< (slots.h)

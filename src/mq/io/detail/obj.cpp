@@ -21,7 +21,8 @@ namespace {
 
 class ObjParser {
  public:
-  ObjParser(ByteView bytes, const std::string& name) : text_(text_of(bytes)), name_(name) {}
+  ObjParser(ByteView bytes, const std::string& name, ObjNormals normals)
+      : text_(text_of(bytes)), name_(name), reads_normals_(normals == ObjNormals::read) {}
 
   ObjFile parse() {
     for (Scanner scanner(text_); !scanner.at_end(); scanner.next_line()) {
@@ -66,6 +67,7 @@ class ObjParser {
     if (line_ == 0 && key.starts_with("\xef\xbb\xbf")) key.remove_prefix(3);
     if (key == "v") return read_vertex(scanner);
     if (key == "vt") return read_uv(scanner);
+    if (key == "vn" && reads_normals_) return read_normal(scanner);
     if (key == "f" || key == "fo") return read_face(scanner);
     if (key == "usemtl") return use_material(scanner.rest());
     if (key == "mtllib") return read_library(scanner);
@@ -115,6 +117,22 @@ class ObjParser {
     file_.mesh.uvs.emplace_back(n[0], n[1]);
   }
 
+  /// A line that is no normal is one of length 0, so that the others keep their numbers.
+  void read_normal(Scanner& scanner) {
+    Vector3 normal = Vector3::Zero();
+    for (int i = 0; i < 3; ++i)
+      if (!to_number(scanner.word(), normal[i])) normal[i] = 0;
+    file_.normals.push_back(normal);
+  }
+
+  /// What is behind the second slash of a corner; −1 where it is no index.
+  int normal_index(std::string_view text) const {
+    int index = 0;
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), index);
+    if (result.ec != std::errc() || result.ptr != text.data() + text.size()) return -1;
+    return index < 0 ? int(std::ssize(file_.normals)) + index : index - 1;
+  }
+
   /// The index, from 0, that `text` spells; `ahead` remembers one beyond `count`.
   int read_index(std::string_view text, std::string_view word, int count, Ahead& ahead,
                  const char* what) const {
@@ -156,6 +174,9 @@ class ObjParser {
                                     : read_index(word.substr(slash + 1, second - slash - 1), word,
                                                  int(file_.uvs.size()), uv_ahead_,
                                                  "texture coordinate"));
+      if (reads_normals_)
+        corner_normals_.push_back(
+            second < word.size() ? normal_index(word.substr(second + 1)) : -1);
     }
     ++faces_;
     const std::size_t corners = corner_vertices_.size() - begin;
@@ -169,6 +190,7 @@ class ObjParser {
     ++short_faces_;
     corner_vertices_.resize(begin);
     corner_uvs_.resize(begin);
+    corner_normals_.resize(reads_normals_ ? begin : 0);
   }
 
   void use_material(std::string_view name) {
@@ -217,11 +239,21 @@ class ObjParser {
     file_.mesh.triangles.push_back(
         {vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]});
     if (!file_.materials.empty()) file_.mesh.textures.push_back(polygon.material);
+    if (reads_normals_) add_normals(corner_normals_.data() + polygon.begin, corners);
     if (!any_uv_) return;
     const int* uvs = corner_uvs_.data() + polygon.begin;
     const Triangle triangle{uvs[corners[0]], uvs[corners[1]], uvs[corners[2]]};
     if (std::min({triangle[0], triangle[1], triangle[2]}) < 0) ++triangles_without_uv_;
     file_.mesh.corner_uvs.push_back(triangle);
+  }
+
+  void add_normals(const int* of_polygon, const Triangle& corners) {
+    Triangle normals;
+    for (int k = 0; k < 3; ++k) {
+      const int normal = of_polygon[corners[k]];
+      normals[k] = normal < std::ssize(file_.normals) ? normal : -1;
+    }
+    file_.corner_normals.push_back(normals);
   }
 
   void finish_colors() {
@@ -301,10 +333,11 @@ class ObjParser {
 
   std::string_view text_;
   const std::string& name_;
+  const bool reads_normals_;
   ObjFile file_;
   std::size_t line_ = 0;  ///< where the line being read begins
   std::size_t last_line_ = 0;
-  std::vector<int> corner_vertices_, corner_uvs_;
+  std::vector<int> corner_vertices_, corner_uvs_, corner_normals_;
   std::vector<Polygon> polygons_;
   Ahead vertex_ahead_, uv_ahead_;
   std::string_view material_name_;
@@ -319,8 +352,8 @@ class ObjParser {
 
 }  // namespace
 
-ObjFile parse_obj(ByteView bytes, const std::string& name) {
-  return ObjParser(bytes, name).parse();
+ObjFile parse_obj(ByteView bytes, const std::string& name, ObjNormals normals) {
+  return ObjParser(bytes, name, normals).parse();
 }
 
 }  // namespace mq

@@ -2,7 +2,7 @@
 /// Wavefront OBJ: polygons with texture coordinates and materials per face, as lines of text.
 ///
 /// Read: `v` (with colours), `vt`, `f` (any polygon, `v//n`, negative indices), `usemtl`, `mtllib`;
-/// continued lines. Kept where it is, but not used: normals, groups, lines, points, everything
+/// continued lines; normals where asked. Kept where it is, but not used: groups, lines, points, everything
 /// else.
 
 #include <string>
@@ -26,14 +26,19 @@ struct ObjFile {
   std::vector<Library> libraries;
   std::vector<std::size_t> vertices;  ///< where the numbers of each `v` begin
   std::vector<std::size_t> uvs;       ///< and of each `vt`
+  std::vector<Vector3> normals;          ///< of each `vn`; where they are asked for
+  std::vector<Triangle> corner_normals;  ///< per triangle; −1: none, or one that is not there
   std::vector<std::string> notes;
   Defects defects;  ///< "maybe_cut_short": a last line without an end, or vertices whose faces lack
 };
 
+/// Whether normals are read.
+enum class ObjNormals { skip, read };
+
 /// Reads the lines of an OBJ file; `name` is for messages. Throws `IoError` with the line where it
 /// is not OBJ, a number or an index is none or out of range, a coordinate is not finite, a polygon
 /// has more than `max_polygon` corners.
-ObjFile parse_obj(ByteView bytes, const std::string& name);
+ObjFile parse_obj(ByteView bytes, const std::string& name, ObjNormals normals = ObjNormals::skip);
 
 /// What an OBJ document says, its libraries being among its parts: a picture that several materials
 /// name for the slot that is read (`chosen_slot`) is one texture, in the order of first use; a material

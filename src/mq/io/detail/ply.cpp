@@ -158,10 +158,11 @@ class HeaderParser {
 
 class PlyParser {
  public:
-  PlyParser(const Document& document, int uv_set)
+  PlyParser(const Document& document, int uv_set, PlyNormals normals = PlyNormals::skip)
       : document_(document),
         header_(parse_ply_header(document.bytes, document.name)),
         roles_(header_, uv_set),
+        reads_normals_(normals == PlyNormals::read && roles_.normal[0] >= 0),
         reader_(document.bytes, header_, document.name) {}
 
   PlyFile parse() {
@@ -243,6 +244,9 @@ class PlyParser {
       for (int c = 0; c < channels; ++c)
         file.colors.values.push_back(float(row[roles_.color[c]] / scale));
       if (roles_.uv[0] >= 0) vertex_uvs_.emplace_back(row[roles_.uv[0]], row[roles_.uv[1]]);
+      if (reads_normals_)
+        result_.normals.emplace_back(row[roles_.normal[0]], row[roles_.normal[1]],
+                                     row[roles_.normal[2]]);
     }
   }
 
@@ -386,6 +390,7 @@ class PlyParser {
   const Document& document_;
   const PlyHeader header_;
   const PlyRoles roles_;
+  const bool reads_normals_;
   PlyReader reader_;
   PlyFile result_;
   std::vector<Polygon> polygons_;
@@ -400,8 +405,8 @@ PlyHeader parse_ply_header(ByteView bytes, const std::string& name) {
   return HeaderParser(bytes, name).parse();
 }
 
-PlyFile parse_ply(const Document& document) {
-  return PlyParser(document, document.choice.uv_set).parse();
+PlyFile parse_ply(const Document& document, PlyNormals normals) {
+  return PlyParser(document, document.choice.uv_set, normals).parse();
 }
 
 MeshFile read_ply(const Document& document) {

@@ -47,8 +47,12 @@ PlyHeader parse_ply_header(ByteView bytes, const std::string& name);
 struct PlyFile {
   MeshFile file;
   std::vector<int> corner_uvs;  ///< per corner of each face its entry of the mesh's uvs, or −1
+  std::vector<Vector3> normals = {};  ///< of vertices, where they are asked for and there
 };
-PlyFile parse_ply(const Document& document);
+
+/// Whether normals are read.
+enum class PlyNormals { skip, read };
+PlyFile parse_ply(const Document& document, PlyNormals normals = PlyNormals::skip);
 
 /// What a PLY document says. Where it has several sets of texture coordinates (those of corners come
 /// before those of vertices), `Document::choice` chooses. Throws `IoError` as above, with the element where a value is none, an

@@ -148,6 +148,10 @@ PlyRoles::PlyRoles(const PlyHeader& header, int uv_set) {
     color[2] = find(*vertex, {"blue", "b", "diffuse_blue"}, false);
     color[3] = find(*vertex, {"alpha", "a", "diffuse_alpha"}, false);
     if (color_scale() == 0) std::fill(color, color + 4, -1);
+    normal[0] = find(*vertex, {"nx", "normal_x"}, false);
+    normal[1] = find(*vertex, {"ny", "normal_y"}, false);
+    normal[2] = find(*vertex, {"nz", "normal_z"}, false);
+    if (*std::min_element(normal, normal + 3) < 0) std::fill(normal, normal + 3, -1);
   }
   if (face) {
     indices = find(*face, {"vertex_indices", "vertex_index"}, true);

@@ -81,6 +81,7 @@ struct PlyRoles {
   int position[3] = {-1, -1, -1};
   int color[4] = {-1, -1, -1, -1};
   int uv[2] = {-1, -1};
+  int normal[3] = {-1, -1, -1};  ///< all or none
   int indices = -1;
   int corner_uvs = -1;
   int texture = -1;
