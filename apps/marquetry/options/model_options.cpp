@@ -198,11 +198,16 @@ void add_depth_option(OptionTable& table) {
 }
 
 void set_depth(const OptionValues& options, Model& model) {
+  const std::optional<Depth> depth = asked_depth(options);
+  if (!depth) return;
+  for (Texture& texture : model.textures) texture.format.depth = *depth;
+  model.colors.depth = *depth;
+}
+
+std::optional<Depth> asked_depth(const OptionValues& options) {
   const std::string name = options.text("depth");
-  if (name == "keep") return;
-  const Depth depth = depth_from_name(name);
-  for (Texture& texture : model.textures) texture.format.depth = depth;
-  model.colors.depth = depth;
+  if (name == "keep") return std::nullopt;
+  return depth_from_name(name);
 }
 
 std::string depth_name(Depth depth) {

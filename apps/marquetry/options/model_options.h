@@ -59,6 +59,9 @@ Json picture_json(const Model& picture);
 void add_depth_option(OptionTable& table);
 void set_depth(const OptionValues& options, Model& model);
 
+/// What it asks for; nothing where depths are kept.
+std::optional<Depth> asked_depth(const OptionValues& options);
+
 /// "u8", "u16", "half" or "float".
 std::string depth_name(Depth depth);
 

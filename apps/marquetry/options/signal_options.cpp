@@ -80,7 +80,24 @@ void add_normals_option(OptionTable& table) {
   table.add(
       {.name = "normals",
        .group = "Signal",
-       .help = "the texture is a normal map in object space; keep its normals of unit length"});
+       .help = "the texture is a normal map; keep its normals of unit length"});
+  table.add({.name = "normal-space",
+             .type = Type::choice,
+             .default_value = "auto",
+             .choices = {"auto", "object", "tangent", "directx"},
+             .group = "Signal",
+             .help = "in which axes a normal map is: the model's, or those of its charts",
+             .details = "tangent: green up, as glTF and OpenGL have it; directx: green down. auto: "
+                        "tangent in normal slots of glTF, and where 9 of 10 normals point along z. "
+                        "Any but auto says that the texture is a normal map."});
+}
+
+NormalAxes normal_axes(const OptionValues& options) {
+  const std::string name = options.text("normal-space");
+  return name == "object"    ? NormalAxes::object
+         : name == "tangent" ? NormalAxes::tangent
+         : name == "directx" ? NormalAxes::tangent_down
+                             : NormalAxes::as_found;
 }
 
 void add_vertices_option(OptionTable& table, const std::string& help) {
@@ -131,7 +148,9 @@ ValueSpace value_space(const OptionValues& options) {
                                [&](const Option& option) { return option.name == name; });
   };
   ValueSpace values;
-  if (has("normals") && options.flag("normals")) values.meaning = ValueSpace::Meaning::normals;
+  if (has("normal-space")) values.axes = normal_axes(options);
+  if ((has("normals") && options.flag("normals")) || values.axes != NormalAxes::as_found)
+    values.meaning = ValueSpace::Meaning::normals;
   const std::string name = has("space") ? options.text("space") : "stored";
   values.space = name == "linear" ? ColourSpace::linear
                  : name == "log"  ? ColourSpace::log
@@ -159,7 +178,11 @@ std::unique_ptr<TextureSignal> make_texture_signal(Run& run, const TexturedModel
 std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
                                          const Progress& progress) {
   if (!at_vertices(run.options(), model))
-    return make_texture_signal(run, model, {.values = value_space(run.options())}, progress);
+    return make_texture_signal(run, model,
+                               {.values = value_space(run.options()),
+                                .shared = TextureSignalOptions::SharedTexels::as_normals_need,
+                                .depth = asked_depth(run.options())},
+                               progress);
   std::unique_ptr<ModelSignal> signal;
   about(model.model, [&] { signal = std::make_unique<VertexColourSignal>(model); });
   return signal;

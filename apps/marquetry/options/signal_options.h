@@ -36,7 +36,7 @@ double spread_weight(const OptionValues& options, const SurfaceScale& scale);
 /// Adds --space.
 void add_space_option(OptionTable& table);
 
-/// Adds --normals.
+/// Adds --normals and --normal-space.
 void add_normals_option(OptionTable& table);
 
 /// Adds --vertices; `help` says what it does.
@@ -50,7 +50,10 @@ bool at_vertices(const OptionValues& options, const TexturedModel& model);
 /// Throws `InvalidInput` where pictures are named beside colours at vertices, see `at_vertices`.
 void refuse_pictures(const OptionValues& options);
 
-/// What --space and --normals say, where the verb has them.
+/// What --normal-space says.
+NormalAxes normal_axes(const OptionValues& options);
+
+/// What --space, --normals and --normal-space say, where the verb has them.
 ValueSpace value_space(const OptionValues& options);
 
 /// The signal that a verb changes, as the options ask for it (see `at_vertices`); what was found

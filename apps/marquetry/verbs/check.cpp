@@ -61,12 +61,16 @@ Exit check(Run& run) {
   if (!scene.atlas) text += "  note     the mesh has no texture coordinates\n";
   for (const auto& [name, value] : slots_rows(scene.model))
     text += fmt::format("  note     {}: {}\n", name, value);
+  const Json normals = normals_json(scene);
+  for (const auto& [name, value] : normals_rows(normals))
+    text += fmt::format("  note     {}: {}\n", name, value);
   text += refused(defects) ? "  cannot be filtered as it is\n"
           : serious > 0    ? "  can be filtered; the warnings say what is done about each\n"
                            : "  nothing to complain of\n";
   run.print(text);
   run.result = {{"usable", !refused(defects)}, {"defects", serious}};
   run.result.update(slots_json(scene.model));
+  run.result["normals"] = normals;
   return serious > 0 ? Exit::defects : Exit::done;
 }
 

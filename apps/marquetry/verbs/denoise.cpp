@@ -21,8 +21,8 @@ std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel
                                 const ModelSignal& target) {
   const std::vector<std::string> files = options.texts("guide");
   if (files.empty()) return {};
-  const TexelSpace* space = target.texel_space();
-  require(space != nullptr, files.front() + ": --guide is for textures, not for colours at vertices");
+  const auto* textures = dynamic_cast<const TextureSignal*>(&target);
+  require(textures != nullptr, files.front() + ": --guide is for textures, not for colours at vertices");
   const std::size_t count = scene.texture_sizes.size();
   std::vector<Guide> guides;
   for (std::size_t first = 0; first < files.size(); first += count) {
@@ -31,7 +31,7 @@ std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel
       pictures.push_back(read_texture(files[first + i]).pixels);
       require_size(files[first + i], pictures[i].width(), pictures[i].height(), scene, i);
     }
-    guides.push_back({space->gather(pictures), options.number("guide-edge")});
+    guides.push_back({textures->gather(pictures), options.number("guide-edge")});
   }
   return guides;
 }

@@ -20,7 +20,9 @@ namespace mq::app {
 namespace {
 
 FillOptions asked_fill(const OptionValues& options) {
-  FillOptions fill{.values = value_space(options), .weight = options.number("weight")};
+  FillOptions fill{.values = value_space(options),
+                   .weight = options.number("weight"),
+                   .depth = asked_depth(options)};
   if (options.has("distance")) fill.distance = options.number("distance");
   return fill;
 }
@@ -36,12 +38,13 @@ Exit fill(Run& run) {
 
   std::unique_ptr<TextureFill> filling;
   TextureFill::Solution solution;
-  const Json difference = seams_json(scene);
+  Json difference;
   about(scene.model, [&] {
     {
       const Step step(run, "assemble", 0.3);
       filling = std::make_unique<TextureFill>(scene, asked_fill(options), run.terminal(), step);
       say_defects(run, filling->signal());
+      difference = seams_json(scene, filling->signal());
     }
     const Step step(run, "solve", 0.3);
     solution = filling->solve(step);
@@ -51,7 +54,7 @@ Exit fill(Run& run) {
   run.result["border_texels"] = filling->border_texels();
   const Step step(run, "write", 0.2);
   run.result["outside_texels"] = filling->put(solution, scene.model);
-  run.result["seams"] = {{"before", difference}, {"after", seams_json(scene)}};
+  run.result["seams"] = {{"before", difference}, {"after", seams_json(scene, filling->signal())}};
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
@@ -79,7 +82,7 @@ Verb fill_verb() {
              .most = 1e9,
              .group = "Fill",
              .help = "of agreement at seams against smoothness, per texel of a seam",
-             .details = "0: charts go on by themselves, as normals in tangent space must."});
+             .details = "0: charts go on by themselves."});
   add_space_option(table);
   add_normals_option(table);
   add_depth_option(table);

@@ -123,7 +123,9 @@ Exit inspect(Run& run) {
     text += row("texture", "none: the mesh has no texture coordinates");
   }
   run.result.update(slots_json(scene.model));
+  run.result["normals"] = normals_json(scene);
   for (const auto& [name, value] : slots_rows(scene.model)) text += row(name, value);
+  for (const auto& [name, value] : normals_rows(run.result["normals"])) text += row(name, value);
   run.print(text + defects_text(scene.defects()));
   return Exit::done;
 }

@@ -35,15 +35,18 @@ Exit seams(Run& run) {
   std::unique_ptr<TextureSignal> target;
   Signal before, after;
   std::vector<char> free;
-  const Json difference = seams_json(scene);
+  Json difference;
   about(scene.model, [&] {
     {
       const Step step(run, "assemble", 0.3);
       target = make_texture_signal(run, scene,
                                    {.values = value_space(options),
-                                    .space = soft_seams(*scene.atlas, options.number("weight"))},
+                                    .space = soft_seams(*scene.atlas, options.number("weight")),
+                                    .shared = TextureSignalOptions::SharedTexels::as_normals_need,
+                                    .depth = asked_depth(options)},
                                    step);
-      free = seam_texels(scene.surface, *scene.atlas, target->space());
+      free = seam_texels(scene.surface, *target->texel_atlas(), target->space());
+      difference = seams_json(scene, *target);
     }
     const auto at_seams = std::ranges::count(free, 1);
     if (2 * at_seams > std::ssize(free))
@@ -62,7 +65,7 @@ Exit seams(Run& run) {
   run.result["seam_texels"] = std::ranges::count(free, 1);
   const Step step(run, "write", 0.1);
   target->put(before, after, scene.model);
-  run.result["seams"] = {{"before", difference}, {"after", seams_json(scene)}};
+  run.result["seams"] = {{"before", difference}, {"after", seams_json(scene, *target)}};
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;

@@ -137,7 +137,8 @@ Exit stitch(Run& run) {
   StitchRegions regions;
   about(scene.model, [&] {
     const Step step(run, "assemble", 0.2);
-    target = make_texture_signal(run, scene, {.values = value_space(options)},
+    target = make_texture_signal(run, scene,
+                                 {.values = value_space(options), .depth = asked_depth(options)},
                                  step.progress().step("space", 0.5));
     regions = asked_regions(run, scene, *target, step.progress().step("partial textures", 0.5));
     if (has_partials(options)) target->put(target->values(), regions.values, scene.model);
@@ -145,7 +146,7 @@ Exit stitch(Run& run) {
   });
   const SurfaceScale scale = target->space().scale();
   const double weight = spread_weight(options, scale);
-  const Json seams = seams_json(scene);
+  const Json seams = seams_json(scene, *target);
   Stitched stitched;
   if (regions.is_stitchable()) {
     about(scene.model, [&] { stitched = solve(run, *target, weight, regions); });
@@ -165,7 +166,7 @@ Exit stitch(Run& run) {
 
   const Step step(run, "write", 0.1);
   target->put(before, after, scene.model);
-  run.result["seams"] = {{"before", seams}, {"after", seams_json(scene)}};
+  run.result["seams"] = {{"before", seams}, {"after", seams_json(scene, *target)}};
   compare_seams(run);
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);

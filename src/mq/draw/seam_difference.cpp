@@ -17,6 +17,7 @@ struct Lookup {
   const Surface& surface;
   const Atlas& atlas;
   const std::vector<const Image<float>*>& textures;
+  const SeenValue& seen;
 
   int texture(HalfEdge h) const { return surface.mesh.texture(h / 3); }
   int channels(HalfEdge h) const { return colour_channels(textures[texture(h)]->channels()); }
@@ -27,6 +28,11 @@ struct Lookup {
     const TexelPoint& b = atlas.corners[h / 3][(h % 3 + 1) % 3];
     sample(*textures[texture(h)], a.column() + s * (b.column() - a.column()),
            a.row() + s * (b.row() - a.row()), atlas.textures[texture(h)].wrap, values);
+    if (!seen) return;
+    SurfacePoint point{h / 3, Vector3::Zero()};
+    point.barycentric[h % 3] = 1 - s;
+    point.barycentric[(h % 3 + 1) % 3] = s;
+    seen(point, values);
   }
 
   double texels(HalfEdge h) const {
@@ -118,9 +124,10 @@ constexpr std::size_t most_edges = 200;
 }  // namespace
 
 SeamDifference seam_difference(const Surface& surface, const Atlas& atlas,
-                               const std::vector<const Image<float>*>& textures) {
+                               const std::vector<const Image<float>*>& textures,
+                               const SeenValue& seen) {
   check_textures(atlas, textures);
-  const Lookup lookup{surface, atlas, textures};
+  const Lookup lookup{surface, atlas, textures, seen};
   Part sum = parallel_sum(
       std::int64_t(atlas.edges.size()), Part(), [&](std::int64_t begin, std::int64_t end) {
         Part part;

@@ -2,10 +2,13 @@
 /// How far a texture jumps across the seams of its atlas: the same point of the surface looked up
 /// from both sides.
 
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "mq/atlas/atlas.h"
 #include "mq/image/image.h"
+#include "mq/mesh/surface_point.h"
 
 namespace mq {
 
@@ -31,10 +34,14 @@ struct SeamDifference {
                                  ///< at the centre of its weight
 };
 
+/// Makes of a value looked up at a point of the surface the one that is compared; called from any thread.
+using SeenValue = std::function<void(const SurfacePoint& point, std::span<float> value)>;
+
 /// Textures are those of the atlas, in its order and sizes; values are bilinear, wrapped as the
-/// atlas says. Where two textures differ in channels those both have are compared. Throws
+/// atlas says, and taken through `seen` where there is one. Where two textures differ in channels those both have are compared. Throws
 /// `InvalidInput` when textures do not fit the atlas. Equal bits for any number of threads.
 SeamDifference seam_difference(const Surface& surface, const Atlas& atlas,
-                               const std::vector<const Image<float>*>& textures);
+                               const std::vector<const Image<float>*>& textures,
+                               const SeenValue& seen = {});
 
 }  // namespace mq

@@ -38,6 +38,10 @@ TexelCopies::TexelCopies(const Surface& surface, const SeparatedAtlas& apart,
     if (mass[a.unknown] != mass[b.unknown]) return mass[a.unknown] > mass[b.unknown];
     return a.unknown < b.unknown;
   });
+  is_shown_.assign(copies_.size(), 0);
+  for (std::size_t i = 0; i < copies_.size(); ++i)
+    if (i == 0 || copies_[i].texel != copies_[i - 1].texel)
+      is_shown_[std::size_t(copies_[i].unknown)] = 1;
   for (std::size_t i = 1; i < copies_.size(); ++i)
     if (copies_[i].texel == copies_[i - 1].texel &&
         (i == 1 || copies_[i].texel != copies_[i - 2].texel))

@@ -29,6 +29,9 @@ class TexelCopies {
   /// shown; none where no chart reads it.
   std::vector<int> meant(const Texels::Place& texel) const;
 
+  /// Whether the picture shows this copy.
+  bool is_shown(int unknown) const { return is_shown_[std::size_t(unknown)] != 0; }
+
   /// Values of unknowns to the texels that show them; changes no other texel.
   void scatter(const Signal& signal, std::span<Image<float>> pictures) const;
 
@@ -45,6 +48,7 @@ class TexelCopies {
   std::vector<std::int64_t> offsets_;  // per picture
   std::vector<Copy> copies_;           // by texel, those that are shown first
   std::vector<Texels::Place> shared_;
+  std::vector<char> is_shown_;  // per unknown
 };
 
 }  // namespace mq

@@ -38,7 +38,7 @@ struct Denoised : Filtered {
 };
 
 /// The edge that parts noise from detail, of a signal from which noise from one unknown to the next
-/// is nearly gone: the lower quartile of h̄ |∇φ| over elements, which is what noise leaves where there
+/// is nearly gone: the lower quartile of h̄ |∇φ| over elements that hold some of the surface, which is what noise leaves where there
 /// is nothing but noise. 0 where a quarter of the signal is constant: then there is no
 /// noise. The quartile of noise of deviation σ in each of n channels that the first step of
 /// `denoise` leaves is about 0.12 σ √n. Detail that covers more than three quarters of the surface

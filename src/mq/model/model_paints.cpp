@@ -54,4 +54,15 @@ SeamDifference texture_seams(const TexturedModel& model) {
   return texture_seams(model, model.model.textures);
 }
 
+SeamDifference texture_seams(const TexturedModel& model, const ShadingFrames& frames) {
+  const SeenValue seen = [&](const SurfacePoint& point, std::span<float> value) {
+    if (value.size() < 3) return;
+    Vector3 mapped;
+    for (int c = 0; c < 3; ++c) mapped[c] = 2 * double(value[std::size_t(c)]) - 1;
+    const Vector3 normal = frames.at(point).to_model(mapped);
+    for (int c = 0; c < 3; ++c) value[std::size_t(c)] = float((normal[c] + 1) / 2);
+  };
+  return seam_difference(model.surface, *model.atlas, pictures_of(model.model.textures), seen);
+}
+
 }  // namespace mq

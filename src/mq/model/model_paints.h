@@ -6,6 +6,7 @@
 
 #include "mq/draw/render.h"
 #include "mq/draw/seam_difference.h"
+#include "mq/model/normal_axes.h"
 #include "mq/model/textured_model.h"
 
 namespace mq {
@@ -31,5 +32,9 @@ FalseColour scale_of_textures(std::span<const Texture> textures, int channel,
 /// model must have an atlas.
 SeamDifference texture_seams(const TexturedModel& model, std::span<const Texture> textures);
 SeamDifference texture_seams(const TexturedModel& model);
+
+/// The same of normals in tangent space, seen in the model's axes and stored as such maps are,
+/// (n + 1) / 2.
+SeamDifference texture_seams(const TexturedModel& model, const ShadingFrames& frames);
 
 }  // namespace mq

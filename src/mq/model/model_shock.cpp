@@ -38,7 +38,7 @@ ShockedModel shock_signal(const TexturedModel& model, const ModelSignal& signal,
   const TexelSpace& space = *signal.texel_space();
   const double edge = request.longest_edge.value_or(usual_longest_edge(space.size()));
   ShockedTexture found = texture_shock(
-      model.surface, *model.atlas, space, values,
+      model.surface, *signal.texel_atlas(), space, values,
       {.weights = weights, .time = request.time, .longest_edge = edge, .solver = solver}, progress);
   return {std::move(found.signal), found.rate,   found.time,
           found.counts,            found.path_seconds, found.solves,

@@ -17,6 +17,9 @@
 
 namespace mq {
 
+class ShadingFrames;
+class TangentTexels;
+
 /// What both kinds of signal offer. The model must outlive it.
 class ModelSignal {
  public:
@@ -26,6 +29,9 @@ class ModelSignal {
   /// The same space where it is one of texels, or of vertices; else null.
   virtual const TexelSpace* texel_space() const { return nullptr; }
   virtual const VertexSpace* vertex_space() const { return nullptr; }
+
+  /// The atlas of `texel_space`; else null.
+  virtual const Atlas* texel_atlas() const { return nullptr; }
 
   /// Of the surface; what counts as a texel where there are none is the mean spacing of vertices.
   SurfaceScale scale() const;
@@ -65,24 +71,39 @@ struct TextureSignalOptions {
 
   /// A texel that several charts read is one unknown, whose value is right for none of them but the
   /// best there is for all; or one for each chart, of which the picture can show one
-  /// (`separate_overlaps`).
-  enum class SharedTexels { one_unknown, one_for_each } shared = SharedTexels::one_unknown;
+  /// (`separate_overlaps`). Normals in tangent space need the latter where charts overlap: one stored
+  /// vector is another normal in each of them.
+  enum class SharedTexels {
+    one_unknown,  ///< refused where charts overlap and normals are in tangent space
+    one_for_each,
+    as_normals_need  ///< one for each where `one_unknown` is refused
+  } shared = SharedTexels::one_unknown;
 
   /// Whether the values of the model's own pictures are of interest: then textures that disagree in
-  /// channels, normals in tangent space where there are seams, are refused before any work.
+  /// channels are refused before any work.
   enum class Pictures { read, replaced } pictures = Pictures::read;
+
+  std::optional<Depth> depth = {};  ///< that pictures will be written in, where it is not their own
 };
 
 /// Textures. Those with and without alpha are worked on together; where one lacks it, it is 1.
+///
+/// The values of a normal map in tangent space (normal_axes.h) are d = n − N in the model's axes: by
+/// how much its normal differs from the surface's shading normal. They are 0 where the map is flat, and
+/// the same on both sides of a seam, whatever the frames of its charts. Put back, normalise(N + d) is
+/// expressed in the texel's frame. A texel that shows another normal than before by no more than half a
+/// step of its code, or 10⁻⁶, keeps what is stored.
 class TextureSignal final : public ModelSignal {
  public:
-  /// Throws `InvalidInput` as said above, and what `TexelSpace` throws. Warns of values without a
-  /// logarithm.
+  /// Throws `InvalidInput` as said above and for normal maps without z, and what `TexelSpace` throws.
+  /// Warns of values without a logarithm, and of a normal map that does not look like one; remarks on
+  /// what axes normals are taken to be in where that was found by their values.
   TextureSignal(const TexturedModel& model, const TextureSignalOptions& options,
                 Messages& messages, const Progress& progress = {});
 
   const TexelSpace& space() const override { return *space_; }
   const TexelSpace* texel_space() const override { return &*space_; }
+  const Atlas* texel_atlas() const override { return &atlas(); }
   Defects defects() const override;
   std::vector<int> unknowns_at(const Texels::Place& texel) const override;
   Signal values() const override { return values_of(model_.model.textures); }
@@ -96,13 +117,31 @@ class TextureSignal final : public ModelSignal {
   /// space and channels. Throws `InvalidInput` naming the one that does not fit.
   Signal values_of(std::span<const Texture> textures) const;
 
+  /// The values of pictures of one channel count, one for each texture, as they are stored.
+  Signal gather(std::span<const Image<float>> pictures) const;
+
   int channels() const { return channels_; }
+
+  /// In which its values are; `NormalAxes` as they were found.
   const ValueSpace& value_space() const { return values_; }
+
+  /// The frames of a normal map in tangent space; of other pictures null.
+  const ShadingFrames* shading_frames() const;
+
+  /// N of each unknown of such a map, three columns.
+  Signal shading_normals() const;
 
  private:
   const Atlas& atlas() const { return apart_ ? apart_->atlas : *model_.atlas; }
   Texels::Place home(int unknown) const;
-  void refuse_tangent_space() const;
+  TextureSignalOptions::SharedTexels find_axes(TextureSignalOptions::SharedTexels shared,
+                                               Messages& messages);
+  void find_frames();
+  double code_step(const Texture& texture) const;
+  void to_deviations(std::span<const int> block, const Texture& texture, Image<float>& worked,
+                     Signal& values) const;
+  void put_normals(std::span<const int> block, const Signal& before, const Signal& after,
+                   Texture& texture) const;
   void require_alike(std::span<const Texture> textures) const;
 
   const TexturedModel& model_;
@@ -112,6 +151,8 @@ class TextureSignal final : public ModelSignal {
   std::optional<TexelSpace> space_;
   std::optional<TexelCopies> copies_;
   std::vector<std::vector<int>> by_texture_;  ///< unknowns
+  std::shared_ptr<const TangentTexels> tangent_;  ///< null: values are not in tangent space
+  std::optional<Depth> depth_;
 };
 
 /// Colours at vertices. Copies of a vertex that exporters wrote for several charts are one unknown,

@@ -23,9 +23,8 @@ const FillOptions& checked(const FillOptions& options) {
 }
 
 TextureSignalOptions signal_options(const TexturedModel& model, const FillOptions& options) {
-  ValueSpace values = options.values;
-  values.meets_at_seams = options.weight > 0;
-  return {.values = values, .space = soft_seams(*model.atlas, options.weight)};
+  return {.values = options.values, .space = soft_seams(*model.atlas, options.weight),
+          .depth = options.depth};
 }
 
 }  // namespace

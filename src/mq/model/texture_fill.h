@@ -14,8 +14,9 @@ namespace mq {
 struct FillOptions {
   ValueSpace values = {};
   double weight = 100;  ///< of agreement at seams against smoothness, per texel of a seam; 0:
-                        ///< charts go on by themselves, as normals in tangent space must
+                        ///< charts go on by themselves
   double distance = std::numeric_limits<double>::infinity();  ///< texels beyond those of charts
+  std::optional<Depth> depth = {};  ///< see `TextureSignalOptions`
 };
 
 /// First the texels that lookups at the borders of charts read: the smoothest values for which the

@@ -12,7 +12,6 @@
 #include "mq/base/parallel.h"
 #include "mq/base/words.h"
 #include "mq/fem/field_metric.h"
-#include "mq/image/normal_map.h"
 #include "mq/model/detail/same_row.h"
 #include "mq/model/model_signal.h"
 
@@ -97,7 +96,7 @@ Image<float> brightness_of(const Image<float>& picture) {
 
 TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOptions& options,
                              Messages& messages, const Progress& progress)
-    : model_(model), values_(options.values) {
+    : model_(model), values_(options.values), depth_(options.depth) {
   require(model.atlas.has_value(),
           model.model.path.string() + ": has no texture coordinates, so no textures");
   const bool reads = options.pictures == TextureSignalOptions::Pictures::read;
@@ -105,8 +104,10 @@ TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOpti
   if (reads && !model.model.textures.empty() &&
       model.model.textures.front().meaning == TextureMeaning::normals)
     values_.meaning = ValueSpace::Meaning::normals;
+  auto shared = options.shared;
+  if (reads && values_.meaning == ValueSpace::Meaning::normals) shared = find_axes(shared, messages);
   Progress rest = progress;
-  if (options.shared == TextureSignalOptions::SharedTexels::one_for_each) {
+  if (shared == TextureSignalOptions::SharedTexels::one_for_each) {
     apart_ = separate_overlaps(model.surface, *model.atlas, progress.step("lay charts apart", 0.2));
     rest = progress.step("texels", 0.8);
   }
@@ -115,8 +116,7 @@ TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOpti
   by_texture_.resize(model.texture_sizes.size());
   for (int k = 0; k < space_->size(); ++k) by_texture_[std::size_t(home(k).texture)].push_back(k);
   if (!reads) return;
-  if (values_.meaning == ValueSpace::Meaning::normals && values_.meets_at_seams)
-    refuse_tangent_space();
+  find_frames();
   if (values_.space == ColourSpace::log) warn_of_no_light(model.model, messages);
 }
 
@@ -153,7 +153,8 @@ Signal TextureSignal::values_of(std::span<const Texture> textures) const {
         const Texels::Place at = home(block[std::size_t(n)]);
         std::ranges::copy(pixels.pixel(at.x, at.y), stored.pixel(n, 0).begin());
       }
-      const Image<float> worked = decoded(stored, textures[i], values_);
+      Image<float> worked = decoded(stored, textures[i], values_);
+      if (tangent_) return to_deviations(block, textures[i], worked, values);
       for (int n = 0; n < worked.width(); ++n)
         for (int c = 0; c < channels_; ++c)
           values(block[std::size_t(n)], c) = c < channels ? double(worked(n, 0, c)) : 1.0;
@@ -176,14 +177,14 @@ void TextureSignal::require_alike(std::span<const Texture> textures) const {
 }
 
 void TextureSignal::put(const Signal& before, const Signal& after, Model& model) const {
-  require(!copies_, "values of texels that are one unknown for each chart can only be replaced");
   require_alike(model.textures);
   for (std::size_t i = 0; i < by_texture_.size(); ++i) {
     std::vector<int> changed;
     for (const int k : by_texture_[i])
-      if (!same_row(before, after, k)) changed.push_back(k);
+      if (!same_row(before, after, k) && (!copies_ || copies_->is_shown(k))) changed.push_back(k);
     Texture& texture = model.textures[i];
     for_each_block(changed, [&](std::span<const int> block) {
+      if (tangent_) return put_normals(block, before, after, texture);
       Image<float> worked(int(block.size()), 1, channels_);
       for (int n = 0; n < worked.width(); ++n)
         for (int c = 0; c < channels_; ++c)
@@ -222,6 +223,16 @@ std::unique_ptr<SignalSpace> TextureSignal::space_across(std::span<const Vector3
   return std::make_unique<TexelSpace>(model_.surface, atlas(), options, progress);
 }
 
+Signal TextureSignal::gather(std::span<const Image<float>> pictures) const {
+  Signal values(space_->size(), pictures.front().channels());
+  parallel_for(space_->size(), [&](std::int64_t k) {
+    const Texels::Place at = home(int(k));
+    const auto pixel = pictures[std::size_t(at.texture)].pixel(at.x, at.y);
+    for (int c = 0; c < values.cols(); ++c) values(k, c) = pixel[std::size_t(c)];
+  });
+  return values;
+}
+
 Vector TextureSignal::brightness() const {
   std::vector<Image<float>> pictures;
   for (const Texture& texture : model_.model.textures)
@@ -246,27 +257,6 @@ Vector TextureSignal::brightness() const {
     }
   }
   return values;
-}
-
-/// On the two sides of a seam the same normal has different coordinates in tangent space.
-void TextureSignal::refuse_tangent_space() const {
-  if (model_.atlas->seam_count == 0) return;
-  const Signal normals = values();
-  for (std::size_t i = 0; i < by_texture_.size(); ++i) {
-    const std::vector<int>& unknowns = by_texture_[i];
-    if (unknowns.empty()) continue;
-    Image<float> picture(int(unknowns.size()), 1, channels_);
-    const Image<float> coverage(picture.width(), 1, 1, 1.0F);
-    for (int n = 0; n < picture.width(); ++n)
-      for (int c = 0; c < channels_; ++c)
-        picture(n, 0, c) = float(normals(unknowns[std::size_t(n)], c));
-    const double upright = share_upright(picture, coverage);
-    require(upright < 0.9,
-            fmt::format("{}: {:.0f} % of its normals point along z, so it seems to be in tangent "
-                        "space, where the same normal has different values on the two sides of a "
-                        "seam (there are {}): bake it in object space first",
-                        texture_file(model_.model, i), 100 * upright, model_.atlas->seam_count));
-  }
 }
 
 }  // namespace mq

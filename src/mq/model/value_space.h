@@ -6,11 +6,18 @@
 
 namespace mq {
 
+/// In which axes a normal map's vectors are.
+enum class NormalAxes {
+  as_found,     ///< in tangent space where the file's format or the values say so (normal_axes.h)
+  object,       ///< the model's
+  tangent,      ///< those of tangent_frames.h: green up, as glTF and OpenGL have it
+  tangent_down  ///< the same with green down, as DirectX has it
+};
+
 struct ValueSpace {
   enum class Meaning { colours, normals } meaning = Meaning::colours;
   ColourSpace space = ColourSpace::stored;
-  /// Whether the two sides of a seam are to agree, as normals in tangent space cannot.
-  bool meets_at_seams = true;
+  NormalAxes axes = NormalAxes::as_found;
 };
 
 /// Whether a texture stores display values or light; numbers that are no colours count as light.

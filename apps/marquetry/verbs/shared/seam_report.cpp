@@ -4,11 +4,23 @@
 
 namespace mq::app {
 
+namespace {
+
+Json difference_json(const SeamDifference& seams) {
+  return {{"rms", seams.rms}, {"p99", seams.difference_p99}, {"largest", seams.worst.difference}};
+}
+
+}  // namespace
+
 Json seams_json(const TexturedModel& scene) { return seams_json(scene, scene.model.textures); }
 
 Json seams_json(const TexturedModel& scene, const std::vector<Texture>& textures) {
-  const SeamDifference seams = texture_seams(scene, textures);
-  return {{"rms", seams.rms}, {"p99", seams.difference_p99}, {"largest", seams.worst.difference}};
+  return difference_json(texture_seams(scene, textures));
+}
+
+Json seams_json(const TexturedModel& scene, const TextureSignal& signal) {
+  const ShadingFrames* frames = signal.shading_frames();
+  return frames ? difference_json(texture_seams(scene, *frames)) : seams_json(scene);
 }
 
 }  // namespace mq::app

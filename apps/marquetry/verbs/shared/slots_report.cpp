@@ -6,6 +6,8 @@
 
 #include "mq/io/document.h"
 #include "mq/io/slots.h"
+#include "mq/model/model_paints.h"
+#include "mq/model/normal_axes.h"
 
 namespace mq::app {
 namespace {
@@ -76,6 +78,29 @@ std::vector<std::pair<std::string, std::string>> slots_rows(const Model& model) 
   if (const std::vector<std::string> tiles = tiles_of(model); !tiles.empty())
     rows.emplace_back("tiles", fmt::format("{}: {}", tiles.size(), fmt::join(tiles, ", ")));
   return rows;
+}
+
+Json normals_json(const TexturedModel& model) {
+  if (!has_pictures(model) || model.model.textures.front().meaning != TextureMeaning::normals)
+    return nullptr;
+  const NormalMapShares shares =
+      normal_map_shares(model, texel_coverage(model.surface, *model.atlas));
+  const NormalAxes axes = found_axes(model, NormalAxes::as_found, shares);
+  Json json = {{"axes", axes == NormalAxes::object ? "object" : "tangent"},
+               {"upright", shares.upright}};
+  if (axes != NormalAxes::object) json["frames"] = ShadingFrames(model, axes).source();
+  return json;
+}
+
+std::vector<std::pair<std::string, std::string>> normals_rows(const Json& normals) {
+  if (normals.is_null()) return {};
+  const double percent = 100 * normals["upright"].get<double>();
+  if (normals["axes"] == "object")
+    return {{"normals", fmt::format("in object space ({:.0f} % point along z)", percent)}};
+  return {{"normals",
+           fmt::format("in tangent space ({:.0f} % point along z), processed in the model's axes as "
+                       "what they add to its shading; {}",
+                       percent, normals["frames"].get<std::string>())}};
 }
 
 }  // namespace mq::app
