@@ -405,25 +405,6 @@ TEST(Filter, KeepsFloatingPointBeyondOne) {
   EXPECT_GT(*std::ranges::max_element(after.pixels.values()), 20.0F);
 }
 
-TEST(Filter, RefusesTangentSpaceNormalsAcrossSeams) {
-  const Folder folder;
-  write_strip(folder);
-  Image<float> flat(64, 48, 3, 0.5F);
-  for (int y = 0; y < 48; ++y)
-    for (int x = 0; x < 64; ++x) flat(x, y, 2) = 1;
-  write_image(folder / "normal.png", flat);
-  const Result result = marquetry(
-      folder, {"filter", "strip.obj", "normal.png", "-o", "out.png", "--beta", "2", "--normals"});
-  EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.error, HasSubstr("tangent space"));
-  const std::vector<std::string> fill = {"fill", "strip.obj", "normal.png",
-                                         "-o",   "out.png",   "--normals"};
-  EXPECT_THAT(marquetry(folder, fill).error, HasSubstr("tangent space"));
-  std::vector<std::string> apart = fill;
-  apart.insert(apart.end(), {"--weight", "0"});
-  EXPECT_EQ(marquetry(folder, apart).status, 0);
-}
-
 TEST(Filter, SmoothsColoursAtVertices) {
   const Folder folder;
   write_bytes(folder / "fan.ply", coloured_ply);

@@ -32,8 +32,8 @@ inline TexturedModel with_normal_map(Mesh mesh, Texture map) {
   return textured_model(std::move(model), {}, messages);
 }
 
-/// The bust with a flat map.
-inline TexturedModel flat_bust(int side, Depth depth = Depth::f32, int triangles = 0) {
+/// The bust with a flat map; few triangles, so that tests take little.
+inline TexturedModel flat_bust(int side, Depth depth = Depth::f32, int triangles = 5000) {
   return with_normal_map(make_sample("bust", {.texture_size = side, .triangles = triangles}).mesh,
                          flat_map(side, depth));
 }

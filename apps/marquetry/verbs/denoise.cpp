@@ -142,6 +142,7 @@ Verb denoise_verb() {
   add_vertices_option(table, "colours at vertices, though there are textures");
   add_depth_option(table);
   table.exclusive({"normals", "vertices"});
+  table.exclusive({"normal-space", "vertices"});
   add_frames_option(table);
   return {table, denoise_verb_run,
           {{.what = "smoothing that keeps edges"}},

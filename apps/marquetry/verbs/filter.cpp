@@ -184,7 +184,8 @@ Verb filter_verb() {
   add_vertices_option(table, "filter the colours at vertices, though there are textures");
   add_depth_option(table);
   table.exclusive({"normals", "vertices"});
-  for (const char* name : {"space", "vertices", "depth"})
+  table.exclusive({"normal-space", "vertices"});
+  for (const char* name : {"space", "normal-space", "vertices", "depth"})
     table.exclusive({"geometry", name});
   add_frames_option(table);
   return {table, filter,

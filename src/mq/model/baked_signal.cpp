@@ -22,6 +22,7 @@
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/orient.h"
 #include "mq/model/detail/source_colours.h"
+#include "mq/model/normal_axes.h"
 
 namespace mq {
 namespace {
@@ -196,6 +197,20 @@ void check(const TexturedModel& target, const ModelSignal& signal, const BakeOpt
           target.model.path.string() + ": has no charts to bake to");
 }
 
+void refuse_tangent_space(const TexturedModel& source) {
+  const std::vector<Texture>& textures = source.model.textures;
+  if (!source.atlas || textures.empty() || textures.front().pixels.empty() ||
+      textures.front().meaning != TextureMeaning::normals)
+    return;
+  const NormalMapShares shares =
+      normal_map_shares(source, texel_coverage(source.surface, *source.atlas));
+  if (found_axes(source, NormalAxes::as_found, shares) != NormalAxes::object)
+    throw Unsupported(fmt::format(
+        "{}: is a normal map in tangent space: its vectors are in the axes of its own charts, and "
+        "carried to others as they are they would show another shape; bake another slot ({})",
+        texture_file(source.model, 0), option_name("slot")));
+}
+
 /// The source's mesh facing as the target does; where they are the same triangles, as it is.
 Mesh facing_mesh(const TexturedModel& source, const Mesh& target, Messages& messages) {
   if (std::ranges::count(same_triangles(source.model.mesh, target), 0) == 0)
@@ -221,6 +236,7 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
                  const ModelSignal& signal, const BakeOptions& options, Messages& messages,
                  const Progress& progress) {
   check(target, signal, options);
+  refuse_tangent_space(source);
   const Mesh& surface = target.surface.mesh;
   const Mesh source_mesh = facing_mesh(source, surface, messages);
   const SourceColours colours(source.model, source_mesh, options.values);

@@ -46,7 +46,8 @@ TextureSignalOptions baking_options(const TexturedModel& target, const ValueSpac
 /// must be that of the signal (`baking_options`).
 ///
 /// Throws `InvalidInput` where the source has no colours, its textures do not store colours alike,
-/// or nothing of it faces the target.
+/// or nothing of it faces the target; and `Unsupported` for a normal map in tangent space, which is of
+/// the source's charts.
 BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
                  const ModelSignal& signal, const BakeOptions& options, Messages& messages,
                  const Progress& progress = {});
