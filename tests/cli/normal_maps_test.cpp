@@ -154,7 +154,7 @@ TEST(NormalMaps, ThatCannotBeTakenAreRefused) {
   write_image(folder / "n.png", waves());
   EXPECT_EQ(refused("n.png", {"--normal-space", "tangent", "--vertices"}).empty(), false);
   write_pbr(folder);
-  EXPECT_THAT(refusal(folder, {"bake", "pbr.gltf", "strip.obj", "--slot", "normal", "-o", "b.obj"}, "b.obj"),
+  EXPECT_THAT(refusal(folder, {"bake", "pbr.gltf", "pbr.gltf", "--slot", "normal", "-o", "b.gltf"}, "b.gltf"),
               HasSubstr("in the axes of its own charts"));
 }
 
