@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "model/normal_maps.h"
+#include "mq/atlas/coverage.h"
 #include "mq/filter/screened_poisson.h"
 
 namespace {
