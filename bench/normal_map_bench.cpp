@@ -13,6 +13,7 @@
 #include "model/normal_maps.h"
 #include "mq/atlas/coverage.h"
 #include "mq/filter/screened_poisson.h"
+#include "mq/model/normal_axes.h"
 
 namespace {
 
