@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 
 std::string number(std::uint64_t value, int size = 4) {
   std::string text;
-  for (int i = size - 1; i >= 0; --i) text += char(value >> (8 * i) & 0xff);
+  for (int i = size - 1; i >= 0; --i) text += i < 8 ? char(value >> (8 * i) & 0xff) : '\0';
   return text;
 }
 std::string box(const std::string& kind, const std::string& content) {
