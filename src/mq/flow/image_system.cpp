@@ -84,19 +84,36 @@ struct ImageFlowSolver::Grid {
 
   /// All pixels of one colour, then all of the other, in one walk through memory: the second
   /// follows a row behind the first, and rows at the ends of a block wait for its neighbours.
+  /// `relax_row` touches whole rows, so that no two threads may be at adjacent ones: every second
+  /// block waits for the others.
   void relax(int first, const Vectors& b, Vectors& x) const {
-    parallel_blocks(height, system_row_block, [&](std::int64_t begin, std::int64_t end) {
-      std::vector<float> space(2 * std::size_t(width));
-      for (int y = int(begin); y < int(end); ++y) {
-        relax_row(y, first, b, x, space);
-        if (y - 1 > begin) relax_row(y - 1, 1 - first, b, x, space);
-      }
-    });
-    parallel_blocks(height, system_row_block, [&](std::int64_t begin, std::int64_t end) {
-      std::vector<float> space(2 * std::size_t(width));
-      relax_row(int(begin), 1 - first, b, x, space);
-      if (end - 1 > begin) relax_row(int(end) - 1, 1 - first, b, x, space);
-    });
+    const std::int64_t blocks = (height + system_row_block - 1) / system_row_block;
+    const auto first_row = [&](std::int64_t block) {
+      return int(std::min<std::int64_t>(height, block * system_row_block));
+    };
+    for (int odd = 0; odd < 2; ++odd)
+      parallel_for(
+          (blocks + 1 - odd) / 2,
+          [&](std::int64_t i) {
+            const int begin = first_row(2 * i + odd), end = first_row(2 * i + odd + 1);
+            std::vector<float> space(2 * std::size_t(width));
+            for (int y = begin; y < end; ++y) {
+              relax_row(y, first, b, x, space);
+              if (y - 1 > begin) relax_row(y - 1, 1 - first, b, x, space);
+            }
+          },
+          1);
+    parallel_for(
+        blocks,
+        [&](std::int64_t block) {
+          std::vector<float> space(2 * std::size_t(width));
+          const int begin = first_row(block);
+          if (block > 0) relax_row(begin - 1, 1 - first, b, x, space);
+          relax_row(begin, 1 - first, b, x, space);
+          if (block == blocks - 1 && height - 1 > begin)
+            relax_row(height - 1, 1 - first, b, x, space);
+        },
+        1);
   }
 
   void residual(const Vectors& b, const Vectors& x, Vectors& r) const {
