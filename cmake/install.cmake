@@ -64,7 +64,7 @@ install(FILES ${PROJECT_BINARY_DIR}/marquetryConfig.cmake ${PROJECT_BINARY_DIR}/
   DESTINATION ${package} COMPONENT development)
 install(EXPORT marquetryTargets NAMESPACE mq:: DESTINATION ${package} COMPONENT development)
 
-set(MARQUETRY_PC_LIBS "-lembree${EMBREE_VERSION_MAJOR}")
+set(MARQUETRY_PC_LIBS "-lembree${EMBREE_VERSION_MAJOR} -lmeshoptimizer")
 if(MARQUETRY_CHOLMOD AND CHOLMOD_INCLUDE AND CHOLMOD_LIBRARY)
   string(APPEND MARQUETRY_PC_LIBS " -lcholmod")
 endif()

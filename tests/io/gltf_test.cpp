@@ -245,18 +245,6 @@ TEST(Gltf, SaysWhatItDoesNotUse) {
   EXPECT_EQ(file.mesh.positions[1], Vector3(1, 0, 0));
 }
 
-TEST(Gltf, RefusesCompressedMeshes) {
-  Scene draco;
-  draco.json["accessors"][0].erase("bufferView");
-  draco.primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0}};
-  EXPECT_THROW(draco.read(), Unsupported);
-  EXPECT_THAT(draco.refusal(), HasSubstr("compressed by Draco"));
-  Scene meshopt;
-  meshopt.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0}};
-  EXPECT_THROW(meshopt.read(), Unsupported);
-  EXPECT_THAT(meshopt.refusal(), HasSubstr("compressed by meshopt"));
-}
-
 TEST(Gltf, RefusesWithThePlace) {
   const auto with = [](const auto& change) {
     Scene scene;

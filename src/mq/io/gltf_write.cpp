@@ -281,7 +281,10 @@ GltfOutput write_gltf(const Model& model, Document::Format format,
     GltfOutput output = splice_gltf(model, *document, pictures, stem);
     if (!output.files.empty()) return output;
   }
-  return NewGltf(model, format, pictures, stem).output();
+  GltfOutput output = NewGltf(model, format, pictures, stem).output();
+  if (document && is_compressed_gltf(*document))
+    output.notes.push_back(stem + ": the mesh is made anew and not compressed, as what was read is");
+  return output;
 }
 
 }  // namespace mq

@@ -163,6 +163,7 @@ class ModelWriter {
     GltfOutput output = write_gltf(model_, format, pictures, stem);
     embedded_ = output.embedded;
     made_anew_ = output.made_anew;
+    notes_.insert(notes_.end(), output.notes.begin(), output.notes.end());
     return std::move(output.files);
   }
 
