@@ -30,7 +30,7 @@ endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/mq DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
   FILES_MATCHING PATTERN "*.h" PATTERN "baseline" EXCLUDE PATTERN "embree.h" EXCLUDE
   # Those that include OpenImageIO, which programs on top of the library need not have.
-  PATTERN "picture_alpha.h" EXCLUDE PATTERN "picture_head.h" EXCLUDE PATTERN "picture_reader.h" EXCLUDE)
+  PATTERN "picture_alpha.h" EXCLUDE PATTERN "picture_head.h" EXCLUDE PATTERN "picture_reader.h" EXCLUDE PATTERN "picture_webp.h" EXCLUDE)
 install(FILES ${generated}/version.h ${generated}/mq.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mq
   COMPONENT development)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/THIRD_PARTY.md

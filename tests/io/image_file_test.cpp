@@ -76,9 +76,9 @@ Image<float> halves(int width, int height, int channels) {
 }
 
 TEST_F(ImageFile, GivesBackIntegersExactlyInEveryLosslessFormat) {
-  for (const char* extension : {".png", ".tif", ".bmp", ".tga"})
+  for (const char* extension : {".png", ".tif", ".bmp", ".tga", ".webp"})
     for (const int channels : {1, 2, 3, 4}) {
-      const bool narrow = extension == std::string(".bmp") || extension == std::string(".tga");
+      const bool narrow = extension != std::string(".png") && extension != std::string(".tif");
       if (narrow && channels < 3) continue;
       const fs::path path = folder / ("eight" + std::to_string(channels) + extension);
       const Image<float> pixels = levels(37, 300, channels, 255);
@@ -294,7 +294,7 @@ TEST_F(ImageFile, KeepsChannelNames) {
 }
 
 TEST_F(ImageFile, WritesEqualBytesTwice) {
-  const auto names = {"a.png", "a.jpg", "a.tif", "a.exr", "a.bmp", "a.tga"};
+  const auto names = {"a.png", "a.jpg", "a.tif", "a.exr", "a.bmp", "a.tga", "a.webp"};
   std::vector<std::string> first;
   for (const char* name : names) {
     write_image(folder / name, levels(20, 20, 3, 255));
@@ -339,7 +339,7 @@ TEST_F(ImageFile, GoesByContentWhereTheExtensionIsWrong) {
 }
 
 TEST_F(ImageFile, NoticesEveryPlaceWhereAFileMayBeCutShort) {
-  for (const char* name : {"a.png", "a.jpg", "a.tif", "a.exr", "a.bmp", "a.tga"}) {
+  for (const char* name : {"a.png", "a.jpg", "a.tif", "a.exr", "a.bmp", "a.tga", "a.webp"}) {
     write_image(folder / name, levels(16, 40, 3, 255));
     const std::string whole = get(folder / name);
     const Image<float> pixels = read_texture(folder / name).pixels;
@@ -430,7 +430,7 @@ TEST_F(ImageFile, ReadsOrRefusesDamagedFiles) {
     state = state * 1664525u + 1013904223u;
     return std::size_t(state >> 8) % below;
   };
-  for (const char* name : {"a.png", "a.jpg", "a.tif", "a.exr", "a.bmp", "a.tga"}) {
+  for (const char* name : {"a.png", "a.jpg", "a.tif", "a.exr", "a.bmp", "a.tga", "a.webp"}) {
     write_image(folder / name, levels(20, 20, 3, 255));
     const std::string whole = get(folder / name);
     for (int round = 0; round < 60; ++round) {
@@ -491,6 +491,44 @@ TEST_F(ImageFile, WritesTiffThatCanBeReadWhereThereAreCameraTags) {
   EXPECT_EQ(tiff.pixels, photo.pixels);
   write_texture(folder / "again.tif", tiff);
   EXPECT_EQ(read_texture(folder / "again.tif").pixels, photo.pixels);
+}
+
+TEST_F(ImageFile, KeepsColourUnderTransparentPixelsOfWebp) {
+  Image<float> pixels = levels(40, 30, 4, 255);
+  for (int x = 0; x < 40; ++x) pixels(x, 7, 3) = 0;
+  write_image(folder / "a.webp", pixels);
+  EXPECT_EQ(read_texture(folder / "a.webp").pixels, pixels);
+  EXPECT_EQ(picture_info(folder / "a.webp").format.file_format, "webp");
+}
+
+TEST_F(ImageFile, WritesGreyWebpAsColours) {
+  EXPECT_THAT(write_image(folder / "a.webp", levels(9, 5, 1, 255)), ElementsAre(HasSubstr("no grey")));
+  const Image<float> read = read_texture(folder / "a.webp").pixels;
+  ASSERT_EQ(read.channels(), 3);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(read(3, 2, c), levels(9, 5, 1, 255)(3, 2, 0));
+  EXPECT_THAT(error_of([&] { write_image(folder / "b.webp", Image<float>(16384, 1, 3)); }),
+              HasSubstr("WebP holds 16383 a side; choose .png"));
+}
+
+TEST_F(ImageFile, SaysThatWebpWithLossIsWrittenWithout) {
+  // 8 x 8 pixels, by cwebp -q 30.
+  const std::vector<unsigned char> file = {
+      82, 73, 70, 70, 60, 0, 0, 0, 87, 69, 66, 80, 86, 80, 56, 32, 48, 0, 0, 0, 208, 1, 0,
+      157, 1, 42, 8, 0, 8, 0, 4, 0, 104, 37, 176, 2, 116, 1, 14, 187, 5, 239, 0, 0, 254, 236,
+      222, 21, 234, 86, 172, 40, 231, 247, 66, 198, 61, 132, 97, 55, 167, 101, 3, 249, 89,
+      247, 64, 0};
+  const Texture read = read_texture(put("l.webp", std::string(file.begin(), file.end())));
+  EXPECT_THAT(read.notes, ElementsAre(HasSubstr("with loss")));
+  Texture changed = read;
+  changed.pixels(0, 0, 0) = 1;
+  write_texture(folder / "n.webp", changed);
+  EXPECT_EQ(read_texture(folder / "n.webp").pixels, changed.pixels);
+  EXPECT_THAT(read_texture(folder / "n.webp").notes, IsEmpty());
+}
+
+TEST_F(ImageFile, RefusesKtxWithAWayOut) {
+  EXPECT_THAT(error_of([&] { read_texture(put("a.ktx2", "\xabKTX 20\xbb\r\n\x1a\n" + std::string(68, '\0'))); }),
+              AllOf(HasSubstr("KTX container"), HasSubstr("decode it to PNG")));
 }
 
 TEST_F(ImageFile, LetsNoLibraryPrint) {

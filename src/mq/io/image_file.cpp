@@ -105,7 +105,7 @@ const FileFormat* writable_format(const std::filesystem::path& path) {
   if (format == nullptr)
     throw InvalidInput(
         fmt::format("{}: the extension names no picture format that can be written; "
-                    "use .png, .jpg, .tif, .exr, .bmp or .tga",
+                    "use .png, .jpg, .webp, .tif, .exr, .bmp or .tga",
                     path.string()));
   return format;
 }

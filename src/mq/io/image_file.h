@@ -1,5 +1,5 @@
 #pragma once
-/// Picture files: PNG, JPEG, TIFF, OpenEXR, BMP and TGA (`read_texture` and `write_texture` of
+/// Picture files: PNG, JPEG, WebP, TIFF, OpenEXR, BMP and TGA (`read_texture` and `write_texture` of
 /// model.h, and the same in memory for pictures embedded in a model).
 ///
 /// Values are those stored: no colour conversion, no turning by an orientation tag. Integers are
@@ -16,6 +16,7 @@
 /// - JPEG is encoded again (quality 98, chroma not subsampled), so that texels nobody touched
 /// change
 ///   by its rounding (a note says so);
+/// - WebP is always written without loss, also one that was read with (a note says so), and grey as RGB;
 /// - the way a file is compressed, interlaced and tiled.
 ///
 /// Refused: CMYK, signed and 32-bit integers, deep images, more than 32768 pixels a side, files cut
@@ -65,7 +66,7 @@ struct EncodedPicture {
 std::vector<std::string> write_encoded(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress = {});
 
-/// Encodes in `file_format`: "png", "jpeg", "tiff", "openexr", "bmp" or "targa".
+/// Encodes in `file_format`: "png", "jpeg", "webp", "tiff", "openexr", "bmp" or "targa".
 EncodedPicture texture_bytes(const Texture& texture, const std::string& file_format,
                              const Progress& progress = {});
 

@@ -424,7 +424,7 @@ class ModelReader {
     for (fs::directory_iterator at(folder_.empty() ? "." : folder_, ignored), end;
          !ignored && at != end; at.increment(ignored)) {
       const std::string extension = lower_extension(at->path());
-      for (const char* known : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp", ".tga"})
+      for (const char* known : {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".tga"})
         if (extension == known) names.push_back(at->path().filename().string());
     }
     std::sort(names.begin(), names.end());

@@ -100,6 +100,12 @@ std::string picture_format(ByteView bytes, const std::string& name) {
       starts_with(bytes, "II+\0"sv) || starts_with(bytes, "MM\0+"sv))
     return "tiff";
   if (starts_with(bytes, "v/1\x01"sv)) return "openexr";
+  if (starts_with(bytes, "RIFF"sv) && bytes.size() >= 12 && starts_with(bytes.subspan(8), "WEBP"sv))
+    return "webp";
+  if (starts_with(bytes, "\xabKTX 20\xbb\r\n\x1a\n"sv) || starts_with(bytes, "\xabKTX 11\xbb\r\n\x1a\n"sv))
+    fail_picture(name, "a KTX container, which cannot be read: its pixels are coded for graphics cards (Basis "
+                       "Universal or block compression); take the picture it was made from, or decode it to "
+                       "PNG, as ktx of KTX-Software does: ktx extract IN.ktx2 OUT.png");
   if (starts_with(bytes, "BM"sv)) return "bmp";
   if (lower_extension(name) == ".tga") return "targa";
   fail_picture(
@@ -159,6 +165,29 @@ void check_tiff_extent(ByteView bytes, const std::string& name) {
     fail_picture(name, fmt::format("the TIFF file is cut short at {} bytes, or its directory is "
                                    "damaged; copy it again",
                                    bytes.size()));
+}
+
+std::optional<ExifOrientation> exif_orientation(ByteView exif) {
+  using namespace std::string_view_literals;
+  const std::size_t skip = starts_with(exif, "Exif\0\0"sv) ? 6 : 0;
+  const ByteView bytes = exif.subspan(skip);
+  if (!starts_with(bytes, "II"sv) && !starts_with(bytes, "MM"sv)) return {};
+  const TiffBytes tiff(bytes);
+  const auto directory = tiff.number(4, 4);
+  const auto count = directory ? tiff.number(*directory, 2) : directory;
+  for (std::uint64_t i = 0; count && i < *count; ++i) {
+    const std::uint64_t at = *directory + 2 + 12 * i;
+    const auto tag = tiff.number(at, 2), value = tiff.number(at + 8, 2);
+    if (!tag || !value) return {};
+    if (*tag == 274 && *value >= 1 && *value <= 8)
+      return ExifOrientation{skip + std::size_t(at) + 8, starts_with(bytes, "MM"sv), int(*value)};
+  }
+  return {};
+}
+
+void set_exif_orientation(std::span<std::byte> exif, const ExifOrientation& place, int value) {
+  exif[place.at] = std::byte(place.big_endian ? 0 : value);
+  exif[place.at + 1] = std::byte(place.big_endian ? value : 0);
 }
 
 void check_exr_windows(ByteView bytes, const std::string& name) {

@@ -326,10 +326,24 @@ class SceneReader {
     return slot.first->second;
   }
 
+  /// A picture that other programs show in place of one: it is kept as it is.
+  void add_beside(const GltfMap& map) {
+    if (map.beside < 0 || slots_.contains(map.beside)) return;
+    const TextureSlot other = image_slot(file_, map.beside);
+    if (map.slot == scene_.file.slot)
+      note(fmt::format("{} has a stand-in for other programs, {}, which stays as it is: they will show the old "
+                       "picture",
+                       shown(image_slot(file_, map.image).name), shown(other.name)));
+    if (std::ranges::count(scene_.other_images, map.beside) > 0) return;
+    scene_.other_images.push_back(map.beside);
+    scene_.file.others.push_back(other);
+  }
+
   /// Pictures of the other slots; one that is a texture too changes with it.
   void gather_others() {
     for (const std::int64_t material : uses_.materials)
       for (const GltfMap& map : material_maps(file_, material)) {
+        add_beside(map);
         if (map.slot == scene_.file.slot) continue;
         const auto texture = slots_.find(map.image);
         if (texture != slots_.end()) {

@@ -32,9 +32,9 @@ bool describes_layout(const std::string& tag) {
 }
 
 bool belongs_to_format(const std::string& tag) {
-  static const std::array<std::string_view, 9> prefixes = {
-      "png:",   "jpeg:",       "tiff:",        "openexr:",        "bmp:",
-      "targa:", "compression", "screenWindow", "PixelAspectRatio"};
+  static const std::array<std::string_view, 10> prefixes = {
+      "png:",   "jpeg:", "tiff:",       "openexr:",     "bmp:",
+      "targa:", "webp:", "compression", "screenWindow", "PixelAspectRatio"};
   return std::ranges::any_of(prefixes, [&](std::string_view p) { return tag.starts_with(p); });
 }
 

@@ -9,6 +9,7 @@
 #include "mq/io/detail/picture_codec.h"
 #include "mq/io/detail/picture_head.h"
 #include "mq/io/detail/picture_reader.h"
+#include "mq/io/detail/picture_webp.h"
 #include "mq/io/detail/picture_writer.h"
 #include "mq/io/picture_check.h"
 
@@ -18,12 +19,14 @@ namespace {
 class OpenImageIoCodec final : public PictureCodec {
  public:
   PictureInfo info(std::span<const std::byte> bytes, const std::string& name) const override {
+    if (picture_format(bytes, name) == "webp") return webp_info(bytes, name);
     const OpenPicture p = open_picture(bytes, name);
     return {p.spec.width, p.spec.height, p.spec.channelnames, format_read(p)};
   }
 
   Texture read(std::span<const std::byte> bytes, const std::string& name, const Progress& progress,
                NotFinite not_finite) const override {
+    if (picture_format(bytes, name) == "webp") return read_webp(bytes, name, progress);
     OpenPicture p = open_picture(bytes, name);
     Texture texture;
     texture.format = format_read(p);
@@ -43,7 +46,9 @@ class OpenImageIoCodec final : public PictureCodec {
 
   EncodedPicture encode(const Texture& texture, const std::string& name,
                         const std::string& file_format, const Progress& progress) const override {
-    return encode_picture(texture, name, format_named(file_format), progress);
+    const FileFormat& format = format_named(file_format);
+    return format.name == "webp" ? webp_bytes(texture, name, format, progress)
+                                 : encode_picture(texture, name, format, progress);
   }
 
   PixelFormat named_channels(const std::vector<std::string>& names, Depth depth) const override {
