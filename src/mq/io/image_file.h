@@ -2,7 +2,8 @@
 /// Picture files: PNG, JPEG, WebP, TIFF, OpenEXR, BMP and TGA (`read_texture` and `write_texture` of
 /// model.h, and the same in memory for pictures embedded in a model).
 ///
-/// Values are those stored: no colour conversion, no turning by an orientation tag. Integers are
+/// Values are those stored: no colour conversion, and no turning by an orientation tag but by
+/// `read_upright`. Integers are
 /// divided by their largest value; floating point is taken as it is and must be finite. Alpha is
 /// never multiplied in: where a file holds colours multiplied by it (associated alpha: OpenEXR,
 /// TIFF and TGA that say so) they are divided by it and multiplied again on writing, which gives
@@ -55,6 +56,16 @@ PixelFormat named_channels(const std::vector<std::string>& names, Depth depth);
 /// becomes the texture's name.
 Texture read_texture_bytes(std::span<const std::byte> bytes, const std::string& name,
                            const Progress& progress = {}, NotFinite not_finite = NotFinite::refuse);
+
+/// How a picture says that it is to be turned to be seen (EXIF, TIFF): 1, as it is, to 8.
+int orientation(const PixelFormat& format);
+
+/// `read_texture` for a picture that is looked at, not for a texture of a model, whose texture coordinates
+/// mean the pixels as they are stored (renderers do not heed the tag): turned as it says, and the format
+/// says upright, so that nothing turns it again. A note where it was turned. Unchanged it is still the
+/// file that was read, byte for byte.
+Texture read_upright(const std::filesystem::path& path, const Progress& progress = {},
+                     NotFinite not_finite = NotFinite::refuse);
 
 /// A picture encoded in memory, with what `write_texture` would return.
 struct EncodedPicture {

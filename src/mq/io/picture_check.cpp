@@ -190,6 +190,33 @@ void set_exif_orientation(std::span<std::byte> exif, const ExifOrientation& plac
   exif[place.at + 1] = std::byte(place.big_endian ? value : 0);
 }
 
+std::string icc_profile_name(ByteView profile) {
+  const auto word = [&](std::size_t at) {
+    std::size_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      value = value << 8 | (at + i < profile.size() ? std::size_t(profile[at + i]) : 0);
+    return value;
+  };
+  const auto letters = [&](std::size_t at, std::size_t count, std::size_t width) {
+    std::string text;
+    for (std::size_t i = 0; i + width <= count && at + i + width <= profile.size(); i += width) {
+      const auto low = char(profile[at + i + width - 1]);
+      if (low == 0 && width == 1) break;
+      text += (width == 2 && profile[at + i] != std::byte(0)) || (low & 0x80) != 0 ? '?' : low;
+    }
+    return text;
+  };
+  constexpr std::size_t desc = 0x64657363, mluc = 0x6d6c7563, most_tags = 200;
+  for (std::size_t i = 0; i < std::min(word(128), most_tags); ++i) {
+    if (word(132 + 12 * i) != desc) continue;
+    const std::size_t at = word(136 + 12 * i);
+    if (at > profile.size()) return "";
+    if (word(at) == desc) return letters(at + 12, std::min(word(at + 8), profile.size()), 1);
+    if (word(at) == mluc) return letters(at + word(at + 24), std::min(word(at + 20), profile.size()), 2);
+  }
+  return "";
+}
+
 void check_exr_windows(ByteView bytes, const std::string& name) {
   using namespace std::string_view_literals;
   constexpr std::string_view mark = "dataWindow\0box2i\0\x10\0\0\0"sv;

@@ -49,4 +49,8 @@ struct ExifOrientation {
 std::optional<ExifOrientation> exif_orientation(std::span<const std::byte> exif);
 void set_exif_orientation(std::span<std::byte> exif, const ExifOrientation& place, int value);
 
+/// What an ICC profile calls itself (its tag "desc", ICC.1), letters beyond ASCII as '?'; empty where it
+/// does not say.
+std::string icc_profile_name(std::span<const std::byte> profile);
+
 }  // namespace mq

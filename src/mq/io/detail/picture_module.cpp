@@ -26,22 +26,8 @@ class OpenImageIoCodec final : public PictureCodec {
 
   Texture read(std::span<const std::byte> bytes, const std::string& name, const Progress& progress,
                NotFinite not_finite) const override {
-    if (picture_format(bytes, name) == "webp") return read_webp(bytes, name, progress);
-    OpenPicture p = open_picture(bytes, name);
-    Texture texture;
-    texture.format = format_read(p);
-    try {
-      texture.pixels = read_pixels(p, progress, not_finite);
-    } catch (const std::bad_alloc&) {
-      fail_picture(
-          name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
-                            p.spec.width, p.spec.height, p.spec.nchannels));
-    }
-    if (p.input->seek_subimage(1, 0))
-      p.notes.push_back(name +
-                        ": holds several pictures; the first is used, the others are not kept");
-    texture.notes = std::move(p.notes);
-    return texture;
+    return picture_format(bytes, name) == "webp" ? read_webp(bytes, name, progress)
+                                                 : read_by_openimageio(bytes, name, progress, not_finite);
   }
 
   EncodedPicture encode(const Texture& texture, const std::string& name,
@@ -59,6 +45,29 @@ class OpenImageIoCodec final : public PictureCodec {
   }
 
   bool is_light(const PixelFormat& format) const override { return mq::is_light(format); }
+  int orientation(const PixelFormat& format) const override { return stored_orientation(format); }
+  std::string foreign_profile(const PixelFormat& format) const override { return foreign_profile_name(format); }
+  PixelFormat upright(const PixelFormat& format) const override { return upright_format(format); }
+
+ private:
+  static Texture read_by_openimageio(std::span<const std::byte> bytes, const std::string& name,
+                                     const Progress& progress, NotFinite not_finite) {
+    OpenPicture p = open_picture(bytes, name);
+    Texture texture;
+    texture.format = format_read(p);
+    try {
+      texture.pixels = read_pixels(p, progress, not_finite);
+    } catch (const std::bad_alloc&) {
+      fail_picture(
+          name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
+                            p.spec.width, p.spec.height, p.spec.nchannels));
+    }
+    if (p.input->seek_subimage(1, 0))
+      p.notes.push_back(name +
+                        ": holds several pictures; the first is used, the others are not kept");
+    texture.notes = std::move(p.notes);
+    return texture;
+  }
 };
 
 }  // namespace
