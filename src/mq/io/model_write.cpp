@@ -156,9 +156,9 @@ class ModelWriter {
   std::vector<OutputFile> gltf_files(Document::Format format, const std::string& stem) {
     std::vector<GltfPicture> pictures;
     for (std::size_t t = 0; t < pictures_.size(); ++t) {
-      const std::string format = embedded_format(t);
-      pictures.push_back({names_[t], "image/" + format, changed_[t] != 0,
-                          [this, t, format] { return embedded_picture(t, format); }});
+      const std::string kind = embedded_format(t);
+      pictures.push_back({names_[t], "image/" + kind, changed_[t] != 0,
+                          [this, t, kind] { return embedded_picture(t, kind); }});
     }
     GltfOutput output = write_gltf(model_, format, pictures, stem);
     embedded_ = output.embedded;
