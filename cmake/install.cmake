@@ -30,7 +30,7 @@ endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/mq DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
   FILES_MATCHING PATTERN "*.h" PATTERN "baseline" EXCLUDE PATTERN "embree.h" EXCLUDE
   # Those that include OpenImageIO, which programs on top of the library need not have.
-  PATTERN "picture_alpha.h" EXCLUDE PATTERN "picture_head.h" EXCLUDE PATTERN "picture_reader.h" EXCLUDE)
+  PATTERN "picture_alpha.h" EXCLUDE PATTERN "picture_head.h" EXCLUDE PATTERN "picture_reader.h" EXCLUDE PATTERN "picture_webp.h" EXCLUDE)
 install(FILES ${generated}/version.h ${generated}/mq.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mq
   COMPONENT development)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/THIRD_PARTY.md
@@ -64,7 +64,7 @@ install(FILES ${PROJECT_BINARY_DIR}/marquetryConfig.cmake ${PROJECT_BINARY_DIR}/
   DESTINATION ${package} COMPONENT development)
 install(EXPORT marquetryTargets NAMESPACE mq:: DESTINATION ${package} COMPONENT development)
 
-set(MARQUETRY_PC_LIBS "-lembree${EMBREE_VERSION_MAJOR}")
+set(MARQUETRY_PC_LIBS "-lembree${EMBREE_VERSION_MAJOR} -lmeshoptimizer")
 if(MARQUETRY_CHOLMOD AND CHOLMOD_INCLUDE AND CHOLMOD_LIBRARY)
   string(APPEND MARQUETRY_PC_LIBS " -lcholmod")
 endif()

@@ -17,6 +17,7 @@ namespace mq {
 namespace {
 
 using Json = nlohmann::json;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -245,18 +246,6 @@ TEST(Gltf, SaysWhatItDoesNotUse) {
   EXPECT_EQ(file.mesh.positions[1], Vector3(1, 0, 0));
 }
 
-TEST(Gltf, RefusesCompressedMeshes) {
-  Scene draco;
-  draco.json["accessors"][0].erase("bufferView");
-  draco.primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0}};
-  EXPECT_THROW(draco.read(), Unsupported);
-  EXPECT_THAT(draco.refusal(), HasSubstr("compressed by Draco"));
-  Scene meshopt;
-  meshopt.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0}};
-  EXPECT_THROW(meshopt.read(), Unsupported);
-  EXPECT_THAT(meshopt.refusal(), HasSubstr("compressed by meshopt"));
-}
-
 TEST(Gltf, RefusesWithThePlace) {
   const auto with = [](const auto& change) {
     Scene scene;
@@ -434,6 +423,48 @@ TEST_F(GltfFiles, EmbedAChangedPictureInPlaceOfTheOld) {
     expect_same_corners(read_model(folder / "o.gltf"), read_model(folder / "m.gltf"));
     fs::remove(folder / "o.gltf");
   }
+}
+
+TEST_F(GltfFiles, EmbedAChangedWebpAsWebpAndNameItsFallback) {
+  Scene scene;
+  const Bytes webp = texture_bytes(ramp_texture("w", 6, 3), "webp").bytes;
+  scene.paint({{"bufferView", scene.view(png("p", 6))}, {"name", "skin"}, {"mimeType", "image/png"}});
+  scene.json["images"].push_back(
+      {{"bufferView", scene.view(webp)}, {"name", "skin2"}, {"mimeType", "image/webp"}});
+  scene.json["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = 1;
+  put("m.gltf", scene.gltf());
+  Model model = read_model(folder / "m.gltf");
+  ASSERT_EQ(model.textures.size(), 1u);
+  EXPECT_EQ(model.textures[0].name, "skin2.webp");
+  EXPECT_EQ(model.textures[0].pixels, ramp_texture("w", 6, 3).pixels);
+  EXPECT_THAT(model.notes, Contains(HasSubstr("\"skin2.webp\" has a stand-in for other programs, \"skin.png\"")));
+  model.textures[0].pixels = ramp_texture("q", 40, 40).pixels;
+  write_model(folder / "n.gltf", model);
+  const Model back = read_model(folder / "n.gltf");
+  EXPECT_EQ(back.textures[0].pixels, model.textures[0].pixels);
+  EXPECT_EQ(back.textures[0].format.file_format, "webp");
+  EXPECT_EQ(Json::parse(get("n.gltf"))["images"][1]["mimeType"], "image/webp");
+  // Made anew, it is WebP by its extension.
+  write_model(folder / "o.glb", back);
+  const std::string glb = get("o.glb");
+  EXPECT_THAT(glb, HasSubstr("EXT_texture_webp"));
+  EXPECT_EQ(read_model(folder / "o.glb").textures[0].pixels, model.textures[0].pixels);
+}
+
+TEST_F(GltfFiles, ReadTheFallbackOfKtx2AndRefuseItAlone) {
+  Scene scene;
+  scene.paint({{"bufferView", scene.view(png("p", 6))}, {"name", "skin"}, {"mimeType", "image/png"}});
+  const Bytes ktx = to_bytes("\xabKTX 20\xbb\r\n\x1a\n" + std::string(68, 'x'));
+  scene.json["images"].push_back({{"bufferView", scene.view(ktx)}, {"mimeType", "image/ktx2"}});
+  scene.json["textures"][0]["extensions"]["KHR_texture_basisu"]["source"] = 1;
+  put("m.gltf", scene.gltf());
+  const Model model = read_model(folder / "m.gltf");
+  EXPECT_EQ(model.textures.at(0).name, "skin.png");
+  EXPECT_THAT(model.notes, Contains(HasSubstr("stand-in for other programs, \"texture_1.ktx2\"")));
+  scene.json["textures"][0].erase("source");
+  put("m.gltf", scene.gltf());
+  EXPECT_THAT(io_error_of([&] { read_model(folder / "m.gltf"); }),
+              AllOf(HasSubstr("texture_1.ktx2"), HasSubstr("KTX container")));
 }
 
 TEST_F(GltfFiles, StoreMovedVerticesInTheirNodesAndBounds) {

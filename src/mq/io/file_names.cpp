@@ -18,7 +18,7 @@ bool names_model(const std::filesystem::path& path) {
 }
 
 bool names_picture(const std::filesystem::path& path) {
-  static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".tif",
+  static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".webp", ".tif",
                                              ".tiff", ".exr", ".bmp",  ".tga"};
   return std::ranges::count(pictures, lower_extension(path)) > 0;
 }

@@ -12,6 +12,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/detail/gltf_container.h"
+#include "mq/io/detail/gltf_meshopt.h"
 #include "mq/io/detail/gltf_scene.h"
 #include "mq/io/detail/json_text.h"
 #include "mq/io/uri.h"
@@ -214,16 +215,34 @@ class GltfSplicer {
     return stored;
   }
 
+  /// A part of a buffer that a view says it has, itself or in its extension for meshopt.
+  struct Region {
+    std::size_t view;
+    const char* extension;  ///< null: itself
+    GltfView before, now;
+  };
+
+  void gather_regions() {
+    for (std::size_t v = 0; v < file_.size("bufferViews"); ++v) {
+      const auto id = std::int64_t(v);
+      if (const auto view = file_.stored_view(id)) regions_.push_back({v, nullptr, *view, *view});
+      if (const auto view = file_.compressed_view(id))
+        regions_.push_back({v, meshopt_of(file_.item("bufferViews", id)).second, *view, *view});
+    }
+  }
+
   /// Replaces the bytes of a view; those behind it move by a multiple of four.
   bool replace_view(std::int64_t id, const Bytes& bytes) {
-    if (views_.empty())
-      for (std::size_t v = 0; v < file_.size("bufferViews"); ++v)
-        views_.push_back(file_.view(std::int64_t(v)));
-    GltfView& view = views_[std::size_t(id)];
+    if (regions_.empty()) gather_regions();
+    const auto own = std::ranges::find_if(regions_, [&](const Region& region) {
+      return std::int64_t(region.view) == id && !region.extension;
+    });
+    if (own == regions_.end() || file_.compressed_view(id)) return false;
+    GltfView& view = own->now;
     const std::size_t old_end = view.offset + view.length;
-    for (const GltfView& other : views_)
-      if (&other != &view && other.buffer == view.buffer && other.offset < old_end &&
-          other.offset + other.length > view.offset)
+    for (const Region& other : regions_)
+      if (&other != &*own && other.now.buffer == view.buffer && other.now.offset < old_end &&
+          other.now.offset + other.now.length > view.offset)
         return false;
     std::size_t room = bytes.size();
     while ((room - view.length) % 4 != 0) ++room;
@@ -234,21 +253,23 @@ class GltfSplicer {
     now.insert(now.end(), replacement.begin(), replacement.end());
     now.insert(now.end(), buffer.begin() + std::ptrdiff_t(old_end), buffer.end());
     buffer = std::move(now);
-    for (GltfView& other : views_)
-      if (&other != &view && other.buffer == view.buffer && other.offset >= old_end)
-        other.offset = other.offset - view.length + room;
+    for (Region& other : regions_)
+      if (&other != &*own && other.now.buffer == view.buffer && other.now.offset >= old_end)
+        other.now.offset = other.now.offset - view.length + room;
     view.length = bytes.size();
     return true;
   }
 
   bool edit_views() {
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      const GltfView before = file_.view(std::int64_t(v));
+    for (const Region& region : regions_) {
       const auto set = [&](const char* key, std::size_t was, std::size_t is) {
-        return was == is || replace({"bufferViews", v, key}, std::to_string(is));
+        if (was == is) return true;
+        return region.extension ? replace({"bufferViews", region.view, "extensions", region.extension, key},
+                                          std::to_string(is))
+                                : replace({"bufferViews", region.view, key}, std::to_string(is));
       };
-      if (!set("byteOffset", before.offset, views_[v].offset) ||
-          !set("byteLength", before.length, views_[v].length))
+      if (!set("byteOffset", region.before.offset, region.now.offset) ||
+          !set("byteLength", region.before.length, region.now.length))
         return false;
     }
     for (const auto& [b, bytes] : buffers_)
@@ -322,7 +343,7 @@ class GltfSplicer {
   const MeshFile& says_;
   std::vector<GltfPicture> now_;  ///< what each picture of the file becomes, others after textures
   std::map<int, Bytes> buffers_;  ///< those that change
-  std::vector<GltfView> views_;   ///< as they will be, once one changes
+  std::vector<Region> regions_;   ///< of buffers, once one changes
   std::vector<Edit> edits_;       ///< of the JSON
 };
 

@@ -226,7 +226,12 @@ class NewGltf {
   std::size_t texture(int picture, Wrap wrap) {
     const auto known = textures_.try_emplace({picture, wrap}, json_["textures"].size());
     if (!known.second) return known.first->second;
-    OrderedJson texture = {{"source", image(picture)}};
+    const std::size_t source = image(picture);
+    OrderedJson texture = {{"source", source}};
+    if (pictures_[std::size_t(picture)].type == "image/webp") {
+      texture = {{"extensions", {{"EXT_texture_webp", {{"source", source}}}}}};
+      json_["extensionsUsed"] = json_["extensionsRequired"] = {"EXT_texture_webp"};
+    }
     if (wrap != Wrap::unspecified) {
       const int mode = wrap == Wrap::clamp ? 33071 : 10497;
       json_["samplers"].push_back({{"wrapS", mode}, {"wrapT", mode}});
@@ -281,7 +286,10 @@ GltfOutput write_gltf(const Model& model, Document::Format format,
     GltfOutput output = splice_gltf(model, *document, pictures, stem);
     if (!output.files.empty()) return output;
   }
-  return NewGltf(model, format, pictures, stem).output();
+  GltfOutput output = NewGltf(model, format, pictures, stem).output();
+  if (document && is_compressed_gltf(*document))
+    output.notes.push_back(stem + ": the mesh is made anew and not compressed, as what was read is");
+  return output;
 }
 
 }  // namespace mq

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -68,6 +69,11 @@ Texture read_texture_bytes(ByteView bytes, const std::string& name, const Progre
   Texture texture =
       plain ? std::move(*plain) : picture_codec().read(bytes, name, progress, not_finite);
   texture.name = name;
+  const std::string profile = plain ? "" : picture_codec().foreign_profile(texture.format);
+  if (!profile.empty())
+    texture.notes.push_back(fmt::format("{}: its ICC profile is {}, not sRGB: it is kept, and {} linear would take "
+                                        "the values for sRGB",
+                                        name, profile, option_name("space")));
   texture.as_read = {fingerprint(texture), fingerprint(bytes)};
   return texture;
 }
@@ -97,6 +103,44 @@ Texture read_texture(const std::filesystem::path& path, const Progress& progress
   return texture;
 }
 
+int orientation(const PixelFormat& format) {
+  return format.tags == nullptr ? 1 : picture_codec().orientation(format);
+}
+
+namespace {
+
+/// Orientations from 5 exchange columns and rows; 2, 3, 7 and 8 count columns of the file from the right,
+/// 3, 4, 6 and 7 rows from below.
+Image<float> turned(const Image<float>& stored, int orientation) {
+  const int w = stored.width(), h = stored.height();
+  const bool exchanged = orientation >= 5;
+  const bool from_right = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+  const bool from_below = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+  Image<float> upright(exchanged ? h : w, exchanged ? w : h, stored.channels());
+  for (int y = 0; y < upright.height(); ++y)
+    for (int x = 0; x < upright.width(); ++x) {
+      const int column = exchanged ? y : x, row = exchanged ? x : y;
+      std::ranges::copy(stored.pixel(from_right ? w - 1 - column : column, from_below ? h - 1 - row : row),
+                        upright.pixel(x, y).begin());
+    }
+  return upright;
+}
+
+}  // namespace
+
+Texture read_upright(const std::filesystem::path& path, const Progress& progress, NotFinite not_finite) {
+  Texture texture = read_texture(path, progress, not_finite);
+  const int tag = orientation(texture.format);
+  if (tag == 1) return texture;
+  texture.pixels = turned(texture.pixels, tag);
+  texture.format = picture_codec().upright(texture.format);
+  texture.as_read.pixels = fingerprint(texture);
+  texture.notes.push_back(fmt::format("{}: turned upright, as its orientation {} asks for; what is written says "
+                                      "that it is",
+                                      path.string(), tag));
+  return texture;
+}
+
 namespace {
 
 /// The format that an extension names. Throws `InvalidInput` where it names none.
@@ -105,7 +149,7 @@ const FileFormat* writable_format(const std::filesystem::path& path) {
   if (format == nullptr)
     throw InvalidInput(
         fmt::format("{}: the extension names no picture format that can be written; "
-                    "use .png, .jpg, .tif, .exr, .bmp or .tga",
+                    "use .png, .jpg, .webp, .tif, .exr, .bmp or .tga",
                     path.string()));
   return format;
 }

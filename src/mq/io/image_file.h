@@ -1,8 +1,9 @@
 #pragma once
-/// Picture files: PNG, JPEG, TIFF, OpenEXR, BMP and TGA (`read_texture` and `write_texture` of
+/// Picture files: PNG, JPEG, WebP, TIFF, OpenEXR, BMP and TGA (`read_texture` and `write_texture` of
 /// model.h, and the same in memory for pictures embedded in a model).
 ///
-/// Values are those stored: no colour conversion, no turning by an orientation tag. Integers are
+/// Values are those stored: no colour conversion, and no turning by an orientation tag but by
+/// `read_upright`. Integers are
 /// divided by their largest value; floating point is taken as it is and must be finite. Alpha is
 /// never multiplied in: where a file holds colours multiplied by it (associated alpha: OpenEXR,
 /// TIFF and TGA that say so) they are divided by it and multiplied again on writing, which gives
@@ -16,6 +17,7 @@
 /// - JPEG is encoded again (quality 98, chroma not subsampled), so that texels nobody touched
 /// change
 ///   by its rounding (a note says so);
+/// - WebP is always written without loss, also one that was read with (a note says so), and grey as RGB;
 /// - the way a file is compressed, interlaced and tiled.
 ///
 /// Refused: CMYK, signed and 32-bit integers, deep images, more than 32768 pixels a side, files cut
@@ -55,6 +57,16 @@ PixelFormat named_channels(const std::vector<std::string>& names, Depth depth);
 Texture read_texture_bytes(std::span<const std::byte> bytes, const std::string& name,
                            const Progress& progress = {}, NotFinite not_finite = NotFinite::refuse);
 
+/// How a picture says that it is to be turned to be seen (EXIF, TIFF): 1, as it is, to 8.
+int orientation(const PixelFormat& format);
+
+/// `read_texture` for a picture that is looked at, not for a texture of a model, whose texture coordinates
+/// mean the pixels as they are stored (renderers do not heed the tag): turned as it says, and the format
+/// says upright, so that nothing turns it again. A note where it was turned. Unchanged it is still the
+/// file that was read, byte for byte.
+Texture read_upright(const std::filesystem::path& path, const Progress& progress = {},
+                     NotFinite not_finite = NotFinite::refuse);
+
 /// A picture encoded in memory, with what `write_texture` would return.
 struct EncodedPicture {
   std::vector<std::byte> bytes;
@@ -65,7 +77,7 @@ struct EncodedPicture {
 std::vector<std::string> write_encoded(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress = {});
 
-/// Encodes in `file_format`: "png", "jpeg", "tiff", "openexr", "bmp" or "targa".
+/// Encodes in `file_format`: "png", "jpeg", "webp", "tiff", "openexr", "bmp" or "targa".
 EncodedPicture texture_bytes(const Texture& texture, const std::string& file_format,
                              const Progress& progress = {});
 

@@ -385,6 +385,10 @@ class ModelReader {
                                            slot.name.empty() ? std::to_string(i) : slot.name);
       texture = read_texture_bytes(slot.picture, name, progress, options_.not_finite);
     }
+    if (const int tag = orientation(texture.format); tag != 1)
+      texture.notes.push_back(fmt::format("{}: its orientation {} is not heeded, as renderers do not heed it in "
+                                          "textures",
+                                          texture.name, tag));
     // A picture given in a file of the same name goes by the name it has in the model.
     const bool renamed = given && path.filename() != fs::path(slot.name).filename();
     texture.name = renamed ? path.filename().string() : slot.name;
@@ -424,7 +428,7 @@ class ModelReader {
     for (fs::directory_iterator at(folder_.empty() ? "." : folder_, ignored), end;
          !ignored && at != end; at.increment(ignored)) {
       const std::string extension = lower_extension(at->path());
-      for (const char* known : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp", ".tga"})
+      for (const char* known : {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".tga"})
         if (extension == known) names.push_back(at->path().filename().string());
     }
     std::sort(names.begin(), names.end());

@@ -55,7 +55,8 @@ void check(const Model& model) {
 
 constexpr std::pair<const char*, const char*> picture_extensions[] = {
     {".png", "png"},   {".jpg", "jpeg"},    {".jpeg", "jpeg"}, {".tif", "tiff"},
-    {".tiff", "tiff"}, {".exr", "openexr"}, {".bmp", "bmp"},   {".tga", "targa"}};
+    {".tiff", "tiff"}, {".exr", "openexr"}, {".bmp", "bmp"},   {".tga", "targa"},
+    {".webp", "webp"}};
 
 /// The picture format that the extension names; empty: none.
 std::string picture_format(const fs::path& path) {
@@ -155,23 +156,38 @@ class ModelWriter {
   std::vector<OutputFile> gltf_files(Document::Format format, const std::string& stem) {
     std::vector<GltfPicture> pictures;
     for (std::size_t t = 0; t < pictures_.size(); ++t) {
-      const bool jpeg = pictures_[t]->format.file_format == "jpeg" ||
-                        text_of(copies_[t]).starts_with("\xff\xd8");
-      pictures.push_back({names_[t], jpeg ? "image/jpeg" : "image/png", changed_[t] != 0,
-                          [this, t, jpeg] { return embedded_picture(t, jpeg); }});
+      const std::string kind = embedded_format(t);
+      pictures.push_back({names_[t], "image/" + kind, changed_[t] != 0,
+                          [this, t, kind] { return embedded_picture(t, kind); }});
     }
     GltfOutput output = write_gltf(model_, format, pictures, stem);
     embedded_ = output.embedded;
     made_anew_ = output.made_anew;
+    notes_.insert(notes_.end(), output.notes.begin(), output.notes.end());
     return std::move(output.files);
   }
 
-  /// The file of a picture as glTF may hold it, JPEG or PNG; nothing where it is not known.
-  Bytes embedded_picture(std::size_t t, bool jpeg) {
+  static bool is_webp(ByteView file) {
+    return text_of(file).starts_with("RIFF") && text_of(file).substr(0, 12).ends_with("WEBP");
+  }
+
+  /// "jpeg", "png" or "webp": in which of glTF's formats a picture is embedded. WebP takes an extension,
+  /// which the place of a picture that is embedded in the document has or has not.
+  std::string embedded_format(std::size_t t) const {
+    const std::string& own = pictures_[t]->format.file_format;
+    const bool embedded = t < before_.size() && !before_[t].empty();
+    if (embedded ? is_webp(before_[t]) : own == "webp" || is_webp(copies_[t])) return "webp";
+    return own == "jpeg" || text_of(copies_[t]).starts_with("\xff\xd8") ? "jpeg" : "png";
+  }
+
+  /// The file of a picture as glTF may hold it; nothing where it is not known.
+  Bytes embedded_picture(std::size_t t, const std::string& format) {
     const std::string_view text = text_of(copies_[t]);
-    if (text.starts_with("\xff\xd8") || text.starts_with("\x89PNG")) return copies_[t];
+    if (text.starts_with("\xff\xd8") || text.starts_with("\x89PNG") ||
+        (format == "webp" && is_webp(copies_[t])))
+      return copies_[t];
     if (pictures_[t]->pixels.empty()) return {};
-    EncodedPicture picture = texture_bytes(*pictures_[t], jpeg ? "jpeg" : "png");
+    EncodedPicture picture = texture_bytes(*pictures_[t], format);
     notes_.insert(notes_.end(), picture.notes.begin(), picture.notes.end());
     return std::move(picture.bytes);
   }

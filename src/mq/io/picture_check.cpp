@@ -100,6 +100,12 @@ std::string picture_format(ByteView bytes, const std::string& name) {
       starts_with(bytes, "II+\0"sv) || starts_with(bytes, "MM\0+"sv))
     return "tiff";
   if (starts_with(bytes, "v/1\x01"sv)) return "openexr";
+  if (starts_with(bytes, "RIFF"sv) && bytes.size() >= 12 && starts_with(bytes.subspan(8), "WEBP"sv))
+    return "webp";
+  if (starts_with(bytes, "\xabKTX 20\xbb\r\n\x1a\n"sv) || starts_with(bytes, "\xabKTX 11\xbb\r\n\x1a\n"sv))
+    fail_picture(name, "a KTX container, which cannot be read: its pixels are coded for graphics cards (Basis "
+                       "Universal or block compression); take the picture it was made from, or decode it to "
+                       "PNG, as ktx of KTX-Software does: ktx extract IN.ktx2 OUT.png");
   if (starts_with(bytes, "BM"sv)) return "bmp";
   if (lower_extension(name) == ".tga") return "targa";
   fail_picture(
@@ -159,6 +165,56 @@ void check_tiff_extent(ByteView bytes, const std::string& name) {
     fail_picture(name, fmt::format("the TIFF file is cut short at {} bytes, or its directory is "
                                    "damaged; copy it again",
                                    bytes.size()));
+}
+
+std::optional<ExifOrientation> exif_orientation(ByteView exif) {
+  using namespace std::string_view_literals;
+  const std::size_t skip = starts_with(exif, "Exif\0\0"sv) ? 6 : 0;
+  const ByteView bytes = exif.subspan(skip);
+  if (!starts_with(bytes, "II"sv) && !starts_with(bytes, "MM"sv)) return {};
+  const TiffBytes tiff(bytes);
+  const auto directory = tiff.number(4, 4);
+  const auto count = directory ? tiff.number(*directory, 2) : directory;
+  for (std::uint64_t i = 0; count && i < *count; ++i) {
+    const std::uint64_t at = *directory + 2 + 12 * i;
+    const auto tag = tiff.number(at, 2), value = tiff.number(at + 8, 2);
+    if (!tag || !value) return {};
+    if (*tag == 274 && *value >= 1 && *value <= 8)
+      return ExifOrientation{skip + std::size_t(at) + 8, starts_with(bytes, "MM"sv), int(*value)};
+  }
+  return {};
+}
+
+void set_exif_orientation(std::span<std::byte> exif, const ExifOrientation& place, int value) {
+  exif[place.at] = std::byte(place.big_endian ? 0 : value);
+  exif[place.at + 1] = std::byte(place.big_endian ? value : 0);
+}
+
+std::string icc_profile_name(ByteView profile) {
+  const auto word = [&](std::size_t at) {
+    std::size_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      value = value << 8 | (at + i < profile.size() ? std::size_t(profile[at + i]) : 0);
+    return value;
+  };
+  const auto letters = [&](std::size_t at, std::size_t count, std::size_t width) {
+    std::string text;
+    for (std::size_t i = 0; i + width <= count && at + i + width <= profile.size(); i += width) {
+      const auto low = char(profile[at + i + width - 1]);
+      if (low == 0 && width == 1) break;
+      text += (width == 2 && profile[at + i] != std::byte(0)) || (low & 0x80) != 0 ? '?' : low;
+    }
+    return text;
+  };
+  constexpr std::size_t desc = 0x64657363, mluc = 0x6d6c7563, most_tags = 200;
+  for (std::size_t i = 0; i < std::min(word(128), most_tags); ++i) {
+    if (word(132 + 12 * i) != desc) continue;
+    const std::size_t at = word(136 + 12 * i);
+    if (at > profile.size()) return "";
+    if (word(at) == desc) return letters(at + 12, std::min(word(at + 8), profile.size()), 1);
+    if (word(at) == mluc) return letters(at + word(at + 24), std::min(word(at + 20), profile.size()), 2);
+  }
+  return "";
 }
 
 void check_exr_windows(ByteView bytes, const std::string& name) {

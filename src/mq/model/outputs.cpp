@@ -82,7 +82,7 @@ fs::path free_path(const std::vector<fs::path>& taken, const fs::path& own, cons
 void refuse_unknown_formats(const std::vector<fs::path>& paths) {
   for (const fs::path& path : paths)
     require(names_picture(path),
-            fmt::format("{}: found '{}', wanted a picture (.png, .jpg, .tif, .exr, .bmp or "
+            fmt::format("{}: found '{}', wanted a picture (.png, .jpg, .webp, .tif, .exr, .bmp or "
                         ".tga), a model (.obj, .ply, .gltf or .glb) or a folder",
                         option_name("output"), path.string()));
 }

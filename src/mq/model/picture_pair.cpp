@@ -5,6 +5,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/flow_file.h"
+#include "mq/io/image_file.h"
 #include "mq/model/detail/pair_checks.h"
 #include "mq/model/signal_pair.h"
 
@@ -52,7 +53,7 @@ PicturePair::PicturePair(const std::filesystem::path& first, const std::filesyst
     : values_(values),
       model_(read_picture(first, ImageTriangles::two, progress.step("first", 0.5))) {
   const Texture& one = model_.textures.front();
-  const Texture other = read_texture(second, progress.step("second", 0.5));
+  const Texture other = read_upright(second, progress.step("second", 0.5));
   for (const Texture* texture : {&one, &other})
     for (const std::string& note : texture->notes) messages.remark(note);
   require_alike(other, second.string(), one, first.string());

@@ -14,6 +14,7 @@
 #include "mq/image/resample.h"
 #include "mq/image/spread.h"
 #include "mq/io/file_names.h"
+#include "mq/io/image_file.h"
 #include "mq/io/slots.h"
 
 namespace mq {
@@ -145,7 +146,7 @@ void require_usable(const Defects& defects, const std::string& file) {
 
 Model read_picture(const std::filesystem::path& path, ImageTriangles triangles,
                    const Progress& progress, NotFinite not_finite) {
-  Texture picture = read_texture(path, progress, not_finite);
+  Texture picture = read_upright(path, progress, not_finite);
   Model model;
   model.path = picture.path;
   model.mesh = image_rectangle(picture.pixels.width(), picture.pixels.height(), triangles);

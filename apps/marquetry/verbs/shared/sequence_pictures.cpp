@@ -10,7 +10,7 @@
 namespace mq::app {
 namespace {
 
-constexpr const char* wanted_picture = "a picture: .png, .jpg, .tif, .exr, .bmp or .tga";
+constexpr const char* wanted_picture = "a picture: .png, .jpg, .webp, .tif, .exr, .bmp or .tga";
 
 }  // namespace
 

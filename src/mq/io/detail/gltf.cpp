@@ -17,6 +17,8 @@
 #include <set>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/io/detail/gltf_joints.h"
 #include "mq/io/detail/gltf_material.h"
 #include "mq/io/detail/gltf_scene.h"
 #include "mq/io/slots.h"
@@ -163,16 +165,17 @@ class SceneReader {
     }
   }
 
-  void read_primitive(const Json& primitive, const Eigen::Matrix4d& matrix) {
-    const std::int64_t mode = json_count(primitive, "mode", 4, place_);
-    if (mode < 4 || mode > 6) {
+  void read_primitive(const Json& stored, const Eigen::Matrix4d& matrix) {
+    const std::int64_t stored_mode = json_count(stored, "mode", 4, place_);
+    if (stored_mode < 4 || stored_mode > 6) {
       note("points and lines are not used");
       return;
     }
-    if (!json_array(primitive, "targets", place_).empty()) note("morph targets are not used");
+    if (!json_array(stored, "targets", place_).empty()) note("morph targets are not used");
+    const Json primitive = file_.decompressed(stored, place_);
+    const std::int64_t mode = json_count(primitive, "mode", 4, place_);
     const Json* attributes = json_object(primitive, "attributes");
     if (!attributes || !attributes->contains("POSITION")) file_.fail(place_, "it has no POSITION");
-    refuse_draco(primitive, *attributes);
 
     const GltfBlock block = vertices(*attributes, matrix);
     const std::vector<Triangle> corners = triangles(primitive, mode, block.count);
@@ -203,17 +206,6 @@ class SceneReader {
       for (std::size_t set = 0; set < set_begins.size(); ++set)
         scene_.file.uv_sets[set].corner_uvs.push_back(corners_from(set_begins[set], t));
     }
-  }
-
-  void refuse_draco(const Json& primitive, const Json& attributes) const {
-    const Json* extensions = json_object(primitive, "extensions");
-    if (!extensions || !extensions->contains("KHR_draco_mesh_compression")) return;
-    const std::int64_t positions = json_count(attributes, "POSITION", -1, place_);
-    if (!file_.item("accessors", positions).contains("bufferView"))
-      throw Unsupported(
-          fmt::format("{} is compressed by Draco (KHR_draco_mesh_compression); "
-                      "decompress it first, for example with gltf-transform",
-                      place_));
   }
 
   /// Appends the vertices of a primitive, unless another primitive of this node has done so.
@@ -340,10 +332,24 @@ class SceneReader {
     return slot.first->second;
   }
 
+  /// A picture that other programs show in place of one: it is kept as it is.
+  void add_beside(const GltfMap& map) {
+    if (map.beside < 0 || slots_.contains(map.beside)) return;
+    const TextureSlot other = image_slot(file_, map.beside);
+    if (map.slot == scene_.file.slot)
+      note(fmt::format("{} has a stand-in for other programs, {}, which stays as it is: they will show the old "
+                       "picture",
+                       shown(image_slot(file_, map.image).name), shown(other.name)));
+    if (std::ranges::count(scene_.other_images, map.beside) > 0) return;
+    scene_.other_images.push_back(map.beside);
+    scene_.file.others.push_back(other);
+  }
+
   /// Pictures of the other slots; one that is a texture too changes with it.
   void gather_others() {
     for (const std::int64_t material : uses_.materials)
       for (const GltfMap& map : material_maps(file_, material)) {
+        add_beside(map);
         if (map.slot == scene_.file.slot) continue;
         const auto texture = slots_.find(map.image);
         if (texture != slots_.end()) {
@@ -388,10 +394,24 @@ class SceneReader {
     return s == 0 && t == 0 ? Wrap::unspecified : Wrap::repeat;
   }
 
+  void note_compression() {
+    for (const auto& [used, name] : {std::pair(file_.used_draco(), "Draco (KHR_draco_mesh_compression)"),
+                                     std::pair(file_.used_meshopt(), "meshopt (EXT_meshopt_compression)")})
+      if (used)
+        note(fmt::format("compressed by {}; in this format it stays as it is where pictures alone change, "
+                         "and is written plain where the mesh does",
+                         name));
+    if (const GltfJoints joints = join_grids(scene_, file_); joints.moved > 0)
+      note(fmt::format("Draco rounded each primitive by itself: {} where two meet lay up to {:.2g} apart and "
+                       "are joined",
+                       counted(joints.moved, "vertex"), joints.farthest));
+  }
+
   void finish() {
     MeshFile& file = scene_.file;
     gather_others();
     gather_companions();
+    note_compression();
     if (file.mesh.uvs.empty()) file.mesh.corner_uvs.clear();
     if (channels_ > 0) {
       file.colors = {channels_, {}, depth_};

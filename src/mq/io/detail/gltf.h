@@ -3,8 +3,9 @@
 ///
 /// Read: every triangle primitive of the default scene, node transforms applied, all sets of texture
 /// coordinates (v turned up here), of the pictures of one slot those that their materials name,
-/// COLOR_0, accessors normalised or sparse, KHR_texture_transform. Skins are read in bind pose and morph targets left out, which the
-/// notes say. Meshes compressed by Draco or meshopt are refused.
+/// COLOR_0, accessors normalised or sparse, KHR_texture_transform, KHR_mesh_quantization, meshes
+/// compressed by Draco (KHR_draco_mesh_compression) and meshopt (EXT_meshopt_compression). Skins are
+/// read in bind pose and morph targets left out, which the notes say.
 
 #include <functional>
 #include <string>
@@ -20,9 +21,12 @@ std::vector<std::string> gltf_parts(const Document& document);
 /// What a glTF or GLB document says. A texture is an image, in the order of first use; embedded
 /// ones go by their name in the file, or "texture_N". Vertices are those of the file's accessors,
 /// once for every node that uses them. `Document::choice` chooses slot and set. Throws `IoError` with
-/// the place in the JSON, `InvalidInput` for a slot or a set that is not there, and `Unsupported` for
-/// compressed meshes.
+/// the place in the JSON (also where a compressed stream is damaged), `InvalidInput` for a slot or a set
+/// that is not there, and `Unsupported` for streams of versions that cannot be read.
 MeshFile read_gltf(const Document& document);
+
+/// Whether the document is glTF and requires or uses Draco's or meshopt's compression.
+bool is_compressed_gltf(const Document& document);
 
 /// A picture to be written with a model.
 struct GltfPicture {
@@ -36,6 +40,7 @@ struct GltfOutput {
   std::vector<OutputFile> files;  ///< the mesh file first, then its buffers
   std::vector<bool> embedded;     ///< per picture: it is in the files, or none of them names it
   bool made_anew = false;
+  std::vector<std::string> notes = {};
 };
 
 /// The files that say `model` as GLB, or glTF with a buffer beside it. `pictures` are those of its

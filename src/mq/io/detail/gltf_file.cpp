@@ -7,9 +7,12 @@
 #include <climits>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 #include "mq/base/error.h"
 #include "mq/io/detail/gltf.h"
+#include "mq/io/detail/gltf_draco.h"
+#include "mq/io/detail/gltf_meshopt.h"
 #include "mq/io/json_read.h"
 #include "mq/io/uri.h"
 
@@ -23,18 +26,6 @@ Number load_number(const std::byte* from) {
   Number number;
   std::memcpy(&number, from, sizeof number);
   return number;
-}
-
-double load_component(GltfType type, const std::byte* from) {
-  switch (type) {
-    case GltfType::i8: return load_number<std::int8_t>(from);
-    case GltfType::u8: return load_number<std::uint8_t>(from);
-    case GltfType::i16: return load_number<std::int16_t>(from);
-    case GltfType::u16: return load_number<std::uint16_t>(from);
-    case GltfType::u32: return load_number<std::uint32_t>(from);
-    case GltfType::f32: return load_number<float>(from);
-  }
-  return 0;
 }
 
 [[noreturn]] void wrong(const std::string& place, const char* key, const char* wanted) {
@@ -56,7 +47,28 @@ int component_count(const Json& accessor, const std::string& place) {
   wrong(place, "type", "SCALAR, VEC2, VEC3 or VEC4");
 }
 
+/// Integers of an accessor that says so stand for −1 to 1.
+void normalize(const Json& accessor, GltfValues& values) {
+  const auto normalized = accessor.find("normalized");
+  values.normalized = normalized != accessor.end() && normalized->is_boolean() &&
+                      normalized->get<bool>() && values.type != GltfType::f32;
+  if (values.normalized)
+    for (double& value : values.values) value = std::max(value / largest_of(values.type), -1.0);
+}
+
 }  // namespace
+
+double load_component(GltfType type, const std::byte* from) {
+  switch (type) {
+    case GltfType::i8: return load_number<std::int8_t>(from);
+    case GltfType::u8: return load_number<std::uint8_t>(from);
+    case GltfType::i16: return load_number<std::int16_t>(from);
+    case GltfType::u16: return load_number<std::uint16_t>(from);
+    case GltfType::u32: return load_number<std::uint32_t>(from);
+    case GltfType::f32: return load_number<float>(from);
+  }
+  return 0;
+}
 
 int size_of(GltfType type) {
   if (type == GltfType::i8 || type == GltfType::u8) return 1;
@@ -140,6 +152,8 @@ GltfFile::GltfFile(const Document& document) : document_(document) {
   }
   parse_json();
 }
+
+GltfFile::~GltfFile() = default;
 
 void GltfFile::fail(const std::string& place, const std::string& what) {
   throw IoError(place + ": " + what);
@@ -236,16 +250,18 @@ ByteView GltfFile::buffer(int b) const {
   return bytes->first(std::size_t(length));
 }
 
-GltfView GltfFile::view(std::int64_t index) const {
-  const Json& object = item("bufferViews", index);
-  const std::string at = place("bufferViews", index);
-  if (const Json* extensions = json_object(object, "extensions"))
-    for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
-      if (extensions->contains(name))
-        throw Unsupported(
-            fmt::format("{} is compressed by meshopt ({}); decompress it first, "
-                        "for example with gltf-transform",
-                        document_.name, name));
+bool GltfFile::is_fallback(std::int64_t b) const {
+  const Json* extensions = json_object(item("buffers", b), "extensions");
+  for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
+    if (const Json* extension = extensions ? json_object(*extensions, name) : nullptr)
+      if (const auto found = extension->find("fallback");
+          found != extension->end() && found->is_boolean() && found->get<bool>())
+        return true;
+  return false;
+}
+
+/// Of a view or of its extension, which say it in the same words.
+GltfView GltfFile::region(const Json& object, const std::string& at) const {
   GltfView view;
   view.buffer = int(std::min<std::int64_t>(json_count(object, "buffer", INT_MAX, at), INT_MAX));
   view.offset = std::size_t(json_count(object, "byteOffset", 0, at));
@@ -253,12 +269,37 @@ GltfView GltfFile::view(std::int64_t index) const {
   view.stride = std::size_t(json_count(object, "byteStride", 0, at));
   const std::size_t size = buffer(view.buffer).size();
   if (view.offset > size || view.length > size - view.offset)
-    fail(place("bufferViews", index), fmt::format("bytes {} to {} of a buffer of {}", view.offset,
-                                                  view.offset + view.length, size));
+    fail(at, fmt::format("bytes {} to {} of a buffer of {}", view.offset, view.offset + view.length,
+                         size));
   return view;
 }
 
+std::optional<GltfView> GltfFile::stored_view(std::int64_t index) const {
+  const Json& object = item("bufferViews", index);
+  const std::string at = place("bufferViews", index);
+  if (is_fallback(json_count(object, "buffer", INT_MAX, at))) return {};
+  return region(object, at);
+}
+
+std::optional<GltfView> GltfFile::compressed_view(std::int64_t index) const {
+  const auto [extension, name] = meshopt_of(item("bufferViews", index));
+  if (!extension) return {};
+  return region(*extension, fmt::format("{}.{}", place("bufferViews", index), name));
+}
+
+GltfView GltfFile::view(std::int64_t index) const {
+  const Json& object = item("bufferViews", index);
+  const std::string at = place("bufferViews", index);
+  const auto [extension, name] = meshopt_of(object);
+  if (!extension) return region(object, at);
+  auto known = meshopt_.find(index);
+  if (known == meshopt_.end())
+    known = meshopt_.emplace(index, decode_meshopt(*extension, bytes(*compressed_view(index)), at)).first;
+  return {-1, 0, known->second.size(), std::size_t(json_count(object, "byteStride", 0, at)), index};
+}
+
 ByteView GltfFile::bytes(const GltfView& view) const {
+  if (view.decoded >= 0) return meshopt_.at(view.decoded);
   return buffer(view.buffer).subspan(view.offset, view.length);
 }
 
@@ -277,7 +318,17 @@ void GltfFile::load(const GltfView& view, std::size_t offset, std::size_t count,
           load_component(type, from.data() + offset + i * stride + std::size_t(c * size_of(type)));
 }
 
+GltfValues GltfFile::decoded_values(std::size_t number, std::initializer_list<int> wanted) const {
+  const GltfValues& values = decoded_[number].values;
+  if (std::find(wanted.begin(), wanted.end(), values.components) == wanted.end())
+    fail(document_.name, fmt::format("{} components decoded by Draco do not fit their use",
+                                     values.components));
+  return values;
+}
+
 GltfValues GltfFile::values(std::int64_t accessor, std::initializer_list<int> wanted) const {
+  const auto beyond = accessor - std::int64_t(size("accessors"));
+  if (beyond >= 0 && beyond < std::ssize(decoded_)) return decoded_values(std::size_t(beyond), wanted);
   const Json& object = item("accessors", accessor);
   const std::string at = place("accessors", accessor);
   GltfValues result;
@@ -285,25 +336,22 @@ GltfValues GltfFile::values(std::int64_t accessor, std::initializer_list<int> wa
   result.components = component_count(object, at);
   if (std::find(wanted.begin(), wanted.end(), result.components) == wanted.end())
     fail(at, fmt::format("its type {} does not fit its use", json_text_of(object, "type")));
-  const auto normalized = object.find("normalized");
-  result.normalized = normalized != object.end() && normalized->is_boolean() &&
-                      normalized->get<bool>() && result.type != GltfType::f32;
-
   const auto count = std::size_t(json_count(object, "count", 0, at));
   std::size_t held = document_.bytes.size();
   for (const Part& part : document_.parts) held += part.bytes.size();
-  if (count > held) fail(at, fmt::format("{} elements are more than the file holds", count));
+  const bool has_view = object.contains("bufferView");
+  const GltfView from = has_view ? view(json_count(object, "bufferView", 0, at)) : GltfView();
+  if (count > std::max(held, from.length))
+    fail(at, fmt::format("{} elements are more than the file holds", count));
   result.values.assign(count * std::size_t(result.components), 0);
-  if (object.contains("bufferView")) {
-    load(view(json_count(object, "bufferView", 0, at)),
-         std::size_t(json_count(object, "byteOffset", 0, at)), count, result.components,
+  if (has_view) {
+    load(from, std::size_t(json_count(object, "byteOffset", 0, at)), count, result.components,
          result.type, at, result.values.data());
   } else if (!object.contains("sparse")) {
     fail(at, "it has no data");
   }
   add_sparse(object, at, result);
-  if (result.normalized)
-    for (double& value : result.values) value = std::max(value / largest_of(result.type), -1.0);
+  normalize(object, result);
   return result;
 }
 
@@ -334,14 +382,85 @@ void GltfFile::add_sparse(const Json& accessor, const std::string& place,
 }
 
 std::optional<GltfLayout> GltfFile::layout(std::int64_t accessor) const {
+  if (accessor >= std::int64_t(size("accessors"))) return {};  // decoded by Draco
   const Json& object = item("accessors", accessor);
   const std::string at = place("accessors", accessor);
   if (object.contains("sparse") || !object.contains("bufferView")) return {};
   const GltfView from = view(json_count(object, "bufferView", 0, at));
+  if (from.decoded >= 0) return {};
   const std::size_t element =
       std::size_t(component_count(object, at) * size_of(component_type(object, at)));
   return GltfLayout{from.buffer, from.offset + std::size_t(json_count(object, "byteOffset", 0, at)),
                     from.stride ? from.stride : element};
+}
+
+// ---- Draco ----
+
+std::int64_t GltfFile::add_decoded(std::int64_t view, std::int64_t attribute, std::int64_t accessor,
+                                   GltfValues values, const std::string& at) const {
+  const auto id = decoded_ids_.try_emplace({view, attribute, accessor}, decoded_.size());
+  if (id.second) {
+    if (accessor >= 0) {
+      const Json& object = item("accessors", accessor);
+      const auto count = std::size_t(json_count(object, "count", 0, place("accessors", accessor)));
+      if (count != values.count())
+        fail(at, fmt::format("its accessor {} says {} elements, and Draco's stream holds {}; the file may "
+                             "be damaged: export it again",
+                             accessor, count, values.count()));
+      normalize(object, values);
+    }
+    const bool positions = attribute >= 0 && values.type == GltfType::f32 && values.components == 3;
+    decoded_.push_back({std::move(values), positions ? draco_.at(view).step : 0});
+  }
+  return std::int64_t(size("accessors") + id.first->second);
+}
+
+Json GltfFile::decompressed(const Json& primitive, const std::string& at) const {
+  const Json* extensions = json_object(primitive, "extensions");
+  const Json* draco = extensions ? json_object(*extensions, "KHR_draco_mesh_compression") : nullptr;
+  const Json* attributes = json_object(primitive, "attributes");
+  if (!draco || !attributes) return primitive;
+  const std::string full = at + ".extensions.KHR_draco_mesh_compression";
+  const std::int64_t stream = json_count(*draco, "bufferView", -1, full);
+  const Json* ids = json_object(*draco, "attributes");
+  if (!ids || ids->empty()) fail(full, "it has no attributes");
+  if (!draco_.contains(stream)) {
+    std::set<std::uint32_t> wanted;
+    for (const auto& [name, id] : ids->items())
+      wanted.insert(std::uint32_t(std::min<std::int64_t>(json_count(*ids, name.c_str(), 0, full), UINT_MAX)));
+    draco_[stream] = decode_draco(bytes(view(stream)), wanted, full);
+  }
+  const DracoMesh& mesh = draco_[stream];
+  Json result = primitive;
+  for (const auto& [name, number] : ids->items()) {
+    if (!attributes->contains(name)) fail(full, fmt::format("{} is no attribute of it", shown(name)));
+    const std::int64_t id = json_count(*ids, name.c_str(), 0, full);
+    const auto values = mesh.attributes.find(std::uint32_t(id));
+    if (values == mesh.attributes.end()) fail(full, fmt::format("its stream has no attribute {}", id));
+    result["attributes"][name] = add_decoded(
+        stream, id, json_count(*attributes, name.c_str(), -1, at), values->second, full);
+  }
+  // Whatever the mode, Draco holds triangles; of those of a strip the accessor counts other corners.
+  const bool strip = json_count(primitive, "mode", 4, at) != 4;
+  result["mode"] = 4;
+  result["indices"] = add_decoded(stream, -1, strip ? -1 : json_count(primitive, "indices", -1, at),
+                                  {1, GltfType::u32, false, mesh.corners}, full);
+  return result;
+}
+
+double GltfFile::step(std::int64_t accessor) const {
+  const auto beyond = accessor - std::int64_t(size("accessors"));
+  return beyond >= 0 && beyond < std::ssize(decoded_) ? decoded_[std::size_t(beyond)].step : 0;
+}
+
+bool is_compressed_gltf(const Document& document) {
+  if (document.format != Document::Format::gltf && document.format != Document::Format::glb) return false;
+  const GltfFile file(document);
+  for (const Json& name : json_array(file.json(), "extensionsUsed", file.name()))
+    if (name.is_string() && (name.get<std::string>() == "KHR_draco_mesh_compression" ||
+                             name.get<std::string>().ends_with("_meshopt_compression")))
+      return true;
+  return false;
 }
 
 std::vector<std::string> gltf_parts(const Document& document) {

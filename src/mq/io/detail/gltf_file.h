@@ -2,7 +2,9 @@
 /// The container, the JSON, the buffers and the accessors of a glTF file, each checked when asked
 /// for.
 
+#include <array>
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -18,6 +20,9 @@ using Json = nlohmann::json;
 enum class GltfType { i8 = 5120, u8 = 5121, i16 = 5122, u16 = 5123, u32 = 5125, f32 = 5126 };
 
 int size_of(GltfType type);
+
+/// The number that lies there.
+double load_component(GltfType type, const std::byte* from);
 
 /// What an integer is divided by when it stands for 0 to 1 (or −1 to 1); 1 for floats.
 double largest_of(GltfType type);
@@ -45,12 +50,16 @@ struct GltfView {
   std::size_t offset = 0;
   std::size_t length = 0;
   std::size_t stride = 0;  ///< 0: elements are adjacent
+  std::int64_t decoded = -1;  ///< the view whose decompressed bytes these are; −1: as they are stored
 };
+
+struct DracoMesh;
 
 class GltfFile {
  public:
   /// Reads the container and the JSON. Throws `IoError`.
   explicit GltfFile(const Document& document);
+  ~GltfFile();
 
   const Json& json() const { return json_; }
   std::string_view json_text() const { return json_text_; }
@@ -68,13 +77,28 @@ class GltfFile {
   /// The bytes of a buffer, at least as many as it declares.
   ByteView buffer(int b) const;
 
+  /// A view, decompressed where meshopt compressed it.
   GltfView view(std::int64_t index) const;
   ByteView bytes(const GltfView& view) const;
+
+  /// What a view occupies in buffers: as the view says, and as its meshopt extension does. Nothing
+  /// where there is no such part, or it lies in a buffer without bytes (a "fallback").
+  std::optional<GltfView> stored_view(std::int64_t index) const;
+  std::optional<GltfView> compressed_view(std::int64_t index) const;
+
+  /// `primitive` with what Draco compressed (its attributes and indices) as accessors beyond those of
+  /// the file, decoded once; as it is where nothing is.
+  Json decompressed(const Json& primitive, const std::string& place) const;
+  /// The step of the grid that Draco rounded an accessor to; 0: none.
+  double step(std::int64_t accessor) const;
+  /// Whether anything that was asked for was compressed, by meshopt or Draco.
+  bool used_meshopt() const { return !meshopt_.empty(); }
+  bool used_draco() const { return !draco_.empty(); }
 
   /// Values of an accessor with one of the wanted numbers of components.
   GltfValues values(std::int64_t accessor, std::initializer_list<int> components) const;
 
-  /// Where the elements are; nothing for sparse accessors and those without a view.
+  /// Where the elements are; nothing for sparse accessors, compressed ones and those without a view.
   std::optional<GltfLayout> layout(std::int64_t accessor) const;
 
   const std::string& name() const { return document_.name; }
@@ -89,6 +113,11 @@ class GltfFile {
   void open_glb();
   void parse_json();
   Bytes load_buffer(int b) const;
+  GltfView region(const Json& object, const std::string& place) const;
+  bool is_fallback(std::int64_t buffer) const;
+  std::int64_t add_decoded(std::int64_t view, std::int64_t attribute, std::int64_t accessor,
+                           GltfValues values, const std::string& place) const;
+  GltfValues decoded_values(std::size_t number, std::initializer_list<int> wanted) const;
   void add_sparse(const Json& accessor, const std::string& place, GltfValues& values) const;
   void load(const GltfView& view, std::size_t offset, std::size_t count, int components,
             GltfType type, const std::string& place, double* to) const;
@@ -98,6 +127,17 @@ class GltfFile {
   std::optional<ByteView> chunk_;
   Json json_;
   mutable std::vector<std::optional<Bytes>> buffers_;  ///< those decoded from URIs
+  mutable std::map<std::int64_t, Bytes> meshopt_;      ///< of views, decompressed
+  mutable std::map<std::int64_t, DracoMesh> draco_;    ///< of views, decoded
+
+  /// Of a stream of Draco, seen through an accessor.
+  struct Decoded {
+    GltfValues values;
+    double step = 0;
+  };
+  mutable std::vector<Decoded> decoded_;
+  /// Their numbers by view, Draco's id (−1: indices) and accessor.
+  mutable std::map<std::array<std::int64_t, 3>, std::size_t> decoded_ids_;
 };
 
 /// A member that is a number that counts or indexes, from 0; `otherwise` where it is missing.

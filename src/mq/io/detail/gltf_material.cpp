@@ -17,6 +17,8 @@ namespace {
 const char* picture_extension(ByteView bytes) {
   const std::string_view text = text_of(bytes);
   if (text.starts_with("\xff\xd8")) return ".jpg";
+  if (text.starts_with("RIFF") && text.substr(0, 12).ends_with("WEBP")) return ".webp";
+  if (text.starts_with("\xabKTX 20")) return ".ktx2";
   return ".png";
 }
 
@@ -65,7 +67,7 @@ class MaterialReader {
       map.set = set(*t, map.set);
     }
     const Json& texture = file_.item("textures", json_count(info, "index", -1, place_));
-    map.image = image_of(texture);
+    find_images(texture, map);
     if (map.image < 0) {
       if (slot == base_slot) file_.fail(place_, "its texture has no image");
       return;
@@ -74,13 +76,21 @@ class MaterialReader {
     maps_.push_back(map);
   }
 
-  std::int64_t image_of(const Json& texture) const {
-    if (texture.contains("source")) return json_count(texture, "source", 0, place_);
-    if (const Json* extensions = json_object(texture, "extensions"))
-      for (const auto& [name, extension] : extensions->items())
-        if (extension.is_object() && extension.contains("source"))
-          return json_count(extension, "source", 0, place_);
-    return -1;
+  void find_images(const Json& texture, GltfMap& map) const {
+    if (texture.contains("source")) map.image = json_count(texture, "source", 0, place_);
+    const Json* extensions = json_object(texture, "extensions");
+    if (!extensions) return;
+    for (const auto& [name, extension] : extensions->items()) {
+      if (!extension.is_object() || !extension.contains("source")) continue;
+      const std::int64_t image = json_count(extension, "source", 0, place_);
+      if (map.image < 0 || name == "EXT_texture_webp") {
+        map.beside = map.image;
+        map.image = image;
+      } else {
+        map.beside = image;
+      }
+    }
+    if (map.beside == map.image) map.beside = -1;
   }
 
   const GltfFile& file_;
@@ -115,7 +125,8 @@ TextureSlot image_slot(const GltfFile& file, std::int64_t id) {
   const std::string name = json_text_of(image, "name");
   slot.name = name.empty() ? fmt::format("texture_{}", id) : portable_name(name);
   const std::string extension = std::filesystem::path(slot.name).extension().string();
-  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg")
+  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg" && extension != ".webp" &&
+      extension != ".ktx2")
     slot.name += picture_extension(slot.picture);
   return slot;
 }

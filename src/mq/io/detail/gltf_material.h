@@ -23,6 +23,7 @@ inline bool keeps_directions(const UvTransform& m) {
 struct GltfMap {
   std::string slot;  ///< (slots.h)
   std::int64_t image = -1;
+  std::int64_t beside = -1;   ///< the same picture for other programs; −1: none
   std::int64_t sampler = -1;  ///< −1: none
   int set = 0;                ///< TEXCOORD_set
   UvTransform transform = no_uv_transform;
@@ -30,7 +31,9 @@ struct GltfMap {
 
 /// The pictures of a material: members of it, of its pbrMetallicRoughness and of its extensions, the
 /// base colour first. Of two for one slot the first counts; KHR_texture_transform may name a set of its
-/// own. Throws `IoError` with the place where a number is none or an index is out of range.
+/// own. Of a texture with EXT_texture_webp the WebP counts, which programs that know it show; its fallback
+/// is `beside`. Of one with KHR_texture_basisu the fallback counts, as KTX2 cannot be read. Throws
+/// `IoError` with the place where a number is none or an index is out of range.
 std::vector<GltfMap> material_maps(const GltfFile& file, std::int64_t material);
 
 /// A picture of the file: its name ("texture_N" for an embedded one without) and, embedded, its bytes.

@@ -35,6 +35,14 @@ class PictureCodec {
 
   /// Whether what was read from a file is light, by its tags.
   virtual bool is_light(const PixelFormat& format) const = 0;
+
+  /// The name of a profile that is another than sRGB, in quotation marks; empty: none.
+  virtual std::string foreign_profile(const PixelFormat& format) const = 0;
+
+  /// How the file says that its pixels are to be turned, 1 (as they are) to 8, and the format of those
+  /// that were.
+  virtual int orientation(const PixelFormat& format) const = 0;
+  virtual PixelFormat upright(const PixelFormat& format) const = 0;
 };
 
 /// The module's only symbol: its codec, or null where `version` is not the one that it was built

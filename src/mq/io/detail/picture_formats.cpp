@@ -11,16 +11,17 @@
 namespace mq {
 namespace {
 
-const std::array<FileFormat, 6>& file_formats() {
+const std::array<FileFormat, 7>& file_formats() {
   using enum Depth;
   constexpr int any = 1024;
-  static const std::array<FileFormat, 6> formats = {{
+  static const std::array<FileFormat, 7> formats = {{
       {"png", {".png"}, 4, {u8, u16, u16, u16}},
       {"jpeg", {".jpg", ".jpeg"}, 3, {u8, u8, u8, u8}},
       {"tiff", {".tif", ".tiff"}, any, {u8, u16, f32, f32}},
       {"openexr", {".exr"}, any, {half, f32, half, f32}},
       {"bmp", {".bmp"}, 4, {u8, u8, u8, u8}},
       {"targa", {".tga"}, 4, {u8, u8, u8, u8}},
+      {"webp", {".webp"}, 4, {u8, u8, u8, u8}},
   }};
   return formats;
 }

@@ -7,7 +7,9 @@
 #include <array>
 #include <string_view>
 
+#include "mq/io/bytes.h"
 #include "mq/io/detail/picture_alpha.h"
+#include "mq/io/picture_check.h"
 
 namespace mq {
 namespace {
@@ -32,9 +34,9 @@ bool describes_layout(const std::string& tag) {
 }
 
 bool belongs_to_format(const std::string& tag) {
-  static const std::array<std::string_view, 9> prefixes = {
-      "png:",   "jpeg:",       "tiff:",        "openexr:",        "bmp:",
-      "targa:", "compression", "screenWindow", "PixelAspectRatio"};
+  static const std::array<std::string_view, 10> prefixes = {
+      "png:",   "jpeg:", "tiff:",       "openexr:",     "bmp:",
+      "targa:", "webp:", "compression", "screenWindow", "PixelAspectRatio"};
   return std::ranges::any_of(prefixes, [&](std::string_view p) { return tag.starts_with(p); });
 }
 
@@ -97,6 +99,30 @@ bool is_light(const PixelFormat& format) {
   if (read == nullptr) return false;
   return depth_of(read->format) >= Depth::half ||
          OIIO::Strutil::iequals(read->get_string_attribute("oiio:ColorSpace"), "linear");
+}
+
+int stored_orientation(const PixelFormat& format) {
+  const auto* read = static_cast<const ImageSpec*>(format.tags.get());
+  const int value = read ? read->get_int_attribute("Orientation", 1) : 1;
+  return value >= 1 && value <= 8 ? value : 1;
+}
+
+PixelFormat upright_format(const PixelFormat& format) {
+  const auto* read = static_cast<const ImageSpec*>(format.tags.get());
+  if (read == nullptr) return format;
+  auto spec = std::make_shared<ImageSpec>(*read);
+  spec->attribute("Orientation", 1);
+  for (const char* size : {"Exif:PixelXDimension", "Exif:PixelYDimension"}) spec->erase_attribute(size);
+  return {format.depth, format.file_format, std::move(spec)};
+}
+
+std::string foreign_profile_name(const PixelFormat& format) {
+  const auto* read = static_cast<const ImageSpec*>(format.tags.get());
+  const OIIO::ParamValue* found = read && !is_light(format) ? read->find_attribute("ICCProfile") : nullptr;
+  if (found == nullptr) return "";
+  const std::string name =
+      icc_profile_name({static_cast<const std::byte*>(found->data()), std::size_t(found->datasize())});
+  return OIIO::Strutil::icontains(name, "srgb") ? "" : name.empty() ? "without a name" : shown(name);
 }
 
 ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth) {

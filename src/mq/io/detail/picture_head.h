@@ -15,6 +15,16 @@ Depth depth_of(const OIIO::TypeDesc& type);
 /// Whether what was read from a file is light, by its tags.
 bool is_light(const PixelFormat& format);
 
+/// How the file says its pixels are to be turned (EXIF): 1, as they are, to 8.
+int stored_orientation(const PixelFormat& format);
+/// The same format saying that they are upright, without the sizes of EXIF, which may be the other way
+/// round.
+PixelFormat upright_format(const PixelFormat& format);
+
+/// The name of an ICC profile that is another than sRGB, in quotation marks; empty for sRGB, for none, and
+/// where values are light.
+std::string foreign_profile_name(const PixelFormat& format);
+
 /// The head of the new file: the one that was read where it fits the pixels, otherwise a plain one.
 OIIO::ImageSpec spec_for(const Texture& texture, const FileFormat& format, Depth depth);
 

@@ -9,6 +9,7 @@
 #include "mq/io/detail/picture_codec.h"
 #include "mq/io/detail/picture_head.h"
 #include "mq/io/detail/picture_reader.h"
+#include "mq/io/detail/picture_webp.h"
 #include "mq/io/detail/picture_writer.h"
 #include "mq/io/picture_check.h"
 
@@ -18,12 +19,39 @@ namespace {
 class OpenImageIoCodec final : public PictureCodec {
  public:
   PictureInfo info(std::span<const std::byte> bytes, const std::string& name) const override {
+    if (picture_format(bytes, name) == "webp") return webp_info(bytes, name);
     const OpenPicture p = open_picture(bytes, name);
     return {p.spec.width, p.spec.height, p.spec.channelnames, format_read(p)};
   }
 
   Texture read(std::span<const std::byte> bytes, const std::string& name, const Progress& progress,
                NotFinite not_finite) const override {
+    return picture_format(bytes, name) == "webp" ? read_webp(bytes, name, progress)
+                                                 : read_by_openimageio(bytes, name, progress, not_finite);
+  }
+
+  EncodedPicture encode(const Texture& texture, const std::string& name,
+                        const std::string& file_format, const Progress& progress) const override {
+    const FileFormat& format = format_named(file_format);
+    return format.name == "webp" ? webp_bytes(texture, name, format, progress)
+                                 : encode_picture(texture, name, format, progress);
+  }
+
+  PixelFormat named_channels(const std::vector<std::string>& names, Depth depth) const override {
+    OIIO::ImageSpec spec(1, 1, int(names.size()), type_of(depth));
+    spec.channelnames = names;
+    spec.alpha_channel = -1;
+    return {depth, "openexr", std::make_shared<const OIIO::ImageSpec>(spec)};
+  }
+
+  bool is_light(const PixelFormat& format) const override { return mq::is_light(format); }
+  int orientation(const PixelFormat& format) const override { return stored_orientation(format); }
+  std::string foreign_profile(const PixelFormat& format) const override { return foreign_profile_name(format); }
+  PixelFormat upright(const PixelFormat& format) const override { return upright_format(format); }
+
+ private:
+  static Texture read_by_openimageio(std::span<const std::byte> bytes, const std::string& name,
+                                     const Progress& progress, NotFinite not_finite) {
     OpenPicture p = open_picture(bytes, name);
     Texture texture;
     texture.format = format_read(p);
@@ -40,20 +68,6 @@ class OpenImageIoCodec final : public PictureCodec {
     texture.notes = std::move(p.notes);
     return texture;
   }
-
-  EncodedPicture encode(const Texture& texture, const std::string& name,
-                        const std::string& file_format, const Progress& progress) const override {
-    return encode_picture(texture, name, format_named(file_format), progress);
-  }
-
-  PixelFormat named_channels(const std::vector<std::string>& names, Depth depth) const override {
-    OIIO::ImageSpec spec(1, 1, int(names.size()), type_of(depth));
-    spec.channelnames = names;
-    spec.alpha_channel = -1;
-    return {depth, "openexr", std::make_shared<const OIIO::ImageSpec>(spec)};
-  }
-
-  bool is_light(const PixelFormat& format) const override { return mq::is_light(format); }
 };
 
 }  // namespace

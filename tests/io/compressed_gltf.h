@@ -1,0 +1,258 @@
+#pragma once
+/// GLB files taken apart and compressed, by the encoders of Draco and meshoptimizer themselves.
+
+#include <draco/attributes/point_attribute.h>
+#include <draco/compression/encode.h>
+#include <draco/mesh/mesh.h>
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "io/models.h"
+#include "mq/io/bytes.h"
+#include "mq/io/detail/gltf_container.h"
+
+namespace mq::test {
+
+using Json = nlohmann::json;
+
+/// The JSON and the binary part of a GLB.
+struct GltfParts {
+  Json json;
+  Bytes binary;
+  bool has_fallback = false;
+
+  explicit GltfParts(const std::string& glb = "") {
+    if (glb.empty()) return;
+    std::uint32_t length = 0;
+    std::memcpy(&length, glb.data() + 12, 4);
+    json = Json::parse(glb.substr(20, length));
+    binary = to_bytes(std::string_view(glb).substr(20 + length + 8));
+  }
+
+  std::string glb() const { return std::string(text_of(glb_bytes(bytes_of(json.dump()), binary, {}))); }
+
+  ByteView view(std::size_t v) const {
+    const Json& view = json["bufferViews"][v];
+    return ByteView(binary).subspan(view.value("byteOffset", 0), view["byteLength"]);
+  }
+
+  template <class Number>
+  std::vector<Number> numbers(std::size_t accessor) const {
+    const ByteView bytes = view(json["accessors"][accessor]["bufferView"]);
+    std::vector<Number> all(bytes.size() / sizeof(Number));
+    std::memcpy(all.data(), bytes.data(), bytes.size());
+    return all;
+  }
+
+  std::size_t add_bytes(ByteView bytes) {
+    pad_to_four(binary, '\0');
+    binary.insert(binary.end(), bytes.begin(), bytes.end());
+    json["buffers"][0]["byteLength"] = binary.size();
+    return binary.size() - bytes.size();
+  }
+
+  std::size_t add_view(ByteView bytes) {
+    const std::size_t at = add_bytes(bytes);
+    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", at}, {"byteLength", bytes.size()}});
+    return json["bufferViews"].size() - 1;
+  }
+
+  /// The same without geometry in its buffer; pictures come first.
+  GltfParts emptied() const {
+    GltfParts parts;
+    parts.json = json;
+    parts.json["bufferViews"] = Json::array();
+    if (json.contains("images"))
+      for (Json& image : parts.json["images"])
+        if (image.contains("bufferView")) image["bufferView"] = parts.add_view(view(image["bufferView"]));
+    return parts;
+  }
+};
+
+struct DracoHow {
+  int method = 1;  ///< 0 sequential, 1 edgebreaker
+  int bits = 14;   ///< of positions; 0: floats
+  int speed = 5;
+};
+
+/// All primitives, which have POSITION, TEXCOORD_0 and indices.
+inline GltfParts by_draco(const GltfParts& plain, const DracoHow& how) {
+  GltfParts parts = plain.emptied();
+  for (Json& mesh : parts.json["meshes"])
+    for (Json& primitive : mesh["primitives"]) {
+      const auto corners = plain.numbers<std::uint32_t>(primitive["indices"]);
+      draco::Mesh coded;
+      Json ids;
+      const std::size_t points = parts.json["accessors"][int(primitive["attributes"]["POSITION"])]["count"];
+      coded.set_num_points(std::uint32_t(points));
+      for (const auto& [name, size, type] :
+           {std::tuple("POSITION", 3, draco::GeometryAttribute::POSITION),
+            std::tuple("TEXCOORD_0", 2, draco::GeometryAttribute::TEX_COORD)}) {
+        const auto values = plain.numbers<float>(primitive["attributes"][name]);
+        draco::GeometryAttribute attribute;
+        attribute.Init(type, nullptr, std::uint8_t(size), draco::DT_FLOAT32, false, 4 * size, 0);
+        const int id = coded.AddAttribute(attribute, true, std::uint32_t(points));
+        for (std::uint32_t p = 0; p < points; ++p)
+          coded.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(p),
+                                                 values.data() + std::size_t(size) * p);
+        ids[name] = coded.attribute(id)->unique_id();
+      }
+      for (std::size_t i = 0; i < corners.size(); i += 3) {
+        draco::Mesh::Face face;
+        for (std::size_t k = 0; k < 3; ++k) face[k] = draco::PointIndex(corners[i + k]);
+        coded.AddFace(face);
+      }
+      draco::Encoder encoder;
+      encoder.SetEncodingMethod(how.method);
+      encoder.SetSpeedOptions(how.speed, how.speed);
+      encoder.SetTrackEncodedProperties(true);
+      if (how.bits > 0) {
+        encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, how.bits);
+        encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, 14);
+      }
+      draco::EncoderBuffer out;
+      if (!encoder.EncodeMeshToBuffer(coded, &out).ok()) throw std::runtime_error("draco");
+      const std::size_t view = parts.add_view(bytes_of({out.data(), out.size()}));
+      primitive["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", view}, {"attributes", ids}};
+      for (const char* name : {"POSITION", "TEXCOORD_0"})
+        parts.json["accessors"][int(primitive["attributes"][name])]["count"] = encoder.num_encoded_points();
+      parts.json["accessors"][int(primitive["indices"])]["count"] = 3 * encoder.num_encoded_faces();
+    }
+  for (Json& accessor : parts.json["accessors"]) accessor.erase("bufferView");
+  parts.json["extensionsUsed"] = parts.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+  return parts;
+}
+
+struct MeshoptHow {
+  bool quantised = true;     ///< positions and texture coordinates as 16-bit integers
+  bool exponential = false;  ///< positions by the filter EXPONENTIAL, if they are not quantised
+  bool sequence = false;     ///< indices as a sequence, not as triangles
+};
+
+/// A view whose bytes are `stream`; in the fallback buffer 1, which has none, they would have others.
+inline std::size_t add_meshopt(GltfParts& parts, const std::vector<unsigned char>& stream,
+                               const char* mode, std::size_t count, std::size_t stride,
+                               const char* filter = "NONE") {
+  Json& fallback = parts.json["buffers"][1];
+  if (!fallback.is_object())
+    fallback = {{"byteLength", 0}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}};
+  const std::size_t at = fallback["byteLength"];
+  fallback["byteLength"] = at + count * stride;
+  const std::size_t compressed = parts.add_bytes(std::as_bytes(std::span(stream)));
+  Json view = {{"buffer", 1}, {"byteOffset", at}, {"byteLength", count * stride}};
+  if (mode == std::string("ATTRIBUTES")) view["byteStride"] = stride;
+  view["extensions"]["EXT_meshopt_compression"] = {
+      {"buffer", 0},     {"byteOffset", compressed}, {"byteLength", stream.size()}, {"count", count},
+      {"byteStride", stride}, {"mode", mode},        {"filter", filter}};
+  parts.json["bufferViews"].push_back(view);
+  return parts.json["bufferViews"].size() - 1;
+}
+
+template <class Element>
+std::vector<unsigned char> meshopt_vertices(const std::vector<Element>& elements) {
+  std::vector<unsigned char> stream(meshopt_encodeVertexBufferBound(elements.size(), sizeof(Element)));
+  stream.resize(meshopt_encodeVertexBuffer(stream.data(), stream.size(), elements.data(),
+                                           elements.size(), sizeof(Element)));
+  return stream;
+}
+
+/// Positions p are stored as (p + 2) · 16383 where quantised: a node's translation and scale undo it.
+inline constexpr double meshopt_grid = 16383;
+
+inline GltfParts by_meshopt(const GltfParts& plain, const MeshoptHow& how) {
+  GltfParts parts = plain.emptied();
+  meshopt_encodeIndexVersion(1);
+  for (Json& mesh : parts.json["meshes"])
+    for (Json& primitive : mesh["primitives"]) {
+      Json& accessors = parts.json["accessors"];
+      const auto positions = plain.numbers<float>(primitive["attributes"]["POSITION"]);
+      const auto uvs = plain.numbers<float>(primitive["attributes"]["TEXCOORD_0"]);
+      const auto corners = plain.numbers<std::uint32_t>(primitive["indices"]);
+      const std::size_t points = positions.size() / 3;
+      Json& position = accessors[int(primitive["attributes"]["POSITION"])];
+      Json& uv = accessors[int(primitive["attributes"]["TEXCOORD_0"])];
+      if (how.quantised) {
+        std::vector<std::array<std::uint16_t, 4>> p(points);
+        std::vector<std::array<std::uint16_t, 2>> t(points);
+        for (std::size_t i = 0; i < points; ++i) {
+          for (std::size_t k = 0; k < 3; ++k)
+            p[i][k] = std::uint16_t(std::lround((positions[3 * i + k] + 2) * meshopt_grid));
+          for (std::size_t k = 0; k < 2; ++k)
+            t[i][k] = std::uint16_t(std::lround(uvs[2 * i + k] * 65535));
+        }
+        position["bufferView"] = add_meshopt(parts, meshopt_vertices(p), "ATTRIBUTES", points, 8);
+        position["componentType"] = uv["componentType"] = 5123;
+        uv["bufferView"] = add_meshopt(parts, meshopt_vertices(t), "ATTRIBUTES", points, 4);
+        uv["normalized"] = true;
+      } else if (how.exponential) {
+        std::vector<std::array<std::int32_t, 3>> p(points);
+        meshopt_encodeFilterExp(p.data(), points, 12, 15, positions.data());
+        position["bufferView"] =
+            add_meshopt(parts, meshopt_vertices(p), "ATTRIBUTES", points, 12, "EXPONENTIAL");
+      } else {
+        std::vector<std::array<float, 3>> p(points);
+        std::memcpy(p.data(), positions.data(), 12 * points);
+        position["bufferView"] = add_meshopt(parts, meshopt_vertices(p), "ATTRIBUTES", points, 12);
+      }
+      if (!how.quantised) {
+        std::vector<std::array<float, 2>> t(points);
+        std::memcpy(t.data(), uvs.data(), 8 * points);
+        uv["bufferView"] = add_meshopt(parts, meshopt_vertices(t), "ATTRIBUTES", points, 8);
+      }
+      std::vector<unsigned char> stream(how.sequence
+                                            ? meshopt_encodeIndexSequenceBound(corners.size(), points)
+                                            : meshopt_encodeIndexBufferBound(corners.size(), points));
+      stream.resize(how.sequence ? meshopt_encodeIndexSequence(stream.data(), stream.size(),
+                                                               corners.data(), corners.size())
+                                 : meshopt_encodeIndexBuffer(stream.data(), stream.size(),
+                                                             corners.data(), corners.size()));
+      accessors[int(primitive["indices"])]["bufferView"] =
+          add_meshopt(parts, stream, how.sequence ? "INDICES" : "TRIANGLES", corners.size(), 4);
+    }
+  if (how.quantised)
+    for (Json& node : parts.json["nodes"]) {
+      node["translation"] = {-2, -2, -2};
+      node["scale"] = {1 / meshopt_grid, 1 / meshopt_grid, 1 / meshopt_grid};
+    }
+  parts.json["extensionsRequired"] = {"EXT_meshopt_compression"};
+  if (how.quantised) parts.json["extensionsRequired"].push_back("KHR_mesh_quantization");
+  parts.json["extensionsUsed"] = parts.json["extensionsRequired"];
+  return parts;
+}
+
+/// A tube closed over a seam, its left and right halves of two textures: around 2 π, along 1.
+inline Model tube(int around, int along, bool two_textures) {
+  Model model;
+  for (int j = 0; j <= along; ++j)
+    for (int i = 0; i <= around; ++i) {
+      const double angle = 2 * std::numbers::pi * i / around;
+      if (i < around)
+        model.mesh.positions.emplace_back(float(std::cos(angle)), float(std::sin(angle)),
+                                          float(double(j) / along + 0.05 * std::cos(3 * angle)));
+      model.mesh.uvs.emplace_back(float(0.05 + 0.9 * i / around), float(0.05 + 0.9 * j / along));
+    }
+  const auto vertex = [&](int i, int j) { return j * around + i % around; };
+  const auto uv = [&](int i, int j) { return j * (around + 1) + i; };
+  for (int j = 0; j < along; ++j)
+    for (int i = 0; i < around; ++i) {
+      model.mesh.triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)});
+      model.mesh.triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
+      model.mesh.corner_uvs.push_back({uv(i, j), uv(i + 1, j), uv(i + 1, j + 1)});
+      model.mesh.corner_uvs.push_back({uv(i, j), uv(i + 1, j + 1), uv(i, j + 1)});
+      const int texture = two_textures && j >= along / 2;
+      model.mesh.textures.insert(model.mesh.textures.end(), 2, texture);
+    }
+  model.textures.push_back(ramp_texture("a.png"));
+  if (two_textures) model.textures.push_back(ramp_texture("b.png", 5, 4));
+  return model;
+}
+
+}  // namespace mq::test
