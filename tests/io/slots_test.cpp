@@ -118,7 +118,7 @@ TEST_F(SlotFiles, KeepTheFileThatTheySharedWithOneThatChanges) {
 TEST_F(SlotFiles, SayWhatStaysBehindWhereTheFileIsMadeAnew) {
   const Model model = read_model(folder / "a.obj");
   EXPECT_THAT(write_model(folder / "b.gltf", model),
-              ElementsAre(HasSubstr("pictures for specular-colour, bump, roughness are not in it")));
+              ElementsAre(HasSubstr("not all pictures for specular-colour, bump, roughness are in it")));
   const Model rough = read_model(folder / "a.obj", {.slot = "roughness"});
   EXPECT_THROW(write_model(folder / "c.gltf", rough), Unsupported);
   EXPECT_THROW(write_model(folder / "c.ply", rough), Unsupported);
