@@ -11,6 +11,7 @@
 #include "mq/base/option_names.h"
 #include "mq/base/options.h"
 #include "mq/base/words.h"
+#include "mq/io/bytes.h"
 
 namespace mq {
 namespace {

@@ -300,7 +300,7 @@ std::pair<double, Places> try_plans(Packer& packer, const std::vector<PackChart>
                                     const PackOptions& options, double charts_per_frame,
                                     double perfect, const Progress& progress) {
   const double many = std::sqrt(double(charts.size()) * charts_per_frame) / 20;
-  const int trials = std::clamp(int(options.trials / many), 2, options.trials);
+  const int trials = std::min(options.trials, std::max(2, int(options.trials / many)));
   Plan best;
   for (const PackChart& chart : charts) best.weights.push_back(chart.area);
   double scale = 0;
