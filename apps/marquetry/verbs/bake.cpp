@@ -80,7 +80,7 @@ TargetTextures asked_textures(const OptionValues& options, const Model& source,
   target.slot = "";
   const std::string file = options.text("mesh");
   if (!options.has("slot") || slots.size() != 1 || names_picture(file)) return target;
-  const Model shape = read_model(file, {.pictures = ReadModelOptions::Pictures::skip});
+  const Model shape = read_model(file, {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
   const std::string slot = slot_from_text(slots.front());
   if (std::ranges::count(shape.slots, slot, &MaterialSlot::name) > 0) target.slot = slot;
   return target;

@@ -32,7 +32,8 @@ class MaterialReader {
     if (const Json* extensions = json_object(material, "extensions"))
       for (const auto& [name, extension] : extensions->items())
         if (extension.is_object()) read(extension);
-    std::ranges::stable_partition(maps_, [](const GltfMap& map) { return map.slot == base_slot; });
+    std::stable_partition(maps_.begin(), maps_.end(),
+                          [](const GltfMap& map) { return map.slot == base_slot; });
   }
 
   std::vector<GltfMap> maps() { return std::move(maps_); }
