@@ -17,6 +17,10 @@ import sys
 import bpy
 import numpy as np
 
+# Blender 3.4's importer says np.bool, which numpy has no longer.
+if not hasattr(np, "bool"):
+    np.bool = bool
+
 SIZE = 128
 MARGIN = 3  # texels around triangles that are painted too
 
@@ -193,7 +197,7 @@ def read(path):
 
 
 def differences(before, after, changed):
-    (facts, pictures), (new_facts, new_pictures) = read(before), read(after)
+    (facts, pictures), (new_facts, new_pictures) = before, read(after)
     wrong = []
     if len(facts) != 10 or any(value.size == 0 for value in facts.values()):
         wrong.append(f"what was exported lacks something: {sorted(facts)}")
@@ -212,7 +216,9 @@ def compare(folder):
     os.chdir(folder)
     with open("pairs.json") as file:
         pairs = json.load(file)
-    found = [text for pair in pairs for text in differences(*pair)]
+    originals = {before: read(before) for before, _, _ in pairs}
+    found = [text for before, after, changed in pairs
+             for text in differences(originals[before], after, changed)]
     with open("differences.json", "w") as file:
         json.dump(found, file)
 

@@ -69,9 +69,11 @@ TEST(Blender, ReadsItsModelsAgainWithOnlyTheProcessedPictureChanged) {
     EXPECT_LT(jumps(folder, name + "/" + name + ending), 0.004) << name;
     EXPECT_GT(jumps(folder, name + "/" + name + ending, "directx"), 0.1) << name;
     EXPECT_LT(jumps(folder, name + "_normal/" + name + ending), 0.004) << name;
-    const Json slots = marquetry(folder, {"inspect", name + "/" + name + ending, "--json"}).json()["result"]["slots"];
+    const Result inspected = marquetry(folder, {"inspect", name + "/" + name + ending, "--json"});
+    const Json slots = inspected.json()["result"]["slots"];
     ASSERT_EQ(slots.size(), 2U) << name;
-    for (const Json& slot : slots) EXPECT_EQ(slot["uv_set"], slot["slot"] == "normal" ? 0 : 1) << slot;
+    for (const Json& slot : slots)
+      EXPECT_EQ(slot["pictures"][0]["uv_set"], slot["slot"] == "normal" ? 0 : 1) << slot;
   }
   write_bytes(folder / "pairs.json", pairs.dump());
   ASSERT_NO_FATAL_FAILURE(blender(folder, "compare"));
