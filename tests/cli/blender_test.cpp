@@ -77,7 +77,8 @@ TEST(Blender, ReadsItsModelsAgainWithOnlyTheProcessedPictureChanged) {
   }
   write_bytes(folder / "pairs.json", pairs.dump());
   ASSERT_NO_FATAL_FAILURE(blender(folder, "compare"));
-  EXPECT_THAT(Json::parse(file_bytes(folder / "differences.json")), IsEmpty()) << file_bytes(folder / "compare.log");
+  EXPECT_THAT(Json::parse(file_bytes(folder / "differences.json")), IsEmpty())
+      << file_bytes(folder / "compare.log");
 }
 
 }  // namespace

@@ -246,7 +246,8 @@ inline std::vector<std::array<float, 8>> tube_frames(const GltfParts& plain) {
   return frames;
 }
 
-inline void add_frame_accessor(GltfParts& parts, const char* name, std::size_t view, int type, std::size_t count) {
+inline void add_frame_accessor(GltfParts& parts, const char* name, std::size_t view, int type,
+                               std::size_t count) {
   parts.json["accessors"].push_back({{"bufferView", view},
                                      {"componentType", type},
                                      {"normalized", type != 5126},

@@ -135,7 +135,8 @@ TEST_F(CompressedGltf, HaveTheFramesOfTheirPlainTwins) {
 
 TEST_F(CompressedGltf, FramesThatDracoDoesNotHoldAreMissed) {
   GltfParts parts = by_draco(test::with_frames(plain(tube(12, 4, false))), {});
-  parts.json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"].erase("NORMAL");
+  Json& primitive = parts.json["meshes"][0]["primitives"][0];
+  primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"].erase("NORMAL");
   const Model model = read(parts);
   try {
     file_frames(model);
