@@ -83,7 +83,7 @@ struct DracoHow {
   int speed = 5;
 };
 
-/// All primitives, which have POSITION, TEXCOORD_0 and indices.
+/// All primitives, which have POSITION, TEXCOORD_0 and indices, and may have NORMAL and TANGENT.
 inline GltfParts by_draco(const GltfParts& plain, const DracoHow& how) {
   GltfParts parts = plain.emptied();
   for (Json& mesh : parts.json["meshes"])
@@ -95,7 +95,10 @@ inline GltfParts by_draco(const GltfParts& plain, const DracoHow& how) {
       coded.set_num_points(std::uint32_t(points));
       for (const auto& [name, size, type] :
            {std::tuple("POSITION", 3, draco::GeometryAttribute::POSITION),
-            std::tuple("TEXCOORD_0", 2, draco::GeometryAttribute::TEX_COORD)}) {
+            std::tuple("TEXCOORD_0", 2, draco::GeometryAttribute::TEX_COORD),
+            std::tuple("NORMAL", 3, draco::GeometryAttribute::NORMAL),
+            std::tuple("TANGENT", 4, draco::GeometryAttribute::GENERIC)}) {
+        if (!primitive["attributes"].contains(name)) continue;
         const auto values = plain.numbers<float>(primitive["attributes"][name]);
         draco::GeometryAttribute attribute;
         attribute.Init(type, nullptr, std::uint8_t(size), draco::DT_FLOAT32, false, 4 * size, 0);
@@ -117,12 +120,13 @@ inline GltfParts by_draco(const GltfParts& plain, const DracoHow& how) {
       if (how.bits > 0) {
         encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, how.bits);
         encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, 14);
+        encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, 10);
       }
       draco::EncoderBuffer out;
       if (!encoder.EncodeMeshToBuffer(coded, &out).ok()) throw std::runtime_error("draco");
       const std::size_t view = parts.add_view(bytes_of({out.data(), out.size()}));
       primitive["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", view}, {"attributes", ids}};
-      for (const char* name : {"POSITION", "TEXCOORD_0"})
+      for (const auto& [name, id] : ids.items())
         parts.json["accessors"][int(primitive["attributes"][name])]["count"] = encoder.num_encoded_points();
       parts.json["accessors"][int(primitive["indices"])]["count"] = 3 * encoder.num_encoded_faces();
     }
@@ -225,6 +229,60 @@ inline GltfParts by_meshopt(const GltfParts& plain, const MeshoptHow& how) {
   parts.json["extensionsRequired"] = {"EXT_meshopt_compression"};
   if (how.quantised) parts.json["extensionsRequired"].push_back("KHR_mesh_quantization");
   parts.json["extensionsUsed"] = parts.json["extensionsRequired"];
+  return parts;
+}
+
+/// The frame of the tube at a point: normal, tangent and handedness, which differs from place to place.
+inline std::array<float, 8> tube_frame(double x, double y) {
+  const double r = std::hypot(x, y);
+  return {float(x / r), float(y / r), 0, 0, float(-y / r), float(x / r), 0, y > 0.1 ? 1.0F : -1.0F};
+}
+
+/// tube_frame at the vertices of the first primitive of `plain`.
+inline std::vector<std::array<float, 8>> tube_frames(const GltfParts& plain) {
+  const auto p = plain.numbers<float>(plain.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]);
+  std::vector<std::array<float, 8>> frames;
+  for (std::size_t i = 0; i < p.size(); i += 3) frames.push_back(tube_frame(p[i], p[i + 1]));
+  return frames;
+}
+
+inline void add_frame_accessor(GltfParts& parts, const char* name, std::size_t view, int type,
+                               std::size_t count) {
+  parts.json["accessors"].push_back({{"bufferView", view},
+                                     {"componentType", type},
+                                     {"normalized", type != 5126},
+                                     {"count", count},
+                                     {"type", name == std::string("NORMAL") ? "VEC3" : "VEC4"}});
+  parts.json["meshes"][0]["primitives"][0]["attributes"][name] = parts.json["accessors"].size() - 1;
+}
+
+/// The tube with NORMAL and TANGENT.
+inline GltfParts with_frames(GltfParts plain) {
+  const auto frames = tube_frames(plain);
+  std::vector<float> normals, tangents;
+  for (const auto& frame : frames) {
+    normals.insert(normals.end(), frame.begin(), frame.begin() + 3);
+    tangents.insert(tangents.end(), frame.begin() + 4, frame.end());
+  }
+  for (const auto& [name, values] : {std::pair("NORMAL", &normals), {"TANGENT", &tangents}})
+    add_frame_accessor(plain, name, plain.add_view(std::as_bytes(std::span(*values))), 5126, frames.size());
+  return plain;
+}
+
+/// `parts`, the tube compressed by meshopt, with the frames that gltfpack would write: bytes, by the
+/// filter OCTAHEDRAL.
+inline GltfParts with_octahedral_frames(GltfParts parts, const GltfParts& plain) {
+  const auto frames = tube_frames(plain);
+  for (const auto& [name, first] : {std::pair("NORMAL", 0), {"TANGENT", 4}}) {
+    std::vector<std::array<float, 4>> values(frames.size());
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      for (std::size_t k = 0; k < 4; ++k) values[i][k] = frames[i][std::size_t(first) + k];
+    std::vector<std::array<std::int8_t, 4>> bytes(frames.size());
+    meshopt_encodeFilterOct(bytes.data(), frames.size(), 4, 8, values[0].data());
+    const std::size_t view =
+        add_meshopt(parts, meshopt_vertices(bytes), "ATTRIBUTES", frames.size(), 4, "OCTAHEDRAL");
+    add_frame_accessor(parts, name, view, 5120, frames.size());
+  }
   return parts;
 }
 

@@ -8,6 +8,7 @@
 #include "io/folder.h"
 #include "mq/io/document.h"
 #include "mq/io/image_file.h"
+#include "mq/io/normals.h"
 #include "mq/mesh/surface.h"
 
 namespace mq {
@@ -111,6 +112,37 @@ TEST_F(CompressedGltf, OfMeshoptReadAsTheirPlainTwins) {
     expect_same_triangles(model.mesh, back.mesh, error, how.quantised ? 0.5 / 65535 + 1e-7 : 1e-7);
     expect_same_surface(model.mesh, back.mesh);
     EXPECT_THAT(back.notes, Contains(HasSubstr("meshopt")));
+  }
+}
+
+TEST_F(CompressedGltf, HaveTheFramesOfTheirPlainTwins) {
+  const GltfParts bare = plain(tube(24, 8, false)), full = test::with_frames(bare);
+  for (const auto& [parts, error] : {std::pair(full, 1e-6), {by_draco(full, {0, 0, 5}), 1e-6},
+                                     {by_draco(full, {1, 14, 5}), 1.0 / 256},
+                                     {test::with_octahedral_frames(by_meshopt(bare, {}), bare), 1.0 / 64}}) {
+    const Model model = read(parts);
+    const CornerFrames frames = file_frames(model);
+    ASSERT_EQ(frames.normals.size(), 3 * model.mesh.triangles.size());
+    ASSERT_EQ(frames.tangents.size(), frames.normals.size());
+    for (std::size_t c = 0; c < frames.normals.size(); ++c) {
+      const Vector3& p = model.mesh.position(int(c / 3), int(c % 3));
+      const auto frame = test::tube_frame(p.x(), p.y());
+      ASSERT_LT((frames.normals[c] - Eigen::Vector3f::Map(frame.data())).norm(), error);
+      ASSERT_LT((frames.tangents[c] - Eigen::Vector4f::Map(frame.data() + 4)).norm(), error);
+    }
+  }
+}
+
+TEST_F(CompressedGltf, FramesThatDracoDoesNotHoldAreMissed) {
+  GltfParts parts = by_draco(test::with_frames(plain(tube(12, 4, false))), {});
+  Json& primitive = parts.json["meshes"][0]["primitives"][0];
+  primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"].erase("NORMAL");
+  const Model model = read(parts);
+  try {
+    file_frames(model);
+    ADD_FAILURE() << "normals of nothing";
+  } catch (const IoError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("it has no data"));
   }
 }
 
