@@ -78,6 +78,16 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, ignored) && !ignored;
 }
 
+/// Whether a glTF file's materials have more than pictures.
+bool says_more_of_materials(const Document& document) {
+  if (document.format != Document::Format::gltf && document.format != Document::Format::glb)
+    return false;
+  const std::string_view text = text_of(document.bytes);
+  constexpr std::string_view more[] = {"\"baseColorFactor\"", "\"emissiveFactor\"",
+                                       "\"alphaMode\"", "\"doubleSided\""};
+  return std::ranges::any_of(more, [&](std::string_view word) { return text.find(word) != text.npos; });
+}
+
 class ModelWriter {
  public:
   ModelWriter(const fs::path& path, const Model& model, const Progress& progress)
@@ -123,6 +133,10 @@ class ModelWriter {
     if (made_anew_ && !slots.empty())
       notes_.push_back(fmt::format("{} is made anew: not all pictures for {} are in it",
                                    path_.string(), fmt::join(slots, ", ")));
+    if (made_anew_ && model_.document && says_more_of_materials(*model_.document))
+      notes_.push_back(fmt::format("{} is made anew: of materials it has the pictures, not their "
+                                   "factors, how they are transparent, or their names",
+                                   path_.string()));
   }
 
   /// Pictures beside a file made anew: those that its materials name.

@@ -59,11 +59,14 @@ std::vector<std::string> slots_asked_for(const Model& model, const std::string& 
 }
 
 void join_slot(Model other, Model& model) {
+  std::set<const Texture*> taken;  // a file may name one picture twice
   for (Texture& texture : other.textures) {
     const auto place = std::ranges::find_if(model.others, [&](const Texture& mine) {
-      return mine.path == texture.path && (!mine.path.empty() || mine.name == texture.name);
+      return mine.path == texture.path && (!mine.path.empty() || mine.name == texture.name) &&
+             !taken.contains(&mine);
     });
     if (place == model.others.end()) continue;
+    taken.insert(&*place);
     const std::string name = place->name;
     *place = std::move(texture);
     place->name = name;

@@ -137,6 +137,10 @@ void finish_remeshed(const RemeshInput& of_template, const RemeshInput& target, 
     if (with_uvs && !side->model.mesh.has_uvs())
       messages.remark(side->model.path.string() +
                       ": has no texture coordinates, nor has what comes from it");
+  for (const RemeshInput* side : {&of_template, &target})
+    if (with_uvs && !side->model.others.empty())
+      messages.remark(side->model.path.string() + ": of its pictures only those for " +
+                      side->model.slot + " go with it");
   model.colors = contents.colours == RemeshedContents::Colours::origin
                      ? colours_of_origin(found)
                      : carried_colours(of_template, target, found, messages);

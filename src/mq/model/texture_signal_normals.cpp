@@ -68,11 +68,12 @@ SharedTexels TextureSignal::find_axes(SharedTexels shared, Messages& messages) {
   const NormalMapShares shares = normal_map_shares(model_, coverage);
   const NormalAxes asked = values_.axes;
   values_.axes = found_axes(model_, asked, shares);
-  if (values_.axes == NormalAxes::object) return shared;
+  if (asked == NormalAxes::object) return shared;
   require(!shares.without_z,
           fmt::format("{}: its blue is 0 everywhere, so the map has x and y alone (BC5): write "
                       "z = √(1 − x² − y²) there",
                       texture_file(model_.model, 0)));
+  if (values_.axes == NormalAxes::object) return shared;
   if (asked == NormalAxes::as_found && textures.front().meaning != TextureMeaning::normals)
     messages.remark(fmt::format("{}: {:.0f} % of its normals point along z, so they are taken to be in "
                                 "tangent space, green up; else say {}",

@@ -36,13 +36,13 @@ void report_bake(Run& run, const BakedSignal& baked) {
       "{} of {}, {} × {} samples for each{}\n", is_mean ? "means" : "the best fit",
       counted(baked.values.rows(), "unknown"), baked.samples, baked.samples,
       baked.unseen == 0 ? ""
-                        : fmt::format("; {:.2f} % lie on nothing of the source, and were filled "
+                        : fmt::format("; {:.2f} % lie on nothing of the source that has a picture, and were filled "
                                       "over the surface",
                                       unseen)));
   constexpr double many = 5;
   if (unseen > many)
     run.terminal().warning(fmt::format(
-        "{:.1f} % of the target lie on nothing of the source: --within and --angle say how "
+        "{:.1f} % of the target lie on nothing of the source that has a picture: --within and --angle say how "
         "far off and how turned it may be",
         unseen));
 }
