@@ -17,8 +17,10 @@
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/io/bytes.h"
 #include "mq/io/detail/picture_alpha.h"
 #include "mq/io/detail/picture_head.h"
+#include "mq/io/detail/picture_layers.h"
 #include "mq/io/detail/picture_reader.h"
 #include "mq/io/detail/picture_values.h"
 #include "mq/io/picture_check.h"
@@ -87,6 +89,24 @@ class MemoryFile {
   int file_;
 };
 
+EncodedPicture among_layers(const Texture& texture, const std::string& name, const FileFormat& format,
+                            Depth depth, const Progress& progress) {
+  std::int64_t clamped = 0;
+  EncodedPicture encoded = encode_among_layers(texture, name, depth, clamped, progress);
+  for (std::string& note : notes_on(name, texture, format, depth, clamped, is_light(texture.format)))
+    encoded.notes.push_back(std::move(note));
+  return encoded;
+}
+
+std::string other_layers_note(const Texture& texture, const std::string& name, const FileFormat& format) {
+  const PictureLayers& layers = *texture.format.layers;
+  return fmt::format("{}: holds the layer {} alone; {} other{} left behind, as {}", name,
+                     shown(layers.names[layers.chosen]), layers.names.size() - 1,
+                     layers.names.size() == 2 ? " is" : "s are",
+                     format.name == "openexr" ? "its size or its channels are not theirs any more"
+                                              : fmt::format("{} knows no layers", format.name));
+}
+
 }  // namespace
 
 EncodedPicture encode_picture(const Texture& texture, const std::string& name,
@@ -94,9 +114,10 @@ EncodedPicture encode_picture(const Texture& texture, const std::string& name,
   check_writable(texture, name, format);
   const Image<float>& pixels = texture.pixels;
   const Depth depth = format.depth[std::size_t(texture.format.depth)];
-  const ImageSpec spec = spec_for(texture, format, depth);
   // Debian's build of it tells standard error which tags a format does not know.
   [[maybe_unused]] static const bool is_silent = OIIO::attribute("debug", 0);
+  if (format.name == "openexr" && fits_its_layer(texture)) return among_layers(texture, name, format, depth, progress);
+  const ImageSpec spec = spec_for(texture, format, depth);
   const auto output = OIIO::ImageOutput::create(std::string(format.name));
   if (!output)
     throw Unsupported(
@@ -136,6 +157,7 @@ EncodedPicture encode_picture(const Texture& texture, const std::string& name,
   }
   encoded.notes =
       notes_on(name, texture, format, depth, strip.clamped, is_light(texture.format));
+  if (texture.format.layers) encoded.notes.push_back(other_layers_note(texture, name, format));
   return encoded;
 }
 
