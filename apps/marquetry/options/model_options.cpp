@@ -127,7 +127,7 @@ TexturedModel read_textured_model(Run& run, MissingPictures missing, double shar
   LoadOptions options = load_options(run.options(), missing, pictures);
   options.picture = picture;
   options.side = target.side;
-  if (target.slot) options.slot = *target.slot;
+  if (target.slot) options.slot = *target.slot, options.layer.clear();
   options.assumed_side = target.assumed;
   Model read;
   {

@@ -3,7 +3,6 @@
 
 #include "mq/io/detail/picture_layers.h"
 
-#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/strutil.h>
 #include <fmt/format.h>
 
@@ -17,6 +16,7 @@
 #include "mq/io/bytes.h"
 #include "mq/io/detail/picture_alpha.h"
 #include "mq/io/detail/picture_head.h"
+#include "mq/io/detail/picture_memory.h"
 #include "mq/io/detail/picture_reader.h"
 #include "mq/io/picture_check.h"
 
@@ -229,14 +229,12 @@ EncodedPicture encode_among_layers(const Texture& texture, const std::string& na
   }
   const auto output = OIIO::ImageOutput::create("openexr");
   if (!output) throw Unsupported(fmt::format("{}: this build cannot write openexr; choose .png", name));
-  std::vector<unsigned char> written;
-  OIIO::Filesystem::IOVecOutput memory(written);
-  output->set_ioproxy(&memory);
+  const MemoryFile file;
   const auto check = [&](bool ok, const char* what, const std::string& why) {
     if (!ok) fail_picture(name, fmt::format("{}: {}", what, explain(why)));
   };
   constexpr const char* unwritten = "cannot be written as openexr";
-  check(output->open("memory.exr", int(parts.size()), parts.data()), unwritten, output->geterror());
+  check(output->open(file.name(), int(parts.size()), parts.data()), unwritten, output->geterror());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     std::vector<std::byte> pixels(read[i].image_bytes(true));
     check(from.input->read_image(int(i), 0, 0, read[i].nchannels, TypeDesc::UNKNOWN, pixels.data()),
@@ -251,14 +249,13 @@ EncodedPicture encode_among_layers(const Texture& texture, const std::string& na
                            parts[i], layer, pixels);
     }
     if (i > 0)
-      check(output->open("memory.exr", parts[i], OIIO::ImageOutput::AppendSubimage), unwritten,
+      check(output->open(file.name(), parts[i], OIIO::ImageOutput::AppendSubimage), unwritten,
             output->geterror());
     check(output->write_image(TypeDesc::UNKNOWN, pixels.data()), unwritten, output->geterror());
     progress.at(double(i + 1) / double(parts.size()));
   }
   check(output->close(), unwritten, output->geterror());
-  encoded.bytes.resize(written.size());
-  std::memcpy(encoded.bytes.data(), written.data(), written.size());
+  encoded.bytes = file.bytes();
   return encoded;
 }
 

@@ -6,11 +6,8 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -21,6 +18,7 @@
 #include "mq/io/detail/picture_alpha.h"
 #include "mq/io/detail/picture_head.h"
 #include "mq/io/detail/picture_layers.h"
+#include "mq/io/detail/picture_memory.h"
 #include "mq/io/detail/picture_reader.h"
 #include "mq/io/detail/picture_values.h"
 #include "mq/io/picture_check.h"
@@ -61,33 +59,6 @@ void fill(Strip& strip, std::span<const float> values, Depth depth) {
         limit(values, depth == Depth::half ? largest_half : std::numeric_limits<float>::max(),
               strip.bytes);
 }
-
-/// Where TIFF is written to: memory that has the name of a file, since libtiff goes back to what it
-/// wrote when there are EXIF tags, which OpenImageIO's writer into memory does not let it.
-class MemoryFile {
- public:
-  MemoryFile() : file_(::memfd_create("picture", MFD_CLOEXEC)) {
-    if (file_ < 0) throw IoError(fmt::format("no memory to write to: {}", std::strerror(errno)));
-  }
-  ~MemoryFile() { ::close(file_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  std::string name() const { return fmt::format("/proc/self/fd/{}", file_); }
-
-  std::vector<std::byte> bytes() const {
-    std::vector<std::byte> all(std::size_t(std::max<off_t>(0, ::lseek(file_, 0, SEEK_END))));
-    for (std::size_t done = 0; done < all.size();) {
-      const ssize_t got = ::pread(file_, all.data() + done, all.size() - done, off_t(done));
-      if (got <= 0) throw IoError("what was encoded cannot be read back");
-      done += std::size_t(got);
-    }
-    return all;
-  }
-
- private:
-  int file_;
-};
 
 EncodedPicture among_layers(const Texture& texture, const std::string& name, const FileFormat& format,
                             Depth depth, const Progress& progress) {
