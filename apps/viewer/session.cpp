@@ -151,7 +151,7 @@ OptionValues options_for(const std::string& verb, const Session& session) {
   if (found == verbs.end()) throw std::logic_error("no verb " + verb);
   app::add_running_options(found->table);
   OptionValues values(found->table);
-  for (const char* name : {"mesh", "texture", "weld", "flipped", "slot", "uv-set"})
+  for (const char* name : {"mesh", "texture", "weld", "flipped", "slot", "uv-set", "layer"})
     if (session.opened.given(name)) values.set(name, session.opened.texts(name));
   if (session.sequence) {
     session.sequence->name(session.frame, values);

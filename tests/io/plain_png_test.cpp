@@ -39,7 +39,7 @@ TEST(PlainPng, IsWhatOpenImageIoReadsAndWrites) {
       for (const auto& encoded : {here.bytes, there.bytes}) {
         const auto plain = read_plain_png(encoded, {});
         ASSERT_TRUE(plain.has_value()) << channels;
-        const Texture read = picture_codec().read(encoded, "p", {}, NotFinite::refuse);
+        const Texture read = picture_codec().read(encoded, "p", {}, NotFinite::refuse, "");
         EXPECT_EQ(plain->format.depth, read.format.depth);
         EXPECT_TRUE(std::ranges::equal(plain->pixels.values(), read.pixels.values())) << channels;
         const auto info = plain_png_info(encoded);
@@ -59,7 +59,7 @@ TEST(PlainPng, TakesEveryFilterOff) {
   const std::string file = test::png_file({4, 6, 8, 2}, rows);
   const auto plain = read_plain_png(bytes_of(file), {});
   ASSERT_TRUE(plain.has_value());
-  const Texture read = picture_codec().read(bytes_of(file), "p", {}, NotFinite::refuse);
+  const Texture read = picture_codec().read(bytes_of(file), "p", {}, NotFinite::refuse, "");
   EXPECT_TRUE(std::ranges::equal(plain->pixels.values(), read.pixels.values()));
 }
 

@@ -193,6 +193,7 @@ void add_flow_options(OptionTable& table) {
 ImageFlowOptions image_flow_options(const OptionValues& options) {
   for (const char* name : {"basis", "longest-edge", "vertices", "weld", "flipped", "slot", "uv-set"})
     refuse(options, name, "models, and these are pictures");
+  refuse(options, "layer", "models; of pictures the colour layer is taken");
   if (options.has("flow"))
     for (const char* name : {"preset", "alignment", "largest", "smallest", "robust-smoothness",
                              "steps", "scales", "gradients", "paths"})

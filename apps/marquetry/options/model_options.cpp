@@ -46,7 +46,8 @@ LoadOptions load_options(const OptionValues& options, MissingPictures missing,
                                                      : AtlasOptions::Flipped::few},
           .missing = missing,
           .slot = one_slot(options),
-          .uv_set = options.has("uv-set") ? int(options.integer("uv-set")) : -1};
+          .uv_set = options.has("uv-set") ? int(options.integer("uv-set")) : -1,
+          .layer = options.has("layer") ? options.text("layer") : ""};
 }
 
 /// All that was read, and what else the options name to be read.
@@ -111,6 +112,13 @@ void add_model_options(OptionTable& table, const std::string& mesh_help,
              .group = "Model",
              .help = "the set of texture coordinates, counted from 0, instead of that which the "
                      "material names"});
+  table.add({.name = "layer",
+             .type = Type::text,
+             .metavar = "NAME",
+             .group = "Model",
+             .help = "the layer of an EXR of several that is processed; the others are kept",
+             .details = "inspect lists those there are. Otherwise it is the first with R, G and B. A "
+                        "picture of one layer has only that."});
 }
 
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
@@ -119,7 +127,7 @@ TexturedModel read_textured_model(Run& run, MissingPictures missing, double shar
   LoadOptions options = load_options(run.options(), missing, pictures);
   options.picture = picture;
   options.side = target.side;
-  if (target.slot) options.slot = *target.slot;
+  if (target.slot) options.slot = *target.slot, options.layer.clear();
   options.assumed_side = target.assumed;
   Model read;
   {
@@ -174,6 +182,10 @@ void describe_input(Run& run, const TexturedModel& model) {
                         {"channels", texture.pixels.channels()},
                         {"depth", depth_name(texture.format.depth)},
                         {"format", texture.format.file_format}});
+    if (const auto& layers = texture.format.layers) {
+      textures.back()["layer"] = layers->names[layers->chosen];
+      textures.back()["layers"] = layers->names;
+    }
   }
   run.input = {{"files", files},
                {"vertices", model.model.mesh.vertex_count()},

@@ -11,7 +11,7 @@
 namespace mq::app {
 
 /// Options "mesh" and "texture" (positional; the helps say what they are), --weld, --flipped,
-/// --slot and --uv-set.
+/// --slot, --uv-set and --layer.
 void add_model_options(
     OptionTable& table,
     const std::string& mesh_help = "the model: OBJ, PLY, glTF or GLB; or a picture",

@@ -44,7 +44,8 @@ TexturedModel read_source(Run& run, const std::string& slot) {
     read = read_model(options.text("source"),
                       {.textures = load.textures,
                        .not_finite = NotFinite::keep,
-                       .slot = slot},
+                       .slot = slot,
+                       .layer = options.has("layer") ? options.text("layer") : ""},
                       step);
   }
   will_read_model(run, read);

@@ -94,11 +94,15 @@ std::string atlas_text(const TexturedModel& scene, const Json& atlas) {
                           atlas["texel_area"].get<double>(), 100 * atlas["covered"].get<double>()));
   text += row("stretch", percentiles_text(atlas["stretch"]));
   text += row("texel side", percentiles_text(atlas["texel_side"]));
-  for (const Texture& texture : scene.model.textures)
+  for (const Texture& texture : scene.model.textures) {
     text += row("texture",
                 fmt::format("{}: {} × {}, {}, {} {}", texture.name, texture.pixels.width(),
                             texture.pixels.height(), counted(texture.pixels.channels(), "channel"),
                             texture.format.file_format, depth_name(texture.format.depth)));
+    if (const auto& layers = texture.format.layers)
+      text += row("layers", fmt::format("{}; processed: {}", fmt::join(layers->names, ", "),
+                                        layers->names[layers->chosen]));
+  }
   return text;
 }
 

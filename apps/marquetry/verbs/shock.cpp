@@ -92,7 +92,8 @@ void refuse_for_pictures(const OptionValues& options, const std::filesystem::pat
 /// `share` is of the run.
 Model read_picture(Run& run, const std::filesystem::path& path, double share) {
   const Step step(run, "read", share);
-  Model model = mq::read_picture(path, ImageTriangles::two, step);
+  Model model = mq::read_picture(path, ImageTriangles::two, step, NotFinite::refuse,
+                                 run.options().has("layer") ? run.options().text("layer") : "");
   run.will_read(path);
   for (const std::string& note : model.textures.front().notes) run.terminal().remark(note);
   run.input = picture_json(model);

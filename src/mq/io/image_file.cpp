@@ -63,17 +63,39 @@ PictureInfo picture_info(const std::filesystem::path& path) {
   return picture_codec().info(bytes, path.string());
 }
 
+namespace {
+
+/// `by_itself`: nobody asked for the layer.
+std::string layers_note(const PictureLayers& layers, const std::string& name, bool by_itself) {
+  constexpr std::size_t most_named = 20;
+  std::string others;
+  for (std::size_t i = 0, named = 0; i < layers.names.size(); ++i) {
+    if (i == layers.chosen) continue;
+    if (named++ == most_named) {
+      others += fmt::format(" and {} more", layers.names.size() - 1 - most_named);
+      break;
+    }
+    others += (others.empty() ? "" : ", ") + shown(layers.names[i]);
+  }
+  return fmt::format("{}: its layer {} is processed; it has also {}, which {} kept{}", name,
+                     shown(layers.names[layers.chosen]), others, layers.names.size() == 2 ? "is" : "are",
+                     by_itself ? fmt::format(": {} chooses", option_name("layer")) : "");
+}
+
+}  // namespace
+
 Texture read_texture_bytes(ByteView bytes, const std::string& name, const Progress& progress,
-                           NotFinite not_finite) {
-  std::optional<Texture> plain = read_plain_png(bytes, progress);
+                           NotFinite not_finite, const std::string& layer) {
+  std::optional<Texture> plain = layer.empty() ? read_plain_png(bytes, progress) : std::nullopt;
   Texture texture =
-      plain ? std::move(*plain) : picture_codec().read(bytes, name, progress, not_finite);
+      plain ? std::move(*plain) : picture_codec().read(bytes, name, progress, not_finite, layer);
   texture.name = name;
   const std::string profile = plain ? "" : picture_codec().foreign_profile(texture.format);
   if (!profile.empty())
     texture.notes.push_back(fmt::format("{}: its ICC profile is {}, not sRGB: it is kept, and {} linear would take "
                                         "the values for sRGB",
                                         name, profile, option_name("space")));
+  if (texture.format.layers) texture.notes.push_back(layers_note(*texture.format.layers, name, layer.empty()));
   texture.as_read = {fingerprint(texture), fingerprint(bytes)};
   return texture;
 }
@@ -95,9 +117,9 @@ EncodedPicture texture_bytes(const Texture& texture, const std::string& file_for
 }
 
 Texture read_texture(const std::filesystem::path& path, const Progress& progress,
-                     NotFinite not_finite) {
+                     NotFinite not_finite, const std::string& layer) {
   const std::vector<std::byte> bytes = read_bytes(path);
-  Texture texture = read_texture_bytes(bytes, path.string(), progress, not_finite);
+  Texture texture = read_texture_bytes(bytes, path.string(), progress, not_finite, layer);
   texture.name = path.filename().string();
   texture.path = path;
   return texture;
@@ -128,10 +150,17 @@ Image<float> turned(const Image<float>& stored, int orientation) {
 
 }  // namespace
 
-Texture read_upright(const std::filesystem::path& path, const Progress& progress, NotFinite not_finite) {
-  Texture texture = read_texture(path, progress, not_finite);
+Texture read_upright(const std::filesystem::path& path, const Progress& progress, NotFinite not_finite,
+                     const std::string& layer) {
+  Texture texture = read_texture(path, progress, not_finite, layer);
   const int tag = orientation(texture.format);
   if (tag == 1) return texture;
+  if (texture.format.layers) {
+    texture.notes.push_back(fmt::format("{}: its orientation {} is not heeded, as the other layers would not be "
+                                        "turned",
+                                        path.string(), tag));
+    return texture;
+  }
   texture.pixels = turned(texture.pixels, tag);
   texture.format = picture_codec().upright(texture.format);
   texture.as_read.pixels = fingerprint(texture);

@@ -13,12 +13,20 @@
 /// not:
 ///
 /// - PNG and TIFF palettes become RGB or RGBA with 8 bits, fewer than 8 bits become 8;
-/// - doubles become floats; of several pictures in one file the first is read (a note says so);
+/// - doubles become floats; of several pages of a TIFF the first is read (a note says so);
 /// - JPEG is encoded again (quality 98, chroma not subsampled), so that texels nobody touched
 /// change
 ///   by its rounding (a note says so);
 /// - WebP is always written without loss, also one that was read with (a note says so), and grey as RGB;
 /// - the way a file is compressed, interlaced and tiled.
+///
+/// OpenEXR's parts and layers: a layer is what of a part's channels has one name before the last dot. R, G,
+/// B and A there are one layer and every further channel is one by itself (Z); without R, G and B all are
+/// one. It is called by that name after its part's, without either by its channels (RGBA). Of several the
+/// one asked for is read, or the first with R, G and B (a note names it and the others). Written as
+/// OpenEXR with the same size and channels, all others come back value for value and type for type, with
+/// their tags; otherwise a note says that they are left behind. MIP levels are not kept, and compression
+/// with loss becomes zip.
 ///
 /// Refused: CMYK, signed and 32-bit integers, deep images, more than 32768 pixels a side, files cut
 /// short. Only detail/picture_* know OpenImageIO, which is loaded with the first picture
@@ -55,7 +63,8 @@ PixelFormat named_channels(const std::vector<std::string>& names, Depth depth);
 /// Reads a picture from memory; the format is found by content. `name` is used in messages and
 /// becomes the texture's name.
 Texture read_texture_bytes(std::span<const std::byte> bytes, const std::string& name,
-                           const Progress& progress = {}, NotFinite not_finite = NotFinite::refuse);
+                           const Progress& progress = {}, NotFinite not_finite = NotFinite::refuse,
+                           const std::string& layer = {});
 
 /// How a picture says that it is to be turned to be seen (EXIF, TIFF): 1, as it is, to 8.
 int orientation(const PixelFormat& format);
@@ -63,9 +72,10 @@ int orientation(const PixelFormat& format);
 /// `read_texture` for a picture that is looked at, not for a texture of a model, whose texture coordinates
 /// mean the pixels as they are stored (renderers do not heed the tag): turned as it says, and the format
 /// says upright, so that nothing turns it again. A note where it was turned. Unchanged it is still the
-/// file that was read, byte for byte.
+/// file that was read, byte for byte. One layer of several is not turned, as the others would not be; a
+/// note says so.
 Texture read_upright(const std::filesystem::path& path, const Progress& progress = {},
-                     NotFinite not_finite = NotFinite::refuse);
+                     NotFinite not_finite = NotFinite::refuse, const std::string& layer = {});
 
 /// A picture encoded in memory, with what `write_texture` would return.
 struct EncodedPicture {

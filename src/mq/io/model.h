@@ -19,12 +19,20 @@ namespace mq {
 /// How a picture's values are stored in its file.
 enum class Depth { u8, u16, half, f32 };
 
+/// The layers of an OpenEXR file of several, of which a picture is one (image_file.h).
+struct PictureLayers {
+  std::vector<std::string> names;  ///< of all, in the file's order
+  std::size_t chosen = 0;          ///< the picture's
+  std::shared_ptr<const std::vector<std::byte>> file;  ///< from which the others are written again
+};
+
 /// Everything about a picture file that its pixels do not say, so that writing gives back what was
 /// read: depth, channel names, colour space and resolution tags.
 struct PixelFormat {
   Depth depth = Depth::u8;
   std::string file_format;           ///< "png", "jpeg", "tiff", "openexr", ...
   std::shared_ptr<const void> tags;  ///< metadata of the reader; only io looks inside
+  std::shared_ptr<const PictureLayers> layers = {};  ///< null where the file has one
 };
 
 /// What a picture was when it was read: fingerprints of its pixels with their depth, and of the bytes
@@ -137,6 +145,7 @@ struct ReadModelOptions {
   /// these are files that the model names for one slot; else the base colour, or the only slot.
   std::string slot = {};
   int uv_set = -1;  ///< for all pictures; −1: to each the set that its material names
+  std::string layer = {};  ///< of all pictures, which must have it; empty: the colour layer of each
 };
 
 /// Reads OBJ (with MTL), PLY, glTF or GLB; content goes before extension. Pictures and material
@@ -158,10 +167,10 @@ Model read_model(const std::filesystem::path& path, const ReadModelOptions& opti
 std::vector<std::string> write_model(const std::filesystem::path& path, const Model& model,
                                      const Progress& progress = {});
 
-/// Reads one picture (image_file.h says what is kept). Throws `IoError` naming the file, what was
-/// found and what to do.
+/// Reads one picture (image_file.h says what is kept), or the layer of that name of it. Throws `IoError`
+/// naming the file, what was found and what to do, and `InvalidInput` where the layer is not there.
 Texture read_texture(const std::filesystem::path& path, const Progress& progress = {},
-                     NotFinite not_finite = NotFinite::refuse);
+                     NotFinite not_finite = NotFinite::refuse, const std::string& layer = {});
 
 /// Writes one picture in the format of the extension, with the depth of `texture.format` where that
 /// format can hold it. A picture that is as it was read is copied, byte for byte. Written under a

@@ -379,11 +379,11 @@ class ModelReader {
     if (!reads_pictures()) {
       texture.path = path;
     } else if (given || slot.picture.empty()) {
-      texture = read_texture(path, progress, options_.not_finite);
+      texture = read_texture(path, progress, options_.not_finite, options_.layer);
     } else {
       const std::string name = fmt::format("{}, the embedded picture {}", model_.path.string(),
                                            slot.name.empty() ? std::to_string(i) : slot.name);
-      texture = read_texture_bytes(slot.picture, name, progress, options_.not_finite);
+      texture = read_texture_bytes(slot.picture, name, progress, options_.not_finite, options_.layer);
     }
     if (const int tag = orientation(texture.format); tag != 1)
       texture.notes.push_back(fmt::format("{}: its orientation {} is not heeded, as renderers do not heed it in "

@@ -145,8 +145,8 @@ void require_usable(const Defects& defects, const std::string& file) {
 }
 
 Model read_picture(const std::filesystem::path& path, ImageTriangles triangles,
-                   const Progress& progress, NotFinite not_finite) {
-  Texture picture = read_upright(path, progress, not_finite);
+                   const Progress& progress, NotFinite not_finite, const std::string& layer) {
+  Texture picture = read_upright(path, progress, not_finite, layer);
   Model model;
   model.path = picture.path;
   model.mesh = image_rectangle(picture.pixels.width(), picture.pixels.height(), triangles);
@@ -162,7 +162,8 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                       {.textures = options.textures,
                        .not_finite = NotFinite::keep,
                        .slot = options.slot,
-                       .uv_set = options.uv_set},
+                       .uv_set = options.uv_set,
+                       .layer = options.layer},
                       progress);
   require(options.textures.empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
@@ -174,7 +175,7 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
                       options.slot.empty()
                           ? fmt::format("{} {}", option_name("uv_set"), options.uv_set)
                           : fmt::format("{} '{}'", option_name("slot"), options.slot)));
-  return read_picture(path, options.picture, progress, NotFinite::keep);
+  return read_picture(path, options.picture, progress, NotFinite::keep, options.layer);
 }
 
 TexturedModel textured_model(Model model, const LoadOptions& options, Messages& messages,

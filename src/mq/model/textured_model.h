@@ -36,6 +36,7 @@ struct LoadOptions {
   ImageTriangles picture = ImageTriangles::two;  ///< of a picture in place of a model
   std::string slot = {};  ///< whose pictures are processed (`ReadModelOptions::slot`)
   int uv_set = -1;        ///< for all of them; −1: to each the one its material names
+  std::string layer = {}; ///< of all pictures (`ReadModelOptions::layer`)
 };
 
 /// Refers to nothing outside; signals made of it refer to it.
@@ -56,7 +57,8 @@ void require_usable(const Defects& defects, const std::string& file);
 /// A picture as the flat surface of one chart that `image_rectangle` describes. Throws what
 /// `read_texture` throws.
 Model read_picture(const std::filesystem::path& path, ImageTriangles triangles,
-                   const Progress& progress = {}, NotFinite not_finite = NotFinite::refuse);
+                   const Progress& progress = {}, NotFinite not_finite = NotFinite::refuse,
+                   const std::string& layer = {});
 
 /// Reads the file: a model, whose pictures may hold values that are not finite, or such a picture
 /// (`read_picture`). Throws what `read_model` and `read_texture` throw, and `InvalidInput` where

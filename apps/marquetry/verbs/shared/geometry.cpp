@@ -64,7 +64,7 @@ void refuse_pictures_of_shape(const OptionValues& options) {
 }
 
 TexturedModel read_shape(Run& run, double share) {
-  for (const char* name : {"flipped", "slot", "uv-set"})
+  for (const char* name : {"flipped", "slot", "uv-set", "layer"})
     require(!asks_for(run.options(), name),
             fmt::format("--{} is for charts of textures, and --geometry looks at none: leave it out",
                         name));

@@ -22,9 +22,10 @@ class PictureCodec {
   /// `Unsupported` where OpenImageIO was built without its format; so do the others.
   virtual PictureInfo info(std::span<const std::byte> bytes, const std::string& name) const = 0;
 
-  /// Pixels, format and notes; the rest of a `Texture` is left to the caller.
+  /// Pixels, format and notes; the rest of a `Texture` is left to the caller. `layer`: its name; empty:
+  /// the colours. Throws `InvalidInput` where it is not there.
   virtual Texture read(std::span<const std::byte> bytes, const std::string& name,
-                       const Progress& progress, NotFinite not_finite) const = 0;
+                       const Progress& progress, NotFinite not_finite, const std::string& layer) const = 0;
 
   /// Throws `InvalidInput` where the format cannot hold the picture, `IoError` where it is not
   /// finite or encoding fails. `name` is used in messages, `file_format` as in `texture_bytes`.

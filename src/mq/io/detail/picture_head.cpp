@@ -113,7 +113,7 @@ PixelFormat upright_format(const PixelFormat& format) {
   auto spec = std::make_shared<ImageSpec>(*read);
   spec->attribute("Orientation", 1);
   for (const char* size : {"Exif:PixelXDimension", "Exif:PixelYDimension"}) spec->erase_attribute(size);
-  return {format.depth, format.file_format, std::move(spec)};
+  return {format.depth, format.file_format, std::move(spec), format.layers};
 }
 
 std::string foreign_profile_name(const PixelFormat& format) {

@@ -6,6 +6,7 @@
 #include <new>
 #include <string_view>
 
+#include "mq/base/error.h"
 #include "mq/io/detail/picture_codec.h"
 #include "mq/io/detail/picture_head.h"
 #include "mq/io/detail/picture_reader.h"
@@ -25,9 +26,12 @@ class OpenImageIoCodec final : public PictureCodec {
   }
 
   Texture read(std::span<const std::byte> bytes, const std::string& name, const Progress& progress,
-               NotFinite not_finite) const override {
-    return picture_format(bytes, name) == "webp" ? read_webp(bytes, name, progress)
-                                                 : read_by_openimageio(bytes, name, progress, not_finite);
+               NotFinite not_finite, const std::string& layer) const override {
+    if (picture_format(bytes, name) != "webp")
+      return read_by_openimageio(bytes, name, progress, not_finite, layer);
+    if (!layer.empty())
+      throw InvalidInput(fmt::format("{}: has no layer '{}', as webp knows no layers; leave it out", name, layer));
+    return read_webp(bytes, name, progress);
   }
 
   EncodedPicture encode(const Texture& texture, const std::string& name,
@@ -51,10 +55,12 @@ class OpenImageIoCodec final : public PictureCodec {
 
  private:
   static Texture read_by_openimageio(std::span<const std::byte> bytes, const std::string& name,
-                                     const Progress& progress, NotFinite not_finite) {
-    OpenPicture p = open_picture(bytes, name);
+                                     const Progress& progress, NotFinite not_finite,
+                                     const std::string& layer) {
+    OpenPicture p = open_picture(bytes, name, layer);
     Texture texture;
     texture.format = format_read(p);
+    if (p.layers.size() > 1) texture.format.layers = layers_read(p, bytes);
     try {
       texture.pixels = read_pixels(p, progress, not_finite);
     } catch (const std::bad_alloc&) {
@@ -62,11 +68,19 @@ class OpenImageIoCodec final : public PictureCodec {
           name, fmt::format("{} x {} pixels with {} channels do not fit into memory; scale it down",
                             p.spec.width, p.spec.height, p.spec.nchannels));
     }
-    if (p.input->seek_subimage(1, 0))
+    if (p.file_format != "openexr" && p.input->seek_subimage(1, 0))
       p.notes.push_back(name +
                         ": holds several pictures; the first is used, the others are not kept");
     texture.notes = std::move(p.notes);
     return texture;
+  }
+
+  static std::shared_ptr<const PictureLayers> layers_read(const OpenPicture& p, std::span<const std::byte> bytes) {
+    auto layers = std::make_shared<PictureLayers>();
+    for (const FileLayer& layer : p.layers) layers->names.push_back(layer.name);
+    layers->chosen = p.layer;
+    layers->file = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
+    return layers;
   }
 };
 

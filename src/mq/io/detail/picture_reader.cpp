@@ -35,8 +35,7 @@ std::size_t max_expansion(const std::string& file_format) {
   return file_format == "tiff" || file_format == "openexr" ? 300000 : 10000;
 }
 
-void check_size(const OpenPicture& p, std::size_t file_bytes) {
-  const ImageSpec& s = p.spec;
+void check_size(const OpenPicture& p, const ImageSpec& s, std::size_t file_bytes) {
   if (s.width < 1 || s.height < 1 || s.depth > 1)
     fail_picture(p.name, fmt::format("{} x {} x {} pixels; a flat picture was expected", s.width,
                                      s.height, s.depth));
@@ -50,7 +49,6 @@ void check_size(const OpenPicture& p, std::size_t file_bytes) {
 
 void check_kind(const OpenPicture& p) {
   const ImageSpec& s = p.spec;
-  if (s.deep) fail_picture(p.name, "a deep image; flatten it first");
   if (s.nchannels < 1) fail_picture(p.name, "no channels");
   const bool cmyk = s.get_string_attribute("jpeg:ColorSpace") == "CMYK" ||
                     s.get_string_attribute("tiff:ColorSpace") == "CMYK" ||
@@ -112,10 +110,36 @@ void convert(std::span<const Stored> from, std::span<float> to) {
 bool read_rows(OpenPicture& p, int begin, int end, TypeDesc type, void* to) {
   const ImageSpec& s = p.spec;
   const SilentPng silent(p);
+  const bool alone = p.layers.size() < 2;
+  const int part = alone ? 0 : p.layers[p.layer].part, first = alone ? 0 : p.layers[p.layer].first;
+  const int last = first + s.nchannels;
   if (s.tile_width == 0)
-    return p.input->read_scanlines(0, 0, s.y + begin, s.y + end, 0, 0, s.nchannels, type, to);
-  return p.input->read_tiles(0, 0, s.x, s.x + s.width, s.y + begin, s.y + end, 0, 1, 0, s.nchannels,
-                             type, to);
+    return p.input->read_scanlines(part, 0, s.y + begin, s.y + end, 0, first, last, type, to);
+  return p.input->read_tiles(part, 0, s.x, s.x + s.width, s.y + begin, s.y + end, 0, 1, first, last, type,
+                             to);
+}
+
+/// Finds the layer that is meant, and makes its head the picture's.
+void choose_layer(OpenPicture& p, const std::string& layer, std::size_t file_bytes) {
+  if (p.file_format != "openexr") {
+    if (!layer.empty())
+      throw InvalidInput(fmt::format("{}: has no layer '{}', as {} knows no layers; leave it out", p.name, layer,
+                                     p.file_format));
+    if (p.spec.deep) fail_picture(p.name, "a deep image; flatten it first");
+    return;
+  }
+  const std::vector<ImageSpec> parts = heads_of(*p.input);
+  for (const ImageSpec& part : parts) {
+    if (part.deep)
+      fail_picture(p.name, parts.size() > 1 ? "a part of it is a deep image; flatten it first"
+                                            : "a deep image; flatten it first");
+    if (part.nchannels < 1) fail_picture(p.name, "no channels");
+    check_size(p, part, file_bytes);
+  }
+  p.layers = layers_of(parts);
+  p.layer = layer_named(p.layers, layer, p.name);
+  const FileLayer& chosen = p.layers[p.layer];
+  if (p.layers.size() > 1) p.spec = head_of_layer(parts[std::size_t(chosen.part)], chosen);
 }
 
 }  // namespace
@@ -125,7 +149,7 @@ std::string explain(const std::string& error) {
   return line.empty() ? "no reason given" : line;
 }
 
-OpenPicture open_picture(ByteView bytes, const std::string& name) {
+OpenPicture open_picture(ByteView bytes, const std::string& name, const std::string& layer) {
   OpenPicture p;
   p.name = name;
   p.file_format = picture_format(bytes, name);
@@ -148,8 +172,9 @@ OpenPicture open_picture(ByteView bytes, const std::string& name) {
   if (!open())
     fail_picture(name, fmt::format("cannot be read as {}: {}; copy it again or convert it",
                                    p.file_format, explain(p.input->geterror())));
+  choose_layer(p, layer, bytes.size());
   check_kind(p);
-  check_size(p, bytes.size());
+  check_size(p, p.spec, bytes.size());
   // What is assumed for a file that says nothing must not be written into it.
   if (!colour) p.spec.erase_attribute("oiio:ColorSpace");
   if (p.spec.format == TypeDesc::DOUBLE)

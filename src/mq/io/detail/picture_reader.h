@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mq/base/progress.h"
+#include "mq/io/detail/picture_layers.h"
 #include "mq/io/model.h"
 
 namespace mq {
@@ -20,14 +21,17 @@ struct OpenPicture {
   std::string file_format;
   std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;  // outlives `input`
   std::unique_ptr<OIIO::ImageInput> input;
-  OIIO::ImageSpec spec;
+  OIIO::ImageSpec spec;           // of the layer alone
+  std::vector<FileLayer> layers;  // of an OpenEXR file
+  std::size_t layer = 0;
   std::vector<std::string> notes;
 };
 
 /// Reads the head; `bytes` must stay. Throws `IoError` where it is not that of a picture that can
-/// be used, and `Unsupported` where OpenImageIO was built without its format. `name` is used in
-/// messages.
-OpenPicture open_picture(std::span<const std::byte> bytes, const std::string& name);
+/// be used, `Unsupported` where OpenImageIO was built without its format, and `InvalidInput` where the
+/// layer is not there (empty: the colours). `name` is used in messages.
+OpenPicture open_picture(std::span<const std::byte> bytes, const std::string& name,
+                         const std::string& layer = {});
 
 /// Colours are divided by alpha where they lie in the file multiplied by it.
 Image<float> read_pixels(OpenPicture& p, const Progress& progress, NotFinite not_finite);

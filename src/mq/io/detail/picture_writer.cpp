@@ -6,19 +6,19 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/io/bytes.h"
 #include "mq/io/detail/picture_alpha.h"
 #include "mq/io/detail/picture_head.h"
+#include "mq/io/detail/picture_layers.h"
+#include "mq/io/detail/picture_memory.h"
 #include "mq/io/detail/picture_reader.h"
 #include "mq/io/detail/picture_values.h"
 #include "mq/io/picture_check.h"
@@ -60,32 +60,23 @@ void fill(Strip& strip, std::span<const float> values, Depth depth) {
               strip.bytes);
 }
 
-/// Where TIFF is written to: memory that has the name of a file, since libtiff goes back to what it
-/// wrote when there are EXIF tags, which OpenImageIO's writer into memory does not let it.
-class MemoryFile {
- public:
-  MemoryFile() : file_(::memfd_create("picture", MFD_CLOEXEC)) {
-    if (file_ < 0) throw IoError(fmt::format("no memory to write to: {}", std::strerror(errno)));
-  }
-  ~MemoryFile() { ::close(file_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
+EncodedPicture among_layers(const Texture& texture, const std::string& name, const FileFormat& format,
+                            Depth depth, const Progress& progress) {
+  std::int64_t clamped = 0;
+  EncodedPicture encoded = encode_among_layers(texture, name, depth, clamped, progress);
+  for (std::string& note : notes_on(name, texture, format, depth, clamped, is_light(texture.format)))
+    encoded.notes.push_back(std::move(note));
+  return encoded;
+}
 
-  std::string name() const { return fmt::format("/proc/self/fd/{}", file_); }
-
-  std::vector<std::byte> bytes() const {
-    std::vector<std::byte> all(std::size_t(std::max<off_t>(0, ::lseek(file_, 0, SEEK_END))));
-    for (std::size_t done = 0; done < all.size();) {
-      const ssize_t got = ::pread(file_, all.data() + done, all.size() - done, off_t(done));
-      if (got <= 0) throw IoError("what was encoded cannot be read back");
-      done += std::size_t(got);
-    }
-    return all;
-  }
-
- private:
-  int file_;
-};
+std::string other_layers_note(const Texture& texture, const std::string& name, const FileFormat& format) {
+  const PictureLayers& layers = *texture.format.layers;
+  return fmt::format("{}: holds the layer {} alone; {} other{} left behind, as {}", name,
+                     shown(layers.names[layers.chosen]), layers.names.size() - 1,
+                     layers.names.size() == 2 ? " is" : "s are",
+                     format.name == "openexr" ? "its size or its channels are not theirs any more"
+                                              : fmt::format("{} knows no layers", format.name));
+}
 
 }  // namespace
 
@@ -94,9 +85,10 @@ EncodedPicture encode_picture(const Texture& texture, const std::string& name,
   check_writable(texture, name, format);
   const Image<float>& pixels = texture.pixels;
   const Depth depth = format.depth[std::size_t(texture.format.depth)];
-  const ImageSpec spec = spec_for(texture, format, depth);
   // Debian's build of it tells standard error which tags a format does not know.
   [[maybe_unused]] static const bool is_silent = OIIO::attribute("debug", 0);
+  if (format.name == "openexr" && fits_its_layer(texture)) return among_layers(texture, name, format, depth, progress);
+  const ImageSpec spec = spec_for(texture, format, depth);
   const auto output = OIIO::ImageOutput::create(std::string(format.name));
   if (!output)
     throw Unsupported(
@@ -136,6 +128,7 @@ EncodedPicture encode_picture(const Texture& texture, const std::string& name,
   }
   encoded.notes =
       notes_on(name, texture, format, depth, strip.clamped, is_light(texture.format));
+  if (texture.format.layers) encoded.notes.push_back(other_layers_note(texture, name, format));
   return encoded;
 }
 
