@@ -207,5 +207,29 @@ TEST(SlotsOfModels, InTilesComeBackWithTheModel) {
     EXPECT_EQ(file_bytes(folder / tile), file_bytes(folder / "out/c.1002.png")) << tile;
 }
 
+TEST(SlotsOfModels, ProcessAPictureAsOftenAsTheFileNamesIt) {
+  const Folder folder;
+  Json gltf = square_gltf({"a.png", "b.png", "b.png"},
+                          {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
+                           {"emissiveTexture", {{"index", 1}}}});
+  gltf["materials"].push_back(gltf["materials"][0]);
+  gltf["materials"][1]["emissiveTexture"]["index"] = 2;
+  Json second = gltf["meshes"][0]["primitives"][0];
+  second["material"] = 1;
+  gltf["meshes"][0]["primitives"].push_back(second);
+  gltf["nodes"][0]["scale"] = {1, 1, 1};
+  write_bytes(folder / "twice.gltf", gltf.dump(1));
+  for (const char* name : {"a.png", "b.png"}) write_image(folder / name, busy_picture(16, 16));
+  std::filesystem::create_directory(folder / "out");
+  run(folder, {"filter", "twice.gltf", "--slot", "all", "--beta", "0", "-o", "out/twice.gltf"});
+  int pictures = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "out"))
+    if (entry.path().extension() == ".png") {
+      ++pictures;
+      EXPECT_NE(file_bytes(entry.path()), file_bytes(folder / "a.png")) << entry.path();
+    }
+  EXPECT_EQ(pictures, 3);
+}
+
 }  // namespace
 }  // namespace mq::test
