@@ -64,7 +64,9 @@ void bake_what_was_there(Run& run, const std::vector<std::string>& slots, Textur
     return slots.empty() || slot == source.model.slot
                ? std::move(source)
                : load_textured_model(options.text("mesh"),
-                                     {.weld = load.weld, .slot = slot},
+                                     {.weld = load.weld,
+                                      .slot = slot,
+                                      .layer = options.has("layer") ? options.text("layer") : ""},
                                      run.terminal());
   };
   bake_unwrapped(run, slots, source_of, load, scene, 0.3);
