@@ -51,44 +51,6 @@ TEST(Filter, ReturnsTheInputWithBetaOne) {
   }
 }
 
-/// The equation is linear in β − 1: a mask that sharpens here and smooths there is both together.
-TEST(Filter, SmoothsWhereTheMaskIsBelowZero) {
-  const Folder folder;
-  write_strip(folder);
-  Image<float> both(64, 48, 1), sharpens(64, 48, 1), smooths(64, 48, 1);
-  for (int y = 0; y < 48; ++y)
-    for (int x = 0; x < 64; ++x) {
-      both(x, y) = std::sin(0.2F * float(x) + 0.1F * float(y));
-      sharpens(x, y) = std::max(0.0F, both(x, y));
-      smooths(x, y) = std::max(0.0F, -both(x, y));
-    }
-  write_image(folder / "both.exr", both, Depth::f32);
-  write_image(folder / "sharpens.tif", sharpens, Depth::f32);
-  write_image(folder / "smooths.exr", smooths, Depth::f32);
-  const auto filtered = [&](const std::string& mask, const std::string& beta) {
-    const Result result =
-        marquetry(folder, {"filter", "strip.obj", "-o", "out.exr", "--depth", "float", "--beta", beta,
-                           "--mask", mask, "--solver", "direct", "--json"});
-    EXPECT_EQ(result.status, 0) << result.error;
-    EXPECT_EQ(result.json()["result"]["mask"]["below_0"].get<double>() > 0, mask == "both.exr");
-    return read_texture(folder / "out.exr").pixels;
-  };
-  const Image<float> before = read_texture(folder / "strip.png").pixels,
-                     a = filtered("sharpens.tif", "3"), b = filtered("smooths.exr", "0"),
-                     c = filtered("both.exr", "3");
-  for (std::size_t k = 0; k < before.values().size(); ++k)
-    EXPECT_NEAR(c.values()[k] - before.values()[k],
-                a.values()[k] + b.values()[k] - 2 * before.values()[k], 2e-6);
-
-  Image<float> far(64, 48, 1, 0.5F);
-  far(3, 4) = -1.5F, far(5, 6) = 2;
-  write_image(folder / "far.exr", far, Depth::f32);
-  const Result result =
-      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "3", "--mask", "far.exr"});
-  EXPECT_EQ(result.status, 0);
-  EXPECT_THAT(result.error, HasSubstr("far.exr: 2 of its 3072 pixels have values beyond -1 to 1"));
-}
-
 TEST(Filter, GivesTheSamePictureWithEverySolver) {
   const Folder folder;
   write_strip(folder, 128, 96);
@@ -303,61 +265,6 @@ TEST(Filter, RefusesBadOptionsBeforeReadingAnything) {
   EXPECT_THAT(error({"--beta", "1"}), HasSubstr("missing.obj"));
 }
 
-TEST(Filter, ProtectsWhatExistsFromBeingReplaced) {
-  const Folder folder;
-  write_strip(folder);
-  write_bytes(folder / "out.png", "precious");
-  const Words words = {"filter", "strip.obj", "-o", "out.png", "--beta", "2", "--no-clobber"};
-  const Result result = marquetry(folder, words);
-  EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.error, HasSubstr("out.png: exists already"));
-  EXPECT_EQ(file_bytes(folder / "out.png"), "precious");
-}
-
-TEST(Filter, WritesNothingWhenItIsOnlyRehearsed) {
-  const Folder folder;
-  write_strip(folder);
-  const auto before = folder.names();
-  const Result result = marquetry(folder, {"filter", "strip.obj", "-o", "new/", "--beta", "2",
-                                           "--dry-run", "--report", "report.json"});
-  EXPECT_EQ(result.status, 0) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("would write new/strip.png"));
-  EXPECT_EQ(folder.names(), before);
-}
-
-TEST(Filter, LeavesNothingHalfWrittenOnAFullDisk) {
-  const Folder folder;
-  write_strip(folder, 200, 200);
-  const auto before = folder.names();
-  const Result result = marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "2"},
-                                  {.largest_file = 4096});
-  EXPECT_EQ(result.status, 2) << result.error;
-  EXPECT_THAT(result.error, HasSubstr("out.png"));
-  EXPECT_EQ(folder.names(), before);
-}
-
-TEST(Filter, RefusesOutputsItCannotWriteBeforeItWorks) {
-  const Folder folder;
-  write_strip(folder);
-  for (const char* output : {"no/such/folder/out.png", "/proc/out.png", "strip.obj/out.png"}) {
-    const Result result = marquetry(folder, {"filter", "strip.obj", "-o", output, "--beta", "2"});
-    EXPECT_EQ(result.status, 2) << output;
-    EXPECT_THAT(result.error, HasSubstr("out.png"));
-  }
-}
-
-TEST(Filter, TakesNamesAsTheyCome) {
-  const Folder folder;
-  write_strip(folder);
-  std::filesystem::rename(folder / "strip.png", folder / "Größe 1 – ß.png");
-  write_bytes(folder / "strip.mtl", "newmtl strip\nmap_Kd Größe 1 – ß.png\n");
-  const Result result =
-      marquetry(folder, {"filter", "strip.obj", "-o", "aus gabe é.png", "--beta", "2", "--json"});
-  ASSERT_EQ(result.status, 0) << result.error;
-  EXPECT_EQ(result.json()["result"]["outputs"][0], "aus gabe é.png");
-  EXPECT_TRUE(std::filesystem::exists(folder / "aus gabe é.png"));
-}
-
 TEST(Filter, RunsOverFrames) {
   const Folder folder;
   write_strip(folder);
@@ -451,49 +358,6 @@ TEST(Filter, TreatsSeveralTexturesAsOneSignal) {
   EXPECT_THAT(filter("out.png").error, HasSubstr("2 textures"));
 }
 
-TEST(Filter, WritesAModelBesideItsSource) {
-  const Folder folder;
-  write_strip(folder);
-  const std::string before = file_bytes(folder / "strip.png");
-  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "smooth.obj", "--beta", "0"}).status,
-            0);
-  EXPECT_EQ(file_bytes(folder / "strip.png"), before);
-  const Model model = read_model(folder / "smooth.obj");
-  ASSERT_EQ(model.textures.size(), 1U);
-  EXPECT_EQ(model.textures[0].path.filename(), "smooth.png");
-}
-
-TEST(Filter, WritesOverNoInputUnlessAllowed) {
-  const Folder folder;
-  write_strip(folder);
-  write_bytes(folder / "fan.ply", coloured_ply);
-  std::filesystem::create_symlink("strip.png", folder / "link.png");
-  std::filesystem::create_hard_link(folder / "strip.png", folder / "twin.png");
-  std::filesystem::create_directory(folder / "d");
-  const std::string picture = file_bytes(folder / "strip.png");
-  const auto run = [&](const Words& words) {
-    Words all = {"filter", "--beta", "0"};
-    all.insert(all.end(), words.begin(), words.end());
-    return marquetry(folder, all);
-  };
-  for (const char* output : {"strip.obj", "strip.png", "./strip.png", "d/../strip.png", "link.png",
-                             "twin.png", "strip.mtl", "."}) {
-    const Result result = run({"strip.obj", "-o", output});
-    EXPECT_EQ(result.status, 2) << output;
-    if (std::string(output) != "strip.mtl") {
-      EXPECT_THAT(result.error, HasSubstr("--overwrite")) << output;
-    }
-    EXPECT_EQ(file_bytes(folder / "strip.png"), picture) << output;
-  }
-  EXPECT_EQ(run({"fan.ply", "-o", "fan.ply"}).status, 2);
-  EXPECT_EQ(run({"strip.obj", "-o", "o.png", "--report", "strip.mtl"}).status, 2);
-  EXPECT_EQ(run({"strip.obj", "-o", "o.png", "--report", "./o.png"}).status, 2);
-  EXPECT_EQ(run({"strip.obj", "-o", "strip.png", "--overwrite", "--no-clobber"}).status, 2);
-  EXPECT_EQ(run({"fan.ply", "-o", "fan.ply", "--overwrite"}).status, 0);
-  EXPECT_EQ(run({"strip.obj", "-o", "strip.png", "--overwrite"}).status, 0);
-  EXPECT_NE(file_bytes(folder / "strip.png"), picture);
-}
-
 TEST(Filter, FactorisesWhatMultigridDoesNotReach) {
   const Folder folder;
   write_strip(folder, 300, 250);
@@ -544,117 +408,6 @@ TEST(Filter, SaysWhoseTextureHasNoArea) {
       marquetry(folder, {"render", "flat.obj", "a.png", "-o", "o.png", "--at", "1,0,0"});
   EXPECT_EQ(drawn.status, 2);
   EXPECT_THAT(drawn.error, HasSubstr("flat.obj: no triangle has an area"));
-}
-
-/// Half grey on the left, white on the right.
-Image<float> half_mask(int width, int height) {
-  Image<float> mask(width, height, 1);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) mask(x, y) = x < width / 2 ? 0.0F : 1.0F;
-  return mask;
-}
-
-TEST(Filter, WorksWhereTheMaskIsWhite) {
-  const Folder folder;
-  write_strip(folder);
-  write_image(folder / "mask.png", half_mask(64, 48));
-  write_image(folder / "white.png", Image<float>(5, 7, 3, 1.0F));
-  write_image(folder / "black.png", Image<float>(64, 48, 1, 0.0F));
-  const auto filter = [&](const std::string& output, const Words& more) {
-    Words words = {"filter", "strip.obj", "-o", output, "--beta", "0", "--length", "1tx", "--json"};
-    words.insert(words.end(), more.begin(), more.end());
-    return marquetry(folder, words);
-  };
-  ASSERT_EQ(filter("plain.png", {}).status, 0);
-  EXPECT_THAT(filter("white_out.png", {"--mask", "white.png"}).error, HasSubstr("5 × 7"));
-  EXPECT_TRUE(file_bytes(folder / "plain.png") == file_bytes(folder / "white_out.png"));
-  ASSERT_EQ(filter("black_out.png", {"--mask", "black.png"}).status, 0);
-  EXPECT_TRUE(file_bytes(folder / "strip.png") == file_bytes(folder / "black_out.png"));
-
-  const Result half = filter("half.png", {"--mask", "mask.png"});
-  ASSERT_EQ(half.status, 0) << half.error;
-  EXPECT_NEAR(half.json()["result"]["mask"]["share"].get<double>(), 0.5, 0.1);
-  const Image<float> before = read_texture(folder / "strip.png").pixels;
-  const Image<float> after = read_texture(folder / "half.png").pixels;
-  const Image<float> plain = read_texture(folder / "plain.png").pixels;
-  for (int y = 10; y < 40; ++y) {
-    EXPECT_EQ(before(8, y), after(8, y));
-    EXPECT_EQ(plain(55, y), after(55, y));
-  }
-  EXPECT_NE(before(55, 20), after(55, 20));
-}
-
-TEST(Filter, WorksInSpots) {
-  const Folder folder;
-  write_strip(folder);
-  const auto filter = [&](const std::string& output, const Words& more) {
-    Words words = {"filter", "strip.obj", "-o", output, "--beta", "3", "--length", "1tx", "--json"};
-    words.insert(words.end(), more.begin(), more.end());
-    return marquetry(folder, words);
-  };
-  // Texel (15, 23) is the middle of the first square, u = 0.242.
-  ASSERT_EQ(filter("a.png", {"--spot", "0.4804688,0.5130208,0,0.2"}).status, 0);
-  ASSERT_EQ(filter("b.png", {"--spot", "texel,15,23,0.2"}).status, 0);
-  EXPECT_TRUE(file_bytes(folder / "a.png") == file_bytes(folder / "b.png"));
-  const Image<float> before = read_texture(folder / "strip.png").pixels;
-  const Image<float> after = read_texture(folder / "a.png").pixels;
-  EXPECT_NE(before(15, 23), after(15, 23));
-  EXPECT_EQ(before(40, 23), after(40, 23));
-  EXPECT_EQ(before(4, 8), after(4, 8));
-  ASSERT_EQ(filter("c.png", {"--spot", "texel,15,23,0.2", "--spot", "texel,15,23,0.2,-1"}).status,
-            0);
-  EXPECT_TRUE(file_bytes(folder / "c.png") == file_bytes(folder / "strip.png"));
-
-  EXPECT_THAT(filter("d.png", {"--spot", "texel,32,23,0.2"}).error,
-              HasSubstr("texel0,32,23: no chart of strip.obj uses such a texel"));
-  for (const char* spot :
-       {"1,2,3", "1,2,3,0", "1,2,3,x", "texel,1,2,3tx,2", "a,b,c,d", "texels,1,2,3"})
-    EXPECT_THAT(filter("d.png", {"--spot", spot}).error, HasSubstr("--spot: found '")) << spot;
-}
-
-TEST(Filter, TakesAMaskFromColoursAtVertices) {
-  const Folder folder;
-  write_bytes(folder / "fan.ply", coloured_ply);
-  std::string mask = coloured_ply;
-  for (std::size_t at; (at = mask.find(" 100 100 100")) != std::string::npos;)
-    mask.replace(at, 12, " 0 0 0");
-  for (std::size_t at; (at = mask.find(" 200 200 200")) != std::string::npos;)
-    mask.replace(at, 12, " 255 255 255");
-  write_bytes(folder / "mask.ply", mask);
-  const auto filter = [&](const Words& more) {
-    Words words = {"filter", "fan.ply", "-o", "out.ply", "--beta", "0", "--alpha", "1", "--json"};
-    words.insert(words.end(), more.begin(), more.end());
-    return marquetry(folder, words);
-  };
-  const Result result = filter({"--mask", "mask.ply"});
-  ASSERT_EQ(result.status, 0) << result.error;
-  EXPECT_NEAR(result.json()["result"]["mask"]["mean"].get<double>(), 0.2, 1e-12);
-  EXPECT_LT(read_model(folder / "out.ply").colors.values[0], 180 / 255.0F);
-
-  write_strip(folder);
-  EXPECT_THAT(filter({"--mask", "strip.png"}).error, HasSubstr("have no texels; give a model"));
-  EXPECT_THAT(filter({"--mask", "strip.obj"}).error, HasSubstr("no colours at its vertices"));
-  EXPECT_THAT(filter({"--spot", "texel,1,1,0.2"}).error, HasSubstr("give a place in space"));
-}
-
-TEST(Filter, RefusesMasksThatDoNotFit) {
-  const Folder folder;
-  write_strip(folder);
-  const auto error = [&](const Words& more) {
-    Words words = {"filter", "strip.obj", "-o", "out.png", "--beta", "0"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Result result = marquetry(folder, words);
-    EXPECT_EQ(result.status, 2);
-    return result.error;
-  };
-  EXPECT_THAT(error({"--mask", "gone.png"}), HasSubstr("gone.png"));
-  EXPECT_THAT(error({"--mask", "strip.png", "--mask", "strip.png"}),
-              HasSubstr("has 1 texture, and 2 are given"));
-  write_image(folder / "m.png", Image<float>(64, 48, 1, 1.0F));
-  EXPECT_THAT(
-      marquetry(folder, {"filter", "strip.obj", "-o", "m.png", "--beta", "0", "--mask", "m.png"})
-          .error,
-      HasSubstr("m.png"));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // Distances by the heat method against what they are on the square, the cylinder and the sphere,
-// for texels and for vertices; and the sweeps that spread the heat, against a factorisation where
-// its numbers last and against the closed form where they do not.
+// for texels and for vertices.
 
 #include "mq/filter/geodesic.h"
 
@@ -12,12 +11,10 @@
 #include <numbers>
 
 #include "atlas/laid_strips.h"
-#include "fem/cut_squares.h"
+#include "filter/geodesic_squares.h"
 #include "mq/atlas/separate_overlaps.h"
 #include "mq/fem/multigrid_solver.h"
 #include "mq/fem/vertex_space.h"
-#include "mq/filter/fast_sweeping.h"
-#include "mq/filter/heat_sweeps.h"
 #include "mq/linear/direct.h"
 #include "mq/linear/direct_solver.h"
 #include "mq/mesh/closest_point.h"
@@ -26,22 +23,16 @@ namespace mq {
 namespace {
 
 using fixtures::CutOptions;
+using fixtures::four_charts;
+using fixtures::nearest;
 using fixtures::places_of;
+using fixtures::position;
+using fixtures::whole_square;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 constexpr double pi = std::numbers::pi;
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-CutOptions whole_square() {
-  CutOptions options;
-  options.parts = 1;
-  options.scale = 1;
-  options.jitter = 0;
-  return options;
-}
-
-CutOptions four_charts() { return fixtures::turned(fixtures::odd_angle); }
 
 struct Errors {
   double mean = 0, max = 0;
@@ -65,22 +56,6 @@ Errors errors(const fixtures::Textured& model, const TexelSpace& space, const Ve
   }
   result.mean /= count;
   return result;
-}
-
-int nearest(const Texels& texels, const Vector3& point) {
-  int best = 0;
-  double least = infinity;
-  for (int i = 0; i < texels.size(); ++i) {
-    const auto& p = texels.positions[i];
-    const double d = (Vector3(p[0], p[1], p[2]) - point).norm();
-    if (d < least) least = d, best = i;
-  }
-  return best;
-}
-
-Vector3 position(const Texels& texels, int i) {
-  const auto& p = texels.positions[i];
-  return {p[0], p[1], p[2]};
 }
 
 Geodesic distances(const TexelSpace& space, int source) {
@@ -420,84 +395,6 @@ TEST(GeodesicDistance, RefusesSourcesThatAreNone) {
   EXPECT_THROW(geodesic.from({{0, std::nan("")}}), InvalidInput);
   EXPECT_THROW(geodesic.from({{0, -1}}), InvalidInput);
   EXPECT_THROW(GeodesicDistance(space, direct_solver(), {.time = 0}), InvalidInput);
-}
-
-// ---------------------------------------------------------------------------------------------
-// front
-
-TEST(FrontDistances, AreRightToAFewPerCent) {
-  for (const CutOptions& options : {whole_square(), four_charts(), fixtures::slanted()}) {
-    const auto model = fixtures::textured(fixtures::cut_square(options), {{160, 160}});
-    const TexelSpace space(model->surface, model->atlas);
-    const std::vector<Vector3> places = places_of(space);
-    const int source = nearest(space.texels(), {0.31, 0.42, 0});
-    const Vector w = fast_sweeping_distances(space.stiffness(), places, {{source, 0}});
-    double sum = 0;
-    for (int i = 0; i < space.size(); ++i) {
-      const double d = (places[i] - places[source]).norm();
-      EXPECT_GE(w[i], d * (1 - 1e-6));
-      if (i != source) sum += w[i] / d - 1;
-    }
-    EXPECT_LE(sum / space.size(), 0.04);
-  }
-}
-
-TEST(FrontDistances, AreExactForAPlaneFront) {
-  const auto model = fixtures::textured(fixtures::cut_square(whole_square()), {{64, 64}});
-  const TexelSpace space(model->surface, model->atlas);
-  std::vector<std::pair<int, double>> edge;
-  for (int i = 0; i < space.size(); ++i)
-    if (space.texels().places[i].x == 0) edge.emplace_back(i, 0.5);
-  const Vector w = fast_sweeping_distances(space.stiffness(), places_of(space), edge);
-  for (int i = 0; i < space.size(); ++i)
-    EXPECT_NEAR(w[i], 0.5 + space.texels().places[i].x / 64.0, 1e-6);
-}
-
-// ----------------------------------------------------------------------------------- spread of
-// heat
-
-/// How many of the unknowns differ by more than `far` from the factorisation's log u.
-double share_beyond(double far, const CutOptions& options, int side) {
-  const auto model = fixtures::textured(fixtures::cut_square(options), {{side, side}});
-  const TexelSpace space(model->surface, model->atlas);
-  const double t = 4 * space.scale().texel_spacing * space.scale().texel_spacing;
-  SparseMatrix A = space.regularised_system(0, t);
-  A.diagonal() += space.mass() * Vector::Ones(space.size());
-  Vector b = Vector::Zero(space.size());
-  b[40] = 1;
-  const Vector u = DirectSolver(A).solve(b);
-  const HeatSweeps heat = sweep_heat(A, {{40, 0}}, {.tolerance = 1e-7, .max_sweeps = 100});
-  EXPECT_LE(heat.change, 1e-7);
-  int beyond = 0;
-  for (int i = 0; i < space.size(); ++i)
-    beyond += !(std::abs(heat.log_u[i] - std::log(u[i] / u[40])) <= far);
-  return double(beyond) / space.size();
-}
-
-TEST(HeatSweeps, AgreeWithAFactorisationWhereItsNumbersLast) {
-  EXPECT_EQ(share_beyond(1e-4, whole_square(), 96), 0);
-  EXPECT_EQ(share_beyond(1e-4, four_charts(), 96), 0);
-}
-
-/// A texel at the tip of a chart has a negative value there, which no logarithm holds.
-TEST(HeatSweeps, AgreeOnStretchedChartsButAtTheirTips) {
-  EXPECT_LE(share_beyond(1e-3, fixtures::slanted(), 192), 0.01);
-}
-
-/// u_i = ρ^i with ρ + 1/ρ = 2 + 1/τ: far below the smallest double at the end.
-TEST(HeatSweeps, KeepWhatNoDoubleHolds) {
-  const int n = 5000;
-  const double tau = 4;
-  Entries entries;
-  for (int i = 0; i < n; ++i) {
-    entries.emplace_back(i, i, 1 + tau * (i + 1 < n ? 2 : 1));
-    if (i + 1 < n) entries.emplace_back(i, i + 1, -tau), entries.emplace_back(i + 1, i, -tau);
-  }
-  const HeatSweeps heat =
-      sweep_heat(sparse_matrix(n, n, entries), {{0, 0}}, {.tolerance = 1e-10, .max_sweeps = 200});
-  const double kappa = std::acosh(1 + 1 / (2 * tau));
-  EXPECT_LT(heat.log_u[4000], -1900);
-  for (int i = 0; i < 4900; ++i) EXPECT_NEAR(heat.log_u[i], -kappa * i, 1e-6 * (1 + i));
 }
 
 }  // namespace

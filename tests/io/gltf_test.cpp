@@ -8,102 +8,22 @@
 #include <nlohmann/json.hpp>
 
 #include "io/folder.h"
+#include "io/gltf_scene.h"
 #include "io/models.h"
 #include "mq/io/image_file.h"
-#include "mq/io/detail/json_text.h"
 #include "mq/io/uri.h"
 
 namespace mq {
 namespace {
 
 using Json = nlohmann::json;
+using test::Scene;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 namespace fs = std::filesystem;
-
-/// A scene of one triangle in JSON, its buffer as data, to be varied by a test.
-class Scene {
- public:
-  Scene() {
-    json["asset"] = {{"version", "2.0"}};
-    json["scenes"] = {{{"nodes", {0}}}};
-    json["nodes"] = {{{"mesh", 0}}};
-    json["meshes"] = {{{"primitives", {{{"attributes", Json::object()}}}}}};
-    attributes()["POSITION"] = add<float>("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0});
-    attributes()["TEXCOORD_0"] = add<float>("VEC2", {0, 0.25f, 1, 0.25f, 0, 1});
-  }
-
-  Json& primitive() { return json["meshes"][0]["primitives"][0]; }
-  Json& attributes() { return primitive()["attributes"]; }
-
-  template <class Number>
-  std::size_t view(std::vector<Number> numbers) {
-    while (data.size() % 4) data.push_back(std::byte(0));
-    const auto bytes = std::as_bytes(std::span(numbers));
-    json["bufferViews"].push_back(
-        {{"buffer", 0}, {"byteOffset", data.size()}, {"byteLength", bytes.size()}});
-    data.insert(data.end(), bytes.begin(), bytes.end());
-    return json["bufferViews"].size() - 1;
-  }
-
-  template <class Number>
-  std::size_t add(const std::string& type, std::vector<Number> numbers, bool normalized = false) {
-    const std::size_t components = type == "SCALAR" ? 1 : std::size_t(type.back() - '0');
-    json["accessors"].push_back({{"bufferView", view(numbers)},
-                                 {"componentType", number_type(Number())},
-                                 {"count", numbers.size() / components},
-                                 {"type", type}});
-    if (normalized) json["accessors"].back()["normalized"] = true;
-    return json["accessors"].size() - 1;
-  }
-
-  /// Gives the primitive a material whose texture is this image.
-  void paint(Json image) {
-    json["images"].push_back(std::move(image));
-    json["textures"] = {{{"source", 0}}};
-    json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
-    primitive()["material"] = 0;
-  }
-
-  std::string gltf() const {
-    Json all = json;
-    if (!all.contains("buffers"))
-      all["buffers"] = {
-          {{"byteLength", data.size()}, {"uri", data_uri("application/gltf-buffer", data)}}};
-    return all.dump(2);
-  }
-
-  MeshFile read() const {
-    Document document;
-    document.format = Document::Format::gltf;
-    document.name = "a.gltf";
-    document.bytes = to_bytes(gltf());
-    return read_gltf(document);
-  }
-
-  std::string refusal() const {
-    try {
-      read();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  }
-
-  Json json;
-  Bytes data;
-
- private:
-  static int number_type(std::int8_t) { return 5120; }
-  static int number_type(std::uint8_t) { return 5121; }
-  static int number_type(std::int16_t) { return 5122; }
-  static int number_type(std::uint16_t) { return 5123; }
-  static int number_type(std::uint32_t) { return 5125; }
-  static int number_type(float) { return 5126; }
-};
 
 TEST(Gltf, TurnsTextureCoordinatesUp) {
   const MeshFile file = Scene().read();
@@ -537,37 +457,6 @@ TEST_F(GltfFiles, KeepPicturesThatWereNotReadWhereTheyAre) {
   write_model(folder / "n.glb",
               read_model(folder / "m.glb", {{}, ReadModelOptions::Pictures::skip}));
   EXPECT_EQ(get("n.glb"), get("m.glb"));
-}
-
-// ---- Names and places ----
-
-TEST(Uri, DecodesWhatItEncodes) {
-  for (int size = 0; size < 9; ++size) {
-    Bytes bytes;
-    for (int i = 0; i < size; ++i) bytes.push_back(std::byte(250 - 37 * i));
-    EXPECT_EQ(data_of_uri(data_uri("a/b", bytes)), bytes);
-  }
-  EXPECT_EQ(data_uri("", bytes_of("light wor")), "data:;base64,bGlnaHQgd29y");
-  EXPECT_FALSE(data_of_uri("data:,plain"));
-  EXPECT_FALSE(data_of_uri("data:;base64,a b"));
-  for (const std::string name : {"a b/\xc3\xa4%20#?.png", "plain-1.png"})
-    EXPECT_EQ(name_of_uri(uri_of_name(name)), name);
-}
-
-TEST(JsonText, FindsAValueAndNothingElse) {
-  const std::string text =
-      R"( {"a\"}": [1, {"b": "]"} , 2 ], "c" : {"d": -1.5e3, "e": null} , "c":{"d" : true }} )";
-  const auto at = [&](std::initializer_list<JsonStep> steps) {
-    const auto place = find_json(text, steps);
-    return place ? text.substr(place->begin, place->end - place->begin) : "none";
-  };
-  EXPECT_EQ(at({"a\"}", std::size_t(1), "b"}), "\"]\"");
-  EXPECT_EQ(at({"a\"}", std::size_t(1)}), "{\"b\": \"]\"}");
-  EXPECT_EQ(at({"a\"}", std::size_t(2)}), "2");
-  EXPECT_EQ(at({"c", "d"}), "true");
-  EXPECT_EQ(at({"c", "e"}), "none");
-  EXPECT_EQ(at({"a\"}", std::size_t(3)}), "none");
-  EXPECT_EQ(at({"x"}), "none");
 }
 
 }  // namespace

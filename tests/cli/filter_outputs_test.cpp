@@ -1,0 +1,116 @@
+// Where results of filter go, and what they may replace.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "cli/models.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+TEST(Filter, ProtectsWhatExistsFromBeingReplaced) {
+  const Folder folder;
+  write_strip(folder);
+  write_bytes(folder / "out.png", "precious");
+  const Words words = {"filter", "strip.obj", "-o", "out.png", "--beta", "2", "--no-clobber"};
+  const Result result = marquetry(folder, words);
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.error, HasSubstr("out.png: exists already"));
+  EXPECT_EQ(file_bytes(folder / "out.png"), "precious");
+}
+
+TEST(Filter, WritesNothingWhenItIsOnlyRehearsed) {
+  const Folder folder;
+  write_strip(folder);
+  const auto before = folder.names();
+  const Result result = marquetry(folder, {"filter", "strip.obj", "-o", "new/", "--beta", "2",
+                                           "--dry-run", "--report", "report.json"});
+  EXPECT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("would write new/strip.png"));
+  EXPECT_EQ(folder.names(), before);
+}
+
+TEST(Filter, LeavesNothingHalfWrittenOnAFullDisk) {
+  const Folder folder;
+  write_strip(folder, 200, 200);
+  const auto before = folder.names();
+  const Result result = marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "2"},
+                                  {.largest_file = 4096});
+  EXPECT_EQ(result.status, 2) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("out.png"));
+  EXPECT_EQ(folder.names(), before);
+}
+
+TEST(Filter, RefusesOutputsItCannotWriteBeforeItWorks) {
+  const Folder folder;
+  write_strip(folder);
+  for (const char* output : {"no/such/folder/out.png", "/proc/out.png", "strip.obj/out.png"}) {
+    const Result result = marquetry(folder, {"filter", "strip.obj", "-o", output, "--beta", "2"});
+    EXPECT_EQ(result.status, 2) << output;
+    EXPECT_THAT(result.error, HasSubstr("out.png"));
+  }
+}
+
+TEST(Filter, TakesNamesAsTheyCome) {
+  const Folder folder;
+  write_strip(folder);
+  std::filesystem::rename(folder / "strip.png", folder / "Größe 1 – ß.png");
+  write_bytes(folder / "strip.mtl", "newmtl strip\nmap_Kd Größe 1 – ß.png\n");
+  const Result result =
+      marquetry(folder, {"filter", "strip.obj", "-o", "aus gabe é.png", "--beta", "2", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["outputs"][0], "aus gabe é.png");
+  EXPECT_TRUE(std::filesystem::exists(folder / "aus gabe é.png"));
+}
+
+TEST(Filter, WritesAModelBesideItsSource) {
+  const Folder folder;
+  write_strip(folder);
+  const std::string before = file_bytes(folder / "strip.png");
+  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "smooth.obj", "--beta", "0"}).status,
+            0);
+  EXPECT_EQ(file_bytes(folder / "strip.png"), before);
+  const Model model = read_model(folder / "smooth.obj");
+  ASSERT_EQ(model.textures.size(), 1U);
+  EXPECT_EQ(model.textures[0].path.filename(), "smooth.png");
+}
+
+TEST(Filter, WritesOverNoInputUnlessAllowed) {
+  const Folder folder;
+  write_strip(folder);
+  write_bytes(folder / "fan.ply", coloured_ply);
+  std::filesystem::create_symlink("strip.png", folder / "link.png");
+  std::filesystem::create_hard_link(folder / "strip.png", folder / "twin.png");
+  std::filesystem::create_directory(folder / "d");
+  const std::string picture = file_bytes(folder / "strip.png");
+  const auto run = [&](const Words& words) {
+    Words all = {"filter", "--beta", "0"};
+    all.insert(all.end(), words.begin(), words.end());
+    return marquetry(folder, all);
+  };
+  for (const char* output : {"strip.obj", "strip.png", "./strip.png", "d/../strip.png", "link.png",
+                             "twin.png", "strip.mtl", "."}) {
+    const Result result = run({"strip.obj", "-o", output});
+    EXPECT_EQ(result.status, 2) << output;
+    if (std::string(output) != "strip.mtl") {
+      EXPECT_THAT(result.error, HasSubstr("--overwrite")) << output;
+    }
+    EXPECT_EQ(file_bytes(folder / "strip.png"), picture) << output;
+  }
+  EXPECT_EQ(run({"fan.ply", "-o", "fan.ply"}).status, 2);
+  EXPECT_EQ(run({"strip.obj", "-o", "o.png", "--report", "strip.mtl"}).status, 2);
+  EXPECT_EQ(run({"strip.obj", "-o", "o.png", "--report", "./o.png"}).status, 2);
+  EXPECT_EQ(run({"strip.obj", "-o", "strip.png", "--overwrite", "--no-clobber"}).status, 2);
+  EXPECT_EQ(run({"fan.ply", "-o", "fan.ply", "--overwrite"}).status, 0);
+  EXPECT_EQ(run({"strip.obj", "-o", "strip.png", "--overwrite"}).status, 0);
+  EXPECT_NE(file_bytes(folder / "strip.png"), picture);
+}
+
+}  // namespace
+}  // namespace mq::test

@@ -1,0 +1,178 @@
+// WebP, KTX, and what pictures say beside their pixels: orientation, profiles.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "io/image_files.h"
+#include "io/picture_bytes.h"
+
+namespace mq {
+namespace {
+
+using test::error_of;
+using test::levels;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+namespace fs = std::filesystem;
+
+class PictureFormats : public test::ImageFile {};
+
+TEST_F(PictureFormats, KeepsColourUnderTransparentPixelsOfWebp) {
+  Image<float> pixels = levels(40, 30, 4, 255);
+  for (int x = 0; x < 40; ++x) pixels(x, 7, 3) = 0;
+  write_image(folder / "a.webp", pixels);
+  EXPECT_EQ(read_texture(folder / "a.webp").pixels, pixels);
+  EXPECT_EQ(picture_info(folder / "a.webp").format.file_format, "webp");
+}
+
+TEST_F(PictureFormats, WritesGreyWebpAsColours) {
+  EXPECT_THAT(write_image(folder / "a.webp", levels(9, 5, 1, 255)), ElementsAre(HasSubstr("no grey")));
+  const Image<float> read = read_texture(folder / "a.webp").pixels;
+  ASSERT_EQ(read.channels(), 3);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(read(3, 2, c), levels(9, 5, 1, 255)(3, 2, 0));
+  EXPECT_THAT(error_of([&] { write_image(folder / "b.webp", Image<float>(16384, 1, 3)); }),
+              HasSubstr("WebP holds 16383 a side; choose .png"));
+}
+
+TEST_F(PictureFormats, SaysThatWebpWithLossIsWrittenWithout) {
+  // 8 x 8 pixels, by cwebp -q 30.
+  const std::vector<unsigned char> file = {
+      82, 73, 70, 70, 60, 0, 0, 0, 87, 69, 66, 80, 86, 80, 56, 32, 48, 0, 0, 0, 208, 1, 0,
+      157, 1, 42, 8, 0, 8, 0, 4, 0, 104, 37, 176, 2, 116, 1, 14, 187, 5, 239, 0, 0, 254, 236,
+      222, 21, 234, 86, 172, 40, 231, 247, 66, 198, 61, 132, 97, 55, 167, 101, 3, 249, 89,
+      247, 64, 0};
+  const Texture read = read_texture(put("l.webp", std::string(file.begin(), file.end())));
+  EXPECT_THAT(read.notes, ElementsAre(HasSubstr("with loss")));
+  Texture changed = read;
+  changed.pixels(0, 0, 0) = 1;
+  write_texture(folder / "n.webp", changed);
+  EXPECT_EQ(read_texture(folder / "n.webp").pixels, changed.pixels);
+  EXPECT_THAT(read_texture(folder / "n.webp").notes, IsEmpty());
+}
+
+TEST_F(PictureFormats, RefusesKtxWithAWayOut) {
+  EXPECT_THAT(error_of([&] { read_texture(put("a.ktx2", "\xabKTX 20\xbb\r\n\x1a\n" + std::string(68, '\0'))); }),
+              AllOf(HasSubstr("KTX container"), HasSubstr("decode it to PNG")));
+}
+
+/// EXIF that says nothing but an orientation, as JPEG holds it.
+std::string exif_of(int orientation) {
+  return std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", 25) + char(orientation) +
+         std::string(6, '\0');
+}
+
+/// Blocks of one colour, red where the file begins and green at the end of its first row.
+std::string marked_jpeg(const fs::path& path, int orientation) {
+  Image<float> pixels(48, 32, 3);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) pixels(x, y, 0) = pixels(x + 32, y, 1) = 1;
+  write_image(path, pixels);
+  std::ifstream in(path, std::ios::binary);
+  const std::string jpeg{std::istreambuf_iterator<char>(in), {}};
+  return jpeg.substr(0, 2) + test::jpeg_segment(0xe1, exif_of(orientation)) + jpeg.substr(2);
+}
+
+TEST_F(PictureFormats, TurnsAPictureUprightAsItsTagSaysAndThenSaysSo) {
+  // Where the file's first row and first column are seen (CIPA DC-008, Orientation).
+  const char* sides[][2] = {{"top", "left"}, {"top", "right"},  {"bottom", "right"}, {"bottom", "left"},
+                            {"left", "top"}, {"right", "top"}, {"right", "bottom"}, {"left", "bottom"}};
+  const auto opposite = [](const std::string& side) -> std::string {
+    return side == "top" ? "bottom" : side == "bottom" ? "top" : side == "left" ? "right" : "left";
+  };
+  for (int tag = 1; tag <= 8; ++tag) {
+    SCOPED_TRACE(tag);
+    const fs::path path = put("t.jpg", marked_jpeg(folder / "plain.jpg", tag));
+    EXPECT_EQ(orientation(read_texture(path).format), tag);
+    EXPECT_EQ(read_texture(path).pixels.width(), 48);
+    const Texture upright = read_upright(path);
+    EXPECT_EQ(upright.pixels.width(), tag < 5 ? 48 : 32);
+    EXPECT_EQ(upright.notes.size(), tag == 1 ? 0u : 1u);
+    const auto at = [&](const std::string& one, const std::string& two, int channel) {
+      const bool right = one == "right" || two == "right", below = one == "bottom" || two == "bottom";
+      return upright.pixels(right ? upright.pixels.width() - 1 : 0, below ? upright.pixels.height() - 1 : 0,
+                            channel);
+    };
+    const std::string row = sides[tag - 1][0], column = sides[tag - 1][1];
+    EXPECT_GT(at(row, column, 0), 0.9f);
+    EXPECT_LT(at(row, column, 1), 0.1f);
+    EXPECT_GT(at(row, opposite(column), 1), 0.9f);
+
+    // As it was it is the file that was read; changed, in whatever format, it is not turned twice.
+    write_texture(folder / "same.jpg", upright);
+    EXPECT_EQ(get(folder / "same.jpg"), get(path));
+    Texture changed = upright;
+    changed.pixels(20, 20, 2) = 0.25f;
+    for (const char* name : {"n.jpg", "n.png", "n.tif", "n.webp"}) {
+      write_texture(folder / name, changed);
+      const Texture back = read_upright(folder / name);
+      EXPECT_EQ(orientation(back.format), 1) << name;
+      EXPECT_EQ(back.pixels.width(), upright.pixels.width());
+      EXPECT_NEAR(back.pixels(0, 0, 0), upright.pixels(0, 0, 0), 0.02) << name;
+    }
+  }
+}
+
+TEST_F(PictureFormats, TurnsWebpAndKeepsItsExif) {
+  const std::string jpeg = marked_jpeg(folder / "plain.jpg", 6);
+  write_texture(folder / "a.webp", read_texture(folder / "plain.jpg"));
+  // VP8X says EXIF; pixels; EXIF.
+  const std::string plain = get(folder / "a.webp");
+  const auto little = [](std::size_t n) {
+    return std::string{char(n & 255), char(n >> 8 & 255), char(n >> 16 & 255), char(n >> 24)};
+  };
+  const std::string exif = exif_of(6).substr(6);
+  std::string body = "WEBPVP8X" + little(10) + std::string("\x08\0\0\0", 4) + std::string("\x2f\0\0\x1f\0\0", 6) +
+                     plain.substr(12) + "EXIF" + little(exif.size()) + exif;
+  const Texture turned = read_upright(put("t.webp", "RIFF" + little(body.size()) + body));
+  EXPECT_EQ(turned.pixels.width(), 32);
+  EXPECT_GT(turned.pixels(31, 0, 0), 0.9f);
+  Texture changed = turned;
+  changed.pixels(9, 9, 2) = 1;
+  write_texture(folder / "n.webp", changed);
+  EXPECT_THAT(get(folder / "n.webp"), HasSubstr("EXIF"));
+  EXPECT_EQ(read_upright(folder / "n.webp").pixels, changed.pixels);
+}
+
+TEST_F(PictureFormats, NamesAProfileThatIsNotSrgb) {
+  const auto profile = [](const std::string& name) {
+    std::string icc(128, '\0');
+    icc.replace(12, 12, "mntrRGB XYZ ");
+    icc.replace(8, 4, std::string("\x02\x10\0\0", 4));
+    icc.replace(36, 4, "acsp");
+    icc.replace(68, 12, std::string("\0\0\xf6\xd6\0\1\0\0\0\0\xd3\x2d", 12));  // D50
+    std::string desc = "desc" + std::string(4, '\0') + test::big_endian(std::uint32_t(name.size() + 1)) +
+                             name + std::string(80, '\0');
+    desc.resize((desc.size() + 3) / 4 * 4);
+    icc += test::big_endian(1) + "desc" + test::big_endian(144) + test::big_endian(std::uint32_t(desc.size())) + desc;
+    return test::big_endian(std::uint32_t(icc.size())) + icc.substr(4);
+  };
+  const std::string jpeg = test::grey_jpeg(3);
+  const auto read = [&](const std::string& name) {
+    const std::string mark("ICC_PROFILE\0\1\1", 14);
+    return read_texture(put("p.jpg", jpeg.substr(0, 2) + test::jpeg_segment(0xe2, mark + profile(name)) + jpeg.substr(2)));
+  };
+  EXPECT_THAT(read("sRGB IEC61966-2.1").notes, IsEmpty());
+  const Texture adobe = read("Adobe RGB (1998)");
+  EXPECT_THAT(adobe.notes, ElementsAre(HasSubstr("its ICC profile is \"Adobe RGB (1998)\", not sRGB: it is kept")));
+  for (const char* name : {"n.png", "n.tif", "n.webp", "n.jpg"}) {
+    write_texture(folder / name, adobe);
+    EXPECT_THAT(read_texture(folder / name).notes, ElementsAre(HasSubstr("Adobe RGB"))) << name;
+  }
+}
+
+TEST_F(PictureFormats, LetsNoLibraryPrint) {
+  std::string damaged = test::png_file({4, 4}, std::string(4 * 13, '\0'));
+  damaged[damaged.find("IDAT") + 12] ^= 1;
+  put("damaged.png", damaged);
+  testing::internal::CaptureStderr();
+  const std::string error = error_of([&] { read_texture(folder / "damaged.png"); });
+  std::fputs("others may\n", stderr);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "others may\n");
+  EXPECT_THAT(error, HasSubstr("damaged.png: cut short or damaged"));
+}
+
+}  // namespace
+}  // namespace mq
