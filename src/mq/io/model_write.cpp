@@ -152,6 +152,8 @@ class ModelWriter {
     const std::string stem = path_.stem().string();
     std::string extension = path_.extension().string();
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
+    if (model_.compression != Compression::none && extension != ".gltf" && extension != ".glb")
+      throw InvalidInput(fmt::format("{}: only .gltf and .glb can be compressed", path_.string()));
     if (extension == ".obj") {
       ObjOutput output = write_obj(model_, names_, stem);
       if (output.made_anew) leave_out_unnamed();

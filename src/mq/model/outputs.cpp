@@ -60,6 +60,8 @@ bool joins_model(const fs::path& to, const fs::path& from) {
   return to.extension() == ".glb" && from.extension() != ".glb";
 }
 
+bool is_gltf(const fs::path& path) { return path.extension() == ".gltf" || path.extension() == ".glb"; }
+
 bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
 
 /// A number goes after the name of all but the first of several with one file name.
@@ -227,10 +229,11 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
   }
 }
 
-/// Those that a file made anew names; a GLB holds them.
+/// Those that a file made anew names, or all that a glTF had in the other container; a GLB holds them.
 void Outputs::plan_new_others(const fs::path& path, const Model& model) {
   std::error_code ignored;
-  std::vector<char> named(model.others.size(), 0);
+  const bool keeps_materials = is_gltf(path) && model.document && is_gltf(model.path);
+  std::vector<char> named(model.others.size(), keeps_materials);
   for (int t = 0; t < std::ssize(model.textures); ++t)
     for (const SlotPicture& one : material_pictures(model, t, path))
       if (one.picture >= std::ssize(model.textures))
