@@ -233,15 +233,12 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
 void Outputs::plan_new_others(const fs::path& path, const Model& model) {
   std::error_code ignored;
   const bool keeps_materials = is_gltf(path) && model.document && is_gltf(model.path);
-  std::vector<char> named(model.others.size(), keeps_materials);
-  for (int t = 0; t < std::ssize(model.textures); ++t)
-    for (const SlotPicture& one : material_pictures(model, t, path))
-      if (one.picture >= std::ssize(model.textures))
-        named[std::size_t(one.picture) - model.textures.size()] = 1;
+  const std::vector<char> named = named_pictures(model, path);
   for (std::size_t i = 0; i < model.others.size(); ++i) {
     const Texture& texture = model.others[i];
     other_names_.push_back(texture.name);
-    if (!named[i] || path.extension() == ".glb") continue;
+    const bool is_named = keeps_materials || named[model.textures.size() + i];
+    if (!is_named || path.extension() == ".glb") continue;
     const fs::path own = (texture.path.empty() ? fs::path(texture.name) : texture.path).filename();
     const bool there = fs::equivalent(path.parent_path() / own, texture.path, ignored);
     if (there && texture.pixels.empty()) {
