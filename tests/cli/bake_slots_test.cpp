@@ -35,6 +35,13 @@ Image<float> picture_of(const Folder& folder, const std::string& file, const std
   return model.textures.front().pixels;
 }
 
+std::set<std::string> files_in(const Folder& folder, const std::string& inner) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / inner))
+    names.insert(inner + "/" + entry.path().filename().string());
+  return names;
+}
+
 bool same(const Image<float>& a, const Image<float>& b) {
   return a.width() == b.width() && std::ranges::equal(a.values(), b.values());
 }
@@ -42,6 +49,10 @@ bool same(const Image<float>& a, const Image<float>& b) {
 TEST(FilesMadeAnew, NameThePicturesOfAllSlots) {
   const Folder folder;
   write_pbr(folder);
+  // An extension that names buffers in its own way keeps the JSON from going into a GLB.
+  Json square = Json::parse(file_bytes(folder / "pbr.gltf"));
+  square["extensionsUsed"] = {"EXT_structural_metadata"};
+  write_bytes(folder / "pbr.gltf", square.dump());
   for (const std::string file : {"anew.glb", "out/anew.obj"}) {
     std::filesystem::create_directory(folder / "out");
     const Result result = run(folder, {"filter", "pbr.gltf", "--beta", "0", "-o", file});
@@ -58,6 +69,44 @@ TEST(FilesMadeAnew, NameThePicturesOfAllSlots) {
   }
   EXPECT_TRUE(same(picture_of(folder, "anew.glb", "metallic-roughness"),
                    read_texture(folder / "g_orm.png").pixels));
+}
+
+TEST(OtherContainers, KeepMaterialsAndAllPictures) {
+  const Folder folder;
+  write_pbr(folder);
+  const std::set<std::string> slots{"base-colour", "metallic-roughness", "normal", "emissive"};
+  const Json materials = Json::parse(file_bytes(folder / "pbr.gltf"))["materials"];
+  std::filesystem::create_directory(folder / "in");
+  Result result = run(folder, {"filter", "pbr.gltf", "--beta", "0", "-o", "in/pbr.glb", "--json"});
+  EXPECT_EQ(result.json()["result"]["outputs"], Json({"in/pbr.glb"}));
+  EXPECT_EQ(files_in(folder, "in"), std::set<std::string>{"in/pbr.glb"});
+  EXPECT_EQ(slots_in(folder, "in/pbr.glb"), slots);
+  EXPECT_FALSE(same(picture_of(folder, "in/pbr.glb", "base-colour"), read_texture(folder / "g_color.png").pixels));
+
+  std::filesystem::create_directory(folder / "out");
+  result = run(folder, {"filter", "in/pbr.glb", "--beta", "1", "-o", "out/pbr.gltf", "--json"});
+  std::set<std::string> listed{"out/pbr.bin"};
+  const Json report = result.json();
+  for (const Json& name : report["result"]["outputs"]) listed.insert(name.get<std::string>());
+  EXPECT_EQ(files_in(folder, "out"), listed);
+  EXPECT_EQ(listed.size(), 6u);
+  EXPECT_EQ(slots_in(folder, "out/pbr.gltf"), slots);
+  for (const auto& [slot, file] : {std::pair("normal", "g_n.png"), {"emissive", "g_glow.png"}})
+    EXPECT_TRUE(same(picture_of(folder, "out/pbr.gltf", slot), read_texture(folder / file).pixels));
+  EXPECT_EQ(Json::parse(file_bytes(folder / "out/pbr.gltf"))["materials"], materials);
+}
+
+TEST(OtherContainers, AreCompressedOnRequest) {
+  const Folder folder;
+  write_strip(folder);
+  for (const std::string how : {"meshopt", "draco"}) {
+    run(folder, {"filter", "strip.obj", "--beta", "2", "-o", how + ".glb", "--compress", how});
+    const Model model = read_model(folder / (how + ".glb"));
+    EXPECT_THAT(model.notes, testing::Contains(HasSubstr(how == "draco" ? "Draco" : "meshopt")));
+    EXPECT_EQ(model.mesh.triangle_count(), read_model(folder / "strip.obj").mesh.triangle_count());
+  }
+  EXPECT_THAT(refusal(folder, {"filter", "strip.obj", "--beta", "2", "-o", "x.png", "--compress", "draco"}, "x.png"),
+              HasSubstr("--compress draco: it is for .gltf and .glb, and --output is 'x.png'"));
 }
 
 TEST(FilesMadeAnew, LeaveOutWhatMaterialsDoNotAgreeOn) {

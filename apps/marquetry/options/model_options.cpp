@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -121,10 +122,33 @@ void add_model_options(OptionTable& table, const std::string& mesh_help,
                         "picture of one layer has only that."});
 }
 
+void add_compress_option(OptionTable& table) {
+  table.add({.name = "compress",
+             .type = Option::Type::choice,
+             .default_value = "none",
+             .choices = {"none", "meshopt", "draco"},
+             .help = "geometry of a .gltf or .glb that is written",
+             .details = "meshopt: without loss. draco: smaller; positions are rounded to 16 bits, texture "
+                        "coordinates to 1/65536. none: what was compressed stays so where pictures "
+                        "alone change."});
+}
+
+Compression asked_compression(const OptionValues& options) {
+  const bool known = std::ranges::any_of(options.table().options(),
+                                         [](const Option& option) { return option.name == "compress"; });
+  const std::string asked = known ? options.text("compress") : "none";
+  if (asked == "none") return Compression::none;
+  const std::string output = options.text("output");
+  require(output.ends_with(".gltf") || output.ends_with(".glb"),
+          fmt::format("--compress {}: it is for .gltf and .glb, and --output is '{}'", asked, output));
+  return asked == "draco" ? Compression::draco : Compression::meshopt;
+}
+
 TexturedModel read_textured_model(Run& run, MissingPictures missing, double share,
                                   const ModelPictures& pictures, ImageTriangles picture,
                                   const TargetTextures& target) {
   LoadOptions options = load_options(run.options(), missing, pictures);
+  const Compression compression = asked_compression(run.options());
   options.picture = picture;
   options.side = target.side;
   if (target.slot) options.slot = *target.slot, options.layer.clear();
@@ -134,6 +158,7 @@ TexturedModel read_textured_model(Run& run, MissingPictures missing, double shar
     const Step step(run, "read", share / 2);
     read = read_input(run.options().text("mesh"), options, step);
   }
+  read.compression = compression;
   register_inputs(run, read);
   const Step step(run, "find charts", share / 2);
   TexturedModel model = textured_model(std::move(read), options, run.terminal(), step);

@@ -18,6 +18,12 @@ void add_model_options(
     const std::string& texture_help =
         "pictures to use instead of those the model names, in its order");
 
+/// Adds --compress, of glTF files that are written.
+void add_compress_option(OptionTable& table);
+
+/// What it asks for; none without the option. Throws `InvalidInput` where --output is no glTF file.
+Compression asked_compression(const OptionValues& options);
+
 /// Pictures for a model instead of those that "texture" names.
 using ModelPictures = std::optional<std::vector<std::filesystem::path>>;
 

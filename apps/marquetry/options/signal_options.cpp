@@ -32,6 +32,11 @@ void add_output_option(OptionTable& table) {
              .details = "With several textures %s in the name stands for the texture's own."});
 }
 
+void add_model_output_option(OptionTable& table) {
+  add_output_option(table);
+  add_compress_option(table);
+}
+
 void add_spread_options(OptionTable& table, const Length& usual, const std::string& group,
                         const std::string& help, bool infinite, const std::string& zero) {
   const bool by_alpha = usual.unit == Length::Unit::alpha;

@@ -20,6 +20,9 @@ bool asks_for(const OptionValues& options, const std::string& name);
 /// Adds --output of pictures or models.
 void add_output_option(OptionTable& table);
 
+/// The same where models may come out: --compress too.
+void add_model_output_option(OptionTable& table);
+
 /// Adds --alpha and --length, which exclude each other; `usual` is the default, of --alpha where it
 /// is one and else of --length; `group` is their heading, `help` what alpha does, `zero` what 0
 /// does. Where `infinite`, alpha may be inf.

@@ -137,7 +137,7 @@ Verb bake_verb() {
              .help = "the model that has the colours"});
   add_model_options(table, "the model that gets them",
                     "pictures of the source instead of those that it names");
-  add_output_option(table);
+  add_model_output_option(table);
   table.add({.name = "size",
              .type = Type::integer,
              .unit = "texels",

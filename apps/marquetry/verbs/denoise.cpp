@@ -103,7 +103,7 @@ Verb denoise_verb() {
                     "Take noise off a texture, a bake or a lightmap on the surface and keep its "
                     "edges, across the seams of the texture.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   add_spread_options(table, usual_denoise_length, "Denoise",
                      "how far values spread where no edge is: on the surface scaled to unit area");
   table.add({.name = "edge",

@@ -67,7 +67,7 @@ Verb fill_verb() {
                     "Give the texels outside charts values that go on from inside, so that neither "
                     "seams nor smaller levels of a mipmap show what was there.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   table.add({.name = "distance",
              .type = Option::Type::number,
              .unit = "texels",

@@ -147,7 +147,7 @@ Verb filter_verb() {
                     "Smooth or sharpen a texture, or colours at vertices, on the surface, across "
                     "the seams of the texture; or the shape of the surface itself.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   table.add({.name = "beta",
              .letter = 'b',
              .type = Option::Type::number,

@@ -114,7 +114,7 @@ Verb geodesic_verb() {
                     "Measure distances along the surface, across the seams of the texture, from "
                     "one place or many.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   add_source_options(table);
   table.add({.name = "time",
              .type = Type::number,

@@ -123,7 +123,7 @@ Verb lic_verb() {
                     "Show the lines of a vector field on the surface: line integral "
                     "convolution across the seams of the texture.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   add_field_options(table);
   add_spread_options(table, {FieldLinesOptions{}.alpha, Length::Unit::alpha}, "Lines",
                      "how far values spread along the field: on the surface scaled to unit area");

@@ -75,7 +75,7 @@ Exit mask(Run& run) {
 Verb mask_verb() {
   OptionTable table("mask", "Draw which texels the charts use, and for what.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   table.add(
       {.name = "what",
        .letter = 'w',

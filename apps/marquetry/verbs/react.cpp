@@ -186,7 +186,7 @@ Verb react_verb() {
                     "Grow a pattern on the surface by reaction and diffusion: spots, "
                     "stripes and others, without seams.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   table.add({.name = "preset",
              .letter = 'p',
              .type = Type::choice,

@@ -187,6 +187,7 @@ Exit run_remesh(Run& run) {
   const RemeshInput target = read_side(run, "target", &of_template.model.mesh);
   const std::vector<std::array<Vector3, 3>> rest = read_rest(run, of_template);
   Model model = begin_remeshed(of_template, target, contents);
+  model.compression = asked_compression(options);
   require(!bakes || !model.textures.empty(),
           "--bake: neither mesh has textures, so there is nothing to bake: leave it out");
   const Outputs outputs =
@@ -315,6 +316,7 @@ Verb remesh_verb() {
              .required = true,
              .metavar = "OUT",
              .help = "the remeshed model: .ply, .obj, .gltf or .glb"});
+  add_compress_option(table);
   add_remesh_options(table);
   return {table, run_remesh};
 }

@@ -78,7 +78,7 @@ Verb seams_verb() {
                     "Change the texels at seams as smoothly as can be so that both sides agree and "
                     "no seam shows.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   table.add({.name = "weight",
              .type = Option::Type::number,
              .default_value = as_typed(usual_seam_weight),

@@ -161,6 +161,7 @@ Exit shock_picture(Run& run) {
   require(!names_model(options.text("output")),
           fmt::format("--output: found '{}', wanted a picture: what is read is one",
                       options.text("output")));
+  asked_compression(options);
   const Outputs outputs(options.text("output"), model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folder());
   if (run.dry_run()) return Exit::done;
@@ -342,7 +343,7 @@ Verb shock_verb() {
       "Sharpen a picture, colours at vertices, a texture or a shape by shock filters: "
       "steep edges, flat regions, and no value out of the range there was.");
   add_model_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
-  add_output_option(table);
+  add_model_output_option(table);
   add_path_options(table);
   add_picture_options(table);
   add_smoothing_options(table);

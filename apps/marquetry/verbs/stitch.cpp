@@ -181,7 +181,7 @@ Verb stitch_verb() {
                     "Take the steps out of a texture where photographs meet, or make one texture "
                     "of several photographs.");
   add_model_options(table);
-  add_output_option(table);
+  add_model_output_option(table);
   table.add({.name = "labels",
              .type = Type::path,
              .count = Option::Count::many,

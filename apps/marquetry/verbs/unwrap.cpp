@@ -77,6 +77,7 @@ Exit unwrap(Run& run) {
   if (names_evolving(options.text("mesh"))) {
     require(!options.flag("bake"),
             "--bake: it is for a mesh; textures of an evolving mesh are made by export --from");
+    require(!asks_for(options, "compress"), "--compress: it is for a mesh; .evolving has its own");
     require(!asks_for(options, "largest"),
             "--largest: it is for a mesh; an evolving mesh has --coherence");
     return unwrap_evolving(run);
@@ -133,6 +134,7 @@ Verb unwrap_verb() {
              .metavar = "OUT",
              .help = "the model with its new texture coordinates (.obj, .ply, .gltf or .glb; or "
                      ".evolving)"});
+  add_compress_option(table);
   add_atlas_options(table);
   table.add({.name = "largest",
              .type = Option::Type::number,

@@ -47,6 +47,7 @@ class GltfSplicer {
       output.embedded.push_back(!says_.textures[picture_of(t)].picture.empty());
     for (const TextureSlot& slot : says_.others) output.embedded.push_back(!slot.picture.empty());
     output.embedded.resize(std::max(output.embedded.size(), pictures_.size()));
+    for (std::size_t s = 0; s < now_.size(); ++s) output.images.try_emplace(image_of(s), now_numbers_[s]);
     return output;
   }
 
@@ -82,10 +83,13 @@ class GltfSplicer {
       if (t == textures) return false;
       now_.push_back(pictures_[t]);
       now_.back().name = (*slots)[s];
+      now_numbers_.push_back(t);
     }
     if (says_.others.size() <= names.size() - textures)
-      now_.insert(now_.end(), pictures_.begin() + std::ptrdiff_t(textures),
-                  pictures_.begin() + std::ptrdiff_t(textures + says_.others.size()));
+      for (std::size_t i = textures; i < textures + says_.others.size(); ++i) {
+        now_.push_back(pictures_[i]);
+        now_numbers_.push_back(i);
+      }
     return true;
   }
 
@@ -188,13 +192,18 @@ class GltfSplicer {
     return true;
   }
 
+  /// The image of the file that one of `now_` is.
+  std::int64_t image_of(std::size_t s) const {
+    const std::size_t textures = says_.textures.size();
+    return s < textures ? scene_.images[s] : scene_.other_images[s - textures];
+  }
+
   bool edit_pictures() {
     const std::size_t textures = says_.textures.size();
-    for (std::size_t s = 0; s < now_.size(); ++s)
-      if (!(s < textures
-                ? edit_picture(says_.textures[s], scene_.images[s], now_[s])
-                : edit_picture(says_.others[s - textures], scene_.other_images[s - textures], now_[s])))
-        return false;
+    for (std::size_t s = 0; s < now_.size(); ++s) {
+      const TextureSlot& slot = s < textures ? says_.textures[s] : says_.others[s - textures];
+      if (!edit_picture(slot, image_of(s), now_[s])) return false;
+    }
     return edit_views();
   }
 
@@ -342,6 +351,7 @@ class GltfSplicer {
   const GltfScene scene_;
   const MeshFile& says_;
   std::vector<GltfPicture> now_;  ///< what each picture of the file becomes, others after textures
+  std::vector<std::size_t> now_numbers_;  ///< which of `pictures_` those are
   std::map<int, Bytes> buffers_;  ///< those that change
   std::vector<Region> regions_;   ///< of buffers, once one changes
   std::vector<Edit> edits_;       ///< of the JSON

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "mq/base/error.h"
+#include "mq/io/detail/gltf_compress.h"
 #include "mq/io/detail/gltf_container.h"
 #include "mq/io/detail/gltf_scene.h"
 #include "mq/io/slots.h"
@@ -277,18 +278,98 @@ class NewGltf {
   GltfOutput output_;
 };
 
+Document document_of(Document::Format format, const std::string& name, const std::vector<OutputFile>& files) {
+  Document document;
+  document.format = format;
+  document.name = name;
+  document.bytes = files[0].bytes;
+  document.parts.assign(files.begin() + 1, files.end());
+  return document;
+}
+
+std::vector<OutputFile> files_of(Document document) {
+  std::vector<OutputFile> files{{document.name, std::move(document.bytes)}};
+  for (Part& part : document.parts) files.push_back(std::move(part));
+  return files;
+}
+
+/// Pictures into a GLB, where their files are known; out of a glTF, to lie beside it.
+void move_pictures(Json& json, Document::Format format, const std::vector<GltfPicture>& pictures,
+                   GltfPacker& packer, GltfOutput& output) {
+  for (const auto& [id, number] : output.images) {
+    Json& image = json["images"][std::size_t(id)];
+    const GltfPicture& picture = pictures[number];
+    const bool is_inside = image.contains("bufferView") || json_text_of(image, "uri").starts_with("data:");
+    if (format == Document::Format::glb && !is_inside) {
+      Bytes file = picture.file();
+      if (file.empty()) continue;
+      image.erase("uri");
+      image["bufferView"] = packer.add_view(std::move(file));
+      image["mimeType"] = picture.type;
+      image["name"] = picture.name;
+      output.embedded[number] = true;
+    } else if (format == Document::Format::gltf && is_inside) {
+      image.erase("bufferView");
+      image.erase("mimeType");
+      image["uri"] = uri_of_name(picture.name);
+      output.embedded[number] = false;
+    }
+  }
+}
+
+/// Spliced into the other container; no files where that cannot be.
+GltfOutput splice_into_other(const Model& model, Document::Format format,
+                             const std::vector<GltfPicture>& pictures, const std::string& stem) {
+  Document moved;
+  {
+    const GltfFile file(*model.document);
+    if (!GltfPacker::can_pack(file)) return {};
+    moved = GltfPacker(file).packed(format, stem);
+    moved.choice = model.document->choice;
+  }
+  GltfOutput output = splice_gltf(model, moved, pictures, stem);
+  if (output.files.empty()) return output;
+  const Document spliced = document_of(format, stem, output.files);
+  const GltfFile file(spliced);
+  GltfPacker packer(file);
+  move_pictures(packer.json(), format, pictures, packer, output);
+  output.files = files_of(packer.packed(format, stem));
+  return output;
+}
+
+void compress(GltfOutput& output, Document::Format format, Compression compression, const std::string& stem) {
+  const Document plain = document_of(format, stem, output.files);
+  const GltfFile file(plain);
+  if (!GltfPacker::can_pack(file)) {
+    output.notes.push_back(stem + ": not compressed, as extensions name parts of its buffers in ways "
+                                  "that are not known here");
+    return;
+  }
+  GltfPacker packer(file);
+  const std::vector<std::string> notes = compress_gltf(file, packer, compression);
+  output.notes.insert(output.notes.end(), notes.begin(), notes.end());
+  output.files = files_of(packer.packed(format, stem));
+}
+
+bool is_gltf(const Document* document) {
+  return document && (document->format == Document::Format::gltf || document->format == Document::Format::glb);
+}
+
 }  // namespace
 
 GltfOutput write_gltf(const Model& model, Document::Format format,
                       const std::vector<GltfPicture>& pictures, const std::string& stem) {
   const Document* document = model.document.get();
-  if (document && document->format == format) {
-    GltfOutput output = splice_gltf(model, *document, pictures, stem);
-    if (!output.files.empty()) return output;
+  GltfOutput output;
+  if (is_gltf(document))
+    output = document->format == format ? splice_gltf(model, *document, pictures, stem)
+                                        : splice_into_other(model, format, pictures, stem);
+  if (output.files.empty()) {
+    output = NewGltf(model, format, pictures, stem).output();
+    if (model.compression == Compression::none && document && is_compressed_gltf(*document))
+      output.notes.push_back(stem + ": the mesh is made anew and not compressed, as what was read is");
   }
-  GltfOutput output = NewGltf(model, format, pictures, stem).output();
-  if (document && is_compressed_gltf(*document))
-    output.notes.push_back(stem + ": the mesh is made anew and not compressed, as what was read is");
+  if (model.compression != Compression::none) compress(output, format, model.compression, stem);
   return output;
 }
 

@@ -102,6 +102,13 @@ struct TextureTile {
 /// The file a model came from, kept so that writing changes only what was asked to change.
 class Document;
 
+/// How geometry is compressed in a glTF file that is written.
+enum class Compression {
+  none,     ///< as it is in the file that was read; not at all in one made anew
+  meshopt,  ///< EXT_meshopt_compression, without loss
+  draco     ///< KHR_draco_mesh_compression, rounded (io/detail/gltf_compress.h)
+};
+
 struct Model {
   std::filesystem::path path;
   Mesh mesh;                      ///< n-gons cut into triangles, node transforms applied
@@ -119,6 +126,7 @@ struct Model {
   std::vector<UvSet> uv_sets;      ///< all of them as in the file, where there are several
   int uv_set = -1;                 ///< which of them `mesh` has; −1: each picture its own, or set 0
   std::vector<TextureTile> tiles;  ///< per texture, where some are tiles of one picture of the file
+  Compression compression = Compression::none;  ///< of the glTF file that it is written to
 };
 
 /// How many sets of texture coordinates a model has.
@@ -157,13 +165,15 @@ Model read_model(const std::filesystem::path& path, const ReadModelOptions& opti
                  const Progress& progress = {});
 
 /// Writes a model in the format of `path`'s extension. In the format it was read from, everything
-/// but positions, colours and pictures comes back byte for byte where the format allows it.
+/// but positions, colours and pictures comes back byte for byte where the format allows it; from
+/// glTF to GLB and back, all that the JSON says does.
 /// Written under a temporary name and renamed. Pictures are written beside the mesh under the
 /// names the model gives them (embedded ones are embedded again); those whose pixels are as they
 /// were read, or were not read, are copied. A changed picture never replaces the file it was read
 /// from unless the mesh file replaces its own too: give it another `Texture::name` first.
 /// Returns what a user may want to know, as `write_texture` does. Throws `IoError`, and
-/// `InvalidInput` where indices of the model are out of range.
+/// `InvalidInput` where indices of the model are out of range, or a format other than glTF is to be
+/// compressed.
 std::vector<std::string> write_model(const std::filesystem::path& path, const Model& model,
                                      const Progress& progress = {});
 

@@ -11,6 +11,7 @@
 #include "mq/io/document.h"
 #include "mq/io/detail/fingerprint.h"
 #include "mq/io/detail/gltf.h"
+#include "mq/io/detail/gltf_file.h"
 #include "mq/io/image_file.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
@@ -82,10 +83,13 @@ bool same_file(const fs::path& a, const fs::path& b) {
 bool says_more_of_materials(const Document& document) {
   if (document.format != Document::Format::gltf && document.format != Document::Format::glb)
     return false;
-  const std::string_view text = text_of(document.bytes);
-  constexpr std::string_view more[] = {"\"baseColorFactor\"", "\"emissiveFactor\"",
-                                       "\"alphaMode\"", "\"doubleSided\""};
-  return std::ranges::any_of(more, [&](std::string_view word) { return text.find(word) != text.npos; });
+  const GltfFile file(document);
+  const Json& materials = json_array(file.json(), "materials", document.name);
+  return std::ranges::any_of(materials, [](const Json& material) {
+    const Json* metallic = json_object(material, "pbrMetallicRoughness");
+    return material.contains("emissiveFactor") || material.contains("alphaMode") ||
+           material.contains("doubleSided") || (metallic && metallic->contains("baseColorFactor"));
+  });
 }
 
 class ModelWriter {
@@ -142,16 +146,16 @@ class ModelWriter {
   /// Pictures beside a file made anew: those that its materials name.
   void leave_out_unnamed() {
     made_anew_ = true;
-    embedded_.assign(pictures_.size(), true);
-    for (int t = 0; t < std::ssize(model_.textures); ++t)
-      for (const SlotPicture& one : material_pictures(model_, t, path_))
-        embedded_[std::size_t(one.picture)] = false;
+    embedded_.clear();
+    for (const char is_named : named_pictures(model_, path_)) embedded_.push_back(!is_named);
   }
 
   std::vector<OutputFile> mesh_files() {
     const std::string stem = path_.stem().string();
     std::string extension = path_.extension().string();
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
+    if (model_.compression != Compression::none && extension != ".gltf" && extension != ".glb")
+      throw InvalidInput(fmt::format("{}: only .gltf and .glb can be compressed", path_.string()));
     if (extension == ".obj") {
       ObjOutput output = write_obj(model_, names_, stem);
       if (output.made_anew) leave_out_unnamed();

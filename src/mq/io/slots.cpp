@@ -127,6 +127,13 @@ std::vector<SlotPicture> material_pictures(const Model& model, int texture,
   return pictures;
 }
 
+std::vector<char> named_pictures(const Model& model, const std::filesystem::path& path) {
+  std::vector<char> named(model.textures.size() + model.others.size(), 0);
+  for (int t = 0; t < std::ssize(model.textures); ++t)
+    for (const SlotPicture& one : material_pictures(model, t, path)) named[std::size_t(one.picture)] = 1;
+  return named;
+}
+
 std::vector<std::string> slots_left_out(const Model& model, const std::filesystem::path& path) {
   std::map<std::string, std::set<int>> held;
   for (int t = 0; t < std::ssize(model.textures); ++t)

@@ -56,6 +56,9 @@ struct SlotPicture {
 std::vector<SlotPicture> material_pictures(const Model& model, int texture,
                                            const std::filesystem::path& path);
 
+/// Which of the model's pictures, its textures and then its `others`, such a file names.
+std::vector<char> named_pictures(const Model& model, const std::filesystem::path& path);
+
 /// The other slots that such a file does not have, or not whole.
 std::vector<std::string> slots_left_out(const Model& model, const std::filesystem::path& path);
 

@@ -60,6 +60,8 @@ bool joins_model(const fs::path& to, const fs::path& from) {
   return to.extension() == ".glb" && from.extension() != ".glb";
 }
 
+bool is_gltf(const fs::path& path) { return path.extension() == ".gltf" || path.extension() == ".glb"; }
+
 bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
 
 /// A number goes after the name of all but the first of several with one file name.
@@ -227,18 +229,16 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
   }
 }
 
-/// Those that a file made anew names; a GLB holds them.
+/// Those that a file made anew names, or all that a glTF had in the other container; a GLB holds them.
 void Outputs::plan_new_others(const fs::path& path, const Model& model) {
   std::error_code ignored;
-  std::vector<char> named(model.others.size(), 0);
-  for (int t = 0; t < std::ssize(model.textures); ++t)
-    for (const SlotPicture& one : material_pictures(model, t, path))
-      if (one.picture >= std::ssize(model.textures))
-        named[std::size_t(one.picture) - model.textures.size()] = 1;
+  const bool keeps_materials = is_gltf(path) && model.document && is_gltf(model.path);
+  const std::vector<char> named = named_pictures(model, path);
   for (std::size_t i = 0; i < model.others.size(); ++i) {
     const Texture& texture = model.others[i];
     other_names_.push_back(texture.name);
-    if (!named[i] || path.extension() == ".glb") continue;
+    const bool is_named = keeps_materials || named[model.textures.size() + i];
+    if (!is_named || path.extension() == ".glb") continue;
     const fs::path own = (texture.path.empty() ? fs::path(texture.name) : texture.path).filename();
     const bool there = fs::equivalent(path.parent_path() / own, texture.path, ignored);
     if (there && texture.pixels.empty()) {

@@ -8,6 +8,7 @@
 /// read in bind pose and morph targets left out, which the notes say.
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -41,12 +42,14 @@ struct GltfOutput {
   std::vector<bool> embedded;     ///< per picture: it is in the files, or none of them names it
   bool made_anew = false;
   std::vector<std::string> notes = {};
+  std::map<std::int64_t, std::size_t> images = {};  ///< of a spliced file: which picture each is
 };
 
 /// The files that say `model` as GLB, or glTF with a buffer beside it. `pictures` are those of its
-/// textures, then those of its `others`. Where `model.document` is of
-/// the same format and connectivity, its bytes are kept and only positions, colours, embedded
-/// pictures and names of others that differ are replaced; positions are floats. Made anew, a GLB
+/// textures, then those of its `others`. Where `model.document` is glTF of the same connectivity,
+/// its bytes are kept and only positions, colours, embedded pictures and names of others that differ
+/// are replaced; positions are floats. In the other of the two containers its JSON is kept, buffers
+/// become one, and pictures go into a GLB or beside a glTF. Made anew, a GLB
 /// holds its pictures and a glTF names them; triangles are grouped by texture, vertices split where
 /// corners differ; all sets of texture coordinates are in it, and of other slots what `material_pictures`
 /// says. Throws `Unsupported` where that of the textures is none of glTF's own.

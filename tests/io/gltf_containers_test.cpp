@@ -1,0 +1,229 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "io/compressed_gltf.h"
+#include "io/folder.h"
+#include "mq/base/error.h"
+#include "mq/mesh/surface.h"
+
+namespace mq {
+namespace {
+
+namespace fs = std::filesystem;
+
+using test::by_draco;
+using test::by_meshopt;
+using test::GltfParts;
+using test::Json;
+using test::tube;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// A GLB with more than a mesh and pictures.
+GltfParts furnished(GltfParts parts) {
+  for (Json& material : parts.json["materials"]) {
+    material["name"] = "leather";
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.25, 1.0, 0.75};
+    material["alphaMode"] = "BLEND";
+    material["doubleSided"] = true;
+    material["extensions"]["KHR_materials_ior"] = {{"ior", 1.45}};
+  }
+  parts.json["extensionsUsed"].push_back("KHR_materials_ior");
+  parts.json["nodes"][0]["name"] = "tube";
+  parts.json["nodes"].push_back({{"camera", 0}, {"translation", {0, 0, 3.5}}});
+  parts.json["scenes"][0]["nodes"].push_back(1);
+  parts.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.6}, {"znear", 0.01}}}}};
+  parts.json["extras"] = {{"kept", {1, 2.5, "three"}}};
+  // A view that an animation names, between those of the mesh.
+  const std::vector<float> times{0, 1};
+  const std::size_t view = parts.add_view(std::as_bytes(std::span(times)));
+  parts.json["accessors"].push_back({{"bufferView", view}, {"componentType", 5126}, {"count", 2},
+                                     {"type", "SCALAR"}, {"min", {0}}, {"max", {1}}});
+  const std::size_t input = parts.json["accessors"].size() - 1;
+  parts.json["animations"] = {{{"samplers", {{{"input", input}, {"output", input}}}},
+                               {"channels", Json::array()}}};
+  return parts;
+}
+
+/// What is left of the JSON without where its bytes are.
+Json without_places(Json json) {
+  for (const char* name : {"buffers", "bufferViews"}) json.erase(name);
+  for (Json& accessor : json["accessors"]) accessor.erase("bufferView");
+  if (json.contains("images"))
+    for (Json& image : json["images"]) image = Json::object();
+  return json;
+}
+
+class GltfContainers : public FolderTest {
+ protected:
+  GltfParts plain(const Model& model) const {
+    write_model(folder / "plain.glb", model);
+    return GltfParts(get("plain.glb"));
+  }
+};
+
+void expect_same(const Model& a, const Model& b) {
+  EXPECT_EQ(a.mesh.positions, b.mesh.positions);
+  EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
+  EXPECT_EQ(a.mesh.uvs, b.mesh.uvs);
+  EXPECT_EQ(a.mesh.corner_uvs, b.mesh.corner_uvs);
+  EXPECT_EQ(a.mesh.textures, b.mesh.textures);
+  ASSERT_EQ(a.textures.size(), b.textures.size());
+  for (std::size_t t = 0; t < a.textures.size(); ++t) EXPECT_EQ(a.textures[t].pixels, b.textures[t].pixels);
+}
+
+TEST_F(GltfContainers, KeepAllThatTheJsonSaysOnTheWayThereAndBack) {
+  for (const bool compressed : {false, true}) {
+    const GltfParts bare = plain(tube(24, 8, true));
+    const GltfParts parts = furnished(compressed ? by_meshopt(bare, {}) : bare);
+    put("m.glb", parts.glb());
+    Model model = read_model(folder / "m.glb");
+    ASSERT_EQ(model.textures.size(), 2u);
+    model.textures[1].pixels(0, 0, 0) = 1 - model.textures[1].pixels(0, 0, 0);
+    EXPECT_THAT(write_model(folder / "n.gltf", model), IsEmpty());
+    const Json there = Json::parse(get("n.gltf"));
+    EXPECT_EQ(without_places(there), without_places(parts.json));
+    for (const Json& image : there["images"]) {
+      ASSERT_TRUE(image.contains("uri"));
+      EXPECT_TRUE(fs::is_regular_file(folder / std::string(image["uri"])));
+    }
+    EXPECT_LT(fs::file_size(folder / "n.bin"), parts.binary.size());
+    const Model between = read_model(folder / "n.gltf");
+    expect_same(between, model);
+    // Bytes of pictures that did not change are those that were embedded.
+    EXPECT_EQ(to_bytes(get(std::string(there["images"][0]["uri"]))),
+              Bytes(parts.view(parts.json["images"][0]["bufferView"]).begin(),
+                    parts.view(parts.json["images"][0]["bufferView"]).end()));
+
+    EXPECT_THAT(write_model(folder / "o.glb", between), IsEmpty());
+    const GltfParts back(get("o.glb"));
+    EXPECT_EQ(without_places(back.json), without_places(parts.json));
+    for (const Json& image : back.json["images"]) EXPECT_TRUE(image.contains("bufferView"));
+    expect_same(read_model(folder / "o.glb"), model);
+    // The animation finds its times again.
+    const Json& times = back.json["accessors"][int(back.json["animations"][0]["samplers"][0]["input"])];
+    float last = 0;
+    std::memcpy(&last, back.view(times["bufferView"]).data() + 4, 4);
+    EXPECT_EQ(last, 1.f);
+  }
+}
+
+TEST_F(GltfContainers, TakePositionsThatChanged) {
+  put("m.glb", furnished(plain(tube(24, 8, false))).glb());
+  Model model = read_model(folder / "m.glb");
+  model.mesh.positions[3] = Vector3(0.25, 1.5, 0.5);
+  EXPECT_THAT(write_model(folder / "n.gltf", model), IsEmpty());
+  EXPECT_EQ(Json::parse(get("n.gltf"))["materials"][0]["name"], "leather");
+  expect_same(read_model(folder / "n.gltf"), model);
+}
+
+TEST_F(GltfContainers, AreMadeAnewWhereViewsAreNamedInOtherWays) {
+  GltfParts parts = plain(tube(24, 8, false));
+  parts.json["extensionsUsed"].push_back("EXT_structural_metadata");
+  parts.json["materials"][0]["alphaMode"] = "BLEND";
+  put("m.glb", parts.glb());
+  const Model model = read_model(folder / "m.glb");
+  EXPECT_THAT(write_model(folder / "n.gltf", model), Contains(HasSubstr("made anew")));
+  EXPECT_EQ(read_model(folder / "n.gltf").mesh.triangle_count(), model.mesh.triangle_count());
+}
+
+// ---- Compressed on request ----
+
+double largest(const std::vector<Vector3>& positions) {
+  Eigen::AlignedBox3d box;
+  for (const Vector3& p : positions) box.extend(p);
+  return box.sizes().maxCoeff();
+}
+
+/// Triangles of both by the middle of their texture coordinates: positions and UVs agree at corners.
+void expect_near(const Mesh& a, const Mesh& b, double position_error, double uv_error) {
+  ASSERT_EQ(a.triangle_count(), b.triangle_count());
+  const auto middle = [](const Mesh& m, int t) { return Vector2(m.uv(t, 0) + m.uv(t, 1) + m.uv(t, 2)); };
+  for (int t = 0; t < a.triangle_count(); ++t) {
+    int best = 0;
+    for (int s = 0; s < b.triangle_count(); ++s)
+      if (a.texture(t) == b.texture(s) &&
+          (b.texture(best) != a.texture(t) ||
+           (middle(a, t) - middle(b, s)).norm() < (middle(a, t) - middle(b, best)).norm()))
+        best = s;
+    int turn = 0;
+    for (int k = 1; k < 3; ++k)
+      if ((b.uv(best, k) - a.uv(t, 0)).norm() < (b.uv(best, turn) - a.uv(t, 0)).norm()) turn = k;
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_LE((a.position(t, k) - b.position(best, (turn + k) % 3)).cwiseAbs().maxCoeff(), position_error);
+      ASSERT_LE((a.uv(t, k) - b.uv(best, (turn + k) % 3)).cwiseAbs().maxCoeff(), uv_error);
+    }
+  }
+}
+
+TEST_F(GltfContainers, AreCompressedOnRequest) {
+  for (const std::string name : {"c.glb", "c.gltf"})
+    for (const Compression how : {Compression::meshopt, Compression::draco}) {
+      const bool draco = how == Compression::draco;
+      SCOPED_TRACE(name + (draco ? " draco" : " meshopt"));
+      Model model = tube(48, 32, true);
+      write_model(folder / "plain.gltf", model);
+      model.compression = how;
+      EXPECT_THAT(write_model(folder / name, model), IsEmpty());
+      const Model back = read_model(folder / name);
+      EXPECT_THAT(back.notes, Contains(HasSubstr(draco ? "Draco" : "meshopt")));
+      expect_near(model.mesh, back.mesh, draco ? 0.5 * largest(model.mesh.positions) / 65535 + 1e-7 : 1e-7,
+                  draco ? 0.5 / 65535 + 1e-7 : 1e-7);
+      const Surface expected = make_surface(read_model(folder / "plain.gltf").mesh);
+      const Surface surface = make_surface(back.mesh);
+      EXPECT_EQ(surface.boundary_edges, expected.boundary_edges);
+      EXPECT_EQ(surface.euler_characteristic, expected.euler_characteristic);
+      for (std::size_t t = 0; t < 2; ++t) EXPECT_EQ(back.textures[t].pixels, model.textures[t].pixels);
+      if (name == "c.glb") continue;
+      EXPECT_LT(double(fs::file_size(folder / "c.bin")),
+                (draco ? 0.3 : 0.7) * double(fs::file_size(folder / "plain.bin")));
+    }
+}
+
+TEST_F(GltfContainers, AreCompressedWithAllElseKept) {
+  const GltfParts parts = furnished(plain(tube(24, 8, true)));
+  put("m.glb", parts.glb());
+  for (const Compression how : {Compression::meshopt, Compression::draco}) {
+    Model model = read_model(folder / "m.glb");
+    model.compression = how;
+    EXPECT_THAT(write_model(folder / "c.glb", model), IsEmpty());
+    const GltfParts now(get("c.glb"));
+    for (const char* name : {"materials", "nodes", "cameras", "animations", "extras", "textures"})
+      EXPECT_EQ(now.json[name], parts.json[name]) << name;
+    // What is compressed stays as it is.
+    Model again = read_model(folder / "c.glb");
+    again.compression = how;
+    write_model(folder / "d.glb", again);
+    expect_same(read_model(folder / "d.glb"), again);
+  }
+}
+
+TEST_F(GltfContainers, SharedAccessorsAndMorphTargetsAreNotHarmed) {
+  GltfParts parts = plain(tube(24, 8, false));
+  Json& primitives = parts.json["meshes"][0]["primitives"];
+  Json second = primitives[0];
+  second["targets"] = {{{"POSITION", second["attributes"]["POSITION"]}}};
+  primitives.push_back(second);
+  put("m.glb", parts.glb());
+  Model model = read_model(folder / "m.glb");
+  model.compression = Compression::draco;
+  EXPECT_THAT(write_model(folder / "c.glb", model), Contains(HasSubstr("meshes[0].primitives[1]")));
+  const Model back = read_model(folder / "c.glb");
+  EXPECT_EQ(back.mesh.triangle_count(), model.mesh.triangle_count());
+  model.compression = Compression::meshopt;
+  write_model(folder / "d.glb", model);
+  EXPECT_EQ(read_model(folder / "d.glb").mesh.positions, model.mesh.positions);
+}
+
+TEST_F(GltfContainers, OtherFormatsAreNotCompressed) {
+  Model model = tube(12, 4, false);
+  model.compression = Compression::meshopt;
+  EXPECT_THROW(write_model(folder / "m.obj", model), InvalidInput);
+  EXPECT_FALSE(there("m.obj"));
+}
+
+}  // namespace
+}  // namespace mq
