@@ -167,7 +167,7 @@ TEST(Sources, LeaveNothingUnfinished) {
 }
 
 TEST(Sources, HaveAtMostFiveHundredLines) {
-  for (const char* folder : {"src", "apps"})
+  for (const char* folder : {"src", "apps", "tests", "bench", "examples"})
     for (const fs::path& file : sources(folder)) {
       if (file.extension() != ".cpp") continue;
       EXPECT_LE(lines_of(file).size(), 500U) << fs::relative(file, root) << ": split it by purpose";

@@ -127,6 +127,7 @@ void add_compress_option(OptionTable& table) {
              .type = Option::Type::choice,
              .default_value = "none",
              .choices = {"none", "meshopt", "draco"},
+             .group = "Model",
              .help = "geometry of a .gltf or .glb that is written",
              .details = "meshopt: without loss. draco: smaller; positions are rounded to 16 bits, texture "
                         "coordinates to 1/65536. none: what was compressed stays so where pictures "
