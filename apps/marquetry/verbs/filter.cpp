@@ -15,6 +15,7 @@
 #include "options/mask_options.h"
 #include "mq/base/error.h"
 #include "mq/filter/geometry_filter.h"
+#include "mq/filter/luminance.h"
 #include "mq/filter/modulation.h"
 #include "shell/results.h"
 #include "shell/run.h"
@@ -96,6 +97,13 @@ Exit filter_geometry(Run& run) {
   return Exit::done;
 }
 
+/// Of colours alone: values of other slots, and normals, have no luminance.
+bool by_luminance(const OptionValues& options, const Model& model) {
+  const std::vector<Texture>& textures = model.textures;
+  return options.flag("luminance") &&
+         (textures.empty() || textures.front().meaning == TextureMeaning::colours);
+}
+
 Exit filter(Run& run) {
   const OptionValues& options = run.options();
   if (options.flag("geometry")) return filter_geometry(run);
@@ -125,8 +133,15 @@ Exit filter(Run& run) {
     solution = solve_poisson(
         run, *target, weight,
         [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
-          if (!mask) return equation.solve(before, beta, progress);
-          return equation.solve(before, modulation(*mask, beta), progress);
+          const auto filtered = [&](const Signal& values) {
+            return mask ? equation.solve(values, modulation(*mask, beta), progress)
+                        : equation.solve(values, beta, progress);
+          };
+          if (!by_luminance(options, scene.model)) return filtered(before);
+          const Signal Y = luminance(before);
+          Filtered found = filtered(Y);
+          found.signal = with_luminance(before, Y, found.signal);
+          return found;
         });
   });
   run.result.update(change_json(solution.before, solution.filtered.signal, value_space(run.options()).space));
@@ -156,6 +171,12 @@ Verb filter_verb() {
              .most = 1000,
              .group = "Filter",
              .help = "factor on the gradients: 0 smooths, 1 changes nothing, more sharpens"});
+  table.add({.name = "luminance",
+             .group = "Filter",
+             .help = "filter what is bright and dark, and leave the hues: no coloured fringes",
+             .details = "0.2126 red + 0.7152 green + 0.0722 blue is filtered, and what it changes by is "
+                        "added to all three. Alpha is kept. Maps that hold other values than colours "
+                        "are filtered channel by channel."});
   add_mask_options(table, "Filter");
   add_spread_options(table, {1e-3, Length::Unit::alpha}, "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area",
@@ -185,7 +206,8 @@ Verb filter_verb() {
   add_depth_option(table);
   table.exclusive({"normals", "vertices"});
   table.exclusive({"normal-space", "vertices"});
-  for (const char* name : {"space", "normal-space", "vertices", "depth"})
+  table.exclusive({"normals", "luminance"});
+  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance"})
     table.exclusive({"geometry", name});
   add_frames_option(table);
   return {table, filter,

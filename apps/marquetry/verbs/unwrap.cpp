@@ -89,6 +89,9 @@ Exit unwrap(Run& run) {
             fmt::format("--{}: it is for an evolving mesh, whose frames come one after the other",
                         name));
   const bool bakes = options.flag("bake");
+  for (const char* name : {"flipped", "slot", "uv-set", "layer"})
+    require(bakes || !asks_for(options, name),
+            fmt::format("--{} is of textures, which are looked at with --bake alone: give it too", name));
   TexturedModel scene = bakes ? read_usable_model(run, MissingPictures::unneeded, 0.1)
                               : read_shape(run, 0.1);
   const std::vector<std::string> slots =
