@@ -132,19 +132,20 @@ TEST(VerbBake, CarriesAllSlotsIntoAModelOrAFolder) {
   write_pbr(folder);
   write_square_obj(folder, "target", "0.2", "0.8", "none.png");
   write_bytes(folder / "target.mtl", "newmtl m\n");
-  const Result all = run(folder, {"bake", "pbr.gltf", "target.obj", "-o", "all.gltf", "--size", "64", "--json"});
-  EXPECT_THAT(all.error, HasSubstr("pictures for normal are not baked"));
+  const Result all =
+      run(folder, {"bake", "pbr.gltf", "target.obj", "-o", "all.gltf", "--size", "64", "--json"});
   Json slots = Json::array();
   const Json report = all.json();
   for (const Json& slot : report["result"]["slots"]) {
     slots.push_back(slot["slot"]);
     EXPECT_EQ(slot["unseen"], 0);
   }
-  EXPECT_THAT(slots, ElementsAre("base-colour", "metallic-roughness", "emissive"));
+  EXPECT_THAT(slots, ElementsAre("base-colour", "normal", "metallic-roughness", "emissive"));
   std::filesystem::create_directory(folder / "out");
   run(folder, {"bake", "pbr.gltf", "target.obj", "-o", "out/", "--size", "64"});
   for (const auto& [slot, file] : {std::pair("base-colour", "out/target.png"),
                                    {"metallic-roughness", "out/metallic-roughness.png"},
+                                   {"normal", "out/normal.png"},
                                    {"emissive", "out/emissive.png"}}) {
     run(folder, {"bake", "pbr.gltf", "target.obj", "--slot", slot, "-o", "one.png", "--size", "64", "--overwrite"});
     const Image<float> one = read_texture(folder / "one.png").pixels;
@@ -173,7 +174,7 @@ TEST(VerbUnwrap, BakesAllSlots) {
   write_pbr(folder);
   run(folder, {"unwrap", "pbr.gltf", "--bake", "-o", "new.glb", "--size", "64"});
   EXPECT_EQ(slots_in(folder, "new.glb"),
-            (std::set<std::string>{"base-colour", "metallic-roughness", "emissive"}));
+            (std::set<std::string>{"base-colour", "metallic-roughness", "normal", "emissive"}));
   run(folder, {"unwrap", "pbr.gltf", "--bake", "--slot", "orm", "-o", "orm.glb", "--size", "64"});
   EXPECT_TRUE(same(picture_of(folder, "new.glb", "metallic-roughness"),
                    read_model(folder / "orm.glb").textures.front().pixels));

@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "cli/gltf_square.h"
 #include "cli/refusal.h"
+#include "mq/io/normals.h"
 
 namespace mq::test {
 namespace {
@@ -154,8 +158,87 @@ TEST(NormalMaps, ThatCannotBeTakenAreRefused) {
   write_image(folder / "n.png", waves());
   EXPECT_EQ(refused("n.png", {"--normal-space", "tangent", "--vertices"}).empty(), false);
   write_pbr(folder);
-  EXPECT_THAT(refusal(folder, {"bake", "pbr.gltf", "pbr.gltf", "--slot", "normal", "-o", "b.gltf"}, "b.gltf"),
-              HasSubstr("in the axes of its own charts"));
+  EXPECT_THAT(
+      refusal(folder,
+              {"bake", "pbr.gltf", "pbr.gltf", "--slot", "normal", "--vertices", "-o", "b.ply"},
+              "b.ply"),
+      HasSubstr("in tangent space, which vertices have not"));
+}
+
+/// Of a map's texels whose centres lie in the strip's charts, as the model's normals: what they
+/// differ.
+double off_in_charts(const Image<float>& a, const Image<float>& b) {
+  double most = 0;
+  for (int y = 8; y < 40; ++y)
+    for (int x : {6, 10, 15, 20, 25, 38, 45, 50, 55})
+      for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(double(a(x, y, c)) - b(x, y, c)));
+  return most;
+}
+
+/// Waves that are wide enough for texels to show them.
+Image<float> wide_waves() {
+  Image<float> map(64, 48, 3);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const Vector3 n = Vector3(0.4 * std::sin(0.3 * x), 0.3 * std::cos(0.2 * y), 1).normalized();
+      for (int c = 0; c < 3; ++c) map(x, y, c) = float((n[c] + 1) / 2);
+    }
+  return map;
+}
+
+TEST(NormalMaps, AreBakedByUnwrapAndBackByBake) {
+  const Folder folder;
+  write_strip_with_normals(folder, wide_waves());
+  const Result made = marquetry(
+      folder, {"unwrap", "strip.obj", "--bake", "-o", "new.glb", "--size", "256", "--json"});
+  ASSERT_EQ(made.status, 0) << made.error;
+  const Json slots = made.json()["result"]["slots"];
+  ASSERT_EQ(slots.size(), 2U);
+  EXPECT_THAT(slots[1]["frames"]["target"], HasSubstr("computed normals"));
+  EXPECT_LE(slots[1]["seams"]["target"]["rms"], slots[1]["seams"]["source"]["rms"]);
+  const Model model = read_model(folder / "new.glb", {.textures = {}, .slot = "normal"});
+  const CornerFrames frames = file_frames(model);
+  for (const Eigen::Vector3f& n : frames.normals)
+    EXPECT_LT((n - Eigen::Vector3f::UnitZ()).norm(), 1e-6F);
+  for (const Eigen::Vector4f& t : frames.tangents) EXPECT_FALSE(t.isZero());
+  const Result one = marquetry(folder, {"unwrap", "strip.obj", "--bake", "--slot", "normal", "-o",
+                                        "one.glb", "--size", "256"});
+  ASSERT_EQ(one.status, 0) << one.error;
+  EXPECT_TRUE(std::ranges::equal(read_model(folder / "one.glb").textures.front().pixels.values(),
+                                 model.textures.front().pixels.values()));
+  const Result back = marquetry(
+      folder, {"bake", "new.glb", "strip.obj", "--slot", "normal", "-o", "back.png", "--json"});
+  ASSERT_EQ(back.status, 0) << back.error;
+  EXPECT_THAT(back.json()["result"]["frames"]["source"], HasSubstr("tangents of the file"));
+  EXPECT_LT(off_in_charts(read_texture(folder / "normal.png").pixels,
+                          read_texture(folder / "back.png").pixels),
+            0.02);
+}
+
+TEST(NormalMaps, ThatAreFlatAreFlatInOtherCharts) {
+  const Folder folder;
+  write_strip_with_normals(folder, picture_of(64, 48, flat_colour));
+  ASSERT_EQ(marquetry(folder, {"unwrap", "strip.obj", "--bake", "--slot", "normal", "-o", "new.obj",
+                               "--size", "64"})
+                .status,
+            0);
+  const Model model = read_model(folder / "new.obj");
+  EXPECT_EQ(model.slot, "normal");
+  EXPECT_THAT(file_bytes(folder / "new.obj"), HasSubstr("vn 0 0 1"));
+  const Image<float> map = picture_of(64, 64, flat_colour);
+  EXPECT_TRUE(std::ranges::equal(model.textures.front().pixels.values(), map.values()));
+}
+
+TEST(NormalMaps, AreOfTheShapeWhereThereIsNone) {
+  const Folder folder;
+  write_strip(folder);
+  const Result result = marquetry(folder, {"bake", "strip.obj", "strip.obj", "--slot", "normal",
+                                           "-o", "shape.png", "--size", "32"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error,
+              HasSubstr("has no normal map: the shading normals of its shape are baked"));
+  EXPECT_TRUE(std::ranges::equal(read_texture(folder / "shape.png").pixels.values(),
+                                 picture_of(32, 32, flat_colour).values()));
 }
 
 }  // namespace

@@ -48,18 +48,24 @@ inline TextureSignal normal_signal(const TexturedModel& model,
   return TextureSignal(model, normals_in(axes), messages);
 }
 
-/// Bumps of wave length `length` all over the surface: d = n − N, smooth in space.
+/// The normal of bumps of wave length `length` on a surface whose normal at p is n; smooth in
+/// space.
+inline Vector3 bumpy(const Vector3& n, const Vector3& place, double length, double height = 0.4) {
+  const Vector3 p = 2 * 3.14159265358979 / length * place;
+  Vector3 slope(std::sin(p.x() + 1) * std::cos(p.y()), std::sin(p.y() + 2) * std::cos(p.z()),
+                std::sin(p.z()) * std::cos(p.x()));
+  slope -= slope.dot(n) * n;
+  return (n + height * slope).normalized();
+}
+
+/// Such bumps all over the surface: d = n − N.
 inline Signal bumps(const TextureSignal& signal, double length, double height = 0.4) {
   const Signal shading = signal.shading_normals();
   Signal d = Signal::Zero(signal.space().size(), signal.channels());
-  const double k = 2 * 3.14159265358979 / length;
   for (int i = 0; i < signal.space().size(); ++i) {
     const Vector3 n = shading.row(i).transpose();
-    const Vector3 p = k * signal.space().texels().position(i);
-    Vector3 slope(std::sin(p.x() + 1) * std::cos(p.y()), std::sin(p.y() + 2) * std::cos(p.z()),
-                  std::sin(p.z()) * std::cos(p.x()));
-    slope -= slope.dot(n) * n;
-    d.row(i).head<3>() = ((n + height * slope).normalized() - n).transpose();
+    const Vector3 p = signal.space().texels().position(i);
+    d.row(i).head<3>() = (bumpy(n, p, length, height) - n).transpose();
   }
   return d;
 }

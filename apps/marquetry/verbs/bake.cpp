@@ -34,8 +34,15 @@ bool has_pictures_of_its_own(const Model& model) {
                              [](const Texture& texture) { return !texture.pixels.empty(); });
 }
 
-TexturedModel read_source(Run& run, const std::string& slot) {
+/// What of the source is baked.
+struct Asked {
+  std::vector<std::string> slots;
+  BakeOptions::Shown shown = BakeOptions::Shown::pictures;
+};
+
+TexturedModel read_source(Run& run, const std::string& slot, BakeOptions::Shown shown) {
   const OptionValues& options = run.options();
+  const bool has_pictures = shown == BakeOptions::Shown::pictures;
   LoadOptions load;
   for (const std::string& name : options.texts("texture")) load.textures.emplace_back(name);
   Model read;
@@ -43,8 +50,10 @@ TexturedModel read_source(Run& run, const std::string& slot) {
     const Step step(run, "read source", 0.05);
     read = read_model(options.text("source"),
                       {.textures = load.textures,
+                       .pictures = has_pictures ? ReadModelOptions::Pictures::read
+                                                : ReadModelOptions::Pictures::skip,
                        .not_finite = NotFinite::keep,
-                       .slot = slot,
+                       .slot = has_pictures ? slot : "",
                        .layer = options.has("layer") ? options.text("layer") : ""},
                       step);
   }
@@ -55,17 +64,31 @@ TexturedModel read_source(Run& run, const std::string& slot) {
   return textured_model(std::move(read), load, run.terminal(), step);
 }
 
+/// Whether normals are asked for of a source that has no normal map: then they are those of its
+/// shape.
+bool asks_for_shape(const OptionValues& options, const Model& source) {
+  return options.has("slot") && slot_from_text(options.text("slot")) == "normal" &&
+         std::ranges::none_of(source.slots, [](const MaterialSlot& slot) {
+           return slot.name == "normal" || slot.name == "bump";
+         });
+}
+
 /// Slots of the source that are baked; those of pictures named for it are theirs.
-std::vector<std::string> asked_slots(Run& run, BakeTo to) {
+Asked asked_slots(Run& run, BakeTo to) {
   const OptionValues& options = run.options();
   const std::string file = options.text("source");
   if (names_picture(file) || !options.texts("texture").empty())
-    return options.has("slot") ? std::vector{options.text("slot")} : std::vector<std::string>();
+    return {options.has("slot") ? std::vector{options.text("slot")} : std::vector<std::string>()};
   const Model source =
       read_model(file, {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
-  std::vector<std::string> slots = slots_to_bake(run, source, options.text("output"));
+  if (asks_for_shape(options, source)) {
+    run.terminal().remark(fmt::format(
+        "{}: has no normal map: the shading normals of its shape are baked as one", file));
+    return {{"normal"}, BakeOptions::Shown::shading_normals};
+  }
+  std::vector<std::string> slots = slots_to_bake(options, source);
   if (to == BakeTo::vertices && !options.has("slot") && slots.size() > 1) slots.resize(1);
-  return slots;
+  return {std::move(slots)};
 }
 
 /// As many texels as the source's largest picture has, both ways. One slot that the target has too is
@@ -92,8 +115,8 @@ Exit run_bake(Run& run) {
   const BakeTo to = options.flag("vertices") ? BakeTo::vertices : BakeTo::textures;
   require(to == BakeTo::textures || !options.has("size"),
           "--size: is of textures, and --vertices gives colours to vertices");
-  const std::vector<std::string> slots = asked_slots(run, to);
-  TexturedModel source = read_source(run, slots.empty() ? "" : slots.front());
+  const auto [slots, shown] = asked_slots(run, to);
+  TexturedModel source = read_source(run, slots.empty() ? "" : slots.front(), shown);
   TexturedModel target = read_usable_model(
       run, to == BakeTo::vertices ? MissingPictures::unneeded : MissingPictures::assume, 0.1,
       ModelPictures(std::in_place), ImageTriangles::two,
@@ -113,9 +136,12 @@ Exit run_bake(Run& run) {
   if (run.dry_run()) return Exit::done;
 
   const SourceOfSlot source_of = [&](const std::string& slot) {
-    return slots.empty() || slot == slots.front() ? std::move(source) : read_source(run, slot);
+    const bool is_first = slots.empty() || slot == slots.front();
+    return is_first ? std::move(source) : read_source(run, slot, shown);
   };
-  bake_onto(run, slots, source_of, target, to, asked_bake(options), 0.6);
+  BakeOptions how = asked_bake(options);
+  how.shown = shown;
+  bake_onto(run, slots, source_of, target, to, how, 0.6);
   const Step step(run, "write", 0.2);
   if (pictures_alone) target.model = all_pictures(std::move(target.model));
   set_depth(options, target.model);

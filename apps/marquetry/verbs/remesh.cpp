@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <span>
 
 #include "mq/base/error.h"
@@ -160,12 +161,28 @@ void refuse_idle_options(const OptionValues& options, const RemeshedContents& co
             fmt::format("--{}: is of the textures that --bake makes: give it too", name));
 }
 
-/// New texture coordinates, and one texture for them with what those of both meshes showed.
-void unwrap_and_bake(Run& run, Model& model) {
+/// The slots to bake, for an output of that format.
+std::vector<std::string> slots_to_remesh(const OptionValues& options,
+                                         const RemeshInput& of_template,
+                                         const RemeshInput& target) {
+  std::vector<std::string> slots = slots_of_both(of_template, target);
+  require(!slots.empty(),
+          "--bake: neither mesh has textures, so there is nothing to bake: leave it out");
+  if (std::filesystem::path(options.text("output")).extension() == ".ply") slots.resize(1);
+  return slots;
+}
+
+/// The remeshed model with the pictures that both have for a slot.
+using ModelOfSlot = std::function<Model(const std::string& slot)>;
+
+/// New texture coordinates, and for each slot one texture with what those of both meshes showed.
+Model unwrap_and_bake(Run& run, const std::vector<std::string>& slots, const ModelOfSlot& shown) {
   const OptionValues& options = run.options();
   const LoadOptions load{.missing = MissingPictures::assume, .side = int(options.integer("size"))};
-  TexturedModel source = textured_model(
-      std::move(model), {.missing = MissingPictures::unneeded}, run.terminal());
+  const auto source_of = [&](const std::string& slot) {
+    return textured_model(shown(slot), {.missing = MissingPictures::unneeded}, run.terminal());
+  };
+  TexturedModel source = source_of(slots.front());
   TexturedModel scene = source;
   Unwrapped unwrapped;
   about(scene.model, [&] {
@@ -174,8 +191,11 @@ void unwrap_and_bake(Run& run, Model& model) {
   });
   put_unwrapped(unwrapped, scene);
   run.result["charts"] = unwrapped.figures.charts;
-  bake_unwrapped(run, {}, [&](const std::string&) { return std::move(source); }, load, scene, 0.2);
-  model = std::move(scene.model);
+  const SourceOfSlot source_once = [&](const std::string& slot) {
+    return slot == slots.front() ? std::move(source) : source_of(slot);
+  };
+  bake_unwrapped(run, slots, source_once, load, scene, 0.2);
+  return std::move(scene.model);
 }
 
 Exit run_remesh(Run& run) {
@@ -186,12 +206,14 @@ Exit run_remesh(Run& run) {
   const RemeshInput of_template = read_side(run, "template");
   const RemeshInput target = read_side(run, "target", &of_template.model.mesh);
   const std::vector<std::array<Vector3, 3>> rest = read_rest(run, of_template);
-  Model model = begin_remeshed(of_template, target, contents);
+  const std::vector<std::string> slots =
+      bakes ? slots_to_remesh(options, of_template, target) : std::vector<std::string>();
+  Model model;
+  model.path = of_template.model.path;
+  if (!bakes) model = begin_remeshed(of_template, target, contents);
   model.compression = asked_compression(options);
-  require(!bakes || !model.textures.empty(),
-          "--bake: neither mesh has textures, so there is nothing to bake: leave it out");
   const Outputs outputs =
-      bakes ? unwrapped_outputs(options, model, {})
+      bakes ? unwrapped_outputs(options, model, slots)
             : Outputs(options.text("output"), model,
                       model.textures.empty() ? Outputs::Kind::model : Outputs::Kind::pictures);
   std::vector<std::filesystem::path> paths = outputs.paths();
@@ -210,8 +232,18 @@ Exit run_remesh(Run& run) {
   report(run, of_template, target, found);
 
   if (options.has("record")) write_record(options.text("record"), found);
-  finish_remeshed(of_template, target, std::move(found), contents, run.terminal(), model);
-  if (bakes) unwrap_and_bake(run, model);
+  if (bakes)
+    model = unwrap_and_bake(run, slots, [&](const std::string& slot) {
+      RemeshInput old = with_slot(of_template, slot);
+      RemeshInput fresh = with_slot(target, slot, &of_template.model.mesh);
+      for (RemeshInput* side : {&old, &fresh}) side->model.others.clear();  // all slots are baked
+      Model one = begin_remeshed(old, fresh, contents);
+      one.compression = model.compression;
+      finish_remeshed(old, fresh, found, contents, run.terminal(), one);
+      return one;
+    });
+  else
+    finish_remeshed(of_template, target, std::move(found), contents, run.terminal(), model);
   const Step step(run, "write", 0.1);
   for (const std::string& note : outputs.write(std::move(model), step)) run.terminal().remark(note);
   say_written(run, paths);
@@ -275,11 +307,12 @@ void add_remesh_options(OptionTable& table) {
              .help = "write where every triangle and vertex comes from, as JSON",
              .details = "Per triangle and vertex its number in the template and in the target, "
                         "-1 where it is not of it."});
-  table.add({.name = "bake",
-             .type = Type::flag,
-             .group = "Atlas",
-             .help = "new texture coordinates, and one texture that shows what those of both did",
-             .details = "As unwrap --bake."});
+  table.add(
+      {.name = "bake",
+       .type = Type::flag,
+       .group = "Atlas",
+       .help = "new texture coordinates, and a texture per slot that shows what those of both did",
+       .details = "As unwrap --bake."});
   add_atlas_options(table);
   table.add({.name = "no-textures",
              .type = Type::flag,

@@ -95,7 +95,7 @@ Exit unwrap(Run& run) {
   TexturedModel scene = bakes ? read_usable_model(run, MissingPictures::unneeded, 0.1)
                               : read_shape(run, 0.1);
   const std::vector<std::string> slots =
-      bakes ? slots_to_bake(run, scene.model, options.text("output")) : std::vector<std::string>();
+      bakes ? slots_to_bake(options, scene.model) : std::vector<std::string>();
   const Outputs outputs =
       bakes ? unwrapped_outputs(options, scene.model, slots) : shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folder());
@@ -108,7 +108,12 @@ Exit unwrap(Run& run) {
   });
   for (const UnwrapFigures::Seconds& seconds : unwrapped.figures.seconds)
     run.add_seconds(seconds.step, seconds.seconds);
-  TexturedModel source = bakes ? scene : TexturedModel();
+  TexturedModel source;
+  if (bakes) {  // of pictures there is one copy: the target gets others
+    std::vector<Texture> textures = std::move(scene.model.textures);
+    source = scene;
+    source.model.textures = std::move(textures);
+  }
   put_unwrapped(unwrapped, scene);
   std::int64_t overlaps = 0;
   {

@@ -1,4 +1,4 @@
-// Made anew, a corner is a vertex; equal corners of a texture are one.
+// Made anew, a corner is a vertex; equal corners of a texture, normal and tangent too, are one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include "mq/io/detail/gltf_compress.h"
 #include "mq/io/detail/gltf_container.h"
 #include "mq/io/detail/gltf_scene.h"
+#include "mq/io/normals.h"
 #include "mq/io/slots.h"
 #include "mq/io/uri.h"
 
@@ -30,7 +31,8 @@ class NewGltf {
         stem_(stem),
         channels_(color_channels(model.colors)),
         other_sets_(other_uv_sets(model)),
-        own_set_(std::clamp(own_uv_set(model), 0, int(other_sets_.size()))) {}
+        own_set_(std::clamp(own_uv_set(model), 0, int(other_sets_.size()))),
+        frames_(frames_to_write(model, a_name)) {}
 
   GltfOutput output() {
     json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
@@ -84,30 +86,44 @@ class NewGltf {
     json_["meshes"] = OrderedJson::array({{{"primitives", primitives}}});
   }
 
-  /// What makes a corner a vertex of its own: vertex, u, v, and what it has in the other sets.
+  /// What makes a corner a vertex of its own: vertex, u, v, normal, tangent, and what it has in the
+  /// other sets.
   struct Corner {
     std::array<double, 3> own;
+    std::array<float, 7> frame;  ///< 0 where there is none
     std::vector<int> others;
     auto operator<=>(const Corner&) const = default;
   };
+
+  std::array<float, 7> frame_at(int t, int k, bool with_tangent) const {
+    std::array<float, 7> frame{};
+    const std::size_t corner = 3 * std::size_t(t) + std::size_t(k);
+    if (!frames_.normals.empty()) Eigen::Vector3f::Map(frame.data()) = frames_.normals[corner];
+    if (with_tangent) Eigen::Vector4f::Map(frame.data() + 3) = frames_.tangents[corner];
+    return frame;
+  }
 
   OrderedJson primitive(const Group& group) {
     std::map<Corner, std::uint32_t> ids;
     std::vector<int> vertices;
     std::vector<Vector2> uvs;
     std::vector<std::vector<Vector2>> other_uvs(other_sets_.size());
-    Bytes indices;
+    const bool with_tangents =
+        group.textured && group.texture >= 0 && has_normal_map(model_, group.texture, a_name);
+    Bytes indices, normals, tangents;
     for (const int t : group.triangles)
       for (int k = 0; k < 3; ++k) {
         const int vertex = mesh_.triangles[std::size_t(t)][std::size_t(k)];
         const Vector2 uv = group.textured ? mesh_.uv(t, k) : Vector2(0, 0);
-        Corner corner{{double(vertex), uv.x(), uv.y()}, {}};
+        Corner corner{{double(vertex), uv.x(), uv.y()}, frame_at(t, k, with_tangents), {}};
         for (const UvSet* set : other_sets_)
           corner.others.push_back(set->corner_uvs[std::size_t(t)][std::size_t(k)]);
         const auto id = ids.try_emplace(corner, std::uint32_t(vertices.size()));
         if (id.second) {
           vertices.push_back(vertex);
           uvs.push_back(uv);
+          for (std::size_t i = 0; i < 7; ++i)
+            append_raw(i < 3 ? normals : tangents, corner.frame[i]);
           for (std::size_t i = 0; i < other_sets_.size(); ++i)
             other_uvs[i].push_back(corner.others[i] < 0
                                        ? Vector2(0, 0)
@@ -117,6 +133,11 @@ class NewGltf {
       }
     OrderedJson attributes;
     attributes["POSITION"] = add_positions(vertices);
+    const std::size_t count = vertices.size();
+    if (!frames_.normals.empty())
+      attributes["NORMAL"] = add_accessor(normals, 12, count, GltfType::f32, "VEC3", 34962);
+    if (with_tangents)
+      attributes["TANGENT"] = add_accessor(tangents, 16, count, GltfType::f32, "VEC4", 34962);
     const auto set_name = [](int set) { return fmt::format("TEXCOORD_{}", set); };
     if (group.textured) attributes[set_name(own_set_)] = add_uvs(uvs);
     for (std::size_t i = 0; i < other_sets_.size() && group.textured; ++i)
@@ -245,7 +266,7 @@ class NewGltf {
   OrderedJson material(int number) {
     OrderedJson metallic = OrderedJson::object(), result = OrderedJson::object();
     bool matt = true;
-    for (const SlotPicture& one : material_pictures(model_, number, "new.gltf")) {
+    for (const SlotPicture& one : material_pictures(model_, number, a_name)) {
       const char* keyword = gltf_keyword(one.slot);
       if (!keyword)
         throw Unsupported("a glTF file made anew has no pictures for " + one.slot +
@@ -263,6 +284,8 @@ class NewGltf {
     return result;
   }
 
+  static constexpr const char* a_name = "new.gltf";
+
   const Model& model_;
   const Mesh& mesh_;
   Document::Format format_;
@@ -271,6 +294,7 @@ class NewGltf {
   int channels_;
   std::vector<const UvSet*> other_sets_;
   int own_set_;  ///< the number of the mesh's set among all
+  CornerFrames frames_;
   std::map<int, std::size_t> images_;  ///< of the file, by the model's pictures
   std::map<std::pair<int, Wrap>, std::size_t> textures_;
   OrderedJson json_;

@@ -13,6 +13,7 @@
 #include "mq/image/image.h"
 #include "mq/image/wrap.h"
 #include "mq/mesh/mesh.h"
+#include "mq/mesh/tangent_frames.h"
 
 namespace mq {
 
@@ -99,6 +100,12 @@ struct TextureTile {
   int v = 0;
 };
 
+/// How a model is shaded whose file is forgotten (`forget_file`), or that is made of others.
+struct ModelShading {
+  CornerFrames corners;  ///< three per triangle or none; 0: not known
+  bool is_said = true;   ///< by a file; false: glTF shades flat what says nothing
+};
+
 /// The file a model came from, kept so that writing changes only what was asked to change.
 class Document;
 
@@ -117,6 +124,7 @@ struct Model {
   std::vector<std::string> notes;  ///< what the reader coped with, in words, for the report
   Defects defects;                 ///< of the file: signs that it was cut short
   std::shared_ptr<const Document> document;  ///< null for a model made in memory
+  std::shared_ptr<const ModelShading> shading;  ///< where there is no document; null: not known
 
   std::vector<MaterialSlot> slots;  ///< that its materials name pictures for
   std::string slot;                 ///< which of them `textures` are; empty: it has no slots
@@ -169,11 +177,12 @@ Model read_model(const std::filesystem::path& path, const ReadModelOptions& opti
 /// glTF to GLB and back, all that the JSON says does.
 /// Written under a temporary name and renamed. Pictures are written beside the mesh under the
 /// names the model gives them (embedded ones are embedded again); those whose pixels are as they
-/// were read, or were not read, are copied. A changed picture never replaces the file it was read
-/// from unless the mesh file replaces its own too: give it another `Texture::name` first.
-/// Returns what a user may want to know, as `write_texture` does. Throws `IoError`, and
-/// `InvalidInput` where indices of the model are out of range, or a format other than glTF is to be
-/// compressed.
+/// were read, or were not read, are copied. A file made anew has normals where the one that was
+/// read had, or where it names a normal map (`frames_to_write`). A changed picture never replaces
+/// the file it was read from unless the mesh file replaces its own too: give it another
+/// `Texture::name` first. Returns what a user may want to know, as `write_texture` does. Throws
+/// `IoError`, and `InvalidInput` where indices of the model are out of range, or a format other than
+/// glTF is to be compressed.
 std::vector<std::string> write_model(const std::filesystem::path& path, const Model& model,
                                      const Progress& progress = {});
 

@@ -1,12 +1,15 @@
 #include "mq/io/normals.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "mq/io/bytes.h"
 #include "mq/io/detail/gltf_scene.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
 #include "mq/io/document.h"
+#include "mq/io/slots.h"
 
 namespace mq {
 namespace {
@@ -23,6 +26,10 @@ bool ply_says_normals(const Document& document) {
       for (const PlyProperty& property : element.properties)
         if (property.name == "nx" || property.name == "normal_x") return true;
   return false;
+}
+
+bool is_gltf(const Document& document) {
+  return document.format == Document::Format::gltf || document.format == Document::Format::glb;
 }
 
 /// A file's frames, and the mesh that they are of.
@@ -66,7 +73,12 @@ FileFrames frames_of(const Document& document, int uv_set) {
 }  // namespace
 
 CornerFrames file_frames(const Model& model) {
-  if (!model.document) return {};
+  if (!model.document) {
+    const std::size_t count = 3 * model.mesh.triangles.size();
+    const bool fits = model.shading && model.shading->corners.normals.size() == count;
+    return fits ? model.shading->corners : CornerFrames{};
+  }
+  if (!is_gltf(*model.document) && !holds_normals(model)) return {};
   FileFrames found = frames_of(*model.document, model.uv_set);
   const bool same = found.mesh.triangles == model.mesh.triangles &&
                     found.mesh.positions == model.mesh.positions;
@@ -74,7 +86,7 @@ CornerFrames file_frames(const Model& model) {
 }
 
 bool holds_normals(const Model& model) {
-  if (!model.document) return false;
+  if (!model.document) return model.shading && model.shading->is_said;
   switch (model.document->format) {
     case Document::Format::obj: return obj_says_normals(text_of(model.document->bytes));
     case Document::Format::ply: return ply_says_normals(*model.document);
@@ -82,10 +94,30 @@ bool holds_normals(const Model& model) {
   }
 }
 
-bool leave_out_normals(Model& model) {
-  if (!holds_normals(model)) return false;
+void forget_file(Model& model, Tangents tangents) {
+  ModelShading shading{file_frames(model), holds_normals(model)};
+  if (tangents == Tangents::forgotten) shading.corners.tangents.clear();
   model.document.reset();
-  return true;
+  model.shading.reset();
+  if (!shading.corners.normals.empty())
+    model.shading = std::make_shared<const ModelShading>(std::move(shading));
+}
+
+bool has_normal_map(const Model& model, int texture, const std::filesystem::path& path) {
+  return std::ranges::any_of(material_pictures(model, texture, path), [](const SlotPicture& one) {
+    return meaning_of_slot(one.slot) == TextureMeaning::normals;
+  });
+}
+
+CornerFrames frames_to_write(const Model& model, const std::filesystem::path& path) {
+  bool has_map = false;
+  for (int t = 0; t < std::ssize(model.textures) && !has_map; ++t)
+    has_map = has_normal_map(model, t, path);
+  if (!has_map && !holds_normals(model)) return {};
+  CornerFrames frames = file_frames(model);
+  if (has_map) return tangent_frames(model.mesh, std::move(frames));
+  if (frames.normals.empty()) return {};
+  return {corner_normals(model.mesh, std::move(frames.normals)), {}};
 }
 
 }  // namespace mq

@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "mq/base/error.h"
 #include "mq/io/detail/mtl.h"
 #include "mq/io/detail/obj.h"
+#include "mq/io/normals.h"
 #include "mq/io/slots.h"
 
 namespace mq {
@@ -242,12 +245,35 @@ void append_positions(std::string& text, const Model& model) {
   }
 }
 
-void append_face(std::string& text, const Mesh& mesh, int triangle) {
+/// Each vector once; per corner the number of its own, from 1.
+std::vector<int> append_normals(std::string& text, const std::vector<Eigen::Vector3f>& normals) {
+  std::map<std::array<float, 3>, int> known;
+  std::vector<int> numbers;
+  for (const Eigen::Vector3f& n : normals) {
+    const auto found = known.try_emplace({n.x(), n.y(), n.z()}, int(known.size()) + 1);
+    numbers.push_back(found.first->second);
+    if (!found.second) continue;
+    text += "vn";
+    for (const float value : n) {
+      text += ' ';
+      append_number(text, value);
+    }
+    text += '\n';
+  }
+  return numbers;
+}
+
+/// `normals`: of all corners, or none.
+void append_face(std::string& text, const Mesh& mesh, const std::vector<int>& normals,
+                 int triangle) {
   text += 'f';
   for (int k = 0; k < 3; ++k) {
     text += ' ' + std::to_string(mesh.triangles[triangle][k] + 1);
     const int uv = mesh.has_uvs() ? mesh.corner_uvs[triangle][k] : -1;
-    if (uv >= 0) text += '/' + std::to_string(uv + 1);
+    if (uv >= 0 || !normals.empty()) text += '/';
+    if (uv >= 0) text += std::to_string(uv + 1);
+    if (!normals.empty())
+      text += '/' + std::to_string(normals[3 * std::size_t(triangle) + std::size_t(k)]);
   }
   text += '\n';
 }
@@ -278,6 +304,8 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
     append_number(text, uv.y());
     text += '\n';
   }
+  const std::vector<int> normals =
+      append_normals(text, frames_to_write(model, stem + ".obj").normals);
   int texture = -2;
   bool untextured = false;
   for (int t = 0; t < model.mesh.triangle_count(); ++t) {
@@ -286,7 +314,7 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
       untextured = untextured || texture < 0;
       text += "usemtl " + (texture < 0 ? "untextured" : materials[std::size_t(texture)].name) + "\n";
     }
-    append_face(text, model.mesh, t);
+    append_face(text, model.mesh, normals, t);
   }
   std::vector<OutputFile> files{{stem + ".obj", to_bytes(text)}};
   if (untextured) materials.push_back({"untextured", {}, {}});

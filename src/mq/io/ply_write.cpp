@@ -3,11 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <map>
+#include <numeric>
 
 #include "mq/base/error.h"
 #include "mq/io/detail/ply.h"
 #include "mq/io/detail/ply_body.h"
+#include "mq/io/normals.h"
 #include "mq/io/slots.h"
 
 namespace mq {
@@ -232,8 +236,9 @@ class NewPly {
         uv_type_(smallest_type(mesh_.uvs)),
         numbered_(std::min(pictures.size(), model.textures.size()) > 1 || has_untextured()),
         other_sets_(other_uv_sets(model)) {
+    split_vertices(frames_to_write(model, "new.ply").normals);
     add_header(pictures);
-    for (int v = 0; v < mesh_.vertex_count(); ++v) add_vertex(v);
+    for (std::size_t i = 0; i < vertices_.size(); ++i) add_vertex(i);
     for (int t = 0; t < mesh_.triangle_count(); ++t) add_face(t);
   }
 
@@ -253,9 +258,11 @@ class NewPly {
                         model_.slot + ": write the pictures alone, or glTF");
     for (std::size_t i = 0; i < textures; ++i)
       text_ += "comment TextureFile " + pictures[i] + "\n";
-    text_ += fmt::format("element vertex {}\n", mesh_.vertex_count());
+    text_ += fmt::format("element vertex {}\n", vertices_.size());
     for (const char* axis : {"x", "y", "z"})
       text_ += fmt::format("property {} {}\n", type_name(position_type_), axis);
+    for (const char* axis : {"nx", "ny", "nz"})
+      if (!normals_.empty()) text_ += fmt::format("property float {}\n", axis);
     text_ += color_properties(channels_, colors_.type, "\n");
     text_ += fmt::format("element face {}\nproperty list uchar int vertex_indices\n",
                          mesh_.triangle_count());
@@ -271,8 +278,34 @@ class NewPly {
 
   void add(double value, PlyType type) { text_ += encoded(value, type, Encoding::little_endian); }
 
-  void add_vertex(int v) {
+  /// A vertex has one normal: those whose corners have several are there several times, behind all
+  /// others.
+  void split_vertices(const std::vector<Eigen::Vector3f>& of_corners) {
+    vertices_.resize(mesh_.positions.size());
+    std::iota(vertices_.begin(), vertices_.end(), 0);
+    triangles_ = mesh_.triangles;
+    if (of_corners.empty()) return;
+    normals_.assign(vertices_.size(), Eigen::Vector3f::Zero());
+    std::map<std::pair<int, std::array<float, 3>>, int> copies;
+    for (std::size_t c = 0; c < of_corners.size(); ++c) {
+      const Eigen::Vector3f& n = of_corners[c];
+      int& v = triangles_[c / 3][c % 3];
+      Eigen::Vector3f& first = normals_[std::size_t(v)];
+      if (first.isZero(0)) first = n;
+      if (first == n) continue;
+      const auto copy = copies.try_emplace({v, {n.x(), n.y(), n.z()}}, int(vertices_.size()));
+      if (copy.second) {
+        vertices_.push_back(v);
+        normals_.push_back(n);
+      }
+      v = copy.first->second;
+    }
+  }
+
+  void add_vertex(std::size_t i) {
+    const int v = vertices_[i];
     for (int k = 0; k < 3; ++k) add(mesh_.positions[v][k], position_type_);
+    for (int k = 0; k < 3 && !normals_.empty(); ++k) add(double(normals_[i][k]), PlyType::f32);
     for (int c = 0; c < channels_; ++c)
       add(stored(color(model_.colors, v, c), colors_.scale), colors_.type);
   }
@@ -287,7 +320,7 @@ class NewPly {
 
   void add_face(int t) {
     add(3, PlyType::u8);
-    for (const int v : mesh_.triangles[t]) add(v, PlyType::i32);
+    for (const int v : triangles_[std::size_t(t)]) add(v, PlyType::i32);
     if (mesh_.has_uvs()) add_uvs(mesh_.corner_uvs[std::size_t(t)], mesh_.uvs, uv_type_);
     for (std::size_t i = 0; i < other_sets_.size(); ++i)
       add_uvs(other_sets_[i]->corner_uvs[std::size_t(t)], other_sets_[i]->uvs, other_types_[i]);
@@ -302,6 +335,9 @@ class NewPly {
   bool numbered_;
   std::vector<const UvSet*> other_sets_;
   std::vector<PlyType> other_types_;
+  std::vector<int> vertices_;             ///< those of the file: the mesh's, and copies of them
+  std::vector<Eigen::Vector3f> normals_;  ///< theirs, or none
+  std::vector<Triangle> triangles_;       ///< of them
   std::string text_;
 };
 

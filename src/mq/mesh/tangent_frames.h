@@ -41,6 +41,10 @@ struct CornerFrames {
 /// O(n log n). Throws `InvalidInput` where the sizes of what is given do not fit.
 CornerFrames tangent_frames(const Mesh& mesh, CornerFrames given = {});
 
+/// The normals alone, as there.
+std::vector<Eigen::Vector3f> corner_normals(const Mesh& mesh,
+                                            std::vector<Eigen::Vector3f> given = {});
+
 /// T, B and N somewhere. Linearly independent, but neither unit nor at right angles.
 struct TangentFrame {
   Vector3 tangent, bitangent, normal;

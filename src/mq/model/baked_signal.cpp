@@ -21,8 +21,7 @@
 #include "mq/mesh/facing_points.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/orient.h"
-#include "mq/model/detail/source_colours.h"
-#include "mq/model/normal_axes.h"
+#include "mq/model/detail/bake_source.h"
 
 namespace mq {
 namespace {
@@ -197,20 +196,6 @@ void check(const TexturedModel& target, const ModelSignal& signal, const BakeOpt
           target.model.path.string() + ": has no charts to bake to");
 }
 
-void refuse_tangent_space(const TexturedModel& source) {
-  const std::vector<Texture>& textures = source.model.textures;
-  if (!source.atlas || textures.empty() || textures.front().pixels.empty() ||
-      textures.front().meaning != TextureMeaning::normals)
-    return;
-  const NormalMapShares shares =
-      normal_map_shares(source, texel_coverage(source.surface, *source.atlas));
-  if (found_axes(source, NormalAxes::as_found, shares) != NormalAxes::object)
-    throw Unsupported(fmt::format(
-        "{}: is a normal map in tangent space: its vectors are in the axes of its own charts, and "
-        "carried to others as they are they would show another shape; bake another slot ({})",
-        texture_file(source.model, 0), option_name("slot")));
-}
-
 /// The source's mesh facing as the target does; where they are the same triangles, as it is.
 Mesh facing_mesh(const TexturedModel& source, const Mesh& target, Messages& messages) {
   if (std::ranges::count(same_triangles(source.model.mesh, target), 0) == 0)
@@ -236,13 +221,12 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
                  const ModelSignal& signal, const BakeOptions& options, Messages& messages,
                  const Progress& progress) {
   check(target, signal, options);
-  refuse_tangent_space(source);
   const Mesh& surface = target.surface.mesh;
   const Mesh source_mesh = facing_mesh(source, surface, messages);
-  const SourceColours colours(source.model, source_mesh, options.values);
-  BakedSignal baked{.depth = colours.depth()};
+  const BakeSource shown(source, source_mesh, target, signal, options);
+  BakedSignal baked{.normals = shown.normals(), .depth = shown.depth()};
   const double spacing = signal.scale().texel_spacing;
-  const double ratio = colours.spacing() > 0 ? spacing / colours.spacing() : 1;
+  const double ratio = shown.spacing() > 0 ? spacing / shown.spacing() : 1;
   baked.kind = ratio >= coarser ? BakedSignal::Kind::mean : BakedSignal::Kind::least_squares;
   baked.samples = options.samples > 0
                       ? options.samples
@@ -250,17 +234,18 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
 
   const SourcePoints source_points(source_mesh, surface, options);
   baked.accuracy = source_points.accuracy();
-  SampleFit fit(signal.space(), colours.channels(), progress.step("space", 0.15));
+  SampleFit fit(signal.space(), shown.channels(), progress.step("space", 0.15));
   SampleStream stream([&](const Samples& samples) {
-    Signal values = Signal::Zero(std::ssize(samples.points), colours.channels());
+    Signal values = Signal::Zero(std::ssize(samples.points), shown.channels());
     std::vector<char> seen(samples.points.size(), 0);
     parallel_for(
         std::ssize(samples.points),
         [&](std::int64_t s) {
-          const SurfacePoint found = source_points(samples.points[std::size_t(s)]);
+          const SurfacePoint& point = samples.points[std::size_t(s)];
+          const SurfacePoint found = source_points(point);
           if (found.triangle < 0) return;
           seen[std::size_t(s)] =
-              colours.at(found, {values.row(s).data(), std::size_t(colours.channels())});
+              shown.at(found, point, {values.row(s).data(), std::size_t(shown.channels())});
         },
         256);
     for (const SurfacePoint& point : samples.points)
@@ -297,15 +282,18 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
 
 void put_baked(const BakedSignal& baked, const ModelSignal& signal, const ValueSpace& values,
                TexturedModel& target) {
-  signal.replace(baked.values, baked.depth, target.model);
   const TexelSpace* space = signal.texel_space();
+  const bool is_coded = baked.normals && space;
+  signal.replace(
+      is_coded ? coded_normals(*baked.normals, baked.values, *space, target) : baked.values,
+      baked.depth, target.model);
   if (!space) return;
   const std::vector<Coverage> coverage = texel_coverage(target.surface, *target.atlas);
   for (std::size_t i = 0; i < target.model.textures.size(); ++i) {
     Texture& texture = target.model.textures[i];
     spread_past_borders(*space, int(i), coverage[i], std::numeric_limits<double>::infinity(),
                         texture.pixels);
-    texture.pixels = encoded(texture.pixels, texture, values);
+    if (!is_coded) texture.pixels = encoded(texture.pixels, texture, values);
   }
 }
 

@@ -3,10 +3,12 @@
 /// mesh, from textures to vertices and back.
 
 #include <cstdint>
+#include <memory>
 
 #include "mq/filter/sample_fit.h"
 #include "mq/model/messages.h"
 #include "mq/model/model_signal.h"
+#include "mq/model/normal_axes.h"
 
 namespace mq {
 
@@ -15,11 +17,24 @@ struct BakeOptions {
   double angle = 60;     ///< and how it may be turned, degrees between normals
   int samples = 0;       ///< per texel and direction; 0: as many as show all that the source has
   ValueSpace values = {};
+
+  /// What of the source: its pictures, or where it has none its colours at vertices; or the shading
+  /// normals of its shape, as a normal map of the target.
+  enum class Shown { pictures, shading_normals } shown = Shown::pictures;
+  bool to_tangent_space = false;  ///< also of normal maps that are in object space
+};
+
+/// The frames of a normal map in tangent space that was baked.
+struct BakedNormals {
+  std::shared_ptr<const ShadingFrames> source;  ///< null: the source's map is in object space
+  std::shared_ptr<const ShadingFrames> target;
 };
 
 /// What the source shows, as a signal of the target.
 struct BakedSignal {
-  Signal values = {};  ///< per unknown, in the channels of the source
+  Signal values =
+      {};  ///< per unknown, in the channels of the source; first d, where there are `normals`
+  std::shared_ptr<const BakedNormals> normals = {};  ///< null: values are as the source stores them
   int samples = 0;
   enum class Kind {
     mean,          ///< of what each texel covers: the target is coarser than the source
@@ -45,15 +60,21 @@ TextureSignalOptions baking_options(const TexturedModel& target, const ValueSpac
 /// the source's, each has the mean of what it covers, else they are fitted (`SampleFit`). The model
 /// must be that of the signal (`baking_options`).
 ///
+/// A normal map in tangent space is in the frames of its charts (normal_axes.h), so its normals n,
+/// seen in the model's axes, become what they add to the shading normals N of the target, d = n −
+/// N; one field over all seams, 0 where a flat map meets the same shading. `put_baked` puts
+/// normalise(N + d) into the frames of the target: those of its file, or that the file made anew
+/// will hold (`frames_to_write`). One in object space stays in it.
+///
 /// Throws `InvalidInput` where the source has no colours, its textures do not store colours alike,
-/// or nothing of it faces the target; and `Unsupported` for a normal map in tangent space, which is of
-/// the source's charts.
+/// or nothing of it faces the target, for normal maps without z, and where they are put into charts
+/// that overlap; and `Unsupported` for normals in tangent space at vertices.
 BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
                  const ModelSignal& signal, const BakeOptions& options, Messages& messages,
                  const Progress& progress = {});
 
-/// Gives the target pictures of the values in place of its own, texels outside charts as the charts
-/// go on; or colours at its vertices.
+/// Gives the target pictures of the values in place of its own (normals in tangent space coded, of
+/// unit length), texels outside charts as the charts go on; or colours at its vertices.
 void put_baked(const BakedSignal& baked, const ModelSignal& signal, const ValueSpace& values,
                TexturedModel& target);
 

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
 #include "mq/io/document.h"
+#include "mq/io/normals.h"
 #include "mq/io/slots.h"
 
 namespace mq {
@@ -74,7 +75,7 @@ void join_slot(Model other, Model& model) {
 }
 
 void begin_slots(const std::vector<std::string>& slots, std::size_t textures, Model& model) {
-  model.document = nullptr;
+  forget_file(model, Tangents::kept);
   model.tiles.clear();
   model.others.clear();
   model.slots.clear();

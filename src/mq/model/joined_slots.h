@@ -20,9 +20,10 @@ std::vector<std::string> slots_asked_for(const Model& model, const std::string& 
 /// `model`. Pictures that are textures of both stay as `model` has them.
 void join_slot(Model other, Model& model);
 
-/// Makes a model one that has pictures for these slots: its `textures` for the first, and beside each of
-/// them one for each of the others, all without pixels, those named after the slots. Pictures that it had
-/// are forgotten, and so is its file: written, it is made anew.
+/// Makes a model one that has pictures for these slots: its `textures` for the first, and beside
+/// each of them one for each of the others, all without pixels, those named after the slots.
+/// Pictures that it had are forgotten, and so is its file but for its normals: written, it is made
+/// anew.
 void begin_slots(const std::vector<std::string>& slots, std::size_t textures, Model& model);
 
 /// Gives such a model what was made for one of its slots, a picture for each of its textures.

@@ -27,9 +27,10 @@ struct ShapeChange {
 ShapeChange shape_change(const Surface& surface, std::span<const Vector3> positions);
 
 /// Moves the vertices of a model as those of its surface move to these positions: copies that were
-/// welded alike, each from where it was, and those that stay keep their bits. Normals that the
-/// model says are left out where one moved, since they are those of the shape as it was: true then.
-/// The surface stays as it is.
+/// welded alike, each from where it was, and those that stay keep their bits. Where one moved,
+/// normals that the model's file says are turned by the smallest rotations that turn the surface's
+/// own at vertices, and the file is forgotten, to be made anew: true then. The surface stays as it
+/// is.
 bool move_vertices(std::span<const Vector3> positions, TexturedModel& model);
 
 }  // namespace mq

@@ -56,6 +56,14 @@ NormalAxes found_axes(const TexturedModel& model, NormalAxes asked, const Normal
   return by_format || shares.upright >= mostly ? NormalAxes::tangent : NormalAxes::object;
 }
 
+bool charts_overlap(std::span<const Coverage> coverage) {
+  constexpr double few = 1e-3;  // of their texels
+  std::int64_t covered = 0;
+  for (const Coverage& picture : coverage)
+    for (const int triangle : picture.triangle.values()) covered += triangle >= 0;
+  return double(overlapping_texels(coverage)) > few * double(covered);
+}
+
 ShadingFrames::ShadingFrames(const TexturedModel& model, NormalAxes axes)
     : up_(axes == NormalAxes::tangent_down ? -1 : 1) {
   CornerFrames given = file_frames(model.model);

@@ -26,11 +26,15 @@ NormalMapShares normal_map_shares(const TexturedModel& model, std::span<const Co
 /// other, and elsewhere where at least 9 of 10 normals are upright; else object.
 NormalAxes found_axes(const TexturedModel& model, NormalAxes asked, const NormalMapShares& shares);
 
+/// Whether charts lie on top of each other, beyond what rounding by who made them does, so that one
+/// texel would be another normal in each.
+bool charts_overlap(std::span<const Coverage> coverage);
+
 /// The frames of a model's triangles, and where they are from.
 class ShadingFrames {
  public:
-  /// Those of the model's file, completed (`file_frames`, `tangent_frames`). Throws what these throw.
-  /// With `tangent_down` the map's y is turned.
+  /// Those of the model's file, or that it had, completed (`file_frames`, `tangent_frames`). Throws
+  /// what these throw. With `tangent_down` the map's y is turned.
   ShadingFrames(const TexturedModel& model, NormalAxes axes);
 
   TangentFrame at(const SurfacePoint& point) const;

@@ -5,9 +5,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <memory>
+#include <utility>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
+#include "mq/io/normals.h"
+#include "mq/io/slots.h"
 #include "mq/mesh/orient.h"
 #include "mq/model/textured_model.h"
 #include "mq/remesh/texture.h"
@@ -16,10 +21,16 @@ namespace mq {
 namespace {
 
 /// What of a target faces the wrong way is turned back.
-void turn_back(Model& target, const Mesh& of_template) {
-  Oriented found = oriented_like(target.mesh, of_template);
-  target.mesh = std::move(found.mesh);
-  std::ranges::move(found.defects, std::back_inserter(target.defects));
+void turn_back(RemeshInput& target, const Mesh& of_template) {
+  Oriented found = oriented_like(target.model.mesh, of_template);
+  target.model.mesh = std::move(found.mesh);
+  std::ranges::move(found.defects, std::back_inserter(target.model.defects));
+  if (target.frames.normals.empty()) return;
+  for (const int t : found.turned) {
+    Eigen::Vector3f* corners = &target.frames.normals[3 * std::size_t(t)];
+    std::swap(corners[1], corners[2]);
+    for (int k = 0; k < 3; ++k) corners[k] = -corners[k];
+  }
 }
 
 bool has_uvs(const RemeshInput& of_template, const RemeshInput& target,
@@ -70,6 +81,38 @@ VertexSignal carried_colours(const RemeshInput& of_template, const RemeshInput& 
   return colours;
 }
 
+/// The normals of both, as `finish_remeshed` says; null where neither file says any.
+std::shared_ptr<const ModelShading> carried_shading(const RemeshInput& of_template,
+                                                    const RemeshInput& target,
+                                                    const Remeshed& found) {
+  const auto has_normals = [](const RemeshInput& side) { return !side.frames.normals.empty(); };
+  if (!has_normals(of_template) && !has_normals(target)) return nullptr;
+  ModelShading shading;
+  shading.is_said = holds_normals(of_template.model) || holds_normals(target.model);
+  const auto of_corner = [](const RemeshInput& side, int triangle, int k) {
+    return side.frames.normals[3 * std::size_t(triangle) + std::size_t(k)];
+  };
+  for (int t = 0; t < found.mesh.triangle_count(); ++t) {
+    const int old = found.template_triangles[std::size_t(t)],
+              fresh = found.target_triangles[std::size_t(t)];
+    for (int k = 0; k < 3; ++k) {
+      Eigen::Vector3f& normal = shading.corners.normals.emplace_back(Eigen::Vector3f::Zero());
+      const VertexOrigin& origin =
+          found.origins[std::size_t(found.mesh.triangles[std::size_t(t)][std::size_t(k)])];
+      const bool of_target = old < 0 && (fresh >= 0 || origin.of_target != 0);
+      const RemeshInput& side = of_target ? target : of_template;
+      if (!has_normals(side)) continue;
+      if (old >= 0 || fresh >= 0)
+        normal = of_corner(side, old >= 0 ? old : fresh, k);
+      else
+        normal = interpolate(origin.barycentric, [&](int i) {
+                   return Vector3(of_corner(side, origin.triangle, i).cast<double>());
+                 }).cast<float>();
+    }
+  }
+  return std::make_shared<const ModelShading>(std::move(shading));
+}
+
 VertexSignal colours_of_origin(const Remeshed& found) {
   constexpr std::array kept_colour{0.72F, 0.72F, 0.72F}, added_colour{0.93F, 0.45F, 0.1F};
   VertexSignal colours{3, {}, Depth::u8};
@@ -91,7 +134,8 @@ Defects RemeshInput::defects() const {
 }
 
 RemeshInput remesh_input(Model model, Messages& messages, const Mesh* of_template) {
-  RemeshInput input{std::move(model), {}};
+  RemeshInput input{std::move(model), {}, {}};
+  input.frames = file_frames(input.model);
   const std::string file = input.model.path.string();
   for (const std::string& note : input.model.notes) messages.remark(file + ": " + note);
   require(input.model.mesh.triangle_count() > 0,
@@ -99,7 +143,7 @@ RemeshInput remesh_input(Model model, Messages& messages, const Mesh* of_templat
                       "point cloud or curves, and not cut short",
                       file, counted(input.model.mesh.vertex_count(), "vertex")));
   about(input.model, [&] {
-    if (of_template != nullptr) turn_back(input.model, *of_template);
+    if (of_template != nullptr) turn_back(input, *of_template);
     input.surface = make_surface(input.model.mesh);
   });
   require(
@@ -108,6 +152,28 @@ RemeshInput remesh_input(Model model, Messages& messages, const Mesh* of_templat
                   "a mesh, and not cut short",
                   file));
   return input;
+}
+
+RemeshInput with_slot(const RemeshInput& input, const std::string& slot, const Mesh* of_template) {
+  if (input.model.slot == slot && !input.model.textures.empty()) return input;
+  const bool has = std::ranges::count(input.model.slots, slot, &MaterialSlot::name) > 0;
+  using Pictures = ReadModelOptions::Pictures;
+  Model model = read_model(
+      input.model.path,
+      {.textures = {}, .pictures = has ? Pictures::read : Pictures::skip, .slot = has ? slot : ""});
+  if (!has) model.textures.clear();
+  model.slot = slot;
+  Messages silent;
+  return remesh_input(std::move(model), silent, of_template);
+}
+
+std::vector<std::string> slots_of_both(const RemeshInput& of_template, const RemeshInput& target) {
+  std::vector<std::string> names;
+  for (const RemeshInput* side : {&of_template, &target})
+    for (const MaterialSlot& slot : side->model.slots)
+      if (std::ranges::count(names, slot.name) == 0) names.push_back(slot.name);
+  std::ranges::stable_partition(names, [](const std::string& name) { return name == base_slot; });
+  return names;
 }
 
 std::vector<std::array<Vector3, 3>> rest_corners(const RemeshInput& of_template,
@@ -125,8 +191,19 @@ Model begin_remeshed(const RemeshInput& of_template, const RemeshInput& target,
                      const RemeshedContents& contents) {
   Model model;
   model.path = of_template.model.path;
-  if (has_uvs(of_template, target, contents))
-    model.textures = textures_of_both(of_template, target);
+  if (!has_uvs(of_template, target, contents)) return model;
+  model.textures = textures_of_both(of_template, target);
+  for (const RemeshInput* side : {&of_template, &target}) {
+    if (side->model.textures.empty()) continue;
+    const std::string slot = side->model.slot.empty() ? base_slot : side->model.slot;
+    require(
+        model.slot.empty() || model.slot == slot,
+        fmt::format("{}: its pictures are for {}, and those of {} for {}: one material cannot hold "
+                    "both as they are; bake them to one atlas ({}), or leave them out ({})",
+                    side->model.path.string(), slot, of_template.model.path.string(), model.slot,
+                    option_name("bake"), option_name("no_textures")));
+    model.slot = slot;
+  }
   return model;
 }
 
@@ -144,9 +221,18 @@ void finish_remeshed(const RemeshInput& of_template, const RemeshInput& target, 
   model.colors = contents.colours == RemeshedContents::Colours::origin
                      ? colours_of_origin(found)
                      : carried_colours(of_template, target, found, messages);
-  model.mesh = with_uvs ? textured(found, of_template.surface.mesh, target.surface.mesh,
-                                   int(of_template.model.textures.size()))
-                        : std::move(found.mesh);
+  model.shading = carried_shading(of_template, target, found);
+  if (!with_uvs) {
+    model.mesh = std::move(found.mesh);
+    return;
+  }
+  Mesh old = of_template.surface.mesh, fresh = target.surface.mesh;
+  // Texture coordinates without a picture show none of the other's.
+  if (of_template.model.textures.empty() != target.model.textures.empty()) {
+    Mesh& bare = of_template.model.textures.empty() ? old : fresh;
+    bare.textures.assign(bare.triangles.size(), -1);
+  }
+  model.mesh = textured(found, old, fresh, int(of_template.model.textures.size()));
 }
 
 }  // namespace mq

@@ -5,13 +5,22 @@
 
 namespace mq {
 
-TangentTexels::TangentTexels(ShadingFrames frames, std::vector<TexelPlace> places)
+bool is_flat(const Vector3& mapped, double half_step) {
+  return mapped.z() > 0 && std::abs(mapped.x()) <= half_step && std::abs(mapped.y()) <= half_step;
+}
+
+double half_vector_step(Depth depth) {
+  // A vector's step is twice its code's.
+  constexpr double hair = 1 + 1e-3;
+  return depth == Depth::u8 ? hair / 255 : depth == Depth::u16 ? hair / 65535 : 0;
+}
+
+TangentTexels::TangentTexels(std::shared_ptr<const ShadingFrames> frames,
+                             std::vector<TexelPlace> places)
     : frames_(std::move(frames)), places_(std::move(places)) {}
 
 Vector3 TangentTexels::deviation(int unknown, const Vector3& mapped, double half_step) const {
-  const bool is_flat = mapped.z() > 0 && std::abs(mapped.x()) <= half_step &&
-                       std::abs(mapped.y()) <= half_step;
-  if (is_flat || !is_placed(unknown)) return Vector3::Zero();
+  if (is_flat(mapped, half_step) || !is_placed(unknown)) return Vector3::Zero();
   const TangentFrame f = frame(unknown);
   return f.to_model(mapped) - f.normal.normalized();
 }

@@ -18,16 +18,6 @@ namespace {
 
 using SharedTexels = TextureSignalOptions::SharedTexels;
 
-/// Charts that overlap in fewer of their texels do so by the rounding of who made them.
-constexpr double few_overlaps = 1e-3;
-
-bool overlaps(std::span<const Coverage> coverage) {
-  std::int64_t covered = 0;
-  for (const Coverage& picture : coverage)
-    for (const int triangle : picture.triangle.values()) covered += triangle >= 0;
-  return double(overlapping_texels(coverage)) > few_overlaps * double(covered);
-}
-
 void refuse_overlaps(const TexturedModel& model) {
   throw InvalidInput(fmt::format(
       "{}: its normals are in tangent space, and charts lie on top of each other, so that one texel is "
@@ -80,7 +70,7 @@ SharedTexels TextureSignal::find_axes(SharedTexels shared, Messages& messages) {
                                 texture_file(model_.model, 0), 100 * shares.upright,
                                 option_name("normal_space") + " object or directx"));
   say_oddities(model_, shares, messages);
-  if (shared == SharedTexels::one_for_each || !overlaps(coverage)) return shared;
+  if (shared == SharedTexels::one_for_each || !charts_overlap(coverage)) return shared;
   if (shared == SharedTexels::one_unknown) refuse_overlaps(model_);
   return SharedTexels::one_for_each;
 }
@@ -92,7 +82,7 @@ void TextureSignal::find_frames() {
                         values_.axes == NormalAxes::tangent_down);
   if (!tangent || model_.model.textures.empty()) return;
   tangent_ = std::make_shared<const TangentTexels>(
-      ShadingFrames(model_, values_.axes),
+      std::make_shared<const ShadingFrames>(model_, values_.axes),
       texel_places(model_.surface, atlas(), space_->texels(),
                    texel_coverage(model_.surface, atlas())));
 }
@@ -108,11 +98,7 @@ double TextureSignal::code_step(const Texture& texture) const {
 
 void TextureSignal::to_deviations(std::span<const int> block, const Texture& texture,
                                   Image<float>& worked, Signal& values) const {
-  // A vector's step is twice its code's; a hair for the rounding of floats.
-  const double stored_step = texture.format.depth == Depth::u8    ? 1.0 / 255
-                             : texture.format.depth == Depth::u16 ? 1.0 / 65535
-                                                                  : 0;
-  const double half_step = stored_step * (1 + 1e-3);
+  const double half_step = half_vector_step(texture.format.depth);
   for (int n = 0; n < worked.width(); ++n) {
     const int k = block[std::size_t(n)];
     const Vector3 mapped(worked(n, 0, 0), worked(n, 0, 1), worked(n, 0, 2));

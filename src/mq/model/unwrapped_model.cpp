@@ -1,10 +1,12 @@
 #include "mq/model/unwrapped_model.h"
 
 #include "mq/atlas/coverage.h"
+#include "mq/io/normals.h"
 
 namespace mq {
 
 void put_unwrapped(const Unwrapped& unwrapped, TexturedModel& model) {
+  forget_file(model.model, Tangents::forgotten);
   for (Mesh* mesh : {&model.model.mesh, &model.surface.mesh}) {
     mesh->uvs = unwrapped.uvs;
     mesh->corner_uvs = unwrapped.corner_uvs;
@@ -16,7 +18,6 @@ void put_unwrapped(const Unwrapped& unwrapped, TexturedModel& model) {
   model.model.uv_set = -1;
   model.model.slot.clear();
   for (MaterialSlot& slot : model.model.slots) slot.with_texture.clear();
-  model.model.document = nullptr;  // its corners have other texture coordinates now
   model.atlas.reset();
   model.texture_sizes.clear();
 }

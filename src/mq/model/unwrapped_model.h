@@ -10,6 +10,7 @@ namespace mq {
 
 /// Gives a model and its surface the texture coordinates that its surface was unwrapped with, and
 /// one texture without a picture; nothing that belonged to the old ones stays, the atlas neither.
+/// Normals that its file says stay.
 void put_unwrapped(const Unwrapped& unwrapped, TexturedModel& model);
 
 /// Of a model that was unwrapped for a texture of this size, the texels whose centres more than one

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -36,21 +37,25 @@ void report_bake(Run& run, const BakedSignal& baked) {
       "{} of {}, {} × {} samples for each{}\n", is_mean ? "means" : "the best fit",
       counted(baked.values.rows(), "unknown"), baked.samples, baked.samples,
       baked.unseen == 0 ? ""
-                        : fmt::format("; {:.2f} % lie on nothing of the source that has a picture, and were filled "
-                                      "over the surface",
+                        : fmt::format("; {:.2f} % lie on nothing of the source that has a picture, "
+                                      "and were filled over the surface",
                                       unseen)));
   constexpr double many = 5;
   if (unseen > many)
     run.terminal().warning(fmt::format(
-        "{:.1f} % of the target lie on nothing of the source that has a picture: --within and --angle say how "
-        "far off and how turned it may be",
+        "{:.1f} % of the target lie on nothing of the source that has a picture: --within "
+        "and --angle say how far off and how turned it may be",
         unseen));
+  if (!baked.normals) return;
+  const auto frames = [](const auto& of) { return of ? of->source() : "none: in object space"; };
+  run.result["frames"] = {{"source", frames(baked.normals->source)},
+                          {"target", frames(baked.normals->target)}};
 }
 
 }  // namespace
 
-std::vector<std::string> slots_to_bake(Run& run, const Model& source, const std::string& output) {
-  const OptionValues& options = run.options();
+std::vector<std::string> slots_to_bake(const OptionValues& options, const Model& source) {
+  const std::string output = options.text("output");
   if (source.slots.empty()) return {};
   const auto base_first = [](std::vector<std::string> slots) {
     std::ranges::stable_partition(slots, [](const std::string& slot) { return slot == base_slot; });
@@ -59,17 +64,7 @@ std::vector<std::string> slots_to_bake(Run& run, const Model& source, const std:
   if (options.has("slot")) return base_first(slots_asked_for(source, options.text("slot")));
   if (names_picture(output) || std::filesystem::path(output).extension() == ".ply")
     return {source.slot.empty() ? source.slots.front().name : source.slot};
-  std::vector<std::string> slots;
-  for (const std::string& slot : slots_asked_for(source, "all")) {
-    if (meaning_of_slot(slot) == TextureMeaning::normals)
-      run.terminal().remark(fmt::format(
-          "{}: pictures for {} are not baked: normals belong to the texture coordinates they were "
-          "made for",
-          source.path.string(), slot));
-    else
-      slots.push_back(slot);
-  }
-  return base_first(std::move(slots));
+  return base_first(slots_asked_for(source, "all"));
 }
 
 void begin_bake(const std::vector<std::string>& slots, TexturedModel& target) {
@@ -79,6 +74,14 @@ void begin_bake(const std::vector<std::string>& slots, TexturedModel& target) {
 }
 
 namespace {
+
+/// glTF has no other.
+bool wants_tangent_space(const OptionValues& options) {
+  std::string extension = std::filesystem::path(options.text("output")).extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  return extension == ".gltf" || extension == ".glb";
+}
 
 /// One slot onto the target, whose textures it replaces.
 void bake_one(Run& run, const TexturedModel& source, TexturedModel& target,
@@ -90,15 +93,18 @@ void bake_one(Run& run, const TexturedModel& source, TexturedModel& target,
   }
   report_bake(run, baked);
   put_baked(baked, signal, options.values, target);
-  if (signal.texel_space())
-    run.result["seams"] = {{"source", source.atlas ? seams_json(source) : Json()},
-                           {"target", seams_json(target)}};
+  if (!signal.texel_space()) return;
+  const BakedNormals normals = baked.normals ? *baked.normals : BakedNormals();
+  const bool has_seams = source.atlas && options.shown == BakeOptions::Shown::pictures;
+  run.result["seams"] = {{"source", has_seams ? seams_json(source, normals.source.get()) : Json()},
+                         {"target", seams_json(target, normals.target.get())}};
 }
 
 }  // namespace
 
 void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
-               TexturedModel& target, BakeTo to, const BakeOptions& options, double share) {
+               TexturedModel& target, BakeTo to, BakeOptions options, double share) {
+  options.to_tangent_space = wants_tangent_space(run.options());
   std::unique_ptr<ModelSignal> signal;
   about(target.model, [&] {
     const Step step(run, "assemble", 0.3 * share);

@@ -13,10 +13,9 @@ namespace mq::app {
 
 enum class BakeTo { textures, vertices };
 
-/// The slots of a source to be baked, for an output of this name: those that --slot names; else, into a
-/// model that has words for them or a folder, all; else one. Normals in tangent space stay behind, with a
-/// remark. Empty: the source has no slots.
-std::vector<std::string> slots_to_bake(Run& run, const Model& source, const std::string& output);
+/// The slots of a source to be baked: those that --slot names; else, into a model that has words
+/// for them or a folder, all; else one. Empty: the source has no slots.
+std::vector<std::string> slots_to_bake(const OptionValues& options, const Model& source);
 
 /// The target as it will be: with pictures for several slots, or for one that it has not, it is made anew.
 void begin_bake(const std::vector<std::string>& slots, TexturedModel& target);
@@ -25,10 +24,11 @@ void begin_bake(const std::vector<std::string>& slots, TexturedModel& target);
 using SourceOfSlot = std::function<TexturedModel(const std::string& slot)>;
 
 /// Bakes each slot of the source onto the target and gives it the result: pictures for its texture
-/// coordinates, or colours at its vertices. Says and reports what was found; the target's seams too.
-/// Where there are several slots, "slots" has a report for each.
+/// coordinates, or colours at its vertices. Says and reports what was found; the target's seams
+/// too. Where there are several slots, "slots" has a report for each. Normal maps are in tangent
+/// space where the output is glTF.
 void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
-               TexturedModel& target, BakeTo to, const BakeOptions& options, double share);
+               TexturedModel& target, BakeTo to, BakeOptions options, double share);
 
 /// Where a model goes that gets pictures for texture coordinates that it has not yet.
 Outputs unwrapped_outputs(const OptionValues& options, const Model& model,

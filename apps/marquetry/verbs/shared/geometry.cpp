@@ -106,10 +106,10 @@ void put_positions(Run& run, TexturedModel& scene, const std::vector<Vector3>& p
   report_change(run, positions.size(), change);
   warn_of_size(run, change, advice);
   if (move_vertices(positions, scene))
-    run.terminal().remark(
-        fmt::format("{}: says normals, which are those of the shape as it was: they are left out, "
-                    "and the file is made anew, without comments, skins or animations",
-                    scene.model.path.string()));
+    run.terminal().remark(fmt::format(
+        "{}: says normals: they are turned as the surface is, and the file is made anew, "
+        "without comments, skins or animations",
+        scene.model.path.string()));
 }
 
 }  // namespace mq::app

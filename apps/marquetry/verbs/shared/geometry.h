@@ -25,9 +25,9 @@ void add_fit_options(OptionTable& table, const std::string& group);
 /// Of several solutions the one that fell short, or the last.
 SolveReport worst_of(const std::vector<SolveReport>& reports);
 
-/// Puts new positions of the surface's vertices into the model, whose stored normals are then left
-/// out; says and reports how far vertices moved and what area and volume became. Where one of these
-/// changed by more than 10 % a warning says so, followed by `advice`.
+/// Puts new positions of the surface's vertices into the model, whose stored normals turn with them
+/// (`move_vertices`); says and reports how far vertices moved and what area and volume became.
+/// Where one of these changed by more than 10 % a warning says so, followed by `advice`.
 void put_positions(Run& run, TexturedModel& scene, const std::vector<Vector3>& positions,
                    const std::string& advice);
 

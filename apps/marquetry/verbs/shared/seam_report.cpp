@@ -19,7 +19,10 @@ Json seams_json(const TexturedModel& scene, const std::vector<Texture>& textures
 }
 
 Json seams_json(const TexturedModel& scene, const TextureSignal& signal) {
-  const ShadingFrames* frames = signal.shading_frames();
+  return seams_json(scene, signal.shading_frames());
+}
+
+Json seams_json(const TexturedModel& scene, const ShadingFrames* frames) {
   return frames ? difference_json(texture_seams(scene, *frames)) : seams_json(scene);
 }
 

@@ -11,6 +11,10 @@ namespace mq::app {
 /// in their place.
 Json seams_json(const TexturedModel& scene);
 
+/// The same; with frames, of the normals in tangent space that the textures are, in the model's
+/// axes.
+Json seams_json(const TexturedModel& scene, const ShadingFrames* frames);
+
 /// The same; where the signal is of normals in tangent space, of the normals in the model's axes.
 Json seams_json(const TexturedModel& scene, const TextureSignal& signal);
 Json seams_json(const TexturedModel& scene, const std::vector<Texture>& textures);
