@@ -15,7 +15,7 @@ inline CutOptions whole_square() {
   return options;
 }
 
-CutOptions four_charts() { return turned(odd_angle); }
+inline CutOptions four_charts() { return turned(odd_angle); }
 
 inline int nearest(const Texels& texels, const Vector3& point) {
   int best = 0;
