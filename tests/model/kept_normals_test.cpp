@@ -24,7 +24,8 @@ using testing::HasSubstr;
 std::string tent(double tilt = 0, double far_end = 0) {
   std::string text = fmt::format(
       "mtllib tent.mtl\nusemtl tent\nv 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0.5\nv 1 2 {}\nv 0 2 {}\n"
-      "vt 0.1 0.1\nvt 0.4 0.1\nvt 0.4 0.9\nvt 0.1 0.9\nvt 0.6 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.6 0.9\n",
+      "vt 0.1 0.1\nvt 0.4 0.1\nvt 0.4 0.9\nvt 0.1 0.9\nvt 0.6 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.6 "
+      "0.9\n",
       far_end, far_end);
   const Vector3 first(tilt, -1, 2), second(tilt, 1, 2);
   for (const Vector3& n : {Vector3(first.normalized()), Vector3(second.normalized())})
@@ -58,7 +59,8 @@ TEST(KeptNormals, TurnWithTheSurface) {
   ASSERT_EQ(after.normals.size(), before.normals.size());
   // All of the tent's own normals lie at right angles to the axis: the turn has no twist.
   for (std::size_t c = 0; c < before.normals.size(); ++c)
-    EXPECT_LT((after.normals[c] - (turn * before.normals[c].cast<double>()).cast<float>()).norm(), 1e-5F)
+    EXPECT_LT((after.normals[c] - (turn * before.normals[c].cast<double>()).cast<float>()).norm(),
+              1e-5F)
         << c;
   EXPECT_TRUE(holds_normals(model.model));
   TexturedModel still = loaded(folder, "tent.obj");
@@ -80,8 +82,9 @@ TEST(KeptNormals, StayWithOtherTextureCoordinates) {
 Model remeshed_of(const RemeshInput& of_template, const RemeshInput& target) {
   Messages messages;
   Model model = begin_remeshed(of_template, target);
-  finish_remeshed(of_template, target, remesh(of_template.surface, target.surface, {.tolerance = 0.1}),
-                  {}, messages, model);
+  finish_remeshed(of_template, target,
+                  remesh(of_template.surface, target.surface, {.tolerance = 0.1}), {}, messages,
+                  model);
   return model;
 }
 
@@ -115,8 +118,9 @@ TEST(KeptNormals, OfATargetThatIsTurnedAreTurned) {
   const Folder folder;
   write_tent(folder, "tent.obj", tent());
   std::string inward = tent();
-  for (const auto& [from, to] : {std::pair("f 1/1/1 2/2/1 3/3/1 4/4/1", "f 4/4/1 3/3/1 2/2/1 1/1/1"),
-                                 {"f 4/5/2 3/6/2 5/7/2 6/8/2", "f 6/8/2 5/7/2 3/6/2 4/5/2"}})
+  for (const auto& [from, to] :
+       {std::pair("f 1/1/1 2/2/1 3/3/1 4/4/1", "f 4/4/1 3/3/1 2/2/1 1/1/1"),
+        {"f 4/5/2 3/6/2 5/7/2 6/8/2", "f 6/8/2 5/7/2 3/6/2 4/5/2"}})
     inward.replace(inward.find(from), std::string(from).size(), to);
   write_tent(folder, "inward.obj", inward);
   Messages messages;
@@ -147,13 +151,14 @@ TEST(KeptNormals, OfRemeshedWithPicturesForOtherSlotsAreRefusedBeside) {
   } catch (const InvalidInput& error) {
     EXPECT_THAT(error.what(), HasSubstr("its pictures are for normal"));
   }
-  EXPECT_EQ(slots_of_both(of_template, target), (std::vector<std::string>{"base-colour", "normal"}));
+  EXPECT_EQ(slots_of_both(of_template, target),
+            (std::vector<std::string>{"base-colour", "normal"}));
   const RemeshInput without = with_slot(of_template, "normal");
   EXPECT_TRUE(without.model.textures.empty());
   Model model = begin_remeshed(without, target);
   EXPECT_EQ(model.slot, "normal");
-  finish_remeshed(without, target, remesh(without.surface, target.surface, {.tolerance = 0.1}), {}, messages,
-                  model);
+  finish_remeshed(without, target, remesh(without.surface, target.surface, {.tolerance = 0.1}), {},
+                  messages, model);
   // All of the template is kept: it shows nothing of the target's map.
   EXPECT_EQ(model.textures.size(), 1U);
   EXPECT_EQ(model.mesh.textures, std::vector<int>(4, -1));

@@ -40,7 +40,8 @@ struct Asked {
   BakeOptions::Shown shown = BakeOptions::Shown::pictures;
 };
 
-const ReadModelOptions shape_and_slots{.textures = {}, .pictures = ReadModelOptions::Pictures::skip};
+const ReadModelOptions shape_and_slots{.textures = {},
+                                       .pictures = ReadModelOptions::Pictures::skip};
 
 /// Whether pictures are given for a slot for which the source's materials name none.
 bool gives_a_new_slot(const OptionValues& options, const std::string& slot) {
