@@ -229,6 +229,23 @@ TEST(NormalMaps, ThatAreFlatAreFlatInOtherCharts) {
   EXPECT_TRUE(std::ranges::equal(model.textures.front().pixels.values(), map.values()));
 }
 
+TEST(NormalMaps, AreBakedOfAPictureThatNoMaterialNames) {
+  const Folder folder;
+  write_strip_with_normals(folder, wide_waves());
+  const auto baked = [&](const Words& given, const std::string& out) {
+    Words words{"bake", "strip.obj", "strip.obj"};
+    words.insert(words.end(), given.begin(), given.end());
+    words.insert(words.end(), {"--slot", "normal", "-o", out, "--json"});
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    EXPECT_THAT(result.json()["result"]["frames"]["source"], HasSubstr("computed normals"));
+  };
+  baked({}, "named.png");
+  write_bytes(folder / "strip.mtl", "newmtl strip\nmap_Kd strip.png\n");
+  baked({"normal.png"}, "given.png");
+  EXPECT_EQ(file_bytes(folder / "given.png"), file_bytes(folder / "named.png"));
+}
+
 TEST(NormalMaps, AreOfTheShapeWhereThereIsNone) {
   const Folder folder;
   write_strip(folder);

@@ -40,9 +40,29 @@ struct Asked {
   BakeOptions::Shown shown = BakeOptions::Shown::pictures;
 };
 
+const ReadModelOptions shape_and_slots{.textures = {},
+                                       .pictures = ReadModelOptions::Pictures::skip};
+
+/// Whether pictures are given for a slot for which the source's materials name none.
+bool gives_a_new_slot(const OptionValues& options, const std::string& slot) {
+  if (slot.empty() || options.texts("texture").empty()) return false;
+  const Model source = read_model(options.text("source"), shape_and_slots);
+  return std::ranges::count(source.slots, slot, &MaterialSlot::name) == 0;
+}
+
+/// Gives the pictures the meaning that they have in a slot.
+void take_as(const std::string& slot, Model& model) {
+  for (Texture& texture : model.textures) {
+    texture.meaning = meaning_of_slot(slot);
+    if (texture.meaning == TextureMeaning::normals && texture.pixels.channels() < 3)
+      texture.meaning = TextureMeaning::values;
+  }
+}
+
 TexturedModel read_source(Run& run, const std::string& slot, BakeOptions::Shown shown) {
   const OptionValues& options = run.options();
   const bool has_pictures = shown == BakeOptions::Shown::pictures;
+  const bool is_new = has_pictures && gives_a_new_slot(options, slot);
   LoadOptions load;
   for (const std::string& name : options.texts("texture")) load.textures.emplace_back(name);
   Model read;
@@ -53,11 +73,12 @@ TexturedModel read_source(Run& run, const std::string& slot, BakeOptions::Shown 
                        .pictures = has_pictures ? ReadModelOptions::Pictures::read
                                                 : ReadModelOptions::Pictures::skip,
                        .not_finite = NotFinite::keep,
-                       .slot = has_pictures ? slot : "",
+                       .slot = has_pictures && !is_new ? slot : "",
                        .layer = options.has("layer") ? options.text("layer") : ""},
                       step);
   }
   will_read_model(run, read);
+  if (is_new) take_as(slot, read);
   load.missing =
       has_pictures_of_its_own(read) ? MissingPictures::assume : MissingPictures::unneeded;
   const Step step(run, "find its charts", 0.05);
@@ -77,10 +98,11 @@ bool asks_for_shape(const OptionValues& options, const Model& source) {
 Asked asked_slots(Run& run, BakeTo to) {
   const OptionValues& options = run.options();
   const std::string file = options.text("source");
-  if (names_picture(file) || !options.texts("texture").empty())
-    return {options.has("slot") ? std::vector{options.text("slot")} : std::vector<std::string>()};
-  const Model source =
-      read_model(file, {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
+  if (names_picture(file) || !options.texts("texture").empty()) {
+    if (!options.has("slot")) return {};
+    return {{slot_from_text(options.text("slot"))}};
+  }
+  const Model source = read_model(file, shape_and_slots);
   if (asks_for_shape(options, source)) {
     run.terminal().remark(fmt::format(
         "{}: has no normal map: the shading normals of its shape are baked as one", file));
@@ -104,7 +126,7 @@ TargetTextures asked_textures(const OptionValues& options, const Model& source,
   target.slot = "";
   const std::string file = options.text("mesh");
   if (!options.has("slot") || slots.size() != 1 || names_picture(file)) return target;
-  const Model shape = read_model(file, {.textures = {}, .pictures = ReadModelOptions::Pictures::skip});
+  const Model shape = read_model(file, shape_and_slots);
   const std::string slot = slot_from_text(slots.front());
   if (std::ranges::count(shape.slots, slot, &MaterialSlot::name) > 0) target.slot = slot;
   return target;
