@@ -11,7 +11,7 @@ import marquetry as mq
 folder = pathlib.Path(sys.argv[1])
 scan = sys.argv[2:4] or [mq.sample("bust", size=512).mesh]
 
-sharp = mq.filter(*scan, beta=4, length="4tx")
+sharp = mq.filter(*scan, beta=2.5, length="4tx")
 print(f"changed by at most {sharp.report['result']['largest_change']:.2f}, in "
       f"{sharp.report['seconds']['total']:.1f} s")
 mq.render(*scan, compare=sharp.picture, output=folder / "01_filter.png", size=480)

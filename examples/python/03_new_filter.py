@@ -32,4 +32,5 @@ def error(one):
 
 
 print(f"root mean square error, of 255: noisy {error(noisy):.1f}, diffused {error(clean):.1f}")
-mq.render(mesh, noisy, compare=clean, output=folder / "03_new_filter.png", size=480)
+mq.render(mesh, noisy, compare=clean, output=folder / "03_new_filter.png", size=480, unlit=True, at="seam",
+          extent="160tx")
