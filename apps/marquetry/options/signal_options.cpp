@@ -151,7 +151,8 @@ void refuse_pictures(const OptionValues& options) {
 ValueSpace value_space(const OptionValues& options) {
   const auto has = [&](const std::string& name) {
     return std::ranges::any_of(options.table().options(),
-                               [&](const Option& option) { return option.name == name; });
+                               [&](const Option& option) { return option.name == name; }) &&
+           options.has(name);
   };
   ValueSpace values;
   if (has("normal-space")) values.axes = normal_axes(options);

@@ -22,17 +22,14 @@
 #include "mq/base/instruction_set.h"
 #include "mq/base/option_names.h"
 #include "mq/io/atomic_file.h"
-#include "mq/io/frame_files.h"
 #include "mq/version.h"
 #include "shell/completion.h"
-#include "shell/frame_place.h"
 #include "shell/interrupt.h"
 #include "shell/manual.h"
 #include "shell/run.h"
 #include "shell/shared_options.h"
-#include "shell/slot_runs.h"
 #include "shell/terminal.h"
-#include "verbs/shared/unwrap_evolving.h"
+#include "shell/verb_run.h"
 
 namespace mq::app {
 namespace {
@@ -76,89 +73,6 @@ OptionValues read_options(const OptionTable& table, const std::vector<std::strin
   return options;
 }
 
-/// The options of one frame: its number put into every file name that has a place for it.
-OptionValues frame_options(const OptionValues& options, int frame) {
-  OptionValues one = options;
-  for (const Option& option : options.table().options()) {
-    if (option.type != Option::Type::path || option.scope == Option::Scope::run) continue;
-    std::vector<std::string> names = options.texts(option.name);
-    if (names.empty()) continue;
-    for (std::string& name : names) name = frame_name(name, frame);
-    one.set(option.name, names);
-  }
-  return one;
-}
-
-/// Every frame needs an output of its own, and inputs that are not one file with all frames.
-void check_frame_places(const OptionValues& options) {
-  for (const Option& option : options.table().options())
-    if (option.place == Option::Place::positional)
-      for (const std::string& name : options.texts(option.name))
-        require(!names_evolving(name) || has_frame_place(name),
-                fmt::format("--frames: {} is an evolving mesh, one file with all of its frames, "
-                            "and taken whole; leave --frames out",
-                            name));
-  for (const Option& option : options.table().options())
-    if (option.name == "output" && options.has(option.name))
-      require(has_frame_place(options.text(option.name)),
-              fmt::format("--output: with --frames the name needs a place for the number, such as "
-                          "out_%04d.png; found '{}'",
-                          options.text(option.name)));
-}
-
-/// Without --frames nothing says which number the place stands for.
-void refuse_frame_places(const OptionValues& options) {
-  for (const Option& option : options.table().options())
-    if (option.name == "output" && options.has(option.name))
-      require_no_frame_place(options.text(option.name));
-}
-
-struct Outcome {
-  Exit exit = Exit::done;
-  Json report;
-};
-
-Outcome run_once(const Verb& verb, const OptionValues& options, Terminal& terminal,
-                 const Progress& progress) {
-  if (asks_for_slots(verb, options)) {
-    SlotsOutcome slots = run_slots(verb, options, terminal, progress);
-    return {slots.exit, std::move(slots.report)};
-  }
-  Run run(options, terminal, progress);
-  const Exit exit = verb.run(run);
-  progress.check();
-  return {exit, run.report()};
-}
-
-/// One run, or one for each frame; the report of a sequence is that of its last frame with the
-/// options of the whole and every frame's own report under "frames".
-Outcome run_all(const Verb& verb, const OptionValues& options, Terminal& terminal) {
-  const Progress progress([&](const ProgressEvent& event) { terminal.progress(event); },
-                          &Interrupt::requested());
-  const bool sequence = std::ranges::any_of(
-      options.table().options(), [](const Option& option) { return is_frames_option(option); });
-  if (sequence && !options.has("frames")) refuse_frame_places(options);
-  if (!sequence || !options.has("frames")) return run_once(verb, options, terminal, progress);
-
-  check_frame_places(options);
-  const std::vector<int> frames = parse_frames(options.text("frames"));
-  Outcome all;
-  Json reports = Json::array();
-  for (const int frame : frames) {
-    Outcome one =
-        run_once(verb, frame_options(options, frame), terminal,
-                 progress.step(fmt::format("frame {}", frame), 1.0 / double(frames.size())));
-    all.exit = std::max(all.exit, one.exit);
-    one.report["frame"] = frame;
-    reports.push_back(std::move(one.report));
-  }
-  all.report = reports.back();
-  all.report.erase("frame");
-  all.report["options"] = options_json(options);
-  all.report["frames"] = std::move(reports);
-  return all;
-}
-
 void write_report(const OptionValues& options, const Json& report) {
   const std::string text = json_text(report);
   if (options.given("report"))
@@ -192,7 +106,9 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
       threads > 0 ? std::size_t(threads) : std::max(1U, std::thread::hardware_concurrency()));
   if (options.flag("quiet")) terminal.set_voice(Terminal::Voice::quiet);
   if (options.given("report")) const AtomicFile probe(options.text("report"));
-  const Outcome outcome = run_all(verb, options, terminal);
+  const Progress progress([&](const ProgressEvent& event) { terminal.progress(event); },
+                          &Interrupt::requested());
+  const VerbOutcome outcome = run_as_asked(verb, options, terminal, progress);
   if (!options.flag("dry-run")) write_report(options, outcome.report);
   return outcome.exit;
 }

@@ -12,6 +12,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/held_files.h"
 #include "mq/io/json_read.h"
 #include "mq/io/video.h"
 #include "mq/version.h"
@@ -85,12 +86,12 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
           fmt::format("{}: exists already, and --no-clobber protects it: choose another "
                       "name, or remove it first",
                       path.string()));
-  const bool makes_folder = !folder.empty() && !fs::exists(folder, failure);
+  const bool makes_folder = !folder.empty() && !names_held(folder) && !fs::exists(folder, failure);
   if (makes_folder && !dry_run()) made_.make(folder);
   for (const auto& path : paths) {
     if (names_video(path)) require_video_program(path);
     if (dry_run()) terminal_.remark("would write " + path.string());
-    if (makes_folder && dry_run()) continue;
+    if ((makes_folder && dry_run()) || names_held(path)) continue;
     const AtomicFile probe(path);  // makes and removes a temporary file, and its folder
   }
 }

@@ -10,6 +10,7 @@
 #include "mq/draw/false_colour.h"
 #include "mq/filter/geodesic.h"
 #include "mq/io/file_names.h"
+#include "mq/io/held_files.h"
 #include "shell/results.h"
 #include "options/solver_options.h"
 #include "options/source_options.h"
@@ -22,7 +23,7 @@ namespace {
 bool writes_numbers(const OptionValues& options, const std::filesystem::path& path) {
   const std::string show = options.text("show");
   if (show != "automatic") return show == "numbers";
-  return holds_numbers(path);
+  return holds_numbers(path) || names_held(path);
 }
 
 Signal as_numbers(const Vector& distance, int channels) {
@@ -130,7 +131,7 @@ Verb geodesic_verb() {
              .choices = {"automatic", "numbers", "colours"},
              .group = "Distance",
              .help = "distances as numbers or as colours with lines of equal distance",
-             .details = "automatic: numbers in .exr and .tif, in model units; colours elsewhere."});
+             .details = "automatic: numbers in .exr and .tif, and in memory, in model units; colours elsewhere."});
   table.add({.name = "isolines",
              .type = Type::integer,
              .default_value = as_typed(DistanceColours{}.lines),

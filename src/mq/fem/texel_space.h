@@ -119,6 +119,10 @@ class TexelSpace : public SignalSpace {
   /// S·ψ).
   Signal edge_divergence(const std::vector<std::array<int, 2>>& edges, const Signal& z) const;
 
+  /// The same as a matrix, texels × edges: times the differences over edges, (d₀ψ)_ij = ψ_j − ψ_i, it
+  /// is S. Costs about 24 entries per piece of a triangle in a cell while it is made.
+  SparseMatrix edge_divergence_matrix(const std::vector<std::array<int, 2>>& edges) const;
+
   /// Calls visit(samples) for the pieces of all triangles, with points and weights of a rule that
   /// is exact where the integrand is a polynomial of degree 4 (products of two bilinear functions
   /// and more); next to seams it defines the matrices. In a fixed order, on the calling thread.

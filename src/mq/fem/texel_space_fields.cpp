@@ -198,4 +198,49 @@ Signal TexelSpace::edge_divergence(const std::vector<std::array<int, 2>>& edges,
   return result;
 }
 
+namespace {
+
+/// ∫ ⟨φ_i ∇φ_j − φ_j ∇φ_i, ∇φ_t⟩ dA over one piece, per texel t of it.
+Eigen::VectorXd moments_of_edge(const TexelSamples& samples, const TexelMetric& metric, int i, int j) {
+  const auto form = [&](const Signal& slope) {
+    return (samples.weights.array() * (samples.values.col(i).array() * slope.col(j).array() -
+                                       samples.values.col(j).array() * slope.col(i).array()))
+        .matrix()
+        .eval();
+  };
+  const Eigen::VectorXd wx = form(samples.dx), wy = form(samples.dy);
+  return samples.dx.transpose() * (metric.a * wx + metric.b * wy) +
+         samples.dy.transpose() * (metric.b * wx + metric.c * wy);
+}
+
+constexpr std::size_t entries_at_once = 1 << 23;  ///< before equal places are added up: 128 MB
+
+}  // namespace
+
+SparseMatrix TexelSpace::edge_divergence_matrix(const std::vector<std::array<int, 2>>& edges) const {
+  SparseMatrix sum(size(), int(edges.size()));
+  Entries entries;
+  const auto add_up = [&] {
+    const SparseMatrix part = sparse_matrix(size(), int(edges.size()), entries);
+    sum = SparseMatrix(sum + part);
+    entries.clear();
+  };
+  for_each_piece([&](const TexelSamples& samples) {
+    const int count = int(samples.texels.size());
+    for (int i = 0; i < count; ++i)
+      for (int j = 0; j < count; ++j) {
+        const std::array<int, 2> pair{samples.texels[i], samples.texels[j]};
+        if (pair[0] >= pair[1]) continue;
+        const auto at = std::lower_bound(edges.begin(), edges.end(), pair);
+        if (at == edges.end() || *at != pair) continue;
+        const Eigen::VectorXd b = moments_of_edge(samples, data_->metrics[samples.triangle], i, j);
+        for (int k = 0; k < count; ++k)
+          entries.emplace_back(samples.texels[k], int(at - edges.begin()), b[k]);
+      }
+    if (entries.size() > entries_at_once) add_up();
+  });
+  add_up();
+  return sum;
+}
+
 }  // namespace mq

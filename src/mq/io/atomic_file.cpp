@@ -11,6 +11,7 @@
 #include <set>
 
 #include "mq/base/error.h"
+#include "mq/io/detail/held.h"
 
 namespace mq {
 namespace {
@@ -90,6 +91,7 @@ void make_no_more(const std::filesystem::path& folder) {
 }
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
+  require_file(path_);
   std::error_code ignored;
   if (path_.filename().empty() || std::filesystem::is_directory(path_, ignored))
     throw IoError(fmt::format("cannot write {}: it is a directory; give a file name in it",
@@ -154,6 +156,7 @@ WrittenFiles written_files() {
 }
 
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  if (hold_bytes(path, bytes)) return;
   AtomicFile file(path);
   const int out = ::open(file.temporary().c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC);
   if (out < 0) fail(path, "choose a folder you may write to");

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "mq/base/error.h"
+#include "mq/io/held_files.h"
 
 namespace mq {
 namespace {
@@ -52,7 +53,9 @@ Bytes read_file(const std::filesystem::path& path) {
   const int id = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (id < 0)
     fail(path, std::strerror(errno),
-         errno == ENOENT ? "check its name and folder" : "make it readable");
+         path.native().starts_with(held_scheme) ? "it is held in memory: write it to a file, and name that"
+         : errno == ENOENT                      ? "check its name and folder"
+                                                : "make it readable");
   const OpenFile file{id};
   struct stat status;
   if (::fstat(id, &status) != 0) fail(path, std::strerror(errno), "check the disk");

@@ -11,6 +11,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/io/detail/flo.h"
+#include "mq/io/detail/held.h"
 #include "mq/io/image_file.h"
 #include "mq/io/picture_check.h"
 
@@ -106,6 +107,7 @@ Image<float> read_flow(const std::filesystem::path& path) {
 
 std::vector<std::string> write_flow(const std::filesystem::path& path, const Image<float>& field) {
   require(field.channels() == 2 && !field.empty(), "optical flow has two values per pixel");
+  if (hold_flow(path, field)) return {};
   const std::string extension = lower_extension(path);
   if (extension == ".png") return write_kitti(path, field);
   if (extension == ".exr") return write_exr(path, field);

@@ -13,6 +13,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
 #include "mq/io/detail/fingerprint.h"
+#include "mq/io/detail/held.h"
 #include "mq/io/detail/picture_codec.h"
 #include "mq/io/detail/picture_formats.h"
 #include "mq/io/detail/plain_png.h"
@@ -58,6 +59,7 @@ PixelFormat named_channels(const std::vector<std::string>& names, Depth depth) {
 }
 
 PictureInfo picture_info(const std::filesystem::path& path) {
+  if (auto held = held_picture_info(path)) return *held;
   const std::vector<std::byte> bytes = read_bytes(path);
   if (auto plain = plain_png_info(bytes)) return *plain;
   return picture_codec().info(bytes, path.string());
@@ -118,6 +120,7 @@ EncodedPicture texture_bytes(const Texture& texture, const std::string& file_for
 
 Texture read_texture(const std::filesystem::path& path, const Progress& progress,
                      NotFinite not_finite, const std::string& layer) {
+  if (auto held = held_texture(path, not_finite, progress)) return std::move(*held);
   const std::vector<std::byte> bytes = read_bytes(path);
   Texture texture = read_texture_bytes(bytes, path.string(), progress, not_finite, layer);
   texture.name = path.filename().string();
@@ -202,6 +205,7 @@ std::vector<std::byte> unchanged_source(const Texture& texture, const FileFormat
 
 std::vector<std::string> write_texture(const std::filesystem::path& path, const Texture& texture,
                                        const Progress& progress) {
+  if (hold_texture(path, texture)) return {};
   const FileFormat* format = writable_format(path);
   if (const auto bytes = unchanged_source(texture, *format); !bytes.empty()) {
     write_file(path, bytes);

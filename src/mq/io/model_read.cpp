@@ -14,6 +14,7 @@
 #include "mq/io/document.h"
 #include "mq/io/file_names.h"
 #include "mq/io/detail/gltf.h"
+#include "mq/io/detail/held.h"
 #include "mq/io/image_file.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/picture_tiles.h"
@@ -449,6 +450,7 @@ class ModelReader {
 }  // namespace
 
 Model read_model(const fs::path& path, const ReadModelOptions& options, const Progress& progress) {
+  if (auto held = held_model(path, options, progress)) return std::move(*held);
   return ModelReader(path, options, progress).read();
 }
 

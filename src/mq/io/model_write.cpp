@@ -12,6 +12,7 @@
 #include "mq/io/detail/fingerprint.h"
 #include "mq/io/detail/gltf.h"
 #include "mq/io/detail/gltf_file.h"
+#include "mq/io/detail/held.h"
 #include "mq/io/image_file.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
@@ -332,6 +333,7 @@ class ModelWriter {
 
 std::vector<std::string> write_model(const fs::path& path, const Model& model,
                                      const Progress& progress) {
+  if (hold_model(path, model)) return {};
   return ModelWriter(path, model, progress).write();
 }
 

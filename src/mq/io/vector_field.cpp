@@ -12,6 +12,7 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
+#include "mq/io/detail/held.h"
 #include "mq/io/detail/ply_body.h"
 
 namespace mq {
@@ -159,6 +160,7 @@ VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mes
 void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
                         const std::vector<Vector3>& field) {
   require(std::ssize(field) == mesh.triangle_count(), "one vector per triangle is needed");
+  if (hold_field(path, field)) return;
   if (path.extension() == ".vf")
     write_edge_frames(path, mesh, field);
   else if (path.extension() == ".ply")

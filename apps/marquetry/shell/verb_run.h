@@ -1,0 +1,22 @@
+#pragma once
+/// A verb run as its options say, for the program and for others that have its verbs.
+
+#include "mq/base/options.h"
+#include "shell/run.h"
+#include "shell/terminal.h"
+#include "shell/verb.h"
+
+namespace mq::app {
+
+struct VerbOutcome {
+  Exit exit = Exit::done;
+  Json report;
+};
+
+/// One run, one for each slot or one for each frame. The report of a sequence is that of its last frame
+/// with the options of the whole and every frame's own report under "frames". The options were checked
+/// (`OptionValues::check`). Throws what the verb throws.
+VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal& terminal,
+                         const Progress& progress);
+
+}  // namespace mq::app

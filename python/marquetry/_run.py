@@ -1,0 +1,249 @@
+"""A verb run in this process: arguments as its options, what it says as warnings and log, what it made."""
+from __future__ import annotations
+
+import json
+import keyword
+import logging
+import operator
+import os
+import re
+import warnings
+from functools import lru_cache
+from typing import Any, Callable, Optional
+
+import numpy as np
+
+from . import _marquetry
+from ._errors import Error, InvalidInput, Unsupported, Warning
+from ._meshes import as_mesh, is_mesh, is_path, joined_arrays
+from ._pictures import picture_array
+from ._results import Result, result_of
+
+log = logging.getLogger("marquetry")
+
+#: Results that are files by nature: videos, pages, stores of sequences.
+FILES_ALONE = {"track", "evolve", "export", "play", "relight"}
+#: Options of the program that Python has other means for.
+LEFT_OUT = {"json", "quiet", "help"}
+PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".tga")
+MODELS = (".obj", ".ply", ".gltf", ".glb")
+
+
+def keyword_of(option: str) -> str:
+    """smooth_normals of smooth-normals, from_ of from."""
+    name = option.replace("-", "_")
+    return name + "_" if keyword.iskeyword(name) else name
+
+
+@lru_cache(maxsize=None)
+def tables() -> dict[str, dict[str, Any]]:
+    """The option tables of all verbs, by name."""
+    return {table["name"]: table for table in _marquetry.tables()}
+
+
+def default_of(row: dict[str, Any]) -> Any:
+    """An option's default as a value of Python; None: it has none."""
+    text = row["default"]
+    if row["type"] == "flag":
+        return False
+    if not text:
+        return None
+    if row["type"] == "integer":
+        return int(text)
+    return float(text) if row["type"] == "number" else text
+
+
+class _Inputs:
+    """Inputs held in memory under the names of the options that they are given for."""
+
+    def __init__(self) -> None:
+        self.held = _marquetry.Held()
+        self.names: set[str] = set()
+
+    def _free(self, stem: str, extension: str) -> str:
+        name, number = stem + extension, 1
+        while name in self.names:
+            number += 1
+            name = f"{stem}_{number}{extension}"
+        self.names.add(name)
+        return name
+
+    def take(self, value: Any, option: str) -> tuple[str, list[Any]]:
+        """What to name where a file is named, and the pictures that came with it."""
+        if is_path(value):
+            return os.fsdecode(value), []
+        if is_mesh(value):
+            mesh = as_mesh(value, option)
+            name = self._free(option, ".ply")
+            self.held.put_model(name, mesh.vertices, mesh.faces, mesh.uvs, mesh.textures, mesh.colors)
+            return self.held.path(name), list(mesh.pictures)
+        name = self._free(option, ".png")
+        self.held.put_picture(name, picture_array(value, option))
+        return self.held.path(name), []
+
+
+def _number_text(value: Any) -> str:
+    return value if isinstance(value, str) else repr(float(value))
+
+
+def _text(value: Any, row: dict[str, Any]) -> str:
+    """A value as a user of the program would type it."""
+    kind = row["type"]
+    if isinstance(value, (str, os.PathLike)):
+        return os.fsdecode(value)
+    if kind == "integer":
+        return str(operator.index(value))
+    if kind in ("number", "length"):
+        return _number_text(value)
+    if isinstance(value, (tuple, list, np.ndarray)):
+        return ",".join(_text(one, row) for one in value)
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{keyword_of(row['name'])}: found {value}, wanted a text")
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, (float, np.floating)):
+        return repr(float(value))
+    raise TypeError(f"{keyword_of(row['name'])}: found {type(value).__name__}, wanted a text")
+
+
+def _several(value: Any, row: dict[str, Any]) -> list[Any]:
+    """The values of an option that takes several: a list has one in each place, a tuple of numbers is one."""
+    if isinstance(value, list):
+        return value
+    if isinstance(value, tuple) and (row["type"] == "path" and not is_mesh(value)
+                                     or any(not isinstance(one, (int, float, np.number)) for one in value)):
+        return list(value)
+    return [value]
+
+
+class _Words:
+    """The options that arguments stand for."""
+
+    def __init__(self, verb: str) -> None:
+        self.verb = verb
+        self.rows = {row["name"]: row for row in tables()[verb]["options"]}
+        self.inputs = _Inputs()
+        self.given: dict[str, list[str]] = {}
+
+    def add(self, name: str, value: Any) -> None:
+        row = self.rows[name]
+        if value is None or (row["type"] == "flag" and value is False):
+            return
+        if row["type"] == "flag":
+            if not isinstance(value, (bool, np.bool_)):
+                raise TypeError(f"{keyword_of(name)}: found {value!r}, wanted True or False")
+            self.given[name] = ["true" if value else "false"]
+            return
+        values = _several(value, row) if row["many"] else [value]
+        if row["type"] != "path":
+            self.given[name] = [_text(one, row) for one in values]
+            return
+        for one in values:
+            text, pictures = self.inputs.take(one, keyword_of(name))
+            self.given.setdefault(name, []).append(text)
+            if pictures and "texture" in self.rows and name != "texture" and not self.given.get("texture"):
+                if name == "mesh" and "source" in self.rows:
+                    continue  # of the target, which gets others
+                self.given["texture"] = [self.inputs.take(picture, "texture")[0] for picture in pictures]
+
+    def add_positional(self, values: list[Any]) -> None:
+        places = [row for row in self.rows.values() if row["positional"]]
+        for row in places:
+            if row["many"]:
+                textures = self.given.pop("texture", [])
+                if values:
+                    self.add(row["name"], values)
+                elif textures:
+                    self.given[row["name"]] = textures
+            elif values:
+                self.add(row["name"], values.pop(0))
+
+    def default_output(self) -> None:
+        """A place in memory where no output is named."""
+        row = self.rows.get("output")
+        if row is None or "output" in self.given or not row["required"]:
+            return
+        if self.verb in FILES_ALONE:
+            raise Unsupported(f"output: {self.verb} writes files; name one: {row['help']}")
+        self.given["output"] = [self.inputs.held.path(self._output_name(row))]
+
+    def _output_name(self, row: dict[str, Any]) -> str:
+        if row["value"] in ("DIR", "FOLDER") or self.verb == "mask":
+            return "out/"
+        if row["value"] == "FILE":
+            return "out.png"
+        input_row = "mesh" if "mesh" in self.given else "template"
+        name = self.given.get(input_row, [""])[0].lower()
+        if name.endswith(PICTURES):
+            return "out/"
+        read = [extension for extension in MODELS if name.endswith(extension)]
+        own = "" if name.startswith("memory:") or not read else read[0]
+        return "out" + (own or ".obj")
+
+
+def _plain(text: str, words: _Words) -> str:
+    """Options as keywords, names in memory without the folder."""
+    text = text.replace(words.inputs.held.path(""), "")
+    return re.sub(r"--([a-z][a-z-]*)",
+                  lambda found: keyword_of(found[1]) if found[1] in words.rows else found[0], text)
+
+
+def _listener(progress: Any) -> Optional[Callable[[float, str], None]]:
+    """A callable as it is; True: a bar of tqdm."""
+    if progress is None or progress is False:
+        return None
+    if progress is not True:
+        if not callable(progress):
+            raise TypeError("progress: wanted a callable of a fraction and a step, True, or None")
+        return progress  # type: ignore[no-any-return]
+    from tqdm.auto import tqdm  # type: ignore[import]
+
+    bar = tqdm(total=1.0, bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}")
+
+    def show(fraction: float, step: str) -> None:
+        bar.set_description_str(step, refresh=False)
+        bar.update(fraction - bar.n)
+        if fraction >= 1:
+            bar.close()
+
+    return show
+
+
+def run(verb: str, arguments: dict[str, Any]) -> Result:
+    """Runs the verb with the arguments of its function, by name."""
+    progress = _listener(arguments.pop("progress"))
+    words = _Words(verb)
+    positional: list[Any] = []
+    exclusive = {name for group in tables()[verb]["exclusives"] for name in group}
+    for name, row in words.rows.items():
+        key = keyword_of(name)
+        if key not in arguments:
+            continue
+        value = arguments[key]
+        if row["positional"]:
+            positional.extend(value if row["many"] else [value] if value is not None else [])
+        elif name in exclusive or not _is_default(value, row):
+            words.add(name, value)
+    first = next(iter(words.rows))
+    words.add_positional(joined_arrays(positional) if first == "mesh" else positional)
+    words.default_output()
+
+    def warn(text: str) -> None:
+        warnings.warn(_plain(text, words), Warning, stacklevel=4)
+
+    try:
+        _, text = _marquetry.run_verb(verb, words.given, progress, lambda said: log.info(_plain(said, words)), warn)
+    except Error as error:
+        error.args = (_plain(str(error), words),)
+        raise
+    report = json.loads(text.replace(words.inputs.held.path(""), ""))
+    in_memory = words.given.get("output", [""])[0].startswith(words.inputs.held.path(""))
+    return result_of(report, words.inputs.held, in_memory)
+
+
+def _is_default(value: Any, row: dict[str, Any]) -> bool:
+    default = default_of(row)
+    return type(value) is type(default) and bool(value == default)
+
+
+__all__ = ["run", "tables", "keyword_of", "default_of", "LEFT_OUT", "FILES_ALONE", "InvalidInput"]

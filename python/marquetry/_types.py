@@ -1,0 +1,19 @@
+"""Types of arguments."""
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Callable, Sequence, Union
+
+if TYPE_CHECKING:
+    import numpy as np
+
+#: A file's name.
+Path = Union[str, "os.PathLike[str]"]
+#: A file's name, a mesh or a picture.
+Input = Any
+#: A text, or numbers that are one: (0, 0, 1).
+Text = Union[str, float, Sequence[float]]
+#: Called with a fraction and the name of a step; True: a bar of tqdm.
+Progress = Union[None, bool, Callable[[float, str], None]]
+#: Of numbers.
+Array = Union["np.ndarray[Any, Any]"]

@@ -1,0 +1,273 @@
+"""Arrays in, arrays out: the same values as by files, from whatever holds them."""
+import json
+import logging
+import os
+import signal
+import threading
+import time
+import types
+import unittest
+import warnings
+
+import numpy as np
+
+import marquetry as mq
+from models import arrays, folder, mesh, program, read_png, sample
+
+
+def by_program(verb, *words, model="bust", size=128, out="out.png"):
+    """The picture that the program makes of a sample."""
+    made = sample(model, size)
+    output = folder() / f"{verb}_{out}"
+    program(verb, made / f"{model}.obj", made / f"{model}.png", "-o", output, *words)
+    return read_png(output)
+
+
+class SameValues(unittest.TestCase):
+    """Verbs that make pictures, on arrays."""
+
+    def check(self, verb, words, **options):
+        made = getattr(mq, verb)(mesh(), **options)
+        np.testing.assert_array_equal(made.picture, by_program(verb, *words))
+        return made
+
+    def test_filter(self):
+        made = self.check("filter", ["--beta", 3, "--length", "3tx"], beta=3, length="3tx")
+        self.assertEqual(made.picture.dtype, np.uint8)
+        self.assertEqual(made.files, [])
+        np.testing.assert_array_equal(np.asarray(made), made.picture)
+
+    def test_others(self):
+        self.check("denoise", [])
+        self.check("seams", [])
+        self.check("fill", [])
+        self.check("mask", ["--what", "chart"], what="chart")
+        self.check("lic", [])
+        self.check("shock", ["--time", 2], time=2)
+        self.check("react", ["--time", 20, "--scale", "5%"], time=20, scale="5%")
+        self.check("render", ["--size", 96], size=96)
+
+    def test_stitch_takes_labels_as_arrays(self):
+        *_, picture = arrays()
+        labels = (picture[:, :, 0] > 128).astype(np.uint8) * 255
+        from PIL import Image
+        Image.fromarray(labels).save(folder() / "labels.png")
+        self.check("stitch", ["--labels", folder() / "labels.png"], labels=labels)
+
+    def test_filter_takes_masks_as_arrays(self):
+        mask = np.zeros((128, 128), np.uint8)
+        mask[:64] = 255
+        from PIL import Image
+        Image.fromarray(mask).save(folder() / "mask.png")
+        self.check("filter", ["--beta", 0, "--mask", folder() / "mask.png"], beta=0, mask=mask)
+
+    def test_geodesic_gives_numbers(self):
+        made = mq.geodesic(mesh(), from_="texel,64,64")
+        self.assertEqual(made.picture.dtype, np.float32)
+        output = folder() / "distance.exr"
+        made_there = sample()
+        report = json.loads(program("geodesic", made_there / "bust.obj", made_there / "bust.png", "-o", output,
+                                    "--from", "texel,64,64", "--json"))
+        self.assertAlmostEqual(made.report["result"]["max"], report["result"]["max"], places=12)
+        self.assertAlmostEqual(float(made.picture.max()), report["result"]["max"], delta=0.1)
+        point = mesh().vertices[0]
+        np.testing.assert_array_equal(mq.geodesic(mesh(), from_=tuple(point)).picture,
+                                      mq.geodesic(mesh(), from_=[",".join(map(repr, map(float, point)))]).picture)
+
+    def test_unwrap_of_arrays(self):
+        vertices, faces, _, _ = arrays()
+        made = mq.unwrap(vertices, faces, size=256)
+        self.assertEqual(made.mesh.uvs.shape, (len(faces), 3, 2))
+        np.testing.assert_array_equal(made.mesh.faces, faces)
+        output = folder() / "unwrapped.ply"
+        program("unwrap", sample() / "bust.obj", "-o", output, "--size", 256)
+        self.assertTrue(((made.mesh.uvs >= 0) & (made.mesh.uvs <= 1)).all())
+        space = mq.TexelSpace(made.mesh, 64)
+        self.assertGreater(space.size, 1000)
+
+    def test_bake_between_meshes(self):
+        target = mesh("bust_4")
+        made = mq.bake(mesh(), target, size=64)
+        output = folder() / "baked.png"
+        program("bake", sample() / "bust.obj", sample("bust_4") / "bust_4.obj", sample() / "bust.png", "-o", output,
+                "--size", 64)
+        np.testing.assert_array_equal(made.picture, read_png(output))
+
+    def test_remesh(self):
+        made = mq.remesh(mesh(), mesh("bust_4"))
+        self.assertGreater(len(made.mesh.faces), 100)
+
+    def test_colours_at_vertices(self):
+        vertices, faces, _, _ = arrays()
+        colors = np.random.default_rng(6).integers(0, 255, (len(vertices), 3), np.uint8)
+        made = mq.filter(mq.Mesh(vertices, faces, colors=colors), beta=0, length="5%", vertices=True)
+        self.assertEqual(made.mesh.colors.dtype, np.uint8)
+        self.assertLess(made.mesh.colors.std(), colors.std())
+        shape = mq.filter(mq.Mesh(vertices, faces), beta=0, geometry=True)
+        self.assertEqual(shape.mesh.vertices.shape, vertices.shape)
+        self.assertGreater(np.abs(shape.mesh.vertices - vertices).max(), 0)
+
+    def test_flow_and_interpolation_of_pictures(self):
+        *_, picture = arrays()
+        moved = np.roll(picture, 2, axis=1)
+        flow = mq.flow(picture, moved)
+        field = next(one for one in flow.images.values() if one.ndim == 3 and one.shape[2] == 2)
+        self.assertEqual(field.shape, (128, 128, 2))
+        self.assertAlmostEqual(float(np.median(field[30:-30, 30:-30, 0])), 2, delta=0.3)
+        between = mq.interpolate(picture, moved, time=0.5)
+        self.assertEqual(between.picture.shape, picture.shape)
+
+    def test_interpolation_of_textures(self):
+        vertices, faces, uvs, picture = arrays()
+        second = mq.filter(mesh(), beta=0, length="2tx").picture
+        made = mq.interpolate(mq.Mesh(vertices, faces, uvs), picture, second, time=0.5, longest_edge=8)
+        self.assertEqual(made.picture.shape, picture.shape)
+
+    def test_spectrum_gives_fields(self):
+        made = mq.spectrum(mesh(), count=2, output=None)
+        self.assertEqual(len(made.report["result"]["eigenvalues"]), 2)
+
+    def test_sample_is_a_mesh(self):
+        made = mq.sample("cube", size=32)
+        self.assertEqual(made.mesh.pictures[0].shape, (32, 32, 3))
+        self.assertGreater(mq.TexelSpace(made.mesh).size, 100)
+
+
+class Inputs(unittest.TestCase):
+    def test_depths_stay(self):
+        *_, picture = arrays()
+        model = arrays()[:3]
+        eight = mq.filter(model, picture, beta=2).picture
+        sixteen = mq.filter(model, picture.astype(np.uint16) * 257, beta=2).picture
+        floats = mq.filter(model, (picture / 255).astype(np.float32), beta=2).picture
+        self.assertEqual((eight.dtype, sixteen.dtype, floats.dtype), (np.uint8, np.uint16, np.float32))
+        self.assertLessEqual(np.abs(sixteen / 65535 - floats.clip(0, 1)).max(), 1e-5)
+        self.assertLessEqual(np.abs(eight / 255 - floats.clip(0, 1)).max(), 0.5 / 255 + 1e-6)
+
+    def test_steps_of_any_kind(self):
+        model, picture = arrays()[:3], arrays()[3]
+        wanted = mq.filter(model, picture, beta=2).picture
+        for other in (np.asfortranarray(picture), picture[::-1][::-1], np.repeat(picture, 2, axis=1)[:, ::2],
+                      np.concatenate([picture, picture], axis=2)[:, :, :3]):
+            np.testing.assert_array_equal(mq.filter(model, other, beta=2).picture, wanted)
+
+    def test_other_libraries_objects(self):
+        from PIL import Image
+        vertices, faces, uvs, picture = arrays()
+        wanted = mq.filter(mesh(), beta=2).picture
+        np.testing.assert_array_equal(mq.filter(arrays()[:3], Image.fromarray(picture), beta=2).picture, wanted)
+        interface = types.SimpleNamespace(__array_interface__=np.ascontiguousarray(picture).__array_interface__)
+        np.testing.assert_array_equal(mq.filter(arrays()[:3], interface, beta=2).picture, wanted)
+        np.testing.assert_array_equal(mq.filter(vertices, faces, uvs, picture, beta=2).picture, wanted)
+        flat = vertices[faces].reshape(-1, 3)
+        visual = types.SimpleNamespace(uv=uvs.reshape(-1, 2),
+                                       material=types.SimpleNamespace(image=Image.fromarray(picture)))
+        scene = types.SimpleNamespace(vertices=flat, faces=np.arange(len(flat)).reshape(-1, 3), visual=visual)
+        np.testing.assert_array_equal(mq.filter(scene, beta=2).picture, wanted)
+        opened = types.SimpleNamespace(vertices=vertices, triangles=faces, triangle_uvs=uvs.reshape(-1, 2),
+                                       textures=[picture[::-1]], vertex_colors=np.zeros((0, 3)),
+                                       triangle_material_ids=np.zeros(len(faces), int))
+        np.testing.assert_array_equal(mq.filter(opened, beta=2).picture, wanted)
+
+    def test_files_and_arrays_mixed(self):
+        made = sample()
+        result = mq.filter(str(made / "bust.obj"), arrays()[3], beta=2)
+        np.testing.assert_array_equal(result.picture, mq.filter(mesh(), beta=2).picture)
+        output = folder() / "mixed.png"
+        written = mq.filter(mesh(), output=output, beta=2)
+        self.assertEqual(written.files, [output])
+        np.testing.assert_array_equal(read_png(output), result.picture)
+
+    def test_pictures_show_themselves(self):
+        data = mq.filter(mesh(), beta=2)._repr_png_()
+        (folder() / "shown.png").write_bytes(data)
+        np.testing.assert_array_equal(read_png(folder() / "shown.png"), mq.filter(mesh(), beta=2).picture)
+        grey = mq.as_picture(np.arange(12, dtype=np.uint16).reshape(3, 4) * 4000)
+        grey.save(folder() / "grey.png")
+        np.testing.assert_array_equal(read_png(folder() / "grey.png"), grey)
+
+    def test_no_thread_count_changes_a_bit(self):
+        np.testing.assert_array_equal(mq.filter(mesh(), beta=3, threads=1).picture,
+                                      mq.filter(mesh(), beta=3, threads=3).picture)
+
+
+class Words(unittest.TestCase):
+    def test_errors_have_the_librarys_words_and_pythons_names(self):
+        with self.assertRaisesRegex(mq.InvalidInput, "^beta: found 'nan', wanted a number") as caught:
+            mq.filter(mesh(), beta=float("nan"))
+        self.assertIsInstance(caught.exception, ValueError)
+        with self.assertRaisesRegex(mq.InvalidInput, "alpha and length contradict each other"):
+            mq.filter(mesh(), beta=1, alpha=1e-3, length="1%")
+        with self.assertRaisesRegex(mq.InvalidInput, "smooth_normals"):
+            mq.filter(mesh(), beta=1, smooth_normals="far")
+        with self.assertRaisesRegex(mq.IoError, "no_such.obj") as caught:
+            mq.filter("no_such.obj", beta=1)
+        self.assertIsInstance(caught.exception, OSError)
+        with self.assertRaises(TypeError):
+            mq.filter(mesh())
+        with self.assertRaises(TypeError):
+            mq.filter(mesh(), beta=1, lenght="1%")
+        with self.assertRaisesRegex(mq.Unsupported, "track writes files"):
+            mq.track("frame_%04d.ply")
+        with self.assertRaisesRegex(mq.IoError, "write it to a file"):
+            mq.stitch(mesh(), views=arrays()[3])
+        with self.assertRaisesRegex(mq.InvalidInput, "^mesh"):
+            mq.filter(mq.Mesh(np.zeros((3, 3)), np.zeros((0, 3), int)), beta=1)
+
+    def test_warnings_and_log(self):
+        vertices, faces, uvs, picture = arrays()
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            mq.filter(vertices, np.concatenate([faces, faces[:1]]), np.concatenate([uvs, uvs[:1]]), picture, beta=2)
+        self.assertTrue(any(issubclass(one.category, mq.Warning) for one in caught))
+        self.assertTrue(all(one.filename == __file__ for one in caught if issubclass(one.category, mq.Warning)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with self.assertRaises(mq.Warning):
+                mq.filter(vertices, np.concatenate([faces, faces[:1]]), np.concatenate([uvs, uvs[:1]]), picture, beta=2)
+        with self.assertLogs("marquetry", logging.INFO) as log:
+            mq.render(vertices, faces, uvs, size=32)
+        self.assertNotIn("memory:", "".join(log.output))
+
+    def test_progress(self):
+        events = []
+        mq.filter(mesh("bust", 256), beta=3, progress=lambda fraction, step: events.append((fraction, step)))
+        self.assertTrue(events)
+        self.assertEqual([one for one, _ in events], sorted(one for one, _ in events))
+        with self.assertRaisesRegex(RuntimeError, "enough"):
+            def stop(fraction, step):
+                raise RuntimeError("enough")
+            mq.react(mesh("bust", 256), time=100000, progress=stop)
+
+    def test_ctrl_c(self):
+        started = time.monotonic()
+        timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            mq.react(mesh("bust", 256), time=1000000)
+        self.assertLess(time.monotonic() - started, 20)
+
+    def test_other_threads_go_on(self):
+        count = [0]
+        done = threading.Event()
+
+        def tick():
+            while not done.is_set():
+                count[0] += 1
+                time.sleep(0.001)
+        thread = threading.Thread(target=tick)
+        thread.start()
+        mq.filter(mesh("bust", 512), beta=3)
+        done.set()
+        thread.join()
+        self.assertGreater(count[0], 20)
+
+    def test_a_report_repeats_a_run(self):
+        report = folder() / "report.json"
+        first = mq.filter(mesh(), beta=3.5, length="2tx", report=report)
+        self.assertEqual(json.loads(report.read_text())["options"]["beta"], 3.5)
+        self.assertEqual(first.report["options"]["length"], "2tx")
+
+
+if __name__ == "__main__":
+    unittest.main()
