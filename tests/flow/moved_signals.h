@@ -79,6 +79,6 @@ inline MeshFlowOptions from(double percent) {
   return options;
 }
 
-Vector3 around_z(const Vector3& p) { return Vector3::UnitZ().cross(p); }
+inline Vector3 around_z(const Vector3& p) { return Vector3::UnitZ().cross(p); }
 
 }  // namespace mq::fixtures
