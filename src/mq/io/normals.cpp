@@ -117,7 +117,7 @@ CornerFrames frames_to_write(const Model& model, const std::filesystem::path& pa
   CornerFrames frames = file_frames(model);
   if (has_map) return tangent_frames(model.mesh, std::move(frames));
   if (frames.normals.empty()) return {};
-  return {corner_normals(model.mesh, std::move(frames.normals)), {}};
+  return {frame_normals(model.mesh, std::move(frames.normals)), {}};
 }
 
 }  // namespace mq

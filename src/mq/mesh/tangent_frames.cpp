@@ -193,7 +193,7 @@ void complete_tangents(const Mesh& mesh, CornerFrames& frames) {
 
 }  // namespace
 
-std::vector<Eigen::Vector3f> corner_normals(const Mesh& mesh, std::vector<Eigen::Vector3f> given) {
+std::vector<Eigen::Vector3f> frame_normals(const Mesh& mesh, std::vector<Eigen::Vector3f> given) {
   const std::size_t count = 3 * std::size_t(mesh.triangle_count());
   require(given.empty() || given.size() == count,
           fmt::format("{} normals are given for {} corners of triangles", given.size(), count));

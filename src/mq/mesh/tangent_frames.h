@@ -42,7 +42,7 @@ struct CornerFrames {
 CornerFrames tangent_frames(const Mesh& mesh, CornerFrames given = {});
 
 /// The normals alone, as there.
-std::vector<Eigen::Vector3f> corner_normals(const Mesh& mesh,
+std::vector<Eigen::Vector3f> frame_normals(const Mesh& mesh,
                                             std::vector<Eigen::Vector3f> given = {});
 
 /// T, B and N somewhere. Linearly independent, but neither unit nor at right angles.
