@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "cli/models.h"
@@ -49,6 +51,29 @@ TEST(Filter, ReturnsTheInputWithBetaOne) {
       EXPECT_EQ(after.format.depth, depth);
     }
   }
+}
+
+TEST(Filter, LeavesHuesAloneByLuminance) {
+  const Folder folder;
+  write_strip(folder);
+  const Image<float> before = read_texture(folder / "strip.png").pixels;
+  write_image(folder / "in.exr", before, Depth::f32);
+  const Words words{"filter", "strip.obj", "in.exr", "--beta", "2", "--length", "2tx", "--luminance", "-o"};
+  Words call = words;
+  call.push_back("out.exr");
+  const Result result = marquetry(folder, call);
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Image<float> after = read_texture(folder / "out.exr").pixels;
+  double changed = 0;
+  for (int y = 0; y < before.height(); ++y)
+    for (int x = 0; x < before.width(); ++x)
+      for (int c = 0; c < 3; ++c) {
+        const float by = after(x, y, 0) - before(x, y, 0);
+        EXPECT_NEAR(after(x, y, c) - before(x, y, c), by, 1e-6);
+        changed = std::max(changed, double(std::abs(by)));
+      }
+  EXPECT_GT(changed, 0.05);
+  EXPECT_EQ(marquetry(folder, {"filter", "strip.obj", "--beta", "2", "--luminance", "--normals", "-o", "x.png"}).status, 2);
 }
 
 TEST(Filter, GivesTheSamePictureWithEverySolver) {
