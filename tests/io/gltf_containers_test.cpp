@@ -218,6 +218,69 @@ TEST_F(GltfContainers, SharedAccessorsAndMorphTargetsAreNotHarmed) {
   EXPECT_EQ(read_model(folder / "d.glb").mesh.positions, model.mesh.positions);
 }
 
+/// Positions on a grid of integers, as gltfpack writes them, are not Draco's.
+TEST_F(GltfContainers, LeaveQuantisedPositionsToMeshopt) {
+  put("m.glb", by_meshopt(plain(tube(24, 8, false)), {}).glb());
+  Model model = read_model(folder / "m.glb");
+  model.document = nullptr;  // plain again
+  write_model(folder / "p.glb", model);
+  GltfParts parts(get("p.glb"));
+  const std::vector<float> floats = parts.numbers<float>(parts.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]);
+  std::vector<std::int16_t> integers;
+  for (std::size_t i = 0; i < floats.size(); ++i) {
+    integers.push_back(std::int16_t(std::lround(floats[i] * 1000)));
+    if (i % 3 == 2) integers.push_back(0);
+  }
+  Json& accessor = parts.json["accessors"][int(parts.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"])];
+  accessor["bufferView"] = parts.add_view(std::as_bytes(std::span(integers)));
+  accessor["componentType"] = 5122;
+  parts.json["bufferViews"].back()["byteStride"] = 8;
+  put("q.glb", parts.glb());
+  Model quantised = read_model(folder / "q.glb");
+  for (const Compression how : {Compression::draco, Compression::meshopt}) {
+    quantised.compression = how;
+    const auto notes = write_model(folder / "c.glb", quantised);
+    if (how == Compression::draco) EXPECT_THAT(notes, Contains(HasSubstr("positions in floats")));
+    EXPECT_EQ(read_model(folder / "c.glb").mesh.positions, quantised.mesh.positions);
+  }
+}
+
+/// A vertex far away that nobody uses, values that are no numbers, texture coordinates over a million textures.
+TEST_F(GltfContainers, AreCompressedWhateverTheirValues) {
+  for (const std::string what : {"unused", "nan", "far"}) {
+    SCOPED_TRACE(what);
+    GltfParts parts = test::with_frames(plain(tube(24, 8, false)));
+    const Json& primitive = parts.json["meshes"][0]["primitives"][0];
+    const auto bytes_of_accessor = [&](const char* name) {
+      const Json& accessor = parts.json["accessors"][int(primitive["attributes"][name])];
+      return parts.binary.data() + std::size_t(parts.json["bufferViews"][int(accessor["bufferView"])]["byteOffset"]);
+    };
+    const float strange = what == "nan" ? std::nanf("") : 1e6F;
+    if (what == "far") std::memcpy(bytes_of_accessor("TEXCOORD_0"), &strange, 4);
+    if (what == "nan") std::memcpy(bytes_of_accessor("TANGENT"), &strange, 4);
+    if (what == "unused") {
+      std::memcpy(bytes_of_accessor("POSITION"), &strange, 4);
+      const auto corners = parts.numbers<std::uint32_t>(primitive["indices"]);
+      std::vector<std::uint32_t> without;
+      for (std::size_t i = 0; i < corners.size(); i += 3)
+        if (corners[i] && corners[i + 1] && corners[i + 2])
+          without.insert(without.end(), corners.begin() + i, corners.begin() + i + 3);
+      Json& accessor = parts.json["accessors"][int(primitive["indices"])];
+      accessor["bufferView"] = parts.add_view(std::as_bytes(std::span(without)));
+      accessor["count"] = without.size();
+    }
+    put("m.glb", parts.glb());
+    Model model = read_model(folder / "m.glb");
+    model.compression = Compression::draco;
+    EXPECT_THAT(write_model(folder / "c.glb", model), IsEmpty());
+    EXPECT_TRUE(GltfParts(get("c.glb")).json.contains("extensionsUsed"));
+    const Model back = read_model(folder / "c.glb");
+    EXPECT_EQ(back.mesh.triangle_count(), model.mesh.triangle_count());
+    const double range = what == "unused" ? 2 : largest(model.mesh.positions);
+    expect_near(model.mesh, back.mesh, 0.5 * range / 65535 + 1e-6, 0.5 / 65535 + 1e-6);
+  }
+}
+
 TEST_F(GltfContainers, OtherFormatsAreNotCompressed) {
   Model model = tube(12, 4, false);
   model.compression = Compression::meshopt;

@@ -115,8 +115,8 @@ Asked asked_slots(Run& run, BakeTo to) {
 
 /// As many texels as the source's largest picture has, both ways. One slot that the target has too is
 /// replaced there.
-TargetTextures asked_textures(const OptionValues& options, const Model& source,
-                              const std::vector<std::string>& slots) {
+TargetTextures asked_textures(Run& run, const Model& source, const std::vector<std::string>& slots) {
+  const OptionValues& options = run.options();
   TargetTextures target;
   if (options.has("size")) target.side = int(options.integer("size"));
   int largest = 0;
@@ -128,7 +128,13 @@ TargetTextures asked_textures(const OptionValues& options, const Model& source,
   if (!options.has("slot") || slots.size() != 1 || names_picture(file)) return target;
   const Model shape = read_model(file, shape_and_slots);
   const std::string slot = slot_from_text(slots.front());
-  if (std::ranges::count(shape.slots, slot, &MaterialSlot::name) > 0) target.slot = slot;
+  if (std::ranges::count(shape.slots, slot, &MaterialSlot::name) > 0)
+    target.slot = slot;
+  else if (!shape.slots.empty() && names_model(options.text("output")))
+    run.terminal().remark(fmt::format(
+        "{}: its materials name no picture for {}, so {} is made anew without those that they have, for {}; "
+        "to keep these, write the picture alone and name it in the material",
+        file, slot, options.text("output"), names_of(shape.slots)));
   return target;
 }
 
@@ -142,7 +148,7 @@ Exit run_bake(Run& run) {
   TexturedModel target = read_usable_model(
       run, to == BakeTo::vertices ? MissingPictures::unneeded : MissingPictures::assume, 0.1,
       ModelPictures(std::in_place), ImageTriangles::two,
-      asked_textures(options, source.model, slots));
+      asked_textures(run, source.model, slots));
   require(to == BakeTo::vertices || target.atlas,
           target.model.path.string() +
               ": has no texture coordinates: give it some with the verb "

@@ -162,7 +162,11 @@ struct DracoKind {
   int bits = 0;  ///< 0: floats are kept
 };
 
-DracoKind kind_of(const std::string& name) {
+/// The most bits of a grid: Draco's tables take gigabytes beyond.
+constexpr int most_bits = 20;
+
+DracoKind kind_of(const std::string& name, bool floats) {
+  if (!floats && name == "NORMAL") return {};  // Draco's coding of normals is of floats
   if (name == "POSITION") return {draco::GeometryAttribute::POSITION, 16};
   if (name == "NORMAL") return {draco::GeometryAttribute::NORMAL, 12};
   if (name.starts_with("TEXCOORD_")) return {draco::GeometryAttribute::TEX_COORD, 16};
@@ -202,8 +206,8 @@ class DracoWriter {
     if (compressed_ > 0) require_extension(json, draco_name);
     std::vector<std::string> notes;
     if (!left_.empty())
-      notes.push_back(fmt::format("{}: {} not compressed ({}), as Draco holds triangles alone, without "
-                                  "morph targets or sparse values",
+      notes.push_back(fmt::format("{}: {} not compressed ({}): Draco is for indexed triangles with "
+                                  "positions in floats, without morph targets or sparse values",
                                   file_.name(),
                                   left_.size() == 1 ? "a primitive is"
                                                     : counted(std::ssize(left_), "primitive") + " are",
@@ -212,81 +216,101 @@ class DracoWriter {
   }
 
  private:
-  /// The grid of an attribute: its least corner and the longest side.
+  /// The grid of an attribute: its least corner and the longest side. What is not finite has none.
   struct Box {
     std::array<float, 4> least{}, most{};
     bool empty = true;
+    bool finite = true;
   };
 
   bool can_compress(const Json& primitive) const {
     const Json* attributes = json_object(primitive, "attributes");
     if (is_draco(primitive) || primitive.contains("targets") || primitive.value("mode", 4) != 4 ||
         !attributes || !attributes->contains("POSITION") || !primitive.contains("indices") ||
-        !file_.layout(primitive["indices"].get<std::int64_t>()))
+        !file_.layout(primitive["indices"].get<std::int64_t>()) ||
+        !is_float(attributes->at("POSITION").get<std::int64_t>()))
       return false;
     return std::ranges::all_of(*attributes, [&](const Json& id) {
       return file_.layout(id.template get<std::int64_t>()).has_value();
     });
   }
 
+  bool is_float(std::int64_t accessor) const {
+    return file_.item("accessors", accessor).value("componentType", 0) == int(GltfType::f32);
+  }
+
   bool on_grid(const std::string& name, std::int64_t accessor) const {
-    return kind_of(name).bits > 0 && name != "NORMAL" &&
-           file_.item("accessors", accessor).value("componentType", 0) == int(GltfType::f32);
+    return is_float(accessor) && kind_of(name, true).bits > 0;
+  }
+
+  /// The vertices that triangles use, in their order; none where an index is out of range.
+  std::vector<std::uint32_t> used_vertices(const GltfValues& corners, std::size_t count) const {
+    std::vector<char> used(count, 0);
+    for (const double corner : corners.values) {
+      if (!(corner < double(count))) return {};
+      used[std::size_t(corner)] = 1;
+    }
+    std::vector<std::uint32_t> vertices;
+    for (std::size_t v = 0; v < count; ++v)
+      if (used[v]) vertices.push_back(std::uint32_t(v));
+    return vertices;
   }
 
   void find_boxes(const Json& primitive) {
+    const GltfValues corners = file_.values(primitive["indices"].get<std::int64_t>(), {1});
     for (const auto& [name, id] : primitive["attributes"].items()) {
       if (!on_grid(name, id.get<std::int64_t>())) continue;
       const GltfValues values = file_.values(id.get<std::int64_t>(), {1, 2, 3, 4});
+      const auto components = std::size_t(values.components);
       Box& box = boxes_[name];
-      for (std::size_t i = 0; i < values.values.size(); ++i) {
-        const auto c = i % std::size_t(values.components);
-        const float value = float(values.values[i]);
-        const bool first = box.empty && i < std::size_t(values.components);
-        box.least[c] = first ? value : std::min(box.least[c], value);
-        box.most[c] = first ? value : std::max(box.most[c], value);
+      for (const std::uint32_t v : used_vertices(corners, values.count())) {
+        for (std::size_t c = 0; c < components; ++c) {
+          const float value = float(values.values[v * components + c]);
+          box.finite = box.finite && std::isfinite(value);
+          box.least[c] = box.empty ? value : std::min(box.least[c], value);
+          box.most[c] = box.empty ? value : std::max(box.most[c], value);
+        }
+        box.empty = false;
       }
-      box.empty = box.empty && values.values.empty();
     }
   }
 
-  /// Elements as they are stored.
-  Bytes elements(std::int64_t accessor, std::size_t size, std::size_t count) const {
-    const GltfLayout layout = *file_.layout(accessor);
-    const ByteView from = file_.buffer(layout.buffer);
-    Bytes bytes(size * count);
-    for (std::size_t i = 0; i < count; ++i)
-      std::memcpy(bytes.data() + i * size, from.data() + layout.offset + i * layout.stride, size);
-    return bytes;
-  }
-
-  int add_attribute(draco::Mesh& mesh, const std::string& name, std::int64_t accessor) const {
+  /// Values at vertices as they are stored.
+  int add_attribute(draco::Mesh& mesh, const std::string& name, std::int64_t accessor,
+                    const std::vector<std::uint32_t>& vertices) const {
     const GltfValues values = file_.values(accessor, {1, 2, 3, 4});
     const std::size_t size = std::size_t(values.components * size_of(values.type));
-    const Bytes bytes = elements(accessor, size, values.count());
+    const GltfLayout layout = *file_.layout(accessor);
+    const std::byte* from = file_.buffer(layout.buffer).data() + layout.offset;
     draco::GeometryAttribute attribute;
-    attribute.Init(kind_of(name).type, nullptr, std::uint8_t(values.components),
-                   draco_type(values.type), values.normalized, std::int64_t(size), 0);
-    const int id = mesh.AddAttribute(attribute, true, std::uint32_t(values.count()));
-    for (std::uint32_t p = 0; p < values.count(); ++p)
-      mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(p), bytes.data() + p * size);
+    attribute.Init(kind_of(name, values.type == GltfType::f32).type, nullptr,
+                   std::uint8_t(values.components), draco_type(values.type), values.normalized,
+                   std::int64_t(size), 0);
+    const int id = mesh.AddAttribute(attribute, true, std::uint32_t(vertices.size()));
+    for (std::uint32_t p = 0; p < vertices.size(); ++p)
+      mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(p),
+                                            from + vertices[p] * layout.stride);
     return id;
   }
 
   void set_grid(draco::ExpertEncoder& encoder, const std::string& name, std::int64_t accessor,
                 int id) const {
-    if (name == "NORMAL") encoder.SetAttributeQuantization(id, kind_of(name).bits);
-    if (!on_grid(name, accessor)) return;
+    if (!on_grid(name, accessor) || !boxes_.at(name).finite) return;
     const Box& box = boxes_.at(name);
     float range = 0;
     for (std::size_t c = 0; c < 4; ++c) range = std::max(range, box.most[c] - box.least[c]);
-    int bits = kind_of(name).bits;
+    int bits = kind_of(name, true).bits;
+    if (name == "NORMAL") {
+      encoder.SetAttributeQuantization(id, bits);
+      return;
+    }
     if (name == "TANGENT") {
       const std::array<float, 4> origin{-1, -1, -1, -1};
       encoder.SetAttributeExplicitQuantization(id, bits, 4, origin.data(), 2);
       return;
     }
-    if (name != "POSITION" && range > 1) bits = std::min(30, bits + int(std::ceil(std::log2(range))));
+    if (name != "POSITION" && range > 1) bits += int(std::ceil(std::log2(range)));
+    if (bits > most_bits) return;  // floats, as they are
     const int components = name == "POSITION" ? 3 : 2;
     encoder.SetAttributeExplicitQuantization(id, bits, components, box.least.data(),
                                              range > 0 ? range : 1);
@@ -298,21 +322,23 @@ class DracoWriter {
     const auto points = json_count(
         file_.item("accessors", attributes["POSITION"].get<std::int64_t>()), "count", 0, file_.name());
     const GltfValues corners = file_.values(primitive["indices"].get<std::int64_t>(), {1});
+    const std::vector<std::uint32_t> vertices = used_vertices(corners, std::size_t(points));
+    if (vertices.empty()) return false;
+    std::vector<std::uint32_t> number(std::size_t(points), 0);
+    for (std::uint32_t p = 0; p < vertices.size(); ++p) number[vertices[p]] = p;
     draco::Mesh mesh;
-    mesh.set_num_points(std::uint32_t(points));
+    mesh.set_num_points(std::uint32_t(vertices.size()));
     for (std::size_t i = 0; i + 2 < corners.values.size(); i += 3) {
       draco::Mesh::Face face;
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (!(corners.values[i + k] < double(points))) return false;
-        face[k] = draco::PointIndex(std::uint32_t(corners.values[i + k]));
-      }
+      for (std::size_t k = 0; k < 3; ++k)
+        face[k] = draco::PointIndex(number[std::size_t(corners.values[i + k])]);
       mesh.AddFace(face);
     }
     std::map<std::string, int> ids;
     for (const auto& [name, id] : attributes.items()) {
       const std::int64_t accessor = id.get<std::int64_t>();
       if (json_count(file_.item("accessors", accessor), "count", 0, file_.name()) != points) return false;
-      ids[name] = add_attribute(mesh, name, accessor);
+      ids[name] = add_attribute(mesh, name, accessor, vertices);
     }
     for (const int method : {draco::MESH_EDGEBREAKER_ENCODING, draco::MESH_SEQUENTIAL_ENCODING}) {
       draco::ExpertEncoder encoder(mesh);
