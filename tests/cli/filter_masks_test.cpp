@@ -1,9 +1,6 @@
 // Filters that work here and not there.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <filesystem>
 
 #include "cli/models.h"
 
@@ -11,7 +8,6 @@ namespace mq::test {
 namespace {
 
 using testing::HasSubstr;
-using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
 /// The equation is linear in β − 1: a mask that sharpens here and smooths there is both together.

@@ -1,5 +1,4 @@
 // Where results of filter go, and what they may replace.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +10,6 @@ namespace mq::test {
 namespace {
 
 using testing::HasSubstr;
-using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
 TEST(Filter, ProtectsWhatExistsFromBeingReplaced) {

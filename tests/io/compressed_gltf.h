@@ -4,6 +4,7 @@
 #include <draco/attributes/point_attribute.h>
 #include <draco/compression/encode.h>
 #include <draco/mesh/mesh.h>
+#include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
 #include <algorithm>
@@ -311,6 +312,33 @@ inline Model tube(int around, int along, bool two_textures) {
   model.textures.push_back(ramp_texture("a.png"));
   if (two_textures) model.textures.push_back(ramp_texture("b.png", 5, 4));
   return model;
+}
+
+inline Vector2 uv_middle(const Mesh& mesh, int t) {
+  return (mesh.uv(t, 0) + mesh.uv(t, 1) + mesh.uv(t, 2)) / 3;
+}
+
+/// Each triangle of `a` is one of `b`, corners in the same order around it, and none is two of `a`'s.
+inline void expect_same_triangles(const Mesh& a, const Mesh& b, double position_error, double uv_error) {
+  ASSERT_EQ(a.triangle_count(), b.triangle_count());
+  std::vector<char> used(std::size_t(b.triangle_count()));
+  for (int t = 0; t < a.triangle_count(); ++t) {
+    int best = 0;
+    double distance = 1e300;
+    for (int s = 0; s < b.triangle_count(); ++s)
+      if (const double d = (uv_middle(a, t) - uv_middle(b, s)).norm();
+          d < distance && a.texture(t) == b.texture(s))
+        distance = d, best = s;
+    EXPECT_FALSE(used[std::size_t(best)]++);
+    int turn = 0;
+    for (int k = 1; k < 3; ++k)
+      if ((b.uv(best, k) - a.uv(t, 0)).norm() < (b.uv(best, turn) - a.uv(t, 0)).norm()) turn = k;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LE((a.position(t, k) - b.position(best, (turn + k) % 3)).cwiseAbs().maxCoeff(),
+                position_error);
+      EXPECT_LE((a.uv(t, k) - b.uv(best, (turn + k) % 3)).cwiseAbs().maxCoeff(), uv_error);
+    }
+  }
 }
 
 }  // namespace mq::test

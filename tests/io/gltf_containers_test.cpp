@@ -15,6 +15,7 @@ namespace fs = std::filesystem;
 
 using test::by_draco;
 using test::by_meshopt;
+using test::expect_same_triangles;
 using test::GltfParts;
 using test::Json;
 using test::tube;
@@ -138,27 +139,6 @@ double largest(const std::vector<Vector3>& positions) {
   return box.sizes().maxCoeff();
 }
 
-/// Triangles of both by the middle of their texture coordinates: positions and UVs agree at corners.
-void expect_near(const Mesh& a, const Mesh& b, double position_error, double uv_error) {
-  ASSERT_EQ(a.triangle_count(), b.triangle_count());
-  const auto middle = [](const Mesh& m, int t) { return Vector2(m.uv(t, 0) + m.uv(t, 1) + m.uv(t, 2)); };
-  for (int t = 0; t < a.triangle_count(); ++t) {
-    int best = 0;
-    for (int s = 0; s < b.triangle_count(); ++s)
-      if (a.texture(t) == b.texture(s) &&
-          (b.texture(best) != a.texture(t) ||
-           (middle(a, t) - middle(b, s)).norm() < (middle(a, t) - middle(b, best)).norm()))
-        best = s;
-    int turn = 0;
-    for (int k = 1; k < 3; ++k)
-      if ((b.uv(best, k) - a.uv(t, 0)).norm() < (b.uv(best, turn) - a.uv(t, 0)).norm()) turn = k;
-    for (int k = 0; k < 3; ++k) {
-      ASSERT_LE((a.position(t, k) - b.position(best, (turn + k) % 3)).cwiseAbs().maxCoeff(), position_error);
-      ASSERT_LE((a.uv(t, k) - b.uv(best, (turn + k) % 3)).cwiseAbs().maxCoeff(), uv_error);
-    }
-  }
-}
-
 TEST_F(GltfContainers, AreCompressedOnRequest) {
   for (const std::string name : {"c.glb", "c.gltf"})
     for (const Compression how : {Compression::meshopt, Compression::draco}) {
@@ -170,7 +150,7 @@ TEST_F(GltfContainers, AreCompressedOnRequest) {
       EXPECT_THAT(write_model(folder / name, model), IsEmpty());
       const Model back = read_model(folder / name);
       EXPECT_THAT(back.notes, Contains(HasSubstr(draco ? "Draco" : "meshopt")));
-      expect_near(model.mesh, back.mesh, draco ? 0.5 * largest(model.mesh.positions) / 65535 + 1e-7 : 1e-7,
+      expect_same_triangles(model.mesh, back.mesh, draco ? 0.5 * largest(model.mesh.positions) / 65535 + 1e-7 : 1e-7,
                   draco ? 0.5 / 65535 + 1e-7 : 1e-7);
       const Surface expected = make_surface(read_model(folder / "plain.gltf").mesh);
       const Surface surface = make_surface(back.mesh);
@@ -277,7 +257,7 @@ TEST_F(GltfContainers, AreCompressedWhateverTheirValues) {
     const Model back = read_model(folder / "c.glb");
     EXPECT_EQ(back.mesh.triangle_count(), model.mesh.triangle_count());
     const double range = what == "unused" ? 2 : largest(model.mesh.positions);
-    expect_near(model.mesh, back.mesh, 0.5 * range / 65535 + 1e-6, 0.5 / 65535 + 1e-6);
+    expect_same_triangles(model.mesh, back.mesh, 0.5 * range / 65535 + 1e-6, 0.5 / 65535 + 1e-6);
   }
 }
 

@@ -87,6 +87,10 @@ void add_normals_option(OptionTable& table) {
       {.name = "normals",
        .group = "Signal",
        .help = "the texture is a normal map; keep its normals of unit length"});
+  add_normal_space_option(table, "Any but auto says that the texture is a normal map.");
+}
+
+void add_normal_space_option(OptionTable& table, const std::string& remark) {
   table.add({.name = "normal-space",
              .type = Type::choice,
              .default_value = "auto",
@@ -94,8 +98,8 @@ void add_normals_option(OptionTable& table) {
              .group = "Signal",
              .help = "in which axes a normal map is: the model's, or those of its charts",
              .details = "tangent: green up, as glTF and OpenGL have it; directx: green down. auto: "
-                        "tangent in normal slots of glTF, and where 9 of 10 normals point along z. "
-                        "Any but auto says that the texture is a normal map."});
+                        "tangent in normal slots of glTF, and where 9 of 10 normals point along z. " +
+                        remark});
 }
 
 NormalAxes normal_axes(const OptionValues& options) {

@@ -42,6 +42,9 @@ void add_space_option(OptionTable& table);
 /// Adds --normals and --normal-space.
 void add_normals_option(OptionTable& table);
 
+/// Adds --normal-space alone; `remark` ends what is said of it.
+void add_normal_space_option(OptionTable& table, const std::string& remark);
+
 /// Adds --vertices; `help` says what it does.
 void add_vertices_option(OptionTable& table, const std::string& help);
 

@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
+#include "mq/io/materials.h"
 #include "mq/io/slots.h"
 #include "mq/model/baked_signal.h"
 #include "mq/model/joined_slots.h"
@@ -22,11 +23,18 @@
 namespace mq::app {
 namespace {
 
-BakeOptions asked_bake(const OptionValues& options) {
-  return {.within = options.number("within") / 100,
-          .angle = options.number("angle"),
-          .samples = options.has("samples") ? int(options.integer("samples")) : 0,
-          .values = value_space(options)};
+/// Factors that the source's materials have alike can stay in one material of the target; others go into
+/// the pictures.
+BakeOptions asked_bake(const OptionValues& options, const ModelMaterials& materials) {
+  BakeOptions asked{.within = options.number("within") / 100,
+                    .angle = options.number("angle"),
+                    .samples = options.has("samples") ? int(options.integer("samples")) : 0,
+                    .values = value_space(options)};
+  asked.values.meaning = ValueSpace::Meaning::colours;  // which slots hold normals is known
+  const std::vector<const Material*> speaking = materials.speaking();
+  if (std::ranges::any_of(speaking, [&](const Material* m) { return !look_alike(*m, *speaking[0]); }))
+    asked.factors = BakeOptions::Factors::applied;
+  return asked;
 }
 
 bool has_pictures_of_its_own(const Model& model) {
@@ -99,8 +107,9 @@ Asked asked_slots(Run& run, BakeTo to) {
   const OptionValues& options = run.options();
   const std::string file = options.text("source");
   if (names_picture(file) || !options.texts("texture").empty()) {
-    if (!options.has("slot")) return {};
-    return {{slot_from_text(options.text("slot"))}};
+    const bool are_normals = normal_axes(options) != NormalAxes::as_found;
+    if (!options.has("slot") && !are_normals) return {};
+    return {{options.has("slot") ? slot_from_text(options.text("slot")) : "normal"}};
   }
   const Model source = read_model(file, shape_and_slots);
   if (asks_for_shape(options, source)) {
@@ -153,7 +162,8 @@ Exit run_bake(Run& run) {
           target.model.path.string() +
               ": has no texture coordinates: give it some with the verb "
               "unwrap, or bake to its vertices with --vertices");
-  begin_bake(slots, target);
+  const ModelMaterials materials = file_materials(source.model);
+  begin_bake(slots, target, &materials);
   const std::string output = options.text("output");
   const bool pictures_alone = slots.size() > 1 && !names_model(output);
   const Outputs outputs(output, pictures_alone ? all_pictures(target.model) : target.model,
@@ -167,7 +177,7 @@ Exit run_bake(Run& run) {
     const bool is_first = slots.empty() || slot == slots.front();
     return is_first ? std::move(source) : read_source(run, slot, shown);
   };
-  BakeOptions how = asked_bake(options);
+  BakeOptions how = asked_bake(options, materials);
   how.shown = shown;
   bake_onto(run, slots, source_of, target, to, how, 0.6);
   const Step step(run, "write", 0.2);
@@ -223,8 +233,9 @@ Verb bake_verb() {
        .most = 32,
        .group = "Bake",
        .help = "of each texel in each direction; else as many as show all texels of the source"});
-  add_vertices_option(table, "give the target colours at its vertices");
+  table.add({.name = "vertices", .group = "Signal", .help = "give the target colours at its vertices"});
   add_space_option(table);
+  add_normal_space_option(table, "Green stays as it is, but glTF gets it up.");
   add_depth_option(table);
   return {table, run_bake, {{.what = "colours of another model", .pictures = ""}}, {}, Slots::its_own};
 }

@@ -89,7 +89,7 @@ Exit unwrap(Run& run) {
             fmt::format("--{}: it is for an evolving mesh, whose frames come one after the other",
                         name));
   const bool bakes = options.flag("bake");
-  for (const char* name : {"flipped", "slot", "uv-set", "layer"})
+  for (const char* name : {"flipped", "slot", "uv-set", "layer", "normal-space"})
     require(bakes || !asks_for(options, name),
             fmt::format("--{} is of textures, which are looked at with --bake alone: give it too", name));
   TexturedModel scene = bakes ? read_usable_model(run, MissingPictures::unneeded, 0.1)
@@ -158,6 +158,7 @@ Verb unwrap_verb() {
              .group = "Atlas",
              .help = "give a mesh textures that show on it what the old ones did",
              .details = "As the verb bake does, with its defaults, all slots; --size is their side."});
+  add_normal_space_option(table, "Green stays as it is, but glTF gets it up.");
   add_evolving_atlas_options(table);
   add_frames_option(table);
   return {table, unwrap, {}, {}, Slots::its_own};

@@ -38,6 +38,9 @@ class Document {
   std::vector<Part> parts;  ///< those that were found
   std::vector<std::filesystem::path> files;  ///< the mesh file's and, in their order, the parts'
   ReadChoice choice = {};
+
+  /// In either container.
+  bool is_gltf() const { return format == Format::gltf || format == Format::glb; }
 };
 
 /// Where a document says the name of a texture: bytes of a part, or of the mesh file (part −1).

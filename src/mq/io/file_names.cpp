@@ -17,6 +17,10 @@ bool names_model(const std::filesystem::path& path) {
   return std::ranges::count(models, lower_extension(path)) > 0;
 }
 
+bool names_gltf(const std::filesystem::path& path) {
+  return lower_extension(path) == ".gltf" || lower_extension(path) == ".glb";
+}
+
 bool names_picture(const std::filesystem::path& path) {
   static constexpr const char* pictures[] = {".png",  ".jpg", ".jpeg", ".webp", ".tif",
                                              ".tiff", ".exr", ".bmp",  ".tga"};

@@ -9,8 +9,10 @@ namespace mq {
 /// ".png" of "A.PNG"; letters beyond ASCII as they are.
 std::string lower_extension(const std::filesystem::path& path);
 
-/// Whether a name ends like a model file (.obj, .ply, .gltf, .glb), or like a picture.
+/// Whether a name ends like a model file (.obj, .ply, .gltf, .glb), the last two of these, or like a
+/// picture.
 bool names_model(const std::filesystem::path& path);
+bool names_gltf(const std::filesystem::path& path);
 bool names_picture(const std::filesystem::path& path);
 
 /// Whether it is a GLB for all frames, without a place for their numbers.

@@ -10,7 +10,9 @@
 #include "mq/base/error.h"
 #include "mq/io/detail/gltf_compress.h"
 #include "mq/io/detail/gltf_container.h"
+#include "mq/io/detail/gltf_material.h"
 #include "mq/io/detail/gltf_scene.h"
+#include "mq/io/materials.h"
 #include "mq/io/normals.h"
 #include "mq/io/slots.h"
 #include "mq/io/uri.h"
@@ -32,14 +34,16 @@ class NewGltf {
         channels_(color_channels(model.colors)),
         other_sets_(other_uv_sets(model)),
         own_set_(std::clamp(own_uv_set(model), 0, int(other_sets_.size()))),
-        frames_(frames_to_write(model, a_name)) {}
+        frames_(frames_to_write(model, a_name)),
+        said_(file_materials(model)),
+        materials_(new_materials(model, said_)) {}
 
   GltfOutput output() {
     json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
     json_["scene"] = 0;
     json_["scenes"] = OrderedJson::array({{{"nodes", OrderedJson::array()}}});
     add_primitives();
-    add_pictures();
+    add_materials();
     if (!buffer_.empty()) {
       OrderedJson buffer = {{"byteLength", buffer_.size()}};
       if (format_ == Document::Format::gltf) buffer["uri"] = uri_of_name(stem_ + ".bin");
@@ -57,21 +61,21 @@ class NewGltf {
   }
 
  private:
-  /// Triangles of a texture, those with texture coordinates apart.
+  /// Triangles of a material, those with texture coordinates apart.
   struct Group {
-    int texture;
+    NewMaterial material;
     bool textured;
     std::vector<int> triangles;
   };
 
   std::vector<Group> groups() const {
     std::vector<Group> groups;
-    std::map<std::pair<int, bool>, std::size_t> ids;
+    std::map<std::pair<NewMaterial, bool>, std::size_t> ids;
     for (int t = 0; t < mesh_.triangle_count(); ++t) {
-      const int texture = model_.textures.empty() ? -1 : mesh_.texture(t);
+      const NewMaterial material = material_of(model_, said_, t);
       const bool textured = mesh_.textured(t);
-      const auto id = ids.try_emplace({texture, textured}, groups.size());
-      if (id.second) groups.push_back({texture, textured, {}});
+      const auto id = ids.try_emplace({material, textured}, groups.size());
+      if (id.second) groups.push_back({material, textured, {}});
       groups[id.first->second].triangles.push_back(t);
     }
     return groups;
@@ -109,7 +113,8 @@ class NewGltf {
     std::vector<Vector2> uvs;
     std::vector<std::vector<Vector2>> other_uvs(other_sets_.size());
     const bool with_tangents =
-        group.textured && group.texture >= 0 && has_normal_map(model_, group.texture, a_name);
+        group.textured && group.material.texture >= 0 &&
+        has_normal_map(model_, group.material.texture, a_name);
     Bytes indices, normals, tangents;
     for (const int t : group.triangles)
       for (int k = 0; k < 3; ++k) {
@@ -146,7 +151,8 @@ class NewGltf {
     OrderedJson result = {{"attributes", attributes}};
     result["indices"] =
         add_accessor(indices, 0, 3 * group.triangles.size(), GltfType::u32, "SCALAR", 34963);
-    if (group.texture >= 0) result["material"] = group.texture;
+    const auto place = std::ranges::find(materials_, group.material);
+    if (place != materials_.end()) result["material"] = place - materials_.begin();
     return result;
   }
 
@@ -221,10 +227,10 @@ class NewGltf {
     return id;
   }
 
-  void add_pictures() {
+  void add_materials() {
     output_.embedded.assign(pictures_.size(), true);
-    for (std::size_t t = 0; t < std::min(pictures_.size(), model_.textures.size()); ++t) {
-      OrderedJson added = material(int(t));
+    for (const NewMaterial& one : materials_) {
+      OrderedJson added = material(one);
       json_["materials"].push_back(std::move(added));
     }
   }
@@ -252,7 +258,8 @@ class NewGltf {
     OrderedJson texture = {{"source", source}};
     if (pictures_[std::size_t(picture)].type == "image/webp") {
       texture = {{"extensions", {{"EXT_texture_webp", {{"source", source}}}}}};
-      json_["extensionsUsed"] = json_["extensionsRequired"] = {"EXT_texture_webp"};
+      use("EXT_texture_webp");
+      json_["extensionsRequired"] = {"EXT_texture_webp"};
     }
     if (wrap != Wrap::unspecified) {
       const int mode = wrap == Wrap::clamp ? 33071 : 10497;
@@ -263,9 +270,21 @@ class NewGltf {
     return known.first->second;
   }
 
-  OrderedJson material(int number) {
+  OrderedJson material(const NewMaterial& one) {
+    OrderedJson result = one.texture < 0 ? OrderedJson::object() : pictures(one.texture);
+    Material said;
+    if (one.material >= 0)
+      said = said_.materials[std::size_t(one.material)];
+    if (result.contains("emissiveTexture") && one.material < 0) said.emissive = {1, 1, 1};
+    add_material_words(said, result);
+    if (result.contains("extensions"))
+      for (const auto& [name, extension] : result["extensions"].items()) use(name);
+    return result;
+  }
+
+  /// The members of a material that name pictures.
+  OrderedJson pictures(int number) {
     OrderedJson metallic = OrderedJson::object(), result = OrderedJson::object();
-    bool matt = true;
     for (const SlotPicture& one : material_pictures(model_, number, a_name)) {
       const char* keyword = gltf_keyword(one.slot);
       if (!keyword)
@@ -274,14 +293,16 @@ class NewGltf {
       OrderedJson info = {
           {"index", texture(one.picture, model_.textures[std::size_t(number)].wrap)}};
       if (own_set_ > 0) info["texCoord"] = own_set_;
-      const bool is_metallic = one.slot == "metallic-roughness";
-      matt = matt && !is_metallic;
-      (is_metallic || one.slot == base_slot ? metallic : result)[keyword] = info;
-      if (one.slot == "emissive") result["emissiveFactor"] = {1, 1, 1};
+      const bool is_metallic = one.slot == "metallic-roughness" || one.slot == base_slot;
+      (is_metallic ? metallic : result)[keyword] = info;
     }
-    if (matt) metallic["metallicFactor"] = 0, metallic["roughnessFactor"] = 1;
     result["pbrMetallicRoughness"] = metallic;
     return result;
+  }
+
+  void use(const std::string& extension) {
+    OrderedJson& used = json_["extensionsUsed"];
+    if (std::find(used.begin(), used.end(), extension) == used.end()) used.push_back(extension);
   }
 
   static constexpr const char* a_name = "new.gltf";
@@ -295,6 +316,8 @@ class NewGltf {
   std::vector<const UvSet*> other_sets_;
   int own_set_;  ///< the number of the mesh's set among all
   CornerFrames frames_;
+  ModelMaterials said_;
+  std::vector<NewMaterial> materials_;
   std::map<int, std::size_t> images_;  ///< of the file, by the model's pictures
   std::map<std::pair<int, Wrap>, std::size_t> textures_;
   OrderedJson json_;
@@ -375,17 +398,13 @@ void compress(GltfOutput& output, Document::Format format, Compression compressi
   output.files = files_of(packer.packed(format, stem));
 }
 
-bool is_gltf(const Document* document) {
-  return document && (document->format == Document::Format::gltf || document->format == Document::Format::glb);
-}
-
 }  // namespace
 
 GltfOutput write_gltf(const Model& model, Document::Format format,
                       const std::vector<GltfPicture>& pictures, const std::string& stem) {
   const Document* document = model.document.get();
   GltfOutput output;
-  if (is_gltf(document))
+  if (document && document->is_gltf())
     output = document->format == format ? splice_gltf(model, *document, pictures, stem)
                                         : splice_into_other(model, format, pictures, stem);
   if (output.files.empty()) {

@@ -109,6 +109,9 @@ struct ModelShading {
 /// The file a model came from, kept so that writing changes only what was asked to change.
 class Document;
 
+/// What materials say beside pictures (materials.h).
+struct ModelMaterials;
+
 /// How geometry is compressed in a glTF file that is written.
 enum class Compression {
   none,     ///< as it is in the file that was read; not at all in one made anew
@@ -125,6 +128,7 @@ struct Model {
   Defects defects;                 ///< of the file: signs that it was cut short
   std::shared_ptr<const Document> document;  ///< null for a model made in memory
   std::shared_ptr<const ModelShading> shading;  ///< where there is no document; null: not known
+  std::shared_ptr<const ModelMaterials> materials;  ///< likewise (`file_materials`)
 
   std::vector<MaterialSlot> slots;  ///< that its materials name pictures for
   std::string slot;                 ///< which of them `textures` are; empty: it has no slots

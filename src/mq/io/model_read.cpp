@@ -144,7 +144,7 @@ class ModelReader {
   bool reads_pictures() const { return options_.pictures == Pictures::read; }
 
   void read_parts(Document& document) {
-    if (document.format == Document::Format::gltf || document.format == Document::Format::glb)
+    if (document.is_gltf())
       return read_buffers(document);
     if (document.format != Document::Format::obj) return;
     for (const ObjFile::Library& library : parse_obj(document.bytes, document.name).libraries) {

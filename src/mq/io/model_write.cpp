@@ -11,9 +11,9 @@
 #include "mq/io/document.h"
 #include "mq/io/detail/fingerprint.h"
 #include "mq/io/detail/gltf.h"
-#include "mq/io/detail/gltf_file.h"
 #include "mq/io/detail/held.h"
 #include "mq/io/image_file.h"
+#include "mq/io/materials.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
 #include "mq/io/slots.h"
@@ -80,19 +80,6 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, ignored) && !ignored;
 }
 
-/// Whether a glTF file's materials have more than pictures.
-bool says_more_of_materials(const Document& document) {
-  if (document.format != Document::Format::gltf && document.format != Document::Format::glb)
-    return false;
-  const GltfFile file(document);
-  const Json& materials = json_array(file.json(), "materials", document.name);
-  return std::ranges::any_of(materials, [](const Json& material) {
-    const Json* metallic = json_object(material, "pbrMetallicRoughness");
-    return material.contains("emissiveFactor") || material.contains("alphaMode") ||
-           material.contains("doubleSided") || (metallic && metallic->contains("baseColorFactor"));
-  });
-}
-
 class ModelWriter {
  public:
   ModelWriter(const fs::path& path, const Model& model, const Progress& progress)
@@ -138,10 +125,10 @@ class ModelWriter {
     if (made_anew_ && !slots.empty())
       notes_.push_back(fmt::format("{} is made anew: not all pictures for {} are in it",
                                    path_.string(), fmt::join(slots, ", ")));
-    if (made_anew_ && model_.document && says_more_of_materials(*model_.document))
-      notes_.push_back(fmt::format("{} is made anew: of materials it has the pictures, not their "
-                                   "factors, how they are transparent, or their names",
-                                   path_.string()));
+    if (!made_anew_) return;
+    if (const std::string left_out = materials_left_out(file_materials(model_), path_); !left_out.empty())
+      notes_.push_back(fmt::format("{} is made anew: of its materials it does not say {}", path_.string(),
+                                   left_out));
   }
 
   /// Pictures beside a file made anew: those that its materials name.

@@ -9,6 +9,7 @@
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
 #include "mq/io/document.h"
+#include "mq/io/materials.h"
 #include "mq/io/slots.h"
 
 namespace mq {
@@ -26,10 +27,6 @@ bool ply_says_normals(const Document& document) {
       for (const PlyProperty& property : element.properties)
         if (property.name == "nx" || property.name == "normal_x") return true;
   return false;
-}
-
-bool is_gltf(const Document& document) {
-  return document.format == Document::Format::gltf || document.format == Document::Format::glb;
 }
 
 /// A file's frames, and the mesh that they are of.
@@ -78,7 +75,7 @@ CornerFrames file_frames(const Model& model) {
     const bool fits = model.shading && model.shading->corners.normals.size() == count;
     return fits ? model.shading->corners : CornerFrames{};
   }
-  if (!is_gltf(*model.document) && !holds_normals(model)) return {};
+  if (!model.document->is_gltf() && !holds_normals(model)) return {};
   FileFrames found = frames_of(*model.document, model.uv_set);
   const bool same = found.mesh.triangles == model.mesh.triangles &&
                     found.mesh.positions == model.mesh.positions;
@@ -96,9 +93,13 @@ bool holds_normals(const Model& model) {
 
 void forget_file(Model& model, Tangents tangents) {
   ModelShading shading{file_frames(model), holds_normals(model)};
+  ModelMaterials materials = file_materials(model);
   if (tangents == Tangents::forgotten) shading.corners.tangents.clear();
   model.document.reset();
   model.shading.reset();
+  model.materials.reset();
+  if (!materials.materials.empty())
+    model.materials = std::make_shared<const ModelMaterials>(std::move(materials));
   if (!shading.corners.normals.empty())
     model.shading = std::make_shared<const ModelShading>(std::move(shading));
 }

@@ -23,7 +23,7 @@ bool holds_normals(const Model& model);
 CornerFrames file_frames(const Model& model);
 
 /// Forgets the file a model came from, so that writing makes it anew, but for what it says of
-/// shading. Tangents are of its texture coordinates: forget them with these.
+/// shading and of materials. Tangents are of its texture coordinates: forget them with these.
 enum class Tangents { kept, forgotten };
 void forget_file(Model& model, Tangents tangents);
 

@@ -12,6 +12,7 @@
 #include "mq/base/error.h"
 #include "mq/io/detail/mtl.h"
 #include "mq/io/detail/obj.h"
+#include "mq/io/materials.h"
 #include "mq/io/normals.h"
 #include "mq/io/slots.h"
 
@@ -40,8 +41,8 @@ std::string material_name(const std::string& picture) {
   return name.empty() ? "textured" : name;
 }
 
-Material painted(std::string name, const std::string& picture, const std::string& slot) {
-  Material material;
+MtlMaterial painted(std::string name, const std::string& picture, const std::string& slot) {
+  MtlMaterial material;
   material.name = std::move(name);
   material.maps.push_back({.slot = slot, .picture = picture, .place = {}});
   return material;
@@ -189,7 +190,7 @@ class ObjSplicer {
 
   /// A library of those materials that no part holds but that have a picture now.
   void add_library(const std::vector<std::string>& names, std::vector<OutputFile>& files) {
-    std::vector<Material> materials;
+    std::vector<MtlMaterial> materials;
     for (std::size_t s = 0; s < says_.textures.size(); ++s)
       if (says_.textures[s].places.empty() && !names[s].empty())
         materials.push_back(painted(obj_.materials[s], names[s], base_slot));
@@ -278,21 +279,34 @@ void append_face(std::string& text, const Mesh& mesh, const std::vector<int>& no
   text += '\n';
 }
 
+MtlMaterial new_material(const Model& model, const ModelMaterials& said, const NewMaterial& part,
+                         const std::vector<std::string>& pictures, const std::string& stem,
+                         std::set<std::string>& taken) {
+  MtlMaterial material;
+  if (part.material >= 0) material.look = said.materials[std::size_t(part.material)];
+  std::string name = material.look.name;
+  std::ranges::replace(name, ' ', '_');
+  if (name.empty()) name = part.texture < 0 ? "material" : material_name(pictures[std::size_t(part.texture)]);
+  material.name = unique(name, "", taken);
+  if (part.texture < 0) return material;
+  for (const SlotPicture& one : material_pictures(model, part.texture, stem + ".obj")) {
+    if (!mtl_keyword(one.slot))
+      throw Unsupported(stem + ".obj: OBJ has no word for pictures of the slot " + one.slot +
+                        ": write the pictures alone, or glTF");
+    material.maps.push_back(
+        {.slot = one.slot, .picture = pictures[std::size_t(one.picture)], .place = {}});
+  }
+  return material;
+}
+
 std::vector<OutputFile> new_files(const Model& model, const std::vector<std::string>& pictures,
                                   const std::string& stem) {
+  const ModelMaterials said = file_materials(model);
+  const std::vector<NewMaterial> parts = new_materials(model, said);
   std::set<std::string> taken{"untextured"};
-  std::vector<Material> materials;
-  for (std::size_t i = 0; i < std::min(pictures.size(), model.textures.size()); ++i) {
-    Material& material = materials.emplace_back();
-    material.name = unique(material_name(pictures[i]), "", taken);
-    for (const SlotPicture& one : material_pictures(model, int(i), stem + ".obj")) {
-      if (!mtl_keyword(one.slot))
-        throw Unsupported(stem + ".obj: OBJ has no word for pictures of the slot " + one.slot +
-                          ": write the pictures alone, or glTF");
-      material.maps.push_back(
-          {.slot = one.slot, .picture = pictures[std::size_t(one.picture)], .place = {}});
-    }
-  }
+  std::vector<MtlMaterial> materials;
+  for (const NewMaterial& part : parts)
+    materials.push_back(new_material(model, said, part, pictures, stem, taken));
 
   std::string text;
   if (!materials.empty()) text += "mtllib " + stem + ".mtl\n";
@@ -306,18 +320,24 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
   }
   const std::vector<int> normals =
       append_normals(text, frames_to_write(model, stem + ".obj").normals);
-  int texture = -2;
+  NewMaterial last{.texture = -2};
+  std::string name;
   bool untextured = false;
   for (int t = 0; t < model.mesh.triangle_count(); ++t) {
-    if (!materials.empty() && model.mesh.texture(t) != texture) {
-      texture = model.mesh.texture(t);
-      untextured = untextured || texture < 0;
-      text += "usemtl " + (texture < 0 ? "untextured" : materials[std::size_t(texture)].name) + "\n";
+    const NewMaterial part = material_of(model, said, t);
+    if (!materials.empty() && part != last) {
+      const auto place = std::ranges::find(parts, part);
+      untextured = untextured || place == parts.end();
+      const std::string own =
+          place == parts.end() ? "untextured" : materials[std::size_t(place - parts.begin())].name;
+      if (own != name) text += "usemtl " + own + "\n";
+      name = own;
+      last = part;
     }
     append_face(text, model.mesh, normals, t);
   }
   std::vector<OutputFile> files{{stem + ".obj", to_bytes(text)}};
-  if (untextured) materials.push_back({"untextured", {}, {}});
+  if (untextured) materials.push_back({.name = "untextured", .maps = {}, .end = {}});
   if (!materials.empty()) files.push_back({stem + ".mtl", to_bytes(new_mtl(materials))});
   return files;
 }

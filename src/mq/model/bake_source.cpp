@@ -57,7 +57,7 @@ BakeSource::BakeSource(const TexturedModel& source, const Mesh& mesh, const Text
   if (of_shape)
     spacing_ = std::sqrt(total_area(mesh) / std::max(1, mesh.vertex_count()));
   else
-    colours_.emplace(source.model, mesh, normals_ ? ValueSpace{} : options.values);
+    colours_.emplace(source.model, mesh, normals_ ? ValueSpace{} : options.values, options.factors);
 }
 
 void BakeSource::find_normals(const TexturedModel& target, const ModelSignal& signal,
@@ -75,10 +75,12 @@ void BakeSource::find_normals(const TexturedModel& target, const ModelSignal& si
         ": its normals are baked in tangent space, which vertices have not: bake them to a "
         "texture");
   require_charts_apart(target);
+  const bool is_down = axes == NormalAxes::tangent_down && !options.to_tangent_space;
   std::shared_ptr<const ShadingFrames> of_source;
   if (axes != NormalAxes::object) of_source = std::make_shared<const ShadingFrames>(source_, axes);
   normals_ = std::make_shared<const BakedNormals>(
-      std::move(of_source), std::make_shared<const ShadingFrames>(target, NormalAxes::tangent));
+      std::move(of_source), std::make_shared<const ShadingFrames>(
+                                target, is_down ? NormalAxes::tangent_down : NormalAxes::tangent));
 }
 
 /// n where the map of the source says `stored`; its shading normal is `shading`.

@@ -21,7 +21,13 @@ struct BakeOptions {
   /// What of the source: its pictures, or where it has none its colours at vertices; or the shading
   /// normals of its shape, as a normal map of the target.
   enum class Shown { pictures, shading_normals } shown = Shown::pictures;
-  bool to_tangent_space = false;  ///< also of normal maps that are in object space
+
+  /// What becomes of the factors of the source's materials: they stay in its materials, for a target that
+  /// has these; or the values are multiplied by them.
+  enum class Factors { apart, applied } factors = Factors::apart;
+  /// Normal maps become such as glTF has: in tangent space, green up. Else those in object space stay in
+  /// it, and green stays down.
+  bool to_tangent_space = false;
 };
 
 /// The frames of a normal map in tangent space that was baked.

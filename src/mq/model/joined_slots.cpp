@@ -16,8 +16,7 @@ namespace mq {
 namespace {
 
 bool shares_pictures(const Model& model) {
-  return model.document && (model.document->format == Document::Format::gltf ||
-                            model.document->format == Document::Format::glb);
+  return model.document && model.document->is_gltf();
 }
 
 /// Whether all pictures of a slot are in the set, which they join.

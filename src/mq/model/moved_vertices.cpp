@@ -65,7 +65,7 @@ bool move_vertices(std::span<const Vector3> positions, TexturedModel& model) {
     mesh.positions[v] += positions[here] - from[here];
   }
   if (!turns) return false;
-  model.model.document.reset();
+  forget_file(model.model, Tangents::forgotten);
   shading.corners.tangents.clear();
   if (!shading.corners.normals.empty()) {
     Mesh after = model.surface.mesh;

@@ -15,8 +15,7 @@ constexpr float upright_above = 0.5F;
 constexpr double mostly = 0.9;
 
 bool is_gltf(const Model& model) {
-  return model.document && (model.document->format == Document::Format::gltf ||
-                            model.document->format == Document::Format::glb);
+  return model.document && model.document->is_gltf();
 }
 
 template <class Vectors>

@@ -60,8 +60,6 @@ bool joins_model(const fs::path& to, const fs::path& from) {
   return to.extension() == ".glb" && from.extension() != ".glb";
 }
 
-bool is_gltf(const fs::path& path) { return path.extension() == ".gltf" || path.extension() == ".glb"; }
-
 bool is_folder(const std::string& name) { return name.ends_with('/') || fs::is_directory(name); }
 
 /// A number goes after the name of all but the first of several with one file name.
@@ -232,7 +230,7 @@ void Outputs::plan_others(const fs::path& path, const Model& model) {
 /// Those that a file made anew names, or all that a glTF had in the other container; a GLB holds them.
 void Outputs::plan_new_others(const fs::path& path, const Model& model) {
   std::error_code ignored;
-  const bool keeps_materials = is_gltf(path) && model.document && is_gltf(model.path);
+  const bool keeps_materials = names_gltf(path) && model.document && model.document->is_gltf();
   const std::vector<char> named = named_pictures(model, path);
   for (std::size_t i = 0; i < model.others.size(); ++i) {
     const Texture& texture = model.others[i];

@@ -11,6 +11,7 @@
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
 #include "mq/base/words.h"
+#include "mq/io/materials.h"
 #include "mq/io/normals.h"
 #include "mq/io/slots.h"
 #include "mq/mesh/orient.h"
@@ -111,6 +112,35 @@ std::shared_ptr<const ModelShading> carried_shading(const RemeshInput& of_templa
     }
   }
   return std::make_shared<const ModelShading>(std::move(shading));
+}
+
+/// The side that a triangle of the result comes from, or most of it, and its triangle there.
+std::pair<bool, int> origin_of(const Remeshed& found, int triangle) {
+  const auto t = std::size_t(triangle);
+  if (found.template_triangles[t] >= 0) return {false, found.template_triangles[t]};
+  if (found.target_triangles[t] >= 0) return {true, found.target_triangles[t]};
+  const VertexOrigin& origin = found.origins[std::size_t(found.mesh.triangles[t][0])];
+  return {origin.of_target != 0, origin.triangle};
+}
+
+/// The materials of both; null where neither file has any.
+std::shared_ptr<const ModelMaterials> carried_materials(const RemeshInput& of_template,
+                                                        const RemeshInput& target,
+                                                        const Remeshed& found) {
+  ModelMaterials all = file_materials(of_template.model);
+  const ModelMaterials fresh = file_materials(target.model);
+  const auto shift = int(all.materials.size());
+  all.materials.insert(all.materials.end(), fresh.materials.begin(), fresh.materials.end());
+  if (all.materials.empty()) return nullptr;
+  const std::vector<int> old = std::move(all.of_triangle);
+  all.of_triangle.clear();
+  for (int t = 0; t < found.mesh.triangle_count(); ++t) {
+    const auto [of_target, triangle] = origin_of(found, t);
+    const std::vector<int>& side = of_target ? fresh.of_triangle : old;
+    const int id = side.empty() ? -1 : side[std::size_t(triangle)];
+    all.of_triangle.push_back(id >= 0 && of_target ? shift + id : id);
+  }
+  return std::make_shared<const ModelMaterials>(std::move(all));
 }
 
 VertexSignal colours_of_origin(const Remeshed& found) {
@@ -222,6 +252,7 @@ void finish_remeshed(const RemeshInput& of_template, const RemeshInput& target, 
                      ? colours_of_origin(found)
                      : carried_colours(of_template, target, found, messages);
   model.shading = carried_shading(of_template, target, found);
+  model.materials = carried_materials(of_template, target, found);
   if (!with_uvs) {
     model.mesh = std::move(found.mesh);
     return;

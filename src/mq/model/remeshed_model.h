@@ -62,7 +62,8 @@ Model begin_remeshed(const RemeshInput& of_template, const RemeshInput& target,
 
 /// Gives it what `remesh` of the two surfaces found. Triangles of the two have the normals that
 /// their files say, those between what is interpolated where their vertices come from; what comes
-/// of a file that says none has those of the remeshed surface. Remarks on what is left out because
+/// of a file that says none has those of the remeshed surface. So it is with materials, each of which
+/// stays one. Remarks on what is left out because
 /// the two do not have it alike.
 void finish_remeshed(const RemeshInput& of_template, const RemeshInput& target, Remeshed found,
                      const RemeshedContents& contents, Messages& messages, Model& model);

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/image/resample.h"
+#include "mq/io/slots.h"
 #include "mq/io/vertex_colours.h"
 #include "mq/mesh/geometry.h"
 
@@ -29,18 +30,21 @@ int joined_channels(int a, int b) {
 
 }  // namespace
 
-SourceColours::SourceColours(const Model& model, const Mesh& mesh, const ValueSpace& values)
-    : model_(model), mesh_(mesh) {
+SourceColours::SourceColours(const Model& model, const Mesh& mesh, const ValueSpace& values,
+                             BakeOptions::Factors factors)
+    : model_(model), mesh_(mesh), space_(values.space) {
   bool is_textured = false;
   for (int t = 0; t < mesh.triangle_count() && !is_textured; ++t)
     is_textured = shown_texture(model, t) >= 0;
   require(
       is_textured || model.colors.channels > 0,
       model.path.string() + ": has neither textures nor colours at vertices, so nothing to bake");
-  if (is_textured)
-    read_textures(values);
-  else
+  if (!is_textured) {
     read_vertices();
+    return;
+  }
+  read_textures(values);
+  read_materials(factors);
 }
 
 void SourceColours::read_textures(const ValueSpace& values) {
@@ -77,6 +81,62 @@ void SourceColours::read_textures(const ValueSpace& values) {
                       model_.path.string(), channels_, most_channels));
 }
 
+void SourceColours::read_materials(BakeOptions::Factors factors) {
+  materials_ = file_materials(model_);
+  const std::string slot = model_.slot.empty() ? base_slot : model_.slot;
+  const bool applied = factors == BakeOptions::Factors::applied;
+  const double one = to_space(1);
+  for (const Material& material : materials_.materials) {
+    const SlotFactor factor = slot_factor(material, slot);
+    if (applied) factors_.push_back(factor);
+    bare_.emplace_back();
+    if (!says_something(material) || factor.kind == SlotFactor::Kind::unknown) continue;
+    bare_.back() = {one, one, one, 1};
+    if (factor.kind == SlotFactor::Kind::normals) bare_.back() = {0.5, 0.5, 1, 1};
+    if (factor.kind == SlotFactor::Kind::light || factor.kind == SlotFactor::Kind::values)
+      for (std::size_t c = 0; c < 4; ++c)
+        if (factor.factor[c] == 0) (*bare_.back())[c] = 0;
+    const bool adds_alpha = applied && slot == base_slot && factor.factor[3] != 1;
+    if (adds_alpha && !has_alpha(channels_)) ++channels_;
+  }
+}
+
+double SourceColours::to_light(double value) const {
+  if (space_ == ColourSpace::log) return linear_from_log(value);
+  const bool is_displayed = space_ == ColourSpace::stored && transfer_ == TransferFunction::srgb;
+  return is_displayed ? linear_from_srgb(value) : value;
+}
+
+double SourceColours::to_space(double light) const {
+  if (space_ == ColourSpace::log) return log_from_linear(light);
+  const bool is_displayed = space_ == ColourSpace::stored && transfer_ == TransferFunction::srgb;
+  return is_displayed ? srgb_from_linear(light) : light;
+}
+
+/// Grey is the mean of colours.
+void SourceColours::fill(const std::array<double, 4>& colour, std::span<double> values) const {
+  const int colours = colour_channels(channels_);
+  for (int c = 0; c < colours; ++c) values[std::size_t(c)] = c < 3 ? colour[std::size_t(c)] : 1;
+  if (colours == 1) values[0] = (colour[0] + colour[1] + colour[2]) / 3;
+  if (has_alpha(channels_)) values[std::size_t(colours)] = colour[3];
+}
+
+void SourceColours::multiply(const SlotFactor& by, std::span<double> values) const {
+  using Kind = SlotFactor::Kind;
+  const int colours = colour_channels(channels_);
+  for (int c = 0; c < std::min(colours, 3); ++c) {
+    double& v = values[std::size_t(c)];
+    const double f = colours == 1 && by.kind == Kind::light ? (by.factor[0] + by.factor[1] + by.factor[2]) / 3
+                                                            : by.factor[std::size_t(c)];
+    if (f == 1) continue;
+    if (by.kind == Kind::light) v = to_space(f * to_light(v));
+    if (by.kind == Kind::values) v *= f;
+    if (by.kind == Kind::towards_1) v = 1 + f * (v - 1);
+    if (by.kind == Kind::normals) v = 0.5 + f * (v - 0.5);
+  }
+  if (has_alpha(channels_)) values[std::size_t(colours)] *= by.factor[3];
+}
+
 void SourceColours::read_vertices() {
   channels_ = model_.colors.channels;
   depth_ = model_.colors.depth;
@@ -94,7 +154,19 @@ bool SourceColours::at(const SurfacePoint& point, std::span<double> values) cons
     return true;
   }
   const int texture = shown_texture(model_, point.triangle);
-  if (texture < 0) return false;
+  const int material =
+      materials_.of_triangle.empty() ? -1 : materials_.of_triangle[std::size_t(point.triangle)];
+  const bool is_bare = texture < 0;
+  if (is_bare && (material < 0 || !bare_[std::size_t(material)])) return false;
+  if (is_bare)
+    fill(*bare_[std::size_t(material)], values);
+  else
+    look_up(texture, point, values);
+  if (material >= 0 && !factors_.empty()) multiply(factors_[std::size_t(material)], values);
+  return true;
+}
+
+void SourceColours::look_up(int texture, const SurfacePoint& point, std::span<double> values) const {
   const Image<float>& picture = pictures_[std::size_t(texture)];
   const Vector2 uv =
       interpolate(point.barycentric, [&](int k) { return Vector2(mesh_.uv(point.triangle, k)); });
@@ -107,7 +179,6 @@ bool SourceColours::at(const SurfacePoint& point, std::span<double> values) cons
     values[std::size_t(c)] =
         found[own_colours == 1 ? 0 : std::size_t(std::min(c, own_colours - 1))];
   if (has_alpha(channels_)) values[std::size_t(colours)] = has_alpha(int(own)) ? found[own - 1] : 1;
-  return true;
 }
 
 }  // namespace mq

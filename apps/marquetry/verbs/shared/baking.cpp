@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -67,20 +66,24 @@ std::vector<std::string> slots_to_bake(const OptionValues& options, const Model&
   return base_first(slots_asked_for(source, "all"));
 }
 
-void begin_bake(const std::vector<std::string>& slots, TexturedModel& target) {
+void begin_bake(const std::vector<std::string>& slots, TexturedModel& target,
+                const ModelMaterials* source) {
   const bool is_anew = slots.size() > 1 || (slots.size() == 1 && slots.front() != base_slot &&
                                             slots.front() != target.model.slot);
-  if (is_anew) begin_slots(slots, target.texture_sizes.size(), target.model);
+  if (!is_anew) return;
+  begin_slots(slots, target.texture_sizes.size(), target.model);
+  if (source == nullptr || source->materials.empty()) return;
+  target.model.materials = std::make_shared<const ModelMaterials>(
+      one_for_all(joined(source->speaking()), target.model.mesh.triangle_count()));
 }
 
 namespace {
 
-/// glTF has no other.
-bool wants_tangent_space(const OptionValues& options) {
-  std::string extension = std::filesystem::path(options.text("output")).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
-  return extension == ".gltf" || extension == ".glb";
+/// glTF multiplies a picture by them.
+void leave_out_colours(Run& run, Model& model) {
+  model.colors = {};
+  run.terminal().remark("the colours at vertices are in the picture now, and no longer at vertices, by which "
+                        "glTF would multiply it");
 }
 
 /// One slot onto the target, whose textures it replaces.
@@ -94,6 +97,9 @@ void bake_one(Run& run, const TexturedModel& source, TexturedModel& target,
   report_bake(run, baked);
   put_baked(baked, signal, options.values, target);
   if (!signal.texel_space()) return;
+  const bool is_painted = target.model.colors.channels > 0 && !target.model.document;
+  if (source.model.textures.empty() && is_painted && options.shown == BakeOptions::Shown::pictures && options.to_tangent_space)
+    leave_out_colours(run, target.model);
   const BakedNormals normals = baked.normals ? *baked.normals : BakedNormals();
   const bool has_seams = source.atlas && options.shown == BakeOptions::Shown::pictures;
   run.result["seams"] = {{"source", has_seams ? seams_json(source, normals.source.get()) : Json()},
@@ -102,9 +108,16 @@ void bake_one(Run& run, const TexturedModel& source, TexturedModel& target,
 
 }  // namespace
 
+NormalAxes asked_axes(const OptionValues& options) {
+  const bool has_option = std::ranges::any_of(options.table().options(), [](const Option& option) {
+    return option.name == "normal-space";
+  });
+  return has_option ? normal_axes(options) : NormalAxes::as_found;
+}
+
 void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
                TexturedModel& target, BakeTo to, BakeOptions options, double share) {
-  options.to_tangent_space = wants_tangent_space(run.options());
+  options.to_tangent_space = names_gltf(run.options().text("output"));
   std::unique_ptr<ModelSignal> signal;
   about(target.model, [&] {
     const Step step(run, "assemble", 0.3 * share);
@@ -154,7 +167,9 @@ void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const Sourc
                     const LoadOptions& load, TexturedModel& scene, double share) {
   TexturedModel target = textured_model(std::move(scene.model), load, run.terminal());
   begin_bake(slots, target);
-  bake_onto(run, slots, source, target, BakeTo::textures, {}, share);
+  BakeOptions how;
+  how.values.axes = asked_axes(run.options());
+  bake_onto(run, slots, source, target, BakeTo::textures, how, share);
   scene = std::move(target);
 }
 

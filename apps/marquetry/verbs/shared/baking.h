@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "mq/io/materials.h"
 #include "mq/model/baked_signal.h"
 #include "mq/model/outputs.h"
 #include "shell/run.h"
@@ -18,10 +19,15 @@ enum class BakeTo { textures, vertices };
 std::vector<std::string> slots_to_bake(const OptionValues& options, const Model& source);
 
 /// The target as it will be: with pictures for several slots, or for one that it has not, it is made anew.
-void begin_bake(const std::vector<std::string>& slots, TexturedModel& target);
+/// Then its materials are one like the source's, where the source's are given.
+void begin_bake(const std::vector<std::string>& slots, TexturedModel& target,
+                const ModelMaterials* source = nullptr);
 
 /// The source with a slot's pictures.
 using SourceOfSlot = std::function<TexturedModel(const std::string& slot)>;
+
+/// What --normal-space says of the source's normal maps, where the verb has it.
+NormalAxes asked_axes(const OptionValues& options);
 
 /// Bakes each slot of the source onto the target and gives it the result: pictures for its texture
 /// coordinates, or colours at its vertices. Says and reports what was found; the target's seams

@@ -180,13 +180,14 @@ class SceneReader {
     const GltfBlock block = vertices(*attributes, matrix);
     const std::vector<Triangle> corners = triangles(primitive, mode, block.count);
     const bool mirrored = matrix.topLeftCorner<3, 3>().determinant() < 0;
-    const MaterialTexture& material = material_of(json_count(primitive, "material", -1, place_));
+    const std::int64_t material_id = json_count(primitive, "material", -1, place_);
+    const MaterialTexture& material = material_of(material_id);
     scene_.triangles.push_back({mesh().triangles.size(), block.begin, block.count,
                                 json_count(*attributes, "NORMAL", -1, place_),
                                 keeps_directions(material.transform)
                                     ? json_count(*attributes, "TANGENT", -1, place_)
                                     : -1,
-                                matrix});
+                                material_id, matrix});
     const int uv_begin = uvs(*attributes, material.set, material.transform, block.count,
                              mesh().uvs, uv_begins_);
     if (mesh().triangles.size() + corners.size() > std::size_t(INT_MAX / 4))

@@ -454,7 +454,7 @@ double GltfFile::step(std::int64_t accessor) const {
 }
 
 bool is_compressed_gltf(const Document& document) {
-  if (document.format != Document::Format::gltf && document.format != Document::Format::glb) return false;
+  if (!document.is_gltf()) return false;
   const GltfFile file(document);
   for (const Json& name : json_array(file.json(), "extensionsUsed", file.name()))
     if (name.is_string() && (name.get<std::string>() == "KHR_draco_mesh_compression" ||

@@ -99,7 +99,88 @@ class MaterialReader {
   std::vector<GltfMap> maps_;
 };
 
+template <std::size_t size>
+std::array<float, size> factors(const Json& object, const char* key, float otherwise,
+                                const std::string& place) {
+  const auto numbers = json_numbers(object, key, std::vector<double>(size, otherwise), place);
+  std::array<float, size> result;
+  std::ranges::transform(numbers, result.begin(), [](double number) { return float(number); });
+  return result;
+}
+
+/// What extensions say of a material without pictures; empty: nothing. That of other factors in place of
+/// glTF's own is left out, as its pictures become glTF's.
+std::string extensions_without_pictures(const Json& material) {
+  const Json* extensions = json_object(material, "extensions");
+  Json kept = Json::object();
+  if (!extensions) return "";
+  for (const auto& [name, extension] : extensions->items()) {
+    if (!name.starts_with("KHR_materials_") || name.ends_with("pbrSpecularGlossiness") ||
+        !extension.is_object())
+      continue;
+    Json& copy = kept[name] = Json::object();
+    for (const auto& [member, value] : extension.items())
+      if (slot_of_gltf(member).empty()) copy[member] = value;
+  }
+  return kept.empty() ? "" : kept.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 }  // namespace
+
+Material gltf_material(const GltfFile& file, std::int64_t id) {
+  const Json& json = file.item("materials", id);
+  const std::string place = file.place("materials", id);
+  const auto member = [&](const char* picture, const char* key) {
+    const Json* info = json_object(json, picture);
+    return info ? float(json_number(*info, key, 1, place)) : 1.0F;
+  };
+  Material material;
+  material.name = json_text_of(json, "name");
+  const Json empty = Json::object();
+  const Json* found = json_object(json, "pbrMetallicRoughness");
+  const Json& metallic = found ? *found : empty;
+  material.base_colour = factors<4>(metallic, "baseColorFactor", 1, place);
+  material.metallic = float(json_number(metallic, "metallicFactor", 1, place));
+  material.roughness = float(json_number(metallic, "roughnessFactor", 1, place));
+  material.emissive = factors<3>(json, "emissiveFactor", 0, place);
+  material.normal_scale = member("normalTexture", "scale");
+  material.occlusion_strength = member("occlusionTexture", "strength");
+  const std::string alpha = json_text_of(json, "alphaMode");
+  if (alpha == "MASK") material.alpha = Material::Alpha::mask;
+  if (alpha == "BLEND") material.alpha = Material::Alpha::blend;
+  material.alpha_cutoff = float(json_number(json, "alphaCutoff", 0.5, place));
+  const auto sides = json.find("doubleSided");
+  material.is_double_sided = sides != json.end() && sides->is_boolean() && sides->get<bool>();
+  material.more_gltf = extensions_without_pictures(json);
+  for (const GltfMap& map : material_maps(file, id)) material.slots.push_back(map.slot);
+  return material;
+}
+
+void add_material_words(const Material& material, nlohmann::ordered_json& json) {
+  nlohmann::ordered_json& metallic = json["pbrMetallicRoughness"];
+  const bool has_map = metallic.contains("metallicRoughnessTexture");
+  // What was not said is matt, as MTL has it, and so is what a picture said that is not here.
+  const bool lost_map = !has_map && material.names_picture("metallic-roughness");
+  const float metal = lost_map ? 0.0F : material.metallic.value_or(has_map ? 1.0F : 0.0F);
+  const float rough = lost_map ? 1.0F : material.roughness.value_or(1);
+  if (metal != 1) metallic["metallicFactor"] = metal;
+  if (rough != 1) metallic["roughnessFactor"] = rough;
+  if (material.base_colour != Material().base_colour) metallic["baseColorFactor"] = material.base_colour;
+  const bool shines = json.contains("emissiveTexture") || !material.names_picture("emissive");
+  if (shines && material.emissive != Material().emissive) json["emissiveFactor"] = material.emissive;
+  if (json.contains("normalTexture") && material.normal_scale != 1)
+    json["normalTexture"]["scale"] = material.normal_scale;
+  if (json.contains("occlusionTexture") && material.occlusion_strength != 1)
+    json["occlusionTexture"]["strength"] = material.occlusion_strength;
+  if (material.alpha == Material::Alpha::mask) json["alphaMode"] = "MASK";
+  if (material.alpha == Material::Alpha::mask && material.alpha_cutoff != 0.5F)
+    json["alphaCutoff"] = material.alpha_cutoff;
+  if (material.alpha == Material::Alpha::blend) json["alphaMode"] = "BLEND";
+  if (material.is_double_sided) json["doubleSided"] = true;
+  if (!material.name.empty()) json["name"] = material.name;
+  if (!material.more_gltf.empty())
+    json["extensions"] = nlohmann::ordered_json::parse(material.more_gltf);
+}
 
 std::vector<GltfMap> material_maps(const GltfFile& file, std::int64_t material) {
   return MaterialReader(file, material).maps();

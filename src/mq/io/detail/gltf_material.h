@@ -7,6 +7,7 @@
 
 #include "mq/io/detail/gltf_file.h"
 #include "mq/io/document.h"
+#include "mq/io/materials.h"
 
 namespace mq {
 
@@ -35,6 +36,14 @@ struct GltfMap {
 /// is `beside`. Of one with KHR_texture_basisu the fallback counts, as KTX2 cannot be read. Throws
 /// `IoError` with the place where a number is none or an index is out of range.
 std::vector<GltfMap> material_maps(const GltfFile& file, std::int64_t material);
+
+/// What a material says beside them. Numbers out of their range are taken as they are. Throws `IoError`
+/// where one is none.
+Material gltf_material(const GltfFile& file, std::int64_t material);
+
+/// Gives a new material of a glTF file these words. Its pictures, by the members that name them
+/// ("normalTexture"), are there already.
+void add_material_words(const Material& material, nlohmann::ordered_json& json);
 
 /// A picture of the file: its name ("texture_N" for an embedded one without) and, embedded, its bytes.
 /// Throws `IoError` where it has neither.

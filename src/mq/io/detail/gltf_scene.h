@@ -26,6 +26,7 @@ struct GltfTriangles {
   int vertices = 0;       ///< the first of its block, and how many there are
   int vertex_count = 0;
   std::int64_t normals = -1, tangents = -1;              ///< accessors; −1: none
+  std::int64_t material = -1;                            ///< −1: none
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();  ///< world from accessor
 };
 

@@ -1,11 +1,12 @@
 #pragma once
-/// Material libraries of OBJ files: which picture each material names.
+/// Material libraries of OBJ files: which pictures each material names, and what it says beside them.
 
 #include <string>
 #include <vector>
 
 #include "mq/io/bytes.h"
 #include "mq/io/document.h"
+#include "mq/io/materials.h"
 
 namespace mq {
 
@@ -19,20 +20,23 @@ struct MaterialMap {
   Wrap wrap = Wrap::unspecified;  ///< -clamp
 };
 
-struct Material {
+struct MtlMaterial {
   std::string name;
   std::vector<MaterialMap> maps;  ///< at most one for each slot: of several the last
   Place end;                      ///< where a line that gives a base colour belongs
+  Material look = {};             ///< what it says beside them, its name too
 
   /// The map of a slot, or null.
   const MaterialMap* map(const std::string& slot) const;
 };
 
-/// Reads the materials of a library in their order. Lines of other meaning are passed over; a
-/// library without any is one without materials.
-std::vector<Material> parse_mtl(ByteView bytes);
+/// Reads the materials of a library in their order. Numbers that are none or not finite are passed over;
+/// a library without materials is one. Kd and Ke count where no picture stands for them: programs write
+/// any there that do.
+std::vector<MtlMaterial> parse_mtl(ByteView bytes);
 
-/// A library of materials with these names and pictures. Slots must be such as MTL has a keyword for.
-std::string new_mtl(const std::vector<Material>& materials);
+/// A library of materials with these names, looks and pictures. Slots must be such as MTL has a keyword
+/// for.
+std::string new_mtl(const std::vector<MtlMaterial>& materials);
 
 }  // namespace mq

@@ -16,7 +16,7 @@ class MaterialLookup {
   MaterialLookup(const ObjFile& file, const Document& document) : file_(file) {
     for (std::size_t p = 0; p < document.parts.size(); ++p) {
       const std::string folder = std::filesystem::path(document.parts[p].name).parent_path();
-      for (Material& m : parse_mtl(document.parts[p].bytes)) {
+      for (MtlMaterial& m : parse_mtl(document.parts[p].bytes)) {
         m.end.part = int(p);
         for (MaterialMap& map : m.maps) {
           map.place.part = int(p);
@@ -26,13 +26,13 @@ class MaterialLookup {
       }
     }
     for (const std::string& name : file_.materials)
-      if (const Material* m = find(name))
+      if (const MtlMaterial* m = find(name))
         for (const MaterialMap& map : m->maps) add_to_slots(slots_, map.slot, map.picture, 0);
   }
 
   const std::vector<MaterialSlot>& slots() const { return slots_; }
 
-  const Material* find(const std::string& name) const {
+  const MtlMaterial* find(const std::string& name) const {
     const auto found = materials_.find(name);
     return found == materials_.end() ? nullptr : &found->second;
   }
@@ -43,7 +43,7 @@ class MaterialLookup {
     std::map<std::string, int> ids;
     const bool any = std::ranges::find(slots_, slot, &MaterialSlot::name) != slots_.end();
     for (const std::string& name : file_.materials) {
-      const Material* m = find(name);
+      const MtlMaterial* m = find(name);
       const MaterialMap* map = m ? m->map(slot) : nullptr;
       if (any && !map) {
         texture_from_material.push_back(-1);
@@ -68,7 +68,7 @@ class MaterialLookup {
   void add_others(const std::string& slot, std::vector<TextureSlot>& others) const {
     std::map<std::string, std::size_t> ids;
     for (const std::string& name : file_.materials) {
-      const Material* m = find(name);
+      const MtlMaterial* m = find(name);
       for (std::size_t i = 0; m && i < m->maps.size(); ++i) {
         const MaterialMap& map = m->maps[i];
         if (map.slot == slot) continue;
@@ -85,7 +85,7 @@ class MaterialLookup {
                                              const std::vector<TextureSlot>& others) const {
     std::vector<MaterialCompanions> materials;
     for (std::size_t i = 0; i < file_.materials.size(); ++i) {
-      const Material* m = find(file_.materials[i]);
+      const MtlMaterial* m = find(file_.materials[i]);
       const MaterialMap* own = m ? m->map(slot) : nullptr;
       if (texture_from_material[i] < 0 || !own) continue;
       MaterialCompanions& material = materials.emplace_back();
@@ -100,7 +100,7 @@ class MaterialLookup {
   }
 
   const ObjFile& file_;
-  std::unordered_map<std::string, Material> materials_;
+  std::unordered_map<std::string, MtlMaterial> materials_;
   std::vector<MaterialSlot> slots_;
 };
 
@@ -110,7 +110,7 @@ void apply_map_options(MeshFile& file, const ObjFile& obj, const MaterialLookup&
   std::map<std::pair<int, int>, int> moved;
   for (int t = 0; t < file.mesh.triangle_count() && file.mesh.has_uvs(); ++t) {
     const int id = obj.mesh.textures.empty() ? -1 : obj.mesh.textures[t];
-    const Material* material = id < 0 ? nullptr : lookup.find(obj.materials[id]);
+    const MtlMaterial* material = id < 0 ? nullptr : lookup.find(obj.materials[id]);
     const MaterialMap* map = material ? material->map(file.slot) : nullptr;
     if (!map || (map->scale == Vector2(1, 1) && map->offset == Vector2(0, 0))) continue;
     for (int& uv : file.mesh.corner_uvs[t]) {

@@ -1,22 +1,29 @@
 #pragma once
 /// What a model shows anywhere on it, in all its channels.
 
+#include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "mq/io/materials.h"
 #include "mq/mesh/surface_point.h"
+#include "mq/model/baked_signal.h"
 #include "mq/model/textured_model.h"
 #include "mq/model/value_space.h"
 
 namespace mq {
 
 /// Textures, bilinear, or where there are none colours at vertices. Grey beside colours is spread
-/// over three channels; where one has alpha and another not, it is 1. Model and mesh must stay.
+/// over three channels; where one has alpha and another not, it is 1. A triangle without a picture whose
+/// material says something (`says_something`) shows what the slot has without one: 1, or a flat normal,
+/// times its factor where factors are applied; 0 where that is 0. Model and mesh must stay.
 class SourceColours {
  public:
   /// Decodes the pictures. `mesh` is the model's, some of its triangles flipped. Throws
   /// `InvalidInput` as `bake` does.
-  SourceColours(const Model& model, const Mesh& mesh, const ValueSpace& values);
+  SourceColours(const Model& model, const Mesh& mesh, const ValueSpace& values,
+                BakeOptions::Factors factors = BakeOptions::Factors::apart);
 
   int channels() const { return channels_; }
   Depth depth() const { return depth_; }
@@ -30,12 +37,22 @@ class SourceColours {
  private:
   void read_textures(const ValueSpace& values);
   void read_vertices();
+  void read_materials(BakeOptions::Factors factors);
+  void look_up(int texture, const SurfacePoint& point, std::span<double> values) const;
+  void fill(const std::array<double, 4>& colour, std::span<double> values) const;
+  double to_light(double value) const;
+  double to_space(double light) const;
+  void multiply(const SlotFactor& by, std::span<double> values) const;
 
   const Model& model_;
   const Mesh& mesh_;
   std::vector<Image<float>> pictures_;  ///< empty where colours are at vertices
   int channels_ = 0;
   TransferFunction transfer_ = TransferFunction::srgb;
+  ColourSpace space_ = ColourSpace::stored;
+  ModelMaterials materials_;
+  std::vector<SlotFactor> factors_;  ///< per material; empty where they stay apart
+  std::vector<std::optional<std::array<double, 4>>> bare_;  ///< per material what it shows without a picture
   Depth depth_ = Depth::u8;
   double spacing_ = 0;
 };

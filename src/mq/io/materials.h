@@ -1,0 +1,103 @@
+#pragma once
+/// What materials say beside their pictures, so that a file made anew says it too.
+
+#include <array>
+#include <compare>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mq/io/model.h"
+
+namespace mq {
+
+/// A material in the terms of glTF 2.0. Factors are what its pictures are multiplied by, and what it
+/// shows in slots where it has none; those of colours are light. Of MTL, Kd and Ke are those factors
+/// where no picture stands for them, d (1 − Tr) is that of alpha.
+struct Material {
+  enum class Alpha { opaque, mask, blend };
+
+  std::string name;
+  std::array<float, 4> base_colour{1, 1, 1, 1};
+  std::optional<float> metallic, roughness;  ///< nothing: the file's format has no word for them, or said none
+  std::array<float, 3> emissive{0, 0, 0};
+  float normal_scale = 1;
+  float occlusion_strength = 1;
+  Alpha alpha = Alpha::opaque;
+  float alpha_cutoff = 0.5F;
+  bool is_double_sided = false;
+  /// What else it says without pictures, for files of its own format: lines of MTL, or the members of
+  /// glTF's `extensions` as JSON.
+  std::string more_mtl, more_gltf;
+  std::vector<std::string> slots;  ///< for which it names pictures (slots.h)
+
+  bool operator==(const Material&) const = default;
+
+  bool names_picture(const std::string& slot) const;
+};
+
+/// Whether two materials look alike where their pictures do: all but names and pictures is equal.
+bool look_alike(Material a, Material b);
+
+/// Whether it says anything: a factor that is not its format's own, or a picture. Programs that leave
+/// parts of a scan without a picture give these a material that says nothing.
+bool says_something(const Material& material);
+
+/// What a material shows in a slot: the factor of each of up to four channels of its picture, 1 beyond.
+struct SlotFactor {
+  enum class Kind {
+    light,    ///< of light
+    values,   ///< of numbers as they are
+    normals,  ///< of a normal's x and y
+    towards_1,  ///< 1 + f (v − 1)
+    unknown   ///< the slot is none of those for which `Material` has one
+  } kind = Kind::unknown;
+  std::array<double, 4> factor{1, 1, 1, 1};
+};
+SlotFactor slot_factor(const Material& material, const std::string& slot);
+
+/// The materials of a model and, per triangle, which it has; −1: none.
+struct ModelMaterials {
+  std::vector<Material> materials;
+  std::vector<int> of_triangle;
+
+  /// The material of a triangle; null: none.
+  const Material* of(int triangle) const;
+
+  /// Those that triangles have and that say something.
+  std::vector<const Material*> speaking() const;
+};
+
+/// What the file that a model came from says of materials, read anew from its bytes; of a model
+/// without a file its `materials`. Nothing where there are none, as in PLY, or its triangles are no longer
+/// as many as the model's. Throws what `read_model` throws.
+ModelMaterials file_materials(const Model& model);
+
+/// `material` for all triangles.
+ModelMaterials one_for_all(Material material, int triangles);
+
+/// One material for all: what they say where they agree; else factors of 1 (of emission where any
+/// shines) and no name, for pictures that the factors are in; blending where any blends, with both sides
+/// where any has both.
+Material joined(const std::vector<const Material*>& materials);
+
+/// A material of a file made anew: with this texture of the model and what material of it; −1: none.
+struct NewMaterial {
+  int texture = -1;
+  int material = -1;
+  auto operator<=>(const NewMaterial&) const = default;
+};
+
+/// That of a triangle.
+NewMaterial material_of(const Model& model, const ModelMaterials& materials, int triangle);
+
+/// Those of such a file: for each texture those that its triangles have, one for a texture that no
+/// triangle has; then those without a texture. A texture or material whose triangles have neither is
+/// in none.
+std::vector<NewMaterial> new_materials(const Model& model, const ModelMaterials& materials);
+
+/// What of the materials a file of `path`'s format does not say, in words; empty: nothing.
+std::string materials_left_out(const ModelMaterials& materials, const std::filesystem::path& path);
+
+}  // namespace mq
