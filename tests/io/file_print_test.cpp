@@ -39,7 +39,7 @@ TEST_F(FilePrints, AreOfAllThatAModelIsMadeOf) {
   write_model(folder_ / "m.obj", model);
   std::vector<fs::path> parts = {folder_ / "m.obj", folder_ / "m.mtl"};
   EXPECT_EQ(
-      files_of(read_model(folder_ / "m.obj", {.pictures = ReadModelOptions::Pictures::skip})),
+      files_of(read_model(folder_ / "m.obj", {.textures = {}, .pictures = ReadModelOptions::Pictures::skip})),
       parts);
   parts.push_back(folder_ / "t.png");
   EXPECT_EQ(files_of(read_model(folder_ / "m.obj")), parts);

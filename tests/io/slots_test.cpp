@@ -84,15 +84,15 @@ TEST_F(SlotFiles, ReadTheSlotThatIsAskedFor) {
     EXPECT_TRUE(texture.pixels.empty());
   }
   EXPECT_THAT(names, ElementsAre("c.png", "n.png", "maps/r.png"));
-  const Model rough = read_model(folder / "a.obj", {.slot = "map_Pr"});
+  const Model rough = read_model(folder / "a.obj", {.textures = {}, .slot = "map_Pr"});
   EXPECT_EQ(rough.textures.at(0).name, "maps/r.png");
   EXPECT_EQ(rough.textures.at(0).meaning, TextureMeaning::values);
-  EXPECT_EQ(read_model(folder / "a.obj", {.slot = "normal"}).textures.at(0).meaning,
+  EXPECT_EQ(read_model(folder / "a.obj", {.textures = {}, .slot = "normal"}).textures.at(0).meaning,
             TextureMeaning::normals);
 }
 
 TEST_F(SlotFiles, ComeBackWithOnlyTheirsChanged) {
-  Model model = read_model(folder / "a.obj", {.slot = "roughness"});
+  Model model = read_model(folder / "a.obj", {.textures = {}, .slot = "roughness"});
   model.textures[0].pixels(0, 0) = 1;
   model.textures[0].name = "new.png";
   std::filesystem::create_directories(folder / "out");
@@ -101,25 +101,25 @@ TEST_F(SlotFiles, ComeBackWithOnlyTheirsChanged) {
   for (const char* name : {"c.png", "n.png"})
     EXPECT_EQ(get(std::string("out/") + name), get(name)) << name;
   EXPECT_FALSE(there("out/maps/r.png"));
-  EXPECT_EQ(read_model(folder / "out/b.obj", {.slot = "roughness"}).textures[0].pixels(0, 0), 1);
+  EXPECT_EQ(read_model(folder / "out/b.obj", {.textures = {}, .slot = "roughness"}).textures[0].pixels(0, 0), 1);
 }
 
 TEST_F(SlotFiles, KeepTheFileThatTheySharedWithOneThatChanges) {
-  Model model = read_model(folder / "a.obj", {.slot = "specular-colour"});
+  Model model = read_model(folder / "a.obj", {.textures = {}, .slot = "specular-colour"});
   model.textures[0].pixels(0, 0) = 1;
   std::filesystem::create_directories(folder / "out");
   write_model(folder / "out/b.obj", model);
   const Model now = read_model(folder / "out/b.obj");
   EXPECT_NE(now.textures.at(0).pixels(0, 0), 1);
   EXPECT_EQ(get("out/" + now.textures.at(0).name), get("c.png"));
-  EXPECT_EQ(read_model(folder / "out/b.obj", {.slot = "specular"}).textures.at(0).pixels(0, 0), 1);
+  EXPECT_EQ(read_model(folder / "out/b.obj", {.textures = {}, .slot = "specular"}).textures.at(0).pixels(0, 0), 1);
 }
 
 TEST_F(SlotFiles, SayWhatStaysBehindWhereTheFileIsMadeAnew) {
   const Model model = read_model(folder / "a.obj");
   EXPECT_THAT(write_model(folder / "b.gltf", model),
               ElementsAre(HasSubstr("not all pictures for specular-colour, bump, roughness are in it")));
-  const Model rough = read_model(folder / "a.obj", {.slot = "roughness"});
+  const Model rough = read_model(folder / "a.obj", {.textures = {}, .slot = "roughness"});
   EXPECT_THROW(write_model(folder / "c.gltf", rough), Unsupported);
   EXPECT_THROW(write_model(folder / "c.ply", rough), Unsupported);
 }

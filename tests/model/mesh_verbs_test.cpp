@@ -100,7 +100,7 @@ TEST(VerbUnwrap, GivesTheModelTheAtlasOfItsSurface) {
       of_program(strip.folder, {"unwrap", "strip.obj", "--size", "64"}, "out.obj");
   put_unwrapped(unwrap(strip.model.surface, {.width = 64, .height = 64}), strip.model);
   EXPECT_EQ(overlapping_texels(strip.model, {64, 64}), 0);
-  EXPECT_EQ(of_library(strip.folder, strip.model.model, "ours.obj", Outputs::Kind::model), wanted);
+  EXPECT_EQ(of_library(strip.folder, strip.model.model, "out.obj", Outputs::Kind::model), wanted);
 }
 
 TEST(VerbRemesh, CarriesTexturesAndColoursOfBoth) {

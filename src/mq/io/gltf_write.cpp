@@ -409,6 +409,8 @@ GltfOutput write_gltf(const Model& model, Document::Format format,
                                         : splice_into_other(model, format, pictures, stem);
   if (output.files.empty()) {
     output = NewGltf(model, format, pictures, stem).output();
+    if (document && document->is_gltf())
+      output.notes.push_back(stem + ": made anew, without the nodes, cameras, animations and extras of what was read");
     if (model.compression == Compression::none && document && is_compressed_gltf(*document))
       output.notes.push_back(stem + ": the mesh is made anew and not compressed, as what was read is");
   }
