@@ -12,7 +12,7 @@ from typing import Any
 
 #: Verbs that are for people in front of a program.
 LEFT_OUT_VERBS = {"view"}
-LEFT_OUT_OPTIONS = {"json", "quiet", "help"}
+LEFT_OUT_OPTIONS = {"json", "progress", "quiet", "help"}
 #: Paths that are written to.
 OUTPUTS = {"output", "report", "config", "cameras", "plot", "strip", "picture", "record", "screenshot"}
 WIDTH = 110

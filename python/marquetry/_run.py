@@ -24,7 +24,7 @@ log = logging.getLogger("marquetry")
 #: Results that are files by nature: videos, pages, stores of sequences.
 FILES_ALONE = {"track", "evolve", "export", "play", "relight"}
 #: Options of the program that Python has other means for.
-LEFT_OUT = {"json", "quiet", "help"}
+LEFT_OUT = {"json", "progress", "quiet", "help"}
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".tga")
 MODELS = (".obj", ".ply", ".gltf", ".glb")
 

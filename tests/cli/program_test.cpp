@@ -4,11 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+#include <sstream>
+
+#include "cli/models.h"
+
 namespace mq::test {
 namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
+using Json = nlohmann::json;
 
 TEST(Program, SaysItsVersion) {
   const Result result = marquetry({}, {"--version"});
@@ -67,6 +73,47 @@ TEST(Program, NamesTheLineOfAConfigurationThatIsNotUtf8) {
   const Result result = marquetry(folder, {"inspect", "--config", "c.json"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.error, HasSubstr("c.json, line 2, column 12: holds bytes that are not UTF-8"));
+}
+
+/// The lines of a text, each an object of JSON.
+std::vector<Json> json_lines(const std::string& text) {
+  std::vector<Json> lines;
+  std::stringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    lines.push_back(Json::parse(line, nullptr, false));
+    EXPECT_TRUE(lines.back().is_object()) << line;
+  }
+  return lines;
+}
+
+TEST(Program, TellsProgramsHowFarItIs) {
+  const Folder folder;
+  write_strip(folder);
+  const Result result = marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "2", "--size", "8",
+                                           "--progress", "json"});
+  EXPECT_EQ(result.status, 2);  // filter has no --size
+  std::vector<Json> lines = json_lines(result.error);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_EQ(lines[0]["event"], "error");
+  EXPECT_THAT(lines[0]["text"].get<std::string>(), HasSubstr("--size"));
+
+  const Result done = marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "9", "--progress=json"});
+  EXPECT_EQ(done.status, 0) << done.error;
+  lines = json_lines(done.error);
+  double fraction = 0, elapsed = 0;
+  std::set<std::string> events;
+  for (const Json& line : lines) {
+    events.insert(line["event"]);
+    if (line["event"] != "progress") continue;
+    EXPECT_FALSE(line["step"].get<std::string>().empty());
+    EXPECT_GE(line["fraction"], fraction);
+    EXPECT_LE(line["fraction"], 1);
+    EXPECT_GE(line["elapsed"], elapsed);
+    EXPECT_TRUE(line["left"].is_null() || line["left"].get<double>() >= 0);
+    fraction = line["fraction"], elapsed = line["elapsed"];
+  }
+  EXPECT_THAT(events, testing::IsSupersetOf({"progress", "remark"}));
+  EXPECT_THAT(lines.back()["text"].get<std::string>(), HasSubstr("out.png"));
 }
 
 }  // namespace

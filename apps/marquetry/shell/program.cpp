@@ -66,6 +66,15 @@ std::optional<HelpDetail> help_wanted(const std::vector<std::string>& words) {
   return std::nullopt;
 }
 
+/// Whether the words ask for JSON on standard error; looked for before anything can be wrong with them.
+bool wants_json_lines(const std::vector<std::string>& words) {
+  const auto end = std::ranges::find(words, "--");
+  for (auto word = words.begin(); word != end; ++word)
+    if (*word == "--progress=json" || (*word == "--progress" && word + 1 != end && *(word + 1) == "json"))
+      return true;
+  return false;
+}
+
 OptionValues read_options(const OptionTable& table, const std::vector<std::string>& words) {
   OptionValues options = parse_arguments(table, words);
   if (options.given("config")) read_config(options.text("config"), options);
@@ -99,7 +108,9 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
     return Exit::done;
   }
   name_options_of(verb);
+  if (wants_json_lines(words)) terminal.set_form(Terminal::Form::json);
   const OptionValues options = read_options(verb.table, words);
+  if (options.text("progress") == "json") terminal.set_form(Terminal::Form::json);
   const auto threads = options.integer("threads");
   const tbb::global_control control(
       tbb::global_control::max_allowed_parallelism,

@@ -171,6 +171,15 @@ void add_running_options(OptionTable& table) {
              .group = group,
              .help = "no progress, remarks or warnings on standard error",
              .scope = run});
+  table.add({.name = "progress",
+             .type = Type::choice,
+             .default_value = "text",
+             .choices = {"text", "json"},
+             .group = group,
+             .help = "how what is said on standard error is written",
+             .details = "json: a line for each thing, for programs that start this one: event (progress, remark, "
+                        "warning or error), then fraction, step, elapsed and left, or text.",
+             .scope = run});
   table.add({.name = "dry-run",
              .letter = 'n',
              .group = group,

@@ -6,11 +6,15 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "shell/duration.h"
 
 namespace mq::app {
 namespace {
+
+using Json = nlohmann::json;
 
 constexpr double seconds_before_first = 1;  ///< quicker work shows no progress
 constexpr double seconds_between_bars = 0.1;
@@ -34,11 +38,19 @@ int terminal_width() {
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
 }
 
-/// Time left if the rest goes as fast as what is done; said only where that means something.
+/// Seconds left if the rest goes as fast as what is done; nothing where that means nothing.
+std::optional<double> seconds_left(double fraction, double elapsed) {
+  if (fraction < 0.02) return {};
+  return elapsed * (1 - fraction) / fraction;
+}
+
 std::string estimate(double fraction, double elapsed) {
-  if (fraction < 0.02) return "";
-  const double left = elapsed * (1 - fraction) / fraction;
-  return left < 1 ? "" : fmt::format(", about {} left", duration(left));
+  const std::optional<double> left = seconds_left(fraction, elapsed);
+  return !left || *left < 1 ? "" : fmt::format(", about {} left", duration(*left));
+}
+
+void print_json(const Json& object) {
+  fmt::print(stderr, "{}\n", object.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 /// Whatever characters a file's name has, what is said of it is one line.
@@ -80,6 +92,11 @@ void Terminal::progress(const ProgressEvent& event) {
   const auto now = Clock::now();
   const double elapsed = seconds_between(start_, now);
   const double pause = seconds_between(last_, now);
+  if (form_ == Form::json) {
+    if (last_ != start_ && pause < seconds_between_bars) return;
+    last_ = now;
+    return progress_line(event.fraction, elapsed);
+  }
   const double wanted = is_terminal_ && bar_shown_        ? seconds_between_bars
                         : is_terminal_ || last_ == start_ ? seconds_before_first
                         : begins                          ? seconds_between_steps
@@ -91,6 +108,16 @@ void Terminal::progress(const ProgressEvent& event) {
   else
     fmt::print(stderr, "{}{:3.0f} % {}{}\n", prefix_, 100 * event.fraction, shown_step(path_) + detail_,
                estimate(event.fraction, elapsed));
+}
+
+void Terminal::progress_line(double fraction, double elapsed) {
+  const std::optional<double> left = seconds_left(fraction, elapsed);
+  print_json({{"event", "progress"},
+              {"fraction", fraction},
+              {"step", path_},
+              {"detail", detail_.empty() ? "" : detail_.substr(2)},
+              {"elapsed", elapsed},
+              {"left", left ? Json(*left) : Json()}});
 }
 
 void Terminal::draw_bar(double fraction, double elapsed) {
@@ -122,6 +149,15 @@ void Terminal::line(const char* color, const std::string& message) {
     fmt::print(stderr, "{}{}\n", prefix_, text);
 }
 
+void Terminal::say(const char* event, const char* color, const std::string& text) {
+  if (form_ == Form::json) {
+    const std::lock_guard lock(mutex_);
+    return print_json({{"event", event}, {"text", text}});
+  }
+  const bool is_warning = std::string_view(event) == "warning";
+  line(color, is_warning ? "warning: " + text : text);
+}
+
 void Terminal::set_listener(Listener listener) {
   const std::lock_guard lock(listener_mutex_);
   listener_ = std::move(listener);
@@ -134,12 +170,12 @@ void Terminal::tell(const std::string& text) {
 
 void Terminal::remark(const std::string& text) {
   tell(text);
-  if (voice_ == Voice::normal) line(nullptr, text);
+  if (voice_ == Voice::normal) say("remark", nullptr, text);
 }
 
 void Terminal::warning(const std::string& text) {
   tell(text);
-  if (voice_ == Voice::normal) line(yellow, "warning: " + text);
+  if (voice_ == Voice::normal) say("warning", yellow, text);
 }
 
 void Terminal::safe(const std::string& text) {
@@ -152,6 +188,6 @@ std::string Terminal::what_is_safe() {
   return safe_;
 }
 
-void Terminal::error(const std::string& text) { line(red, text); }
+void Terminal::error(const std::string& text) { say("error", red, text); }
 
 }  // namespace mq::app

@@ -3,7 +3,8 @@
 ///
 /// On a terminal progress is one line with a bar and an estimate of the time left, redrawn in
 /// place; elsewhere it is a plain line now and then. Nothing is shown of work that takes less than
-/// a second. Colours only on a terminal, and not when NO_COLOR is set.
+/// a second. Colours only on a terminal, and not when NO_COLOR is set. For programs that start this one,
+/// all of it can be lines of JSON instead, of work of any length.
 
 #include <atomic>
 #include <chrono>
@@ -26,6 +27,12 @@ class Terminal : public Messages {
   /// Quiet: only errors are shown.
   void set_voice(Voice voice) { voice_ = voice; }
 
+  /// json: a line for each thing that is said, an object with "event": "progress" (with "fraction" of the
+  /// whole, "step", "detail", "elapsed" and "left" in seconds, null while it cannot be known; at most ten a
+  /// second), "remark", "warning" or "error" (with "text").
+  enum class Form { text, json };
+  void set_form(Form form) { form_ = form; }
+
   /// Told every remark and warning, from any thread, also where the voice is quiet; empty: nobody is.
   using Listener = std::function<void(const std::string& text)>;
   void set_listener(Listener listener);
@@ -43,13 +50,16 @@ class Terminal : public Messages {
  private:
   using Clock = std::chrono::steady_clock;
 
+  void say(const char* event, const char* color, const std::string& text);
   void line(const char* color, const std::string& message);
+  void progress_line(double fraction, double elapsed);
   void tell(const std::string& text);
   void erase_bar();
   void draw_bar(double fraction, double elapsed);
 
   std::string prefix_;  ///< "marquetry filter: "
   std::atomic<Voice> voice_ = Voice::normal;
+  std::atomic<Form> form_ = Form::text;
   bool is_terminal_;
   bool colored_;
   bool bar_shown_ = false;
