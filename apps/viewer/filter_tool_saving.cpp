@@ -32,7 +32,7 @@ void FilterTool::save_texture(const std::string& path) {
   require_ready();
   const Outputs outputs = this->outputs(path);
   require_other_files(outputs.paths(), mask_files_);
-  session_.run.will_write(outputs.paths(), outputs.folder());
+  session_.run.will_write(outputs.paths(), outputs.folders());
   texture_name_ = path;
   texture_files_ = outputs.paths();
   const std::lock_guard lock(mutex_);
@@ -45,7 +45,7 @@ void FilterTool::save_mask(const std::string& path) {
   const Outputs outputs = this->outputs(path);
   for (const auto& file : outputs.paths()) paint_target_->require_mask_name(file, smoothed_ > 0);
   require_other_files(outputs.paths(), texture_files_);
-  session_.run.will_write(outputs.paths(), outputs.folder());
+  session_.run.will_write(outputs.paths(), outputs.folders());
   mask_files_ = outputs.paths();
   mask_name_ = path;
   const std::lock_guard lock(mutex_);

@@ -35,7 +35,7 @@ void StitchTool::save_labels(const std::string& path) {
   }
   for (const char* option : {"partial", "views"})
     for (const std::string& name : options_.texts(option)) session_.run.will_read(name);
-  session_.run.will_write(outputs.paths(), outputs.folder());
+  session_.run.will_write(outputs.paths(), outputs.folders());
   const std::vector<std::filesystem::path> files = outputs.paths();
   save_behind(
       path,

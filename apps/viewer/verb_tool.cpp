@@ -226,7 +226,7 @@ void VerbTool::save(const std::string& path) {
   const Outputs outputs(
       path, session_.scene->model,
       at_vertices_ ? Outputs::Kind::model : Outputs::Kind::pictures);
-  session_.run.will_write(outputs.paths(), outputs.folder());
+  session_.run.will_write(outputs.paths(), outputs.folders());
   texture_name_ = path;
   OptionValues saving = options_;
   saving.set("output", {path});

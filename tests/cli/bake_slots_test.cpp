@@ -96,6 +96,39 @@ TEST(OtherContainers, KeepMaterialsAndAllPictures) {
   EXPECT_EQ(Json::parse(file_bytes(folder / "out/pbr.gltf"))["materials"], materials);
 }
 
+TEST(OtherContainers, HoldAllSlotsProcessed) {
+  const Folder folder;
+  write_pbr(folder);
+  run(folder, {"filter", "pbr.gltf", "--slot", "all", "--beta", "0", "-o", "all.glb"});
+  std::filesystem::create_directory(folder / "out");
+  run(folder, {"filter", "pbr.gltf", "--slot", "all", "--beta", "0", "-o", "out/all.gltf"});
+  for (const std::string slot : {"base-colour", "metallic-roughness", "normal", "emissive"})
+    EXPECT_TRUE(same(picture_of(folder, "all.glb", slot), picture_of(folder, "out/all.gltf", slot))) << slot;
+  EXPECT_FALSE(same(picture_of(folder, "all.glb", "emissive"), read_texture(folder / "g_glow.png").pixels));
+}
+
+TEST(Outputs, HaveTheFoldersOfTheirPictures) {
+  const Folder folder;
+  write_pbr(folder);
+  std::string text = file_bytes(folder / "pbr.gltf");
+  std::filesystem::create_directories(folder / "textures");
+  for (const std::string name : {"g_color.png", "g_orm.png", "g_n.png", "g_glow.png"}) {
+    std::filesystem::rename(folder / name, folder / "textures" / name);
+    text.replace(text.find(name), name.size(), "textures/" + name);
+  }
+  write_bytes(folder / "pbr.gltf", text);
+  std::filesystem::create_directory(folder / "out");
+  run(folder, {"filter", "pbr.gltf", "--beta", "0", "-o", "out/pbr.gltf", "--dry-run"});
+  EXPECT_TRUE(files_in(folder, "out").empty());
+  run(folder, {"filter", "pbr.gltf", "--beta", "0", "-o", "out/pbr.gltf"});
+  EXPECT_EQ(files_in(folder, "out/textures").size(), 4u);
+  EXPECT_TRUE(same(picture_of(folder, "out/pbr.gltf", "normal"), read_texture(folder / "textures/g_n.png").pixels));
+  // What a user names has to be there.
+  EXPECT_THAT(refusal(folder, {"filter", "pbr.gltf", "--beta", "0", "-o", "none/pbr.gltf"}, "none"),
+              HasSubstr("none"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
+}
+
 TEST(OtherContainers, AreCompressedOnRequest) {
   const Folder folder;
   write_strip(folder);

@@ -68,7 +68,7 @@ void Run::MadeFolders::make(const std::filesystem::path& folder) {
 }
 
 void Run::will_write(const std::vector<std::filesystem::path>& paths,
-                     const std::filesystem::path& folder) {
+                     std::set<std::filesystem::path> folders) {
   namespace fs = std::filesystem;
   std::error_code failure;
   for (const auto& path : paths) {
@@ -86,12 +86,15 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
           fmt::format("{}: exists already, and --no-clobber protects it: choose another "
                       "name, or remove it first",
                       path.string()));
-  const bool makes_folder = !folder.empty() && !names_held(folder) && !fs::exists(folder, failure);
-  if (makes_folder && !dry_run()) made_.make(folder);
+  std::erase_if(folders, [&](const fs::path& folder) {
+    return folder.empty() || names_held(folder) || fs::exists(folder, failure);
+  });
+  if (!dry_run())
+    for (const fs::path& folder : folders) made_.make(folder);
   for (const auto& path : paths) {
     if (names_video(path)) require_video_program(path);
     if (dry_run()) terminal_.remark("would write " + path.string());
-    if ((makes_folder && dry_run()) || names_held(path)) continue;
+    if ((dry_run() && !folders.empty()) || names_held(path)) continue;
     const AtomicFile probe(path);  // makes and removes a temporary file, and its folder
   }
 }

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -58,11 +59,14 @@ class Run {
 
   /// Says now that these files will be written, so that a name that cannot be written to, that is
   /// one of the inputs, or that --no-clobber protects, is refused before any work is done, and so
-  /// is a video where there is no ffmpeg. `folder`, if it is not there (empty: none), is made when
+  /// is a video where there is no ffmpeg. Each of `folders` that is not there (empty: none) is made when
   /// the first file is written to it, and stays only if one is finished. With --dry-run only lists
   /// the files. Throws `IoError`.
   void will_write(const std::vector<std::filesystem::path>& paths,
-                  const std::filesystem::path& folder = {});
+                  std::set<std::filesystem::path> folders = {});
+  void will_write(const std::vector<std::filesystem::path>& paths, const std::filesystem::path& folder) {
+    will_write(paths, std::set{folder});
+  }
 
   /// Puts defects into the report.
   void found(const Defects& defects);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/io/file_names.h"
 #include "mq/model/joined_slots.h"
 #include "shell/results.h"
 
@@ -45,7 +46,9 @@ SlotRun run_slot(const Verb& verb, OptionValues options, const std::string& slot
 
 /// Every slot's pictures need a place of their own.
 void check_output(const std::string& output, const Model& model) {
-  require(!names_model(output) || std::filesystem::path(output).extension() == model.path.extension(),
+  const bool keeps_all = std::filesystem::path(output).extension() == model.path.extension() ||
+                         (names_gltf(output) && names_gltf(model.path));
+  require(!names_model(output) || keeps_all,
           fmt::format("--output: several slots go into the format that was read, {}, or into a folder; "
                       "found '{}'",
                       model.path.extension().string(), output));
@@ -65,7 +68,7 @@ Json write_slots(std::vector<SlotRun>& runs, const OptionValues& options, Termin
       if (!texture.path.empty()) writing.will_read(texture.path);
   writing.will_read(model.path);
   const Outputs outputs(output, model, Outputs::Kind::pictures);
-  writing.will_write(outputs.paths(), outputs.folder());
+  writing.will_write(outputs.paths(), outputs.folders());
   write_outputs(writing, outputs, std::move(model), progress);
   return writing.result["outputs"];
 }

@@ -168,7 +168,7 @@ Exit run_bake(Run& run) {
   const bool pictures_alone = slots.size() > 1 && !names_model(output);
   const Outputs outputs(output, pictures_alone ? all_pictures(target.model) : target.model,
                         to == BakeTo::vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   run.input["source"] = {{"file", source.model.path.string()},
                          {"triangles", source.model.mesh.triangle_count()}};
   if (run.dry_run()) return Exit::done;

@@ -53,7 +53,7 @@ Exit denoise_verb_run(Run& run) {
   const Outputs outputs(
       options.text("output"), scene.model,
       at_vertices(options, scene) ? Outputs::Kind::model : Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   check_pictures(options, scene,
                  {"guide", InputPictures::Count::many_sets, InputPictures::Size::of_the_texture});
   if (run.dry_run()) return Exit::done;

@@ -33,7 +33,7 @@ Exit fill(Run& run) {
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates, so no charts to fill around");
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<TextureFill> filling;

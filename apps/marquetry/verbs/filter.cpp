@@ -71,7 +71,7 @@ Exit filter_geometry(Run& run) {
   refuse_pictures_of_shape(options);
   TexturedModel scene = read_shape(run, 0.2);
   const Outputs outputs = shape_outputs(options, scene);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
 
   std::vector<Vector3> positions;
@@ -115,7 +115,7 @@ Exit filter(Run& run) {
   const Outputs outputs(
       options.text("output"), scene.model,
       at_vertices(options, scene) ? Outputs::Kind::model : Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   check_mask(run, scene);
   if (run.dry_run()) return Exit::done;
 

@@ -225,7 +225,7 @@ Exit flow_model(Run& run) {
   run.will_write(paths, folder);
   const Outputs halfway = outputs_in("halfway"), error = outputs_in("error");
   for (const Outputs* outputs : {&halfway, &error}) {
-    run.will_write(outputs->paths(), outputs->folder());
+    run.will_write(outputs->paths(), outputs->folders());
     paths.insert(paths.end(), outputs->paths().begin(), outputs->paths().end());
   }
   if (run.dry_run()) return Exit::done;

@@ -61,7 +61,7 @@ Exit geodesic(Run& run) {
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   check_pictures(options, scene,
                  {"from-mask", InputPictures::Count::one_set, InputPictures::Size::of_the_texture});
   const std::vector<SourcePlace> places = source_places(run, scene);

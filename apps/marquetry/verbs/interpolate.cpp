@@ -67,12 +67,12 @@ class Results {
           fmt::format("--output: found '{}', but a video shows one picture: wanted a name with "
                       "%04d for the frame's number{}",
                       output, kind == Outputs::Kind::pictures ? " and %s for the texture's" : ""));
-      run.will_write({output}, {});
+      run.will_write({output});
       return;
     }
     for (const Moment& moment : moments_) {
       outputs_.emplace_back(moment.output, model, kind);
-      run.will_write(outputs_.back().paths(), outputs_.back().folder());
+      run.will_write(outputs_.back().paths(), outputs_.back().folders());
     }
   }
 

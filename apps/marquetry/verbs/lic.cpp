@@ -48,7 +48,7 @@ Exit lic(Run& run) {
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   check_field(scene, asked_request(options, scene));
   if (run.dry_run()) return Exit::done;
 

@@ -53,7 +53,7 @@ Exit mask(Run& run) {
           "--output: found '" + options.text("output") + "', wanted a picture or a folder");
   const Outputs outputs(options.text("output"), named, Outputs::Kind::pictures);
   refuse_jpeg(outputs);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
 
   TexelMaps maps;

@@ -130,7 +130,7 @@ Exit react(Run& run) {
   const bool vertices = works_at_vertices(options, scene);
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> domain;

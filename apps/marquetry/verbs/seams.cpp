@@ -28,7 +28,7 @@ Exit seams(Run& run) {
   const std::string file = scene.model.path.string();
   require(scene.atlas.has_value(), file + ": has no texture coordinates, so no seams");
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
   if (scene.atlas->seam_count == 0) run.terminal().remark(file + ": has no seams");
 

@@ -163,7 +163,7 @@ Exit shock_picture(Run& run) {
                       options.text("output")));
   asked_compression(options);
   const Outputs outputs(options.text("output"), model, Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
 
   const ValueSpace values = value_space(options);
@@ -193,7 +193,7 @@ Exit shock_model(Run& run) {
       "they are");
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> target;

@@ -128,7 +128,7 @@ Exit stitch(Run& run) {
               ": is a picture; photographs with cameras are projected onto the mesh of a model");
   if (has_views(options)) add_missing_pictures(scene);
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   check_pictures(options, scene, {"labels"});
   check_partials(options, scene);
   if (run.dry_run()) return Exit::done;

@@ -145,6 +145,17 @@ void Outputs::plan_tiles(const TileName& name, const Model& model) {
   refuse_unknown_formats(paths_);
 }
 
+std::set<fs::path> Outputs::folders() const {
+  std::set<fs::path> folders;
+  if (!folder_.empty()) folders.insert(folder_);
+  for (std::size_t i = 1; is_model_ && i < paths_.size(); ++i) {
+    const fs::path own = paths_[0].parent_path(), its = paths_[i].parent_path();
+    const fs::path inner = its.lexically_relative(own.empty() ? "." : own);
+    if (its != own && stays_below(inner.string())) folders.insert(its);
+  }
+  return folders;
+}
+
 void Outputs::plan_model(const std::string& name, const Model& model, Kind kind) {
   const fs::path path(name);
   paths_ = {path};

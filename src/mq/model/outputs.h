@@ -2,6 +2,7 @@
 /// Where changed signals go: a picture, a picture per texture, or a model.
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,9 @@ class Outputs {
 
   const std::vector<std::filesystem::path>& paths() const { return paths_; }
 
-  /// The folder that was named, to be made if it is not there; else empty.
-  const std::filesystem::path& folder() const { return folder_; }
+  /// Folders to be made where they are not there: one that was named, and those below a model's own that
+  /// its pictures lie in, as they did beside the one that was read.
+  std::set<std::filesystem::path> folders() const;
 
   /// Writes the pictures, or the model. Beside its source a model's changed pictures are named after
   /// it, since the source's stay. Returns what is worth telling.

@@ -50,7 +50,7 @@ Exit shock_geometry(Run& run, const ShockRequest& request) {
   refuse_pictures_of_shape(options);
   TexturedModel scene = read_shape(run, 0.15);
   const Outputs outputs = shape_outputs(options, scene);
-  run.will_write(outputs.paths(), outputs.folder());
+  run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
 
   SharpenedShape shape;
