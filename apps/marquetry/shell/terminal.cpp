@@ -14,8 +14,6 @@
 namespace mq::app {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr double seconds_before_first = 1;  ///< quicker work shows no progress
 constexpr double seconds_between_bars = 0.1;
 constexpr double seconds_between_lines = 5;
@@ -49,8 +47,8 @@ std::string estimate(double fraction, double elapsed) {
   return !left || *left < 1 ? "" : fmt::format(", about {} left", duration(*left));
 }
 
-void print_json(const Json& object) {
-  fmt::print(stderr, "{}\n", object.dump(-1, ' ', false, Json::error_handler_t::replace));
+void print_line(const nlohmann::ordered_json& object) {
+  fmt::print(stderr, "{}\n", object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 /// Whatever characters a file's name has, what is said of it is one line.
@@ -112,12 +110,12 @@ void Terminal::progress(const ProgressEvent& event) {
 
 void Terminal::progress_line(double fraction, double elapsed) {
   const std::optional<double> left = seconds_left(fraction, elapsed);
-  print_json({{"event", "progress"},
+  print_line({{"event", "progress"},
               {"fraction", fraction},
               {"step", path_},
               {"detail", detail_.empty() ? "" : detail_.substr(2)},
               {"elapsed", elapsed},
-              {"left", left ? Json(*left) : Json()}});
+              {"left", left ? nlohmann::ordered_json(*left) : nlohmann::ordered_json()}});
 }
 
 void Terminal::draw_bar(double fraction, double elapsed) {
@@ -152,7 +150,7 @@ void Terminal::line(const char* color, const std::string& message) {
 void Terminal::say(const char* event, const char* color, const std::string& text) {
   if (form_ == Form::json) {
     const std::lock_guard lock(mutex_);
-    return print_json({{"event", event}, {"text", text}});
+    return print_line({{"event", event}, {"text", text}});
   }
   const bool is_warning = std::string_view(event) == "warning";
   line(color, is_warning ? "warning: " + text : text);
