@@ -123,11 +123,11 @@ TEST(VerbBake, LeavesFactorsThatAllHaveInTheMaterial) {
 
 TEST(VerbUnwrap, LeavesNoColoursBesideAPictureOfThem) {
   const Folder folder;
-  write_strip(folder);
-  run(folder, {"bake", "strip.obj", "strip.obj", "--vertices", "-o", "painted.ply"});
-  run(folder, {"unwrap", "painted.ply", "--bake", "-o", "new.glb", "--size", "64"});
+  write_bytes(folder / "painted.obj",
+              "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 0\nf 1 2 3\nf 1 3 4\n");
+  run(folder, {"unwrap", "painted.obj", "--bake", "-o", "new.glb", "--size", "64"});
   EXPECT_EQ(read_model(folder / "new.glb").colors.channels, 0);
-  run(folder, {"unwrap", "painted.ply", "--bake", "-o", "new.ply", "--size", "64"});
+  run(folder, {"unwrap", "painted.obj", "--bake", "-o", "new.ply", "--size", "64"});
   EXPECT_EQ(read_model(folder / "new.ply").colors.channels, 3);
 }
 

@@ -84,7 +84,8 @@ TEST_F(Materials, OfGltfAreInMtlAsFarAsItHasWords) {
                                           "alpha cuts, their extensions")));
   const Material after = only_material(folder / "b.obj");
   EXPECT_EQ(after.name, "Dark_glass");
-  EXPECT_THAT(after.base_colour, ElementsAre(0.5F, 0.25F, 0.125F, 0.75F));
+  EXPECT_THAT(get("b.mtl"), HasSubstr("\nKd 0.5 0.25 0.125\n"));
+  EXPECT_THAT(after.base_colour, ElementsAre(1, 1, 1, 0.75F));  // a picture stands for it
   EXPECT_EQ(after.metallic, 0.25F);
   EXPECT_EQ(after.roughness, 0.5F);
   EXPECT_THAT(after.emissive, ElementsAre(0, 0.5F, 1));

@@ -16,7 +16,7 @@ void turn_green_up(Run& run, const Outputs& outputs, Model& model) {
   const OptionValues& options = run.options();
   const bool processes_normals = std::ranges::any_of(
       options.table().options(), [](const Option& option) { return option.name == "normals"; });
-  if (!processes_normals || options.text("normal-space") != "directx") return;
+  if (!processes_normals || !options.has("normal-space") || options.text("normal-space") != "directx") return;
   const bool becomes_gltf = !outputs.paths().empty() && names_gltf(outputs.paths().front()) &&
                             !(model.document && model.document->is_gltf());
   if (!becomes_gltf) return;
