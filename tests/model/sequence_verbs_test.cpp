@@ -8,7 +8,7 @@
 #include "cli/models.h"
 #include "evolving/evolving_models.h"
 #include "mq/draw/lifespans.h"
-#include "mq/io/evolving_gltf.h"
+#include "mq/io/animation.h"
 #include "mq/io/film_page.h"
 #include "mq/io/frame_files.h"
 #include "mq/model/captured_files.h"
@@ -210,7 +210,7 @@ TEST(VerbExport, WritesWhatWasCaptured) {
 TEST(VerbExport, WritesAnAnimation) {
   const Sheet sheet;
   sheet.run({"export", "bare.evolving", "-o", "out.glb", "--frames", "1-4", "--rate", "12"});
-  write_animation(sheet.folder / "ours.glb", sheet.reader("bare.evolving"), 1, 4, 12);
+  write_animation(sheet.folder / "ours.glb", sheet.reader("bare.evolving"), {1, 4, 12});
   sheet.expect_same("ours.glb", "out.glb");
 }
 

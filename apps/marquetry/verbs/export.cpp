@@ -9,8 +9,8 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/io/animation.h"
 #include "mq/io/evolving_file.h"
-#include "mq/io/evolving_gltf.h"
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
@@ -94,8 +94,7 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
   const Step step(run, "write", 0.9);
   if (names_animation(options.text("output"))) {
     require(!options.has("paint"), "--paint: an animation has no colours at vertices");
-    write_animation(paths.front(), reader, frames.front(), frames.back(), options.number("rate"),
-                    {}, step);
+    write_animation(paths.front(), reader, {frames.front(), frames.back(), options.number("rate")}, {}, step);
     return;
   }
   std::optional<CarriedColours> colours;
@@ -121,7 +120,7 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingReader
   const std::string output = options.text("output");
   require(options.has("from") || names_animation(output) ||
               (names_model(output) && has_frame_place(output)),
-          fmt::format("--output: found '{}', wanted an animation (.glb), or a model with a place "
+          fmt::format("--output: found '{}', wanted an animation (.glb, .usda or .usdz), or a model with a place "
                       "for the frame's number, such as frame_%04d.ply",
                       output));
   if (names_animation(output)) require_consecutive(frames);
@@ -198,8 +197,8 @@ Verb export_verb() {
              .letter = 'o',
              .type = Type::path,
              .metavar = "OUT",
-             .help = "frame_%04d.ply (or .obj, .gltf, .glb) for a file a frame, or .glb for an "
-                     "animation; without it nothing is written",
+             .help = "frame_%04d.ply (or .obj, .gltf, .glb) for a file a frame, or .glb, .usda or "
+                     ".usdz for an animation; without it nothing is written",
              .details =
                  "With --from a model a frame, a picture a frame, such as texture_%04d.png, or a "
                  "video (.mp4, .mov, .webm, .mkv)."});

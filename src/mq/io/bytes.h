@@ -2,6 +2,7 @@
 /// Bytes of a file, the words and numbers in them, and changes to them that leave the rest alone.
 
 #include <cstddef>
+#include <cstring>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -24,6 +25,14 @@ inline ByteView bytes_of(std::string_view text) { return std::as_bytes(std::span
 inline Bytes to_bytes(std::string_view text) {
   const ByteView view = bytes_of(text);
   return {view.begin(), view.end()};
+}
+
+/// Appends a number as it lies in memory (files are little-endian, as the machines we build for are).
+template <class Number>
+void append_raw(Bytes& bytes, Number number) {
+  const std::size_t end = bytes.size();
+  bytes.resize(end + sizeof number);
+  std::memcpy(bytes.data() + end, &number, sizeof number);
 }
 
 /// The number that `word` spells from its first to its last character, in any locale. What is

@@ -28,7 +28,9 @@ bool names_picture(const std::filesystem::path& path) {
 }
 
 bool names_animation(const std::filesystem::path& path) {
-  return lower_extension(path) == ".glb" && !has_frame_place(path.filename().string());
+  static constexpr const char* animations[] = {".glb", ".usda", ".usdz"};
+  return std::ranges::count(animations, lower_extension(path)) > 0 &&
+         !has_frame_place(path.filename().string());
 }
 
 bool holds_numbers(const std::filesystem::path& path) {

@@ -15,7 +15,7 @@ bool names_model(const std::filesystem::path& path);
 bool names_gltf(const std::filesystem::path& path);
 bool names_picture(const std::filesystem::path& path);
 
-/// Whether it is a GLB for all frames, without a place for their numbers.
+/// Whether it is a GLB or USD (.usda, .usdz) for all frames, without a place for their numbers.
 bool names_animation(const std::filesystem::path& path);
 
 /// Whether it is a picture for numbers as well as colours: .exr and .tif.

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
-#include "mq/io/evolving_gltf.h"
+#include "mq/io/animation.h"
 #include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
@@ -44,6 +46,14 @@ CapturedFigures figures(const CapturedTextures::Coloured& shown) {
           .accuracy = shown.accuracy};
 }
 
+/// The frames from the first of these numbers to the last.
+AnimationPart part_of(const EvolvingReader& reader, const std::vector<int>& numbers) {
+  const auto index = [&](int number) {
+    return int(std::ranges::find(reader.frames(), number, &StoredFrame::number) - reader.frames().begin());
+  };
+  return {.first = index(numbers.front()), .last = index(numbers.back())};
+}
+
 /// As files want it; of what must stay.
 FrameTextures::Frame as_frame(const CapturedTextures::Textured& shown) {
   return {.number = shown.number,
@@ -65,7 +75,7 @@ std::vector<CapturedFigures> write_captured_animation(CapturedTextures& captured
                                                       const Progress& progress) {
   std::vector<CapturedFigures> found;
   write_animation(
-      output, captured.reader(), captured.frames().front(), captured.frames().back(), rate,
+      output, captured.reader(), {captured.frames().front(), captured.frames().back(), rate},
       [&](int frame) {
         const CapturedTextures::Textured shown = captured.texture(frame);
         found.push_back(figures(shown));
@@ -97,7 +107,8 @@ std::vector<fs::path> captured_files(const EvolvingReader& reader, const std::ve
     if (has_atlas(reader)) return files.paths(numbers);
   }
   require_atlas_unless_models(reader, output);
-  if (names_animation(output)) return {output};
+  if (names_animation(output))
+    return animation_files(output, reader, part_of(reader, numbers), AnimationPictures::given);
   std::vector<fs::path> paths;
   for (const int number : numbers) paths.emplace_back(frame_name(output, number));
   return paths;

@@ -1,20 +1,9 @@
 #pragma once
 /// The bytes of a GLB: a header, a chunk of JSON and a binary chunk, each a multiple of four long.
 
-#include <cstdint>
-#include <cstring>
-
 #include "mq/io/bytes.h"
 
 namespace mq {
-
-/// Appends a number as it lies in memory (glTF is little-endian, as the machines we build for are).
-template <class Number>
-void append_raw(Bytes& bytes, Number number) {
-  const std::size_t end = bytes.size();
-  bytes.resize(end + sizeof number);
-  std::memcpy(bytes.data() + end, &number, sizeof number);
-}
 
 /// Appends `with` until the size is a multiple of four.
 void pad_to_four(Bytes& bytes, char with);

@@ -1,4 +1,4 @@
-#include "mq/io/evolving_gltf.h"
+#include "mq/io/detail/animation_glb.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "mq/base/error.h"
-#include "mq/io/atomic_file.h"
 #include "mq/io/detail/gltf_container.h"
 #include "mq/io/image_file.h"
 
@@ -46,7 +45,7 @@ struct Corners {
 class Animation {
  public:
   Animation(const EvolvingReader& reader, double frames_per_second,
-            const std::function<Image<float>(int frame)>& pictures)
+            const PictureOfFrame& pictures)
       : reader_(reader), rate_(frames_per_second), pictures_(pictures) {
     json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
     json_["scene"] = 0;
@@ -198,31 +197,21 @@ class Animation {
 
   const EvolvingReader& reader_;
   double rate_;
-  const std::function<Image<float>(int frame)>& pictures_;
+  const PictureOfFrame& pictures_;
   OrderedJson json_;
   Bytes buffer_;
 };
 
 }  // namespace
 
-void write_animation(const std::filesystem::path& path, const EvolvingReader& reader, int first,
-                     int last, double frames_per_second,
-                     const std::function<Image<float>(int frame)>& pictures,
-                     const Progress& progress) {
-  const int count = int(reader.frames().size());
-  require(first >= 0 && first <= last && last < count,
-          fmt::format("frames {} to {} were asked for of {}", first, last, count));
-  require(frames_per_second > 0 && std::isfinite(frames_per_second),
-          fmt::format("{} frames a second were asked for", frames_per_second));
-  Animation animation(reader, frames_per_second, pictures);
-  for (int begin = first; begin <= last;) {
-    int end = begin + 1;
-    while (end <= last && reader.frames()[end].segment == reader.frames()[begin].segment) ++end;
-    animation.add_segment(begin, end, first, last + 1);
-    progress.at(double(end - first) / (last + 1 - first));
-    begin = end;
+Bytes animation_glb(const EvolvingReader& reader, const AnimationPart& part, const PictureOfFrame& pictures,
+                    const Progress& progress) {
+  Animation animation(reader, part.frames_per_second, pictures);
+  for (const FrameRange& range : ranges_of_segments(reader, part)) {
+    animation.add_segment(range.begin, range.end, part.first, part.last + 1);
+    progress.at(double(range.end - part.first) / (part.last + 1 - part.first));
   }
-  write_file(path, animation.bytes());
+  return animation.bytes();
 }
 
 }  // namespace mq

@@ -1,0 +1,91 @@
+#include "mq/io/animation.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/io/atomic_file.h"
+#include "mq/io/detail/animation_glb.h"
+#include "mq/io/detail/animation_usd.h"
+#include "mq/io/detail/stored_zip.h"
+#include "mq/io/file_names.h"
+#include "mq/io/image_file.h"
+
+namespace mq {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check(const EvolvingReader& reader, const AnimationPart& part) {
+  const int count = int(reader.frames().size());
+  require(part.first >= 0 && part.first <= part.last && part.last < count,
+          fmt::format("frames {} to {} were asked for of {}", part.first, part.last, count));
+  require(part.frames_per_second > 0 && std::isfinite(part.frames_per_second),
+          fmt::format("{} frames a second were asked for", part.frames_per_second));
+}
+
+Bytes png_of(Image<float> pixels) {
+  Texture texture;
+  texture.pixels = std::move(pixels);
+  return texture_bytes(texture, "png").bytes;
+}
+
+/// "walk_1.png": of the segment that is the second shown.
+std::string picture_name(const fs::path& path, std::size_t segment) {
+  return fmt::format("{}_{}.png", path.stem().string(), segment);
+}
+
+/// The text of USD, and the pictures that it names.
+std::vector<OutputFile> usd_files(const fs::path& path, const EvolvingReader& reader, const AnimationPart& part,
+                                  const PictureOfFrame& pictures, const Progress& progress) {
+  const std::vector<FrameRange> segments = ranges_of_segments(reader, part);
+  std::vector<std::string> names;
+  for (std::size_t s = 0; pictures && s < segments.size(); ++s) names.push_back(picture_name(path, s));
+  std::vector<OutputFile> files{{path.stem().string() + ".usda",
+                                 to_bytes(animation_usda(reader, part, names, progress.step("text", 0.5)))}};
+  const Progress painting = progress.step("pictures", 0.5);
+  for (std::size_t s = 0; s < names.size(); ++s) {
+    files.push_back({names[s], png_of(pictures(segments[s].begin))});
+    painting.at(double(s + 1) / double(names.size()));
+  }
+  return files;
+}
+
+}  // namespace
+
+std::vector<FrameRange> ranges_of_segments(const EvolvingReader& reader, const AnimationPart& part) {
+  std::vector<FrameRange> ranges;
+  for (int f = part.first; f <= part.last; ++f) {
+    const int segment = reader.frames()[std::size_t(f)].segment;
+    if (ranges.empty() || reader.frames()[std::size_t(ranges.back().begin)].segment != segment)
+      ranges.push_back({f, f});
+    ranges.back().end = f + 1;
+  }
+  return ranges;
+}
+
+std::vector<fs::path> animation_files(const fs::path& path, const EvolvingReader& reader,
+                                      const AnimationPart& part, AnimationPictures pictures) {
+  std::vector<fs::path> files{path};
+  if (pictures == AnimationPictures::none || lower_extension(path) != ".usda") return files;
+  for (std::size_t s = 0; s < ranges_of_segments(reader, part).size(); ++s)
+    files.push_back(path.parent_path() / picture_name(path, s));
+  return files;
+}
+
+void write_animation(const fs::path& path, const EvolvingReader& reader, const AnimationPart& part,
+                     const PictureOfFrame& pictures, const Progress& progress) {
+  check(reader, part);
+  const std::string extension = lower_extension(path);
+  require(names_animation(path),
+          path.string() + ": found another extension, wanted .glb, .usda or .usdz for an animation");
+  if (extension == ".glb") return write_file(path, animation_glb(reader, part, pictures, progress));
+  std::vector<OutputFile> files = usd_files(path, reader, part, pictures, progress);
+  if (extension == ".usdz") return write_file(path, stored_zip(files));
+  // The file that names the others comes last.
+  for (std::size_t i = files.size(); i-- > 1;) write_file(path.parent_path() / files[i].name, files[i].bytes);
+  write_file(path, files[0].bytes);
+}
+
+}  // namespace mq
