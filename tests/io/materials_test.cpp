@@ -178,16 +178,25 @@ TEST(JoinedMaterials, KeepWhatAllSay) {
   EXPECT_TRUE(joined({}) == Material());
 }
 
-TEST_F(Materials, WithoutAnythingToSayAreThoseOfPartsThatNothingWasSeenOf) {
-  Material material;
-  material.name = "untextured";
-  material.more_mtl = "illum 1\n";
-  EXPECT_FALSE(says_something(material));
-  material.slots = {"normal"};
-  EXPECT_TRUE(says_something(material));
-  material.slots.clear();
-  material.roughness = 0.5F;
-  EXPECT_TRUE(says_something(material));
+TEST_F(Materials, OfNobodyKnowsWhatAreNone) {
+  put("a.mtl", "newmtl untextured\nKa 1 1 1\nKd 1 1 1\nnewmtl plain\n");
+  put("a.obj", "mtllib a.mtl\nusemtl untextured\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl plain\nf 1 3 2\n"
+               "usemtl missing\nf 2 3 1\n");
+  EXPECT_THAT(file_materials(read_model(folder / "a.obj")).of_triangle, ElementsAre(-1, 0, -1));
+}
+
+TEST_F(Materials, OfPicturesWithTheirFactorsHaveNone) {
+  Material glow;
+  glow.base_colour = {0.5F, 1, 1, 0.5F};
+  glow.emissive = {0, 0.25F, 0};
+  glow.roughness = 0.5F;
+  glow.alpha = Material::Alpha::blend;
+  const Material bare = without_factors(glow);
+  EXPECT_THAT(bare.base_colour, testing::Each(1));
+  EXPECT_THAT(bare.emissive, testing::Each(1));
+  EXPECT_FALSE(bare.roughness);
+  EXPECT_EQ(bare.alpha, Material::Alpha::blend);
+  EXPECT_THAT(without_factors(Material()).emissive, testing::Each(0));
 }
 
 }  // namespace

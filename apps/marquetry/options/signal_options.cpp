@@ -126,6 +126,21 @@ void refuse_vertices_of_picture(const OptionValues& options, const TexturedModel
 
 }  // namespace
 
+namespace {
+
+/// Without a slot the base colour is processed.
+void refuse_normals_of_colours(const OptionValues& options, const Model& model) {
+  const bool says_normals = value_space(options).meaning == ValueSpace::Meaning::normals;
+  const bool has_normals = std::ranges::count(model.slots, "normal", &MaterialSlot::name) > 0;
+  require(!says_normals || !has_normals || model.slot != base_slot || !options.texts("texture").empty() ||
+              options.has("slot"),
+          fmt::format("{}: its base colour is processed, and --normals and --normal-space are of normal maps: "
+                      "give --slot normal",
+                      model.path.string()));
+}
+
+}  // namespace
+
 bool at_vertices(const OptionValues& options, const TexturedModel& model) {
   refuse_vertices_of_picture(options, model);
   const bool asked = options.flag("vertices");
@@ -188,7 +203,9 @@ std::unique_ptr<TextureSignal> make_texture_signal(Run& run, const TexturedModel
 
 std::unique_ptr<ModelSignal> make_signal(Run& run, const TexturedModel& model,
                                          const Progress& progress) {
-  if (!at_vertices(run.options(), model))
+  const bool of_vertices = at_vertices(run.options(), model);
+  if (!of_vertices) refuse_normals_of_colours(run.options(), model.model);
+  if (!of_vertices)
     return make_texture_signal(run, model,
                                {.values = value_space(run.options()),
                                 .shared = TextureSignalOptions::SharedTexels::as_normals_need,

@@ -25,15 +25,13 @@ namespace {
 
 /// Factors that the source's materials have alike can stay in one material of the target; others go into
 /// the pictures.
-BakeOptions asked_bake(const OptionValues& options, const ModelMaterials& materials) {
+BakeOptions asked_bake(const OptionValues& options, const Model& source) {
   BakeOptions asked{.within = options.number("within") / 100,
                     .angle = options.number("angle"),
                     .samples = options.has("samples") ? int(options.integer("samples")) : 0,
                     .values = value_space(options)};
   asked.values.meaning = ValueSpace::Meaning::colours;  // which slots hold normals is known
-  const std::vector<const Material*> speaking = materials.speaking();
-  if (std::ranges::any_of(speaking, [&](const Material* m) { return !look_alike(*m, *speaking[0]); }))
-    asked.factors = BakeOptions::Factors::applied;
+  asked.factors = factors_for_one(source, file_materials(source));
   return asked;
 }
 
@@ -162,8 +160,9 @@ Exit run_bake(Run& run) {
           target.model.path.string() +
               ": has no texture coordinates: give it some with the verb "
               "unwrap, or bake to its vertices with --vertices");
-  const ModelMaterials materials = file_materials(source.model);
-  begin_bake(slots, target, &materials);
+  BakeOptions how = asked_bake(options, source.model);
+  how.shown = shown;
+  if (to == BakeTo::textures) begin_bake_as(source.model, slots, run, target);
   const std::string output = options.text("output");
   const bool pictures_alone = slots.size() > 1 && !names_model(output);
   const Outputs outputs(output, pictures_alone ? all_pictures(target.model) : target.model,
@@ -177,8 +176,6 @@ Exit run_bake(Run& run) {
     const bool is_first = slots.empty() || slot == slots.front();
     return is_first ? std::move(source) : read_source(run, slot, shown);
   };
-  BakeOptions how = asked_bake(options, materials);
-  how.shown = shown;
   bake_onto(run, slots, source_of, target, to, how, 0.6);
   const Step step(run, "write", 0.2);
   if (pictures_alone) target.model = all_pictures(std::move(target.model));

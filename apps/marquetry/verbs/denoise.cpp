@@ -48,7 +48,8 @@ void say_measured(Run& run, double edge) {
 
 Exit denoise_verb_run(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(
+      run, options.flag("vertices") ? MissingPictures::unneeded : MissingPictures::refuse, 0.2);
   if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,

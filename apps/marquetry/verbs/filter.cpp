@@ -110,7 +110,8 @@ Exit filter(Run& run) {
   for (const char* name : {"by-curvature", "smooth-normals", "fit-weight", "fit-steps"})
     require(!asks_for(options, name),
             fmt::format("--{} is for the shape of a model: give --geometry too", name));
-  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(
+      run, options.flag("vertices") ? MissingPictures::unneeded : MissingPictures::refuse, 0.2);
   if (at_vertices(options, scene)) refuse_pictures(options);
   const Outputs outputs(
       options.text("output"), scene.model,

@@ -156,7 +156,7 @@ void refuse_idle_options(const OptionValues& options, const RemeshedContents& co
             "--bake: there is nothing to bake with --no-textures or --paint: leave one out");
     return;
   }
-  for (const char* name : {"size", "gutter", "stretch", "trials"})
+  for (const char* name : {"size", "gutter", "stretch", "trials", "normal-space"})
     require(!asks_for(options, name),
             fmt::format("--{}: is of the textures that --bake makes: give it too", name));
 }
@@ -194,7 +194,7 @@ Model unwrap_and_bake(Run& run, const std::vector<std::string>& slots, const Mod
   const SourceOfSlot source_once = [&](const std::string& slot) {
     return slot == slots.front() ? std::move(source) : source_of(slot);
   };
-  bake_unwrapped(run, slots, source_once, load, scene, 0.2);
+  bake_unwrapped(run, slots, {}, source_once, load, scene, 0.2);
   return std::move(scene.model);
 }
 
@@ -314,6 +314,7 @@ void add_remesh_options(OptionTable& table) {
        .help = "new texture coordinates, and a texture per slot that shows what those of both did",
        .details = "As unwrap --bake."});
   add_atlas_options(table);
+  add_normal_space_option(table, "Green stays as it is, but glTF gets it up.");
   table.add({.name = "no-textures",
              .type = Type::flag,
              .group = "Output",

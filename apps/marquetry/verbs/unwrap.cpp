@@ -56,6 +56,7 @@ void report(Run& run, const UnwrapFigures& figures, std::int64_t overlaps) {
 /// What the model showed, on its new texture coordinates.
 void bake_what_was_there(Run& run, const std::vector<std::string>& slots, TexturedModel& source,
                          TexturedModel& scene) {
+  const std::vector<SharedSlot> shared = shared_slots(source.model, slots);
   const OptionValues& options = run.options();
   const LoadOptions load{.weld = asked_weld(options),
                          .missing = MissingPictures::assume,
@@ -69,7 +70,7 @@ void bake_what_was_there(Run& run, const std::vector<std::string>& slots, Textur
                                       .layer = options.has("layer") ? options.text("layer") : ""},
                                      run.terminal());
   };
-  bake_unwrapped(run, slots, source_of, load, scene, 0.3);
+  bake_unwrapped(run, slots, shared, source_of, load, scene, 0.3);
 }
 
 Exit unwrap(Run& run) {

@@ -17,6 +17,13 @@
 namespace mq {
 namespace {
 
+/// Whether it is that of triangles of which none is known.
+bool is_unknown(const Material& material) {
+  Material nothing;
+  nothing.name = unknown_material;
+  return material.name == unknown_material && material.slots.empty() && look_alike(material, nothing);
+}
+
 ModelMaterials obj_file_materials(const Document& document) {
   const ObjFile file = parse_obj(document.bytes, document.name);
   std::unordered_map<std::string, Material> known;
@@ -26,8 +33,9 @@ ModelMaterials obj_file_materials(const Document& document) {
   std::vector<int> numbers;
   for (const std::string& name : file.materials) {
     const auto material = known.find(name);
-    numbers.push_back(material == known.end() ? -1 : int(found.materials.size()));
-    if (material != known.end()) found.materials.push_back(material->second);
+    const bool is_known = material != known.end() && !is_unknown(material->second);
+    numbers.push_back(is_known ? int(found.materials.size()) : -1);
+    if (is_known) found.materials.push_back(material->second);
   }
   for (const int id : file.mesh.textures)
     found.of_triangle.push_back(id < 0 ? -1 : numbers[std::size_t(id)]);
@@ -60,6 +68,10 @@ bool is_common(const std::vector<const Material*>& materials, auto member) {
 
 }  // namespace
 
+bool all_look_alike(const std::vector<const Material*>& materials) {
+  return std::ranges::all_of(materials, [&](const Material* m) { return look_alike(*m, *materials[0]); });
+}
+
 bool Material::names_picture(const std::string& slot) const { return std::ranges::count(slots, slot) > 0; }
 
 bool look_alike(Material a, Material b) {
@@ -71,27 +83,19 @@ bool look_alike(Material a, Material b) {
   return a == b;
 }
 
-bool says_something(const Material& material) {
-  const Material nothing;
-  return !material.slots.empty() || material.base_colour != nothing.base_colour ||
-         material.emissive != nothing.emissive || material.metallic.value_or(1) != 1 ||
-         material.roughness.value_or(1) != 1 || material.alpha != Material::Alpha::opaque ||
-         !material.more_gltf.empty();
-}
-
 const Material* ModelMaterials::of(int triangle) const {
   if (std::size_t(triangle) >= of_triangle.size()) return nullptr;
   const int id = of_triangle[std::size_t(triangle)];
   return id < 0 ? nullptr : &materials[std::size_t(id)];
 }
 
-std::vector<const Material*> ModelMaterials::speaking() const {
+std::vector<const Material*> ModelMaterials::used() const {
   std::vector<char> is_used(materials.size(), 0);
   for (const int id : of_triangle)
     if (id >= 0) is_used[std::size_t(id)] = 1;
   std::vector<const Material*> found;
   for (std::size_t i = 0; i < materials.size(); ++i)
-    if (is_used[i] && says_something(materials[i])) found.push_back(&materials[i]);
+    if (is_used[i]) found.push_back(&materials[i]);
   return found;
 }
 
@@ -124,31 +128,43 @@ ModelMaterials file_materials(const Model& model) {
   return fits && !found.materials.empty() ? found : ModelMaterials{};
 }
 
+Material without_factors(Material material) {
+  const bool shines = std::ranges::any_of(material.emissive, [](float e) { return e != 0; });
+  material.emissive.fill(shines ? 1 : 0);
+  material.base_colour.fill(1);
+  const bool says_metal = material.names_picture("metallic-roughness") || material.names_picture("metallic") ||
+                          material.names_picture("roughness");
+  material.metallic = material.roughness = says_metal ? std::optional<float>(1) : std::nullopt;
+  material.normal_scale = material.occlusion_strength = 1;
+  return material;
+}
+
 Material joined(const std::vector<const Material*>& materials) {
   Material result;
   if (materials.empty()) return result;
+  result = *materials[0];
   std::set<std::string> slots;
   for (const Material* m : materials) slots.insert(m->slots.begin(), m->slots.end());
   result.slots.assign(slots.begin(), slots.end());
-  const auto are_alike = [&](const Material* m) { return look_alike(*m, *materials[0]); };
-  if (std::ranges::all_of(materials, are_alike)) {
-    result = *materials[0];
-    result.slots.assign(slots.begin(), slots.end());
-    if (!is_common(materials, &Material::name)) result.name.clear();
-    if (!is_common(materials, &Material::more_mtl)) result.more_mtl.clear();
-    return result;
-  }
+  if (!is_common(materials, &Material::name)) result.name.clear();
+  if (!is_common(materials, &Material::more_mtl)) result.more_mtl.clear();
+  if (!is_common(materials, &Material::more_gltf)) result.more_gltf.clear();
+  if (all_look_alike(materials)) return result;
+  if (!is_common(materials, &Material::alpha_cutoff)) result.alpha_cutoff = Material().alpha_cutoff;
   for (const Material* m : materials) {
-    if (std::ranges::any_of(m->emissive, [](float e) { return e != 0; })) result.emissive = {1, 1, 1};
+    for (std::size_t c = 0; c < 3; ++c) result.emissive[c] = std::max(result.emissive[c], m->emissive[c]);
     result.alpha = std::max(result.alpha, m->alpha);
     result.is_double_sided = result.is_double_sided || m->is_double_sided;
   }
-  if (is_common(materials, &Material::alpha_cutoff)) result.alpha_cutoff = materials[0]->alpha_cutoff;
-  result.metallic = result.names_picture("metallic-roughness") || result.names_picture("metallic")
-                        ? std::optional<float>(1)
-                        : std::nullopt;
-  if (result.metallic) result.roughness = 1;
-  return result;
+  return without_factors(std::move(result));
+}
+
+std::string lost_by_joining(const std::vector<const Material*>& materials) {
+  if (materials.empty()) return "";
+  std::string lost;
+  if (!is_common(materials, &Material::more_gltf)) lost = "extensions";
+  if (!is_common(materials, &Material::alpha)) lost += lost.empty() ? "which are transparent" : ", which are transparent";
+  return lost;
 }
 
 NewMaterial material_of(const Model& model, const ModelMaterials& materials, int triangle) {

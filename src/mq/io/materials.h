@@ -39,10 +39,11 @@ struct Material {
 
 /// Whether two materials look alike where their pictures do: all but names and pictures is equal.
 bool look_alike(Material a, Material b);
+bool all_look_alike(const std::vector<const Material*>& materials);
 
-/// Whether it says anything: a factor that is not its format's own, or a picture. Programs that leave
-/// parts of a scan without a picture give these a material that says nothing.
-bool says_something(const Material& material);
+/// What MTL files made anew call the material of triangles of which none is known. One of that name that
+/// says nothing is none.
+inline constexpr const char* unknown_material = "untextured";
 
 /// What a material shows in a slot: the factor of each of up to four channels of its picture, 1 beyond.
 struct SlotFactor {
@@ -65,8 +66,8 @@ struct ModelMaterials {
   /// The material of a triangle; null: none.
   const Material* of(int triangle) const;
 
-  /// Those that triangles have and that say something.
-  std::vector<const Material*> speaking() const;
+  /// Those that triangles have.
+  std::vector<const Material*> used() const;
 };
 
 /// What the file that a model came from says of materials, read anew from its bytes; of a model
@@ -77,10 +78,15 @@ ModelMaterials file_materials(const Model& model);
 /// `material` for all triangles.
 ModelMaterials one_for_all(Material material, int triangles);
 
-/// One material for all: what they say where they agree; else factors of 1 (of emission where any
-/// shines) and no name, for pictures that the factors are in; blending where any blends, with both sides
-/// where any has both.
+/// A material whose pictures have its factors in them: all are 1, that of emission 0 where nothing shines.
+Material without_factors(Material material);
+
+/// One material for all: what they say where they look alike; else one without factors, without a name,
+/// that blends where any blends, has both sides where any has, and what else all have in common.
 Material joined(const std::vector<const Material*>& materials);
+
+/// What else of materials that do not look alike is not in `joined`, in words; empty: nothing.
+std::string lost_by_joining(const std::vector<const Material*>& materials);
 
 /// A material of a file made anew: with this texture of the model and what material of it; −1: none.
 struct NewMaterial {

@@ -67,6 +67,7 @@ struct VertexSignal {
   int channels = 0;           ///< 0: the model has none
   std::vector<float> values;  ///< channels per vertex, a vertex's values adjacent
   Depth depth = Depth::u8;
+  bool is_light = false;      ///< as in glTF; else display values, as in all other formats
 };
 
 /// A slot of a model's materials: what pictures are for, and those it names.
@@ -184,7 +185,8 @@ Model read_model(const std::filesystem::path& path, const ReadModelOptions& opti
 /// were read, or were not read, are copied. A file made anew has normals where the one that was
 /// read had, or where it names a normal map (`frames_to_write`). A changed picture never replaces
 /// the file it was read from unless the mesh file replaces its own too: give it another
-/// `Texture::name` first. Returns what a user may want to know, as `write_texture` does. Throws
+/// `Texture::name` first. Colours at vertices become what the format holds, light (glTF) or display values;
+/// light of 8 bits of these has 16. Returns what a user may want to know, as `write_texture` does. Throws
 /// `IoError`, and `InvalidInput` where indices of the model are out of range, or a format other than
 /// glTF is to be compressed.
 std::vector<std::string> write_model(const std::filesystem::path& path, const Model& model,

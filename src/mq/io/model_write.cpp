@@ -12,12 +12,14 @@
 #include "mq/io/detail/fingerprint.h"
 #include "mq/io/detail/gltf.h"
 #include "mq/io/detail/held.h"
+#include "mq/io/file_names.h"
 #include "mq/io/image_file.h"
 #include "mq/io/materials.h"
 #include "mq/io/detail/obj.h"
 #include "mq/io/detail/ply.h"
 #include "mq/io/slots.h"
 #include "mq/io/tiles.h"
+#include "mq/io/vertex_colours.h"
 
 namespace mq {
 namespace {
@@ -321,7 +323,11 @@ class ModelWriter {
 std::vector<std::string> write_model(const fs::path& path, const Model& model,
                                      const Progress& progress) {
   if (hold_model(path, model)) return {};
-  return ModelWriter(path, model, progress).write();
+  if (model.colors.channels == 0 || model.colors.is_light == names_gltf(path))
+    return ModelWriter(path, model, progress).write();
+  Model converted = model;
+  converted.colors = names_gltf(path) ? as_light(model.colors) : as_displayed(model.colors);
+  return ModelWriter(path, converted, progress).write();
 }
 
 }  // namespace mq

@@ -285,7 +285,7 @@ MtlMaterial new_material(const Model& model, const ModelMaterials& said, const N
   MtlMaterial material;
   if (part.material >= 0) material.look = said.materials[std::size_t(part.material)];
   std::string name = material.look.name;
-  std::ranges::replace(name, ' ', '_');
+  std::ranges::replace_if(name, [](unsigned char c) { return c <= ' ' || c == 0x7f; }, '_');
   if (name.empty()) name = part.texture < 0 ? "material" : material_name(pictures[std::size_t(part.texture)]);
   material.name = unique(name, "", taken);
   if (part.texture < 0) return material;
@@ -303,7 +303,7 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
                                   const std::string& stem) {
   const ModelMaterials said = file_materials(model);
   const std::vector<NewMaterial> parts = new_materials(model, said);
-  std::set<std::string> taken{"untextured"};
+  std::set<std::string> taken{unknown_material};
   std::vector<MtlMaterial> materials;
   for (const NewMaterial& part : parts)
     materials.push_back(new_material(model, said, part, pictures, stem, taken));
@@ -329,7 +329,7 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
       const auto place = std::ranges::find(parts, part);
       untextured = untextured || place == parts.end();
       const std::string own =
-          place == parts.end() ? "untextured" : materials[std::size_t(place - parts.begin())].name;
+          place == parts.end() ? unknown_material : materials[std::size_t(place - parts.begin())].name;
       if (own != name) text += "usemtl " + own + "\n";
       name = own;
       last = part;
@@ -337,7 +337,7 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
     append_face(text, model.mesh, normals, t);
   }
   std::vector<OutputFile> files{{stem + ".obj", to_bytes(text)}};
-  if (untextured) materials.push_back({.name = "untextured", .maps = {}, .end = {}});
+  if (untextured) materials.push_back({.name = unknown_material, .maps = {}, .end = {}});
   if (!materials.empty()) files.push_back({stem + ".mtl", to_bytes(new_mtl(materials))});
   return files;
 }

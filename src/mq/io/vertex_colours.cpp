@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "mq/image/colour.h"
 #include "mq/image/resample.h"
 
 namespace mq {
@@ -17,16 +18,48 @@ Eigen::RowVector3d colour_of(std::span<const float> values) {
   return colour;
 }
 
+/// `to` of the values that are no alpha.
+VertexSignal mapped(VertexSignal colors, double (*to)(double)) {
+  const int own = colour_channels(colors.channels);
+  for (std::size_t i = 0; i < colors.values.size(); ++i)
+    if (int(i % std::size_t(colors.channels)) < own) colors.values[i] = float(to(double(colors.values[i])));
+  return colors;
+}
+
 }  // namespace
+
+std::array<float, 3> displayed_colour(const VertexSignal& colors, int vertex) {
+  const auto stored = std::size_t(colors.channels);
+  const Eigen::RowVector3d colour =
+      colour_of(std::span(colors.values).subspan(std::size_t(vertex) * stored, stored));
+  std::array<float, 3> shown;
+  for (int c = 0; c < channels; ++c)
+    shown[std::size_t(c)] = colors.is_light ? float(srgb_from_linear(colour[c])) : float(colour[c]);
+  return shown;
+}
+
+VertexSignal as_light(VertexSignal colors) {
+  if (colors.is_light || colors.channels == 0) return colors;
+  colors = mapped(std::move(colors), linear_from_srgb);
+  if (colors.depth == Depth::u8) colors.depth = Depth::u16;
+  colors.is_light = true;
+  return colors;
+}
+
+VertexSignal as_displayed(VertexSignal colors) {
+  if (!colors.is_light || colors.channels == 0) return colors;
+  colors = mapped(std::move(colors), srgb_from_linear);
+  colors.is_light = false;
+  return colors;
+}
 
 Signal vertex_colours(const Model& model) {
   const Mesh& mesh = model.mesh;
   Signal sums = Signal::Zero(mesh.vertex_count(), channels);
   Vector counts = Vector::Zero(mesh.vertex_count());
-  if (const int stored = model.colors.channels; stored > 0) {
+  if (model.colors.channels > 0) {
     for (int v = 0; v < mesh.vertex_count(); ++v)
-      sums.row(v) = colour_of(
-          std::span(model.colors.values).subspan(std::size_t(v) * stored, std::size_t(stored)));
+      for (int c = 0; c < channels; ++c) sums(v, c) = displayed_colour(model.colors, v)[std::size_t(c)];
     return sums;
   }
   for (int t = 0; t < mesh.triangle_count(); ++t) {
@@ -69,13 +102,12 @@ ColourAt surface_colours(const Model& model) {
     const Mesh& mesh = model.mesh;
     const int t = point.triangle;
     Eigen::RowVector3d colour = Eigen::RowVector3d::Constant(0.5);
-    if (const int stored = model.colors.channels; stored > 0) {
+    if (model.colors.channels > 0) {
       colour.setZero();
-      for (int k = 0; k < 3; ++k)
-        colour += point.barycentric[k] *
-                  colour_of(std::span(model.colors.values)
-                                .subspan(std::size_t(mesh.triangles[t][k]) * stored,
-                                         std::size_t(stored)));
+      for (int k = 0; k < 3; ++k) {
+        const std::array<float, 3> at_corner = displayed_colour(model.colors, mesh.triangles[t][k]);
+        for (int c = 0; c < channels; ++c) colour[c] += point.barycentric[k] * double(at_corner[std::size_t(c)]);
+      }
     } else if (const int texture = shown_texture(model, t); texture >= 0) {
       Vector2 uv = Vector2::Zero();
       for (int k = 0; k < 3; ++k) uv += point.barycentric[k] * mesh.uv(t, k);

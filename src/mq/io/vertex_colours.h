@@ -1,6 +1,8 @@
 #pragma once
 /// The colours a model shows at its vertices, and anywhere on it.
 
+#include <array>
+
 #include "mq/io/model.h"
 #include "mq/linear/matrix.h"
 #include "mq/video/texture_frame.h"
@@ -11,6 +13,13 @@ namespace mq {
 /// mean of its textures as its corners see them, grey as three equal channels. Vertices that show
 /// nothing get the mean of the others. Without any colours there are no columns.
 Signal vertex_colours(const Model& model);
+
+/// The display value of the colour of a vertex; grey in all three channels.
+std::array<float, 3> displayed_colour(const VertexSignal& colors, int vertex);
+
+/// The same colours as light, or as display values; alpha stays. Light of 8 bits gets 16.
+VertexSignal as_light(VertexSignal colors);
+VertexSignal as_displayed(VertexSignal colors);
 
 /// The texture whose picture a triangle shows; −1: none.
 int shown_texture(const Model& model, int triangle);

@@ -224,7 +224,7 @@ BakedSignal bake(const TexturedModel& source, const TexturedModel& target,
   const Mesh& surface = target.surface.mesh;
   const Mesh source_mesh = facing_mesh(source, surface, messages);
   const BakeSource shown(source, source_mesh, target, signal, options);
-  BakedSignal baked{.normals = shown.normals(), .depth = shown.depth()};
+  BakedSignal baked{.normals = shown.normals(), .depth = shown.depth(), .is_light = shown.is_light()};
   const double spacing = signal.scale().texel_spacing;
   const double ratio = shown.spacing() > 0 ? spacing / shown.spacing() : 1;
   baked.kind = ratio >= coarser ? BakedSignal::Kind::mean : BakedSignal::Kind::least_squares;
@@ -287,7 +287,10 @@ void put_baked(const BakedSignal& baked, const ModelSignal& signal, const ValueS
   signal.replace(
       is_coded ? coded_normals(*baked.normals, baked.values, *space, target) : baked.values,
       baked.depth, target.model);
-  if (!space) return;
+  if (!space) {
+    target.model.colors.is_light = baked.is_light;
+    return;
+  }
   const std::vector<Coverage> coverage = texel_coverage(target.surface, *target.atlas);
   for (std::size_t i = 0; i < target.model.textures.size(); ++i) {
     Texture& texture = target.model.textures[i];

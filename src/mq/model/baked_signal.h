@@ -53,6 +53,7 @@ struct BakedSignal {
       0;                ///< unknowns that no part of the source belongs to: filled over the surface
   double accuracy = 0;  ///< how well the target lies on the source, model units
   Depth depth = Depth::u8;  ///< the deepest of the source
+  bool is_light = false;    ///< as the source's pictures hold it
 };
 
 /// For the `TextureSignal` of a target: texels as renderers look them up, bilinear on each side of

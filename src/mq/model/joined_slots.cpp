@@ -111,6 +111,36 @@ void begin_slots(const std::vector<std::string>& slots, std::size_t textures, Mo
   }
 }
 
+std::vector<SharedSlot> shared_slots(const Model& model, const std::vector<std::string>& with) {
+  std::vector<SharedSlot> shared;
+  if (!shares_pictures(model)) return shared;
+  const auto has_all = [](const MaterialSlot& slot, const MaterialSlot& of) {
+    return std::ranges::all_of(of.pictures, [&](const MaterialSlot::Use& use) {
+      return std::ranges::count(slot.pictures, use) > 0;
+    });
+  };
+  for (const MaterialSlot& slot : model.slots) {
+    if (std::ranges::count(with, slot.name) > 0) continue;
+    for (const MaterialSlot& other : model.slots)
+      if (std::ranges::count(with, other.name) > 0 && has_all(other, slot)) {
+        shared.push_back({slot.name, other.name});
+        break;
+      }
+  }
+  return shared;
+}
+
+void share_slots(const std::vector<SharedSlot>& shared, Model& model) {
+  for (const SharedSlot& one : shared) {
+    const auto of = std::ranges::find(model.slots, one.with, &MaterialSlot::name);
+    if (of == model.slots.end()) continue;
+    MaterialSlot slot = *of;
+    slot.name = one.name;
+    if (one.with == model.slot) slot.with_texture.assign(model.textures.size(), MaterialSlot::the_texture);
+    model.slots.push_back(std::move(slot));
+  }
+}
+
 void put_slot(const std::string& slot, std::vector<Texture> pictures, Model& model) {
   if (slot == model.slot) {
     for (std::size_t t = 0; t < pictures.size(); ++t) pictures[t].name = model.textures[t].name;

@@ -26,6 +26,16 @@ void join_slot(Model other, Model& model);
 /// anew.
 void begin_slots(const std::vector<std::string>& slots, std::size_t textures, Model& model);
 
+/// A slot of glTF materials all of whose pictures are those of another: occlusion in the red of
+/// metallic-roughness.
+struct SharedSlot {
+  std::string name, with;
+};
+std::vector<SharedSlot> shared_slots(const Model& model, const std::vector<std::string>& with);
+
+/// Gives such a model these slots too.
+void share_slots(const std::vector<SharedSlot>& shared, Model& model);
+
 /// Gives such a model what was made for one of its slots, a picture for each of its textures.
 void put_slot(const std::string& slot, std::vector<Texture> pictures, Model& model);
 

@@ -1,8 +1,10 @@
 #include "mq/model/model_paints.h"
 
 #include <algorithm>
+#include <array>
 
 #include "mq/base/error.h"
+#include "mq/io/vertex_colours.h"
 
 namespace mq {
 
@@ -22,10 +24,10 @@ std::vector<float> surface_colours(const TexturedModel& model) {
   const VertexSignal& colors = model.model.colors;
   std::vector<float> values;
   if (colors.channels == 0) return values;
-  for (const int source : model.surface.source_from_vertex)
-    for (int k = 0; k < 3; ++k)
-      values.push_back(
-          colors.values[std::size_t(source) * colors.channels + (colors.channels >= 3 ? k : 0)]);
+  for (const int source : model.surface.source_from_vertex) {
+    const std::array<float, 3> shown = displayed_colour(colors, source);
+    values.insert(values.end(), shown.begin(), shown.end());
+  }
   return values;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "mq/base/error.h"
@@ -14,6 +15,7 @@
 #include "mq/io/materials.h"
 #include "mq/io/normals.h"
 #include "mq/io/slots.h"
+#include "mq/io/vertex_colours.h"
 #include "mq/mesh/orient.h"
 #include "mq/model/textured_model.h"
 #include "mq/remesh/texture.h"
@@ -56,7 +58,9 @@ std::vector<Texture> textures_of_both(const RemeshInput& of_template, const Reme
 /// Colours of what was kept and of what was added.
 VertexSignal carried_colours(const RemeshInput& of_template, const RemeshInput& target,
                              const Remeshed& found, Messages& messages) {
-  const VertexSignal &old = of_template.model.colors, &fresh = target.model.colors;
+  const bool is_light = of_template.model.colors.is_light;
+  const VertexSignal& old = of_template.model.colors;
+  const VertexSignal fresh = is_light ? as_light(target.model.colors) : as_displayed(target.model.colors);
   if (old.channels == 0 && fresh.channels == 0) return {};
   if (old.channels != fresh.channels) {
     messages.remark(fmt::format("colours at vertices are left out: {} has {}, {} has {}",
@@ -64,7 +68,7 @@ VertexSignal carried_colours(const RemeshInput& of_template, const RemeshInput& 
                                 target.model.path.string(), counted(fresh.channels, "channel")));
     return {};
   }
-  VertexSignal colours{old.channels, {}, std::max(old.depth, fresh.depth)};
+  VertexSignal colours{old.channels, {}, std::max(old.depth, fresh.depth), is_light};
   for (const VertexOrigin& origin : found.origins) {
     const RemeshInput& side = origin.of_target ? target : of_template;
     for (int c = 0; c < old.channels; ++c) {
@@ -74,7 +78,7 @@ VertexSignal carried_colours(const RemeshInput& of_template, const RemeshInput& 
         const int source = side.surface.source_from_vertex[std::size_t(v)];
         if (origin.barycentric[k] != 0)
           sum += origin.barycentric[k] *
-                 double(side.model.colors.values[std::size_t(source * old.channels + c)]);
+                 double((origin.of_target ? fresh : old).values[std::size_t(source * old.channels + c)]);
       }
       colours.values.push_back(float(sum));
     }
@@ -114,19 +118,27 @@ std::shared_ptr<const ModelShading> carried_shading(const RemeshInput& of_templa
   return std::make_shared<const ModelShading>(std::move(shading));
 }
 
-/// The side that a triangle of the result comes from, or most of it, and its triangle there.
-std::pair<bool, int> origin_of(const Remeshed& found, int triangle) {
+/// The side that a triangle of the result comes from, and its triangle there. One between both is of the side
+/// whose texture it has, if any.
+std::pair<bool, int> origin_of(const Remeshed& found, int triangle, std::optional<bool> textured_by_target) {
   const auto t = std::size_t(triangle);
   if (found.template_triangles[t] >= 0) return {false, found.template_triangles[t]};
   if (found.target_triangles[t] >= 0) return {true, found.target_triangles[t]};
+  for (const int v : found.mesh.triangles[t]) {
+    const VertexOrigin& origin = found.origins[std::size_t(v)];
+    if (!textured_by_target || *textured_by_target == (origin.of_target != 0))
+      return {origin.of_target != 0, origin.triangle};
+  }
   const VertexOrigin& origin = found.origins[std::size_t(found.mesh.triangles[t][0])];
   return {origin.of_target != 0, origin.triangle};
 }
 
-/// The materials of both; null where neither file has any.
+/// The materials of both, for the remeshed triangles with these textures (none: empty); null where neither file
+/// has any.
 std::shared_ptr<const ModelMaterials> carried_materials(const RemeshInput& of_template,
                                                         const RemeshInput& target,
-                                                        const Remeshed& found) {
+                                                        const Remeshed& found,
+                                                        const std::vector<int>& textures) {
   ModelMaterials all = file_materials(of_template.model);
   const ModelMaterials fresh = file_materials(target.model);
   const auto shift = int(all.materials.size());
@@ -135,7 +147,10 @@ std::shared_ptr<const ModelMaterials> carried_materials(const RemeshInput& of_te
   const std::vector<int> old = std::move(all.of_triangle);
   all.of_triangle.clear();
   for (int t = 0; t < found.mesh.triangle_count(); ++t) {
-    const auto [of_target, triangle] = origin_of(found, t);
+    std::optional<bool> by_target;
+    if (!textures.empty() && textures[std::size_t(t)] >= 0)
+      by_target = textures[std::size_t(t)] >= int(of_template.model.textures.size());
+    const auto [of_target, triangle] = origin_of(found, t, by_target);
     const std::vector<int>& side = of_target ? fresh.of_triangle : old;
     const int id = side.empty() ? -1 : side[std::size_t(triangle)];
     all.of_triangle.push_back(id >= 0 && of_target ? shift + id : id);
@@ -252,8 +267,8 @@ void finish_remeshed(const RemeshInput& of_template, const RemeshInput& target, 
                      ? colours_of_origin(found)
                      : carried_colours(of_template, target, found, messages);
   model.shading = carried_shading(of_template, target, found);
-  model.materials = carried_materials(of_template, target, found);
   if (!with_uvs) {
+    model.materials = carried_materials(of_template, target, found, {});
     model.mesh = std::move(found.mesh);
     return;
   }
@@ -264,6 +279,7 @@ void finish_remeshed(const RemeshInput& of_template, const RemeshInput& target, 
     bare.textures.assign(bare.triangles.size(), -1);
   }
   model.mesh = textured(found, old, fresh, int(of_template.model.textures.size()));
+  model.materials = carried_materials(of_template, target, found, model.mesh.textures);
 }
 
 }  // namespace mq

@@ -36,15 +36,12 @@ SourceColours::SourceColours(const Model& model, const Mesh& mesh, const ValueSp
   bool is_textured = false;
   for (int t = 0; t < mesh.triangle_count() && !is_textured; ++t)
     is_textured = shown_texture(model, t) >= 0;
-  require(
-      is_textured || model.colors.channels > 0,
-      model.path.string() + ": has neither textures nor colours at vertices, so nothing to bake");
-  if (!is_textured) {
-    read_vertices();
-    return;
-  }
-  read_textures(values);
-  read_materials(factors);
+  read_vertices();
+  if (is_textured) read_textures(values);
+  if (is_textured || model.colors.channels == 0) read_materials(factors);
+  const auto shows = [](const auto& bare) { return bare.has_value(); };
+  require(is_textured || model.colors.channels > 0 || std::ranges::any_of(bare_, shows),
+          model.path.string() + ": has neither textures nor colours at vertices or of materials, so nothing to bake");
 }
 
 void SourceColours::read_textures(const ValueSpace& values) {
@@ -70,6 +67,7 @@ void SourceColours::read_textures(const ValueSpace& values) {
                 "display values: convert {}",
                 model_.path.string(), texture_file(model_, i)));
     transfer_ = own;
+    is_light_ = holds_light(texture.format) && texture.meaning == TextureMeaning::colours;
     depth_ = is_first ? texture.format.depth : std::max(depth_, texture.format.depth);
     channels_ = is_first ? texture.pixels.channels()
                          : joined_channels(channels_, texture.pixels.channels());
@@ -85,12 +83,13 @@ void SourceColours::read_materials(BakeOptions::Factors factors) {
   materials_ = file_materials(model_);
   const std::string slot = model_.slot.empty() ? base_slot : model_.slot;
   const bool applied = factors == BakeOptions::Factors::applied;
+  tints_ = applied && slot == base_slot && model_.colors.is_light && model_.colors.channels >= 3;
   const double one = to_space(1);
   for (const Material& material : materials_.materials) {
     const SlotFactor factor = slot_factor(material, slot);
     if (applied) factors_.push_back(factor);
     bare_.emplace_back();
-    if (!says_something(material) || factor.kind == SlotFactor::Kind::unknown) continue;
+    if (material.names_picture(slot) || factor.kind == SlotFactor::Kind::unknown) continue;
     bare_.back() = {one, one, one, 1};
     if (factor.kind == SlotFactor::Kind::normals) bare_.back() = {0.5, 0.5, 1, 1};
     if (factor.kind == SlotFactor::Kind::light || factor.kind == SlotFactor::Kind::values)
@@ -137,19 +136,20 @@ void SourceColours::multiply(const SlotFactor& by, std::span<double> values) con
   if (has_alpha(channels_)) values[std::size_t(colours)] *= by.factor[3];
 }
 
+/// Colours of a model without textures are display values.
 void SourceColours::read_vertices() {
-  channels_ = model_.colors.channels;
-  depth_ = model_.colors.depth;
+  if (model_.colors.channels > 0) colours_ = as_displayed(model_.colors);
+  channels_ = colours_.channels > 0 ? colours_.channels : 3;
+  depth_ = colours_.depth;
   spacing_ = std::sqrt(total_area(mesh_) / std::max(1, mesh_.vertex_count()));
 }
 
 bool SourceColours::at(const SurfacePoint& point, std::span<double> values) const {
-  if (pictures_.empty()) {
+  if (pictures_.empty() && colours_.channels > 0) {
     const Triangle& corners = mesh_.triangles[std::size_t(point.triangle)];
     for (int c = 0; c < channels_; ++c)
       values[std::size_t(c)] = interpolate(point.barycentric, [&](int k) {
-        return double(model_.colors.values[std::size_t(corners[k]) * std::size_t(channels_) +
-                                           std::size_t(c)]);
+        return double(colours_.values[std::size_t(corners[k]) * std::size_t(channels_) + std::size_t(c)]);
       });
     return true;
   }
@@ -163,7 +163,20 @@ bool SourceColours::at(const SurfacePoint& point, std::span<double> values) cons
   else
     look_up(texture, point, values);
   if (material >= 0 && !factors_.empty()) multiply(factors_[std::size_t(material)], values);
+  if (tints_) multiply(tint_at(point), values);
   return true;
+}
+
+/// What glTF multiplies the base colour by: the colours at vertices, light.
+SlotFactor SourceColours::tint_at(const SurfacePoint& point) const {
+  const Triangle& corners = mesh_.triangles[std::size_t(point.triangle)];
+  SlotFactor tint{SlotFactor::Kind::light, {1, 1, 1, 1}};
+  const int own = model_.colors.channels;
+  for (int c = 0; c < std::min(own, 4); ++c)
+    tint.factor[std::size_t(c)] = interpolate(point.barycentric, [&](int k) {
+      return double(model_.colors.values[std::size_t(corners[k]) * std::size_t(own) + std::size_t(c)]);
+    });
+  return tint;
 }
 
 void SourceColours::look_up(int texture, const SurfacePoint& point, std::span<double> values) const {

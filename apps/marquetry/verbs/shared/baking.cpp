@@ -51,6 +51,13 @@ void report_bake(Run& run, const BakedSignal& baked) {
                           {"target", frames(baked.normals->target)}};
 }
 
+/// glTF multiplies a picture by them.
+void leave_out_colours(Run& run, Model& model) {
+  model.colors = {};
+  run.terminal().remark("the colours at vertices are in the picture now, and no longer at vertices, by which "
+                        "glTF would multiply it");
+}
+
 }  // namespace
 
 std::vector<std::string> slots_to_bake(const OptionValues& options, const Model& source) {
@@ -66,25 +73,46 @@ std::vector<std::string> slots_to_bake(const OptionValues& options, const Model&
   return base_first(slots_asked_for(source, "all"));
 }
 
-void begin_bake(const std::vector<std::string>& slots, TexturedModel& target,
-                const ModelMaterials* source) {
-  const bool is_anew = slots.size() > 1 || (slots.size() == 1 && slots.front() != base_slot &&
-                                            slots.front() != target.model.slot);
-  if (!is_anew) return;
-  begin_slots(slots, target.texture_sizes.size(), target.model);
-  if (source == nullptr || source->materials.empty()) return;
-  target.model.materials = std::make_shared<const ModelMaterials>(
-      one_for_all(joined(source->speaking()), target.model.mesh.triangle_count()));
+void begin_bake(const std::vector<std::string>& slots, const std::vector<SharedSlot>& shared, TexturedModel& target) {
+  Model& model = target.model;
+  const bool is_anew = slots.size() > 1 || !shared.empty() ||
+                       (slots.size() == 1 && slots.front() != base_slot && slots.front() != model.slot);
+  if (is_anew) {
+    begin_slots(slots, target.texture_sizes.size(), model);
+    share_slots(shared, model);
+  } else if (!model.document) {
+    model.slots.clear();
+  }
+}
+
+void begin_bake_as(const Model& source, const std::vector<std::string>& slots, Run& run, TexturedModel& target) {
+  const ModelMaterials materials = file_materials(source), own = file_materials(target.model);
+  const std::vector<const Material*> used = materials.used();
+  Material joint = joined(used);
+  if (factors_for_one(source, materials) == BakeOptions::Factors::applied) joint = without_factors(joint);
+  const std::string output = run.options().text("output");
+  const bool has_materials = names_gltf(output) || lower_extension(output) == ".obj";
+  const bool multiplies = names_gltf(output) && target.model.colors.channels > 0;
+  const bool looks_otherwise = !used.empty() && !look_alike(joint, joined(own.used()));
+  begin_bake(slots, shared_slots(source, slots), target);
+  if (target.model.document && has_materials && !run.options().has("slot") && (looks_otherwise || multiplies))
+    begin_slots(slots.empty() ? std::vector<std::string>{base_slot} : slots, target.texture_sizes.size(), target.model);
+  if (target.model.document) return;
+  if (multiplies) leave_out_colours(run, target.model);
+  if (used.empty()) return;
+  target.model.materials =
+      std::make_shared<const ModelMaterials>(one_for_all(std::move(joint), target.model.mesh.triangle_count()));
+  if (const std::string lost = lost_by_joining(used); has_materials && !lost.empty())
+    run.terminal().remark(fmt::format("{}: its materials become one, which does not say all of theirs: {}",
+                                      source.path.string(), lost));
+}
+
+BakeOptions::Factors factors_for_one(const Model& source, const ModelMaterials& materials) {
+  const bool is_tinted = source.colors.channels > 0 && source.colors.is_light && !source.textures.empty();
+  return is_tinted || !all_look_alike(materials.used()) ? BakeOptions::Factors::applied : BakeOptions::Factors::apart;
 }
 
 namespace {
-
-/// glTF multiplies a picture by them.
-void leave_out_colours(Run& run, Model& model) {
-  model.colors = {};
-  run.terminal().remark("the colours at vertices are in the picture now, and no longer at vertices, by which "
-                        "glTF would multiply it");
-}
 
 /// One slot onto the target, whose textures it replaces.
 void bake_one(Run& run, const TexturedModel& source, TexturedModel& target,
@@ -163,12 +191,19 @@ Outputs unwrapped_outputs(const OptionValues& options, const Model& model,
   return Outputs(options.text("output"), planned, Outputs::Kind::pictures);
 }
 
-void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
-                    const LoadOptions& load, TexturedModel& scene, double share) {
+void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const std::vector<SharedSlot>& shared,
+                    const SourceOfSlot& source, const LoadOptions& load, TexturedModel& scene, double share) {
   TexturedModel target = textured_model(std::move(scene.model), load, run.terminal());
-  begin_bake(slots, target);
+  begin_bake(slots, shared, target);
   BakeOptions how;
   how.values.axes = asked_axes(run.options());
+  if (target.model.materials && !names_gltf(run.options().text("output"))) {
+    // In MTL a picture stands for the colour.
+    how.factors = BakeOptions::Factors::applied;
+    ModelMaterials bare = *target.model.materials;
+    for (Material& material : bare.materials) material = without_factors(std::move(material));
+    target.model.materials = std::make_shared<const ModelMaterials>(std::move(bare));
+  }
   bake_onto(run, slots, source, target, BakeTo::textures, how, share);
   scene = std::move(target);
 }

@@ -7,6 +7,7 @@
 
 #include "mq/io/materials.h"
 #include "mq/model/baked_signal.h"
+#include "mq/model/joined_slots.h"
 #include "mq/model/outputs.h"
 #include "shell/run.h"
 
@@ -18,10 +19,17 @@ enum class BakeTo { textures, vertices };
 /// for them or a folder, all; else one. Empty: the source has no slots.
 std::vector<std::string> slots_to_bake(const OptionValues& options, const Model& source);
 
-/// The target as it will be: with pictures for several slots, or for one that it has not, it is made anew.
-/// Then its materials are one like the source's, where the source's are given.
-void begin_bake(const std::vector<std::string>& slots, TexturedModel& target,
-                const ModelMaterials* source = nullptr);
+/// The target as it will be: with pictures for several slots, for one that it has not or with `shared` ones, it
+/// is made anew.
+void begin_bake(const std::vector<std::string>& slots, const std::vector<SharedSlot>& shared, TexturedModel& target);
+
+/// The same, to show all that the source does: unless one slot is asked for, a target whose material looks
+/// otherwise, or whose colours would multiply the picture, is made anew too, with one material for all
+/// (`joined`). Remarks on what is lost by that.
+void begin_bake_as(const Model& source, const std::vector<std::string>& slots, Run& run, TexturedModel& target);
+
+/// Where factors of the source's materials go when one material is made of them.
+BakeOptions::Factors factors_for_one(const Model& source, const ModelMaterials& materials);
 
 /// The source with a slot's pictures.
 using SourceOfSlot = std::function<TexturedModel(const std::string& slot)>;
@@ -40,8 +48,9 @@ void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSl
 Outputs unwrapped_outputs(const OptionValues& options, const Model& model,
                           const std::vector<std::string>& slots);
 
-/// Gives `scene`, just unwrapped for `size` texels, what the source showed, as `bake_onto` does.
-void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
-                    const LoadOptions& load, TexturedModel& scene, double share);
+/// Gives `scene`, just unwrapped for `size` texels, what the source showed, as `bake_onto` does. Its
+/// triangles keep their materials; outside glTF the factors of these go into the pictures.
+void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const std::vector<SharedSlot>& shared,
+                    const SourceOfSlot& source, const LoadOptions& load, TexturedModel& scene, double share);
 
 }  // namespace mq::app

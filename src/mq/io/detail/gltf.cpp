@@ -415,7 +415,7 @@ class SceneReader {
     note_compression();
     if (file.mesh.uvs.empty()) file.mesh.corner_uvs.clear();
     if (channels_ > 0) {
-      file.colors = {channels_, {}, depth_};
+      file.colors = {channels_, {}, depth_, true};
       for (std::size_t i = 0; i < colors_.size(); ++i)
         if (int(i % 4) < channels_) file.colors.values.push_back(colors_[i]);
       for (const GltfBlock& block : scene_.blocks)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -99,13 +100,28 @@ class MaterialReader {
   std::vector<GltfMap> maps_;
 };
 
+/// The nearest that is finite.
+float to_float(double number) {
+  constexpr double largest = std::numeric_limits<float>::max();
+  return float(std::clamp(number, -largest, largest));
+}
+
 template <std::size_t size>
 std::array<float, size> factors(const Json& object, const char* key, float otherwise,
                                 const std::string& place) {
   const auto numbers = json_numbers(object, key, std::vector<double>(size, otherwise), place);
   std::array<float, size> result;
-  std::ranges::transform(numbers, result.begin(), [](double number) { return float(number); });
+  std::ranges::transform(numbers, result.begin(), to_float);
   return result;
+}
+
+/// As glTF wants factors, 0 to 1.
+float in_range(float factor) { return std::clamp(factor, 0.0F, 1.0F); }
+
+template <std::size_t size>
+std::array<float, size> in_range(std::array<float, size> factors) {
+  for (float& factor : factors) factor = in_range(factor);
+  return factors;
 }
 
 /// What extensions say of a material without pictures; empty: nothing. That of other factors in place of
@@ -132,7 +148,7 @@ Material gltf_material(const GltfFile& file, std::int64_t id) {
   const std::string place = file.place("materials", id);
   const auto member = [&](const char* picture, const char* key) {
     const Json* info = json_object(json, picture);
-    return info ? float(json_number(*info, key, 1, place)) : 1.0F;
+    return info ? to_float(json_number(*info, key, 1, place)) : 1.0F;
   };
   Material material;
   material.name = json_text_of(json, "name");
@@ -140,15 +156,15 @@ Material gltf_material(const GltfFile& file, std::int64_t id) {
   const Json* found = json_object(json, "pbrMetallicRoughness");
   const Json& metallic = found ? *found : empty;
   material.base_colour = factors<4>(metallic, "baseColorFactor", 1, place);
-  material.metallic = float(json_number(metallic, "metallicFactor", 1, place));
-  material.roughness = float(json_number(metallic, "roughnessFactor", 1, place));
+  material.metallic = to_float(json_number(metallic, "metallicFactor", 1, place));
+  material.roughness = to_float(json_number(metallic, "roughnessFactor", 1, place));
   material.emissive = factors<3>(json, "emissiveFactor", 0, place);
   material.normal_scale = member("normalTexture", "scale");
   material.occlusion_strength = member("occlusionTexture", "strength");
   const std::string alpha = json_text_of(json, "alphaMode");
   if (alpha == "MASK") material.alpha = Material::Alpha::mask;
   if (alpha == "BLEND") material.alpha = Material::Alpha::blend;
-  material.alpha_cutoff = float(json_number(json, "alphaCutoff", 0.5, place));
+  material.alpha_cutoff = to_float(json_number(json, "alphaCutoff", 0.5, place));
   const auto sides = json.find("doubleSided");
   material.is_double_sided = sides != json.end() && sides->is_boolean() && sides->get<bool>();
   material.more_gltf = extensions_without_pictures(json);
@@ -157,17 +173,18 @@ Material gltf_material(const GltfFile& file, std::int64_t id) {
 }
 
 void add_material_words(const Material& material, nlohmann::ordered_json& json) {
-  nlohmann::ordered_json& metallic = json["pbrMetallicRoughness"];
+  nlohmann::ordered_json metallic = json.value("pbrMetallicRoughness", nlohmann::ordered_json::object());
   const bool has_map = metallic.contains("metallicRoughnessTexture");
   // What was not said is matt, as MTL has it, and so is what a picture said that is not here.
   const bool lost_map = !has_map && material.names_picture("metallic-roughness");
   const float metal = lost_map ? 0.0F : material.metallic.value_or(has_map ? 1.0F : 0.0F);
   const float rough = lost_map ? 1.0F : material.roughness.value_or(1);
-  if (metal != 1) metallic["metallicFactor"] = metal;
-  if (rough != 1) metallic["roughnessFactor"] = rough;
-  if (material.base_colour != Material().base_colour) metallic["baseColorFactor"] = material.base_colour;
+  if (metal != 1) metallic["metallicFactor"] = in_range(metal);
+  if (rough != 1) metallic["roughnessFactor"] = in_range(rough);
+  if (material.base_colour != Material().base_colour) metallic["baseColorFactor"] = in_range(material.base_colour);
+  if (!metallic.empty()) json["pbrMetallicRoughness"] = metallic;
   const bool shines = json.contains("emissiveTexture") || !material.names_picture("emissive");
-  if (shines && material.emissive != Material().emissive) json["emissiveFactor"] = material.emissive;
+  if (shines && material.emissive != Material().emissive) json["emissiveFactor"] = in_range(material.emissive);
   if (json.contains("normalTexture") && material.normal_scale != 1)
     json["normalTexture"]["scale"] = material.normal_scale;
   if (json.contains("occlusionTexture") && material.occlusion_strength != 1)

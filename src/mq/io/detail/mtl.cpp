@@ -121,9 +121,12 @@ void read_look(std::string_view key, Scanner& scanner, Material& look) {
     if (!colour) return;
     std::copy(colour->begin(), colour->end(),
               same_word(key, "Kd") ? look.base_colour.begin() : look.emissive.begin());
-  } else if (same_word(key, "d") || same_word(key, "Tr")) {
-    if (const auto number = numbers_of(scanner, 1))
-      set_opacity(same_word(key, "d") ? (*number)[0] : 1 - (*number)[0], look);
+  } else if (same_word(key, "d")) {
+    if (const auto number = numbers_of(scanner, 1)) set_opacity((*number)[0], look);
+  } else if (same_word(key, "Tr")) {
+    // Programs write 0 as well as 1 for what is opaque.
+    const auto number = numbers_of(scanner, 1);
+    if (number && (*number)[0] > 0 && (*number)[0] < 1) set_opacity(1 - (*number)[0], look);
   } else if (same_word(key, "Pm") || same_word(key, "Pr")) {
     if (const auto number = numbers_of(scanner, 1))
       (same_word(key, "Pm") ? look.metallic : look.roughness) = (*number)[0];

@@ -26,6 +26,7 @@ class BakeSource {
              const ModelSignal& signal, const BakeOptions& options);
 
   int channels() const { return colours_ ? colours_->channels() : 3; }
+  bool is_light() const { return colours_ && colours_->is_light(); }
   Depth depth() const { return colours_ ? colours_->depth() : Depth::u8; }
 
   /// Mean distance of texels, or of vertices, on the model.

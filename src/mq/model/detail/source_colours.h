@@ -15,9 +15,9 @@
 namespace mq {
 
 /// Textures, bilinear, or where there are none colours at vertices. Grey beside colours is spread
-/// over three channels; where one has alpha and another not, it is 1. A triangle without a picture whose
-/// material says something (`says_something`) shows what the slot has without one: 1, or a flat normal,
-/// times its factor where factors are applied; 0 where that is 0. Model and mesh must stay.
+/// over three channels; where one has alpha and another not, it is 1. A triangle whose material has no
+/// picture shows what the slot has without one: 1, or a flat normal, times its factor where factors are
+/// applied; 0 where that is 0. Model and mesh must stay.
 class SourceColours {
  public:
   /// Decodes the pictures. `mesh` is the model's, some of its triangles flipped. Throws
@@ -26,6 +26,9 @@ class SourceColours {
                 BakeOptions::Factors factors = BakeOptions::Factors::apart);
 
   int channels() const { return channels_; }
+
+  /// Whether they are light, as pictures hold it.
+  bool is_light() const { return is_light_; }
   Depth depth() const { return depth_; }
 
   /// Mean distance of texels, or of vertices, on the model.
@@ -40,6 +43,7 @@ class SourceColours {
   void read_materials(BakeOptions::Factors factors);
   void look_up(int texture, const SurfacePoint& point, std::span<double> values) const;
   void fill(const std::array<double, 4>& colour, std::span<double> values) const;
+  SlotFactor tint_at(const SurfacePoint& point) const;
   double to_light(double value) const;
   double to_space(double light) const;
   void multiply(const SlotFactor& by, std::span<double> values) const;
@@ -50,9 +54,12 @@ class SourceColours {
   int channels_ = 0;
   TransferFunction transfer_ = TransferFunction::srgb;
   ColourSpace space_ = ColourSpace::stored;
+  VertexSignal colours_;  ///< at vertices, as displayed
+  bool tints_ = false;    ///< whether colours at vertices multiply the textures
   ModelMaterials materials_;
   std::vector<SlotFactor> factors_;  ///< per material; empty where they stay apart
   std::vector<std::optional<std::array<double, 4>>> bare_;  ///< per material what it shows without a picture
+  bool is_light_ = false;
   Depth depth_ = Depth::u8;
   double spacing_ = 0;
 };
