@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/io/slots.h"
 #include "shell/arguments.h"
 
 namespace mq::app {
