@@ -131,6 +131,73 @@ TEST(VerbUnwrap, LeavesNoColoursBesideAPictureOfThem) {
   EXPECT_EQ(read_model(folder / "new.ply").colors.channels, 3);
 }
 
+TEST(VerbUnwrap, PutsFactorsIntoPicturesOfObj) {
+  const Folder folder;
+  write_two(folder);
+  run(folder, {"unwrap", "two.gltf", "--bake", "-o", "new.obj", "--size", "64"});
+  EXPECT_THAT(shown(folder, "new.obj", "base-colour", true),
+              ElementsAre(1, FloatNear(float(srgb_from_linear(0.5)), step), 0));
+  run(folder, {"filter", "new.obj", "--beta", "1", "-o", "back.glb"});
+  for (const Material& material : file_materials(read_model(folder / "back.glb")).materials)
+    EXPECT_THAT(material.base_colour, Each(1)) << material.name;
+}
+
+TEST(Bakes, KeepOcclusionThatSharesAPicture) {
+  const Folder folder;
+  write_pbr(folder);
+  Json gltf = Json::parse(file_bytes(folder / "pbr.gltf"));
+  gltf["materials"][0]["occlusionTexture"] = {{"index", 1}};
+  write_bytes(folder / "orm.gltf", gltf.dump(1));
+  write_square_obj(folder, "target", "0.2", "0.8", "none.png");
+  write_bytes(folder / "target.mtl", "newmtl m\n");
+  run(folder, {"unwrap", "orm.gltf", "--bake", "-o", "new.gltf", "--size", "64"});
+  run(folder, {"bake", "orm.gltf", "target.obj", "-o", "onto.gltf", "--size", "64"});
+  for (const std::string name : {"new.gltf", "onto.gltf"}) {
+    const Json made = Json::parse(file_bytes(folder / name));
+    EXPECT_EQ(made["materials"][0]["occlusionTexture"]["index"],
+              made["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"]["index"]) << name;
+  }
+}
+
+TEST(VerbBake, ShowsWhatTheSourceDoesByOneSlotToo) {
+  const Folder folder;
+  write_square_obj(folder, "target", "0.2", "0.8", "none.png");
+  write_bytes(folder / "target.mtl", "newmtl grey\nKd 0.8 0.8 0.8\n");
+  write_image(folder / "p.png", busy_picture(16, 16));
+  const Json material{{"doubleSided", true},
+                      {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"metallicFactor", 0.5}}}};
+  write_bytes(folder / "source.gltf", square_gltf({"p.png"}, material).dump(1));
+  run(folder, {"bake", "source.gltf", "target.obj", "-o", "new.glb", "--size", "32"});
+  const ModelMaterials found = file_materials(read_model(folder / "new.glb"));
+  ASSERT_EQ(found.materials.size(), 1u);
+  EXPECT_TRUE(found.materials[0].is_double_sided);
+  EXPECT_EQ(found.materials[0].metallic, 0.5F);
+  EXPECT_THAT(found.materials[0].base_colour, Each(1));
+}
+
+TEST(VerbBake, TakesColoursAtVerticesOfGltfAsLight) {
+  const Folder folder;
+  write_square_obj(folder, "target", "0.2", "0.8", "none.png");
+  Image<float> grey(16, 16, 3, 128.0F / 255);
+  write_image(folder / "grey.png", grey);
+  write_square_obj(folder, "source", "0.1", "0.9", "grey.png");
+  run(folder, {"bake", "source.obj", "target.obj", "--vertices", "-o", "at.glb"});
+  for (const float value : read_model(folder / "at.glb").colors.values)
+    EXPECT_NEAR(value, linear_from_srgb(128.0 / 255), 1e-4);
+  run(folder, {"bake", "at.glb", "target.obj", "-o", "back.png", "--size", "16"});
+  EXPECT_NEAR(read_texture(folder / "back.png").pixels(8, 8, 0), 128.0 / 255, 1.1 / 255);
+}
+
+TEST(VerbFilter, TakesColoursAtVerticesWithoutPictures) {
+  const Folder folder;
+  write_square_obj(folder, "target", "0.2", "0.8", "none.png");
+  write_image(folder / "p.png", busy_picture(16, 16));
+  write_square_obj(folder, "source", "0.1", "0.9", "p.png");
+  run(folder, {"bake", "source.obj", "target.obj", "--vertices", "-o", "at.glb"});
+  run(folder, {"filter", "at.glb", "--vertices", "--beta", "0", "--length", "50%", "-o", "smooth.glb"});
+  EXPECT_NE(read_model(folder / "smooth.glb").colors.values, read_model(folder / "at.glb").colors.values);
+}
+
 /// A map whose normals lean towards +v, green up, and the same with green down.
 void write_leaning(const Folder& folder) {
   for (const auto& [name, green] : {std::pair("up", 0.75F), {"down", 0.25F}}) {

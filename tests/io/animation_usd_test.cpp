@@ -164,7 +164,7 @@ TEST_F(UsdAnimation, NamesAPictureForEachSegment) {
     EXPECT_THAT(layer, HasSubstr("@@@" + name + "@@@"));
     EXPECT_THAT(Prim(layer, "Mesh \"segment_" + number + "\"").text(),
                 HasSubstr("rel material:binding = </evolving/material_" + number + ">"));
-    EXPECT_NEAR(read_texture(folder / name).pixels(1, 1, 0), 0.3 * s, 0.5 / 255);
+    EXPECT_NEAR(read_texture(folder / name).pixels(1, 1, 0), 0.3 * s, 0.51 / 255);
   }
 }
 

@@ -57,7 +57,7 @@ BakeSource::BakeSource(const TexturedModel& source, const Mesh& mesh, const Text
   if (of_shape)
     spacing_ = std::sqrt(total_area(mesh) / std::max(1, mesh.vertex_count()));
   else
-    colours_.emplace(source.model, mesh, normals_ ? ValueSpace{} : options.values, options.factors);
+    colours_.emplace(source.model, mesh, normals_ ? ValueSpace{} : options.values, options);
 }
 
 void BakeSource::find_normals(const TexturedModel& target, const ModelSignal& signal,

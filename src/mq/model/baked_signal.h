@@ -25,6 +25,9 @@ struct BakeOptions {
   /// What becomes of the factors of the source's materials: they stay in its materials, for a target that
   /// has these; or the values are multiplied by them.
   enum class Factors { apart, applied } factors = Factors::apart;
+  /// What a picture holds that is made of colours at vertices that are light (glTF) in floating point: light;
+  /// or as pictures of any other source display values, of 16 bits.
+  enum class FloatColours { light, displayed } float_colours = FloatColours::light;
   /// Normal maps become such as glTF has: in tangent space, green up. Else those in object space stay in
   /// it, and green stays down.
   bool to_tangent_space = false;

@@ -31,14 +31,14 @@ int joined_channels(int a, int b) {
 }  // namespace
 
 SourceColours::SourceColours(const Model& model, const Mesh& mesh, const ValueSpace& values,
-                             BakeOptions::Factors factors)
+                             const BakeOptions& options)
     : model_(model), mesh_(mesh), space_(values.space) {
   bool is_textured = false;
   for (int t = 0; t < mesh.triangle_count() && !is_textured; ++t)
     is_textured = shown_texture(model, t) >= 0;
-  read_vertices();
+  read_vertices(options);
   if (is_textured) read_textures(values);
-  if (is_textured || model.colors.channels == 0) read_materials(factors);
+  if (is_textured || model.colors.channels == 0) read_materials(options.factors);
   const auto shows = [](const auto& bare) { return bare.has_value(); };
   require(is_textured || model.colors.channels > 0 || std::ranges::any_of(bare_, shows),
           model.path.string() + ": has neither textures nor colours at vertices or of materials, so nothing to bake");
@@ -136,9 +136,11 @@ void SourceColours::multiply(const SlotFactor& by, std::span<double> values) con
   if (has_alpha(channels_)) values[std::size_t(colours)] *= by.factor[3];
 }
 
-/// Colours of a model without textures are display values.
-void SourceColours::read_vertices() {
-  if (model_.colors.channels > 0) colours_ = as_displayed(model_.colors);
+void SourceColours::read_vertices(const BakeOptions& options) {
+  const bool is_float = model_.colors.depth == Depth::f32 || model_.colors.depth == Depth::half;
+  is_light_ = model_.colors.is_light && is_float && options.float_colours == BakeOptions::FloatColours::light;
+  colours_ = is_light_ ? model_.colors : as_displayed(model_.colors);
+  if (model_.colors.is_light && is_float && !is_light_) colours_.depth = Depth::u16;
   channels_ = colours_.channels > 0 ? colours_.channels : 3;
   depth_ = colours_.depth;
   spacing_ = std::sqrt(total_area(mesh_) / std::max(1, mesh_.vertex_count()));

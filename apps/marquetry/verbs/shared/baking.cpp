@@ -146,6 +146,7 @@ NormalAxes asked_axes(const OptionValues& options) {
 void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSlot& source,
                TexturedModel& target, BakeTo to, BakeOptions options, double share) {
   options.to_tangent_space = names_gltf(run.options().text("output"));
+  if (!holds_numbers(run.options().text("output"))) options.float_colours = BakeOptions::FloatColours::displayed;
   std::unique_ptr<ModelSignal> signal;
   about(target.model, [&] {
     const Step step(run, "assemble", 0.3 * share);

@@ -20,10 +20,10 @@ namespace mq {
 /// applied; 0 where that is 0. Model and mesh must stay.
 class SourceColours {
  public:
-  /// Decodes the pictures. `mesh` is the model's, some of its triangles flipped. Throws
+  /// Decodes the pictures into `values`. `mesh` is the model's, some of its triangles flipped. Throws
   /// `InvalidInput` as `bake` does.
   SourceColours(const Model& model, const Mesh& mesh, const ValueSpace& values,
-                BakeOptions::Factors factors = BakeOptions::Factors::apart);
+                const BakeOptions& options);
 
   int channels() const { return channels_; }
 
@@ -39,7 +39,7 @@ class SourceColours {
 
  private:
   void read_textures(const ValueSpace& values);
-  void read_vertices();
+  void read_vertices(const BakeOptions& options);
   void read_materials(BakeOptions::Factors factors);
   void look_up(int texture, const SurfacePoint& point, std::span<double> values) const;
   void fill(const std::array<double, 4>& colour, std::span<double> values) const;
