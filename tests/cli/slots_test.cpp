@@ -64,9 +64,10 @@ TEST(SlotsOfModels, AreProcessedOneAtATime) {
     EXPECT_THAT(changed_in(folder, "out"), ElementsAre(picture));
     run(folder, {"filter", "pbr.gltf", "--slot", slot, "-o", "beside.gltf", "--beta", "0"});
     EXPECT_EQ(file_bytes(folder / "beside.gltf").find(picture), std::string::npos);
-    for (const std::string& other : all_pictures)
-      if (other != picture)
-        EXPECT_NE(file_bytes(folder / "beside.gltf").find('"' + other), std::string::npos) << other;
+    for (const std::string& other : all_pictures) {
+      if (other == picture) continue;
+      EXPECT_NE(file_bytes(folder / "beside.gltf").find('"' + other), std::string::npos) << other;
+    }
   }
 }
 

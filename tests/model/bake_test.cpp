@@ -49,7 +49,7 @@ Texture painting(int side, double part = 1) {
   Texture texture;
   texture.name = "painting";
   texture.pixels = Image<float>(side, side, 3);
-  texture.format = {.depth = Depth::f32, .file_format = "tiff"};
+  texture.format = {.depth = Depth::f32, .file_format = "tiff", .tags = nullptr};
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x)
       for (int c = 0; c < 3; ++c)
@@ -179,7 +179,7 @@ TEST(Bake, ShowsABustOnAQuarterOfItsTriangles) {
   Texture texture;
   texture.name = "bust.png";
   texture.pixels = paint(bust);
-  texture.format = {.depth = Depth::f32, .file_format = "tiff"};
+  texture.format = {.depth = Depth::f32, .file_format = "tiff", .tags = nullptr};
   const TexturedModel source = loaded(bust.mesh, {texture});
   const double spacing = 3.0 * std::sqrt(source.surface.area / source.surface.triangle_count());
   const CoarsenedSurface coarse = coarsen(source.surface, spacing);
@@ -201,7 +201,7 @@ TEST(Bake, ShowsABustOnAQuarterOfItsTriangles) {
   // Where the two surfaces are a texel apart, what is painted differs by no more than along one.
   std::vector<double> off;
   const int count = target.surface.triangle_count();
-  const SourceColours shown(target.model, target.surface.mesh, {});
+  const SourceColours shown(target.model, target.surface.mesh, {}, {});
   for (int t = 0; t < count; ++t) {
     const SurfacePoint middle{t, Vector3::Constant(1.0 / 3)};
     std::array<double, 3> values{};
