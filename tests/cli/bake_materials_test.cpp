@@ -178,6 +178,7 @@ TEST(VerbBake, ShowsWhatTheSourceDoesByOneSlotToo) {
 TEST(VerbBake, TakesColoursAtVerticesOfGltfAsLight) {
   const Folder folder;
   write_square_obj(folder, "target", "0.2", "0.8", "none.png");
+  write_bytes(folder / "target.mtl", "newmtl m\n");
   Image<float> grey(16, 16, 3, 128.0F / 255);
   write_image(folder / "grey.png", grey);
   write_square_obj(folder, "source", "0.1", "0.9", "grey.png");
@@ -191,6 +192,7 @@ TEST(VerbBake, TakesColoursAtVerticesOfGltfAsLight) {
 TEST(VerbFilter, TakesColoursAtVerticesWithoutPictures) {
   const Folder folder;
   write_square_obj(folder, "target", "0.2", "0.8", "none.png");
+  write_bytes(folder / "target.mtl", "newmtl m\n");
   write_image(folder / "p.png", busy_picture(16, 16));
   write_square_obj(folder, "source", "0.1", "0.9", "p.png");
   run(folder, {"bake", "source.obj", "target.obj", "--vertices", "-o", "at.glb"});
