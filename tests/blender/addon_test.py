@@ -1,0 +1,423 @@
+"""The add-on in Blender without a window: its pixels are the program's, and what is wrong is said in words."""
+import glob
+import os
+import sys
+import tempfile
+import time
+import unittest
+
+import bpy
+import numpy as np
+from bpy_extras.object_utils import world_to_camera_view
+
+sys.path.insert(0, os.path.dirname(__file__))
+import models  # noqa: E402
+
+operators = bpy.ops.marquetry
+
+
+class AddonTest(unittest.TestCase):
+    def setUp(self):
+        models.empty_scene()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def path(self, *parts):
+        return os.path.join(self.folder, *parts)
+
+    def refused(self, words, call, **arguments):
+        """The operator reports an error with these words; a traceback would be another kind of error."""
+        with self.assertRaises(RuntimeError) as caught:
+            call(**arguments)
+        self.assertIn(words, str(caught.exception))
+        self.assertNotIn("Traceback", str(caught.exception))
+        self.assertEqual(glob.glob(os.path.join(bpy.app.tempdir, "marquetry_*")), [])
+
+
+class Pixels(AddonTest):
+    def test_are_those_of_the_program(self):
+        thing, picture = models.painted_cube()
+        before = models.pixels(picture)
+        models.save_copy(picture, self.path("paint.png"))
+        models.write_obj(thing, self.path("cube.obj"), ["paint.png"])
+        models.program(self.folder, "filter", "cube.obj", "-o", "out.png", "--beta", "2.5", "--length", "3tx")
+        expected = models.read(self.path("out.png"))
+        self.assertEqual(operators.filter(beta=2.5, length="3tx"), {"FINISHED"})
+        np.testing.assert_array_equal(models.pixels(picture), expected)
+        self.assertGreater(np.abs(expected - before).max(), 0.05)
+
+    def test_of_floats_are_those_of_the_program(self):
+        thing, picture = models.painted_cube(is_float=True)
+        picture.pixels.foreach_set(models.pixels(picture).ravel() * np.float32(3.7))
+        values = models.pixels(picture)
+        values[..., 3] = 1
+        picture.pixels.foreach_set(values.ravel())
+        picture.file_format = "OPEN_EXR"
+        picture.filepath_raw = self.path("paint.exr")
+        picture.save()
+        models.write_obj(thing, self.path("cube.obj"), ["paint.exr"])
+        models.program(self.folder, "filter", "cube.obj", "-o", "out.exr", "--beta", "0", "--length", "3tx")
+        operators.filter(beta=0, length="3tx")
+        np.testing.assert_array_equal(models.pixels(picture), models.read(self.path("out.exr")))
+
+    def test_of_two_materials_one_with_tiles_are_those_of_the_program(self):
+        # Sides 4 and 5 in the second tile; side 2 has no picture.
+        thing, sides = models.cube(cells=[(0, 0), (1.25, 0), (0, 0), (2.5, 2.5), (4, 1.25), (6, 1.25)])
+        plain, tiled = models.image("plain"), bpy.data.images.new("tiled", 64, 64, tiled=True, alpha=False)
+        tiled.tiles.active = tiled.tiles.new(1002)
+        with bpy.context.temp_override(edit_image=tiled):
+            bpy.ops.image.tile_fill(color=(1, 0.5, 0, 1), generated_type="COLOR_GRID", width=32, height=32,
+                                    alpha=False)
+        tiled.pixels.foreach_set(models.pixels(models.image("noise", seed=2)).ravel())  # the first: not saved
+        for picture in (plain, tiled, None):
+            models.material(thing, picture)
+        thing.data.polygons.foreach_set("material_index", np.array([0, 0, 2, 1, 1, 1])[sides].astype(np.int32))
+        models.save_copy(plain, self.path("plain.png"))
+        models.save_copy(tiled, self.path("tiled.<UDIM>.png"))
+        models.write_obj(thing, self.path("cube.obj"), ["plain.png", "tiled.<UDIM>.png", None])
+        models.program(self.folder, "filter", "cube.obj", "-o", "out/", "--beta", "0", "--length", "4tx")
+        operators.filter(beta=0, length="4tx")
+        np.testing.assert_array_equal(models.pixels(plain), models.read(self.path("out/plain.png")))
+        os.mkdir(self.path("after"))
+        models.save_copy(tiled, self.path("after/tiled.<UDIM>.png"))
+        models.save_copy(bpy.data.images["tiled before"], self.path("after/before.<UDIM>.png"))
+        for tile in ("1001", "1002"):
+            after = models.read(self.path(f"after/tiled.{tile}.png"))
+            given = models.read(self.path(f"tiled.{tile}.png"))
+            np.testing.assert_array_equal(after, models.read(self.path(f"out/tiled.{tile}.png")))
+            np.testing.assert_array_equal(models.read(self.path(f"after/before.{tile}.png")), given)
+            self.assertGreater(np.abs(after - given).max(), 0.02, tile)
+
+    def test_stay_where_a_normal_map_is_flat(self):
+        _, picture = models.painted_cube()
+        bpy.context.object.data.polygons.foreach_set("use_smooth", np.ones(54, bool))
+        flat = np.tile(np.float32([128 / 255, 128 / 255, 1, 1]), 64 * 64)
+        picture.pixels.foreach_set(flat)
+        operators.filter(beta=0, length="3tx", normal_space="tangent")
+        np.testing.assert_array_equal(models.pixels(picture).ravel(), flat)
+
+    def test_of_the_image_that_is_named_alone_change(self):
+        thing, picture = models.painted_cube()
+        other = models.image("other", seed=5)
+        before, before_other = models.pixels(picture), models.pixels(other)
+        operators.filter(beta=0, image="other")
+        np.testing.assert_array_equal(models.pixels(picture), before)
+        self.assertFalse(np.array_equal(models.pixels(other), before_other))
+
+    def test_are_called_by_the_names_of_their_datablocks(self):
+        from marquetry_blender.pictures import with_names_of_images
+        names = {"picture0": "bust.png", "picture1": "skin"}
+        said = "out/picture0.png: 7 values; picture1.1002.exr, surface.ply, mask.png"
+        self.assertEqual(with_names_of_images(said, names), "bust.png: 7 values; skin.1002, surface.ply, mask.png")
+
+    def test_that_changed_meanwhile_are_kept(self):
+        from marquetry_blender import pictures
+        _, picture = models.painted_cube()
+        saved = pictures.Picture(picture, "p")
+        saved.save(self.folder)
+        picture.pixels[0] = 1
+        changed = models.pixels(picture)
+        self.assertIn("changed meanwhile", saved.put(self.folder, "filter"))
+        np.testing.assert_array_equal(models.pixels(picture), changed)
+        self.assertIn("paint filter", bpy.data.images)
+
+
+class Settings(AddonTest):
+    def test_of_the_panel_count_unless_the_caller_gives_others(self):
+        results = []
+        for settings, arguments in [({}, {"beta": 0, "length": "6tx"}),
+                                    ({"length": "6tx"}, {"beta": 0}),
+                                    ({"length": "1tx"}, {"beta": 0, "length": "6tx"}),
+                                    ({"length": "1tx"}, {"beta": 0})]:
+            models.empty_scene()
+            _, picture = models.painted_cube()
+            for name, value in settings.items():
+                setattr(bpy.context.scene.marquetry.filter, name, value)
+            operators.filter(**arguments)
+            results.append(models.pixels(picture))
+            bpy.context.scene.marquetry.filter.length = ""
+        np.testing.assert_array_equal(results[0], results[1])
+        np.testing.assert_array_equal(results[0], results[2])
+        self.assertFalse(np.array_equal(results[0], results[3]))
+
+    def test_have_the_defaults_of_the_program(self):
+        from marquetry_blender import options
+        nothing = lambda row, name: self.fail(f"{row['name']} is {name} by default")
+        for verb in ("filter", "stitch", "seams", "fill", "denoise", "shock", "geodesic", "unwrap", "bake"):
+            group = getattr(bpy.context.scene.marquetry, verb)
+            words = options.words_of(verb, lambda row: getattr(group, options.key(row)), nothing)
+            self.assertEqual(words, ["--beta=0.0"] if verb == "filter" else [], verb)
+
+    def test_of_modifiers_are_heeded(self):
+        results = []
+        for modifiers in (True, False):
+            models.empty_scene()
+            thing, picture = models.painted_cube()
+            thing.modifiers.new("round", "SUBSURF").levels = 1
+            operators.filter(beta=0, length="0.3", modifiers=modifiers)
+            results.append(models.pixels(picture))
+        self.assertFalse(np.array_equal(*results))
+
+
+class Operators(AddonTest):
+    def changed(self, name, **arguments):
+        _, picture = models.painted_cube()
+        before = models.pixels(picture)
+        self.assertEqual(getattr(operators, name)(**arguments), {"FINISHED"})
+        self.assertFalse(np.array_equal(models.pixels(picture), before), name)
+        self.assertEqual(models.pixels(picture).shape, before.shape)
+
+    def test_seams(self):
+        self.changed("seams")
+
+    def test_fill(self):
+        self.changed("fill")
+
+    def test_denoise(self):
+        self.changed("denoise", edge="0.2")
+
+    def test_shock(self):
+        self.changed("shock")
+
+    def test_stitch_charts(self):
+        self.changed("stitch", from_cameras=False)
+
+    def test_mask(self):
+        mask = models.image("mask")
+        black = np.zeros(64 * 64 * 4, np.float32)
+        black[3::4] = 1
+        mask.pixels.foreach_set(black)
+        _, picture = models.painted_cube()
+        before = models.pixels(picture)
+        operators.filter(beta=0, mask="mask")
+        np.testing.assert_array_equal(models.pixels(picture), before)
+
+    def test_stitch_from_a_camera(self):
+        mesh = bpy.data.meshes.new("floor")
+        mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
+        mesh.uv_layers.new().data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
+        thing = bpy.data.objects.new("floor", mesh)
+        camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+        for each in (thing, camera):
+            bpy.context.scene.collection.objects.link(each)
+        bpy.context.view_layer.objects.active = thing
+        picture = models.image("paint", 32)
+        models.material(thing, picture)
+        # A photograph whose colours are its own coordinates.
+        photograph = bpy.data.images.new("photograph", 200, 120)
+        y, x = np.mgrid[0:120, 0:200]
+        colours = np.stack([(x + 0.5) / 200, (y + 0.5) / 120, 0 * x, 0 * x + 1], 2)
+        photograph.pixels.foreach_set(colours.astype(np.float32).ravel())
+        camera.data.show_background_images = True
+        camera.data.background_images.new().image = photograph
+        camera.data.lens, camera.data.shift_x, camera.data.shift_y = 24, 0.05, -0.03
+        camera.location, camera.rotation_euler = (0.3, -0.4, 5), (0.1, 0.05, 0.7)
+        bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 200, 120
+        bpy.context.view_layer.update()
+        operators.stitch(alpha=0)
+        found = models.pixels(picture)
+        from mathutils import Vector
+        expected = np.array([[world_to_camera_view(bpy.context.scene, camera, Vector(
+            ((column + 0.5) / 16 - 1, (row + 0.5) / 16 - 1, 0)))[:2] for column in range(32)] for row in range(32)])
+        # Near outlines no photograph counts: there it is filled.
+        inner = slice(3, -3)
+        np.testing.assert_allclose(found[inner, inner, :2], expected[inner, inner], atol=2 / 255)
+        self.assertGreater(np.ptp(expected), 0.2)
+
+    def test_unwrap_then_bake(self):
+        thing, picture = models.painted_cube(size=128)
+        picture.pixels.foreach_set(np.tile(np.float32([0.2, 0.4, 0.6, 1]), 128 * 128))
+        area = sum(polygon.area for polygon in thing.data.polygons)
+        operators.unwrap(size=128, trials=5)
+        mesh = thing.data
+        self.assertEqual([layer.name for layer in mesh.uv_layers], ["UVMap", "Marquetry"])
+        self.assertEqual(mesh.uv_layers.active.name, "Marquetry")
+        self.assertAlmostEqual(sum(polygon.area for polygon in mesh.polygons), area, 4)
+        uvs = np.empty(2 * len(mesh.loops), np.float32)
+        mesh.uv_layers.active.data.foreach_get("uv", uvs)
+        self.assertTrue(np.all((uvs >= 0) & (uvs <= 1)) and np.ptp(uvs) > 0.5)
+        self.assertEqual(operators.bake(size="128"), {"FINISHED"})
+        baked = models.pixels(bpy.data.images["cube baked"])
+        self.assertEqual(baked.shape, (128, 128, 4))
+        for polygon in mesh.polygons:
+            u, v = np.mean([mesh.uv_layers.active.data[i].uv for i in polygon.loop_indices], 0)
+            np.testing.assert_allclose(baked[int(v * 128), int(u * 128), :3], [0.2, 0.4, 0.6], atol=1 / 255)
+
+    def test_unwrap_cuts_polygons_where_seams_cross_them(self):
+        from marquetry_blender import surface, uv_maps
+        thing, _ = models.cube()
+        whole = surface.Surface(thing.data, thing.matrix_world, None)
+        uvs = np.random.default_rng(3).random((len(whole.vertices), 3, 2)).astype(np.float32)
+        self.assertEqual(uv_maps.give(thing, whole, uvs, "new"), 54)
+        mesh = thing.data
+        self.assertEqual(len(mesh.polygons), 108)
+        wanted = {frozenset((int(v), *map(float, uv)) for v, uv in zip(*each)) for each in zip(whole.vertices, uvs)}
+        layer = mesh.uv_layers["new"].data
+        found = {frozenset((mesh.loops[i].vertex_index, *layer[i].uv) for i in polygon.loop_indices)
+                 for polygon in mesh.polygons}
+        self.assertEqual(found, wanted)
+
+    def test_geodesic_into_images(self):
+        models.painted_cube()
+        bpy.context.scene.cursor.location = (0, 0, 1)
+        operators.geodesic(show="numbers")
+        models.save_copy(bpy.data.images["paint"], self.path("paint.png"))
+        models.write_obj(bpy.context.object, self.path("cube.obj"), ["paint.png"])
+        models.program(self.folder, "geodesic", "cube.obj", "--from=0,0,1", "-o", "out.exr")
+        values = models.pixels(bpy.data.images["cube distance"])
+        np.testing.assert_array_equal(values, models.read(self.path("out.exr")))
+        self.assertTrue(bpy.data.images["cube distance"].is_float and 3 < values.max() < 5)
+        operators.geodesic()
+        self.assertIn("cube distance.001", bpy.data.images)
+
+    def test_geodesic_into_vertices(self):
+        thing, _ = models.cube(parts=16)
+        thing.location = (3, 0, 0)
+        bpy.context.view_layer.update()
+        bpy.context.scene.cursor.location = (3, 0, 1)
+        operators.geodesic(into="VERTICES", show="numbers")
+        for vertex, each in zip(thing.data.vertices, thing.data.attributes["distance"].data):
+            if vertex.co.z == 1:
+                self.assertAlmostEqual(each.value, vertex.co.xy.length, delta=0.1)
+            else:
+                self.assertGreater(each.value, 0.9)
+        operators.geodesic(into="VERTICES")
+        self.assertEqual(thing.data.color_attributes.active_color.name, "distance colours")
+
+
+class Stopped(AddonTest):
+    def start(self, finished):
+        """A run that takes some seconds, and its picture."""
+        from marquetry_blender import job, scene
+        thing, picture = models.painted_cube(size=1024)
+
+        def prepare(folder):
+            surface, slots = scene.surface_of(bpy.context, thing, "UVMap", True)
+            images, table = scene.images_of(thing, slots, None)
+            saved = scene.save_pictures(images, folder)
+            surface.write(os.path.join(folder, "surface.ply"), [each.file for each in saved], table)
+            return ["surface.ply", "-o", "out/", "--beta", "2", "--solver", "multigrid"]
+
+        return picture, job.Job("filter", prepare, lambda folder: finished.append(folder) or [])
+
+    def test_by_escape_in_the_middle_leaves_the_datablock_as_it_was(self):
+        from marquetry_blender import job
+        finished = []
+        picture, work = self.start(finished)
+        before = models.pixels(picture)
+        while work.run.progress is None:
+            self.assertEqual(work.step("TIMER")[0], "RUNNING_MODAL", "it was done before it could be stopped")
+            time.sleep(0.05)
+        self.assertRegex(work.run.words(), r"\d+ % .*Esc cancels")
+        with self.assertRaisesRegex(RuntimeError, "Marquetry is at work"):
+            operators.filter(beta=0)
+        state, told = work.step("ESC")
+        deadline = time.monotonic() + 30
+        while state == "RUNNING_MODAL" and time.monotonic() < deadline:
+            time.sleep(0.05)
+            state, told = work.step("TIMER")
+        self.assertEqual((state, told), ("CANCELLED", [("INFO", "Cancelled: nothing is changed")]))
+        self.assertEqual(finished, [])
+        self.assertFalse(os.path.exists(work.folder))
+        np.testing.assert_array_equal(models.pixels(picture), before)
+        self.assertIsNone(job.at_work)
+
+    def test_with_the_addon(self):
+        from marquetry_blender import job
+        finished = []
+        _, work = self.start(finished)
+        bpy.ops.preferences.addon_disable(module="marquetry_blender")
+        try:
+            self.assertIsNotNone(work.run.process.poll())
+            self.assertFalse(os.path.exists(work.folder))
+            self.assertEqual((finished, job.at_work), ([], None))
+        finally:
+            bpy.ops.preferences.addon_enable(module="marquetry_blender")
+            models.preferences().program = models.PROGRAM
+
+
+class WrongInput(AddonTest):
+    def test_no_object(self):
+        bpy.context.view_layer.objects.active = None
+        self.refused("no mesh is active", operators.filter, beta=0)
+
+    def test_no_faces(self):
+        thing = bpy.data.objects.new("none", bpy.data.meshes.new("none"))
+        bpy.context.scene.collection.objects.link(thing)
+        bpy.context.view_layer.objects.active = thing
+        self.refused("has no faces", operators.unwrap)
+        self.refused("has no UV map", operators.filter, beta=0)
+
+    def test_no_image(self):
+        thing, _ = models.cube()
+        self.refused("has an image", operators.filter, beta=0)
+        self.refused("there is no image other", operators.filter, beta=0, image="other")
+
+    def test_edit_mode(self):
+        models.painted_cube()
+        bpy.ops.object.mode_set(mode="EDIT")
+        try:
+            self.refused("is in edit mode", operators.seams)
+        finally:
+            bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_missing_file(self):
+        thing, picture = models.painted_cube()
+        picture.source = "FILE"
+        picture.filepath = self.path("gone.png")
+        picture.reload()
+        self.refused("is missing", operators.filter, beta=0)
+
+    def test_linked_image(self):
+        _, picture = models.painted_cube()
+        picture.pack()
+        bpy.data.libraries.write(self.path("library.blend"), {picture})
+        models.empty_scene()
+        with bpy.data.libraries.load(self.path("library.blend"), link=True) as (held, wanted):
+            wanted.images = held.images
+        thing, _ = models.cube()
+        models.material(thing, wanted.images[0])
+        self.refused("make it local", operators.filter, beta=0)
+
+    def test_program(self):
+        models.painted_cube()
+        fake = self.path("marquetry")
+        for text, words in [(None, "is no program"), ("echo marquetry 9.9", "is version 9.9"),
+                            ("echo hello", "says 'hello'")]:
+            if text:
+                with open(fake, "w", encoding="utf-8") as file:
+                    file.write(f"#!/bin/sh\n{text}\n")
+                os.chmod(fake, 0o755)
+            models.preferences().program = fake
+            try:
+                self.refused(words, operators.filter, beta=0)
+            finally:
+                models.preferences().program = models.PROGRAM
+        path, os.environ["PATH"] = os.environ["PATH"], self.folder + "/nothing"
+        models.preferences().program = ""
+        try:
+            self.refused("not on PATH", operators.filter, beta=0)
+        finally:
+            os.environ["PATH"], models.preferences().program = path, models.PROGRAM
+
+    def test_values(self):
+        models.painted_cube()
+        self.refused("--length", operators.filter, beta=0, length="three")
+        self.refused("there is no image no", operators.filter, beta=0, mask="no")
+
+    def test_bake_to_the_same_uv_map(self):
+        models.painted_cube()
+        self.refused("is the one that renders", operators.bake)
+
+    def test_no_cameras(self):
+        models.painted_cube()
+        self.refused("no camera of the scene", operators.stitch)
+
+
+if __name__ == "__main__":
+    models.install()
+    chosen = sys.argv[sys.argv.index("--") + 1:]
+    result = unittest.main(module=__name__, argv=["addon_test", *chosen], exit=False).result
+    if not result.wasSuccessful():
+        raise SystemExit(1)
