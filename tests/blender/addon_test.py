@@ -288,7 +288,7 @@ class Operators(AddonTest):
 
 class Stopped(AddonTest):
     def start(self, finished):
-        """A run that takes some seconds, and its picture."""
+        """A run that would take minutes, and its picture."""
         from marquetry_blender import job, scene
         thing, picture = models.painted_cube(size=1024)
 
@@ -297,9 +297,9 @@ class Stopped(AddonTest):
             images, table = scene.images_of(thing, slots, None)
             saved = scene.save_pictures(images, folder)
             surface.write(os.path.join(folder, "surface.ply"), [each.file for each in saved], table)
-            return ["surface.ply", "-o", "out/", "--beta", "2", "--solver", "multigrid"]
+            return ["surface.ply", "-o", "out/", "--edge", "0.2", "--steps", "1000"]
 
-        return picture, job.Job("filter", prepare, lambda folder: finished.append(folder) or [])
+        return picture, job.Job("denoise", prepare, lambda folder: finished.append(folder) or [])
 
     def test_by_escape_in_the_middle_leaves_the_datablock_as_it_was(self):
         from marquetry_blender import job
