@@ -47,6 +47,21 @@ class Pixels(AddonTest):
         np.testing.assert_array_equal(models.pixels(picture), expected)
         self.assertGreater(np.abs(expected - before).max(), 0.05)
 
+    def test_of_files_are_those_of_the_program_whatever_their_channels(self):
+        from marquetry_blender.pictures import write_png
+        for channels, name in [(1, "grey.png"), (3, "rgb.png"), (4, "rgba.png")]:
+            with self.subTest(name):
+                models.empty_scene()
+                thing, _ = models.cube()
+                values = np.random.default_rng(4).integers(0, 256, (64, 64, channels), np.uint8)
+                write_png(self.path(name), values)
+                picture = bpy.data.images.load(self.path(name))
+                models.material(thing, picture)
+                models.write_obj(thing, self.path("cube.obj"), [name])
+                models.program(self.folder, "filter", "cube.obj", "-o", "out.png", "--beta", "0", "--length", "3tx")
+                operators.filter(beta=0, length="3tx")
+                np.testing.assert_array_equal(models.pixels(picture), models.read(self.path("out.png")))
+
     def test_of_floats_are_those_of_the_program(self):
         thing, picture = models.painted_cube(is_float=True)
         picture.pixels.foreach_set(models.pixels(picture).ravel() * np.float32(3.7))
@@ -89,13 +104,18 @@ class Pixels(AddonTest):
             np.testing.assert_array_equal(models.read(self.path(f"after/before.{tile}.png")), given)
             self.assertGreater(np.abs(after - given).max(), 0.02, tile)
 
-    def test_stay_where_a_normal_map_is_flat(self):
-        _, picture = models.painted_cube()
-        bpy.context.object.data.polygons.foreach_set("use_smooth", np.ones(54, bool))
-        flat = np.tile(np.float32([128 / 255, 128 / 255, 1, 1]), 64 * 64)
-        picture.pixels.foreach_set(flat)
-        operators.filter(beta=0, length="3tx", normal_space="tangent")
-        np.testing.assert_array_equal(models.pixels(picture).ravel(), flat)
+    def test_of_normal_maps_are_told_in_the_axes_of_flat_shading(self):
+        thing, picture = models.painted_cube()
+        slopes = np.random.default_rng(6).normal(0, 0.2, (64, 64, 3)) + [0, 0, 1]
+        values = np.ones((64, 64, 4), np.float32)
+        values[..., :3] = (slopes / np.linalg.norm(slopes, axis=2, keepdims=True) + 1) / 2
+        picture.pixels.foreach_set(values.ravel())
+        models.save_copy(picture, self.path("map.png"))
+        models.write_obj(thing, self.path("cube.obj"), ["map.png"], with_normals=True)
+        models.program(self.folder, "filter", "cube.obj", "-o", "out.png", "--beta", "0", "--length", "4tx",
+                       "--normal-space", "tangent")
+        operators.filter(beta=0, length="4tx", normal_space="tangent")
+        np.testing.assert_allclose(models.pixels(picture), models.read(self.path("out.png")), atol=1.01 / 255)
 
     def test_of_the_image_that_is_named_alone_change(self):
         thing, picture = models.painted_cube()
@@ -194,6 +214,12 @@ class Operators(AddonTest):
         np.testing.assert_array_equal(models.pixels(picture), before)
 
     def test_stitch_from_a_camera(self):
+        self.stitch_floor(1)
+
+    def test_stitch_of_a_mirrored_object(self):
+        self.stitch_floor(-1)
+
+    def stitch_floor(self, scale):
         mesh = bpy.data.meshes.new("floor")
         mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
         mesh.uv_layers.new().data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
@@ -202,6 +228,7 @@ class Operators(AddonTest):
         for each in (thing, camera):
             bpy.context.scene.collection.objects.link(each)
         bpy.context.view_layer.objects.active = thing
+        thing.scale.x = scale
         picture = models.image("paint", 32)
         models.material(thing, picture)
         # A photograph whose colours are its own coordinates.
@@ -219,7 +246,7 @@ class Operators(AddonTest):
         found = models.pixels(picture)
         from mathutils import Vector
         expected = np.array([[world_to_camera_view(bpy.context.scene, camera, Vector(
-            ((column + 0.5) / 16 - 1, (row + 0.5) / 16 - 1, 0)))[:2] for column in range(32)] for row in range(32)])
+            (scale * ((column + 0.5) / 16 - 1), (row + 0.5) / 16 - 1, 0)))[:2] for column in range(32)] for row in range(32)])
         # Near outlines no photograph counts: there it is filled.
         inner = slice(3, -3)
         np.testing.assert_allclose(found[inner, inner, :2], expected[inner, inner], atol=2 / 255)

@@ -103,9 +103,11 @@ def read(path):
     return pixels(loaded)
 
 
-def write_obj(thing, path, pictures):
+def write_obj(thing, path, pictures, with_normals=False):
     """`pictures`: a file for each material, or None."""
     mesh = thing.data
+    if hasattr(mesh, "calc_normals_split"):
+        mesh.calc_normals_split()
     mesh.calc_loop_triangles()
     with open(os.path.splitext(path)[0] + ".mtl", "w", encoding="utf-8") as file:
         for number, picture in enumerate(pictures):
@@ -114,9 +116,12 @@ def write_obj(thing, path, pictures):
         file.write(f"mtllib {os.path.basename(os.path.splitext(path)[0])}.mtl\n")
         file.writelines("v %r %r %r\n" % tuple(thing.matrix_world @ vertex.co) for vertex in mesh.vertices)
         file.writelines("vt %r %r\n" % tuple(corner.uv) for corner in mesh.uv_layers.active.data)
+        if with_normals:
+            file.writelines("vn %r %r %r\n" % tuple(loop.normal) for loop in mesh.loops)
         for triangle in mesh.loop_triangles:
             file.write(f"usemtl m{triangle.material_index}\nf " + " ".join(
-                f"{v + 1}/{l + 1}" for v, l in zip(triangle.vertices, triangle.loops)) + "\n")
+                f"{v + 1}/{l + 1}" + (f"/{l + 1}" if with_normals else "")
+                for v, l in zip(triangle.vertices, triangle.loops)) + "\n")
 
 
 def program(folder, *words):
