@@ -203,7 +203,8 @@ class BakeOperator(VerbOperator):
         def finish(folder):
             values = pictures.pixels_of_file(os.path.join(folder, result[0]))
             image = pictures.new_image(f"{name} baked", values, result[0].endswith(".exr"))
-            image.colorspace_settings.name = saved[0].image.colorspace_settings.name if saved[0].image else "sRGB"
+            if not image.is_float and saved[0].image is not None:
+                image.colorspace_settings.name = saved[0].image.colorspace_settings.name
             return [f"baked from UV map {source} to {target}: image {image.name}; give it to the materials"]
 
         return prepare, finish
@@ -247,7 +248,7 @@ class GeodesicOperator(VerbOperator):
             surface, slots = scene.surface_of(context, thing, uv_name, self.is_on("modifiers"))
             try:
                 images, table = scene.images_of(thing, slots, None)
-            except Refusal:
+            except scene.NoImages:
                 images, table = [], [0]
             blanks.extend([Blank(image, number, ending) for number, image in enumerate(images)] or
                           [Blank(None, 0, ending)])

@@ -2,6 +2,7 @@
 
 What is processed is what Blender holds: unsaved painting, packed and generated pictures too. Pictures of bytes go
 as PNG, in the encoding that they have; pictures of floats as EXR, in scene linear light, 32 bits."""
+import filecmp
 import glob
 import os
 import re
@@ -116,7 +117,7 @@ class Picture:
         self.tiled = image.source == "TILED"
         self.is_float = image.is_float
         self.ending = ".exr" if self.is_float else ".png"
-        self.channels, self.print = 0, None
+        self.channels, self.print = 0, None  # of pixels that are no tiles
 
     @property
     def image(self):
@@ -128,10 +129,8 @@ class Picture:
         return self.stem + (".<UDIM>" if self.tiled else "") + self.ending
 
     def save(self, folder):
-        if self.tiled:
-            self._save_tiles(folder)
-        else:
-            self._save_pixels(os.path.join(folder, self.file))
+        """The files that were written."""
+        return self._save_tiles(folder) if self.tiled else self._save_pixels(os.path.join(folder, self.file))
 
     def _save_tiles(self, folder):
         """Blender saves all tiles, painted or packed, and leaves the datablock as it is."""
@@ -145,7 +144,7 @@ class Picture:
         if not written:
             raise Refusal(f"Blender wrote no tile of image {self.name}: save it, or fill its tiles")
         self.ending = os.path.splitext(written[0])[1]
-        self.print = zlib.crc32(pixels_of(self.image))
+        return written
 
     def _save_pixels(self, path):
         image = self.image
@@ -157,6 +156,7 @@ class Picture:
             write_exr(path, values)
         else:
             write_png(path, np.rint(values * 255).astype(np.uint8))
+        return [path]
 
     def _channels(self, image, values):
         """How many are processed: alpha that means nothing, or is one everywhere, is left alone."""
@@ -177,7 +177,7 @@ class Picture:
         if image is None:
             return f"warning: image {self.name} is gone, and so is what was made of it"
         if self.tiled:
-            return self._put_tiles(image, folder)
+            return self._put_tiles(image, folder, message)
         new = pixels_of_file(os.path.join(folder, self.file))
         if image.size[0] == 0 or zlib.crc32(pixels_of(image)) != self.print:
             other = new_image(f"{self.name} {message}", new, self.is_float)
@@ -192,11 +192,15 @@ class Picture:
         push_undo(image)
         return ""
 
-    def _put_tiles(self, image, folder):
+    def _put_tiles(self, image, folder, message):
         """Packed, since Python cannot write the pixels of tiles; what was there is packed in another datablock."""
-        if zlib.crc32(pixels_of(image)) != self.print:
+        now = os.path.join(folder, "now")
+        os.mkdir(now)
+        if not all(filecmp.cmp(path, os.path.join(os.path.dirname(folder), os.path.basename(path)), False)
+                   for path in self._save_tiles(now)):
             result = image.copy()
-            result.name = f"{self.name} changed"
+            result.name = f"{self.name} {message}"
+            result.use_fake_user = True
             self._pack(result, folder)
             return f"warning: image {self.name} was changed meanwhile: the result is in {result.name}"
         before = image.copy()

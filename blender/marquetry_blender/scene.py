@@ -6,6 +6,10 @@ from .program import Refusal
 from .surface import Surface
 
 
+class NoImages(Refusal):
+    """None of the materials has an image."""
+
+
 def active_object(context):
     thing = context.active_object
     if thing is None or thing.type != "MESH":
@@ -78,8 +82,8 @@ def images_of(thing, slots, only):
             images.append(image)
         table.append(-1 if image is None else images.index(image))
     if not images:
-        raise Refusal(f"no material of {thing.name} has an image: add an Image Texture node, "
-                      "or use the panel of the Image editor")
+        raise NoImages(f"no material of {thing.name} has an image: add an Image Texture node, "
+                       "or use the panel of the Image editor")
     return images, table
 
 

@@ -77,17 +77,7 @@ class Pixels(AddonTest):
         np.testing.assert_array_equal(models.pixels(picture), models.read(self.path("out.exr")))
 
     def test_of_two_materials_one_with_tiles_are_those_of_the_program(self):
-        # Sides 4 and 5 in the second tile; side 2 has no picture.
-        thing, sides = models.cube(cells=[(0, 0), (1.25, 0), (0, 0), (2.5, 2.5), (4, 1.25), (6, 1.25)])
-        plain, tiled = models.image("plain"), bpy.data.images.new("tiled", 64, 64, tiled=True, alpha=False)
-        tiled.tiles.active = tiled.tiles.new(1002)
-        with bpy.context.temp_override(edit_image=tiled):
-            bpy.ops.image.tile_fill(color=(1, 0.5, 0, 1), generated_type="COLOR_GRID", width=32, height=32,
-                                    alpha=False)
-        tiled.pixels.foreach_set(models.pixels(models.image("noise", seed=2)).ravel())  # the first: not saved
-        for picture in (plain, tiled, None):
-            models.material(thing, picture)
-        thing.data.polygons.foreach_set("material_index", np.array([0, 0, 2, 1, 1, 1])[sides].astype(np.int32))
+        thing, plain, tiled = models.cube_with_tiles()
         models.save_copy(plain, self.path("plain.png"))
         models.save_copy(tiled, self.path("tiled.<UDIM>.png"))
         models.write_obj(thing, self.path("cube.obj"), ["plain.png", "tiled.<UDIM>.png", None])
@@ -130,6 +120,34 @@ class Pixels(AddonTest):
         names = {"picture0": "bust.png", "picture1": "skin"}
         said = "out/picture0.png: 7 values; picture1.1002.exr, surface.ply, mask.png"
         self.assertEqual(with_names_of_images(said, names), "bust.png: 7 values; skin.1002, surface.ply, mask.png")
+
+    def test_of_new_images_are_kept_with_the_file(self):
+        from marquetry_blender.pictures import new_image
+        values = np.random.default_rng(7).random((8, 8, 3)).astype(np.float32) * 3
+        for is_float, is_data in [(False, False), (True, False), (True, True)]:
+            path = self.path(f"made_{is_float}_{is_data}.blend")
+            new_image("made", values if is_float else values / 3, is_float, is_data)
+            before = models.pixels(bpy.data.images["made"])
+            if is_float:
+                np.testing.assert_array_equal(before[..., :3], values)
+            bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+            with bpy.data.libraries.load(path) as (held, wanted):
+                wanted.images = ["made"]
+            np.testing.assert_allclose(models.pixels(wanted.images[0]), before, rtol=1e-6, err_msg=path)
+            models.empty_scene()
+
+    def test_of_tiles_that_changed_meanwhile_are_kept(self):
+        from marquetry_blender import pictures
+        _, _, tiled = models.cube_with_tiles()
+        os.makedirs(self.path("run/out"))
+        saved = pictures.Picture(tiled, "p")
+        for path in saved.save(self.path("run")):
+            os.link(path, self.path("run/out", os.path.basename(path)))
+        with bpy.context.temp_override(edit_image=tiled):  # the second tile, which is the active one
+            bpy.ops.image.tile_fill(color=(0, 0.5, 0, 1), width=32, height=32, alpha=False)
+        self.assertIn("changed meanwhile", saved.put(self.path("run/out"), "filter"))
+        self.assertEqual(len(tiled.packed_files), 0)
+        self.assertEqual(len(bpy.data.images["tiled filter"].packed_files), 2)
 
     def test_that_changed_meanwhile_are_kept(self):
         from marquetry_blender import pictures
@@ -245,8 +263,9 @@ class Operators(AddonTest):
         operators.stitch(alpha=0)
         found = models.pixels(picture)
         from mathutils import Vector
-        expected = np.array([[world_to_camera_view(bpy.context.scene, camera, Vector(
-            (scale * ((column + 0.5) / 16 - 1), (row + 0.5) / 16 - 1, 0)))[:2] for column in range(32)] for row in range(32)])
+        middles = (np.arange(32) + 0.5) / 16 - 1
+        expected = np.array([[world_to_camera_view(bpy.context.scene, camera, Vector((scale * x, y, 0)))[:2]
+                              for x in middles] for y in middles])
         # Near outlines no photograph counts: there it is filled.
         inner = slice(3, -3)
         np.testing.assert_allclose(found[inner, inner, :2], expected[inner, inner], atol=2 / 255)
@@ -274,11 +293,15 @@ class Operators(AddonTest):
     def test_unwrap_cuts_polygons_where_seams_cross_them(self):
         from marquetry_blender import surface, uv_maps
         thing, _ = models.cube()
+        thing.shape_key_add(name="rest")
+        thing.shape_key_add(name="moved").data[5].co.z += 0.5
         whole = surface.Surface(thing.data, thing.matrix_world, None)
         uvs = np.random.default_rng(3).random((len(whole.vertices), 3, 2)).astype(np.float32)
         self.assertEqual(uv_maps.give(thing, whole, uvs, "new"), 54)
         mesh = thing.data
         self.assertEqual(len(mesh.polygons), 108)
+        rest, moved = (key.data[5].co.z for key in mesh.shape_keys.key_blocks)
+        self.assertAlmostEqual(moved - rest, 0.5)
         wanted = {frozenset((int(v), *map(float, uv)) for v, uv in zip(*each)) for each in zip(whole.vertices, uvs)}
         layer = mesh.uv_layers["new"].data
         found = {frozenset((mesh.loops[i].vertex_index, *layer[i].uv) for i in polygon.loop_indices)
@@ -295,8 +318,32 @@ class Operators(AddonTest):
         values = models.pixels(bpy.data.images["cube distance"])
         np.testing.assert_array_equal(values, models.read(self.path("out.exr")))
         self.assertTrue(bpy.data.images["cube distance"].is_float and 3 < values.max() < 5)
+        bpy.data.images["cube distance"].reload()  # as from the saved file
+        np.testing.assert_array_equal(models.pixels(bpy.data.images["cube distance"]), values)
         operators.geodesic()
         self.assertIn("cube distance.001", bpy.data.images)
+
+    def test_geodesic_into_tiles(self):
+        models.cube_with_tiles()
+        bpy.context.scene.cursor.location = (0, 0, 1)
+        for show, ending in [("numbers", "exr"), ("colours", "png")]:
+            operators.geodesic(show=show)
+            made = [image for image in bpy.data.images if image.name.startswith("cube distance")]
+            self.assertEqual(sorted(image.source for image in made), ["FILE", "TILED"])
+            tiled = next(image for image in made if image.source == "TILED")
+            os.mkdir(self.path(show))
+            models.save_copy(tiled, self.path(show, "t.<UDIM>." + ending))
+            for number, size in [("1001", 64), ("1002", 32)]:
+                values = models.read(self.path(show, f"t.{number}.{ending}"))
+                self.assertEqual(values.shape[:2], (size, size))
+                self.assertGreater(values[..., :3].max(), 1.5 if show == "numbers" else 0.3)
+            for image in made:
+                bpy.data.images.remove(image)
+
+    def test_geodesic_of_an_object_without_images(self):
+        models.cube()
+        operators.geodesic(show="numbers")
+        self.assertEqual(tuple(bpy.data.images["cube distance"].size), (1024, 1024))
 
     def test_geodesic_into_vertices(self):
         thing, _ = models.cube(parts=16)

@@ -85,6 +85,22 @@ def painted_cube(**words):
     return thing, picture
 
 
+def cube_with_tiles():
+    """A cube of three materials, its plain image, and that of two tiles."""
+    # Sides 4 and 5 in the second tile; side 2 has no picture.
+    thing, sides = cube(cells=[(0, 0), (1.25, 0), (0, 0), (2.5, 2.5), (4, 1.25), (6, 1.25)])
+    plain, tiled = image("plain"), bpy.data.images.new("tiled", 64, 64, tiled=True, alpha=False)
+    tiled.tiles.active = tiled.tiles.new(1002)
+    with bpy.context.temp_override(edit_image=tiled):
+        bpy.ops.image.tile_fill(color=(1, 0.5, 0, 1), generated_type="COLOR_GRID", width=32, height=32,
+                                alpha=False)
+    tiled.pixels.foreach_set(pixels(image("noise", seed=2)).ravel())  # the first: not saved
+    for picture in (plain, tiled, None):
+        material(thing, picture)
+    thing.data.polygons.foreach_set("material_index", np.array([0, 0, 2, 1, 1, 1])[sides].astype(np.int32))
+    return thing, plain, tiled
+
+
 def pixels(picture):
     values = np.empty(len(picture.pixels), np.float32)
     picture.pixels.foreach_get(values)
