@@ -49,6 +49,21 @@ def undo_and_redo():
         np.testing.assert_array_equal(both(), pictures, action)
 
 
+def undo_of_a_uv_map():
+    from marquetry_blender import job
+    models.painted_cube()
+    in_view(lambda: bpy.ops.ed.undo_push(message="made"))
+    in_view(lambda: bpy.ops.marquetry.unwrap("INVOKE_DEFAULT", size=128, trials=5))
+    yield from wait_until(lambda: job.at_work is None, "it did not end")
+    yield
+    for action, names in [(None, ["UVMap", "Marquetry"]), (bpy.ops.ed.undo, ["UVMap"]),
+                          (bpy.ops.ed.redo, ["UVMap", "Marquetry"])]:
+        if action:
+            in_view(action)
+            yield
+        assert [layer.name for layer in bpy.data.meshes["cube"].uv_layers] == names, (action, names)
+
+
 def panels_are_drawn():
     """Every panel, opened, under a tab that both editors show first, so that what is wrong with one raises."""
     from marquetry_blender import panels
@@ -87,7 +102,7 @@ def panels_are_drawn():
 
 def run():
     models.install()
-    for part in (panels_are_drawn, undo_and_redo, escape_leaves_everything):
+    for part in (panels_are_drawn, undo_and_redo, undo_of_a_uv_map, escape_leaves_everything):
         print("window:", part.__name__, flush=True)
         models.empty_scene()
         yield from part()
