@@ -8,6 +8,8 @@ import bpy
 from . import options, program
 from .program import Refusal
 
+#: Of reports in Blender, by what the program calls them.
+LEVELS = {"remark": "INFO", "warning": "WARNING", "error": "ERROR"}
 #: The one at work, if there is one.
 at_work = None
 
@@ -16,16 +18,11 @@ def preferences():
     return bpy.context.preferences.addons[__package__].preferences
 
 
-def levelled(text):
-    """As the program's lines begin."""
-    return ("WARNING", text[len("warning: "):]) if text.startswith("warning: ") else ("INFO", text)
-
-
 class Job:
     """Steps of it are taken by an operator, with the types of events that it gets.
 
     `prepare(folder)` writes the files and gives the words of the command line; `finish(folder)` puts the results into
-    Blender's data and gives what is to be told. Nothing of Blender changes before."""
+    Blender's data and gives what is to be told, pairs of a level and a text. Nothing of Blender changes before."""
 
     def __init__(self, verb, prepare, finish):
         global at_work
@@ -66,10 +63,11 @@ class Job:
         if self.run.stopped or status == program.CANCELLED:
             return "CANCELLED", [("INFO", "Cancelled: nothing is changed")]
         if status != 0:
-            return "CANCELLED", [("ERROR", said[-1] if said else f"marquetry ended with status {status}")]
-        told = [levelled(text) for text in said]
+            errors = [text for event, text in said if event == "error"] or [text for _, text in said]
+            return "CANCELLED", [("ERROR", errors[-1] if errors else f"marquetry ended with status {status}")]
+        told = [(LEVELS[event], text) for event, text in said]
         try:
-            told += [levelled(text) for text in self._finish(self.folder) if text]
+            told += self._finish(self.folder)
         except Refusal as refusal:
             return "CANCELLED", told + [("ERROR", str(refusal))]
         except (OSError, RuntimeError) as error:

@@ -138,7 +138,7 @@ class PictureOperator(VerbOperator):
                     *self.further_words(context, folder)]
 
         def finish(folder):
-            told = [picture.put(out(folder), self.verb) for picture in saved]
+            told = [each for picture in saved for each in picture.put(out(folder), self.verb)]
             if any(picture.tiled for picture in saved):
                 bpy.ops.ed.undo_push(message=self.bl_label)
             return told
@@ -172,7 +172,7 @@ class UnwrapOperator(VerbOperator):
             still = unchanged(name, surface)
             faces = read_ply(os.path.join(folder, "unwrapped.ply"))["face"]
             cut = uv_maps.give(still, surface, scene.corner_values(surface, faces, still), "Marquetry")
-            return [f"{cut} polygons that a seam crosses were cut along it"] if cut else []
+            return [("INFO", f"{cut} polygons that a seam crosses were cut along it")] if cut else []
 
         return prepare, finish
 
@@ -205,7 +205,7 @@ class BakeOperator(VerbOperator):
             image = pictures.new_image(f"{name} baked", values, result[0].endswith(".exr"))
             if not image.is_float and saved[0].image is not None:
                 image.colorspace_settings.name = saved[0].image.colorspace_settings.name
-            return [f"baked from UV map {source} to {target}: image {image.name}; give it to the materials"]
+            return [("INFO", f"baked from UV map {source} to {target}: image {image.name}; give it to the materials")]
 
         return prepare, finish
 
@@ -259,7 +259,7 @@ class GeodesicOperator(VerbOperator):
             return ["surface.ply", "-o", "out/", *self.place_words(context), *self.option_words(folder, blanks)]
 
         def finish(folder):
-            return [blank.put(out(folder), f"{name} distance") for blank in blanks]
+            return [("INFO", blank.put(out(folder), f"{name} distance")) for blank in blanks]
 
         return prepare, finish
 

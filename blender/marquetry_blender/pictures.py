@@ -171,17 +171,17 @@ class Picture:
         return 4
 
     def put(self, folder, message):
-        """The result into the datablock; what the user should know of it, or nothing. A datablock that changed
-        meanwhile keeps its pixels."""
+        """The result into the datablock; pairs of a level and a text that the user should know. A datablock that
+        changed meanwhile keeps its pixels."""
         image = self.image
         if image is None:
-            return f"warning: image {self.name} is gone, and so is what was made of it"
+            return [("WARNING", f"image {self.name} is gone, and so is what was made of it")]
         if self.tiled:
             return self._put_tiles(image, folder, message)
         new = pixels_of_file(os.path.join(folder, self.file))
         if image.size[0] == 0 or zlib.crc32(pixels_of(image)) != self.print:
             other = new_image(f"{self.name} {message}", new, self.is_float)
-            return f"warning: image {self.name} was changed meanwhile: the result is in {other.name}"
+            return [("WARNING", f"image {self.name} was changed meanwhile: the result is in {other.name}")]
         values = pixels_of(image)
         colours = min(values.shape[2], 3)
         values[..., :colours] = new[..., :colours] if self.channels > 1 else new[..., :1]
@@ -190,7 +190,7 @@ class Picture:
         push_undo(image)
         set_pixels(image, values)
         push_undo(image)
-        return ""
+        return []
 
     def _put_tiles(self, image, folder, message):
         """Packed, since Python cannot write the pixels of tiles; what was there is packed in another datablock."""
@@ -202,13 +202,13 @@ class Picture:
             result.name = f"{self.name} {message}"
             result.use_fake_user = True
             self._pack(result, folder)
-            return f"warning: image {self.name} was changed meanwhile: the result is in {result.name}"
+            return [("WARNING", f"image {self.name} was changed meanwhile: the result is in {result.name}")]
         before = image.copy()
         before.name = f"{self.name} before"
         before.use_fake_user = True
         self._pack(before, os.path.dirname(folder))
         self._pack(image, folder)
-        return f"tiles of {self.name} are packed; as they were they are in {before.name}"
+        return [("INFO", f"tiles of {self.name} are packed; as they were they are in {before.name}")]
 
     def _pack(self, image, folder):
         path = image.filepath_raw

@@ -2,15 +2,12 @@
 import collections
 import json
 import os
-import re
 import shutil
 import signal
 import subprocess
 import threading
 import time
 
-#: "marquetry filter:  45 % solve, about 3 s left"
-PROGRESS = re.compile(r"^\s*(\d+) % (.*)$")
 CANCELLED = 130
 
 
@@ -56,18 +53,20 @@ def check_version(path, wanted):
 
 
 class Run:
-    """A run of the program in a process of its own."""
+    """A run of the program in a process of its own. `progress` is the last that it told, a dictionary as
+    --progress json has it, or None; `messages` are pairs of remark, warning or error, and its text."""
 
     def __init__(self, words, folder):
         self.start = time.monotonic()
-        self.progress, self.step = None, ""
+        self.progress = None
         self.messages, self._lines = [], collections.deque()
-        self._prefix = f"marquetry {words[1]}: "
+        self._verb = words[1]
+        words = [*words, "--progress=json"]
         self._stops = 0
         try:
             # A session of its own: Ctrl-C in the terminal from which Blender was started is not for it.
             self.process = subprocess.Popen(words, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                            stderr=subprocess.PIPE, text=True, errors="replace",
+                                            stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
                                             start_new_session=True)
         except OSError as error:
             raise Refusal(f"{words[0]} does not run ({error}): choose another in the preferences of the add-on") \
@@ -83,12 +82,16 @@ class Run:
     def _take_lines(self):
         while self._lines:
             line = self._lines.popleft()
-            text = line[len(self._prefix):] if line.startswith(self._prefix) else line
-            found = PROGRESS.match(text)
-            if found:
-                self.progress, self.step = int(found[1]) / 100, found[2]
-            elif not text.startswith("wrote "):
-                self.messages.append(text)
+            try:
+                told = json.loads(line)
+                event = told["event"]
+            except (ValueError, TypeError, KeyError):
+                self.messages.append(("warning", line))  # of a library, or of the system
+                continue
+            if event == "progress":
+                self.progress = told
+            elif not told["text"].startswith("wrote "):
+                self.messages.append((event, told["text"]))
 
     def poll(self):
         """The exit status, or None while it works."""
@@ -130,5 +133,8 @@ class Run:
         seconds = f"{time.monotonic() - self.start:.0f} s"
         if self.stopped:
             return f"Marquetry: stopping, {seconds}; Esc again stops at once"
-        done = f"{100 * self.progress:.0f} % {self.step}, " if self.progress is not None else ""
-        return f"{self._prefix.capitalize()}{done}{seconds} (Esc cancels)"
+        if self.progress is None:
+            return f"Marquetry {self._verb}: {seconds} (Esc cancels)"
+        step, left = self.progress["step"].split(" / ")[-1], self.progress["left"]
+        left = f", about {left:.0f} s left" if left is not None and left >= 1 else ""
+        return f"Marquetry {self._verb}: {100 * self.progress['fraction']:.0f} % {step}, {seconds}{left} (Esc cancels)"

@@ -145,7 +145,7 @@ class Pixels(AddonTest):
             os.link(path, self.path("run/out", os.path.basename(path)))
         with bpy.context.temp_override(edit_image=tiled):  # the second tile, which is the active one
             bpy.ops.image.tile_fill(color=(0, 0.5, 0, 1), width=32, height=32, alpha=False)
-        self.assertIn("changed meanwhile", saved.put(self.path("run/out"), "filter"))
+        self.assertIn("changed meanwhile", saved.put(self.path("run/out"), "filter")[0][1])
         self.assertEqual(len(tiled.packed_files), 0)
         self.assertEqual(len(bpy.data.images["tiled filter"].packed_files), 2)
 
@@ -156,7 +156,7 @@ class Pixels(AddonTest):
         saved.save(self.folder)
         picture.pixels[0] = 1
         changed = models.pixels(picture)
-        self.assertIn("changed meanwhile", saved.put(self.folder, "filter"))
+        self.assertIn("changed meanwhile", saved.put(self.folder, "filter")[0][1])
         np.testing.assert_array_equal(models.pixels(picture), changed)
         self.assertIn("paint filter", bpy.data.images)
 
