@@ -21,7 +21,7 @@ bool blender_is_there() { return std::system("command -v blender > /dev/null") =
 void blender(const Folder& folder, const std::string& verb) {
   const std::string script = (places::source() / "tests/cli/blender_exchange.py").string();
   const std::string log = (folder / (verb + ".log")).string();
-  const std::string line = "blender --background --factory-startup --python-exit-code 1 --python '" +
+  const std::string line = "PATH=/usr/bin:$PATH blender --background --factory-startup --python-exit-code 1 --python '" +
                            script + "' -- " + verb + " '" + folder.path().string() + "' > '" + log +
                            "' 2>&1";
   ASSERT_EQ(std::system(line.c_str()), 0) << file_bytes(log);
