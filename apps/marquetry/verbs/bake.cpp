@@ -7,7 +7,6 @@
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
-#include "mq/io/materials.h"
 #include "mq/io/slots.h"
 #include "mq/model/baked_signal.h"
 #include "mq/model/joined_slots.h"
@@ -31,7 +30,7 @@ BakeOptions asked_bake(const OptionValues& options, const Model& source) {
                     .samples = options.has("samples") ? int(options.integer("samples")) : 0,
                     .values = value_space(options)};
   asked.values.meaning = ValueSpace::Meaning::colours;  // which slots hold normals is known
-  asked.factors = factors_for_one(source, file_materials(source));
+  asked.factors = factors_for_one(source);
   return asked;
 }
 
@@ -162,7 +161,9 @@ Exit run_bake(Run& run) {
               "unwrap, or bake to its vertices with --vertices");
   BakeOptions how = asked_bake(options, source.model);
   how.shown = shown;
-  if (to == BakeTo::textures) begin_bake_as(source.model, slots, run, target);
+  if (to == BakeTo::textures)
+    begin_bake_as(source.model, slots, options.has("slot") ? BakedSlots::named : BakedSlots::as_the_source,
+                  options.text("output"), target, run.terminal());
   const std::string output = options.text("output");
   const bool pictures_alone = slots.size() > 1 && !names_model(output);
   const Outputs outputs(output, pictures_alone ? all_pictures(target.model) : target.model,

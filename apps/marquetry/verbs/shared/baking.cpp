@@ -51,13 +51,6 @@ void report_bake(Run& run, const BakedSignal& baked) {
                           {"target", frames(baked.normals->target)}};
 }
 
-/// glTF multiplies a picture by them.
-void leave_out_colours(Run& run, Model& model) {
-  model.colors = {};
-  run.terminal().remark("the colours at vertices are in the picture now, and no longer at vertices, by which "
-                        "glTF would multiply it");
-}
-
 }  // namespace
 
 std::vector<std::string> slots_to_bake(const OptionValues& options, const Model& source) {
@@ -71,45 +64,6 @@ std::vector<std::string> slots_to_bake(const OptionValues& options, const Model&
   if (names_picture(output) || std::filesystem::path(output).extension() == ".ply")
     return {source.slot.empty() ? source.slots.front().name : source.slot};
   return base_first(slots_asked_for(source, "all"));
-}
-
-void begin_bake(const std::vector<std::string>& slots, const std::vector<SharedSlot>& shared, TexturedModel& target) {
-  Model& model = target.model;
-  const bool is_anew = slots.size() > 1 || !shared.empty() ||
-                       (slots.size() == 1 && slots.front() != base_slot && slots.front() != model.slot);
-  if (is_anew) {
-    begin_slots(slots, target.texture_sizes.size(), model);
-    share_slots(shared, model);
-  } else if (!model.document) {
-    model.slots.clear();
-  }
-}
-
-void begin_bake_as(const Model& source, const std::vector<std::string>& slots, Run& run, TexturedModel& target) {
-  const ModelMaterials materials = file_materials(source), own = file_materials(target.model);
-  const std::vector<const Material*> used = materials.used();
-  Material joint = joined(used);
-  if (factors_for_one(source, materials) == BakeOptions::Factors::applied) joint = without_factors(joint);
-  const std::string output = run.options().text("output");
-  const bool has_materials = names_gltf(output) || lower_extension(output) == ".obj";
-  const bool multiplies = names_gltf(output) && target.model.colors.channels > 0;
-  const bool looks_otherwise = !used.empty() && !look_alike(joint, joined(own.used()));
-  begin_bake(slots, shared_slots(source, slots), target);
-  if (target.model.document && has_materials && !run.options().has("slot") && (looks_otherwise || multiplies))
-    begin_slots(slots.empty() ? std::vector<std::string>{base_slot} : slots, target.texture_sizes.size(), target.model);
-  if (target.model.document) return;
-  if (multiplies) leave_out_colours(run, target.model);
-  if (used.empty()) return;
-  target.model.materials =
-      std::make_shared<const ModelMaterials>(one_for_all(std::move(joint), target.model.mesh.triangle_count()));
-  if (const std::string lost = lost_by_joining(used); has_materials && !lost.empty())
-    run.terminal().remark(fmt::format("{}: its materials become one, which does not say all of theirs: {}",
-                                      source.path.string(), lost));
-}
-
-BakeOptions::Factors factors_for_one(const Model& source, const ModelMaterials& materials) {
-  const bool is_tinted = source.colors.channels > 0 && source.colors.is_light && !source.textures.empty();
-  return is_tinted || !all_look_alike(materials.used()) ? BakeOptions::Factors::applied : BakeOptions::Factors::apart;
 }
 
 namespace {
@@ -126,8 +80,9 @@ void bake_one(Run& run, const TexturedModel& source, TexturedModel& target,
   put_baked(baked, signal, options.values, target);
   if (!signal.texel_space()) return;
   const bool is_painted = target.model.colors.channels > 0 && !target.model.document;
-  if (source.model.textures.empty() && is_painted && options.shown == BakeOptions::Shown::pictures && options.to_tangent_space)
-    leave_out_colours(run, target.model);
+  const bool of_pictures = options.shown == BakeOptions::Shown::pictures;
+  if (source.model.textures.empty() && is_painted && of_pictures && options.to_tangent_space)
+    leave_out_colours(target.model, run.terminal());
   const BakedNormals normals = baked.normals ? *baked.normals : BakedNormals();
   const bool has_seams = source.atlas && options.shown == BakeOptions::Shown::pictures;
   run.result["seams"] = {{"source", has_seams ? seams_json(source, normals.source.get()) : Json()},
@@ -198,13 +153,7 @@ void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const std::
   begin_bake(slots, shared, target);
   BakeOptions how;
   how.values.axes = asked_axes(run.options());
-  if (target.model.materials && !names_gltf(run.options().text("output"))) {
-    // In MTL a picture stands for the colour.
-    how.factors = BakeOptions::Factors::applied;
-    ModelMaterials bare = *target.model.materials;
-    for (Material& material : bare.materials) material = without_factors(std::move(material));
-    target.model.materials = std::make_shared<const ModelMaterials>(std::move(bare));
-  }
+  if (!names_gltf(run.options().text("output"))) how.factors = factors_into_pictures(target.model);
   bake_onto(run, slots, source, target, BakeTo::textures, how, share);
   scene = std::move(target);
 }

@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "mq/io/materials.h"
+#include "mq/model/bake_target.h"
 #include "mq/model/baked_signal.h"
-#include "mq/model/joined_slots.h"
 #include "mq/model/outputs.h"
 #include "shell/run.h"
 
@@ -18,18 +17,6 @@ enum class BakeTo { textures, vertices };
 /// The slots of a source to be baked: those that --slot names; else, into a model that has words
 /// for them or a folder, all; else one. Empty: the source has no slots.
 std::vector<std::string> slots_to_bake(const OptionValues& options, const Model& source);
-
-/// The target as it will be: with pictures for several slots, for one that it has not or with `shared` ones, it
-/// is made anew.
-void begin_bake(const std::vector<std::string>& slots, const std::vector<SharedSlot>& shared, TexturedModel& target);
-
-/// The same, to show all that the source does: unless one slot is asked for, a target whose material looks
-/// otherwise, or whose colours would multiply the picture, is made anew too, with one material for all
-/// (`joined`). Remarks on what is lost by that.
-void begin_bake_as(const Model& source, const std::vector<std::string>& slots, Run& run, TexturedModel& target);
-
-/// Where factors of the source's materials go when one material is made of them.
-BakeOptions::Factors factors_for_one(const Model& source, const ModelMaterials& materials);
 
 /// The source with a slot's pictures.
 using SourceOfSlot = std::function<TexturedModel(const std::string& slot)>;
