@@ -140,6 +140,10 @@ TEST(VerbUnwrap, PutsFactorsIntoPicturesOfObj) {
   run(folder, {"filter", "new.obj", "--beta", "1", "-o", "back.glb"});
   for (const Material& material : file_materials(read_model(folder / "back.glb")).materials)
     EXPECT_THAT(material.base_colour, Each(1)) << material.name;
+  for (const Material& material : file_materials(read_model(folder / "new.obj")).materials)
+    if (material.name == "glass") {
+      EXPECT_EQ(material.roughness, 0.25F);  // has no picture in MTL
+    }
 }
 
 TEST(Bakes, KeepOcclusionThatSharesAPicture) {
@@ -157,6 +161,14 @@ TEST(Bakes, KeepOcclusionThatSharesAPicture) {
     EXPECT_EQ(made["materials"][0]["occlusionTexture"]["index"],
               made["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"]["index"]) << name;
   }
+  // MTL has a word for one of the two; its picture is one of those that are announced, and named as such.
+  write_bytes(folder / "metallic-roughness.png", "precious");
+  const Result result =
+      run(folder, {"unwrap", "orm.gltf", "--bake", "-o", "new.obj", "--size", "64", "--json", "--no-clobber"});
+  EXPECT_EQ(file_bytes(folder / "metallic-roughness.png"), "precious");
+  const std::string line = "map_AO ", mtl = file_bytes(folder / "new.mtl");
+  const std::size_t begin = mtl.find(line) + line.size();
+  EXPECT_THAT(result.json()["result"]["outputs"].dump(), HasSubstr(mtl.substr(begin, mtl.find('\n', begin) - begin)));
 }
 
 TEST(VerbBake, ShowsWhatTheSourceDoesByOneSlotToo) {

@@ -162,20 +162,24 @@ TEST(JoinedMaterials, KeepWhatAllSay) {
   a.name = "a", b.name = "b";
   a.base_colour = b.base_colour = {0.5F, 0.5F, 0.5F, 1};
   EXPECT_TRUE(look_alike(a, b));
-  const Material alike = joined({&a, &b});
+  const Material alike = joined({&a, &b}, {});
   EXPECT_EQ(alike.base_colour, a.base_colour);
   EXPECT_EQ(alike.name, "");
-  EXPECT_EQ(joined({&a, &a}).name, "a");
+  EXPECT_EQ(joined({&a, &a}, {}).name, "a");
   b.base_colour[0] = 1;
   b.emissive = {0, 0, 2};
+  a.metallic = b.metallic = 0.5F;
   b.alpha = Material::Alpha::blend;
   a.is_double_sided = true;
-  const Material different = joined({&a, &b});
+  const Material different = joined({&a, &b}, {"base-colour", "emissive"});
+  EXPECT_EQ(different.metallic, 0.5F);
+  EXPECT_THAT(joined({&a, &b}, {"base-colour"}).emissive, testing::Each(0));
+  EXPECT_EQ(lost_by_joining({&a, &b}, {"base-colour"}), "emission, which are transparent");
   EXPECT_EQ(different.base_colour, Material().base_colour);
   EXPECT_THAT(different.emissive, ElementsAre(1, 1, 1));
   EXPECT_EQ(different.alpha, Material::Alpha::blend);
   EXPECT_TRUE(different.is_double_sided);
-  EXPECT_TRUE(joined({}) == Material());
+  EXPECT_TRUE(joined({}, {}) == Material());
 }
 
 TEST_F(Materials, OfNobodyKnowsWhatAreNone) {
@@ -191,12 +195,14 @@ TEST_F(Materials, OfPicturesWithTheirFactorsHaveNone) {
   glow.emissive = {0, 0.25F, 0};
   glow.roughness = 0.5F;
   glow.alpha = Material::Alpha::blend;
-  const Material bare = without_factors(glow);
+  const Material bare = without_factors(glow, {"base-colour", "emissive", "roughness"});
   EXPECT_THAT(bare.base_colour, testing::Each(1));
   EXPECT_THAT(bare.emissive, testing::Each(1));
-  EXPECT_FALSE(bare.roughness);
+  EXPECT_EQ(bare.roughness, 1);
+  EXPECT_EQ(without_factors(glow, {"emissive"}).roughness, 0.5F);
+  EXPECT_EQ(without_factors(glow, {"base-colour"}, AlphaFactor::stays).base_colour[3], 0.5F);
   EXPECT_EQ(bare.alpha, Material::Alpha::blend);
-  EXPECT_THAT(without_factors(Material()).emissive, testing::Each(0));
+  EXPECT_THAT(without_factors(Material(), {"emissive"}).emissive, testing::Each(0));
 }
 
 }  // namespace

@@ -127,9 +127,6 @@ void refuse_vertices_of_picture(const OptionValues& options, const TexturedModel
 
 }  // namespace
 
-namespace {
-
-/// Without a slot the base colour is processed.
 void refuse_normals_of_colours(const OptionValues& options, const Model& model) {
   const bool says_normals = value_space(options).meaning == ValueSpace::Meaning::normals;
   const bool has_normals = std::ranges::count(model.slots, "normal", &MaterialSlot::name) > 0;
@@ -139,8 +136,6 @@ void refuse_normals_of_colours(const OptionValues& options, const Model& model) 
                       "give --slot normal",
                       model.path.string()));
 }
-
-}  // namespace
 
 bool at_vertices(const OptionValues& options, const TexturedModel& model) {
   refuse_vertices_of_picture(options, model);

@@ -42,6 +42,9 @@ void add_space_option(OptionTable& table);
 /// Adds --normals and --normal-space.
 void add_normals_option(OptionTable& table);
 
+/// Refuses both where the base colour of a model that has a normal map is processed, as without --slot.
+void refuse_normals_of_colours(const OptionValues& options, const Model& model);
+
 /// Adds --normal-space alone; `remark` ends what is said of it.
 void add_normal_space_option(OptionTable& table, const std::string& remark);
 

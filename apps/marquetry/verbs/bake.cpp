@@ -39,6 +39,12 @@ bool has_pictures_of_its_own(const Model& model) {
                              [](const Texture& texture) { return !texture.pixels.empty(); });
 }
 
+bool has_slots(const Model& model, const std::vector<std::string>& slots) {
+  return std::ranges::all_of(slots, [&](const std::string& slot) {
+    return std::ranges::count(model.slots, slot, &MaterialSlot::name) > 0;
+  });
+}
+
 /// What of the source is baked.
 struct Asked {
   std::vector<std::string> slots;
@@ -162,8 +168,12 @@ Exit run_bake(Run& run) {
   BakeOptions how = asked_bake(options, source.model);
   how.shown = shown;
   if (to == BakeTo::textures)
-    begin_bake_as(source.model, slots, options.has("slot") ? BakedSlots::named : BakedSlots::as_the_source,
+    begin_bake_as(source.model, slots,
+                  options.has("slot") && has_slots(target.model, slots) ? BakedSlots::named : BakedSlots::as_the_source,
                   options.text("output"), target, run.terminal());
+  else if (names_gltf(options.text("output")) && has_pictures_of_its_own(target.model))
+    run.terminal().remark(target.model.path.string() +
+                          ": its picture stays, and glTF multiplies it by the colours at vertices");
   const std::string output = options.text("output");
   const bool pictures_alone = slots.size() > 1 && !names_model(output);
   const Outputs outputs(output, pictures_alone ? all_pictures(target.model) : target.model,

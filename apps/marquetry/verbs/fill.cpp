@@ -30,6 +30,7 @@ FillOptions asked_fill(const OptionValues& options) {
 Exit fill(Run& run) {
   const OptionValues& options = run.options();
   TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
+  refuse_normals_of_colours(options, scene.model);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates, so no charts to fill around");
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);

@@ -25,6 +25,7 @@ namespace {
 Exit seams(Run& run) {
   const OptionValues& options = run.options();
   TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
+  refuse_normals_of_colours(options, scene.model);
   const std::string file = scene.model.path.string();
   require(scene.atlas.has_value(), file + ": has no texture coordinates, so no seams");
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);

@@ -98,7 +98,7 @@ Exit unwrap(Run& run) {
   const std::vector<std::string> slots =
       bakes ? slots_to_bake(options, scene.model) : std::vector<std::string>();
   const Outputs outputs =
-      bakes ? unwrapped_outputs(options, scene.model, slots) : shape_outputs(options, scene);
+      bakes ? unwrapped_outputs(options, scene.model, slots, shared_slots(scene.model, slots)) : shape_outputs(options, scene);
   run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;
   const UnwrapOptions wanted = asked_unwrap(options);

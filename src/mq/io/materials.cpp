@@ -128,42 +128,65 @@ ModelMaterials file_materials(const Model& model) {
   return fits && !found.materials.empty() ? found : ModelMaterials{};
 }
 
-Material without_factors(Material material) {
+Material without_factors(Material material, const std::vector<std::string>& slots, AlphaFactor alpha) {
+  const auto has = [&](const char* slot) { return std::ranges::count(slots, slot) > 0; };
+  if (has(base_slot))
+    for (std::size_t c = 0; c < 4; ++c)
+      if (c < 3 || alpha == AlphaFactor::in_picture) material.base_colour[c] = 1;
   const bool shines = std::ranges::any_of(material.emissive, [](float e) { return e != 0; });
-  material.emissive.fill(shines ? 1 : 0);
-  material.base_colour.fill(1);
-  const bool says_metal = material.names_picture("metallic-roughness") || material.names_picture("metallic") ||
-                          material.names_picture("roughness");
-  material.metallic = material.roughness = says_metal ? std::optional<float>(1) : std::nullopt;
-  material.normal_scale = material.occlusion_strength = 1;
+  if (has("emissive")) material.emissive.fill(shines ? 1 : 0);
+  if (has("metallic-roughness") || has("metallic")) material.metallic = 1;
+  if (has("metallic-roughness") || has("roughness")) material.roughness = 1;
+  if (has("normal")) material.normal_scale = 1;
+  if (has("occlusion")) material.occlusion_strength = 1;
   return material;
 }
 
-Material joined(const std::vector<const Material*>& materials) {
+Material joined(const std::vector<const Material*>& materials, const std::vector<std::string>& slots) {
   Material result;
   if (materials.empty()) return result;
   result = *materials[0];
-  std::set<std::string> slots;
-  for (const Material* m : materials) slots.insert(m->slots.begin(), m->slots.end());
-  result.slots.assign(slots.begin(), slots.end());
-  if (!is_common(materials, &Material::name)) result.name.clear();
-  if (!is_common(materials, &Material::more_mtl)) result.more_mtl.clear();
-  if (!is_common(materials, &Material::more_gltf)) result.more_gltf.clear();
+  std::set<std::string> named;
+  for (const Material* m : materials) named.insert(m->slots.begin(), m->slots.end());
+  result.slots.assign(named.begin(), named.end());
+  const Material nothing;
+  const auto keep_common = [&](auto member) {
+    if (!is_common(materials, member)) result.*member = nothing.*member;
+  };
+  keep_common(&Material::name);
+  keep_common(&Material::more_mtl);
+  keep_common(&Material::more_gltf);
   if (all_look_alike(materials)) return result;
-  if (!is_common(materials, &Material::alpha_cutoff)) result.alpha_cutoff = Material().alpha_cutoff;
+  keep_common(&Material::base_colour);
+  keep_common(&Material::metallic);
+  keep_common(&Material::roughness);
+  keep_common(&Material::normal_scale);
+  keep_common(&Material::occlusion_strength);
+  keep_common(&Material::alpha_cutoff);
+  const bool shines_by_picture = std::ranges::count(slots, std::string("emissive")) > 0;
   for (const Material* m : materials) {
-    for (std::size_t c = 0; c < 3; ++c) result.emissive[c] = std::max(result.emissive[c], m->emissive[c]);
+    for (std::size_t c = 0; c < 3 && shines_by_picture; ++c)
+      result.emissive[c] = std::max(result.emissive[c], m->emissive[c]);
     result.alpha = std::max(result.alpha, m->alpha);
     result.is_double_sided = result.is_double_sided || m->is_double_sided;
   }
-  return without_factors(std::move(result));
+  if (!shines_by_picture) keep_common(&Material::emissive);
+  return without_factors(std::move(result), slots);
 }
 
-std::string lost_by_joining(const std::vector<const Material*>& materials) {
-  if (materials.empty()) return "";
+std::string lost_by_joining(const std::vector<const Material*>& materials, const std::vector<std::string>& slots) {
   std::string lost;
-  if (!is_common(materials, &Material::more_gltf)) lost = "extensions";
-  if (!is_common(materials, &Material::alpha)) lost += lost.empty() ? "which are transparent" : ", which are transparent";
+  const auto add = [&](bool is_lost, const char* what) {
+    if (is_lost) lost += (lost.empty() ? "" : ", ") + std::string(what);
+  };
+  if (materials.empty()) return lost;
+  const auto by_factor = [&](const char* slot) { return std::ranges::count(slots, std::string(slot)) == 0; };
+  add(!is_common(materials, &Material::emissive) && by_factor("emissive"), "emission");
+  const bool in_common = is_common(materials, &Material::metallic) && is_common(materials, &Material::roughness);
+  add(!in_common && by_factor("metallic-roughness"), "metal and roughness");
+  add(!is_common(materials, &Material::occlusion_strength) && by_factor("occlusion"), "the strength of occlusion");
+  add(!is_common(materials, &Material::alpha), "which are transparent");
+  add(!is_common(materials, &Material::more_gltf), "extensions");
   return lost;
 }
 

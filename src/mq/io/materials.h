@@ -78,15 +78,18 @@ ModelMaterials file_materials(const Model& model);
 /// `material` for all triangles.
 ModelMaterials one_for_all(Material material, int triangles);
 
-/// A material whose pictures have its factors in them: all are 1, that of emission 0 where nothing shines.
-Material without_factors(Material material);
+/// A material whose pictures for these slots have its factors in them: those are 1, that of emission 0 where
+/// nothing shines. The factor of alpha stays where it is asked for.
+enum class AlphaFactor { in_picture, stays };
+Material without_factors(Material material, const std::vector<std::string>& slots,
+                         AlphaFactor alpha = AlphaFactor::in_picture);
 
-/// One material for all: what they say where they look alike; else one without factors, without a name,
-/// that blends where any blends, has both sides where any has, and what else all have in common.
-Material joined(const std::vector<const Material*>& materials);
+/// One material for all: what they say where they look alike; else what all have in common, that blends where
+/// any blends and has both sides where any has, without the factors of these slots, which are in the pictures.
+Material joined(const std::vector<const Material*>& materials, const std::vector<std::string>& slots);
 
-/// What else of materials that do not look alike is not in `joined`, in words; empty: nothing.
-std::string lost_by_joining(const std::vector<const Material*>& materials);
+/// What of materials that do not look alike is not in `joined`, in words; empty: nothing.
+std::string lost_by_joining(const std::vector<const Material*>& materials, const std::vector<std::string>& slots);
 
 /// A material of a file made anew: with this texture of the model and what material of it; −1: none.
 struct NewMaterial {

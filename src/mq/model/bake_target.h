@@ -29,9 +29,9 @@ void begin_bake_as(const Model& source, const std::vector<std::string>& slots, B
 /// they differ, or where colours at vertices multiply them.
 BakeOptions::Factors factors_for_one(const Model& source);
 
-/// For a format whose pictures stand for its factors (MTL): takes the factors from the model's materials, into
-/// whose pictures they are to be baked.
-BakeOptions::Factors factors_into_pictures(Model& model);
+/// For a format whose pictures stand for its factors (MTL): takes the factors of these slots from the model's
+/// materials, into whose pictures they are to be baked. That of alpha stays.
+BakeOptions::Factors factors_into_pictures(const std::vector<std::string>& slots, Model& model);
 
 /// In glTF they would multiply a picture that was made of them. Remarks on it.
 void leave_out_colours(Model& model, Messages& messages);

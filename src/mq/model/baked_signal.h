@@ -23,8 +23,8 @@ struct BakeOptions {
   enum class Shown { pictures, shading_normals } shown = Shown::pictures;
 
   /// What becomes of the factors of the source's materials: they stay in its materials, for a target that
-  /// has these; or the values are multiplied by them.
-  enum class Factors { apart, applied } factors = Factors::apart;
+  /// has these; or the values are multiplied by them, or by all but that of alpha.
+  enum class Factors { apart, applied, applied_but_alpha } factors = Factors::apart;
   /// What a picture holds that is made of colours at vertices that are light (glTF) in floating point: light;
   /// or as pictures of any other source display values, of 16 bits.
   enum class FloatColours { light, displayed } float_colours = FloatColours::light;

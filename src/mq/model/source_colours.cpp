@@ -82,11 +82,12 @@ void SourceColours::read_textures(const ValueSpace& values) {
 void SourceColours::read_materials(BakeOptions::Factors factors) {
   materials_ = file_materials(model_);
   const std::string slot = model_.slot.empty() ? base_slot : model_.slot;
-  const bool applied = factors == BakeOptions::Factors::applied;
+  const bool applied = factors != BakeOptions::Factors::apart;
   tints_ = applied && slot == base_slot && model_.colors.is_light && model_.colors.channels >= 3;
   const double one = to_space(1);
   for (const Material& material : materials_.materials) {
-    const SlotFactor factor = slot_factor(material, slot);
+    SlotFactor factor = slot_factor(material, slot);
+    if (factors == BakeOptions::Factors::applied_but_alpha) factor.factor[3] = 1;
     if (applied) factors_.push_back(factor);
     bare_.emplace_back();
     if (material.names_picture(slot) || factor.kind == SlotFactor::Kind::unknown) continue;

@@ -136,14 +136,18 @@ void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSl
 }
 
 Outputs unwrapped_outputs(const OptionValues& options, const Model& model,
-                          const std::vector<std::string>& slots) {
+                          const std::vector<std::string>& slots,
+                          const std::vector<SharedSlot>& shared) {
   Model planned;
   planned.path = model.path;
   planned.mesh.positions = {Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY()};
   planned.mesh.triangles = {{0, 1, 2}};
   planned.mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
   planned.mesh.corner_uvs = planned.mesh.triangles;
-  if (slots.size() > 1) begin_slots(slots, 1, planned);
+  if (slots.size() > 1 || !shared.empty()) {
+    begin_slots(slots, 1, planned);
+    share_slots(shared, planned);
+  }
   return Outputs(options.text("output"), planned, Outputs::Kind::pictures);
 }
 
@@ -153,7 +157,7 @@ void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const std::
   begin_bake(slots, shared, target);
   BakeOptions how;
   how.values.axes = asked_axes(run.options());
-  if (!names_gltf(run.options().text("output"))) how.factors = factors_into_pictures(target.model);
+  if (!names_gltf(run.options().text("output"))) how.factors = factors_into_pictures(slots, target.model);
   bake_onto(run, slots, source, target, BakeTo::textures, how, share);
   scene = std::move(target);
 }

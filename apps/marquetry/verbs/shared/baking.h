@@ -33,7 +33,7 @@ void bake_onto(Run& run, const std::vector<std::string>& slots, const SourceOfSl
 
 /// Where a model goes that gets pictures for texture coordinates that it has not yet.
 Outputs unwrapped_outputs(const OptionValues& options, const Model& model,
-                          const std::vector<std::string>& slots);
+                          const std::vector<std::string>& slots, const std::vector<SharedSlot>& shared = {});
 
 /// Gives `scene`, just unwrapped for `size` texels, what the source showed, as `bake_onto` does. Its
 /// triangles keep their materials; outside glTF the factors of these go into the pictures.
