@@ -10,8 +10,8 @@ import sys
 import textwrap
 from typing import Any
 
-#: Verbs that are for people in front of a program.
-LEFT_OUT_VERBS = {"view"}
+#: Verbs that are for people in front of a program, or what a script is already.
+LEFT_OUT_VERBS = {"batch", "view"}
 LEFT_OUT_OPTIONS = {"json", "progress", "quiet", "help"}
 #: Paths that are written to.
 OUTPUTS = {"output", "report", "config", "cameras", "plot", "strip", "picture", "record", "screenshot"}

@@ -1,6 +1,5 @@
 // The verbs of the program: their option tables, from which the package's functions are made, and a run of one.
 #include <pybind11/stl.h>
-#include <tbb/global_control.h>
 
 #include <atomic>
 #include <chrono>
@@ -15,7 +14,6 @@
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
 #include "mq/base/option_words.h"
-#include "mq/io/atomic_file.h"
 #include "parts.h"
 #include "shell/run.h"
 #include "shell/verb.h"
@@ -119,12 +117,6 @@ OptionValues values_of(const Verb& verb, const std::map<std::string, std::vector
   return values;
 }
 
-void write_report(const OptionValues& options, const app::Json& report) {
-  if (!options.given("report") || options.flag("dry-run")) return;
-  const std::string text = app::json_text(report);
-  write_file(options.text("report"), std::as_bytes(std::span(text.data(), text.size())));
-}
-
 /// One verb at a time: they name their options for the whole process.
 std::mutex& one_at_a_time() {
   static std::mutex mutex;
@@ -144,13 +136,9 @@ py::tuple run_verb(const std::string& name, const std::map<std::string, std::vec
     at_work = &verb;
     const std::shared_ptr<void> after(nullptr, [](void*) { at_work = nullptr; });
     const OptionValues options = values_of(verb, given);
-    const auto threads = options.integer("threads");
-    const tbb::global_control control(
-        tbb::global_control::max_allowed_parallelism,
-        threads > 0 ? std::size_t(threads) : std::max(1U, std::thread::hardware_concurrency()));
     MailTerminal terminal(name, mail);
     outcome = app::run_as_asked(verb, options, terminal, inner);
-    write_report(options, outcome.report);
+    if (!options.flag("dry-run")) app::write_report(options, outcome.report);
   });
   return py::make_tuple(int(outcome.exit), app::json_text(outcome.report));
 }

@@ -47,6 +47,7 @@ namespace {
   const int out = open(output.c_str(), O_WRONLY | O_CREAT, 0600);
   const int err = open(error.c_str(), O_WRONLY | O_CREAT, 0600);
   if (out < 0 || err < 0 || chdir(folder.c_str()) != 0) _exit(126);
+  if (!options.standard_input.empty()) dup2(open(options.standard_input.c_str(), O_RDONLY), STDIN_FILENO);
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);
   for (const auto& [name, value] : options.environment) setenv(name.c_str(), value.c_str(), 1);

@@ -42,6 +42,7 @@ struct RunOptions {
   std::vector<std::string> interrupt_at = {};
   long largest_file = 0;     ///< bytes a file may grow to; 0: no limit (a full disk, in small)
   std::string program = {};  ///< beside marquetry, in its place
+  std::string standard_input = {};   ///< a file for standard input; by default the test's own
   std::string standard_output = {};  ///< a file for standard output, such as /dev/full
 };
 

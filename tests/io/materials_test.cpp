@@ -76,6 +76,14 @@ TEST_F(Materials, OfGltfComeBackFromAGltfMadeAnew) {
             Json::parse(R"({"KHR_materials_ior":{"ior":1.25},"KHR_materials_clearcoat":{"clearcoatFactor":0.5}})"));
 }
 
+TEST_F(Materials, AreMattInGltfWhereAFileHadNone) {
+  put("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+               "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  const Material matt = only_material(made_anew(folder / "a.ply", folder / "b.glb"));
+  EXPECT_EQ(matt.metallic, 0.0F);
+  EXPECT_EQ(matt.base_colour, Material().base_colour);
+}
+
 TEST_F(Materials, OfGltfAreInMtlAsFarAsItHasWords) {
   put_scene("a.gltf", glass);
   Model model = read_model(folder / "a.gltf");

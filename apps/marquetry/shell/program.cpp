@@ -4,7 +4,6 @@
 #include "shell/program.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <csignal>
@@ -12,7 +11,6 @@
 #include <cstdlib>
 #include <new>
 #include <optional>
-#include <thread>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -20,7 +18,6 @@
 
 #include "mq/base/error.h"
 #include "mq/base/instruction_set.h"
-#include "mq/base/option_names.h"
 #include "mq/io/atomic_file.h"
 #include "mq/version.h"
 #include "shell/completion.h"
@@ -28,6 +25,7 @@
 #include "shell/manual.h"
 #include "shell/run.h"
 #include "shell/shared_options.h"
+#include "shell/standard_streams.h"
 #include "shell/terminal.h"
 #include "shell/verb_run.h"
 
@@ -43,19 +41,6 @@ std::string overview(const std::vector<Verb>& verbs) {
   return text +
          "\n'marquetry VERB -h' is short help, 'marquetry VERB --help' all there is to know;\n"
          "'marquetry help VERB' leaves out what verbs share, which 'marquetry help options' has.\n";
-}
-
-Verb find_verb(std::vector<Verb> verbs, const std::string& name) {
-  std::vector<std::string> names;
-  for (Verb& verb : verbs) {
-    if (verb.table.verb() == name) {
-      add_running_options(verb.table);
-      return verb;
-    }
-    names.push_back(verb.table.verb());
-  }
-  throw InvalidInput(fmt::format("there is no verb '{}'{} ('marquetry --help' lists them)", name,
-                                 did_you_mean(name, names)));
 }
 
 /// What the words ask to be told, if they do; looked for before anything can be wrong with them.
@@ -75,31 +60,14 @@ bool wants_json_lines(const std::vector<std::string>& words) {
   return false;
 }
 
-OptionValues read_options(const OptionTable& table, const std::vector<std::string>& words) {
+OptionValues read_options(const OptionTable& table, const std::vector<std::string>& words,
+                          StandardStreams& streams) {
   OptionValues options = parse_arguments(table, words);
+  streams.stand_in(options);
   if (options.given("config")) read_config(options.text("config"), options);
+  streams.stand_in(options);  // for what the configuration file gave
   options.check();
   return options;
-}
-
-void write_report(const OptionValues& options, const Json& report) {
-  const std::string text = json_text(report);
-  if (options.given("report"))
-    write_file(options.text("report"), std::as_bytes(std::span(text.data(), text.size())));
-  if (options.flag("json")) fmt::print("{}", text);
-}
-
-/// Messages of the library say "--longest-edge" where the verb has that option.
-void name_options_of(const Verb& verb) {
-  set_option_names([fields = verb.fields, options = verb.table.options()](std::string_view field) {
-    std::string name(field);
-    if (const auto other = fields.find(field); other != fields.end())
-      name = other->second;
-    else
-      std::ranges::replace(name, '_', '-');
-    const auto option = std::ranges::find(options, name, &Option::name);
-    return option == options.end() ? name : display_name(*option);
-  });
 }
 
 Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal& terminal) {
@@ -109,18 +77,19 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
   }
   name_options_of(verb);
   if (wants_json_lines(words)) terminal.set_form(Terminal::Form::json);
-  const OptionValues options = read_options(verb.table, words);
+  StandardStreams streams(terminal);
+  const OptionValues options = read_options(verb.table, words, streams);
   if (options.text("progress") == "json") terminal.set_form(Terminal::Form::json);
-  const auto threads = options.integer("threads");
-  const tbb::global_control control(
-      tbb::global_control::max_allowed_parallelism,
-      threads > 0 ? std::size_t(threads) : std::max(1U, std::thread::hardware_concurrency()));
   if (options.flag("quiet")) terminal.set_voice(Terminal::Voice::quiet);
   if (options.given("report")) const AtomicFile probe(options.text("report"));
   const Progress progress([&](const ProgressEvent& event) { terminal.progress(event); },
                           &Interrupt::requested());
   const VerbOutcome outcome = run_as_asked(verb, options, terminal, progress);
-  if (!options.flag("dry-run")) write_report(options, outcome.report);
+  if (options.flag("dry-run")) return outcome.exit;
+  const Json report = streams.as_given(outcome.report);
+  write_report(options, report);
+  if (options.flag("json") && !streams.writes()) fmt::print("{}", json_text(report));
+  streams.send();
   return outcome.exit;
 }
 
@@ -211,8 +180,9 @@ Json file_of(const std::string& message, const std::vector<std::string>& words) 
 }
 
 /// Says what went wrong: in words, and where --json was asked for as an object as well.
-void say_error(const std::string& message, const std::vector<std::string>& words,
+void say_error(const std::string& error_message, const std::vector<std::string>& words,
                Terminal& terminal) {
+  const std::string message = terminal.renamed(error_message);
   terminal.error(message);
   const auto end = std::ranges::find(words, "--");
   if (std::find(words.begin(), end, "--json") == end) return;

@@ -16,6 +16,7 @@
 #include "mq/io/json_read.h"
 #include "mq/io/video.h"
 #include "mq/version.h"
+#include "shell/standard_streams.h"
 
 namespace mq::app {
 namespace {
@@ -80,6 +81,10 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
   for (const auto& path : paths)
     require(names.insert(full_name(path)).second,
             path.string() + ": two outputs have this name; choose another for one");
+  if (paths.size() > 1 && std::ranges::any_of(paths, names_standard_output))
+    throw IoError(fmt::format("--output: {} files would be written, and standard output takes one: name a file or "
+                              "a folder, or a format that holds all, such as glb",
+                              paths.size()));
   for (const auto& path : paths)
     if (options_.flag("no-clobber") && fs::exists(path, failure))
       throw IoError(
@@ -239,13 +244,6 @@ Json typed(const Option& option, const OptionValues& options, const std::string&
   }
 }
 
-/// A JSON value as a user would have typed it.
-std::string typed_text(const Json& value) {
-  require(value.is_string() || value.is_number() || value.is_boolean(),
-          "found " + value.dump() + ", wanted a text, a number or true or false");
-  return value.is_string() ? value.get<std::string>() : value.dump();
-}
-
 /// Given on the command line: the option itself or one that excludes it.
 bool overridden(const OptionValues& given, const std::string& name) {
   for (const auto& group : given.table().exclusives())
@@ -264,9 +262,15 @@ void apply_option(const std::string& name, const Json& value, OptionValues& opti
   options.set(name, texts);
 }
 
-/// `place` says where a value stands, for messages.
-void apply_config(const Json& config, OptionValues& options,
-                  const std::function<std::string(const std::vector<JsonStep>&)>& place) {
+}  // namespace
+
+std::string typed_text(const Json& value) {
+  require(value.is_string() || value.is_number() || value.is_boolean(),
+          "found " + value.dump() + ", wanted a text, a number or true or false");
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+void take_options(const Json& config, OptionValues& options, const JsonPlaces& place) {
   const std::string& own = options.table().verb();
   const Json verb = config.value("verb", Json(own));
   if (verb != Json(own))
@@ -291,8 +295,6 @@ void apply_config(const Json& config, OptionValues& options,
   }
 }
 
-}  // namespace
-
 Json options_json(const OptionValues& options) {
   Json json = Json::object();
   for (const Option& option : options.table().options()) {
@@ -314,8 +316,11 @@ void read_config(const std::filesystem::path& path, OptionValues& options) {
   if (!config.is_object())
     throw IoError(
         fmt::format("{}: found no JSON object (wanted {})", json_place(file, text, {}), wanted));
-  apply_config(config, options,
-               [&](const std::vector<JsonStep>& steps) { return json_place(file, text, steps); });
+  take_options(config, options, [&](const std::vector<JsonStep>& steps) { return json_place(file, text, steps); });
+}
+
+void write_report(const OptionValues& options, const Json& report) {
+  if (options.given("report")) write_file(options.text("report"), bytes_of(json_text(report)));
 }
 
 Json defects_json(const Defects& defects) {

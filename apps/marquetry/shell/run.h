@@ -14,6 +14,7 @@
 #include "mq/base/defect.h"
 #include "mq/base/options.h"
 #include "mq/base/progress.h"
+#include "mq/io/json_read.h"
 #include "mq/io/model.h"
 #include "shell/terminal.h"
 
@@ -134,9 +135,21 @@ Json number_json(double value);
 /// The values of all options of `Scope::result` that have one, as JSON of their type.
 Json options_json(const OptionValues& options);
 
-/// Fills in from a configuration file (a report, or an object of options) what was not given.
-/// Throws `IoError` or `InvalidInput` naming the file and the option.
+/// A JSON value as a user would have typed it. Throws `InvalidInput` where it is a list or an object.
+std::string typed_text(const Json& value);
+
+/// Where a value stands that these steps lead to, for messages.
+using JsonPlaces = std::function<std::string(std::vector<JsonStep>)>;
+
+/// Fills in from an object (a report, or one of options) what was not given. Throws `InvalidInput` naming
+/// the place and the option.
+void take_options(const Json& object, OptionValues& options, const JsonPlaces& place);
+
+/// The same from a configuration file. Throws `IoError` or `InvalidInput`.
 void read_config(const std::filesystem::path& path, OptionValues& options);
+
+/// Writes the report to the file of --report, if one is given.
+void write_report(const OptionValues& options, const Json& report);
 
 Json defects_json(const Defects& defects);
 

@@ -147,7 +147,17 @@ void Terminal::line(const char* color, const std::string& message) {
     fmt::print(stderr, "{}{}\n", prefix_, text);
 }
 
-void Terminal::say(const char* event, const char* color, const std::string& text) {
+void Terminal::rename(const std::string& file, const std::string& name) { names_.emplace_back(file, name); }
+
+std::string Terminal::renamed(std::string text) const {
+  for (const auto& [file, name] : names_)
+    for (std::size_t at = text.find(file); at != std::string::npos; at = text.find(file, at + name.size()))
+      text.replace(at, file.size(), name);
+  return text;
+}
+
+void Terminal::say(const char* event, const char* color, const std::string& said) {
+  const std::string text = renamed(said);
   if (form_ == Form::json) {
     const std::lock_guard lock(mutex_);
     return print_line({{"event", event}, {"text", text}});

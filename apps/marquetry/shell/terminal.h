@@ -11,6 +11,8 @@
 #include <functional>
 #include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "mq/base/progress.h"
 #include "mq/model/messages.h"
@@ -37,6 +39,11 @@ class Terminal : public Messages {
   using Listener = std::function<void(const std::string& text)>;
   void set_listener(Listener listener);
 
+  /// From now on this name stands in all that is said for a file that the user does not know of. Before
+  /// there are threads that say anything.
+  void rename(const std::string& file, const std::string& name);
+  std::string renamed(std::string text) const;
+
   /// The innermost step that was last reported, with the frame it belongs to: "frame 3, solve".
   std::string step();
 
@@ -50,7 +57,7 @@ class Terminal : public Messages {
  private:
   using Clock = std::chrono::steady_clock;
 
-  void say(const char* event, const char* color, const std::string& text);
+  void say(const char* event, const char* color, const std::string& said);
   void line(const char* color, const std::string& message);
   void progress_line(double fraction, double elapsed);
   void tell(const std::string& text);
@@ -70,6 +77,7 @@ class Terminal : public Messages {
   std::string safe_;
   std::mutex mutex_, listener_mutex_, safe_mutex_;
   Listener listener_;
+  std::vector<std::pair<std::string, std::string>> names_;
 };
 
 }  // namespace mq::app

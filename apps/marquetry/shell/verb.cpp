@@ -1,5 +1,13 @@
 #include "shell/verb.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mq/base/error.h"
+#include "mq/base/option_names.h"
+#include "shell/run.h"
+
 namespace mq::app {
 
 #define MARQUETRY_VERB(name) Verb name##_verb();
@@ -12,6 +20,31 @@ std::vector<Verb> all_verbs() {
 #include "verb_list.inc"
 #undef MARQUETRY_VERB
   };
+}
+
+Verb find_verb(std::vector<Verb> verbs, const std::string& name) {
+  std::vector<std::string> names;
+  for (Verb& verb : verbs) {
+    if (verb.table.verb() == name) {
+      add_running_options(verb.table);
+      return verb;
+    }
+    names.push_back(verb.table.verb());
+  }
+  throw InvalidInput(fmt::format("there is no verb '{}'{} ('marquetry --help' lists them)", name,
+                                 did_you_mean(name, names)));
+}
+
+void name_options_of(const Verb& verb) {
+  set_option_names([fields = verb.fields, options = verb.table.options()](std::string_view field) {
+    std::string name(field);
+    if (const auto other = fields.find(field); other != fields.end())
+      name = other->second;
+    else
+      std::ranges::replace(name, '_', '-');
+    const auto option = std::ranges::find(options, name, &Option::name);
+    return option == options.end() ? name : display_name(*option);
+  });
 }
 
 }  // namespace mq::app

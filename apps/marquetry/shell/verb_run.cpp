@@ -1,8 +1,10 @@
 #include "shell/verb_run.h"
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
+#include <thread>
 
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
@@ -66,6 +68,10 @@ VerbOutcome run_once(const Verb& verb, const OptionValues& options, Terminal& te
 
 VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal& terminal,
                          const Progress& progress) {
+  const auto threads = options.integer("threads");
+  const tbb::global_control control(
+      tbb::global_control::max_allowed_parallelism,
+      threads > 0 ? std::size_t(threads) : std::max(1U, std::thread::hardware_concurrency()));
   const bool sequence = std::ranges::any_of(
       options.table().options(), [](const Option& option) { return is_frames_option(option); });
   if (sequence && !options.has("frames")) refuse_frame_places(options);

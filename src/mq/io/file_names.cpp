@@ -33,6 +33,40 @@ bool names_animation(const std::filesystem::path& path) {
          !has_frame_place(path.filename().string());
 }
 
+namespace {
+
+/// Whether the first line that is neither empty nor a remark begins with a word of OBJ files. A line that
+/// is cut off counts, as does one remark of which no end is seen.
+bool begins_as_obj(std::string_view text) {
+  static constexpr std::string_view words[] = {"v", "vt", "vn", "f", "o", "g", "s", "mtllib", "usemtl"};
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    const std::string_view line = text.substr(0, end), word = line.substr(0, line.find_first_of(" \t"));
+    if (!word.empty() && !word.starts_with('#')) return std::ranges::count(words, word) > 0;
+    if (end == text.size()) return word.starts_with('#');
+    text.remove_prefix(end + 1);
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string extension_by_content(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  static constexpr std::pair<std::string_view, const char*> beginnings[] = {
+      {"\x89PNG"sv, ".png"}, {"\xff\xd8\xff"sv, ".jpg"}, {"II*\0"sv, ".tif"},  {"MM\0*"sv, ".tif"},
+      {"v/1\x01"sv, ".exr"}, {"BM"sv, ".bmp"},           {"PIEH"sv, ".flo"}, {"ply\n"sv, ".ply"},
+      {"ply\r"sv, ".ply"},   {"glTF"sv, ".glb"}};
+  for (const auto& [beginning, extension] : beginnings)
+    if (bytes.starts_with(beginning)) return extension;
+  if (bytes.starts_with("RIFF") && bytes.substr(std::min<std::size_t>(8, bytes.size())).starts_with("WEBP"))
+    return ".webp";
+  const std::size_t word = bytes.find_first_not_of(" \t\r\n");
+  if (word != std::string_view::npos && (bytes[word] == '{' || bytes[word] == '['))
+    return bytes.find("\"asset\"") == std::string_view::npos ? ".json" : ".gltf";
+  return begins_as_obj(bytes) ? ".obj" : "";
+}
+
 bool holds_numbers(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   return extension == ".exr" || extension == ".tif" || extension == ".tiff";

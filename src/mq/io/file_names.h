@@ -1,8 +1,9 @@
 #pragma once
-/// What the name of a file says about its format.
+/// What the name of a file, or how it begins, says about its format.
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace mq {
 
@@ -17,6 +18,11 @@ bool names_picture(const std::filesystem::path& path);
 
 /// Whether it is a GLB or USD (.usda, .usdz) for all frames, without a place for their numbers.
 bool names_animation(const std::filesystem::path& path);
+
+/// The extension of the format that a file's first bytes (256 are enough) belong to: of a picture, an
+/// optical flow, a model, of JSON; text that begins with a line of an OBJ file is one. Empty where they are
+/// nothing that is read here.
+std::string extension_by_content(std::string_view first_bytes);
 
 /// Whether it is a picture for numbers as well as colours: .exr and .tif.
 bool holds_numbers(const std::filesystem::path& path);

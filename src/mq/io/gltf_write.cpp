@@ -12,6 +12,7 @@
 #include "mq/io/detail/gltf_container.h"
 #include "mq/io/detail/gltf_material.h"
 #include "mq/io/detail/gltf_scene.h"
+#include "mq/io/file_names.h"
 #include "mq/io/materials.h"
 #include "mq/io/normals.h"
 #include "mq/io/slots.h"
@@ -83,7 +84,11 @@ class NewGltf {
 
   void add_primitives() {
     OrderedJson primitives = OrderedJson::array();
-    for (const Group& group : groups()) primitives.push_back(primitive(group));
+    const std::vector<Group> all = groups();
+    // Where another format says nothing of materials its triangles are matt; in glTF no material is metal.
+    constexpr NewMaterial none;
+    if (!names_gltf(model_.path) && std::ranges::count(all, none, &Group::material) > 0) materials_.push_back(none);
+    for (const Group& group : all) primitives.push_back(primitive(group));
     if (primitives.empty()) return;
     json_["scenes"][0]["nodes"].push_back(0);
     json_["nodes"] = OrderedJson::array({{{"mesh", 0}}});

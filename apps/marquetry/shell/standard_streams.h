@@ -1,0 +1,58 @@
+#pragma once
+/// Standard input and standard output in the place of files, for pipes:
+///
+///     cat photo.png | marquetry filter - --beta 3 -o - > sharp.png
+///     curl ... | marquetry filter ply:- -o glb:- | viewer -
+///
+/// What comes is kept in a temporary file with the extension that its first bytes ask for, or that stands
+/// before the hyphen; what goes is written to one first, so that nothing goes where the work fails.
+
+#include <filesystem>
+#include <string>
+
+#include "mq/base/options.h"
+#include "shell/run.h"
+#include "shell/terminal.h"
+
+namespace mq::app {
+
+class StandardStreams {
+ public:
+  /// The terminal says "standard input" and "standard output" for the files.
+  explicit StandardStreams(Terminal& terminal) : terminal_(terminal) {}
+  ~StandardStreams();
+  StandardStreams(const StandardStreams&) = delete;
+  StandardStreams& operator=(const StandardStreams&) = delete;
+
+  /// Puts names of files for "-" and "FORMAT:-" among the options that are paths; may be called again when
+  /// more is given. Standard output takes the format of the first input where that is a picture and no
+  /// other is named. Throws `InvalidInput` where two options name one stream, where it is a terminal, and
+  /// where what comes is in no format that is known.
+  void stand_in(OptionValues& options);
+
+  /// Whether results go to standard output, so that nothing else may.
+  bool writes() const { return !output_.empty(); }
+
+  /// Sends what was written. Throws `IoError` where nobody takes it.
+  void send() const;
+
+  /// A report with what was given, such as "-", for the names of the files.
+  Json as_given(Json report) const;
+
+ private:
+  std::filesystem::path folder();
+  std::string read_input(const std::string& format, const std::string& option);
+  std::string choose_output(const std::string& format, const OptionValues& options);
+
+  Terminal& terminal_;
+  std::filesystem::path folder_, input_, output_;
+  std::string input_name_, output_name_;  ///< as given: "-", "ply:-"
+};
+
+/// Throws `InvalidInput` where an option names one, for runs that have none.
+void refuse_standard_streams(const OptionValues& options);
+
+/// Whether it is the name of a file that stands for standard output.
+bool names_standard_output(const std::filesystem::path& path);
+
+}  // namespace mq::app

@@ -1,0 +1,112 @@
+// Pipes in the place of files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/models.h"
+#include "cli/program.h"
+
+namespace mq::test {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+/// Runs with this file as standard input, and temporary files in a folder that must be empty afterwards.
+Result piped(const Folder& folder, const std::vector<std::string>& words, const std::string& input) {
+  const Folder temporary;
+  const Result result = marquetry(folder, words,
+                                  {.environment = {{"TMPDIR", temporary.path().string()}},
+                                   .standard_input = (folder / input).string()});
+  EXPECT_THAT(temporary.names(), IsEmpty());
+  return result;
+}
+
+/// What a refused run says; it sends nothing.
+std::string refused(const Folder& folder, const std::vector<std::string>& words, const std::string& input) {
+  const Result result = piped(folder, words, input);
+  EXPECT_EQ(result.status, 2) << result.error;
+  EXPECT_EQ(result.output, "");
+  return result.error;
+}
+
+TEST(StandardStreams, AreAPictureLikeAnyOther) {
+  const Folder folder;
+  write_strip(folder);
+  ASSERT_EQ(marquetry(folder, {"filter", "strip.png", "--beta", "2", "-o", "file.png"}).status, 0);
+  const Result result = piped(folder, {"filter", "-", "--beta", "2", "-o", "-"}, "strip.png");
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.output, file_bytes(folder / "file.png"));
+  EXPECT_THAT(result.error, Not(HasSubstr("/")));
+}
+
+TEST(StandardStreams, AreModels) {
+  const Folder folder;
+  write_bytes(folder / "fan.ply", coloured_ply);
+  ASSERT_EQ(marquetry(folder, {"filter", "fan.ply", "--vertices", "--beta", "0", "-o", "file.glb"}).status, 0);
+  const Result result = piped(folder, {"filter", "-", "--vertices", "--beta", "0", "-o", "glb:-"}, "fan.ply");
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.output, file_bytes(folder / "file.glb"));
+}
+
+TEST(StandardStreams, StandForMasksAndConfigurationsToo) {
+  const Folder folder;
+  write_strip(folder);
+  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "--beta", "2", "-o", "a.png", "--report", "run.json"}).status, 0);
+  ASSERT_EQ(piped(folder, {"filter", "--config", "-", "-o", "b.png"}, "run.json").status, 0);
+  EXPECT_EQ(file_bytes(folder / "a.png"), file_bytes(folder / "b.png"));
+  const Result masked = piped(folder, {"filter", "strip.obj", "--beta", "2", "--mask", "-", "-o", "c.png"}, "strip.png");
+  EXPECT_EQ(masked.status, 0) << masked.error;
+}
+
+TEST(StandardStreams, AreHyphensInReports) {
+  const Folder folder;
+  write_strip(folder);
+  ASSERT_EQ(piped(folder, {"filter", "-", "--beta", "2", "-o", "png:-", "--report", "run.json"}, "strip.png").status, 0);
+  const auto report = nlohmann::json::parse(file_bytes(folder / "run.json"));
+  EXPECT_EQ(report.at("options").at("mesh"), "-");
+  EXPECT_EQ(report.at("options").at("output"), "png:-");
+  EXPECT_THAT(report.at("result").at("outputs").get<std::vector<std::string>>(), ElementsAre("png:-"));
+  EXPECT_THAT(report.dump(), Not(HasSubstr("standard_")));
+  const Result again = piped(folder, {"filter", "--config", "run.json"}, "strip.png");
+  EXPECT_EQ(again.status, 0) << again.error;
+  EXPECT_EQ(again.output, piped(folder, {"filter", "-", "--beta", "2", "-o", "-"}, "strip.png").output);
+}
+
+TEST(StandardStreams, AreNamedInMessages) {
+  const Folder folder;
+  write_strip(folder);
+  const std::string picture = file_bytes(folder / "strip.png");
+  write_bytes(folder / "cut.png", picture.substr(0, picture.size() / 2));
+  EXPECT_THAT(refused(folder, {"filter", "-", "--beta", "2", "-o", "-"}, "cut.png"), HasSubstr(": standard input"));
+  write_bytes(folder / "nothing", "");
+  EXPECT_THAT(refused(folder, {"filter", "-", "-o", "-"}, "nothing"), HasSubstr("nothing came"));
+  write_bytes(folder / "words", "once upon a time");
+  EXPECT_THAT(refused(folder, {"filter", "-", "-o", "-"}, "words"), HasSubstr("obj:-"));
+}
+
+TEST(StandardStreams, TakeOneFileAndNothingElse) {
+  const Folder folder;
+  write_strip(folder);
+  EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "-"}, "strip.png"), HasSubstr("png:-"));
+  EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "obj:-"}, "strip.png"),
+              HasSubstr("standard output takes one"));
+  EXPECT_THAT(refused(folder, {"filter", "-", "-", "-o", "-"}, "strip.png"), HasSubstr("taken already"));
+  EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--report", "-", "-o", "png:-"}, "strip.png"), HasSubstr("./-"));
+  const Result both = piped(folder, {"filter", "-", "--beta", "2", "-o", "-", "--json"}, "strip.png");
+  EXPECT_EQ(both.status, 2);
+  EXPECT_THAT(both.error, HasSubstr("--report FILE"));
+}
+
+TEST(StandardStreams, NoticeThatNobodyTakesTheResult) {
+  const Folder folder;
+  write_strip(folder);
+  const Result lost = marquetry(folder, {"filter", "strip.png", "--beta", "2", "-o", "-"}, {.standard_output = "/dev/full"});
+  EXPECT_EQ(lost.status, 2);
+  EXPECT_THAT(lost.error, HasSubstr("standard output cannot be written to"));
+}
+
+}  // namespace
+}  // namespace mq::test
