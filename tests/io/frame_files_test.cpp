@@ -105,6 +105,9 @@ TEST(FrameFiles, HaveNumbersOfTenDigitsAndNoLargerOnes) {
     EXPECT_THAT(refusal(name), HasSubstr("2147483647"));
   }
   EXPECT_THAT(refusal(larger / "g%d.ply"), HasSubstr("no file is called so"));
+  const Folder scene({"walk.usdz", "walk.ply"});
+  EXPECT_THAT(refusal(scene / "walk.usdz"), HasSubstr("write a file a frame"));
+  EXPECT_THAT(refusal(scene / "walk.ply"), HasSubstr("found one file, wanted a sequence"));
 }
 
 TEST(FrameFiles, ThatAreMissingMayBeLeftOut) {

@@ -399,6 +399,8 @@ TEST_F(ModelFile, IsKnownByItsContentNotItsExtension) {
   EXPECT_THAT(refusal("picture.obj"), HasSubstr("is a PNG picture; convert it"));
   put("stl.obj", "solid cube\nfacet normal\n");
   EXPECT_THAT(refusal("stl.obj"), HasSubstr("is an STL mesh"));
+  put("a.usd", "#usda 1.0\n");
+  EXPECT_THAT(refusal("a.usd"), HasSubstr("is a USD scene; convert it"));
   put("m.mtl", "newmtl x\n");
   EXPECT_THAT(refusal("m.mtl"), HasSubstr("a material library, not the mesh"));
   for (const std::string name : {"x.obj", "x.ply", "x.glb", "x.gltf", "x"}) {

@@ -59,6 +59,12 @@ int number_of(std::string_view digits, const fs::path& path) {
   return number;
 }
 
+/// USD, Alembic and what else holds scenes in time.
+bool names_scene(const fs::path& path) {
+  static constexpr const char* scenes[] = {".usd", ".usda", ".usdc", ".usdz", ".abc", ".fbx", ".blend"};
+  return std::ranges::count(scenes, lower(path.extension().string())) > 0;
+}
+
 /// A stem's last digits as a number and what stands before them; −1 where it has none.
 struct Numbered {
   std::string before;
@@ -179,6 +185,10 @@ std::vector<FrameFile> find_frames(const std::string& name, const std::vector<in
   if (!is_folder && !has_frame_place(name)) {
     if (!fs::exists(name, ignored))
       throw IoError(fmt::format("{}: there is no such file or folder", name));
+    require(!names_scene(name),
+            fmt::format("{}: scenes with all frames in one file are not read; write a file a frame, OBJ, PLY, glTF or "
+                        "GLB, from the program that made it, or from Blender (docs/evolve.md has its command)",
+                        name));
     throw InvalidInput(fmt::format(
         "{}: found one file, wanted a sequence: a folder, or a name with a place for the frame's "
         "number, such as frame_%04d.ply",

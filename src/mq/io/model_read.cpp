@@ -39,7 +39,10 @@ constexpr std::pair<std::string_view, const char*> other_formats[] = {
     {"II*", "a TIFF picture"},       {"MM\0*", "a TIFF picture"},
     {"PK\x03\x04", "a zip archive"}, {"\x1f\x8b", "a gzip archive"},
     {"Kaydara FBX", "an FBX scene"}, {"solid ", "an STL mesh"},
-    {"OFF", "an OFF mesh"},          {"newmtl", "a material library, not the mesh"}};
+    {"OFF", "an OFF mesh"},          {"newmtl", "a material library, not the mesh"},
+    {"#usda", "a USD scene"},        {"PXR-USDC", "a USD scene"},
+    {"Ogawa", "an Alembic scene"},   {"\x89HDF", "an HDF5 file, such as Alembic scenes were"},
+    {"BLENDER", "a file of Blender"}};
 
 Document::Format format_of(const fs::path& path, ByteView bytes) {
   std::string_view text = text_of(bytes);
