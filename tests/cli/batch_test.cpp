@@ -55,8 +55,8 @@ TEST(Batch, ReadsAllJobsBeforeTheFirstIsRun) {
   const Jobs folder("[[\"filter\", \"strip.obj\", \"--beta\", \"2\", \"-o\", \"a.png\"],\n"
                     " {\"verb\": \"filter\", \"options\": {\"mesh\": \"strip.obj\",\n  \"betta\": 2, \"output\": \"b.png\"}}]");
   const std::string said = refusal(folder, {"batch", "jobs.json"}, "a.png");
-  EXPECT_THAT(said, HasSubstr("job 2 of 2: jobs.json, line 3, column 3: "));
-  EXPECT_THAT(said, HasSubstr("did you mean 'beta'?"));
+  EXPECT_THAT(said, HasSubstr("job 2 of 2: jobs.json, line 3, column 12: "));
+  EXPECT_THAT(said, HasSubstr("did you mean '--beta'?"));
 }
 
 TEST(Batch, SaysWhereAJobIsNone) {
@@ -82,7 +82,7 @@ TEST(Batch, SaysWhereAJobIsNone) {
 }
 
 const char* const one_fails = R"([["filter", "strip.obj", "--beta", "2", "-o", "a.png"],
-  ["filter", "missing.obj", "-o", "b.png"], ["filter", "strip.obj", "--beta", "2", "-o", "c.png"]])";
+  ["filter", "missing.obj", "--beta", "2", "-o", "b.png"], ["filter", "strip.obj", "--beta", "2", "-o", "c.png"]])";
 
 TEST(Batch, StopsAtTheFirstThatFailsAndGoesOnFromThere) {
   const Jobs folder(one_fails);

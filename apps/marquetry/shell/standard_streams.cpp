@@ -14,6 +14,7 @@
 #include <cstring>
 #include <fstream>
 #include <optional>
+#include <utility>
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
@@ -172,8 +173,12 @@ void StandardStreams::send() const {
 }
 
 Json StandardStreams::as_given(Json report) const {
-  if (report.is_string())
-    return replaced(replaced(report.get<std::string>(), output_.string(), output_name_), input_.string(), input_name_);
+  if (report.is_string()) {
+    std::string text = report.get<std::string>();
+    for (const auto& [file, name] : {std::pair(output_, output_name_), std::pair(input_, input_name_)})
+      text = replaced(replaced(std::move(text), file.string(), name), file.filename().string(), name);
+    return text;
+  }
   if (report.is_structured())
     for (Json& part : report) part = as_given(std::move(part));
   return report;
