@@ -187,7 +187,7 @@ TEST(VerbExport, WritesWhatWasCaptured) {
     sheet.run({"export", "sheet.evolving", "-o", output, "--from", "frame_%d.ply", "--size", "64"});
     CapturedTextures captured = sheet.captured(reader);
     const std::vector<CapturedFigures> found =
-        write_captured(captured, sheet.path("ours/" + output), {}, sheet.messages);
+        write_captured(captured, sheet.path("ours/" + output), {}, Compression::none, sheet.messages);
     EXPECT_EQ(found.size(), output == "out.glb" ? reader.segments().size() : 6U) << output;
     EXPECT_EQ(found[0].of, CapturedFigures::Of::texels);
     EXPECT_GT(found[0].count, 1000);
@@ -201,7 +201,7 @@ TEST(VerbExport, WritesWhatWasCaptured) {
   const EvolvingReader bare = sheet.reader("bare.evolving");
   CapturedTextures captured = sheet.captured(bare);
   const std::vector<CapturedFigures> found =
-      write_captured(captured, sheet.path("ours_%d.ply"), {}, sheet.messages);
+      write_captured(captured, sheet.path("ours_%d.ply"), {}, Compression::none, sheet.messages);
   EXPECT_EQ(found[5].of, CapturedFigures::Of::vertices);
   EXPECT_EQ(found[5].count, 49);
   sheet.expect_same_frames("ours_%d.ply", "out_%d.ply");
@@ -228,7 +228,7 @@ TEST(VerbPlay, PutsFilmAndVideoIntoOnePage) {
   ASSERT_EQ(result.status, 0) << result.error;
   const EvolvingReader reader = sheet.reader();
   CapturedTextures captured = sheet.captured(reader);
-  const CapturedFilmVideo made = captured_film_video(captured, {}, sheet.messages);
+  const CapturedFilmVideo made = captured_film_video(captured, {}, Compression::none, sheet.messages);
   const FilmVideo& video = made.video;
   EXPECT_EQ(made.figures.size(), 6U);
   const Film film = make_film(reader, sheet.frames, lifespan_colour);
@@ -250,7 +250,7 @@ TEST(VerbPlay, PutsFilmAndVideoIntoOnePage) {
   EXPECT_THROW(
       read_film_video(sheet.folder / "textures.mp4", {.frames = 6, .rate = 60}, sheet.messages),
       InvalidInput);
-  EXPECT_THROW(read_film_video("film.avi", {}, sheet.messages), InvalidInput);
+  EXPECT_THROW(read_film_video("film.avi", {}, Compression::none, sheet.messages), InvalidInput);
 }
 
 TEST(VerbRelight, FiltersFromFilesToFiles) {

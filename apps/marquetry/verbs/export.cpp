@@ -16,6 +16,7 @@
 #include "mq/io/model.h"
 #include "mq/io/video.h"
 #include "mq/model/stored_models.h"
+#include "options/model_options.h"
 #include "options/video_options.h"
 #include "shell/results.h"
 #include "shell/run.h"
@@ -94,7 +95,7 @@ void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>
   const Step step(run, "write", 0.9);
   if (names_animation(options.text("output"))) {
     require(!options.has("paint"), "--paint: an animation has no colours at vertices");
-    write_animation(paths.front(), reader, {frames.front(), frames.back(), options.number("rate")}, {}, step);
+    write_animation(paths.front(), reader, {frames.front(), frames.back(), options.number("rate"), asked_compression(options)}, {}, step);
     return;
   }
   std::optional<CarriedColours> colours;
@@ -124,6 +125,8 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingReader
                       "for the frame's number, such as frame_%04d.ply",
                       output));
   if (names_animation(output)) require_consecutive(frames);
+  require(asked_compression(options) == Compression::none || names_animation(output),
+          "--compress: it is of an animation, --output walk.glb");
   if (options.has("from")) return captured_paths(options, reader, numbers_of(reader, frames));
   if (names_animation(output)) return {output};
   std::vector<fs::path> paths;
@@ -209,6 +212,11 @@ Verb export_verb() {
              .help = "the first frame's own model: its colours, carried along, so that one sees "
                      "whether they stay where they belong",
              .details = "What was added later is grey."});
+  table.add({.name = "compress",
+             .type = Type::choice,
+             .default_value = "none",
+             .choices = {"none", "meshopt"},
+             .help = "geometry of an animation that is a .glb; without loss"});
   add_rate_option(table);
   add_codec_option(table);
   add_captured_texture_options(table);

@@ -8,6 +8,7 @@
 #include "mq/io/atomic_file.h"
 #include "mq/io/detail/animation_glb.h"
 #include "mq/io/detail/animation_usd.h"
+#include "mq/io/detail/gltf_compress.h"
 #include "mq/io/detail/stored_zip.h"
 #include "mq/io/file_names.h"
 #include "mq/io/image_file.h"
@@ -80,7 +81,14 @@ void write_animation(const fs::path& path, const EvolvingReader& reader, const A
   const std::string extension = lower_extension(path);
   require(names_animation(path),
           path.string() + ": found another extension, wanted .glb, .usda or .usdz for an animation");
-  if (extension == ".glb") return write_file(path, animation_glb(reader, part, pictures, progress));
+  require(part.compression == Compression::none || (extension == ".glb" && part.compression == Compression::meshopt),
+          path.string() + ": an animation is compressed by meshopt and as .glb, or not");
+  if (extension == ".glb") {
+    Bytes glb = animation_glb(reader, part, pictures, progress);
+    if (part.compression != Compression::none)
+      glb = compressed_glb(std::move(glb), path.filename().string(), part.compression);
+    return write_file(path, glb);
+  }
   std::vector<OutputFile> files = usd_files(path, reader, part, pictures, progress);
   if (extension == ".usdz") return write_file(path, stored_zip(files));
   // The file that names the others comes last.

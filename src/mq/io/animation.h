@@ -8,6 +8,7 @@
 #include "mq/base/progress.h"
 #include "mq/image/image.h"
 #include "mq/io/evolving_file.h"
+#include "mq/io/model.h"
 
 namespace mq {
 
@@ -16,6 +17,7 @@ namespace mq {
 struct AnimationPart {
   int first = 0, last = 0;
   double frames_per_second = 30;
+  Compression compression = Compression::none;  ///< of a `.glb`: none or meshopt
 };
 
 /// The texture of a segment, asked for by the index of the first of its frames that is shown.
@@ -32,7 +34,7 @@ using PictureOfFrame = std::function<Image<float>(int frame)>;
 ///
 /// Positions are floats. `pictures`, where they are given, stay until their segment ends; `.usda` has them
 /// beside it. Throws `IoError` as reader and files do, `InvalidInput` on frames out of range, a rate that is
-/// not positive and another extension, `Unsupported` beyond 4 GB in one file, but for `.usda`.
+/// not positive, another extension, and a compression that it has not, `Unsupported` beyond 4 GB in one file, but for `.usda`.
 void write_animation(const std::filesystem::path& path, const EvolvingReader& reader, const AnimationPart& part,
                      const PictureOfFrame& pictures = {}, const Progress& progress = {});
 

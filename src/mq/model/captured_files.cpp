@@ -72,10 +72,10 @@ Image<float> displayed(const CapturedTextures::Textured& shown) {
 
 std::vector<CapturedFigures> write_captured_animation(CapturedTextures& captured,
                                                       const std::string& output, double rate,
-                                                      const Progress& progress) {
+                                                      Compression compression, const Progress& progress) {
   std::vector<CapturedFigures> found;
   write_animation(
-      output, captured.reader(), {captured.frames().front(), captured.frames().back(), rate},
+      output, captured.reader(), {captured.frames().front(), captured.frames().back(), rate, compression},
       [&](int frame) {
         const CapturedTextures::Textured shown = captured.texture(frame);
         found.push_back(figures(shown));
@@ -123,11 +123,12 @@ void require_holds_captured(const EvolvingReader& reader, const std::string& out
 }
 
 std::vector<CapturedFigures> write_captured(CapturedTextures& captured, const std::string& output,
-                                            const VideoOptions& video, Messages& messages,
+                                            const VideoOptions& video, Compression compression,
+                                            Messages& messages,
                                             const Progress& progress) {
   require_holds_captured(captured.reader(), output, captured.side(), video);
   if (names_animation(output))
-    return write_captured_animation(captured, output, video.rate, progress);
+    return write_captured_animation(captured, output, video.rate, compression, progress);
   if (!has_atlas(captured.reader()))
     return for_each_captured(captured, progress, [&](int frame, const Progress&) {
       const CapturedTextures::Coloured shown = captured.at_vertices(frame);

@@ -10,6 +10,7 @@
 
 #include "mq/base/progress.h"
 #include "mq/io/evolving_file.h"
+#include "mq/io/model.h"
 #include "mq/io/video.h"
 #include "mq/model/captured_textures.h"
 #include "mq/model/messages.h"
@@ -46,10 +47,11 @@ struct CapturedFigures {
 
 /// Resamples the captured frames one by one and writes them to files of this name. An animation
 /// takes all frames from the first to the last, at the rate of `video`, and has a texture for each
-/// segment: figures are of these. Throws as the functions above, `CapturedTextures` and what writes
+/// segment: figures are of these; `compression` is of an animation (`AnimationPart`). Throws as the functions above, `CapturedTextures` and what writes
 /// the files.
 std::vector<CapturedFigures> write_captured(CapturedTextures& captured, const std::string& output,
-                                            const VideoOptions& video, Messages& messages,
+                                            const VideoOptions& video, Compression compression,
+                                            Messages& messages,
                                             const Progress& progress = {});
 
 }  // namespace mq

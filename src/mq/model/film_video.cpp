@@ -98,7 +98,7 @@ CapturedFilmVideo captured_film_video(CapturedTextures& captured, const VideoOpt
   const WorkFolder work;
   const fs::path path = work / "textures.mp4";
   CapturedFilmVideo made;
-  made.figures = write_captured(captured, path.string(), options, messages, progress);
+  made.figures = write_captured(captured, path.string(), options, Compression::none, messages, progress);
   made.video.bytes = read_file(path);
   return made;
 }

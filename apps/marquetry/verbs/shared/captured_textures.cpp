@@ -8,6 +8,7 @@
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
 #include "mq/model/stored_frames.h"
+#include "options/model_options.h"
 #include "options/video_options.h"
 #include "shell/arguments.h"
 
@@ -136,7 +137,8 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
   const Step step(run, "textures", 0.9);
   CapturedTextures captured = captured_textures(run, reader, frames, to);
   report_captured(run, captured,
-                  write_captured(captured, to, video_options(run.options()), run.terminal(), step));
+                  write_captured(captured, to, video_options(run.options()),
+                                 asked_compression(run.options()), run.terminal(), step));
 }
 
 FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames) {

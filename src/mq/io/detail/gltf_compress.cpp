@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <utility>
 
 #include "mq/base/words.h"
 #include "mq/io/detail/gltf_meshopt.h"
@@ -61,6 +62,9 @@ class MeshoptWriter {
       if (primitive.contains("indices")) add_indices(primitive["indices"], triangles);
       if (const Json* attributes = json_object(primitive, "attributes"))
         for (const auto& [name, accessor] : attributes->items()) add_attribute(accessor);
+      if (primitive.contains("targets"))
+        for (const Json& target : primitive["targets"])
+          for (const auto& [name, accessor] : target.items()) add_attribute(accessor);
     });
     for (const auto& [view, use] : views_)
       if (use.fits) compress(view, use);
@@ -408,6 +412,17 @@ std::vector<std::string> compress_gltf(const GltfFile& file, GltfPacker& packer,
     case Compression::draco: return DracoWriter(file, packer).write();
   }
   return {};
+}
+
+Bytes compressed_glb(Bytes glb, const std::string& name, Compression compression) {
+  Document plain;
+  plain.format = Document::Format::glb;
+  plain.name = name;
+  plain.bytes = std::move(glb);
+  const GltfFile file(plain);
+  GltfPacker packer(file);
+  compress_gltf(file, packer, compression);
+  return packer.packed(Document::Format::glb, name).bytes;
 }
 
 }  // namespace mq

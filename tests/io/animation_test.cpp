@@ -1,4 +1,4 @@
-// Evolving meshes as USD, read again by a parser of its own.
+// Evolving meshes as USD, read again by a parser of its own, and as compressed glTF.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +10,8 @@
 #include "mq/io/animation.h"
 #include "mq/io/bytes.h"
 #include "mq/io/detail/evolving_blocks.h"
+#include "mq/io/detail/gltf_file.h"
+#include "mq/io/document.h"
 #include "mq/io/image_file.h"
 
 namespace mq {
@@ -95,9 +97,9 @@ class Prim {
   std::string text_;
 };
 
-class UsdAnimation : public FolderTest {
+class EvolvingAnimation : public FolderTest {
  protected:
-  UsdAnimation() { write_evolving(folder / "strip.evolving", evolving, step); }
+  EvolvingAnimation() { write_evolving(folder / "strip.evolving", evolving, step); }
 
   EvolvingReader reader() const { return EvolvingReader(folder / "strip.evolving"); }
   static Image<float> picture(int frame) { return Image<float>(4, 4, 3, float(frame) / 10); }
@@ -105,7 +107,7 @@ class UsdAnimation : public FolderTest {
   const EvolvingMesh evolving = waving_strip();
 };
 
-TEST_F(UsdAnimation, HoldsEveryFrameWithinAStep) {
+TEST_F(EvolvingAnimation, HoldsEveryFrameWithinAStep) {
   write_animation(folder / "strip.usda", reader(), {0, 5, 24});
   const std::string layer = get("strip.usda");
   EXPECT_THAT(layer, testing::StartsWith("#usda 1.0\n"));
@@ -140,7 +142,7 @@ TEST_F(UsdAnimation, HoldsEveryFrameWithinAStep) {
   }
 }
 
-TEST_F(UsdAnimation, ShowsOneSegmentAtATime) {
+TEST_F(EvolvingAnimation, ShowsOneSegmentAtATime) {
   write_animation(folder / "strip.usda", reader(), {1, 4, 24});
   const std::string layer = get("strip.usda");
   EXPECT_THAT(Prim(layer, "Mesh \"segment_0\"").text(),
@@ -151,7 +153,7 @@ TEST_F(UsdAnimation, ShowsOneSegmentAtATime) {
   EXPECT_FALSE(Prim(get("one.usda"), "Mesh \"segment_0\"").has("visibility"));
 }
 
-TEST_F(UsdAnimation, NamesAPictureForEachSegment) {
+TEST_F(EvolvingAnimation, NamesAPictureForEachSegment) {
   std::vector<int> asked;
   const auto pictures = [&](int frame) { return asked.push_back(frame), picture(frame); };
   write_animation(folder / "a@b.usda", reader(), {0, 5, 24}, pictures);
@@ -190,7 +192,7 @@ std::map<std::string, std::string> unpacked(const std::string& zip) {
   return files;
 }
 
-TEST_F(UsdAnimation, IsPackedWithItsPictures) {
+TEST_F(EvolvingAnimation, IsPackedWithItsPictures) {
   const AnimationPart part{0, 5, 24};
   write_animation(folder / "strip.usda", reader(), part, picture);
   write_animation(folder / "strip.usdz", reader(), part, picture);
@@ -202,7 +204,7 @@ TEST_F(UsdAnimation, IsPackedWithItsPictures) {
   EXPECT_EQ(std::system(("python3 -m zipfile -t " + (folder / "strip.usdz").string() + " > /dev/null").c_str()), 0);
 }
 
-TEST_F(UsdAnimation, RefusesWhatItCannotHold) {
+TEST_F(EvolvingAnimation, RefusesWhatItCannotHold) {
   EXPECT_THROW(write_animation(folder / "a.usdc", reader(), {0, 5, 24}), InvalidInput);
   EXPECT_THROW(write_animation(folder / "a.usda", reader(), {0, 6, 24}), InvalidInput);
   EXPECT_THROW(write_animation(folder / "a.usda", reader(), {0, 5, 0}), InvalidInput);
@@ -211,6 +213,32 @@ TEST_F(UsdAnimation, RefusesWhatItCannotHold) {
   write_evolving(folder / "far.evolving", far, 0x1p100);
   EXPECT_THROW(write_animation(folder / "a.usda", EvolvingReader(folder / "far.evolving"), {0, 5, 24}), Unsupported);
   EXPECT_FALSE(there("a.usda"));
+}
+
+/// Every number of a GLB's accessors, in their order.
+std::vector<double> numbers_of_accessors(const std::filesystem::path& path) {
+  Document document;
+  document.format = Document::Format::glb;
+  document.name = path.filename().string();
+  document.bytes = read_file(path);
+  const GltfFile file(document);
+  std::vector<double> numbers;
+  for (std::size_t id = 0; id < file.json()["accessors"].size(); ++id) {
+    const std::vector<double> values = file.values(std::int64_t(id), {1, 2, 3}).values;
+    numbers.insert(numbers.end(), values.begin(), values.end());
+  }
+  return numbers;
+}
+
+TEST_F(EvolvingAnimation, AsGltfIsCompressedWithoutLoss) {
+  write_animation(folder / "plain.glb", reader(), {0, 5, 24});
+  write_animation(folder / "packed.glb", reader(), {0, 5, 24, Compression::meshopt});
+  EXPECT_THAT(get("packed.glb"), HasSubstr("EXT_meshopt_compression"));
+  const auto plain = numbers_of_accessors(folder / "plain.glb");
+  EXPECT_GT(plain.size(), 300U);
+  EXPECT_EQ(plain, numbers_of_accessors(folder / "packed.glb"));
+  EXPECT_THROW(write_animation(folder / "a.glb", reader(), {0, 5, 24, Compression::draco}), InvalidInput);
+  EXPECT_THROW(write_animation(folder / "a.usda", reader(), {0, 5, 24, Compression::meshopt}), InvalidInput);
 }
 
 }  // namespace
