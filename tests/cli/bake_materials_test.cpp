@@ -164,9 +164,9 @@ TEST(Bakes, KeepOcclusionThatSharesAPicture) {
   // MTL has a word for one of the two; its picture is one of those that are announced, and named as such.
   write_bytes(folder / "metallic-roughness.png", "precious");
   const Result result =
-      run(folder, {"unwrap", "orm.gltf", "--bake", "-o", "new.obj", "--size", "64", "--json", "--no-clobber"});
+      run(folder, {"unwrap", "orm.gltf", "--bake", "-o", "third.obj", "--size", "64", "--json", "--no-clobber"});
   EXPECT_EQ(file_bytes(folder / "metallic-roughness.png"), "precious");
-  const std::string line = "map_AO ", mtl = file_bytes(folder / "new.mtl");
+  const std::string line = "map_AO ", mtl = file_bytes(folder / "third.mtl");
   const std::size_t begin = mtl.find(line) + line.size();
   EXPECT_THAT(result.json()["result"]["outputs"].dump(), HasSubstr(mtl.substr(begin, mtl.find('\n', begin) - begin)));
 }
