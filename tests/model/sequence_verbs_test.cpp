@@ -228,7 +228,7 @@ TEST(VerbPlay, PutsFilmAndVideoIntoOnePage) {
   ASSERT_EQ(result.status, 0) << result.error;
   const EvolvingReader reader = sheet.reader();
   CapturedTextures captured = sheet.captured(reader);
-  const CapturedFilmVideo made = captured_film_video(captured, {}, Compression::none, sheet.messages);
+  const CapturedFilmVideo made = captured_film_video(captured, {}, sheet.messages);
   const FilmVideo& video = made.video;
   EXPECT_EQ(made.figures.size(), 6U);
   const Film film = make_film(reader, sheet.frames, lifespan_colour);
@@ -250,7 +250,7 @@ TEST(VerbPlay, PutsFilmAndVideoIntoOnePage) {
   EXPECT_THROW(
       read_film_video(sheet.folder / "textures.mp4", {.frames = 6, .rate = 60}, sheet.messages),
       InvalidInput);
-  EXPECT_THROW(read_film_video("film.avi", {}, Compression::none, sheet.messages), InvalidInput);
+  EXPECT_THROW(read_film_video("film.avi", {}, sheet.messages), InvalidInput);
 }
 
 TEST(VerbRelight, FiltersFromFilesToFiles) {
