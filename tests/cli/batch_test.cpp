@@ -88,7 +88,7 @@ TEST(Batch, StopsAtTheFirstThatFailsAndGoesOnFromThere) {
   const Jobs folder(one_fails);
   const Result result = marquetry(folder, {"batch", "jobs.json"});
   EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.error, HasSubstr("job 2 of 3 (filter): missing.obj"));
+  EXPECT_THAT(result.error, HasSubstr("job 2 of 3 (filter): cannot read missing.obj"));
   EXPECT_THAT(result.error, HasSubstr("--first 2"));
   EXPECT_TRUE(is_there(folder, "a.png"));
   EXPECT_FALSE(is_there(folder, "c.png"));

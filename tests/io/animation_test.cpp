@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -224,7 +225,10 @@ std::vector<double> numbers_of_accessors(const std::filesystem::path& path) {
   const GltfFile file(document);
   std::vector<double> numbers;
   for (std::size_t id = 0; id < file.json()["accessors"].size(); ++id) {
-    const std::vector<double> values = file.values(std::int64_t(id), {1, 2, 3}).values;
+    std::vector<double> values = file.values(std::int64_t(id), {1, 2, 3}).values;
+    if (file.json()["accessors"][id]["componentType"] == 5125)  // of a triangle any corner may come first
+      for (auto corner = values.begin(); corner != values.end(); corner += 3)
+        std::rotate(corner, std::min_element(corner, corner + 3), corner + 3);
     numbers.insert(numbers.end(), values.begin(), values.end());
   }
   return numbers;
