@@ -3,9 +3,8 @@
 /// Cabral and Leedom [cabral1993imaging], here by diffusion as in thesis 5.9.4).
 ///
 /// 1. `solid_noise` at the unknowns, the same however the surface is cut into charts.
-/// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values
-/// spread
-///    over √w along the field and over √w/κ across it.
+/// 2. `smooth` on a space with the metric of `texel_metrics_across` or `shapes_across`: values spread
+///    over √w along a field Y and over √w / √(1 + κ² |Y|²) across it.
 /// 3. `sharpen` on the surface's own space, which brings the contrast between lines back.
 /// 4. `with_contrast`.
 

@@ -17,8 +17,8 @@
 /// 1, and functions that are linear on a flat surface are reproduced, for then σ = B.
 ///
 /// The thesis interpolates φ = σ on seam nodes and φ = B on all others by quadratics; a node at
-/// distance d from a seam then costs 1/d energy per unit difference, without bound as d → 0 [its
-/// remedy is jitter]. Here the difference is spread over η instead.
+/// distance d from a seam then costs 1/d energy per unit difference, without bound as d → 0. Here the
+/// difference is spread over η instead.
 
 #include <Eigen/Core>
 
