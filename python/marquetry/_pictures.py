@@ -17,6 +17,10 @@ class Picture(np.ndarray[Any, Any]):
     Of uint8 or uint16 as a file has them, or of floats with 1 for white.
     """
 
+    def __array_wrap__(self, out: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        """What is computed of a picture is an array or a number, and no picture."""
+        return np.asarray(out)[()] if np.ndim(out) == 0 else np.asarray(out)
+
     def _repr_png_(self) -> bytes | None:
         return png_bytes(self) if self.ndim in (2, 3) and self.size else None
 
@@ -89,4 +93,9 @@ def picture_array(value: Any, name: str) -> Array:
         array = array.astype(np.uint16)
     elif not array.dtype.isnative:
         array = array.astype(array.dtype.newbyteorder("="))
+    elif array.dtype == np.bool_:  # a mask
+        array = array.astype(np.uint8) * np.uint8(255)
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        row, column = np.argwhere(~np.isfinite(array))[0][:2]
+        raise InvalidInput(f"{name}: found {array[row, column]} at row {row}, column {column}, wanted finite values")
     return array

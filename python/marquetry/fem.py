@@ -270,6 +270,13 @@ class _Equation:
 class ScreenedPoisson(_Equation):
     """(M + w S) phi = M psi + w S_beta psi: keeps values and multiplies gradients by beta.
 
+    It is solved for what changes, phi = psi + delta, (M + w S) delta = w (S_beta - S) psi, with
+    space.regularised_system(1, w) on the left: texels of which hardly anything lies on the surface have nearly no
+    part in M and S, and what a direct solve of the line above gives them is noise. With scipy:
+
+        A = space.regularised_system(1, w)
+        phi = psi + scipy.sparse.linalg.spsolve(A.tocsc(), w * (beta - 1) * (space.stiffness() @ psi))
+
     Prepared once for a weight, such as space.weight("3tx"), and solved for many signals. beta 0 smooths, 1 changes
     nothing, more sharpens; a number or one for each unknown. screen: for each unknown how much its value counts,
     0 where it is filled in.

@@ -62,6 +62,10 @@ TEST(Batch, ReadsAllJobsBeforeTheFirstIsRun) {
 TEST(Batch, SaysWhereAJobIsNone) {
   const std::map<std::string, std::string> cases = {
       {"[]", "no job"},
+      {"{\"jobs\": [[\"check\", \"strip.obj\"]], \"threads\": 1}", "found 'threads'"},
+      {"[{\"verb\": \"check\", \"options\": {\"mesh\": \"strip.obj\"}, \"weld\": \"none\"}]", "found 'weld' beside"},
+      {"[[\"check\", \"strip.obj\", \"--report\", \"jobs.json\"]]", "the list of what is run"},
+      {"[[\"check\", \"strip.obj\\u0000.obj\"]]", "wanted"},
       {"3", "no list"},
       {"{\"jobs\": 3}", "no list"},
       {"[\"filter\"]", "found string"},
@@ -88,7 +92,7 @@ TEST(Batch, StopsAtTheFirstThatFailsAndGoesOnFromThere) {
   const Jobs folder(one_fails);
   const Result result = marquetry(folder, {"batch", "jobs.json"});
   EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.error, HasSubstr("job 2 of 3 (filter): cannot read missing.obj"));
+  EXPECT_THAT(result.error, HasSubstr("job 2: cannot read missing.obj"));
   EXPECT_THAT(result.error, HasSubstr("--first 2"));
   EXPECT_TRUE(is_there(folder, "a.png"));
   EXPECT_FALSE(is_there(folder, "c.png"));
@@ -104,7 +108,54 @@ TEST(Batch, LeavesOutWhatFailsWhereItShallGoOn) {
   EXPECT_TRUE(is_there(folder, "c.png"));
   const auto found = result.json().at("result");
   EXPECT_EQ(found.at("failed"), 1);
-  EXPECT_THAT(found.at("jobs").at(1).at("error").at("message").get<std::string>(), HasSubstr("missing.obj"));
+  const auto failed = found.at("jobs").at(1);
+  EXPECT_EQ(failed.at("job"), 2);
+  EXPECT_EQ(failed.at("error").at("file"), "missing.obj");
+}
+
+TEST(Batch, HasAReportOfWhatWasDoneWhereItStops) {
+  const Jobs folder(one_fails);
+  ASSERT_EQ(marquetry(folder, {"batch", "jobs.json", "--report", "all.json"}).status, 2);
+  const auto report = nlohmann::json::parse(file_bytes(folder / "all.json"));
+  EXPECT_EQ(report.at("result").at("jobs").size(), 2U);
+  std::filesystem::remove(folder / "a.png");
+  write_bytes(folder / "missing.obj", strip_obj);
+  EXPECT_EQ(marquetry(folder, {"batch", "all.json", "--dry-run"}).status, 0);
+  EXPECT_EQ(marquetry(folder, {"batch", "all.json"}).status, 0);
+  EXPECT_TRUE(is_there(folder, "a.png") && is_there(folder, "b.png"));
+}
+
+TEST(Batch, ReplacesNothingThatItWrote) {
+  const Jobs folder(R"([["filter", "strip.obj", "--beta", "2", "-o", "v/a.obj"], ["filter", "strip.obj", "--beta", "3", "-o", "v/b.obj"],
+    ["filter", "strip.obj", "--beta", "3", "-o", "c.png"], ["filter", "strip.obj", "--beta", "0", "-o", "c.png", "--overwrite"]])");
+  std::filesystem::create_directory(folder / "v");
+  for (const bool dry : {true, false}) {
+    std::vector<std::string> words{"batch", "jobs.json", "--keep-going", "--report", "r.json"};
+    if (dry) words.emplace_back("--dry-run");
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 2);
+    EXPECT_THAT(result.error, HasSubstr("job 2: v/strip.png: job 1 writes it too"));
+    EXPECT_FALSE(is_there(folder, "v/b.obj"));
+    EXPECT_EQ(is_there(folder, "c.png"), !dry);
+  }
+  EXPECT_EQ(nlohmann::json::parse(file_bytes(folder / "r.json")).at("result").at("failed"), 1);
+}
+
+TEST(Batch, LooksNoFurtherThanItCanWhereNothingIsWritten) {
+  const Jobs folder(R"([["filter", "strip.obj", "--beta", "2", "-o", "a.obj"], ["filter", "a.obj", "--beta", "2", "-o", "b.png"]])");
+  const Result result = marquetry(folder, {"batch", "jobs.json", "--dry-run"});
+  EXPECT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("job 2: a.obj is not there yet"));
+}
+
+TEST(Batch, TakesConfigurationsAndNamesOfPlaces) {
+  const Jobs folder(R"([{"verb": "filter", "options": {"mesh": "strip.obj", "config": "c.json", "output": "a.png"}},
+    {"verb": "bake", "options": {"source": "strip.obj", "target": "strip.obj", "output": "b.png"}}])");
+  write_bytes(folder / "c.json", R"({"beta": 0.5})");
+  const Result result = marquetry(folder, {"batch", "jobs.json", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json().at("result").at("jobs").at(0).at("options").at("beta"), 0.5);
+  EXPECT_TRUE(is_there(folder, "b.png"));
 }
 
 TEST(Batch, HasRunningOptionsForAllJobs) {
@@ -128,9 +179,11 @@ TEST(Batch, IsCancelledAsAWhole) {
     ["filter", "strip.obj", "--beta", "2", "-o", "b.png"]])");
   std::filesystem::create_directory(folder / "big");
   const Result result =
-      marquetry(folder, {"batch", "jobs.json", "--progress", "json"}, {.interrupt_at = {"job 2 of 3"}});
+      marquetry(folder, {"batch", "jobs.json", "--report", "r.json", "--progress", "json"}, {.interrupt_at = {"job 2 of 3 ("}});
   EXPECT_EQ(result.status, 130);
   EXPECT_THAT(result.error, HasSubstr("cancelled"));
+  EXPECT_THAT(result.error, HasSubstr("--first 2 goes on"));
+  EXPECT_EQ(nlohmann::json::parse(file_bytes(folder / "r.json")).at("result").at("jobs").size(), 1U);
   EXPECT_FALSE(is_there(folder, "a.png"));
   EXPECT_FALSE(is_there(folder, "b.png"));
 }

@@ -2,8 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+
+#include <cstdlib>
+
 #include "cli/models.h"
 #include "cli/program.h"
+#include "places.h"
 
 namespace mq::test {
 namespace {
@@ -73,6 +78,44 @@ TEST(StandardStreams, AreHyphensInReports) {
   const Result again = piped(folder, {"filter", "--config", "run.json"}, "strip.png");
   EXPECT_EQ(again.status, 0) << again.error;
   EXPECT_EQ(again.output, piped(folder, {"filter", "-", "--beta", "2", "-o", "-"}, "strip.png").output);
+}
+
+TEST(StandardStreams, BringModelsThatFindWhatLiesHere) {
+  const Folder folder;
+  write_strip(folder);
+  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "--beta", "2", "-o", "file.glb"}).status, 0);
+  const Result result = piped(folder, {"filter", "-", "--beta", "2", "-o", "glb:-", "--report", "run.json"}, "strip.obj");
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.output, file_bytes(folder / "file.glb"));
+  EXPECT_THAT(file_bytes(folder / "run.json"), Not(HasSubstr("marquetry-pipe")));
+  EXPECT_THAT(result.error, Not(HasSubstr("marquetry-pipe")));
+}
+
+/// What a command of the shell ends with, in a folder and with another for temporary files, `$program` in
+/// front of it.
+int shell(const Folder& folder, const std::string& command) {
+  const Folder temporary;
+  const std::string all = "cd '" + folder.path().string() + "' && export TMPDIR='" + temporary.path().string() +
+                          "' program='" + places::program().string() + "' && " + command;
+  const int status = std::system(("bash -c \"" + all + "\"").c_str());
+  EXPECT_THAT(temporary.names(), IsEmpty()) << command;
+  return WEXITSTATUS(status);
+}
+
+TEST(StandardStreams, EndWithWhoeverIsAtTheOtherEnd) {
+  const Folder folder;
+  write_strip(folder, 512, 384);
+  // Closed; silent until Ctrl-C; endless; no longer read; a pipe with a name.
+  EXPECT_EQ(shell(folder, "timeout 20 \\$program filter - --beta 2 -o png:- <&- > out 2> said"), 2);
+  EXPECT_THAT(file_bytes(folder / "said"), HasSubstr("nothing came by standard input"));
+  EXPECT_EQ(shell(folder, "sleep 3 | timeout --preserve-status -s INT 1 \\$program filter - --beta 2 -o png:- 2> said; "
+                          "exit \\${PIPESTATUS[1]}"), 130);
+  EXPECT_EQ(shell(folder, "yes | timeout 20 \\$program filter - --beta 2 -o png:- 2> said; exit \\${PIPESTATUS[1]}"), 2);
+  EXPECT_THAT(file_bytes(folder / "said"), HasSubstr("is in no format"));
+  EXPECT_EQ(shell(folder, "\\$program filter strip.png --beta 1 -o png:- 2> said | head -c 10 > out; exit \\${PIPESTATUS[0]}"), 2);
+  EXPECT_THAT(file_bytes(folder / "said"), HasSubstr("nobody reads it any more"));
+  EXPECT_EQ(shell(folder, "\\$program filter <(cat strip.png) --beta 1 -o piped.png 2> said"), 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "piped.png"));
 }
 
 TEST(StandardStreams, AreNamedInMessages) {

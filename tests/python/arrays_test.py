@@ -186,6 +186,21 @@ class Inputs(unittest.TestCase):
         grey.save(folder() / "grey.png")
         np.testing.assert_array_equal(read_png(folder() / "grey.png"), grey)
 
+    def test_what_is_computed_of_pictures_is_none(self):
+        picture = mq.filter(mesh(), beta=2).picture
+        self.assertIsInstance(picture.mean(), float)
+        self.assertEqual(type(picture.max()), np.uint8)
+        for made in (picture + 1, picture == picture, picture.astype(float) * 2):
+            self.assertEqual(type(np.asarray(made)), np.ndarray)
+        self.assertEqual(type(picture == picture), np.ndarray)
+        self.assertIsInstance(picture[:4, :4], type(picture))
+
+    def test_masks_may_be_of_truth_values(self):
+        chosen = np.zeros(arrays()[3].shape[:2], bool)
+        chosen[:8] = True
+        np.testing.assert_array_equal(mq.filter(mesh(), beta=2, mask=chosen).picture,
+                                      mq.filter(mesh(), beta=2, mask=chosen.astype(np.uint8) * 255).picture)
+
     def test_no_thread_count_changes_a_bit(self):
         np.testing.assert_array_equal(mq.filter(mesh(), beta=3, threads=1).picture,
                                       mq.filter(mesh(), beta=3, threads=3).picture)
@@ -196,6 +211,10 @@ class Words(unittest.TestCase):
         with self.assertRaisesRegex(mq.InvalidInput, "^beta: found 'nan', wanted a number") as caught:
             mq.filter(mesh(), beta=float("nan"))
         self.assertIsInstance(caught.exception, ValueError)
+        broken = arrays()[3].astype(np.float32)
+        broken[2, 3] = np.nan
+        with self.assertRaisesRegex(mq.InvalidInput, "^texture: found .*nan.* at row 2, column 3") as caught:
+            mq.filter(mesh(), broken, beta=2)
         with self.assertRaisesRegex(mq.InvalidInput, "alpha and length contradict each other"):
             mq.filter(mesh(), beta=1, alpha=1e-3, length="1%")
         with self.assertRaisesRegex(mq.InvalidInput, "smooth_normals"):

@@ -72,7 +72,7 @@ OptionValues read_options(const OptionTable& table, const std::vector<std::strin
 
 Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal& terminal) {
   if (const auto detail = help_wanted(words)) {
-    fmt::print("{}", help_text(verb.table, *detail));
+    print_text(help_text(verb.table, *detail));
     return Exit::done;
   }
   name_options_of(verb);
@@ -88,7 +88,7 @@ Exit run_verb(const Verb& verb, const std::vector<std::string>& words, Terminal&
   if (options.flag("dry-run")) return outcome.exit;
   const Json report = streams.as_given(outcome.report);
   write_report(options, report);
-  if (options.flag("json") && !streams.writes()) fmt::print("{}", json_text(report));
+  if (options.flag("json") && !streams.writes()) print_text(json_text(report));
   streams.send();
   return outcome.exit;
 }
@@ -135,48 +135,23 @@ std::string help_of(const std::vector<Verb>& verbs, const std::vector<std::strin
 Exit run_words(const std::vector<Verb>& verbs, const std::vector<std::string>& words,
                Terminal& terminal) {
   if (words.empty() || words[0] == "--help" || words[0] == "-h") {
-    fmt::print("{}", overview(verbs));
+    print_text(overview(verbs));
     return Exit::done;
   }
   if (words[0] == "help") {
-    fmt::print("{}", help_of(verbs, words));
+    print_text(help_of(verbs, words));
     return Exit::done;
   }
   if (words[0] == "--version") {
-    fmt::print("marquetry {}\n", version);
+    print_text(fmt::format("marquetry {}\n", version));
     return Exit::done;
   }
   if (words[0] == "--completion" || words[0] == "--manual") {
-    fmt::print("{}", packaging_text(verbs, words));
+    print_text(packaging_text(verbs, words));
     return Exit::done;
   }
   choose_instructions();
   return run_verb(find_verb(verbs, words[0]), {words.begin() + 1, words.end()}, terminal);
-}
-
-/// What of a word on the command line could be a file's name.
-bool names_file(const std::string& word) {
-  const std::string extension = std::filesystem::path(word).extension().string();
-  std::error_code ignored;
-  return (extension.size() > 1 && std::isalpha(static_cast<unsigned char>(extension[1]))) ||
-         word.find('/') != std::string::npos || std::filesystem::exists(word, ignored);
-}
-
-/// The file that a message begins with, if it is there, or else the longest that it names of those
-/// on the command line; null where there is none.
-Json file_of(const std::string& message, const std::vector<std::string>& words) {
-  std::error_code ignored;
-  for (const char* end : {": ", ", ", " is "})
-    if (const std::string beginning = message.substr(0, message.find(end));
-        std::filesystem::exists(beginning, ignored))
-      return beginning;
-  std::string best;
-  for (const std::string& word : words) {
-    const std::string name = word.starts_with("--") ? word.substr(word.find('=') + 1) : word;
-    if (name.size() > best.size() && message.find(name) != std::string::npos && names_file(name))
-      best = name;
-  }
-  return best.empty() ? Json() : Json(best);
 }
 
 /// Says what went wrong: in words, and where --json was asked for as an object as well.
@@ -188,7 +163,7 @@ void say_error(const std::string& error_message, const std::vector<std::string>&
   if (std::find(words.begin(), end, "--json") == end) return;
   Json error = {{"message", message}};
   if (const Json file = file_of(message, words); !file.is_null()) error["file"] = file;
-  fmt::print("{}", json_text({{"verb", words[0]}, {"version", version}, {"error", error}}));
+  print_text(json_text({{"verb", words[0]}, {"version", version}, {"error", error}}));
 }
 
 /// Says what went wrong and chooses the exit status.

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <set>
 
@@ -16,19 +19,10 @@
 #include "mq/io/json_read.h"
 #include "mq/io/video.h"
 #include "mq/version.h"
+#include "shell/output_ledger.h"
 #include "shell/standard_streams.h"
 
 namespace mq::app {
-namespace {
-
-/// The same for all spellings of a name, whether the file is there or not.
-std::filesystem::path full_name(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
-}
-
-}  // namespace
-
 Step::Step(Run& run, const std::string& name, double share)
     : run_(run), name_(name), progress_(run.progress().step(name, share)) {}
 
@@ -40,8 +34,10 @@ Step::~Step() {
 Run::Run(OptionValues options, Terminal& terminal, Progress progress)
     : options_(std::move(options)), terminal_(terminal), progress_(std::move(progress)) {}
 
+void print_text(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
+
 void Run::print(const std::string& text) {
-  if (!options_.flag("json")) fmt::print("{}", text);
+  if (!options_.flag("json")) print_text(terminal_.renamed(text));
 }
 
 /// Links and other spellings of a name are the same file.
@@ -82,8 +78,8 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
     require(names.insert(full_name(path)).second,
             path.string() + ": two outputs have this name; choose another for one");
   if (paths.size() > 1 && std::ranges::any_of(paths, names_standard_output))
-    throw IoError(fmt::format("--output: {} files would be written, and standard output takes one: name a file or "
-                              "a folder, or a format that holds all, such as glb",
+    throw IoError(fmt::format("--output: {} files would be written, and standard output takes one: name a folder, or a "
+                              "file for the first of them",
                               paths.size()));
   for (const auto& path : paths)
     if (options_.flag("no-clobber") && fs::exists(path, failure))
@@ -91,6 +87,9 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
           fmt::format("{}: exists already, and --no-clobber protects it: choose another "
                       "name, or remove it first",
                       path.string()));
+  using Replacing = OutputLedger::Replacing;
+  if (OutputLedger* ledger = OutputLedger::current())
+    ledger->enter(paths, options_.flag("overwrite") ? Replacing::allowed : Replacing::refused);
   std::erase_if(folders, [&](const fs::path& folder) {
     return folder.empty() || names_held(folder) || fs::exists(folder, failure);
   });
@@ -102,6 +101,33 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
     if ((dry_run() && !folders.empty()) || names_held(path)) continue;
     const AtomicFile probe(path);  // makes and removes a temporary file, and its folder
   }
+}
+
+namespace {
+
+/// What of a word on the command line could be a file's name.
+bool names_file(const std::string& word) {
+  const std::string extension = std::filesystem::path(word).extension().string();
+  std::error_code ignored;
+  return (extension.size() > 1 && std::isalpha(static_cast<unsigned char>(extension[1]))) ||
+         word.find('/') != std::string::npos || std::filesystem::exists(word, ignored);
+}
+
+}  // namespace
+
+Json file_of(const std::string& message, const std::vector<std::string>& words) {
+  std::error_code ignored;
+  for (const char* end : {": ", ", ", " is "})
+    if (const std::string beginning = message.substr(0, message.find(end));
+        std::filesystem::exists(beginning, ignored))
+      return beginning;
+  std::string best;
+  for (const std::string& word : words) {
+    const std::string name = word.starts_with("--") ? word.substr(word.find('=') + 1) : word;
+    if (name.size() > best.size() && message.find(name) != std::string::npos && names_file(name))
+      best = name;
+  }
+  return best.empty() ? Json() : Json(best);
 }
 
 void Run::found(const Defects& found_defects) {
@@ -253,6 +279,17 @@ bool overridden(const OptionValues& given, const std::string& name) {
   return given.given(name);
 }
 
+/// "mesh" of "target", where usage calls that option TARGET.
+std::string name_of_option(const OptionTable& table, const std::string& key) {
+  if (std::ranges::count(table.options(), key, &Option::name) > 0) return key;
+  for (const Option& option : table.options()) {
+    std::string shown = display_name(option);
+    for (char& c : shown) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
+    if (option.place == Option::Place::positional && shown == key) return option.name;
+  }
+  return key;
+}
+
 void apply_option(const std::string& name, const Json& value, OptionValues& options) {
   std::vector<std::string> texts;
   if (value.is_array())
@@ -282,14 +319,15 @@ void take_options(const Json& config, OptionValues& options, const JsonPlaces& p
   const Json& rows = nested ? config.at("options") : config;
   if (!rows.is_object())
     throw InvalidInput(place({"options"}) + ": found no object, wanted one of options");
-  for (const auto& [name, value] : rows.items()) {
-    if (name == "verb" && !nested) continue;
+  for (const auto& [key, value] : rows.items()) {
+    if (key == "verb" && !nested) continue;
     try {
+      const std::string name = name_of_option(options.table(), key);
       if (options.table().find(name).name != name || overridden(given, name)) continue;
       apply_option(name, value, options);
     } catch (const InvalidInput& error) {
       throw InvalidInput(
-          place(nested ? std::vector<JsonStep>{"options", name} : std::vector<JsonStep>{name}) +
+          place(nested ? std::vector<JsonStep>{"options", key} : std::vector<JsonStep>{key}) +
           ": " + error.what());
     }
   }

@@ -120,6 +120,13 @@ class Run {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// Prints on standard output. That nobody takes it shows in `ferror(stdout)`, for the frame to say.
+void print_text(const std::string& text);
+
+/// The file that a message begins with, if it is there, or else the longest of `words` that it names and
+/// that could be a file's name; null where there is none.
+Json file_of(const std::string& message, const std::vector<std::string>& words);
+
 /// The options every verb has, under the heading "Running".
 void add_running_options(OptionTable& table);
 

@@ -3,12 +3,15 @@
 ///
 ///     cat photo.png | marquetry filter - --beta 3 -o - > sharp.png
 ///     curl ... | marquetry filter ply:- -o glb:- | viewer -
+///     marquetry batch <(jq ... jobs.json)
 ///
 /// What comes is kept in a temporary file with the extension that its first bytes ask for, or that stands
 /// before the hyphen; what goes is written to one first, so that nothing goes where the work fails.
 
 #include <filesystem>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "mq/base/options.h"
 #include "shell/run.h"
@@ -24,10 +27,11 @@ class StandardStreams {
   StandardStreams(const StandardStreams&) = delete;
   StandardStreams& operator=(const StandardStreams&) = delete;
 
-  /// Puts names of files for "-" and "FORMAT:-" among the options that are paths; may be called again when
-  /// more is given. Standard output takes the format of the first input where that is a picture and no
-  /// other is named. Throws `InvalidInput` where two options name one stream, where it is a terminal, and
-  /// where what comes is in no format that is known.
+  /// Puts names of files for "-", "FORMAT:-" and pipes among the options that are paths; may be called
+  /// again when more is given. What a model that comes so names is looked for in the current folder.
+  /// Standard output takes the format of the first input where that is a picture and no other is named.
+  /// Throws `InvalidInput` where two options name one stream, where it is a terminal, and where what comes
+  /// is in no format that is known; `Cancelled` while it waits.
   void stand_in(OptionValues& options);
 
   /// Whether results go to standard output, so that nothing else may.
@@ -40,13 +44,17 @@ class StandardStreams {
   Json as_given(Json report) const;
 
  private:
-  std::filesystem::path folder();
-  std::string read_input(const std::string& format, const std::string& option);
+  const std::filesystem::path& folder();
+  std::string read_input(const std::string& given, const std::string& format, const std::string& option);
+  void show_current_folder();
   std::string choose_output(const std::string& format, const OptionValues& options);
+  void call(const std::string& file, const std::string& given, const std::string& words);
 
   Terminal& terminal_;
-  std::filesystem::path folder_, input_, output_;
-  std::string input_name_, output_name_;  ///< as given: "-", "ply:-"
+  std::filesystem::path folder_, output_;
+  std::string standard_input_;  ///< the file with what came by it
+  bool shows_current_folder_ = false;
+  std::vector<std::pair<std::string, std::string>> given_;  ///< texts of reports, and what stands for them
 };
 
 /// Throws `InvalidInput` where an option names one, for runs that have none.

@@ -156,14 +156,21 @@ std::string Terminal::renamed(std::string text) const {
   return text;
 }
 
+void Terminal::set_part(const std::string& part) {
+  const std::lock_guard lock(mutex_);
+  part_ = part;
+}
+
 void Terminal::say(const char* event, const char* color, const std::string& said) {
-  const std::string text = renamed(said);
+  std::string text = renamed(said);
   if (form_ == Form::json) {
     const std::lock_guard lock(mutex_);
-    return print_line({{"event", event}, {"text", text}});
+    nlohmann::ordered_json object = {{"event", event}, {"text", text}};
+    if (!part_.empty()) object["part"] = part_;
+    return print_line(object);
   }
-  const bool is_warning = std::string_view(event) == "warning";
-  line(color, is_warning ? "warning: " + text : text);
+  if (std::string_view(event) == "warning") text = "warning: " + text;
+  line(color, part_.empty() ? text : part_ + ": " + text);
 }
 
 void Terminal::set_listener(Listener listener) {

@@ -44,6 +44,10 @@ class Terminal : public Messages {
   void rename(const std::string& file, const std::string& name);
   std::string renamed(std::string text) const;
 
+  /// From now on what is said is of a part of the work, such as "job 2": it stands before texts, and as
+  /// "part" in lines of JSON. Empty: of the whole.
+  void set_part(const std::string& part);
+
   /// The innermost step that was last reported, with the frame it belongs to: "frame 3, solve".
   std::string step();
 
@@ -65,6 +69,7 @@ class Terminal : public Messages {
   void draw_bar(double fraction, double elapsed);
 
   std::string prefix_;  ///< "marquetry filter: "
+  std::string part_;    ///< as it was set
   std::atomic<Voice> voice_ = Voice::normal;
   std::atomic<Form> form_ = Form::text;
   bool is_terminal_;

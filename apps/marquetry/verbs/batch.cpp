@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <new>
+#include <set>
 
 #include "mq/base/error.h"
 #include "mq/io/bytes.h"
 #include "mq/io/json_read.h"
+#include "shell/output_ledger.h"
 #include "shell/run.h"
 #include "shell/standard_streams.h"
 #include "shell/verb.h"
@@ -18,151 +20,284 @@ namespace {
 const char* const wanted_jobs = "a list of jobs, each a list of words or an object such as a report";
 
 struct Job {
+  int number = 0;
   Verb verb;
   OptionValues options;
+
+  const std::string& name() const { return verb.table.verb(); }
 };
 
-/// Those that can be run so: a window waits for somebody, and a batch within a batch may have no end.
-Verb verb_of_job(const std::string& name) {
-  Verb verb = find_verb(all_verbs(), name);
-  require(name != "batch" && name != "view", fmt::format("'{}' cannot be run by 'batch'", name));
-  return verb;
-}
+/// Reads jobs. All verbs are made once, as a file may have thousands.
+class JobReader {
+ public:
+  explicit JobReader(const OptionValues& batch) : batch_(batch), file_(batch.text("jobs")), bytes_(read_file(file_)) {}
 
-/// ["filter", "scan.obj", "-o", "out.obj"]: the words of a command line.
-Job job_of_words(const Json& words) {
-  std::vector<std::string> texts;
-  for (const Json& word : words) texts.push_back(typed_text(word));
-  require(!texts.empty(), "found an empty list, wanted a verb and its words");
-  Job job{verb_of_job(texts.front()), OptionValues(OptionTable("", ""))};
-  job.options = parse_arguments(job.verb.table, {texts.begin() + 1, texts.end()});
-  if (job.options.given("config")) read_config(job.options.text("config"), job.options);
-  return job;
-}
-
-/// {"verb": "filter", "options": {"mesh": "scan.obj", ...}}, or the options beside the verb.
-Job job_of_object(const Json& object, const JsonPlaces& place) {
-  require(object.contains("verb") && object.at("verb").is_string(),
-          "found no \"verb\", wanted the name of one");
-  Job job{verb_of_job(object.at("verb").get<std::string>()), OptionValues(OptionTable("", ""))};
-  job.options = OptionValues(job.verb.table);
-  take_options(object, job.options, place);
-  return job;
-}
-
-/// What the batch says for itself.
-void check_running_options(const OptionValues& options) {
-  for (const char* name : {"json", "help"})
-    require(!options.flag(name), fmt::format("--{}: a job has none of its own; give it to 'batch'", name));
-  require(!options.given("progress"), "--progress: a job has none of its own; give it to 'batch'");
-}
-
-/// Options of how it is run that the whole batch was given hold for each job that has no own.
-void inherit(const OptionValues& batch, OptionValues& job) {
-  for (const char* name : {"threads", "seed"})
-    if (batch.given(name) && !job.given(name)) job.set(name, {batch.text(name)});
-  for (const char* name : {"dry-run", "json"})
-    if (batch.flag(name)) job.set(name, {"true"});
-  if (job.flag("no-clobber") || job.flag("overwrite")) return;
-  for (const char* name : {"no-clobber", "overwrite"})
-    if (batch.flag(name)) job.set(name, {"true"});
-}
-
-/// All jobs of the file, their options read and checked, so that a word that is wrong in the last is told
-/// before the first is run.
-std::vector<Job> read_jobs(const OptionValues& batch) {
-  const std::string file = batch.text("jobs");
-  const Bytes bytes = read_file(file);
-  const std::string_view text = text_of(bytes);
-  const Json document = parse_json<Json>(file, text, wanted_jobs);
-  const bool nested = document.is_object() && document.contains("jobs");
-  const Json& rows = nested ? document.at("jobs") : document;
-  if (!rows.is_array() || rows.empty())
-    throw IoError(fmt::format("{}: found {}, wanted {}",
-                              json_place(file, text, {}), rows.is_array() ? "no job" : "no list", wanted_jobs));
-  std::vector<Job> jobs;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const JsonPlaces place = [&](std::vector<JsonStep> steps) {
-      steps.insert(steps.begin(), i);
-      if (nested) steps.insert(steps.begin(), "jobs");
-      return json_place(file, text, steps);
-    };
-    try {
-      require(rows[i].is_array() || rows[i].is_object(),
-              std::string("found ") + rows[i].type_name() + ", wanted a list of words or an object");
-      Job job = rows[i].is_array() ? job_of_words(rows[i]) : job_of_object(rows[i], place);
-      check_running_options(job.options);
-      refuse_standard_streams(job.options);
-      inherit(batch, job.options);
-      job.options.check();
-      jobs.push_back(std::move(job));
-    } catch (const Error& error) {
-      const std::string message = error.what();
-      const std::string named = message.starts_with(file + ", line") ? message : place({}) + ": " + message;
-      throw InvalidInput(fmt::format("job {} of {}: {}", i + 1, rows.size(), named));
+  /// All jobs of the file, their options read and checked, so that a word that is wrong in the last is told
+  /// before the first is run.
+  std::vector<Job> read() const {
+    const Json document = parse_json<Json>(file_, text(), wanted_jobs);
+    const auto [rows, steps] = rows_of(document);
+    if (!rows.is_array() || rows.empty())
+      throw IoError(fmt::format("{}: found {}, wanted {}", json_place(file_, text(), steps),
+                                rows.is_array() ? "no job" : "no list", wanted_jobs));
+    std::vector<Job> jobs;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      std::vector<JsonStep> begin = steps;
+      if (!is_report(document)) begin.emplace_back(i);
+      try {
+        jobs.push_back(job_of(rows[i], begin));
+        jobs.back().number = int(i) + 1;
+      } catch (const Error& error) {
+        const std::string message = error.what();
+        const bool has_place = message.starts_with(file_ + ", line");
+        throw InvalidInput(fmt::format("job {} of {}: {}", i + 1, rows.size(),
+                                       has_place ? message : json_place(file_, text(), begin) + ": " + message));
+      }
     }
+    return jobs;
   }
-  return jobs;
+
+ private:
+  std::string_view text() const { return text_of(bytes_); }
+
+  static bool is_report(const Json& document) {
+    return document.is_object() && document.contains("verb") && document["verb"] != Json("batch");
+  }
+
+  /// The list, and the steps that lead to it: the document itself, its "jobs", those of a batch's report; of
+  /// the report of another verb the one job that it is.
+  std::pair<Json, std::vector<JsonStep>> rows_of(const Json& document) const {
+    if (is_report(document)) return {Json::array({document}), {}};
+    if (!document.is_object()) return {document, {}};
+    if (document.contains("verb") && document.contains("result") && document["result"].contains("jobs"))
+      return {document["result"]["jobs"], {"result", "jobs"}};
+    for (const auto& [name, value] : document.items())
+      if (name != "jobs")
+        throw InvalidInput(fmt::format("{}: found '{}', wanted \"jobs\" alone; options of the batch are given to it",
+                                       json_place(file_, text(), {name}), name));
+    return {document.value("jobs", Json()), {"jobs"}};
+  }
+
+  Job job_of(const Json& row, const std::vector<JsonStep>& begin) const {
+    require(row.is_array() || row.is_object(),
+            std::string("found ") + row.type_name() + ", wanted a list of words or an object");
+    Job job = row.is_array() ? job_of_words(row) : job_of_object(row, begin);
+    if (job.options.given("config")) read_config(job.options.text("config"), job.options);
+    check_running_options(job.options);
+    refuse_standard_streams(job.options);
+    inherit(job.options);
+    job.options.check();
+    return job;
+  }
+
+  /// Those that can be run so: a window waits for somebody, and a batch within a batch may have no end.
+  Job job_for(const std::string& name) const {
+    Verb verb = find_verb(verbs_, name);
+    require(name != "batch" && name != "view", fmt::format("'{}' cannot be run by 'batch'", name));
+    OptionValues options(verb.table);
+    return {0, std::move(verb), std::move(options)};
+  }
+
+  /// ["filter", "scan.obj", "-o", "out.obj"]: the words of a command line.
+  Job job_of_words(const Json& words) const {
+    std::vector<std::string> texts;
+    for (const Json& word : words) texts.push_back(typed_text(word));
+    require(!texts.empty(), "found an empty list, wanted a verb and its words");
+    Job job = job_for(texts.front());
+    job.options = parse_arguments(job.verb.table, {texts.begin() + 1, texts.end()});
+    return job;
+  }
+
+  /// {"verb": "filter", "options": {"mesh": "scan.obj", ...}}, or the options beside the verb. A report has
+  /// more than options.
+  Job job_of_object(const Json& object, const std::vector<JsonStep>& begin) const {
+    require(object.contains("verb") && object.at("verb").is_string(), "found no \"verb\", wanted the name of one");
+    static const std::set<std::string> of_reports = {"verb",  "version",    "options", "input", "defects", "result", "solve",
+                                                     "seconds", "peak_bytes", "frames",  "slots", "job",     "error"};
+    if (object.contains("options"))
+      for (const auto& [name, value] : object.items())
+        require(of_reports.contains(name), fmt::format("found '{}' beside \"options\", wanted it among them", name));
+    Job job = job_for(object.at("verb").get<std::string>());
+    take_options(object, job.options, [&](const std::vector<JsonStep>& steps) {
+      std::vector<JsonStep> all = begin;
+      all.insert(all.end(), steps.begin(), steps.end());
+      return json_place(file_, text(), all);
+    });
+    return job;
+  }
+
+  /// What the batch says for itself.
+  static void check_running_options(const OptionValues& options) {
+    for (const char* name : {"json", "help", "quiet"})
+      require(!options.flag(name), fmt::format("--{}: a job has none of its own; give it to 'batch'", name));
+    require(!options.given("progress"), "--progress: a job has none of its own; give it to 'batch'");
+  }
+
+  /// Options of how it is run that the whole batch was given hold for each job that has no own.
+  void inherit(OptionValues& job) const {
+    for (const char* name : {"threads", "seed"})
+      if (batch_.given(name) && !job.given(name)) job.set(name, {batch_.text(name)});
+    for (const char* name : {"dry-run", "json"})
+      if (batch_.flag(name)) job.set(name, {"true"});
+    if (job.flag("no-clobber") || job.flag("overwrite")) return;
+    for (const char* name : {"no-clobber", "overwrite"})
+      if (batch_.flag(name)) job.set(name, {"true"});
+  }
+
+  const OptionValues& batch_;
+  std::string file_;
+  Bytes bytes_;
+  std::vector<Verb> verbs_ = all_verbs();
+};
+
+/// The names of files among the options, of all or of those that are read.
+enum class Names { all, of_inputs };
+std::vector<std::string> names_in(const OptionValues& options, Names which) {
+  std::vector<std::string> names;
+  for (const Option& option : options.table().options())
+    if (option.type == Option::Type::path && options.given(option.name) &&
+        (which == Names::all || (option.name != "output" && option.name != "report")))
+      for (const std::string& name : options.texts(option.name)) names.push_back(name);
+  return names;
 }
 
 /// The object that stands for a job in the report.
 Json failed_job(const Job& job, const std::string& message) {
-  return {{"verb", job.verb.table.verb()},
-          {"options", options_json(job.options)},
-          {"error", {{"message", message}}}};
+  Json error = {{"message", message}};
+  if (const Json file = file_of(message, names_in(job.options, Names::all)); !file.is_null()) error["file"] = file;
+  return {{"verb", job.name()}, {"options", options_json(job.options)}, {"error", error}};
 }
 
-/// What went wrong with it, if anything did; `Cancelled` is passed on.
-std::string run_job(Run& run, const Job& job, const Progress& progress, VerbOutcome& outcome) {
-  try {
-    name_options_of(job.verb);
-    outcome = run_as_asked(job.verb, job.options, run.terminal(), progress);
-    if (!job.options.flag("dry-run")) write_report(job.options, outcome.report);
-    return "";
-  } catch (const Cancelled&) {
-    throw;
-  } catch (const Error& error) {
-    return error.what();
-  } catch (const std::bad_alloc&) {
-    return "not enough memory: use smaller textures, or a machine with more";
+/// One job after another.
+class Batch {
+ public:
+  Batch(Run& run, std::vector<Job> jobs)
+      : run_(run), jobs_(std::move(jobs)), ledger_(run.options().text("jobs")) {
+    // Their own reports are none of what runs say they will write.
+    const OptionValues& options = run_.options();
+    ledger_.begin("the batch");
+    if (options.given("report")) enter_report(options);
+    for (const Job& job : jobs_) {
+      ledger_.begin(fmt::format("job {}", job.number));
+      if (job.options.given("report")) enter_report(job.options);
+    }
   }
-}
 
-Exit batch(Run& run) {
+  /// Jobs from this one on. Returns the worst exit status.
+  Exit go(std::size_t first) {
+    const double share = 1.0 / double(jobs_.size() - first);
+    for (std::size_t i = first; i < jobs_.size(); ++i) {
+      say_safe(i);
+      if (!go_one(jobs_[i], share) && !run_.options().flag("keep-going") && i + 1 < jobs_.size()) {
+        run_.terminal().error(fmt::format("stopped: --first {} goes on from here, --keep-going leaves out what fails",
+                                          jobs_[i].number));
+        break;
+      }
+    }
+    report();
+    return exit_;
+  }
+
+  void report() {
+    run_.result = {{"jobs", reports_}, {"failed", failed_}};
+    run_.print(fmt::format("{} of {} jobs done\n", int(reports_.size()) - failed_, jobs_.size()));
+  }
+
+ private:
+  void enter_report(const OptionValues& options) {
+    ledger_.enter({options.text("report")}, OutputLedger::Replacing::refused);
+  }
+
+  std::string title(const Job& job) const { return fmt::format("job {} of {}", job.number, jobs_.size()); }
+
+  void say_safe(std::size_t done) {
+    if (done > 0)
+      run_.terminal().safe(fmt::format("files of jobs before it are complete, and --first {} goes on from {}",
+                                       jobs_[done].number, title(jobs_[done])));
+  }
+
+  /// Whether it did not fail.
+  bool go_one(const Job& job, double share) {
+    ledger_.begin(fmt::format("job {}", job.number));
+    run_.terminal().set_part("");
+    run_.terminal().remark(fmt::format("{}: {}", title(job), job.name()));
+    run_.terminal().set_part(fmt::format("job {}", job.number));
+    VerbOutcome outcome;
+    const std::string message = waits_for_others(job)
+                                    ? ""
+                                    : done(job, run_.progress().step(fmt::format("{} ({})", title(job), job.name()), share),
+                                           outcome);
+    if (message.empty()) {
+      exit_ = std::max(exit_, outcome.exit);
+      add_report(job, std::move(outcome.report));
+    } else {
+      run_.terminal().error(message);
+      add_report(job, failed_job(job, message));
+      exit_ = Exit::error;
+      ++failed_;
+    }
+    run_.terminal().set_part("");
+    return message.empty();
+  }
+
+  /// With --dry-run, whether it would read what is not there yet.
+  bool waits_for_others(const Job& job) const {
+    if (!job.options.flag("dry-run")) return false;
+    std::error_code ignored;
+    for (const std::string& name : names_in(job.options, Names::of_inputs))
+      if (ledger_.has(name) && !std::filesystem::exists(name, ignored)) {
+        run_.terminal().remark(name + " is not there yet, as an earlier job would write it: not looked at further");
+        return true;
+      }
+    return false;
+  }
+
+  /// What went wrong with it, if anything did; `Cancelled` is passed on.
+  std::string done(const Job& job, const Progress& progress, VerbOutcome& outcome) {
+    try {
+      name_options_of(job.verb);
+      outcome = run_as_asked(job.verb, job.options, run_.terminal(), progress);
+      if (!job.options.flag("dry-run")) write_report(job.options, outcome.report);
+      return "";
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error& error) {
+      return error.what();
+    } catch (const std::bad_alloc&) {
+      return "not enough memory: use smaller textures, or a machine with more";
+    }
+  }
+
+  void add_report(const Job& job, Json report) {
+    Json numbered = {{"job", job.number}};
+    if (report.is_object()) numbered.update(report);
+    reports_.push_back(std::move(numbered));
+  }
+
+  Run& run_;
+  std::vector<Job> jobs_;
+  OutputLedger ledger_;
+  Json reports_ = Json::array();
+  Exit exit_ = Exit::done;
+  int failed_ = 0;
+};
+
+Exit run_batch(Run& run) {
   const OptionValues& options = run.options();
   run.will_read(options.text("jobs"));
-  const std::vector<Job> jobs = read_jobs(options);
+  std::vector<Job> jobs = JobReader(options).read();
   const auto first = options.integer("first");
   require(first <= std::int64_t(jobs.size()),
           fmt::format("--first: found {}, and there are {} jobs", first, jobs.size()));
-  const std::size_t begin = std::size_t(first - 1);
-  Exit exit = Exit::done;
-  Json reports = Json::array();
-  std::size_t failed = 0;
-  for (std::size_t i = begin; i < jobs.size(); ++i) {
-    const Job& job = jobs[i];
-    const std::string name = fmt::format("job {} of {}", i + 1, jobs.size());
-    const std::string verb = job.verb.table.verb();
-    run.print(fmt::format("{}: {}\n", name, verb));
-    VerbOutcome outcome;
-    const std::string message = run_job(
-        run, job, run.progress().step(fmt::format("{} ({})", name, verb), 1.0 / double(jobs.size() - begin)), outcome);
-    if (message.empty()) {
-      exit = std::max(exit, outcome.exit);
-      reports.push_back(std::move(outcome.report));
-      continue;
-    }
-    const std::string said = fmt::format("{} ({}): {}", name, verb, message);
-    if (!options.flag("keep-going"))
-      throw Error(fmt::format("{} (--first {} goes on from here, --keep-going leaves out what fails)", said, i + 1));
-    run.terminal().error(said);
-    reports.push_back(failed_job(job, message));
-    exit = Exit::error;
-    ++failed;
+  Batch batch(run, std::move(jobs));
+  try {
+    return batch.go(std::size_t(first - 1));
+  } catch (const Cancelled&) {
+    run.terminal().set_part("");
+    batch.report();
+    if (!options.flag("dry-run")) write_report(options, run.report());
+    throw;
   }
-  run.result = {{"jobs", std::move(reports)}, {"failed", failed}};
-  run.print(fmt::format("{} of {} jobs done\n", jobs.size() - begin - failed, jobs.size() - begin));
-  return exit;
 }
 
 }  // namespace
@@ -174,7 +309,7 @@ Verb batch_verb() {
              .place = Option::Place::positional,
              .type = Type::path,
              .required = true,
-             .help = "a JSON file: a list of jobs, or an object with \"jobs\"",
+             .help = "a JSON file: a list of jobs, or an object with \"jobs\"; - for standard input",
              .details = "A job is the list of a command line's words, [\"filter\", \"scan.obj\", \"-o\", "
                         "\"out.obj\"], or an object with \"verb\" and \"options\", such as a report. All are read "
                         "before the first is run. Names of files are relative to the current folder."});
@@ -187,7 +322,7 @@ Verb batch_verb() {
              .least = 1,
              .most = 1e9,
              .help = "the number of the job to begin with, to go on after an error"});
-  return {table, batch};
+  return {table, run_batch};
 }
 
 }  // namespace mq::app

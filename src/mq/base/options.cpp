@@ -94,7 +94,7 @@ bool acceptable(const Option& option, const std::string& text) {
     }
     case Option::Type::length: return is_length(text) && (!option.accepts || option.accepts(text));
     case Option::Type::choice: return std::ranges::count(option.choices, text) > 0;
-    case Option::Type::path: return !text.empty();
+    case Option::Type::path: return !text.empty() && text.find('\0') == std::string::npos;
     case Option::Type::text: return option.accepts ? option.accepts(text) : !text.empty();
   }
   return false;

@@ -61,6 +61,7 @@ std::string extension_by_content(std::string_view bytes) {
     if (bytes.starts_with(beginning)) return extension;
   if (bytes.starts_with("RIFF") && bytes.substr(std::min<std::size_t>(8, bytes.size())).starts_with("WEBP"))
     return ".webp";
+  if (bytes.starts_with("\xef\xbb\xbf")) bytes.remove_prefix(3);
   const std::size_t word = bytes.find_first_not_of(" \t\r\n");
   if (word != std::string_view::npos && (bytes[word] == '{' || bytes[word] == '['))
     return bytes.find("\"asset\"") == std::string_view::npos ? ".json" : ".gltf";

@@ -187,7 +187,7 @@ std::vector<FrameFile> find_frames(const std::string& name, const std::vector<in
       throw IoError(fmt::format("{}: there is no such file or folder", name));
     require(!names_scene(name),
             fmt::format("{}: scenes with all frames in one file are not read; write a file a frame, OBJ, PLY, glTF or "
-                        "GLB, from the program that made it, or from Blender (docs/evolve.md has its command)",
+                        "GLB, from the program that made it, or from Blender (the documentation of evolve has its command)",
                         name));
     throw InvalidInput(fmt::format(
         "{}: found one file, wanted a sequence: a folder, or a name with a place for the frame's "

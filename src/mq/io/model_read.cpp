@@ -37,7 +37,7 @@ std::string lower(std::string text) {
 constexpr std::pair<std::string_view, const char*> other_formats[] = {
     {"\x89PNG", "a PNG picture"},    {"\xff\xd8\xff", "a JPEG picture"},
     {"II*", "a TIFF picture"},       {"MM\0*", "a TIFF picture"},
-    {"PK\x03\x04", "a zip archive"}, {"\x1f\x8b", "a gzip archive"},
+    {"PK\x03\x04", "a zip archive, as USDZ is"}, {"\x1f\x8b", "a gzip archive"},
     {"Kaydara FBX", "an FBX scene"}, {"solid ", "an STL mesh"},
     {"OFF", "an OFF mesh"},          {"newmtl", "a material library, not the mesh"},
     {"#usda", "a USD scene"},        {"PXR-USDC", "a USD scene"},
@@ -54,7 +54,9 @@ Document::Format format_of(const fs::path& path, ByteView bytes) {
   for (const auto& [beginning, what] : other_formats)
     if (text.starts_with(beginning))
       throw IoError(
-          fmt::format("{} is {}; convert it to OBJ, PLY, glTF or GLB first", path.string(), what));
+          fmt::format("{} is {}; convert it to OBJ, PLY, glTF or GLB first, as Blender does", path.string(), what));
+  if (lower_extension(path) == ".evolving")
+    throw IoError(path.string() + " is an evolving mesh: marquetry export says what it holds, and writes its frames");
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first != text.npos && text[first] == '{') return Document::Format::gltf;
