@@ -43,7 +43,9 @@ TEST(Batch, DoesWhatCommandsDoOneAfterAnother) {
 
 TEST(Batch, RepeatsReports) {
   const Jobs folder("[]");
-  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "--beta", "2", "-o", "a.png", "--report", "a.json"}).status, 0);
+  ASSERT_EQ(
+      marquetry(folder, {"filter", "strip.obj", "--beta", "2", "-o", "a.png", "--report", "a.json"}).status,
+      0);
   const std::string first = file_bytes(folder / "a.png");
   write_bytes(folder / "jobs.json", "[" + file_bytes(folder / "a.json") + "]");
   std::filesystem::remove(folder / "a.png");
@@ -52,8 +54,10 @@ TEST(Batch, RepeatsReports) {
 }
 
 TEST(Batch, ReadsAllJobsBeforeTheFirstIsRun) {
-  const Jobs folder("[[\"filter\", \"strip.obj\", \"--beta\", \"2\", \"-o\", \"a.png\"],\n"
-                    " {\"verb\": \"filter\", \"options\": {\"mesh\": \"strip.obj\",\n  \"betta\": 2, \"output\": \"b.png\"}}]");
+  const Jobs folder(
+      "[[\"filter\", \"strip.obj\", \"--beta\", \"2\", \"-o\", \"a.png\"],\n"
+      " {\"verb\": \"filter\", \"options\": {\"mesh\": \"strip.obj\",\n  \"betta\": 2, \"output\": "
+      "\"b.png\"}}]");
   const std::string said = refusal(folder, {"batch", "jobs.json"}, "a.png");
   EXPECT_THAT(said, HasSubstr("job 2 of 2: jobs.json, line 3, column 12: "));
   EXPECT_THAT(said, HasSubstr("did you mean '--beta'?"));
@@ -63,7 +67,8 @@ TEST(Batch, SaysWhereAJobIsNone) {
   const std::map<std::string, std::string> cases = {
       {"[]", "no job"},
       {"{\"jobs\": [[\"check\", \"strip.obj\"]], \"threads\": 1}", "found 'threads'"},
-      {"[{\"verb\": \"check\", \"options\": {\"mesh\": \"strip.obj\"}, \"weld\": \"none\"}]", "found 'weld' beside"},
+      {"[{\"verb\": \"check\", \"options\": {\"mesh\": \"strip.obj\"}, \"weld\": \"none\"}]",
+       "found 'weld' beside"},
       {"[[\"check\", \"strip.obj\", \"--report\", \"jobs.json\"]]", "the list of what is run"},
       {"[[\"check\", \"strip.obj\\u0000.obj\"]]", "wanted"},
       {"3", "no list"},
@@ -98,7 +103,8 @@ TEST(Batch, StopsAtTheFirstThatFailsAndGoesOnFromThere) {
   EXPECT_FALSE(is_there(folder, "c.png"));
   EXPECT_EQ(marquetry(folder, {"batch", "jobs.json", "--first", "3"}).status, 0);
   EXPECT_TRUE(is_there(folder, "c.png"));
-  EXPECT_THAT(refusal(folder, {"batch", "jobs.json", "--first", "4"}, "d.png"), HasSubstr("there are 3 jobs"));
+  EXPECT_THAT(refusal(folder, {"batch", "jobs.json", "--first", "4"}, "d.png"),
+              HasSubstr("there are 3 jobs"));
 }
 
 TEST(Batch, LeavesOutWhatFailsWhereItShallGoOn) {
@@ -126,7 +132,8 @@ TEST(Batch, HasAReportOfWhatWasDoneWhereItStops) {
 }
 
 TEST(Batch, ReplacesNothingThatItWrote) {
-  const Jobs folder(R"([["filter", "strip.obj", "--beta", "2", "-o", "v/a.obj"], ["filter", "strip.obj", "--beta", "3", "-o", "v/b.obj"],
+  const Jobs folder(
+      R"([["filter", "strip.obj", "--beta", "2", "-o", "v/a.obj"], ["filter", "strip.obj", "--beta", "3", "-o", "v/b.obj"],
     ["filter", "strip.obj", "--beta", "3", "-o", "c.png"], ["filter", "strip.obj", "--beta", "0", "-o", "c.png", "--overwrite"]])");
   std::filesystem::create_directory(folder / "v");
   for (const bool dry : {true, false}) {
@@ -142,14 +149,16 @@ TEST(Batch, ReplacesNothingThatItWrote) {
 }
 
 TEST(Batch, LooksNoFurtherThanItCanWhereNothingIsWritten) {
-  const Jobs folder(R"([["filter", "strip.obj", "--beta", "2", "-o", "a.obj"], ["filter", "a.obj", "--beta", "2", "-o", "b.png"]])");
+  const Jobs folder(
+      R"([["filter", "strip.obj", "--beta", "2", "-o", "a.obj"], ["filter", "a.obj", "--beta", "2", "-o", "b.png"]])");
   const Result result = marquetry(folder, {"batch", "jobs.json", "--dry-run"});
   EXPECT_EQ(result.status, 0) << result.error;
   EXPECT_THAT(result.error, HasSubstr("job 2: a.obj is not there yet"));
 }
 
 TEST(Batch, TakesConfigurationsAndNamesOfPlaces) {
-  const Jobs folder(R"([{"verb": "filter", "options": {"mesh": "strip.obj", "config": "c.json", "output": "a.png"}},
+  const Jobs folder(
+      R"([{"verb": "filter", "options": {"mesh": "strip.obj", "config": "c.json", "output": "a.png"}},
     {"verb": "bake", "options": {"source": "strip.obj", "target": "strip.obj", "output": "b.png"}}])");
   write_bytes(folder / "c.json", R"({"beta": 0.5})");
   const Result result = marquetry(folder, {"batch", "jobs.json", "--json"});
@@ -178,8 +187,8 @@ TEST(Batch, IsCancelledAsAWhole) {
     ["filter", "big/bust.obj", "--beta", "2", "-o", "a.png", "--overwrite"],
     ["filter", "strip.obj", "--beta", "2", "-o", "b.png"]])");
   std::filesystem::create_directory(folder / "big");
-  const Result result =
-      marquetry(folder, {"batch", "jobs.json", "--report", "r.json", "--progress", "json"}, {.interrupt_at = {"job 2 of 3 ("}});
+  const Result result = marquetry(folder, {"batch", "jobs.json", "--report", "r.json", "--progress", "json"},
+                                  {.interrupt_at = {"job 2 of 3 ("}});
   EXPECT_EQ(result.status, 130);
   EXPECT_THAT(result.error, HasSubstr("cancelled"));
   EXPECT_THAT(result.error, HasSubstr("--first 2 goes on"));

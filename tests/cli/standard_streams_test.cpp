@@ -22,9 +22,9 @@ using testing::Not;
 /// Runs with this file as standard input, and temporary files in a folder that must be empty afterwards.
 Result piped(const Folder& folder, const std::vector<std::string>& words, const std::string& input) {
   const Folder temporary;
-  const Result result = marquetry(folder, words,
-                                  {.environment = {{"TMPDIR", temporary.path().string()}},
-                                   .standard_input = (folder / input).string()});
+  const Result result = marquetry(
+      folder, words,
+      {.environment = {{"TMPDIR", temporary.path().string()}}, .standard_input = (folder / input).string()});
   EXPECT_THAT(temporary.names(), IsEmpty());
   return result;
 }
@@ -50,7 +50,8 @@ TEST(StandardStreams, AreAPictureLikeAnyOther) {
 TEST(StandardStreams, AreModels) {
   const Folder folder;
   write_bytes(folder / "fan.ply", coloured_ply);
-  ASSERT_EQ(marquetry(folder, {"filter", "fan.ply", "--vertices", "--beta", "0", "-o", "file.glb"}).status, 0);
+  ASSERT_EQ(marquetry(folder, {"filter", "fan.ply", "--vertices", "--beta", "0", "-o", "file.glb"}).status,
+            0);
   const Result result = piped(folder, {"filter", "-", "--vertices", "--beta", "0", "-o", "glb:-"}, "fan.ply");
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(result.output, file_bytes(folder / "file.glb"));
@@ -59,17 +60,22 @@ TEST(StandardStreams, AreModels) {
 TEST(StandardStreams, StandForMasksAndConfigurationsToo) {
   const Folder folder;
   write_strip(folder);
-  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "--beta", "2", "-o", "a.png", "--report", "run.json"}).status, 0);
+  ASSERT_EQ(
+      marquetry(folder, {"filter", "strip.obj", "--beta", "2", "-o", "a.png", "--report", "run.json"}).status,
+      0);
   ASSERT_EQ(piped(folder, {"filter", "--config", "-", "-o", "b.png"}, "run.json").status, 0);
   EXPECT_EQ(file_bytes(folder / "a.png"), file_bytes(folder / "b.png"));
-  const Result masked = piped(folder, {"filter", "strip.obj", "--beta", "2", "--mask", "-", "-o", "c.png"}, "strip.png");
+  const Result masked =
+      piped(folder, {"filter", "strip.obj", "--beta", "2", "--mask", "-", "-o", "c.png"}, "strip.png");
   EXPECT_EQ(masked.status, 0) << masked.error;
 }
 
 TEST(StandardStreams, AreHyphensInReports) {
   const Folder folder;
   write_strip(folder);
-  ASSERT_EQ(piped(folder, {"filter", "-", "--beta", "2", "-o", "png:-", "--report", "run.json"}, "strip.png").status, 0);
+  ASSERT_EQ(piped(folder, {"filter", "-", "--beta", "2", "-o", "png:-", "--report", "run.json"}, "strip.png")
+                .status,
+            0);
   const auto report = nlohmann::json::parse(file_bytes(folder / "run.json"));
   EXPECT_EQ(report.at("options").at("mesh"), "-");
   EXPECT_EQ(report.at("options").at("output"), "png:-");
@@ -84,7 +90,8 @@ TEST(StandardStreams, BringModelsThatFindWhatLiesHere) {
   const Folder folder;
   write_strip(folder);
   ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "--beta", "2", "-o", "file.glb"}).status, 0);
-  const Result result = piped(folder, {"filter", "-", "--beta", "2", "-o", "glb:-", "--report", "run.json"}, "strip.obj");
+  const Result result =
+      piped(folder, {"filter", "-", "--beta", "2", "-o", "glb:-", "--report", "run.json"}, "strip.obj");
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(result.output, file_bytes(folder / "file.glb"));
   EXPECT_THAT(file_bytes(folder / "run.json"), Not(HasSubstr("marquetry-pipe")));
@@ -95,8 +102,9 @@ TEST(StandardStreams, BringModelsThatFindWhatLiesHere) {
 /// front of it.
 int shell(const Folder& folder, const std::string& command) {
   const Folder temporary;
-  const std::string all = "cd '" + folder.path().string() + "' && export TMPDIR='" + temporary.path().string() +
-                          "' program='" + places::program().string() + "' && " + command;
+  const std::string all = "cd '" + folder.path().string() + "' && export TMPDIR='" +
+                          temporary.path().string() + "' program='" + places::program().string() + "' && " +
+                          command;
   const int status = std::system(("bash -c \"" + all + "\"").c_str());
   EXPECT_THAT(temporary.names(), IsEmpty()) << command;
   return WEXITSTATUS(status);
@@ -108,11 +116,19 @@ TEST(StandardStreams, EndWithWhoeverIsAtTheOtherEnd) {
   // Closed; silent until Ctrl-C; endless; no longer read; a pipe with a name.
   EXPECT_EQ(shell(folder, "timeout 20 \\$program filter - --beta 2 -o png:- <&- > out 2> said"), 2);
   EXPECT_THAT(file_bytes(folder / "said"), HasSubstr("nothing came by standard input"));
-  EXPECT_EQ(shell(folder, "sleep 3 | timeout --preserve-status -s INT 1 \\$program filter - --beta 2 -o png:- 2> said; "
-                          "exit \\${PIPESTATUS[1]}"), 130);
-  EXPECT_EQ(shell(folder, "yes | timeout 20 \\$program filter - --beta 2 -o png:- 2> said; exit \\${PIPESTATUS[1]}"), 2);
+  EXPECT_EQ(
+      shell(folder,
+            "sleep 3 | timeout --preserve-status -s INT 1 \\$program filter - --beta 2 -o png:- 2> said; "
+            "exit \\${PIPESTATUS[1]}"),
+      130);
+  EXPECT_EQ(shell(folder,
+                  "yes | timeout 20 \\$program filter - --beta 2 -o png:- 2> said; exit \\${PIPESTATUS[1]}"),
+            2);
   EXPECT_THAT(file_bytes(folder / "said"), HasSubstr("is in no format"));
-  EXPECT_EQ(shell(folder, "\\$program filter strip.png --beta 1 -o png:- 2> said | head -c 10 > out; exit \\${PIPESTATUS[0]}"), 2);
+  EXPECT_EQ(shell(folder,
+                  "\\$program filter strip.png --beta 1 -o png:- 2> said | head -c 10 > out; exit "
+                  "\\${PIPESTATUS[0]}"),
+            2);
   EXPECT_THAT(file_bytes(folder / "said"), HasSubstr("nobody reads it any more"));
   EXPECT_EQ(shell(folder, "\\$program filter <(cat strip.png) --beta 1 -o piped.png 2> said"), 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "piped.png"));
@@ -123,7 +139,8 @@ TEST(StandardStreams, AreNamedInMessages) {
   write_strip(folder);
   const std::string picture = file_bytes(folder / "strip.png");
   write_bytes(folder / "cut.png", picture.substr(0, picture.size() / 2));
-  EXPECT_THAT(refused(folder, {"filter", "-", "--beta", "2", "-o", "-"}, "cut.png"), HasSubstr(": standard input"));
+  EXPECT_THAT(refused(folder, {"filter", "-", "--beta", "2", "-o", "-"}, "cut.png"),
+              HasSubstr(": standard input"));
   write_bytes(folder / "nothing", "");
   EXPECT_THAT(refused(folder, {"filter", "-", "-o", "-"}, "nothing"), HasSubstr("nothing came"));
   write_bytes(folder / "words", "once upon a time");
@@ -133,11 +150,13 @@ TEST(StandardStreams, AreNamedInMessages) {
 TEST(StandardStreams, TakeOneFileAndNothingElse) {
   const Folder folder;
   write_strip(folder);
-  EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "-"}, "strip.png"), HasSubstr("png:-"));
+  EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "-"}, "strip.png"),
+              HasSubstr("png:-"));
   EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "obj:-"}, "strip.png"),
               HasSubstr("standard output takes one"));
   EXPECT_THAT(refused(folder, {"filter", "-", "-", "-o", "-"}, "strip.png"), HasSubstr("taken already"));
-  EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--report", "-", "-o", "png:-"}, "strip.png"), HasSubstr("./-"));
+  EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--report", "-", "-o", "png:-"}, "strip.png"),
+              HasSubstr("./-"));
   const Result both = piped(folder, {"filter", "-", "--beta", "2", "-o", "-", "--json"}, "strip.png");
   EXPECT_EQ(both.status, 2);
   EXPECT_THAT(both.error, HasSubstr("--report FILE"));
@@ -146,7 +165,8 @@ TEST(StandardStreams, TakeOneFileAndNothingElse) {
 TEST(StandardStreams, NoticeThatNobodyTakesTheResult) {
   const Folder folder;
   write_strip(folder);
-  const Result lost = marquetry(folder, {"filter", "strip.png", "--beta", "2", "-o", "-"}, {.standard_output = "/dev/full"});
+  const Result lost =
+      marquetry(folder, {"filter", "strip.png", "--beta", "2", "-o", "-"}, {.standard_output = "/dev/full"});
   EXPECT_EQ(lost.status, 2);
   EXPECT_THAT(lost.error, HasSubstr("standard output cannot be written to"));
 }

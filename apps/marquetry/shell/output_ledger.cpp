@@ -31,8 +31,9 @@ void OutputLedger::enter(const std::vector<std::filesystem::path>& paths, Replac
       throw IoError(fmt::format("{}: it is the list of what is run; choose another name", path.string()));
     const auto known = runs_.find(name);
     if (known != runs_.end() && known->second != run_ && replacing == Replacing::refused)
-      throw IoError(fmt::format("{}: {} writes it too; choose another name or folder, or allow it with --overwrite",
-                                path.string(), known->second));
+      throw IoError(
+          fmt::format("{}: {} writes it too; choose another name or folder, or allow it with --overwrite",
+                      path.string(), known->second));
     runs_[name] = run_;
   }
 }

@@ -35,7 +35,8 @@ std::optional<std::string> stream_format(const std::string& name) {
   if (name == "-") return "";
   if (!name.ends_with(":-")) return {};
   const std::string format = name.substr(0, name.size() - 2);
-  const bool is_word = !format.empty() && std::ranges::all_of(format, [](unsigned char c) { return std::isalnum(c); });
+  const bool is_word =
+      !format.empty() && std::ranges::all_of(format, [](unsigned char c) { return std::isalnum(c); });
   return is_word ? std::optional(format) : std::nullopt;
 }
 
@@ -102,8 +103,9 @@ void keep(const std::string& begin, const Stream& stream, const fs::path& path) 
   }
   file.close();
   if (!file)
-    throw IoError(fmt::format("{}: standard input cannot be kept there (is the disk full? TMPDIR names another folder)",
-                              path.parent_path().string()));
+    throw IoError(
+        fmt::format("{}: standard input cannot be kept there (is the disk full? TMPDIR names another folder)",
+                    path.parent_path().string()));
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -142,8 +144,9 @@ const fs::path& StandardStreams::folder() {
   if (!folder_.empty()) return folder_;
   std::string name = (temporary_folder() / (folder_begin + "XXXXXX")).string();
   if (::mkdtemp(name.data()) == nullptr)
-    throw IoError(fmt::format("{}: no folder for standard input and output can be made here ({}); TMPDIR names another",
-                              temporary_folder().string(), std::strerror(errno)));
+    throw IoError(
+        fmt::format("{}: no folder for standard input and output can be made here ({}); TMPDIR names another",
+                    temporary_folder().string(), std::strerror(errno)));
   std::signal(SIGPIPE, SIG_IGN);  // who reads no more may not keep the folder from being removed
   return folder_ = name;
 }
@@ -158,14 +161,17 @@ void StandardStreams::show_current_folder() {
   if (std::exchange(shows_current_folder_, true)) return;
   std::error_code ignored;
   int count = 0;
-  for (fs::directory_iterator at(".", ignored), end; !ignored && at != end && count < most_links; at.increment(ignored)) {
+  for (fs::directory_iterator at(".", ignored), end; !ignored && at != end && count < most_links;
+       at.increment(ignored)) {
     std::error_code is_there;
-    fs::create_symlink(fs::absolute(at->path()).lexically_normal(), folder() / "in" / at->path().filename(), is_there);
+    fs::create_symlink(fs::absolute(at->path()).lexically_normal(), folder() / "in" / at->path().filename(),
+                       is_there);
     ++count;
   }
 }
 
-std::string StandardStreams::read_input(const std::string& given, const std::string& format, const std::string& option) {
+std::string StandardStreams::read_input(const std::string& given, const std::string& format,
+                                        const std::string& option) {
   const bool is_standard = stream_format(given).has_value();
   if (is_standard) {
     require(standard_input_.empty(), option + ": standard input is taken already, by another option or name");
@@ -176,11 +182,13 @@ std::string StandardStreams::read_input(const std::string& given, const std::str
   require(!begin.empty(), fmt::format("{}: nothing came by {}", option, words));
   const std::string extension = format.empty() ? extension_by_content(begin) : "." + format;
   require(!extension.empty(),
-          fmt::format("{}: what comes by {} is in no format that shows in its first bytes; name it, such as obj:-", option,
-                      words));
+          fmt::format(
+              "{}: what comes by {} is in no format that shows in its first bytes; name it, such as obj:-",
+              option, words));
   fs::create_directory(folder() / "in");
   std::string name = "standard_input" + extension;
-  for (int n = 2; fs::exists(folder() / "in" / name); ++n) name = fmt::format("standard_input_{}{}", n, extension);
+  for (int n = 2; fs::exists(folder() / "in" / name); ++n)
+    name = fmt::format("standard_input_{}{}", n, extension);
   const fs::path file = folder() / "in" / name;
   keep(begin, stream, file);
   if (is_standard) standard_input_ = file.string();
@@ -196,7 +204,8 @@ std::string StandardStreams::read_input(const std::string& given, const std::str
 
 std::string StandardStreams::choose_output(const std::string& format, const OptionValues& options) {
   require(!options.flag("json"), "--json: standard output takes the result; --report FILE writes the same");
-  require(::isatty(STDOUT_FILENO) == 0, "--output: standard output is a terminal; send it to a file or a pipe");
+  require(::isatty(STDOUT_FILENO) == 0,
+          "--output: standard output is a terminal; send it to a file or a pipe");
   std::string extension = "." + format;
   if (format.empty()) {
     extension.clear();
@@ -204,7 +213,8 @@ std::string StandardStreams::choose_output(const std::string& format, const Opti
       if (option.place == Option::Place::positional && extension.empty() && options.given(option.name))
         if (const fs::path first = options.texts(option.name).front(); names_picture(first))
           extension = lower_extension(first);
-    require(!extension.empty(), "--output: name the format that standard output is to take, such as png:- or glb:-");
+    require(!extension.empty(),
+            "--output: name the format that standard output is to take, such as png:- or glb:-");
   }
   output_ = folder() / (output_stem + extension);
   call(output_.string(), options.text("output"), "standard output");
@@ -220,8 +230,10 @@ void StandardStreams::stand_in(OptionValues& options) {
       const bool takes = takes_standard_input(option);
       const std::optional<std::string> format = takes ? input_format(name) : stream_format(name);
       if (!format) continue;
-      require(takes, fmt::format("{}: '{}' is standard input or output, which it cannot be; ./- is a file of that name",
-                                 display_name(option), name));
+      require(
+          takes,
+          fmt::format("{}: '{}' is standard input or output, which it cannot be; ./- is a file of that name",
+                      display_name(option), name));
       name = read_input(name, *format, display_name(option));
       changed = true;
     }

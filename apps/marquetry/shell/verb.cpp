@@ -22,12 +22,13 @@ std::vector<Verb> all_verbs() {
   };
 }
 
-Verb find_verb(std::vector<Verb> verbs, const std::string& name) {
+Verb find_verb(const std::vector<Verb>& verbs, const std::string& name) {
   std::vector<std::string> names;
-  for (Verb& verb : verbs) {
+  for (const Verb& verb : verbs) {
     if (verb.table.verb() == name) {
-      add_running_options(verb.table);
-      return verb;
+      Verb found = verb;
+      add_running_options(found.table);
+      return found;
     }
     names.push_back(verb.table.verb());
   }

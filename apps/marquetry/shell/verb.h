@@ -49,7 +49,7 @@ std::vector<Verb> all_verbs();
 
 /// The one of this name, with the options that every verb has. Throws `InvalidInput` with the nearest name
 /// when there is none.
-Verb find_verb(std::vector<Verb> verbs, const std::string& name);
+Verb find_verb(const std::vector<Verb>& verbs, const std::string& name);
 
 /// From now on messages of the library say "--longest-edge" where this verb has that option.
 void name_options_of(const Verb& verb);

@@ -13,9 +13,9 @@ struct VerbOutcome {
   Json report;
 };
 
-/// One run, one for each slot or one for each frame, by as many threads as --threads says. The report of a sequence is that of its last frame
-/// with the options of the whole and every frame's own report under "frames". The options were checked
-/// (`OptionValues::check`). Throws what the verb throws.
+/// One run, one for each slot or one for each frame, by as many threads as --threads says. The report of a
+/// sequence is that of its last frame with the options of the whole and every frame's own report under
+/// "frames". The options were checked (`OptionValues::check`). Throws what the verb throws.
 VerbOutcome run_as_asked(const Verb& verb, const OptionValues& options, Terminal& terminal,
                          const Progress& progress);
 

@@ -30,7 +30,8 @@ struct Job {
 /// Reads jobs. All verbs are made once, as a file may have thousands.
 class JobReader {
  public:
-  explicit JobReader(const OptionValues& batch) : batch_(batch), file_(batch.text("jobs")), bytes_(read_file(file_)) {}
+  explicit JobReader(const OptionValues& batch)
+      : batch_(batch), file_(batch.text("jobs")), bytes_(read_file(file_)) {}
 
   /// All jobs of the file, their options read and checked, so that a word that is wrong in the last is told
   /// before the first is run.
@@ -50,8 +51,9 @@ class JobReader {
       } catch (const Error& error) {
         const std::string message = error.what();
         const bool has_place = message.starts_with(file_ + ", line");
-        throw InvalidInput(fmt::format("job {} of {}: {}", i + 1, rows.size(),
-                                       has_place ? message : json_place(file_, text(), begin) + ": " + message));
+        throw InvalidInput(
+            fmt::format("job {} of {}: {}", i + 1, rows.size(),
+                        has_place ? message : json_place(file_, text(), begin) + ": " + message));
       }
     }
     return jobs;
@@ -73,8 +75,9 @@ class JobReader {
       return {document["result"]["jobs"], {"result", "jobs"}};
     for (const auto& [name, value] : document.items())
       if (name != "jobs")
-        throw InvalidInput(fmt::format("{}: found '{}', wanted \"jobs\" alone; options of the batch are given to it",
-                                       json_place(file_, text(), {name}), name));
+        throw InvalidInput(
+            fmt::format("{}: found '{}', wanted \"jobs\" alone; options of the batch are given to it",
+                        json_place(file_, text(), {name}), name));
     return {document.value("jobs", Json()), {"jobs"}};
   }
 
@@ -111,12 +114,15 @@ class JobReader {
   /// {"verb": "filter", "options": {"mesh": "scan.obj", ...}}, or the options beside the verb. A report has
   /// more than options.
   Job job_of_object(const Json& object, const std::vector<JsonStep>& begin) const {
-    require(object.contains("verb") && object.at("verb").is_string(), "found no \"verb\", wanted the name of one");
-    static const std::set<std::string> of_reports = {"verb",  "version",    "options", "input", "defects", "result", "solve",
-                                                     "seconds", "peak_bytes", "frames",  "slots", "job",     "error"};
+    require(object.contains("verb") && object.at("verb").is_string(),
+            "found no \"verb\", wanted the name of one");
+    static const std::set<std::string> of_reports = {"verb",   "version", "options", "input",      "defects",
+                                                     "result", "solve",   "seconds", "peak_bytes", "frames",
+                                                     "slots",  "job",     "error"};
     if (object.contains("options"))
       for (const auto& [name, value] : object.items())
-        require(of_reports.contains(name), fmt::format("found '{}' beside \"options\", wanted it among them", name));
+        require(of_reports.contains(name),
+                fmt::format("found '{}' beside \"options\", wanted it among them", name));
     Job job = job_for(object.at("verb").get<std::string>());
     take_options(object, job.options, [&](const std::vector<JsonStep>& steps) {
       std::vector<JsonStep> all = begin;
@@ -164,7 +170,8 @@ std::vector<std::string> names_in(const OptionValues& options, Names which) {
 /// The object that stands for a job in the report.
 Json failed_job(const Job& job, const std::string& message) {
   Json error = {{"message", message}};
-  if (const Json file = file_of(message, names_in(job.options, Names::all)); !file.is_null()) error["file"] = file;
+  if (const Json file = file_of(message, names_in(job.options, Names::all)); !file.is_null())
+    error["file"] = file;
   return {{"verb", job.name()}, {"options", options_json(job.options)}, {"error", error}};
 }
 
@@ -189,8 +196,8 @@ class Batch {
     for (std::size_t i = first; i < jobs_.size(); ++i) {
       say_safe(i);
       if (!go_one(jobs_[i], share) && !run_.options().flag("keep-going") && i + 1 < jobs_.size()) {
-        run_.terminal().error(fmt::format("stopped: --first {} goes on from here, --keep-going leaves out what fails",
-                                          jobs_[i].number));
+        run_.terminal().error(fmt::format(
+            "stopped: --first {} goes on from here, --keep-going leaves out what fails", jobs_[i].number));
         break;
       }
     }
@@ -223,10 +230,10 @@ class Batch {
     run_.terminal().remark(fmt::format("{}: {}", title(job), job.name()));
     run_.terminal().set_part(fmt::format("job {}", job.number));
     VerbOutcome outcome;
-    const std::string message = waits_for_others(job)
-                                    ? ""
-                                    : done(job, run_.progress().step(fmt::format("{} ({})", title(job), job.name()), share),
-                                           outcome);
+    const std::string message =
+        waits_for_others(job)
+            ? ""
+            : done(job, run_.progress().step(fmt::format("{} ({})", title(job), job.name()), share), outcome);
     if (message.empty()) {
       exit_ = std::max(exit_, outcome.exit);
       add_report(job, std::move(outcome.report));
@@ -246,7 +253,8 @@ class Batch {
     std::error_code ignored;
     for (const std::string& name : names_in(job.options, Names::of_inputs))
       if (ledger_.has(name) && !std::filesystem::exists(name, ignored)) {
-        run_.terminal().remark(name + " is not there yet, as an earlier job would write it: not looked at further");
+        run_.terminal().remark(name +
+                               " is not there yet, as an earlier job would write it: not looked at further");
         return true;
       }
     return false;
@@ -310,9 +318,10 @@ Verb batch_verb() {
              .type = Type::path,
              .required = true,
              .help = "a JSON file: a list of jobs, or an object with \"jobs\"; - for standard input",
-             .details = "A job is the list of a command line's words, [\"filter\", \"scan.obj\", \"-o\", "
-                        "\"out.obj\"], or an object with \"verb\" and \"options\", such as a report. All are read "
-                        "before the first is run. Names of files are relative to the current folder."});
+             .details =
+                 "A job is the list of a command line's words, [\"filter\", \"scan.obj\", \"-o\", "
+                 "\"out.obj\"], or an object with \"verb\" and \"options\", such as a report. All are read "
+                 "before the first is run. Names of files are relative to the current folder."});
   table.add({.name = "keep-going",
              .letter = 'k',
              .help = "go on after a job that fails; the exit status is 2 all the same"});
