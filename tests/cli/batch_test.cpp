@@ -159,7 +159,7 @@ TEST(Batch, LooksNoFurtherThanItCanWhereNothingIsWritten) {
 TEST(Batch, TakesConfigurationsAndNamesOfPlaces) {
   const Jobs folder(
       R"([{"verb": "filter", "options": {"mesh": "strip.obj", "config": "c.json", "output": "a.png"}},
-    {"verb": "bake", "options": {"source": "strip.obj", "target": "strip.obj", "output": "b.png"}}])");
+    {"verb": "bake", "options": {"source": "strip.obj", "mesh": "strip.obj", "output": "b.png"}}])");
   write_bytes(folder / "c.json", R"({"beta": 0.5})");
   const Result result = marquetry(folder, {"batch", "jobs.json", "--json"});
   ASSERT_EQ(result.status, 0) << result.error;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -279,17 +278,6 @@ bool overridden(const OptionValues& given, const std::string& name) {
   return given.given(name);
 }
 
-/// "mesh" of "target", where usage calls that option TARGET.
-std::string name_of_option(const OptionTable& table, const std::string& key) {
-  if (std::ranges::count(table.options(), key, &Option::name) > 0) return key;
-  for (const Option& option : table.options()) {
-    std::string shown = display_name(option);
-    for (char& c : shown) c = c >= 'A' && c <= 'Z' ? char(c + 32) : c;
-    if (option.place == Option::Place::positional && shown == key) return option.name;
-  }
-  return key;
-}
-
 void apply_option(const std::string& name, const Json& value, OptionValues& options) {
   std::vector<std::string> texts;
   if (value.is_array())
@@ -319,15 +307,14 @@ void take_options(const Json& config, OptionValues& options, const JsonPlaces& p
   const Json& rows = nested ? config.at("options") : config;
   if (!rows.is_object())
     throw InvalidInput(place({"options"}) + ": found no object, wanted one of options");
-  for (const auto& [key, value] : rows.items()) {
-    if (key == "verb" && !nested) continue;
+  for (const auto& [name, value] : rows.items()) {
+    if (name == "verb" && !nested) continue;
     try {
-      const std::string name = name_of_option(options.table(), key);
       if (options.table().find(name).name != name || overridden(given, name)) continue;
       apply_option(name, value, options);
     } catch (const InvalidInput& error) {
       throw InvalidInput(
-          place(nested ? std::vector<JsonStep>{"options", key} : std::vector<JsonStep>{key}) +
+          place(nested ? std::vector<JsonStep>{"options", name} : std::vector<JsonStep>{name}) +
           ": " + error.what());
     }
   }

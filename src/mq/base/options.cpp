@@ -102,10 +102,11 @@ bool acceptable(const Option& option, const std::string& text) {
 
 void check_value(const Option& option, const std::string& text) {
   if (acceptable(option, text)) return;
+  const std::string found = text.substr(0, text.find('\0'));  // the system's names end there
   const std::string hint =
       option.type == Option::Type::choice ? did_you_mean(text, option.choices) : "";
   throw InvalidInput(
-      fmt::format("{}: found '{}', wanted {}{}", display_name(option), text, wanted(option), hint));
+      fmt::format("{}: found '{}', wanted {}{}", display_name(option), found, wanted(option), hint));
 }
 
 std::vector<std::string> option_names(const OptionTable& table) {
