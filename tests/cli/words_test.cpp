@@ -7,6 +7,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "cli/program.h"
 
@@ -69,6 +70,24 @@ std::set<std::string> completed(const std::vector<std::string>& words) {
                   ")\nCOMP_CWORD=" + std::to_string(words.size()) +
                   "\n_marquetry\nfor word in \"${COMPREPLY[@]}\"; do echo \"$word\"; done\n");
   return found("\n" + printed("bash '" + (folder / "ask").string() + "'"), "\n([^\n]+)(?=\n)");
+}
+
+TEST(Help, HasExamplesOfEveryVerbThatItUnderstands) {
+  for (const auto& [verb, options] : options_of_verbs()) {
+    const std::set<std::string> examples = found(said({verb, "-h"}), "\n  marquetry [a-z]+ ([^\n]+)\n      [^\n]+");
+    EXPECT_FALSE(examples.empty()) << verb;
+    for (const std::string& example : examples) {
+      std::vector<std::string> words{verb};
+      std::istringstream all(example);
+      for (std::string word; all >> word;) words.push_back(word);
+      words.emplace_back("--dry-run");
+      const Result result = marquetry({}, words);
+      // Nothing is wrong with it but that the files are not here.
+      EXPECT_TRUE(result.status == 0 || result.error.find("o such file") != std::string::npos ||
+                  result.error.find("no file is called so") != std::string::npos)
+          << example << "\n" << result.error;
+    }
+  }
 }
 
 TEST(ManualPages, HaveNothingThatManWarnsOf) {

@@ -127,6 +127,9 @@ std::string manual_page(const OptionTable& table) {
     for (const Option& option : table.options())
       if (option.group == group) page += entry(option);
   }
+  if (!table.examples().empty()) page += section("EXAMPLES");
+  for (const auto& [words, use] : table.examples())
+    page += ".TP\n" + bold("marquetry " + table.verb() + " " + words) + "\n" + roff(use) + "\n";
   return page + section("\"EXIT STATUS\"") + exit_status + section("\"SEE ALSO\"") +
          bold("marquetry") + "(1)\n";
 }

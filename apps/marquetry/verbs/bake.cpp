@@ -202,6 +202,8 @@ Verb bake_verb() {
   OptionTable table("bake",
                     "Carry the colours of one model to another that lies on it: to new texture "
                     "coordinates, a coarser or finer mesh, from textures to vertices and back.");
+  table.example("scan.obj clean.obj -o baked.obj", "the pictures of a scan for a clean mesh with coordinates of its own");
+  table.example("high.glb low.obj --slot normal -o low_normal.png", "the shape of a fine mesh as the normal map of a coarse one");
   table.add({.name = "source",
              .place = Option::Place::positional,
              .type = Type::path,

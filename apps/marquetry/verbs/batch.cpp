@@ -313,6 +313,8 @@ Exit run_batch(Run& run) {
 Verb batch_verb() {
   using Type = Option::Type;
   OptionTable table("batch", "Run many verbs with one start, as a file of jobs says.");
+  table.example("jobs.json --dry-run", "what it would do, nothing is written");
+  table.example("jobs.json --keep-going --report done.json", "all jobs, and what became of each");
   table.add({.name = "jobs",
              .place = Option::Place::positional,
              .type = Type::path,

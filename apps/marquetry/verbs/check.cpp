@@ -78,6 +78,7 @@ Exit check(Run& run) {
 
 Verb check_verb() {
   OptionTable table("check", "List every defect of a model; exit status 1 if there are any.");
+  table.example("scan.obj", "what is wrong with a model, and what would be done about it");
   add_model_options(table);
   add_frames_option(table);
   return {table, check};

@@ -103,6 +103,8 @@ Verb denoise_verb() {
   OptionTable table("denoise",
                     "Take noise off a texture, a bake or a lightmap on the surface and keep its "
                     "edges, across the seams of the texture.");
+  table.example("scan.obj -o calm.obj", "noise off a texture, edges kept");
+  table.example("scan.obj bake.exr --guide albedo.png -o clean.exr", "baked light, with edges of the albedo");
   add_model_options(table);
   add_model_output_option(table);
   add_spread_options(table, usual_denoise_length, "Denoise",

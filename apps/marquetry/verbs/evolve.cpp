@@ -34,6 +34,8 @@ Verb evolve_verb() {
   OptionTable table("evolve",
                     "Make one mesh of a captured sequence, which changes only where it must, with "
                     "one texture atlas for all frames.");
+  table.example("frame_%04d.ply -o walk.evolving", "one mesh and one atlas of a captured sequence");
+  table.example("captured/ -o walk.evolving --frames 1-30", "of its first 30 frames");
   add_tracking_options(table);
   add_remeshing_options(table);
   add_atlas_options(table);

@@ -191,6 +191,8 @@ Exit run_export(Run& run) {
 Verb export_verb() {
   using Type = Option::Type;
   OptionTable table("export", "Say what an evolving mesh is, and write its frames as files.");
+  table.example("walk.evolving -o walk.glb --from captured/", "an animation with textures");
+  table.example("walk.evolving -o frame_%04d.obj --from captured/", "a model a frame");
   table.add({.name = "evolving",
              .place = Option::Place::positional,
              .type = Type::path,

@@ -67,6 +67,7 @@ Verb fill_verb() {
   OptionTable table("fill",
                     "Give the texels outside charts values that go on from inside, so that neither "
                     "seams nor smaller levels of a mipmap show what was there.");
+  table.example("scan.obj -o filled.obj", "colours for the texels outside charts");
   add_model_options(table);
   add_model_output_option(table);
   table.add({.name = "distance",

@@ -162,6 +162,9 @@ Verb filter_verb() {
   OptionTable table("filter",
                     "Smooth or sharpen a texture, or colours at vertices, on the surface, across "
                     "the seams of the texture; or the shape of the surface itself.");
+  table.example("scan.obj --beta 2 --length 3tx --luminance -o sharp.obj", "sharpen what is finer than three texels");
+  table.example("scan.obj --beta 0 --length 1% -o smooth.obj", "smooth, across all seams");
+  table.example("mesh.ply --geometry --beta 0 -o smooth.ply", "smooth the shape itself");
   add_model_options(table);
   add_model_output_option(table);
   table.add({.name = "beta",

@@ -276,6 +276,8 @@ Verb flow_verb() {
       "flow",
       "Find the vector field along which two pictures, textures or colourings of a model "
       "meet: optical flow.");
+  table.example("first.png second.png -o flow/", "how a picture becomes another");
+  table.example("bust.obj first.png second.png -o flow/", "the same on a surface");
   add_flow_options(table);
   table.add({.name = "output",
              .letter = 'o',

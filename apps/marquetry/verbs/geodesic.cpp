@@ -114,6 +114,7 @@ Verb geodesic_verb() {
   OptionTable table("geodesic",
                     "Measure distances along the surface, across the seams of the texture, from "
                     "one place or many.");
+  table.example("bust.obj --from 0,0.3,1 -o distances.png", "distances from the point of the surface nearest to there");
   add_model_options(table);
   add_model_output_option(table);
   add_source_options(table);

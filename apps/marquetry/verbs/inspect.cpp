@@ -138,6 +138,8 @@ Exit inspect(Run& run) {
 
 Verb inspect_verb() {
   OptionTable table("inspect", "Say what a model is: counts, charts, seams, stretch, textures.");
+  table.example("scan.glb", "what a model is");
+  table.example("scan.glb --json", "the same for programs");
   add_model_options(table);
   add_frames_option(table);
   return {table, inspect};

@@ -179,6 +179,7 @@ Verb interpolate_verb() {
       "interpolate",
       "Make what lies between two pictures, textures or colourings of a model, moved along "
       "their optical flow, so that nothing is seen twice.");
+  table.example("first.png second.png -o between.png", "the picture half-way");
   add_flow_options(table);
   add_output_option(table);
   table.add({.name = "time",

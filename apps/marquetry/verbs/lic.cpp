@@ -122,6 +122,7 @@ Verb lic_verb() {
   OptionTable table("lic",
                     "Show the lines of a vector field on the surface: line integral "
                     "convolution across the seams of the texture.");
+  table.example("scan.obj -o lines.obj", "lines of curvature over the model's colours");
   add_model_options(table);
   add_model_output_option(table);
   add_field_options(table);

@@ -74,6 +74,7 @@ Exit mask(Run& run) {
 
 Verb mask_verb() {
   OptionTable table("mask", "Draw which texels the charts use, and for what.");
+  table.example("bust.obj --what chart -o charts.png", "charts in colours of their own");
   add_model_options(table);
   add_model_output_option(table);
   table.add(

@@ -112,6 +112,7 @@ Exit run_play(Run& run) {
 Verb play_verb() {
   using Type = Option::Type;
   OptionTable table("play", "Write a page in which a browser plays an evolving mesh.");
+  table.example("walk.evolving -o walk.html --from captured/", "a page to send, that plays in a browser");
   table.add({.name = "evolving",
              .place = Option::Place::positional,
              .type = Type::path,

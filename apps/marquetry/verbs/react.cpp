@@ -185,6 +185,8 @@ Verb react_verb() {
   OptionTable table("react",
                     "Grow a pattern on the surface by reaction and diffusion: spots, "
                     "stripes and others, without seams.");
+  table.example("bust.obj -o spots.obj", "spots that grow over all seams");
+  table.example("bust.obj --preset stripes --scale 3% -o stripes.obj", "broader stripes");
   add_model_options(table);
   add_model_output_option(table);
   table.add({.name = "preset",

@@ -193,6 +193,7 @@ Verb relight_verb() {
       "relight",
       "Take light that comes and goes, or flicker, out of the textures of an evolving "
       "mesh.");
+  table.example("walk.evolving texture_%04d.png -o lit_%04d.png", "light that comes and goes, taken out");
   table.add({.name = "evolving",
              .place = Option::Place::positional,
              .type = Type::path,

@@ -334,6 +334,7 @@ Verb remesh_verb() {
       "remesh",
       "Replace a part of a mesh by another mesh, where it deviates beyond a tolerance: "
       "the rest keeps its triangles.");
+  table.example("tracked.ply scan.ply -o next.ply", "a mesh, replaced where it deviates from another");
   table.add({.name = "template",
              .place = positional,
              .type = Type::path,

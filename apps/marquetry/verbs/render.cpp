@@ -108,6 +108,8 @@ Exit render(Run& run) {
 Verb render_verb() {
   OptionTable table("render",
                     "Draw a model, its charts and seams, or two versions of its textures.");
+  table.example("scan.obj --overview -o scan.png", "shape, charts, seams and triangles on a sheet");
+  table.example("scan.obj --compare sharp.png --at seam -o seam.png", "before and after at the worst seam");
   add_model_options(table);
   table.add({.name = "output",
              .letter = 'o',

@@ -181,6 +181,8 @@ Verb sample_verb() {
   using Type = Option::Type;
   OptionTable table("sample",
                     "Make a textured model, or a body in motion, to try things out with.");
+  table.example("bust -o bust/", "a textured model to try things with");
+  table.example("merging -o merging/", "a sequence");
   table.add({.name = "name",
              .place = Option::Place::positional,
              .type = Type::choice,

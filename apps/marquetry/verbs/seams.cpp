@@ -78,6 +78,7 @@ Verb seams_verb() {
   OptionTable table("seams",
                     "Change the texels at seams as smoothly as can be so that both sides agree and "
                     "no seam shows.");
+  table.example("scan.obj -o even.obj", "the same colours on both sides of every seam");
   add_model_options(table);
   add_model_output_option(table);
   table.add({.name = "weight",

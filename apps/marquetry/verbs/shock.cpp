@@ -342,6 +342,8 @@ Verb shock_verb() {
       "shock",
       "Sharpen a picture, colours at vertices, a texture or a shape by shock filters: "
       "steep edges, flat regions, and no value out of the range there was.");
+  table.example("scan.obj -o crisp.obj", "steep edges, flat regions");
+  table.example("scan.ply --geometry -o crisp.ply", "the edges of the shape itself");
   add_model_options(table, "a picture, or a model: OBJ, PLY, glTF or GLB");
   add_model_output_option(table);
   add_path_options(table);

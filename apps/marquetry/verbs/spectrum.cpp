@@ -140,6 +140,8 @@ Verb spectrum_verb() {
   OptionTable table("spectrum",
                     "The vector fields that change least on the surface: the smallest eigenvalues "
                     "of a smoothness operator, and their fields.");
+  table.example("scan.obj", "the eigenvalues of its smoothest vector fields");
+  table.example("scan.obj -k 12 -o fields/ --lines", "the fields, drawn");
   add_model_options(table, "the model: OBJ, PLY, glTF or GLB");
   table.add(
       {.name = "basis",

@@ -180,6 +180,8 @@ Verb stitch_verb() {
   OptionTable table("stitch",
                     "Take the steps out of a texture where photographs meet, or make one texture "
                     "of several photographs.");
+  table.example("scan.obj -o stitched.obj", "no steps, where every chart is a photograph");
+  table.example("scan.obj --views cameras.json -o painted.png", "a texture of photographs with cameras");
   add_model_options(table);
   add_model_output_option(table);
   table.add({.name = "labels",

@@ -27,6 +27,8 @@ Verb track_verb() {
   OptionTable table("track",
                     "Follow a sequence of meshes with one triangulation, so that a triangle is the "
                     "same piece of the surface in every frame.");
+  table.example("frame_%04d.ply -o walk.evolving", "follow a sequence with its first mesh");
+  table.example("frame_%04d.ply --remesh -o walk.evolving", "and replace triangles where it deviates");
   add_tracking_options(table);
   table.add({.name = "remesh",
              .group = "Sequence",

@@ -133,6 +133,8 @@ Exit unwrap(Run& run) {
 Verb unwrap_verb() {
   OptionTable table("unwrap",
                     "Cut a mesh into few charts of little stretch, flatten them and pack them.");
+  table.example("scan.ply -o scan.obj --size 4096", "texture coordinates for a mesh");
+  table.example("scan.obj --bake -o again.obj", "new ones, with the pictures brought over");
   add_model_options(table,
                     "the model: OBJ, PLY, glTF or GLB, or an evolving mesh as track makes it; "
                     "texture coordinates it has are replaced");

@@ -50,6 +50,8 @@ Verb view_verb() {
       "view",
       "Look at a model in a window, and work on its textures with a brush, sliders and "
       "the mouse.");
+  table.example("scan.obj", "a window on a model");
+  table.example("scan.obj sharp.png", "the same with another texture");
   add_model_options(table);
   table.add({.name = "script",
              .type = Type::path,

@@ -140,6 +140,11 @@ OptionTable& OptionTable::add(Option option) {
   return *this;
 }
 
+OptionTable& OptionTable::example(std::string words, std::string use) {
+  examples_.emplace_back(std::move(words), std::move(use));
+  return *this;
+}
+
 OptionTable& OptionTable::exclusive(std::vector<std::string> names) {
   exclusives_.push_back(std::move(names));
   return *this;
@@ -409,7 +414,7 @@ std::string option_entry(const Option& option, HelpDetail detail) {
     head.resize(help_column, ' ');
   const std::string words =
       detail == HelpDetail::brief
-          ? option.help
+          ? option.help + (option.default_value.empty() ? "" : " [default " + option.default_value + "]")
           : option.help + facts(option) + (option.details.empty() ? "" : ". " + option.details);
   return head + wrap_text(words, help_width, help_column) + "\n";
 }
@@ -427,6 +432,9 @@ std::string help_text(const OptionTable& table, HelpDetail detail) {
     for (const Option& option : table.options())
       if (option.group == group) text += option_entry(option, detail);
   }
+  if (!table.examples().empty()) text += "\nExamples:\n";
+  for (const auto& [words, use] : table.examples())
+    text += fmt::format("  marquetry {} {}\n      {}\n", table.verb(), words, wrap_text(use, help_width, 6));
   if (detail == HelpDetail::brief)
     text += fmt::format("\n'marquetry {} --help' says all there is to know.\n", table.verb());
   return text;

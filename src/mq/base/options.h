@@ -19,6 +19,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace mq {
@@ -74,11 +75,14 @@ class OptionTable {
   OptionTable& add(Option option);
   /// At most one of these may be given.
   OptionTable& exclusive(std::vector<std::string> names);
+  /// A command that a user may copy, without "marquetry VERB", and what it is for, without a full stop.
+  OptionTable& example(std::string words, std::string use);
 
   const std::string& verb() const { return verb_; }
   const std::string& summary() const { return summary_; }  ///< one sentence
   const std::vector<Option>& options() const { return options_; }
   const std::vector<std::vector<std::string>>& exclusives() const { return exclusives_; }
+  const std::vector<std::pair<std::string, std::string>>& examples() const { return examples_; }
 
   /// The option of this name. Throws `InvalidInput` with the nearest name when there is none.
   const Option& find(const std::string& name) const;
@@ -88,6 +92,7 @@ class OptionTable {
   std::string summary_;
   std::vector<Option> options_;
   std::vector<std::vector<std::string>> exclusives_;
+  std::vector<std::pair<std::string, std::string>> examples_;  ///< words, use
 };
 
 /// The values of one run: those given, else the defaults. Reading an option that has no value, or
@@ -136,8 +141,8 @@ OptionValues parse_arguments(const OptionTable& table, const std::vector<std::st
 /// How `--name` is written in messages: "--beta", or "MESH" for a positional option.
 std::string display_name(const Option& option);
 
-/// The help page, 80 columns. Brief: usage and one line for each option outside the group
-/// "Running"; complete: all groups with details, defaults and ranges.
+/// The help page, 80 columns. Brief: usage and one line with its default for each option outside the group
+/// "Running"; complete: all groups with details and ranges. Examples come last.
 enum class HelpDetail { brief, complete };
 std::string help_text(const OptionTable& table, HelpDetail detail);
 
