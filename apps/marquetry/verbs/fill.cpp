@@ -32,7 +32,7 @@ Exit fill(Run& run) {
   TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
   refuse_normals_of_colours(options, scene.model);
   require(scene.atlas.has_value(),
-          scene.model.path.string() + ": has no texture coordinates, so no charts to fill around");
+          scene.model.path.string() + ": has no texture coordinates, so no charts to fill around; the verb unwrap makes some");
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;

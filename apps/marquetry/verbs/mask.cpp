@@ -46,7 +46,7 @@ Exit mask(Run& run) {
   const OptionValues& options = run.options();
   TexturedModel scene = read_usable_model(run, MissingPictures::assume, 0.3);
   require(scene.atlas.has_value(),
-          scene.model.path.string() + ": has no texture coordinates, so no texels to mark");
+          scene.model.path.string() + ": has no texture coordinates, so no texels to mark; the verb unwrap makes some");
   Model named = scene.model;
   replace_with_lossless(named, std::vector<Image<float>>(scene.texture_sizes.size()), "mask");
   require(!names_model(options.text("output")),

@@ -27,7 +27,7 @@ Exit seams(Run& run) {
   TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
   refuse_normals_of_colours(options, scene.model);
   const std::string file = scene.model.path.string();
-  require(scene.atlas.has_value(), file + ": has no texture coordinates, so no seams");
+  require(scene.atlas.has_value(), file + ": has no texture coordinates, so no seams; the verb unwrap makes some");
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
   if (run.dry_run()) return Exit::done;

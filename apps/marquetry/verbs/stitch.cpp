@@ -122,7 +122,8 @@ Exit stitch(Run& run) {
   TexturedModel scene = read_usable_model(
       run, has_views(options) ? MissingPictures::assume : MissingPictures::refuse, 0.2);
   require(scene.atlas.has_value(),
-          scene.model.path.string() + ": has no texture coordinates, so no textures to stitch");
+          scene.model.path.string() + ": has no texture coordinates"
+              ", so no textures to stitch; the verb unwrap makes some");
   require(!has_views(options) || !scene.is_picture,
           scene.model.path.string() +
               ": is a picture; photographs with cameras are projected onto the mesh of a model");

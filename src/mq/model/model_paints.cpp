@@ -48,7 +48,8 @@ FalseColour scale_of_textures(std::span<const Texture> textures, int channel,
 }
 
 SeamDifference texture_seams(const TexturedModel& model, std::span<const Texture> textures) {
-  require(model.atlas.has_value(), model.model.path.string() + ": has no texture coordinates, so no seams");
+  require(model.atlas.has_value(),
+          model.model.path.string() + ": has no texture coordinates, so no seams; the verb unwrap makes some");
   return seam_difference(model.surface, *model.atlas, pictures_of(textures));
 }
 

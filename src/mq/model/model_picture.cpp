@@ -11,7 +11,7 @@ using Lines = RenderOptions::Lines;
 Image<float> layout_of(const TexturedModel& model, std::span<const Texture> textures,
                        const UvLayoutOptions& layout, const Progress& progress) {
   require(model.atlas.has_value(),
-          model.model.path.string() + ": has no texture coordinates, so no layout");
+          model.model.path.string() + ": has no texture coordinates, so no layout; the verb unwrap makes some");
   const bool there = has_pictures(model) && layout.texture < std::ssize(textures);
   return draw_uv_layout(model.surface, *model.atlas,
                         there ? &textures[std::size_t(layout.texture)].pixels : nullptr, layout,

@@ -11,7 +11,8 @@ namespace {
 
 const Atlas& atlas_of(const TexturedModel& model) {
   require(model.atlas.has_value(),
-          model.model.path.string() + ": has no texture coordinates, so no charts to fill around");
+          model.model.path.string() + ": has no texture coordinates"
+              ", so no charts to fill around; the verb unwrap makes some");
   return *model.atlas;
 }
 

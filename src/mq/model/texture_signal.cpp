@@ -98,7 +98,7 @@ TextureSignal::TextureSignal(const TexturedModel& model, const TextureSignalOpti
                              Messages& messages, const Progress& progress)
     : model_(model), values_(options.values), depth_(options.depth) {
   require(model.atlas.has_value(),
-          model.model.path.string() + ": has no texture coordinates, so no textures");
+          model.model.path.string() + ": has no texture coordinates, so no textures; the verb unwrap makes some");
   const bool reads = options.pictures == TextureSignalOptions::Pictures::read;
   if (reads) channels_ = common_channels(model.model);
   if (reads && !model.model.textures.empty() &&
