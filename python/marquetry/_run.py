@@ -18,6 +18,7 @@ from ._errors import Error, InvalidInput, Unsupported, Warning
 from ._meshes import as_mesh, is_mesh, is_path, joined_arrays
 from ._pictures import picture_array
 from ._results import Result, result_of
+from ._sequences import SEQUENCES, Frames, is_sequence
 
 log = logging.getLogger("marquetry")
 
@@ -59,6 +60,12 @@ class _Inputs:
     def __init__(self) -> None:
         self.held = _marquetry.Held()
         self.names: set[str] = set()
+        self.frames: list[Frames] = []
+
+    def close(self) -> None:
+        """No frame is needed any more."""
+        for frames in self.frames:
+            frames.close()
 
     def _free(self, stem: str, extension: str) -> str:
         name, number = stem + extension, 1
@@ -72,6 +79,11 @@ class _Inputs:
         """What to name where a file is named, and the pictures that came with it."""
         if is_path(value):
             return os.fsdecode(value), []
+        if option in SEQUENCES:
+            if not is_sequence(value):
+                raise TypeError(f"{option}: found {type(value).__name__}, wanted a path, or a list or generator of meshes")
+            self.frames.append(Frames(value, option))
+            return self.frames[-1].path, []
         if is_mesh(value):
             mesh = as_mesh(value, option)
             name = self._free(option, ".ply")
@@ -184,6 +196,8 @@ class _Words:
 def _plain(text: str, words: _Words) -> str:
     """Options as keywords, names in memory without the folder."""
     text = text.replace(words.inputs.held.path(""), "")
+    for frames in words.inputs.frames:
+        text = text.replace(frames.path + "/", "").replace(frames.path, "the sequence")
     return re.sub(r"--([a-z][a-z-]*)",
                   lambda found: keyword_of(found[1]) if found[1] in words.rows else found[0], text)
 
@@ -213,6 +227,13 @@ def run(verb: str, arguments: dict[str, Any]) -> Result:
     """Runs the verb with the arguments of its function, by name."""
     progress = _listener(arguments.pop("progress"))
     words = _Words(verb)
+    try:
+        return _run_words(verb, arguments, words, progress)
+    finally:
+        words.inputs.close()
+
+
+def _run_words(verb: str, arguments: dict[str, Any], words: _Words, progress: Any) -> Result:
     positional: list[Any] = []
     exclusive = {name for group in tables()[verb]["exclusives"] for name in group}
     for name, row in words.rows.items():
@@ -229,7 +250,7 @@ def run(verb: str, arguments: dict[str, Any]) -> Result:
     words.default_output()
 
     def warn(text: str) -> None:
-        warnings.warn(_plain(text, words), Warning, stacklevel=4)
+        warnings.warn(_plain(text, words), Warning, stacklevel=5)
 
     try:
         _, text = _marquetry.run_verb(verb, words.given, progress, lambda said: log.info(_plain(said, words)), warn)

@@ -201,6 +201,22 @@ class Inputs(unittest.TestCase):
         np.testing.assert_array_equal(mq.filter(mesh(), beta=2, mask=chosen).picture,
                                       mq.filter(mesh(), beta=2, mask=chosen.astype(np.uint8) * 255).picture)
 
+    def test_sequences_are_lists_of_meshes(self):
+        vertices, faces, _, _ = arrays()
+        moved = [vertices + [0, 0, 0.01 * frame] for frame in range(3)]
+        for frame, positions in enumerate(moved):
+            (folder() / f"moved_{frame}.obj").write_text(
+                "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in positions.tolist())
+                + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces.tolist()))
+        ours = mq.track(((positions, faces) for positions in moved), output=folder() / "ours.evolving")
+        files = mq.track(str(folder() / "moved_%d.obj"), output=folder() / "files.evolving")
+        self.assertEqual((folder() / "ours.blocks").read_bytes(), (folder() / "files.blocks").read_bytes())
+        self.assertEqual(len(ours.report["result"]["frames"]), len(files.report["result"]["frames"]))
+        with self.assertRaisesRegex(mq.InvalidInput, r"^sequence\[1\]: found vertices of shape"):
+            mq.track([(vertices, faces), (np.full((3, 3), np.nan), faces)], output=folder() / "bad.evolving")
+        with self.assertRaisesRegex(TypeError, "^sequence: found int, wanted a path, or a list"):
+            mq.track(3, output=folder() / "bad.evolving")
+
     def test_no_thread_count_changes_a_bit(self):
         np.testing.assert_array_equal(mq.filter(mesh(), beta=3, threads=1).picture,
                                       mq.filter(mesh(), beta=3, threads=3).picture)
