@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "shell/run.h"
 
 namespace mq::view {
 
@@ -50,7 +51,7 @@ void Background::rethrow() {
   try {
     std::rethrow_exception(failure);
   } catch (const std::bad_alloc&) {
-    throw OutOfMemory("not enough memory: use smaller textures, or a machine with more");
+    throw OutOfMemory(app::out_of_memory);
   }
 }
 

@@ -183,7 +183,7 @@ Exit guarded(const std::vector<Verb>& verbs, const std::vector<std::string>& wor
     fail("cancelled, " + what_is_left(terminal));
     return Exit::cancelled;
   } catch (const std::bad_alloc&) {
-    fail("not enough memory: use smaller textures, or a machine with more");
+    fail(out_of_memory);
   } catch (const Error& error) {
     fail(error.what());
   } catch (const std::exception& error) {

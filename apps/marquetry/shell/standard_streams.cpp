@@ -108,12 +108,6 @@ void keep(const std::string& begin, const Stream& stream, const fs::path& path) 
                     path.parent_path().string()));
 }
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
-  return text;
-}
-
 /// The folder for temporary files; an empty TMPDIR names none.
 fs::path temporary_folder() {
   const char* named = std::getenv("TMPDIR");

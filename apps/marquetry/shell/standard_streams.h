@@ -9,8 +9,8 @@
 /// before the hyphen; what goes is written to one first, so that nothing goes where the work fails.
 
 #include <filesystem>
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mq/base/options.h"

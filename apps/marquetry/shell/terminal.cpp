@@ -69,6 +69,12 @@ std::string shown_step(const std::string& path) {
 
 }  // namespace
 
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
 Terminal::Terminal(const std::string& verb)
     : prefix_(verb.empty() ? "marquetry: " : "marquetry " + verb + ": "),
       is_terminal_(isatty(STDERR_FILENO) != 0),
@@ -138,8 +144,8 @@ void Terminal::erase_bar() {
 }
 
 void Terminal::line(const char* color, const std::string& message) {
-  const std::string text = one_line(message);
   const std::lock_guard lock(mutex_);
+  const std::string text = one_line(part_.empty() ? message : part_ + ": " + message);
   erase_bar();
   if (colored_ && color)
     fmt::print(stderr, "{}{}{}\033[0m\n", color, prefix_, text);
@@ -150,9 +156,7 @@ void Terminal::line(const char* color, const std::string& message) {
 void Terminal::rename(const std::string& file, const std::string& name) { names_.emplace_back(file, name); }
 
 std::string Terminal::renamed(std::string text) const {
-  for (const auto& [file, name] : names_)
-    for (std::size_t at = text.find(file); at != std::string::npos; at = text.find(file, at + name.size()))
-      text.replace(at, file.size(), name);
+  for (const auto& [file, name] : names_) text = replaced(std::move(text), file, name);
   return text;
 }
 
@@ -170,7 +174,7 @@ void Terminal::say(const char* event, const char* color, const std::string& said
     return print_line(object);
   }
   if (std::string_view(event) == "warning") text = "warning: " + text;
-  line(color, part_.empty() ? text : part_ + ": " + text);
+  line(color, text);
 }
 
 void Terminal::set_listener(Listener listener) {

@@ -19,6 +19,9 @@
 
 namespace mq::app {
 
+/// `text` with `to` in every place of `from`, which is not empty.
+std::string replaced(std::string text, const std::string& from, const std::string& to);
+
 class Terminal : public Messages {
  public:
   enum class Voice { normal, quiet };

@@ -272,7 +272,7 @@ class Batch {
     } catch (const Error& error) {
       return error.what();
     } catch (const std::bad_alloc&) {
-      return "not enough memory: use smaller textures, or a machine with more";
+      return out_of_memory;
     }
   }
 

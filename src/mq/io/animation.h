@@ -34,7 +34,8 @@ using PictureOfFrame = std::function<Image<float>(int frame)>;
 ///
 /// Positions are floats. `pictures`, where they are given, stay until their segment ends; `.usda` has them
 /// beside it. Throws `IoError` as reader and files do, `InvalidInput` on frames out of range, a rate that is
-/// not positive, another extension, and a compression that it has not, `Unsupported` beyond 4 GB in one file, but for `.usda`.
+/// not positive, another extension, and a compression that it has not, `Unsupported` beyond 4 GB in one file,
+/// but for `.usda`.
 void write_animation(const std::filesystem::path& path, const EvolvingReader& reader, const AnimationPart& part,
                      const PictureOfFrame& pictures = {}, const Progress& progress = {});
 
