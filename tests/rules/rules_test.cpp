@@ -22,7 +22,7 @@ const fs::path root = mq::places::source();
 /// In the order data flows: a room includes itself and the rooms before it.
 const std::vector<std::string> rooms = {
     "base",   "linear", "image", "mesh",  "remesh", "unwrap", "atlas", "fem",   "evolving", "trace",
-    "filter", "flow",   "track", "video", "draw",   "sample", "io",    "model", "baseline"};
+    "filter", "flow",   "track", "video", "draw",   "views",  "sample", "io",    "model", "baseline"};
 
 std::vector<std::string> lines_of(const fs::path& path) {
   std::ifstream file(path);

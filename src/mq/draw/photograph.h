@@ -45,6 +45,25 @@ class Projector {
   Partial project(const PinholeCamera& camera, const Image<float>& picture,
                   const PhotographOptions& options = {}, const Progress& progress = {}) const;
 
+  /// The same of some of the places, by number, a row each. The picture may be the camera's at another
+  /// size, of the same proportions: a photograph much finer than the spacing is better made smaller.
+  Partial project(const PinholeCamera& camera, const Image<float>& picture,
+                  std::span<const int> places, const PhotographOptions& options = {},
+                  const Progress& progress = {}) const;
+
+  /// How well they are shown by a picture of that camera that is not looked at, without alpha that is.
+  std::vector<double> confidences(const PinholeCamera& camera, std::span<const int> places,
+                                  const PhotographOptions& options = {},
+                                  const Progress& progress = {}) const;
+
+  /// The picture's values where the places lie in it, whatever else is in front of them; 0 for those that
+  /// lie outside.
+  Signal sampled(const PinholeCamera& camera, const Image<float>& picture, std::span<const int> places) const;
+
+  /// The camera's pixels per spacing, seen from the front, at the mean depth of these places; 0 where
+  /// none lies in front of it.
+  double pixels_per_spacing(const PinholeCamera& camera, std::span<const int> places) const;
+
  private:
   struct Shared;
   std::unique_ptr<Shared> shared_;

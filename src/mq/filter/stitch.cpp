@@ -341,6 +341,25 @@ Signal Stitcher::change(std::span<const Partial> partials, const Composite& comp
   return change_of_partials({space_, stiffness_, positions_}, partials, composite);
 }
 
+Signal Stitcher::change(const Signal& psi, const BeyondBorders& beyond) const {
+  return mq::change({space_, stiffness_, positions_}, psi, labels_,
+                    [&](int label, int j, Eigen::RowVectorXd& v) { return beyond.find(label, j, v); });
+}
+
+/// S·φ of the elements that are seen altogether.
+Signal Stitcher::seen_stiffness_times(const Signal& phi) const {
+  Signal result = Signal::Zero(phi.rows(), phi.cols());
+  parallel_for(phi.rows(), [&](std::int64_t i) {
+    for (SparseMatrix::InnerIterator it(stiffness_, i); it; ++it)
+      if (it.col() != i) result.row(i) += it.value() * (phi.row(it.col()) - phi.row(i));
+  });
+  if (!filler_) return result;
+  SeenBorder(space_, labels_).subtract(phi, result);
+  for (std::size_t i = 0; i < labels_.size(); ++i)
+    if (labels_[i] == unseen) result.row(Eigen::Index(i)).setZero();
+  return result;
+}
+
 /// Conjugate gradients on K·δ = w·change, preconditioned by the prepared equation of the whole
 /// surface, whose δ is harmonic where nothing is seen; a surface with a hole and one without are
 /// so alike (A⁻¹K has eigenvalues around ½ to 1) that a few rounds do.
@@ -386,6 +405,22 @@ Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials,
   const Signal filled = fill(psi, progress.step("fill", 0.3));
   const Signal asked = partials.empty() ? change(filled) : change(partials, {filled, labels_});
   return solve(filled, asked, progress.step("stitch", 0.7));
+}
+
+/// With δ = φ − (ψ + d) the equation asks (M + w·S)·δ = w·(c − S·d).
+Filtered Stitcher::stitch(const Signal& psi, const BeyondBorders& beyond, const Signal& offset,
+                          const Progress& progress) const {
+  require(offset.rows() == psi.rows() && offset.cols() == psi.cols(),
+          fmt::format("stitching: offsets of {} × {} for a signal of {} × {}", offset.rows(), offset.cols(),
+                      psi.rows(), psi.cols()));
+  const Signal filled = fill(psi, progress.step("fill", 0.3));
+  Signal seen_offset = offset;
+  for (std::size_t i = 0; i < labels_.size(); ++i)
+    if (labels_[i] == unseen) seen_offset.row(Eigen::Index(i)).setZero();
+  const Signal asked = change(filled, beyond) - seen_stiffness_times(seen_offset);
+  Filtered result = solve(filled + seen_offset, asked, progress.step("stitch", filler_ ? 0.4 : 0.7));
+  if (filler_) result.signal = fill(result.signal, progress.step("fill again", 0.3));
+  return result;
 }
 
 double mean_drift(const SignalSpace& space, const Signal& before, const Signal& after,

@@ -83,6 +83,36 @@ Composite best_of(std::span<const Partial> partials, std::span<const int> wanted
 Signal stitch_partials(const SignalSpace& space, std::span<const Partial> partials,
                        const Composite& composite);
 
+/// What photographs show of unknowns for which others were chosen, where regions meet. Of many photographs
+/// so little is asked that they need not be held at once:
+///
+///     BeyondBorders beyond(space, labels, channels);
+///     for (int k = 0; k < photographs; ++k)            // one after another
+///       for (int i : beyond.unknowns_of(k))
+///         if (shown) beyond.put(k, i, values);
+class BeyondBorders {
+ public:
+  /// Labels are numbers of photographs, or `unseen`.
+  BeyondBorders(const SignalSpace& space, std::span<const int> labels, int channels);
+
+  /// What `Stitcher` asks of a photograph, increasing.
+  std::span<const int> unknowns_of(int photograph) const;
+
+  /// Throws `InvalidInput` where that is not asked.
+  void put(int photograph, int unknown, const Eigen::RowVectorXd& values);
+
+  /// Whether it was put; then `values` become it.
+  bool find(int photograph, int unknown, Eigen::RowVectorXd& values) const;
+
+ private:
+  std::ptrdiff_t place_of(int photograph, int unknown) const;
+
+  std::vector<std::ptrdiff_t> offsets_;  ///< per photograph
+  std::vector<int> unknowns_;
+  std::vector<char> known_;
+  Signal values_;
+};
+
 /// Solves for stitched signals of one partition. What is unseen has no value that could be kept and
 /// no gradient: the equation is solved on the surface without it, and it is filled by the harmonic
 /// function of what is around it. A component of which nothing is seen becomes constant.
@@ -106,6 +136,7 @@ class Stitcher {
   /// must have the labels of the stitcher.
   Signal change(const Signal& psi) const;
   Signal change(std::span<const Partial> partials, const Composite& composite) const;
+  Signal change(const Signal& psi, const BeyondBorders& beyond) const;
 
   /// The filled ψ with its gradient changed. An unknown around which others of its region have five
   /// times its S_ii, a texel that hardly meets the surface, changes by no more and no less than
@@ -119,9 +150,16 @@ class Stitcher {
   Filtered stitch(const Signal& psi, std::span<const Partial> partials = {},
                   const Progress& progress = {}) const;
 
+  /// All of it, of photographs that are known where regions meet, towards other values than ψ has: near
+  /// ψ + offset, with the gradients of ψ. What is unseen has no offset.
+  Filtered stitch(const Signal& psi, const BeyondBorders& beyond, const Signal& offset,
+                  const Progress& progress = {}) const;
+
   const SparseMatrix& stiffness() const { return stiffness_; }
 
  private:
+  Signal seen_stiffness_times(const Signal& phi) const;
+
   const SignalSpace& space_;
   SparseMatrix stiffness_;
   std::vector<Vector3> positions_;

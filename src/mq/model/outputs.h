@@ -27,6 +27,8 @@ class Outputs {
   /// is to hold several textures.
   Outputs(const std::string& name, const Model& model, Kind kind);
 
+  bool is_model() const { return is_model_; }
+
   const std::vector<std::filesystem::path>& paths() const { return paths_; }
 
   /// Folders to be made where they are not there: one that was named, and those below a model's own that

@@ -35,17 +35,6 @@ void restore(Texture& picture, TransferFunction wanted) {
       encode(decode(picture.pixels, ColourSpace::linear, found), ColourSpace::linear, wanted);
 }
 
-/// How all textures of the model store colours.
-TransferFunction common_transfer(const Model& model) {
-  for (std::size_t i = 1; i < model.textures.size(); ++i)
-    require(
-        transfer(model.textures[i]) == transfer(model.textures[0]),
-        fmt::format("{} and {} do not store colours alike (light in floating point, display values "
-                    "otherwise), so a photograph cannot fit both: choose {} linear or log",
-                    texture_file(model, 0), texture_file(model, i), option_name("space")));
-  return transfer(model.textures.at(0));
-}
-
 /// A photograph in the values and channels of the signal; grey is spread over three.
 Image<float> photograph_values(const Texture& texture, const ValueSpace& space, int channels) {
   const Image<float> values = decoded(texture, space);
@@ -75,6 +64,16 @@ bool works_on_stored(const TextureSignal& signal) {
 }
 
 }  // namespace
+
+TransferFunction common_transfer(const Model& model) {
+  for (std::size_t i = 1; i < model.textures.size(); ++i)
+    require(
+        transfer(model.textures[i]) == transfer(model.textures[0]),
+        fmt::format("{} and {} do not store colours alike (light in floating point, display values "
+                    "otherwise), so a photograph cannot fit both: choose {} linear or log",
+                    texture_file(model, 0), texture_file(model, i), option_name("space")));
+  return transfer(model.textures.at(0));
+}
 
 Partial partial_of_textures(const TexturedModel& model, const TextureSignal& signal,
                             std::vector<Texture> textures,

@@ -35,6 +35,9 @@ std::vector<Partial> partials_of_photographs(const TexturedModel& model,
                                              const PhotographOptions& options, Messages& messages,
                                              const Progress& progress = {});
 
+/// How all textures of the model store colours. Throws `InvalidInput` where they do not alike.
+TransferFunction common_transfer(const Model& model);
+
 /// How many unknowns it shows.
 std::int64_t shown_unknowns(const Partial& partial);
 

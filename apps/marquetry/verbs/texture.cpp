@@ -1,0 +1,300 @@
+// marquetry texture MESH --cameras FILE -o OUT: a mesh and photographs with cameras become a textured model.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/io/cameras.h"
+#include "mq/io/image_file.h"
+#include "mq/model/bake_target.h"
+#include "mq/model/model_picture.h"
+#include "mq/model/photograph_texture.h"
+#include "mq/model/photographs.h"
+#include "mq/model/unwrapped_model.h"
+#include "options/model_options.h"
+#include "options/signal_options.h"
+#include "options/solver_options.h"
+#include "shell/arguments.h"
+#include "shell/results.h"
+#include "shell/run.h"
+#include "shell/verb.h"
+#include "verbs/shared/baking.h"
+
+namespace mq::app {
+namespace {
+
+std::vector<Photograph> read_photographs(Run& run) {
+  std::vector<Photograph> photographs;
+  for (const std::string& file : run.options().texts("cameras"))
+    for (Photograph& photograph : read_cameras(file)) photographs.push_back(std::move(photograph));
+  for (const Photograph& photograph : photographs) {
+    run.will_read(photograph.picture);
+    const PictureInfo info = picture_info(photograph.picture);
+    camera_of_size(photograph, info.width, info.height);
+  }
+  return photographs;
+}
+
+/// Whether it has texture coordinates, and these are wanted.
+bool keeps_coordinates(const OptionValues& options, const TexturedModel& scene) {
+  return !options.flag("unwrap") && !scene.model.mesh.corner_uvs.empty();
+}
+
+/// The mesh with texture coordinates and black pictures of the size that it will have.
+void prepare_textures(Run& run, std::span<const Photograph> photographs, TexturedModel& scene) {
+  const OptionValues& options = run.options();
+  const bool keeps = keeps_coordinates(options, scene);
+  const int side = options.has("size") ? int(options.integer("size")) : side_for_photographs(scene.surface, photographs);
+  if (!keeps) {
+    UnwrapOptions wanted;
+    wanted.width = wanted.height = side;
+    const Step step(run, "unwrap", 0.2);
+    about(scene.model, [&] { put_unwrapped(unwrap(scene.surface, wanted, step), scene); });
+  }
+  LoadOptions load{.weld = asked_weld(options), .missing = MissingPictures::assume, .assumed_side = side};
+  if (!keeps || options.has("size")) load.side = side;
+  scene = textured_model(std::move(scene.model), load, run.terminal());
+  run.found(scene.defects());
+  run.warn(scene.defects());
+  require_usable(scene.defects(), scene.model.path.string());
+  if (load.side) scene.model.textures.clear();
+  add_missing_pictures(scene);
+  leave_out_colours(scene.model, run.terminal());
+}
+
+PhotographTextureOptions asked_choice(const OptionValues& options) {
+  PhotographTextureOptions wanted;
+  wanted.projection.steepest = options.number("steepest");
+  wanted.projection.bias = options.number("bias") / 100;
+  wanted.projection.outline = options.number("outline");
+  wanted.match_exposure = options.text("exposure") == "match";
+  wanted.reject_outliers = options.text("outliers") == "reject";
+  wanted.choice.smoothness = options.number("smoothness");
+  return wanted;
+}
+
+void report_photographs(Run& run, std::span<const Photograph> photographs, const PhotographTexture& found) {
+  Json views = Json::array();
+  for (std::size_t v = 0; v < photographs.size(); ++v) {
+    const PhotographTexture::View& view = found.views[v];
+    views.push_back({{"picture", photographs[v].picture.string()},
+                     {"texels", view.texels},
+                     {"patches", view.patches},
+                     {"rejected", view.rejected},
+                     {"gain", {view.gain[0], view.gain[1], view.gain[2]}}});
+  }
+  const double all = double(found.labels.size());
+  const auto share = [&](std::size_t from, std::size_t to) {
+    std::int64_t sum = 0;
+    for (std::size_t k = from; k < std::min(to, found.seen_by.size()); ++k) sum += found.seen_by[k];
+    return double(sum) / all;
+  };
+  run.result["views"] = views;
+  run.result["patches"] = found.patches;
+  run.result["unseen"] = std::ranges::count(found.labels, unseen);
+  run.result["seen"] = {{"by_none", share(0, 1)},
+                        {"by_one", share(1, 2)},
+                        {"by_two", share(2, 3)},
+                        {"by_more", share(3, found.seen_by.size())}};
+  const std::int64_t used = std::ranges::count_if(found.views, [](const auto& view) { return view.texels > 0; });
+  run.print(fmt::format("{} of {} used; of the texture {:.1f} % is seen by none, {:.1f} % by one, {:.1f} % by two, "
+                        "{:.1f} % by more\n",
+                        used, counted(std::ssize(photographs), "photograph"), 100 * share(0, 1),
+                        100 * share(1, 2), 100 * share(2, 3), 100 * share(3, found.seen_by.size())));
+}
+
+Filtered put_together(Run& run, const TextureSignal& target, double weight, const PhotographTexture& found) {
+  Filtered filtered;
+  const bool to_mean = run.options().text("blend") == "detail";
+  const Signal offset = to_mean ? found.offset : Signal(Signal::Zero(found.values.rows(), found.values.cols()));
+  solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    std::unique_ptr<Stitcher> stitcher;
+    {
+      const Step step(run, "prepare", shares.prepare / 2);
+      stitcher = std::make_unique<Stitcher>(target.space(), weight, found.labels, factory, step);
+    }
+    const Step step(run, "solve", shares.solve / 2);
+    filtered = stitcher->stitch(found.values, found.beyond, offset, step);
+    return filtered.report;
+  });
+  return filtered;
+}
+
+/// The model in the colours of its photographs' numbers, beside what it became.
+void draw_choice(Run& run, const TexturedModel& scene, const TextureSignal& target, const PhotographTexture& found) {
+  TexturedModel numbers = scene;
+  target.replace(colours_of_labels(found.labels), Depth::u8, numbers.model);
+  ModelPictureOptions page{.page = ModelPictureOptions::Page::views, .views = {"front", "right", "back", "left"}};
+  page.render.width = page.render.height = 480;
+  page.render.light = RenderOptions::Light::none;
+  page.sheet.title = "photographs chosen, and the texture";
+  write_image(run.options().text("picture"), ModelRenderer(numbers).draw(page, scene.model.textures));
+}
+
+Exit texture(Run& run) {
+  const OptionValues& options = run.options();
+  TexturedModel scene = read_textured_model(run, MissingPictures::unneeded, 0.1);
+  require(!scene.is_picture, scene.model.path.string() +
+                                 ": is a picture; photographs with cameras are projected onto the mesh of a model");
+  const std::vector<Photograph> photographs = read_photographs(run);
+  std::vector<std::filesystem::path> pages;
+  if (options.has("picture")) pages.emplace_back(options.text("picture"));
+  const auto will_write = [&](const Outputs& outputs) {
+    std::vector<std::filesystem::path> paths = outputs.paths();
+    paths.insert(paths.end(), pages.begin(), pages.end());
+    run.will_write(paths, outputs.folders());
+  };
+  const bool keeps = keeps_coordinates(options, scene);
+  std::optional<Outputs> outputs;
+  if (!keeps) {
+    outputs = unwrapped_outputs(options, scene.model, {});
+    require(outputs->is_model(), options.text("output") +
+                                     ": a picture alone cannot hold the texture coordinates that the mesh gets: give "
+                                     "a model (.obj, .ply, .gltf, .glb)");
+    will_write(*outputs);
+    if (run.dry_run()) return Exit::done;
+  }
+  prepare_textures(run, photographs, scene);
+  if (keeps) {
+    outputs.emplace(options.text("output"), scene.model, Outputs::Kind::pictures);
+    will_write(*outputs);
+    if (run.dry_run()) return Exit::done;
+  }
+
+  std::unique_ptr<TextureSignal> target;
+  std::optional<PhotographTexture> found;
+  about(scene.model, [&] {
+    {
+      const Step step(run, "assemble", 0.1);
+      target = make_texture_signal(run, scene, {.values = value_space(options), .depth = asked_depth(options)}, step);
+    }
+    const Step step(run, "photographs", 0.4);
+    found = texture_of_photographs(scene, *target, photographs, asked_choice(options), run.terminal(), step);
+  });
+  report_photographs(run, photographs, *found);
+  require(std::ranges::any_of(found->labels, [](int label) { return label != unseen; }),
+          scene.model.path.string() +
+              ": no photograph shows any of it: check the cameras with the verb cameras, and --steepest and --bias");
+  const SurfaceScale scale = target->space().scale();
+  const double weight = spread_weight(options, scale);
+  Filtered filtered;
+  about(scene.model, [&] { filtered = put_together(run, *target, weight, *found); });
+  run.result.update(change_json(found->values, filtered.signal, value_space(options).space));
+  run.result["alpha"] = weight / scale.area;
+  run.result["length"] = std::sqrt(weight);
+
+  const Step step(run, "write", 0.1);
+  target->put(target->values(), filtered.signal, scene.model);
+  set_depth(options, scene.model);
+  if (options.has("picture")) draw_choice(run, scene, *target, *found);
+  write_outputs(run, *outputs, std::move(scene.model), step);
+  return Exit::done;
+}
+
+void add_choice_options(OptionTable& table) {
+  using Type = Option::Type;
+  const PhotographTextureOptions usual;
+  const std::string group = "Photographs";
+  table.add({.name = "steepest",
+             .type = Type::number,
+             .default_value = as_typed(usual.projection.steepest),
+             .unit = "degrees",
+             .least = 1,
+             .most = 90,
+             .group = group,
+             .help = "from the normal, beyond which a photograph shows nothing"});
+  table.add({.name = "bias",
+             .type = Type::number,
+             .default_value = as_typed(100 * usual.projection.bias),
+             .unit = "%",
+             .least = 0,
+             .most = 100,
+             .group = group,
+             .help = "of the model's diagonal: what is so close in front of a point does not hide it"});
+  table.add({.name = "outline",
+             .type = Type::number,
+             .default_value = as_typed(usual.projection.outline),
+             .unit = "pixels",
+             .least = 0,
+             .most = 1000,
+             .group = group,
+             .help = "around outlines that show what is behind them: more where the mesh or the cameras are off"});
+  table.add({.name = "exposure",
+             .type = Type::choice,
+             .default_value = "match",
+             .choices = {"match", "keep"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "even out exposure and white balance of the photographs, or keep them"});
+  table.add({.name = "outliers",
+             .type = Type::choice,
+             .default_value = "reject",
+             .choices = {"reject", "keep"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "leave out what disagrees with the other photographs of a place, or not",
+             .details = "Passers-by and reflections; it takes three photographs to tell."});
+  table.add({.name = "smoothness",
+             .type = Type::number,
+             .default_value = as_typed(usual.choice.smoothness),
+             .least = 0,
+             .most = 100,
+             .group = group,
+             .help = "more: fewer, larger parts of one photograph; 0: always the one that shows most"});
+  table.add({.name = "blend",
+             .type = Type::choice,
+             .default_value = "detail",
+             .choices = {"detail", "best"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "fine detail of the best photograph and the colour of all that agree; or the best alone"});
+}
+
+}  // namespace
+
+Verb texture_verb() {
+  using Type = Option::Type;
+  OptionTable table("texture", "Make a textured model of a mesh and photographs with cameras.");
+  table.example("scan.ply --cameras cameras.json -o textured.glb", "a mesh without texture coordinates gets some");
+  add_model_options(table, "the mesh: OBJ, PLY, glTF or GLB");
+  table.add({.name = "output",
+             .letter = 'o',
+             .type = Type::path,
+             .required = true,
+             .metavar = "OUT",
+             .help = "the textured model, or for one that has texture coordinates a picture"});
+  add_compress_option(table);
+  table.add({.name = "cameras",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .required = true,
+             .group = "Photographs",
+             .help = "photographs with their cameras, as the verb cameras reads them"});
+  add_choice_options(table);
+  table.add({.name = "size",
+             .letter = 's',
+             .type = Type::integer,
+             .unit = "texels",
+             .least = 16,
+             .most = 32768,
+             .group = "Texture",
+             .help = "side of the texture",
+             .details = "Without it that of the model's own picture; where there is none, what the photographs "
+                        "resolve, from 256 to 8192."});
+  table.add({.name = "unwrap",
+             .group = "Texture",
+             .help = "give the mesh new texture coordinates even if it has some"});
+  table.add({.name = "picture",
+             .type = Type::path,
+             .group = "Texture",
+             .help = "a page that shows which photograph was chosen where, beside the result"});
+  add_spread_options(table, usual_photograph_length, "Stitch", "how far steps between photographs are spread");
+  add_solver_options(table);
+  add_space_option(table);
+  add_depth_option(table);
+  return {table, texture, {{.what = "made of photographs with cameras", .vertices = "no", .pictures = "no"}}};
+}
+
+}  // namespace mq::app

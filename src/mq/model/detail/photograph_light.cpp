@@ -1,0 +1,98 @@
+#include "mq/model/detail/photograph_light.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mq/base/error.h"
+#include "mq/base/words.h"
+#include "mq/model/photographs.h"
+
+namespace mq {
+
+PhotographLight PhotographLight::read(const Photograph& photograph) {
+  Texture texture = read_texture(photograph.picture);
+  const std::string file = photograph.picture.string();
+  const int channels = texture.pixels.channels(), colours = colour_channels(channels);
+  require(colours == 1 || colours == 3,
+          fmt::format("{}: has {}, wanted grey or red, green and blue", file, counted(colours, "colour channel")));
+  PhotographLight result;
+  result.camera = camera_of_size(photograph, texture.pixels.width(), texture.pixels.height());
+  const PinholeCamera &found = result.camera, &said = photograph.camera;
+  if (found.width != said.width || found.height != said.height)
+    result.remark = fmt::format(
+        "{}: is {} × {}, and its camera is of pictures of {} × {}: it is taken for the same picture at another "
+        "size",
+        file, found.width, found.height, said.width, said.height);
+  texture.pixels = decode(texture.pixels, ColourSpace::linear, transfer(texture));
+  if (colours == 3) {
+    result.light = std::move(texture.pixels);
+    return result;
+  }
+  result.light = Image<float>(found.width, found.height, 3 + channels - colours);
+  for (int y = 0; y < found.height; ++y)
+    for (int x = 0; x < found.width; ++x) {
+      for (int c = 0; c < 3; ++c) result.light(x, y, c) = texture.pixels(x, y, 0);
+      if (channels > colours) result.light(x, y, 3) = texture.pixels(x, y, 1);
+    }
+  return result;
+}
+
+PhotographValues::PhotographValues(const TexturedModel& model, const TextureSignal& signal)
+    : space_(signal.value_space().space),
+      transfer_(TransferFunction::linear),
+      channels_(signal.channels()) {
+  const int colours = colour_channels(channels_);
+  require(colours == 1 || colours == 3, fmt::format("{}: its textures have {}, wanted grey or red, green and blue",
+                                                    model.model.path.string(), counted(colours, "colour channel")));
+  if (space_ == ColourSpace::stored) transfer_ = common_transfer(model.model);
+}
+
+Image<float> PhotographValues::worked(const Image<float>& light) const {
+  if (space_ == ColourSpace::stored) return encode(light, ColourSpace::linear, transfer_);
+  return decode(light, space_, TransferFunction::linear);
+}
+
+Image<float> PhotographValues::of(const PhotographLight& photograph, const LightColour& gain) const {
+  const Image<float>& light = photograph.light;
+  const int colours = colour_channels(channels_), alpha = light.channels() > 3 ? 1 : 0;
+  Image<float> result(light.width(), light.height(), colours + alpha);
+  for (int y = 0; y < light.height(); ++y)
+    for (int x = 0; x < light.width(); ++x) {
+      const auto pixel = light.pixel(x, y);
+      const std::array<float, 3> rgb = {pixel[0] * gain[0], pixel[1] * gain[1], pixel[2] * gain[2]};
+      if (colours == 1) result(x, y, 0) = (rgb[0] + rgb[1] + rgb[2]) / 3;
+      for (int c = 0; c < colours && colours == 3; ++c) result(x, y, c) = rgb[std::size_t(c)];
+      if (alpha) result(x, y, colours) = pixel[3];
+    }
+  return worked(result);
+}
+
+Signal PhotographValues::of_colours(std::span<const LightColour> colours) const {
+  const int wanted = colour_channels(channels_);
+  Signal result(std::ssize(colours), wanted);
+  constexpr std::size_t at_once = 1 << 16;
+  for (std::size_t begin = 0; begin < colours.size(); begin += at_once) {
+    const std::size_t count = std::min(at_once, colours.size() - begin);
+    Image<float> light(int(count), 1, wanted);
+    for (std::size_t k = 0; k < count; ++k) {
+      const LightColour& c = colours[begin + k];
+      if (wanted == 1) light(int(k), 0, 0) = (c[0] + c[1] + c[2]) / 3;
+      for (int channel = 0; channel < wanted && wanted == 3; ++channel)
+        light(int(k), 0, channel) = c[std::size_t(channel)];
+    }
+    const Image<float> values = worked(light);
+    for (std::size_t k = 0; k < count; ++k)
+      for (int c = 0; c < wanted; ++c) result(Eigen::Index(begin + k), c) = values(int(k), 0, c);
+  }
+  return result;
+}
+
+Signal PhotographValues::with_alpha(const Signal& values) const {
+  const int colours = colour_channels(channels_);
+  Signal result = Signal::Ones(values.rows(), channels_);
+  result.leftCols(colours) = values.leftCols(colours);
+  return result;
+}
+
+}  // namespace mq

@@ -1,0 +1,224 @@
+#include "mq/views/view_choice.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/views/smooth_labels.h"
+
+namespace mq {
+namespace {
+
+constexpr float black = 0.01F, clipped = 0.98F;  // in light
+constexpr double floor_of_logarithms = 0.02;     // differences between dark colours are noise
+
+double logarithm(float light) { return std::log(std::max(double(light), 0.0) + floor_of_logarithms); }
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Observations Observations::gather(int patches, std::span<const std::vector<OfPatch>> views) {
+  Observations result;
+  result.offsets.assign(std::size_t(patches) + 1, 0);
+  for (const std::vector<OfPatch>& view : views)
+    for (const OfPatch& one : view) ++result.offsets[one.patch + 1];
+  for (int p = 0; p < patches; ++p) result.offsets[p + 1] += result.offsets[p];
+  result.all.resize(result.offsets.back());
+  std::vector<std::int64_t> next(result.offsets.begin(), result.offsets.end() - 1);
+  for (const std::vector<OfPatch>& view : views)
+    for (const OfPatch& one : view) result.all[next[one.patch]++] = one.observation;
+  return result;
+}
+
+// ---------------------------------------------------------------------------------------- exposures
+
+namespace {
+
+/// One channel's g, by the normal equations from which the L_p are eliminated: with weights w and W = Σw
+/// of a patch, Σ_p (diag(w) − w wᵀ / W) g = Σ_p w (x − x̄).
+Eigen::VectorXd exposures_of_channel(const Observations& observations, int views, int channel) {
+  constexpr int rounds = 10;
+  constexpr double scale = 0.05, hold = 1e-6;
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(views), counts = Eigen::VectorXd::Zero(views);
+  std::vector<double> x, w;
+  std::vector<int> view;
+  for (int round = 0; round < rounds; ++round) {
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(views, views);
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(views);
+    counts.setZero();
+    for (int p = 0; p < observations.patches(); ++p) {
+      x.clear(), w.clear(), view.clear();
+      for (const Observation& o : observations.of(p)) {
+        const float c = o.colour[std::size_t(channel)];
+        if (c < black || std::ranges::max(o.colour) > clipped) continue;
+        x.push_back(std::log(double(c)));
+        w.push_back(o.quality);
+        view.push_back(o.view);
+      }
+      if (x.size() < 2) continue;
+      // Residuals from the median of what g says now.
+      std::vector<double> levels(x.size());
+      for (std::size_t k = 0; k < x.size(); ++k) levels[k] = x[k] - g[view[k]];
+      const double level = median(levels);
+      double sum = 0, mean = 0;
+      for (std::size_t k = 0; k < x.size(); ++k) {
+        const double r = (x[k] - g[view[k]] - level) / scale;
+        if (round > 0) w[k] /= 1 + r * r;
+        sum += w[k], mean += w[k] * x[k];
+      }
+      mean /= sum;
+      for (std::size_t k = 0; k < x.size(); ++k) {
+        counts[view[k]] += 1;
+        A(view[k], view[k]) += w[k];
+        b[view[k]] += w[k] * (x[k] - mean);
+        for (std::size_t m = 0; m < x.size(); ++m) A(view[k], view[m]) -= w[k] * w[m] / sum;
+      }
+    }
+    A.diagonal().array() += hold * std::max(A.diagonal().maxCoeff(), 1e-12);
+    g = A.ldlt().solve(b);
+    if (counts.sum() > 0) g.array() -= counts.dot(g) / counts.sum();
+    for (int v = 0; v < views; ++v)
+      if (counts[v] == 0) g[v] = 0;
+  }
+  return g;
+}
+
+}  // namespace
+
+std::vector<LightColour> exposures(const Observations& observations, int views) {
+  std::vector<LightColour> gains(std::size_t(views), LightColour{1, 1, 1});
+  for (int c = 0; c < 3; ++c) {
+    const Eigen::VectorXd g = exposures_of_channel(observations, views, c);
+    for (int v = 0; v < views; ++v) gains[std::size_t(v)][std::size_t(c)] = float(std::exp(-g[v]));
+  }
+  return gains;
+}
+
+void multiply_light(std::span<const LightColour> gains, Observations& observations) {
+  for (Observation& o : observations.all)
+    for (std::size_t c = 0; c < 3; ++c) o.colour[c] *= gains[std::size_t(o.view)][c];
+}
+
+// ------------------------------------------------------------------------------------------ rejection
+
+namespace {
+
+/// Distances of the views of a patch from their median, the largest over the channels.
+std::vector<double> distances_from_median(std::span<const Observation> views) {
+  std::vector<double> distances(views.size(), 0.0), values(views.size());
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::ranges::transform(views, values.begin(), [&](const Observation& o) { return logarithm(o.colour[c]); });
+    const double middle = median(values);
+    for (std::size_t k = 0; k < views.size(); ++k)
+      distances[k] = std::max(distances[k], std::abs(logarithm(views[k].colour[c]) - middle));
+  }
+  return distances;
+}
+
+}  // namespace
+
+void reject(const Patches& patches, const RejectOptions& options, Observations& observations) {
+  require(patches.count() == observations.patches(), "observations of these patches are needed");
+  constexpr std::size_t fewest = 3;
+  std::vector<float> excess(observations.all.size(), 0.0F);  // distance over the limit
+  parallel_for(
+      patches.count(),
+      [&](std::int64_t p) {
+        const auto views = observations.of(int(p));
+        if (views.size() < fewest) return;
+        const std::vector<double> distances = distances_from_median(views);
+        std::vector<double> sorted = distances;
+        const double limit = std::max(options.least, options.times * 1.4826 * median(sorted));
+        for (std::size_t k = 0; k < views.size(); ++k)
+          excess[observations.offsets[p] + std::int64_t(k)] = float(distances[k] / limit);
+      },
+      256);
+  const auto number_of = [&](int patch, int view) -> std::int64_t {
+    const auto views = std::as_const(observations).of(patch);
+    const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
+    return at != views.end() && at->view == view ? observations.offsets[patch] + (at - views.begin()) : -1;
+  };
+  std::vector<char> far(observations.all.size(), 0);
+  for (std::size_t k = 0; k < far.size(); ++k) far[k] = excess[k] > 1;
+  std::vector<char> marked = far;
+  for (const Patches::Link& link : patches.links)
+    for (int turn = 0; turn < 2; ++turn) {
+      const int from = turn == 0 ? link.a : link.b, to = turn == 0 ? link.b : link.a;
+      for (std::int64_t k = observations.offsets[from]; k < observations.offsets[from + 1]; ++k) {
+        if (!far[k]) continue;
+        const std::int64_t beside = number_of(to, observations.all[k].view);
+        if (beside >= 0 && excess[beside] > 0.5F) marked[beside] = 1;
+      }
+    }
+  for (int p = 0; p < patches.count(); ++p) {
+    const auto begin = marked.begin() + observations.offsets[p], end = marked.begin() + observations.offsets[p + 1];
+    if (2 * std::count(begin, end, 1) > end - begin) std::fill(begin, end, 0);
+    for (std::int64_t k = observations.offsets[p]; k < observations.offsets[p + 1]; ++k)
+      observations.all[k].rejected = marked[k];
+  }
+}
+
+// --------------------------------------------------------------------------------------------- choice
+
+std::vector<float> relative_qualities(std::span<const Observation> views) {
+  std::vector<double> details;
+  for (const Observation& o : views)
+    if (!o.rejected) details.push_back(o.detail);
+  const double usual = details.empty() ? 0 : median(details);
+  std::vector<float> qualities;
+  float best = 0;
+  for (const Observation& o : views) {
+    const float sharp = usual > 0 ? float(std::clamp(o.detail / usual, 0.05, 1.0)) : 1;
+    qualities.push_back(o.quality * sharp);
+    if (!o.rejected) best = std::max(best, qualities.back());
+  }
+  for (float& quality : qualities) quality = best > 0 ? std::min(quality / best, 1.0F) : 1;
+  return qualities;
+}
+
+std::vector<int> choose_views(const Patches& patches, const Observations& observations,
+                              const ChooseOptions& options, const Progress& progress) {
+  require(patches.count() == observations.patches(), "observations of these patches are needed");
+  LabelGraph graph;
+  graph.offsets = observations.offsets;
+  for (const Observation& o : observations.all) graph.labels.push_back(o.view);
+  for (int p = 0; p < patches.count(); ++p) {
+    const auto views = observations.of(p);
+    const std::vector<float> qualities = relative_qualities(views);
+    for (std::size_t k = 0; k < views.size(); ++k)
+      graph.costs.push_back(1 - qualities[k] + (views[k].rejected ? float(options.rejected) : 0));
+  }
+  for (const Patches::Link& link : patches.links)
+    graph.edges.push_back({link.a, link.b, float(options.smoothness) * link.weight});
+  return smooth_labels(graph, 30, progress);
+}
+
+std::vector<LightColour> offsets_to_mean(const Observations& observations, std::span<const int> chosen) {
+  std::vector<LightColour> offsets(chosen.size(), LightColour{});
+  for (int p = 0; p < observations.patches(); ++p) {
+    if (chosen[p] < 0) continue;
+    const auto views = observations.of(p);
+    std::array<double, 3> sum{};
+    double weight = 0;
+    for (const Observation& o : views) {
+      if (o.rejected) continue;
+      weight += o.quality;
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += double(o.quality) * o.colour[c];
+    }
+    if (!(weight > 0)) continue;
+    for (std::size_t c = 0; c < 3; ++c)
+      offsets[p][c] = float(sum[c] / weight) - views[std::size_t(chosen[p])].colour[c];
+  }
+  return offsets;
+}
+
+}  // namespace mq

@@ -1,0 +1,87 @@
+#pragma once
+/// Which of many photographs shows a part of a surface, from how well each shows it and what colour.
+///
+/// Per patch (patches.h) and photograph that shows it there is an `Observation`. Then, in this order:
+/// `exposures` evens out how photographs were exposed, `reject` finds what does not agree with the others,
+/// and `choose_views` gives every patch a photograph so that neighbours mostly have the same one.
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/views/patches.h"
+
+namespace mq {
+
+using LightColour = std::array<float, 3>;  ///< red, green, blue in light, not display values
+
+struct Observation {
+  int view;
+  float quality;       ///< how well it shows the patch, above 0
+  float detail;        ///< root mean square of the gradient there, per texel; to be compared only
+  LightColour colour;  ///< mean over the patch
+  bool rejected = false;
+};
+
+/// All of them, by patch, and by view within a patch.
+struct Observations {
+  std::vector<std::int64_t> offsets;
+  std::vector<Observation> all;
+
+  int patches() const { return int(offsets.size()) - 1; }
+  std::span<Observation> of(int patch) {
+    return {all.data() + offsets[patch], std::size_t(offsets[patch + 1] - offsets[patch])};
+  }
+  std::span<const Observation> of(int patch) const {
+    return {all.data() + offsets[patch], std::size_t(offsets[patch + 1] - offsets[patch])};
+  }
+
+  /// Of lists of (patch, observation), one list per view in their order.
+  struct OfPatch {
+    int patch;
+    Observation observation;
+  };
+  static Observations gather(int patches, std::span<const std::vector<OfPatch>> views);
+};
+
+/// What the light of each view is to be multiplied by, per channel, so that all show a patch alike:
+/// exp(−g), with log c_pv = L_p + g_v + residual over patches p and views v, robustly (weights 1 / (1 + (r
+/// / s)²), Cauchy's, s = 0.05, by ten reweighted least squares) and Σ_v g_v · (patches of v) = 0, so that
+/// the scene keeps the brightness of its photographs. Colours that are black or clipped count nothing. A
+/// view that shares no patch with others keeps its light.
+std::vector<LightColour> exposures(const Observations& observations, int views);
+
+/// Multiplies the colours by them.
+void multiply_light(std::span<const LightColour> gains, Observations& observations);
+
+struct RejectOptions {
+  double least = 0.15;  ///< in logarithms of light: what is nearer to the others is never rejected
+  double times = 4;     ///< ... nor what is within so many deviations of theirs, a median of distances
+};
+
+/// Marks the observations whose colour is far from the median of at least three views of a patch, and
+/// those half as far on patches beside such of the same view, as the border of a passer-by is. Where most
+/// views of a patch would be, none is.
+void reject(const Patches& patches, const RejectOptions& options, Observations& observations);
+
+struct ChooseOptions {
+  double smoothness = 0.5;  ///< the cost of another view across a full side of a patch; 1: of a view that
+                            ///< shows nothing of it rather than the best
+  double rejected = 3;      ///< the cost of one that is rejected
+};
+
+/// How well a view shows a patch beside the best that is not rejected, 0 to 1: quality times how sharp
+/// it is, detail against the median of the views of the patch, at most 1.
+std::vector<float> relative_qualities(std::span<const Observation> views);
+
+/// Per patch the number of its observation, counted from 0 within the patch; −1 where it has none.
+/// Minimises Σ_p (1 − relative quality) + smoothness · Σ links where views differ (`smooth_labels`).
+std::vector<int> choose_views(const Patches& patches, const Observations& observations,
+                              const ChooseOptions& options = {}, const Progress& progress = {});
+
+/// Per patch, in light: the mean colour of what is not rejected, weighted by quality, less the colour of
+/// the chosen one: what to add so that low frequencies are those of all. 0 where nothing is chosen.
+std::vector<LightColour> offsets_to_mean(const Observations& observations, std::span<const int> chosen);
+
+}  // namespace mq
