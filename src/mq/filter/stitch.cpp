@@ -346,20 +346,6 @@ Signal Stitcher::change(const Signal& psi, const BeyondBorders& beyond) const {
                     [&](int label, int j, Eigen::RowVectorXd& v) { return beyond.find(label, j, v); });
 }
 
-/// S·φ of the elements that are seen altogether.
-Signal Stitcher::seen_stiffness_times(const Signal& phi) const {
-  Signal result = Signal::Zero(phi.rows(), phi.cols());
-  parallel_for(phi.rows(), [&](std::int64_t i) {
-    for (SparseMatrix::InnerIterator it(stiffness_, i); it; ++it)
-      if (it.col() != i) result.row(i) += it.value() * (phi.row(it.col()) - phi.row(i));
-  });
-  if (!filler_) return result;
-  SeenBorder(space_, labels_).subtract(phi, result);
-  for (std::size_t i = 0; i < labels_.size(); ++i)
-    if (labels_[i] == unseen) result.row(Eigen::Index(i)).setZero();
-  return result;
-}
-
 /// Conjugate gradients on K·δ = w·change, preconditioned by the prepared equation of the whole
 /// surface, whose δ is harmonic where nothing is seen; a surface with a hole and one without are
 /// so alike (A⁻¹K has eigenvalues around ½ to 1) that a few rounds do.
@@ -407,19 +393,27 @@ Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials,
   return solve(filled, asked, progress.step("stitch", 0.7));
 }
 
-/// With δ = φ − (ψ + d) the equation asks (M + w·S)·δ = w·(c − S·d).
+/// With δ = φ − (ψ + d) the equation asks (M + w·S)·δ = w·(c − S·d). Where nothing is seen ψ, d and δ are
+/// harmonic, so that it has no say but by the little that its gradients are asked to stay.
 Filtered Stitcher::stitch(const Signal& psi, const BeyondBorders& beyond, const Signal& offset,
                           const Progress& progress) const {
   require(offset.rows() == psi.rows() && offset.cols() == psi.cols(),
           fmt::format("stitching: offsets of {} × {} for a signal of {} × {}", offset.rows(), offset.cols(),
                       psi.rows(), psi.cols()));
-  const Signal filled = fill(psi, progress.step("fill", 0.3));
-  Signal seen_offset = offset;
-  for (std::size_t i = 0; i < labels_.size(); ++i)
-    if (labels_[i] == unseen) seen_offset.row(Eigen::Index(i)).setZero();
-  const Signal asked = change(filled, beyond) - seen_stiffness_times(seen_offset);
-  Filtered result = solve(filled + seen_offset, asked, progress.step("stitch", filler_ ? 0.4 : 0.7));
-  if (filler_) result.signal = fill(result.signal, progress.step("fill again", 0.3));
+  const Eigen::Index channels = psi.cols();
+  Signal both(psi.rows(), 2 * channels);
+  both << psi, offset;
+  both = fill(both, progress.step("fill", 0.4));
+  const Signal filled = both.leftCols(channels), d = both.rightCols(channels);
+  both.resize(0, 0);
+  Signal asked = change(filled, beyond);
+  parallel_for(asked.rows(), [&](std::int64_t i) {
+    for (SparseMatrix::InnerIterator it(stiffness_, i); it; ++it)
+      if (it.col() != i) asked.row(i) -= it.value() * (d.row(it.col()) - d.row(i));
+  });
+  Filtered result = equation_->solve_change(Signal::Zero(psi.rows(), channels), asked, progress.step("stitch", 0.6));
+  bound_weak(stiffness_, labels_, result.signal);
+  result.signal += filled + d;
   return result;
 }
 

@@ -151,15 +151,14 @@ class Stitcher {
                   const Progress& progress = {}) const;
 
   /// All of it, of photographs that are known where regions meet, towards other values than ψ has: near
-  /// ψ + offset, with the gradients of ψ. What is unseen has no offset.
+  /// ψ + offset, with the gradients of ψ. What is unseen is harmonic. Two solves, since steps between
+  /// photographs are near to even already: means are those of ψ + offset only nearly.
   Filtered stitch(const Signal& psi, const BeyondBorders& beyond, const Signal& offset,
                   const Progress& progress = {}) const;
 
   const SparseMatrix& stiffness() const { return stiffness_; }
 
  private:
-  Signal seen_stiffness_times(const Signal& phi) const;
-
   const SignalSpace& space_;
   SparseMatrix stiffness_;
   std::vector<Vector3> positions_;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -366,7 +367,7 @@ int side_for_photographs(const Surface& surface, std::span<const Photograph> pho
     }
   }
   const double side = std::sqrt(surface.area / occupancy) / pixel;
-  return int(std::clamp<std::uint64_t>(std::bit_ceil(std::uint64_t(std::clamp(side / 1.25, 1.0, 1e5))), least, most));
+  return int(std::clamp<std::uint64_t>(std::bit_ceil(std::uint64_t(std::clamp(side / std::numbers::sqrt2, 1.0, 1e5))), least, most));
 }
 
 }  // namespace mq

@@ -61,9 +61,9 @@ inline constexpr Length usual_photograph_length = {3, Length::Unit::percent};
 /// Red, green and blue, a row per label: neighbouring numbers in unlike hues; what is unseen is black.
 Signal colours_of_labels(std::span<const int> labels);
 
-/// The side of a square texture, a power of two from 256 to 8192, in which a texel is about as large as a
-/// pixel of the photographs where these show the surface best: of the middle quarter of the triangles,
-/// by the closest camera that faces each, whether or not something is in front. `occupancy`: the share of
+/// The side of a square texture, the nearest power of two from 256 to 8192, in which a texel is about as large as a
+/// pixel of the photographs where these show the surface best: the median over the area
+/// of the triangles, by the closest camera that faces each, whether or not something is in front. `occupancy`: the share of
 /// the texture that charts will fill. 1024 where no camera faces any.
 int side_for_photographs(const Surface& surface, std::span<const Photograph> photographs,
                          double occupancy = 0.7);

@@ -149,16 +149,23 @@ void reject(const Patches& patches, const RejectOptions& options, Observations& 
   };
   std::vector<char> far(observations.all.size(), 0);
   for (std::size_t k = 0; k < far.size(); ++k) far[k] = excess[k] > 1;
-  std::vector<char> marked = far;
-  for (const Patches::Link& link : patches.links)
-    for (int turn = 0; turn < 2; ++turn) {
-      const int from = turn == 0 ? link.a : link.b, to = turn == 0 ? link.b : link.a;
-      for (std::int64_t k = observations.offsets[from]; k < observations.offsets[from + 1]; ++k) {
-        if (!far[k]) continue;
-        const std::int64_t beside = number_of(to, observations.all[k].view);
-        if (beside >= 0 && excess[beside] > 0.5F) marked[beside] = 1;
+  /// visit(k, beside) for observations of one view on patches that share most of a side.
+  const auto for_each_pair = [&](const auto& visit) {
+    constexpr float most_of_a_side = 0.3F;
+    for (const Patches::Link& link : patches.links) {
+      if (link.weight < most_of_a_side) continue;
+      for (std::int64_t k = observations.offsets[link.a]; k < observations.offsets[link.a + 1]; ++k) {
+        const std::int64_t beside = number_of(link.b, observations.all[k].view);
+        if (beside >= 0) visit(k, beside), visit(beside, k);
       }
     }
+  };
+  std::vector<char> neighbours(far.size(), 0);  // that are far too
+  for_each_pair([&](std::int64_t k, std::int64_t beside) { neighbours[k] = char(neighbours[k] + far[beside]); });
+  std::vector<char> marked = far;
+  for_each_pair([&](std::int64_t k, std::int64_t beside) {
+    if (far[k] && (excess[beside] > 0.5F || neighbours[k] >= 2)) marked[beside] = 1;
+  });
   for (int p = 0; p < patches.count(); ++p) {
     const auto begin = marked.begin() + observations.offsets[p], end = marked.begin() + observations.offsets[p + 1];
     if (2 * std::count(begin, end, 1) > end - begin) std::fill(begin, end, 0);

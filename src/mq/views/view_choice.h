@@ -60,9 +60,10 @@ struct RejectOptions {
   double times = 4;     ///< ... nor what is within so many deviations of theirs, a median of distances
 };
 
-/// Marks the observations whose colour is far from the median of at least three views of a patch, and
-/// those half as far on patches beside such of the same view, as the border of a passer-by is. Where most
-/// views of a patch would be, none is.
+/// Marks the observations whose colour is far from the median of at least three views of a patch, and of
+/// the same view those on patches beside such: all of them beside one that has two more beside it, as a
+/// passer-by has, whose border a patch may show without being much changed; else those half as far. Where
+/// most views of a patch would be marked, none is.
 void reject(const Patches& patches, const RejectOptions& options, Observations& observations);
 
 struct ChooseOptions {

@@ -1,0 +1,118 @@
+// Photographs of a strip of patches in a row, whose colours are known.
+#include "mq/views/view_choice.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace mq {
+namespace {
+
+Patches row_of_patches(int count) {
+  Patches patches;
+  for (int p = 0; p < count; ++p) {
+    patches.of.push_back(p), patches.members.push_back(p), patches.offsets.push_back(p);
+    if (p > 0) patches.links.push_back({p - 1, p, 1});
+  }
+  patches.offsets.push_back(count);
+  return patches;
+}
+
+LightColour truth(int p) {
+  return {float(0.3 + 0.1 * std::sin(p)), float(0.25 + 0.05 * std::cos(2 * p)), float(0.2 + 0.1 * std::sin(3 * p + 1))};
+}
+
+/// All views show all patches, each as bright as `gains` say.
+Observations seen_by(int patches, std::span<const LightColour> gains) {
+  std::vector<std::vector<Observations::OfPatch>> views(gains.size());
+  for (std::size_t v = 0; v < gains.size(); ++v)
+    for (int p = 0; p < patches; ++p) {
+      LightColour colour = truth(p);
+      for (std::size_t c = 0; c < 3; ++c) colour[c] *= gains[v][c];
+      views[v].push_back({p, {int(v), float(0.5 + 0.1 * double(v)), 1, colour}});
+    }
+  return Observations::gather(patches, views);
+}
+
+TEST(ViewChoice, ExposuresAreTheInversesOfWhatViewsWereMultipliedBy) {
+  const std::vector<LightColour> gains = {{1.3F, 1.1F, 0.9F}, {0.7F, 0.8F, 0.75F}, {1, 1.2F, 1.4F}, {1.1F, 0.9F, 1}};
+  const Observations observations = seen_by(60, gains);
+  const std::vector<LightColour> found = exposures(observations, 4);
+  for (std::size_t c = 0; c < 3; ++c) {
+    double logarithms = 0;
+    for (std::size_t v = 0; v < 4; ++v) {
+      EXPECT_NEAR(found[v][c] * gains[v][c], found[0][c] * gains[0][c], 1e-5);
+      logarithms += std::log(found[v][c]);
+    }
+    EXPECT_NEAR(logarithms, 0, 1e-5);  // the scene keeps its brightness
+  }
+}
+
+TEST(ViewChoice, ExposuresDoNotFollowAPasserBy) {
+  Observations observations = seen_by(60, std::vector<LightColour>(5, {1, 1, 1}));
+  for (int p = 10; p < 30; ++p) observations.of(p)[2].colour = {0.05F, 0.6F, 0.1F};
+  for (const LightColour& gain : exposures(observations, 5))
+    for (const float g : gain) EXPECT_NEAR(g, 1, 0.01);
+}
+
+TEST(ViewChoice, AViewThatSharesNothingKeepsItsLight) {
+  std::vector<std::vector<Observations::OfPatch>> views(3);
+  for (int p = 0; p < 5; ++p) {
+    views[0].push_back({p, {0, 1, 1, {0.2F, 0.2F, 0.2F}}});
+    views[1].push_back({p, {1, 1, 1, {0.4F, 0.4F, 0.4F}}});
+    views[2].push_back({p + 5, {2, 1, 1, {0.9F, 0.9F, 0.9F}}});
+  }
+  const auto found = exposures(Observations::gather(10, views), 3);
+  EXPECT_NEAR(found[0][0] / found[1][0], 2, 1e-5);
+  EXPECT_EQ(found[2], (LightColour{1, 1, 1}));
+}
+
+TEST(ViewChoice, APasserByIsRejectedWithItsBorderAndNothingElse) {
+  const Patches patches = row_of_patches(40);
+  Observations observations = seen_by(40, std::vector<LightColour>(5, {1, 1, 1}));
+  for (int p = 10; p < 20; ++p) observations.of(p)[1].colour = {0.05F, 0.6F, 0.1F};
+  reject(patches, {}, observations);
+  for (int p = 0; p < 40; ++p)
+    for (const Observation& o : observations.of(p))
+      EXPECT_EQ(o.rejected, o.view == 1 && p >= 9 && p <= 20) << p << " " << o.view;
+}
+
+TEST(ViewChoice, OfTwoViewsThatDisagreeNeitherIsRejected) {
+  Observations observations = seen_by(10, std::vector<LightColour>{{1, 1, 1}, {3, 3, 3}});
+  reject(row_of_patches(10), {}, observations);
+  for (const Observation& o : observations.all) EXPECT_FALSE(o.rejected);
+}
+
+TEST(ViewChoice, BlurredAndRejectedViewsAreNotChosenAndSmoothnessJoins) {
+  const Patches patches = row_of_patches(30);
+  Observations observations = seen_by(30, std::vector<LightColour>(3, {1, 1, 1}));
+  for (Observation& o : observations.all) {
+    if (o.view == 2) o.detail = 0.2F;  // the best by far, but blurred
+    o.quality = o.view == 2 ? 1 : 0.5F;
+  }
+  for (int p = 0; p < 15; ++p) observations.of(p)[0].rejected = true;
+  observations.of(20)[1].quality = 0.55F;  // one patch alone that the other shows a little better
+  const std::vector<int> chosen = choose_views(patches, observations);
+  for (int p = 0; p < 30; ++p) EXPECT_EQ(chosen[std::size_t(p)], 1) << p;
+  const std::vector<int> single = choose_views(patches, observations, {.smoothness = 0});
+  EXPECT_EQ(single[20], 1);
+  EXPECT_EQ(single[25], 0);
+}
+
+TEST(ViewChoice, OffsetsLeadToTheMeanOfWhatAgrees) {
+  Observations observations = seen_by(4, std::vector<LightColour>{{1, 1, 1}, {1.2F, 1.2F, 1.2F}, {9, 9, 9}});
+  for (int p = 0; p < 4; ++p) observations.of(p)[2].rejected = true;
+  const std::vector<int> chosen = {0, 1, 0, -1};
+  const auto offsets = offsets_to_mean(observations, chosen);
+  for (int p = 0; p < 3; ++p)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double own = truth(p)[c], mean = (0.5 * own + 0.6 * 1.2 * own) / 1.1;
+      EXPECT_NEAR(offsets[std::size_t(p)][c], mean - own * (chosen[std::size_t(p)] == 1 ? 1.2 : 1), 1e-6);
+    }
+  EXPECT_EQ(offsets[3], LightColour{});
+}
+
+}  // namespace
+}  // namespace mq
