@@ -20,6 +20,17 @@ Patches row_of_patches(int count) {
   return patches;
 }
 
+/// Rows of equal squares.
+Patches grid_of_patches(int width, int height) {
+  Patches patches = row_of_patches(width * height);
+  patches.links.clear();
+  for (int p = 0; p < width * height; ++p) {
+    if (p % width + 1 < width) patches.links.push_back({p, p + 1, 1});
+    if (p + width < width * height) patches.links.push_back({p, p + width, 1});
+  }
+  return patches;
+}
+
 LightColour truth(int p) {
   return {float(0.3 + 0.1 * std::sin(p)), float(0.25 + 0.05 * std::cos(2 * p)), float(0.2 + 0.1 * std::sin(3 * p + 1))};
 }
@@ -70,13 +81,20 @@ TEST(ViewChoice, AViewThatSharesNothingKeepsItsLight) {
 }
 
 TEST(ViewChoice, APasserByIsRejectedWithItsBorderAndNothingElse) {
-  const Patches patches = row_of_patches(40);
-  Observations observations = seen_by(40, std::vector<LightColour>(5, {1, 1, 1}));
-  for (int p = 10; p < 20; ++p) observations.of(p)[1].colour = {0.05F, 0.6F, 0.1F};
+  constexpr int width = 20, height = 12;
+  const Patches patches = grid_of_patches(width, height);
+  Observations observations = seen_by(width * height, std::vector<LightColour>(5, {1, 1, 1}));
+  const auto hidden = [](int x, int y) { return x >= 5 && x < 11 && y >= 3 && y < 9; };
+  const auto changed = [&](int p) { return hidden(p % width, p / width); };
+  for (int p = 0; p < width * height; ++p)
+    if (changed(p)) observations.of(p)[1].colour = {0.05F, 0.6F, 0.1F};
   reject(patches, {}, observations);
-  for (int p = 0; p < 40; ++p)
+  for (int p = 0; p < width * height; ++p) {
+    const int x = p % width, y = p / width;
+    const bool border = hidden(x - 1, y) || hidden(x + 1, y) || hidden(x, y - 1) || hidden(x, y + 1);
     for (const Observation& o : observations.of(p))
-      EXPECT_EQ(o.rejected, o.view == 1 && p >= 9 && p <= 20) << p << " " << o.view;
+      EXPECT_EQ(o.rejected, o.view == 1 && (hidden(x, y) || border)) << x << ", " << y << " in " << o.view;
+  }
 }
 
 TEST(ViewChoice, OfTwoViewsThatDisagreeNeitherIsRejected) {
