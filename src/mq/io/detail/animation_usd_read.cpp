@@ -175,7 +175,7 @@ class UsdFinder {
     const bool stands = mesh.matrix == Eigen::Matrix4d::Identity();
     for (std::size_t i = 0; i < result.size(); ++i) {
       result[i] = Vector3::Map(&numbers[3 * i]);
-      if (!stands) result[i] = (mesh.matrix * result[i].homogeneous()).head<3>();
+      if (!stands) result[i] = mesh.matrix.topLeftCorner<3, 3>() * result[i] + mesh.matrix.topRightCorner<3, 1>();
     }
     return result;
   }
