@@ -1,7 +1,12 @@
 #include "mq/model/evolving_input.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <system_error>
+
+#include "mq/base/error.h"
+#include "mq/io/file_names.h"
 #include "mq/model/stored_frames.h"
 
 namespace mq {
@@ -11,6 +16,10 @@ bool EvolvingInput::has_pictures() const {
 }
 
 EvolvingInput open_evolving(const std::filesystem::path& path, Messages& messages, const Progress& progress) {
+  std::error_code ignored;
+  require(!std::filesystem::is_directory(path, ignored) && (names_moving_file(path) || !names_model(path)),
+          fmt::format("{}: found no evolving mesh but {}; make one of frames with marquetry evolve",
+                      path.string(), names_model(path) ? "a model" : "a folder"));
   if (!names_moving_file(path)) {
     EvolvingInput input{EvolvingReader(path)};
     warn_of_broken(messages, input.reader);

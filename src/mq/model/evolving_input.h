@@ -21,8 +21,8 @@ struct EvolvingInput {
   bool has_pictures() const;
 };
 
-/// Opens `.usda`, `.usdz`, `.glb` and `.gltf` as `open_animation` does, anything else as a store; remarks on what was
-/// left out, and warns of what is broken. Throws as these do.
+/// Opens `.usda`, `.usdz`, `.glb` and `.gltf` as `open_animation` does, anything else as a store; warns of what was left
+/// out, and of what is broken. Throws as these do, and `InvalidInput` for a model or a folder.
 EvolvingInput open_evolving(const std::filesystem::path& path, Messages& messages, const Progress& progress = {});
 
 }  // namespace mq

@@ -229,7 +229,7 @@ class GltfFinder {
       here.matrix =
           (visit.level == 0 ? Eigen::Matrix4d::Identity() : visit.above.matrix) * gltf_node_matrix(still, place);
       if (const auto moved = moved_.find(visit.node); moved != moved_.end())
-        here.moved = fmt::format("{} of {}", moved->second, place);
+        here.moved = fmt::format("{} of nodes[{}]", moved->second, visit.node);
       if (node.contains("mesh")) add_mesh(here, node, place);
       push(json_array(node, "children", place), here, visit.level + 1, stack);
     }
@@ -243,8 +243,8 @@ class GltfFinder {
   void add_mesh(MovingMesh mesh, const Json& node, const std::string& place) {
     if (mesh.matrix.topLeftCorner<3, 3>().isZero(0)) return;  // nothing of it is seen
     if (node.contains("skin"))
-      refuse(fmt::format("found a mesh that bones move ({}), wanted morph targets: bake it into these, or {}",
-                         place, frames_instead));
+      refuse(fmt::format("found a mesh that bones move (nodes[{}]), wanted morph targets: bake it into these, or {}",
+                         mesh.node, frames_instead));
     mesh.mesh = json_count(node, "mesh", 0, place);
     if (const auto found = scene_->weights.find(mesh.node); found != scene_->weights.end())
       mesh.weights = &found->second;
