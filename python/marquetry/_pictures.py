@@ -75,6 +75,15 @@ def _of_pil(image: Any) -> Any:
     return image
 
 
+def _conversion(array: Array) -> str:
+    """What makes a picture of other whole numbers. None is guessed: 200 is another grey of 8 bits than of 16."""
+    if array.dtype.kind not in "iu" or not array.size or array.min() < 0 or array.max() > 65535:
+        return ""
+    if array.max() > 255:
+        return "; .astype(np.uint16) makes one of it"
+    return "; .astype(np.uint8) makes one of it, or .astype(np.uint16) where white is 65535"
+
+
 def picture_array(value: Any, name: str) -> Array:
     """What can be taken for a picture: arrays, and whatever has an array interface. Not copied where its values
     are uint8, uint16 or float32; other floats become float32."""
@@ -95,6 +104,9 @@ def picture_array(value: Any, name: str) -> Array:
         array = array.astype(array.dtype.newbyteorder("="))
     elif array.dtype == np.bool_:  # a mask
         array = array.astype(np.uint8) * np.uint8(255)
+    if array.dtype.type not in (np.uint8, np.uint16, np.float32):
+        raise TypeError(f"{name}: found an array of {array.dtype}, wanted uint8 (0 to 255), uint16 (0 to 65535) or "
+                        "floats (0 to 1)" + _conversion(array))
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         row, column = np.argwhere(~np.isfinite(array))[0][:2]
         raise InvalidInput(f"{name}: found {array[row, column]} at row {row}, column {column}, wanted finite values")

@@ -8,8 +8,9 @@ import operator
 import os
 import re
 import warnings
+from contextlib import contextmanager
 from functools import lru_cache
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Iterator, Optional
 
 import numpy as np
 
@@ -194,7 +195,13 @@ class _Words:
 
 
 def _plain(text: str, words: _Words) -> str:
-    """Options as keywords, names in memory without the folder."""
+    """Options as keywords, what is in memory by the name of its argument: there is no file mesh.ply."""
+    for name in sorted(words.inputs.names, key=len, reverse=True):
+        argument = os.path.splitext(name)[0]
+        text = text.replace(words.inputs.held.path(name), argument)
+        if not any(os.path.basename(path) == name for paths in words.given.values() for path in paths
+                   if path != words.inputs.held.path(name)):
+            text = re.sub(r"(?<![\w./-])" + re.escape(name) + r"(?!\w)", argument, text)
     text = text.replace(words.inputs.held.path(""), "")
     for frames in words.inputs.frames:
         text = text.replace(frames.path + "/", "").replace(frames.path, "the sequence")
@@ -202,33 +209,39 @@ def _plain(text: str, words: _Words) -> str:
                   lambda found: keyword_of(found[1]) if found[1] in words.rows else found[0], text)
 
 
-def _listener(progress: Any) -> Optional[Callable[[float, str], None]]:
-    """A callable as it is; True: a bar of tqdm."""
+@contextmanager
+def _listener(progress: Any) -> Iterator[Optional[Callable[[float, str], None]]]:
+    """A callable as it is; True: a bar of tqdm, which is full where the work was done, and stays where it ended
+    otherwise."""
     if progress is None or progress is False:
-        return None
+        yield None
+        return
     if progress is not True:
         if not callable(progress):
             raise TypeError("progress: wanted a callable of a fraction and a step, True, or None")
-        return progress  # type: ignore[no-any-return]
-    from tqdm.auto import tqdm  # type: ignore[import]
+        yield progress
+        return
+    try:
+        from tqdm.auto import tqdm  # type: ignore[import]
+    except ImportError as error:
+        raise ImportError("progress=True shows a bar of tqdm, which is not installed (Debian: python3-tqdm); install "
+                          "it, or give a callable of a fraction and a step") from error
 
-    bar = tqdm(total=1.0, bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}")
+    with tqdm(total=1.0, bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}") as bar:
+        def show(fraction: float, step: str) -> None:
+            bar.set_description_str(step, refresh=False)
+            bar.update(fraction - bar.n)
 
-    def show(fraction: float, step: str) -> None:
-        bar.set_description_str(step, refresh=False)
-        bar.update(fraction - bar.n)
-        if fraction >= 1:
-            bar.close()
-
-    return show
+        yield show
+        show(1.0, "done")
 
 
 def run(verb: str, arguments: dict[str, Any]) -> Result:
     """Runs the verb with the arguments of its function, by name."""
-    progress = _listener(arguments.pop("progress"))
     words = _Words(verb)
     try:
-        return _run_words(verb, arguments, words, progress)
+        with _listener(arguments.pop("progress")) as progress:
+            return _run_words(verb, arguments, words, progress)
     finally:
         words.inputs.close()
 

@@ -243,7 +243,7 @@ PictureView picture_from(const py::array& array, const char* name) {
   else if (native && type.kind() == 'f' && type.itemsize() == 4)
     view.depth = Depth::f32;
   else
-    fail_kind(name, array, "uint8, uint16 or float32");
+    fail_kind(name, array, "uint8 (0 to 255), uint16 (0 to 65535) or float32 (0 to 1)");
   return view;
 }
 

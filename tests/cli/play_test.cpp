@@ -202,6 +202,74 @@ TEST_F(Play, FollowsItsAddress) {
   EXPECT_EQ(browser.evaluate("document.getElementById('seams').checked"), false);
 }
 
+/// What a page says of its film, without its blocks.
+nlohmann::json film_of(const std::filesystem::path& page) {
+  const std::string text = file_bytes(page), mark = "const film = ";
+  const std::size_t begin = text.find(mark) + mark.size();
+  std::string script = text.substr(begin, text.find("</script>", begin) - begin);
+  nlohmann::json film = nlohmann::json::parse(script.substr(0, script.rfind(';')));
+  film.erase("title");
+  film.erase("blocks");
+  return film;
+}
+
+TEST_F(Play, PlaysWhatExportWrote) {
+  ASSERT_EQ(marquetry(folder, {"play", "balls.evolving", "-o", "store.html"}).status, 0);
+  const nlohmann::json wanted = film_of(folder / "store.html");
+  for (const std::string name : {"balls.usda", "balls.usdz", "balls.glb"}) {
+    SCOPED_TRACE(name);
+    ASSERT_EQ(marquetry(folder, {"export", "balls.evolving", "-o", name, "--from", "balls", "--size", "128", "--rate", "12"}).status, 0);
+    const Result result = marquetry(folder, {"play", name, "-o", "page.html", "--overwrite", "--json"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_EQ(result.json()["result"]["rate"], 12);
+    EXPECT_GT(result.json()["result"]["video_bytes"], 1000);
+    const nlohmann::json film = film_of(folder / "page.html");
+    EXPECT_EQ(film["frames"], wanted["frames"]);
+    // To a step of the store.
+    const double step = marquetry(folder, {"export", "balls.evolving", "--json"}).json()["result"]["step"];
+    for (const char* corner : {"low", "high"})
+      for (int k = 0; k < 3; ++k)
+        EXPECT_NEAR(film[corner][k].get<double>(), wanted[corner][k].get<double>(), step);
+    for (std::size_t s = 0; s < wanted["segments"].size(); ++s)
+      for (const char* count : {"first", "frames", "points", "triangles", "edges", "has_uvs"})
+        EXPECT_EQ(film["segments"][s][count], wanted["segments"][s][count]) << count << " of segment " << s;
+  }
+}
+
+TEST_F(Play, ShowsThePicturesOfWhatExportWrote) {
+  if (!Browser::installed()) GTEST_SKIP() << "no chromium";
+  ASSERT_EQ(marquetry(folder, {"export", "balls.evolving", "-o", "balls.usdz", "--from", "balls", "--size", "128"}).status, 0);
+  ASSERT_EQ(marquetry(folder, {"play", "balls.usdz", "-o", "page.html"}).status, 0);
+  Browser browser(folder / "profile");
+  browser.open("file://" + (folder / "page.html").string() + "#frame=30&atlas");
+  ASSERT_TRUE(browser.becomes_true("document.body.dataset.frame == '30'"));
+  EXPECT_EQ(browser.evaluate("document.getElementById('message').innerText"), "");
+  browser.screenshot(folder / "shot.png");
+  const Image<float> shown = read_texture(folder / "shot.png").pixels;
+  EXPECT_GT(coloured(shown, 0, 0.5), 0.05);
+  EXPECT_GT(coloured(shown, 0.5, 1), 0.2);
+}
+
+TEST_F(Play, TakesFilesThatMoveAsItTakesStores) {
+  ASSERT_EQ(marquetry(folder, {"export", "balls.evolving", "-o", "balls.usda"}).status, 0);
+  const Result part = marquetry(folder, {"play", "balls.usda", "-o", "page.html", "--frames", "29-30", "--rate", "5",
+                                         "--from", "balls", "--size", "128", "--json"});
+  ASSERT_EQ(part.status, 0) << part.error;
+  EXPECT_EQ(part.json()["result"]["frames"], 2);
+  EXPECT_EQ(part.json()["result"]["rate"], 5);
+  EXPECT_GT(part.json()["result"]["video_bytes"], 1000);
+  EXPECT_THAT(refusal(folder, {"play", "balls.usda", "-o", "other.html", "--codec", "av1"}, "other.html"),
+              HasSubstr("--codec"));
+  EXPECT_THAT(refusal(folder, {"play", "balls.usda", "-o", "other.html", "--frames", "99"}, "other.html"),
+              HasSubstr("no frame 99"));
+  ASSERT_EQ(marquetry(folder, {"export", "balls.usda", "-o", "frame_%04d.ply"}).status, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "frame_0031.ply"));
+  const std::string text = file_bytes(folder / "balls.usda");
+  write_bytes(folder / "cut.usda", text.substr(0, text.size() / 2));
+  EXPECT_THAT(refusal(folder, {"play", "cut.usda", "-o", "other.html"}, "other.html"),
+              testing::AllOf(HasSubstr("cut.usda, line"), HasSubstr("cut short")));
+}
+
 TEST_F(Play, RefusesTexturesWithoutAnAtlas) {
   ASSERT_EQ(marquetry(folder, {"track", "balls", "-o", "bare.evolving"}).status, 0);
   write_video(folder / "four.mp4", 4, {});

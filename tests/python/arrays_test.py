@@ -1,12 +1,17 @@
 """Arrays in, arrays out: the same values as by files, from whatever holds them."""
+import contextlib
+import io
 import json
 import logging
 import os
+import pathlib
 import signal
+import sys
 import threading
 import time
 import types
 import unittest
+import unittest.mock
 import warnings
 
 import numpy as np
@@ -273,6 +278,50 @@ class Words(unittest.TestCase):
             def stop(fraction, step):
                 raise RuntimeError("enough")
             mq.react(mesh("bust", 256), time=100000, progress=stop)
+
+    def test_progress_as_a_bar(self):
+        try:
+            import tqdm  # noqa: F401
+        except ImportError:
+            self.skipTest("tqdm is not installed")
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            mq.filter(mesh("bust", 128), beta=3, progress=True)
+        self.assertRegex(said.getvalue(), r"done 100%\|[█#]+\|")
+        self.assertTrue(said.getvalue().endswith("\n"), "the bar is closed")
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said), self.assertRaises(mq.InvalidInput):
+            mq.unwrap(np.zeros((3, 3)), np.array([[0, 1, 2]]), progress=True)
+        self.assertNotIn("100%", said.getvalue())
+
+    def test_a_bar_without_tqdm(self):
+        with unittest.mock.patch.dict(sys.modules, {"tqdm": None, "tqdm.auto": None}):
+            with self.assertRaisesRegex(ImportError, "python3-tqdm"):
+                mq.filter(mesh("bust", 128), beta=3, progress=True)
+
+    def test_pictures_of_other_kinds_are_refused_with_those_that_are_taken(self):
+        vertices, faces, uvs, picture = arrays("bust", 128)
+        for kind, hint in ((np.int64, "astype.np.uint8."), (np.int16, "astype.np.uint8."), (np.uint32, "astype")):
+            with self.assertRaisesRegex(TypeError, rf"found an array of {np.dtype(kind)}, wanted uint8.*uint16.*{hint}"):
+                mq.filter(vertices, faces, uvs, picture.astype(kind), beta=3)
+        with self.assertRaisesRegex(TypeError, "astype.np.uint16. makes one of it$"):
+            mq.filter(vertices, faces, uvs, picture.astype(np.int32) * 257, beta=3)
+        for other in (picture.astype(np.int64) - 1000, picture.astype(np.int64) * 1000, picture.astype(complex)):
+            with self.assertRaisesRegex(TypeError, "floats .0 to 1.$"):
+                mq.filter(vertices, faces, uvs, other, beta=3)
+
+    def test_messages_name_arguments_and_no_files_that_are_not_there(self):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with self.assertRaisesRegex(mq.InvalidInput, "^mesh: the surface has no area"):
+                mq.unwrap(np.zeros((3, 3)), np.array([[0, 1, 2]]))
+        vertices, faces, uvs, _ = arrays("bust", 128)
+        with self.assertRaisesRegex(mq.InvalidInput, "^mesh: texture 0 has no picture"):
+            mq.seams(vertices, faces, uvs)
+        path = pathlib.Path(folder()) / "mesh.ply"
+        path.write_text("ply\nformat ascii 1.0\n")
+        with self.assertRaisesRegex(mq.IoError, "mesh.ply"):
+            mq.seams(path)
 
     def test_ctrl_c(self):
         started = time.monotonic()

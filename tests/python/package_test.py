@@ -9,7 +9,7 @@ import unittest
 
 import marquetry as mq
 from marquetry import _run, _verbs
-from models import PROGRAM, SOURCE, folder
+from models import PROGRAM, SOURCE, folder, sample
 
 PACKAGE = pathlib.Path(mq.__file__).parent
 
@@ -26,6 +26,22 @@ class Package(unittest.TestCase):
         code = "import sys, marquetry; print([m for m in ('scipy', 'PIL', 'tqdm') if m in sys.modules])"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         self.assertEqual(done.stdout.strip(), "[]")
+
+    def test_a_call_takes_no_more_memory_than_the_program_and_a_picture(self):
+        if "LD_PRELOAD" in os.environ:
+            self.skipTest("another allocator keeps what is freed")
+        size = 1024
+        where = sample("bust", size)
+        words = [where / "bust.obj", "--beta", "3", "-o", folder() / "out.png", "--quiet", "--threads", "2"]
+        running = subprocess.Popen([PROGRAM, "filter", *map(str, words)], stdout=subprocess.DEVNULL)
+        _, status, used = os.wait4(running.pid, 0)
+        running.returncode = os.waitstatus_to_exitcode(status)
+        self.assertEqual(running.returncode, 0)
+        code = ("import resource, sys, marquetry as mq\npeak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+                "before = peak()\nmq.filter(sys.argv[1], beta=3.0, threads=2)\nprint(peak() - before)")
+        done = subprocess.run([sys.executable, "-c", code, where / "bust.obj"], capture_output=True, text=True, check=True)
+        picture = size * size * 3 * 4 // 1024  # in floats
+        self.assertLessEqual(int(done.stdout), used.ru_maxrss + picture)
 
     def test_functions_are_those_of_the_tables(self):
         made = folder() / "_verbs.py"

@@ -15,6 +15,7 @@
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
 #include "mq/io/video.h"
+#include "mq/model/evolving_input.h"
 #include "mq/model/stored_models.h"
 #include "options/model_options.h"
 #include "options/video_options.h"
@@ -39,18 +40,19 @@ Json describe(const EvolvingReader& reader, const std::vector<int>& damaged) {
           {"triangles_throughout", found.throughout},
           {"lifespan_mean", found.mean_lifespan},
           {"step", reader.step()},
-          {"bytes", found.bytes},
+          {"bytes", reader.is_store() ? found.bytes : std::int64_t(fs::file_size(reader.manifest()))},
           {"damaged", numbers_of(reader, damaged)},
           {"broken", reader.broken()}};
 }
 
 std::string in_words(const Json& found, const EvolvingReader& reader) {
   std::string text = fmt::format(
-      "{} in {}, {} in steps of {:.3g}\n"
+      "{} in {}, {}{}\n"
       "{}, {} of them throughout; they live for {:.1f} frames on average\n",
       counted(found["frames"].get<int>(), "frame"),
       counted(found["segments"].get<int>(), "segment"),
-      counted(found["bytes"].get<std::int64_t>(), "byte"), found["step"].get<double>(),
+      counted(found["bytes"].get<std::int64_t>(), "byte"),
+      reader.is_store() ? fmt::format(" in steps of {:.3g}", found["step"].get<double>()) : "",
       counted(found["triangles"].get<int>(), "triangle"), found["triangles_throughout"].get<int>(),
       found["lifespan_mean"].get<double>());
   for (std::size_t s = 0; s < reader.segments().size(); ++s) {
@@ -163,8 +165,8 @@ Exit run_export(Run& run) {
   refuse_what_does_not_fit(options);
   if (options.has("paint")) run.will_read(options.text("paint"));
   require_video_for_codec(options, options.has("output") && names_video(options.text("output")));
-  const EvolvingReader reader(options.text("evolving"));
-  warn_of_broken(run.terminal(), reader);
+  const EvolvingInput input = open_evolving(options.text("evolving"), run.terminal());
+  const EvolvingReader& reader = input.reader;
   std::vector<int> frames;
   std::vector<fs::path> paths;
   if (options.has("output")) {
@@ -197,7 +199,8 @@ Verb export_verb() {
              .place = Option::Place::positional,
              .type = Type::path,
              .required = true,
-             .help = "the evolving mesh, as track makes it"});
+             .help = "the evolving mesh, as track makes it, or a file that moves: .usda, .usdz, .glb or .gltf, of "
+                     "export or another program"});
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,

@@ -11,6 +11,7 @@
 #include "mq/io/film_page.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/video.h"
+#include "mq/model/evolving_input.h"
 #include "options/video_options.h"
 #include "player_files.h"
 #include "shell/results.h"
@@ -24,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double least_rate = 0.001, most_rate = 1000;  // frames a second
+
 /// The page, and the scripts that it names.
 std::string page_of(const PlayerFiles& files, const Film& film, const FilmPageOptions& options) {
   const PageScript scripts[] = {{"three.min.js", files.three},
@@ -35,8 +38,17 @@ std::string page_of(const PlayerFiles& files, const Film& film, const FilmPageOp
 void refuse_what_does_not_fit(const OptionValues& options) {
   require(!options.has("from") || !options.has("video"),
           "--video: with --from the textures are those captured");
-  require_video_for_codec(options, options.has("from"));
   if (options.has("video")) film_video_type(options.text("video"));
+}
+
+/// The pictures that the file has, each for the frames of its segment.
+FilmVideo video_of_pictures(Run& run, const EvolvingInput& input, const std::vector<int>& frames,
+                            const VideoOptions& how) {
+  const Step step(run, "textures", 0.5);
+  std::vector<const Image<float>*> pictures;
+  for (const int f : frames)
+    pictures.push_back(&input.pictures[std::size_t(input.reader.frames()[std::size_t(f)].segment)]);
+  return picture_film_video(pictures, how, step);
 }
 
 /// The texture video that --video names; none where it names none.
@@ -48,16 +60,20 @@ FilmVideo given_video(Run& run, std::size_t frames) {
   return read_film_video(options.text("video"), how, run.terminal());
 }
 
-/// Refuses now what would be refused once the work of --from is done.
+/// Refuses now what would be refused once the work on textures is done.
 void check_video_to_make(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
-                         const fs::path& page) {
+                         const fs::path& page, const VideoOptions& how) {
   const OptionValues& options = run.options();
-  if (!options.has("from")) return;
   require_video_program(page);
-  require_video_options("textures.mp4", video_options(options));
-  find_frames(options.text("from"), numbers_of(reader, frames));
+  require_video_options("textures.mp4", how);
+  if (options.has("from")) find_frames(options.text("from"), numbers_of(reader, frames));
   if (video_options(options).codec == VideoCodec::h265)
     warn_of_unplayed_codec("--codec", "H.265", run.terminal());
+}
+
+EvolvingInput open_input(Run& run, const fs::path& path) {
+  const Step step(run, "read", 0.1);
+  return open_evolving(path, run.terminal(), step);
 }
 
 Exit run_play(Run& run) {
@@ -71,22 +87,29 @@ Exit run_play(Run& run) {
   run.will_read(store);
   refuse_what_does_not_fit(options);
   if (options.has("video")) run.will_read(options.text("video"));
-  const EvolvingReader reader(store);
-  warn_of_broken(run.terminal(), reader);
+  const EvolvingInput input = open_input(run, store);
+  const EvolvingReader& reader = input.reader;
   const std::vector<int> frames = wanted_frames(options, reader);
   require(std::ranges::is_sorted(frames), "--frames: time runs forwards in a film");
   if (options.has("from") || options.has("video")) require_atlas(reader);
   FilmVideo video = given_video(run, frames.size());
-  const double rate =
-      video.rate.value_or(options.has("rate") ? options.number("rate") : VideoOptions{}.rate);
+  const double own_rate = video.rate.value_or(input.rate.value_or(VideoOptions{}.rate));
+  const double rate = options.has("rate") && !video.rate ? options.number("rate") : own_rate;
+  const VideoOptions how{.rate = rate, .codec = video_options(options).codec};
+  require(rate >= least_rate && rate <= most_rate,
+          fmt::format("{}: it has {:g} frames a second; say another with --rate", store.string(), rate));
+  const bool shows_own =
+      input.has_pictures() && has_atlas(reader) && !options.has("from") && !options.has("video");
+  require_video_for_codec(options, options.has("from") || shows_own);
   const fs::path output = options.text("output");
   const bool is_page = output.extension() == ".html";
   const fs::path page = is_page ? output : output / "index.html";
-  check_video_to_make(run, reader, frames, page);
+  if (options.has("from") || shows_own) check_video_to_make(run, reader, frames, page, how);
   run.will_write({page}, is_page ? output.parent_path() : output);
   if (run.dry_run()) return Exit::done;
 
-  if (options.has("from")) video = captured_video(run, reader, frames);
+  if (options.has("from")) video = captured_video(run, reader, frames, how);
+  if (shows_own) video = video_of_pictures(run, input, frames, how);
   const Step step(run, "film", 0.9);
   const Film film = make_film(reader, frames, lifespan_colour, step);
   const std::string html = page_of(*files, film,
@@ -117,7 +140,9 @@ Verb play_verb() {
              .place = Option::Place::positional,
              .type = Type::path,
              .required = true,
-             .help = "the evolving mesh, as evolve makes it"});
+             .help = "the evolving mesh, as evolve makes it, or a file that moves: .usda, .usdz, .glb or "
+                     ".gltf, of export or another program",
+             .details = "Pictures that such a file has are shown, unless --from or --video gives others."});
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,
@@ -129,9 +154,9 @@ Verb play_verb() {
   table.add({.name = "rate",
              .type = Type::number,
              .unit = "frames a second",
-             .least = 0.001,
-             .most = 1000,
-             .help = "of the film; else that of an .mp4 given by --video, or 30"});
+             .least = least_rate,
+             .most = most_rate,
+             .help = "of the film; else that of an .mp4 given by --video, or of a file that moves, or 30"});
   add_codec_option(table);
   table.add({.name = "video",
              .type = Type::path,

@@ -61,6 +61,16 @@ std::vector<Vector3> rounded(std::vector<Vector3> positions, double step) {
 
 // ---- Reading ----
 
+EvolvingReader::EvolvingReader(fs::path file, std::shared_ptr<const EvolvingSource> source,
+                               std::vector<StoredSegment> segments, std::vector<StoredFrame> frames, double step)
+    : manifest_(file),
+      blocks_(std::move(file)),
+      source_(std::move(source)),
+      segments_(std::move(segments)),
+      frames_(std::move(frames)),
+      step_(step),
+      about_("{}") {}
+
 EvolvingReader::EvolvingReader(fs::path manifest) : manifest_(std::move(manifest)) {
   const Bytes bytes = read_file(manifest_);
   const std::string_view text = text_of(bytes);
@@ -166,6 +176,7 @@ Bytes EvolvingReader::block(const StoredBlock& block, const std::string& what) c
 }
 
 std::vector<int> EvolvingReader::damaged() const {
+  if (source_) return {};
   const auto changed = [&](const StoredBlock& block) {
     return crc32(bytes_of(block, "a block")) != block.checksum;
   };
@@ -178,6 +189,7 @@ std::vector<int> EvolvingReader::damaged() const {
 }
 
 EvolvingSegment EvolvingReader::segment(int index) const {
+  if (source_) return source_->segment(index);
   const std::string what = fmt::format("segment {}", index);
   SegmentBlock found =
       decode_segment(block(segments_.at(std::size_t(index)), what), blocks_.string() + ": " + what);
@@ -192,6 +204,7 @@ const std::vector<std::int64_t>& EvolvingReader::key(int segment_index) const {
 }
 
 std::vector<Vector3> EvolvingReader::positions(int frame) const {
+  if (source_) return source_->positions(frame);
   const StoredFrame& stored = frames_.at(std::size_t(frame));
   const std::string what = fmt::format("frame {}", stored.number);
   return from_steps(
@@ -249,6 +262,7 @@ void EvolvingWriter::begin(const std::string& blocks_name, const std::string& ab
 
 EvolvingWriter::EvolvingWriter(const EvolvingReader& reader, int frames)
     : blocks_(reader.blocks_file()), step_(reader.step()) {
+  require(reader.is_store(), reader.manifest().string() + ": it is no store, and cannot be gone on with");
   require(frames >= 0 && frames <= std::ssize(reader.frames()),
           fmt::format("{} frames are to be kept of {}", frames, reader.frames().size()));
   manifest_ = reader.manifest();

@@ -41,8 +41,20 @@ struct StoredFrame : StoredBlock {
   std::string measured;  ///< what its maker had to say about it: a JSON object, or empty
 };
 
+/// Segments and frames that are in no store, but in a file of another format (animation_read.h).
+class EvolvingSource {
+ public:
+  virtual ~EvolvingSource() = default;
+  virtual EvolvingSegment segment(int index) const = 0;
+  virtual std::vector<Vector3> positions(int frame) const = 0;
+};
+
 class EvolvingReader {
  public:
+  /// What is no store, as if it were one: positions are the source's, and `step` what a store of them would have.
+  EvolvingReader(std::filesystem::path file, std::shared_ptr<const EvolvingSource> source,
+                 std::vector<StoredSegment> segments, std::vector<StoredFrame> frames, double step);
+
   /// Reads the manifest. What follows the first line that is broken, or that names bytes the blocks
   /// do not have, is left out and `broken` says so. Throws `IoError` where either file cannot be
   /// read or the manifest's first line is not that of such a store.
@@ -51,8 +63,9 @@ class EvolvingReader {
   const std::vector<StoredSegment>& segments() const { return segments_; }
   const std::vector<StoredFrame>& frames() const { return frames_; }
   double step() const { return step_; }
-  const std::filesystem::path& manifest() const { return manifest_; }
+  const std::filesystem::path& manifest() const { return manifest_; }  ///< or the file that is no store
   const std::filesystem::path& blocks_file() const { return blocks_; }
+  bool is_store() const { return !source_; }
   const std::string& about() const { return about_; }    ///< a JSON object
   const std::string& broken() const { return broken_; }  ///< empty: the store is whole
 
@@ -76,6 +89,7 @@ class EvolvingReader {
   std::string add_line(std::string_view line, std::int64_t blocks_size);
 
   std::filesystem::path manifest_, blocks_;
+  std::shared_ptr<const EvolvingSource> source_;  ///< null: it is a store
   std::vector<StoredSegment> segments_;
   std::vector<StoredFrame> frames_;
   double step_ = 0;
@@ -93,7 +107,7 @@ class EvolvingWriter {
   EvolvingWriter(const std::filesystem::path& manifest, double step,
                  const std::string& about = "{}");
 
-  /// Goes on with a store as `reader` found it: what is broken is cut off, and so are frames and
+  /// Goes on with a store (no other source) as `reader` found it: what is broken is cut off, and so are frames and
   /// segments after the first `frames`.
   EvolvingWriter(const EvolvingReader& reader, int frames);
 

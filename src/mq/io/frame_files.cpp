@@ -186,9 +186,10 @@ std::vector<FrameFile> find_frames(const std::string& name, const std::vector<in
     if (!fs::exists(name, ignored))
       throw IoError(fmt::format("{}: there is no such file or folder", name));
     require(!names_scene(name),
-            fmt::format("{}: scenes with all frames in one file are not read; write a file a frame, OBJ, PLY, glTF or "
-                        "GLB, from the program that made it, or from Blender (the documentation of evolve has its command)",
-                        name));
+            fmt::format("{}: all frames in one file are not followed; write a file a frame first: marquetry export {} -o "
+                        "frame_%04d.ply does so for .usda and .usdz, Blender for others (the documentation of evolve has "
+                        "its command)",
+                        name, name));
     throw InvalidInput(fmt::format(
         "{}: found one file, wanted a sequence: a folder, or a name with a place for the frame's "
         "number, such as frame_%04d.ply",

@@ -10,6 +10,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
+#include "mq/image/resample.h"
 #include "mq/io/mp4.h"
 
 namespace mq {
@@ -18,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// H.264, AV1, VP9 and VP8 as MP4 calls them.
+constexpr float untextured_grey = 0.8F;
 constexpr std::string_view played_codecs[] = {"avc1", "avc3", "av01", "vp09", "vp08"};
 
 /// A folder of its own for as long as it is wanted.
@@ -101,6 +103,30 @@ CapturedFilmVideo captured_film_video(CapturedTextures& captured, const VideoOpt
   made.figures = write_captured(captured, path.string(), options, Compression::none, messages, progress);
   made.video.bytes = read_file(path);
   return made;
+}
+
+FilmVideo picture_film_video(const std::vector<const Image<float>*>& pictures, const VideoOptions& options,
+                             const Progress& progress) {
+  // Videos have even sides, and texture coordinates count all texels.
+  int width = 2, height = 2;
+  for (const Image<float>* picture : pictures) {
+    width = std::max(width, picture->width() + picture->width() % 2);
+    height = std::max(height, picture->height() + picture->height() % 2);
+  }
+  const WorkFolder work;
+  VideoWriter video(work / "textures.mp4", width, height, options, progress);
+  const Image<float>* last = nullptr;
+  Image<float> scaled(width, height, 3, untextured_grey);
+  for (std::size_t f = 0; f < pictures.size(); ++f) {
+    if (pictures[f] != last)
+      scaled = pictures[f]->values().empty() ? Image<float>(width, height, 3, untextured_grey)
+                                             : area_scaled(*pictures[f], width, height);
+    last = pictures[f];
+    video.write(scaled);
+    progress.at(double(f + 1) / double(pictures.size()));
+  }
+  video.finish();
+  return {.bytes = read_file(work / "textures.mp4")};
 }
 
 }  // namespace mq

@@ -52,4 +52,9 @@ struct CapturedFilmVideo {
 CapturedFilmVideo captured_film_video(CapturedTextures& captured, const VideoOptions& options,
                                       Messages& messages, const Progress& progress = {});
 
+/// Pictures, one for each frame in turn, as an .mp4 made in the same way, `rate` of them a second. Smaller ones are
+/// scaled to the largest; what has no pixels is grey. Throws as `VideoWriter`.
+FilmVideo picture_film_video(const std::vector<const Image<float>*>& pictures, const VideoOptions& options,
+                             const Progress& progress = {});
+
 }  // namespace mq

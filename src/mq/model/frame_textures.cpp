@@ -40,7 +40,8 @@ FrameTextures::FrameTextures(std::string output) : output_(std::move(output)) {
   require(
       is_video() || ((names_model(output_) || names_picture(output_)) && has_frame_place(output_)),
       fmt::format("{}: found '{}', wanted a model or a picture with a place for the frame's "
-                  "number, such as frame_%04d.obj or texture_%04d.png, or a video",
+                  "number, such as frame_%04d.obj or texture_%04d.png, an animation (.glb, .usda or "
+                  ".usdz), or a video (.mp4, .mov, .webm or .mkv)",
                   option_name("output"), output_));
 }
 

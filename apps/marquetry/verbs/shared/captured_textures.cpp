@@ -141,11 +141,12 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
                                  asked_compression(run.options()), run.terminal(), step));
 }
 
-FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames) {
+FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
+                         const VideoOptions& how) {
   const Step step(run, "textures", 0.9);
   CapturedTextures captured = captured_textures(run, reader, frames, "textures.mp4");
   CapturedFilmVideo made =
-      captured_film_video(captured, video_options(run.options()), run.terminal(), step);
+      captured_film_video(captured, how, run.terminal(), step);
   report_captured(run, captured, made.figures);
   return std::move(made.video);
 }

@@ -31,7 +31,8 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
 void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
                              const std::string& to);
 
-/// The same as a texture video for a film.
-FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames);
+/// The same as a texture video for a film, kept as `how` says.
+FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
+                         const VideoOptions& how);
 
 }  // namespace mq::app

@@ -44,10 +44,12 @@ struct Corners {
 
 class Animation {
  public:
-  Animation(const EvolvingReader& reader, double frames_per_second,
-            const PictureOfFrame& pictures)
-      : reader_(reader), rate_(frames_per_second), pictures_(pictures) {
-    json_["asset"] = {{"version", "2.0"}, {"generator", "Marquetry"}};
+  Animation(const EvolvingReader& reader, const AnimationPart& part, const PictureOfFrame& pictures)
+      : reader_(reader), rate_(part.frames_per_second), pictures_(pictures) {
+    // Times are in seconds from 0; this says what the frames' numbers were.
+    json_["asset"] = {{"version", "2.0"},
+                      {"generator", "Marquetry"},
+                      {"extras", {{"first_frame", reader.frames()[part.first].number}, {"frames_per_second", rate_}}}};
     json_["scene"] = 0;
     json_["scenes"] = OrderedJson::array({{{"nodes", OrderedJson::array()}}});
     json_["animations"] = OrderedJson::array({{{"samplers", OrderedJson::array()}, {"channels", OrderedJson::array()}}});
@@ -206,7 +208,7 @@ class Animation {
 
 Bytes animation_glb(const EvolvingReader& reader, const AnimationPart& part, const PictureOfFrame& pictures,
                     const Progress& progress) {
-  Animation animation(reader, part.frames_per_second, pictures);
+  Animation animation(reader, part, pictures);
   for (const FrameRange& range : ranges_of_segments(reader, part)) {
     animation.add_segment(range.begin, range.end, part.first, part.last + 1);
     progress.at(double(range.end - part.first) / (part.last + 1 - part.first));

@@ -33,7 +33,9 @@ struct MaterialTexture {
   UvTransform transform = no_uv_transform;
 };
 
-Eigen::Matrix4d node_matrix(const Json& node, const std::string& place) {
+}  // namespace
+
+Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   if (node.contains("matrix")) {
     const auto m = json_numbers(node, "matrix", std::vector<double>(16), place);
@@ -50,6 +52,8 @@ Eigen::Matrix4d node_matrix(const Json& node, const std::string& place) {
   return matrix;
 }
 
+namespace {
+
 class SceneReader {
  public:
   SceneReader(const GltfFile& file, const ReadChoice& choice) : file_(file), choice_(choice) {}
@@ -65,6 +69,14 @@ class SceneReader {
       stack.pop_back();
       read_node(visit, seen, stack);
     }
+    finish();
+    return std::move(scene_);
+  }
+
+  GltfScene read_only(std::int64_t mesh, const Eigen::Matrix4d& matrix) {
+    refuse_required_extensions();
+    choose();
+    read_mesh(mesh, matrix);
     finish();
     return std::move(scene_);
   }
@@ -140,7 +152,7 @@ class SceneReader {
         throw Unsupported(place +
                           " is drawn many times by EXT_mesh_gpu_instancing; write it "
                           "without instances first");
-    const Eigen::Matrix4d matrix = visit.matrix * node_matrix(node, place);
+    const Eigen::Matrix4d matrix = visit.matrix * gltf_node_matrix(node, place);
     const Json& children = json_array(node, "children", place);
     for (std::size_t c = children.size(); c-- > 0;) stack.push_back({index(children[c]), matrix});
     if (!node.contains("mesh")) return;
@@ -445,6 +457,10 @@ class SceneReader {
 
 GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice) {
   return SceneReader(file, choice).read();
+}
+
+GltfScene read_gltf_mesh(const GltfFile& file, std::int64_t mesh, const Eigen::Matrix4d& matrix) {
+  return SceneReader(file, {}).read_only(mesh, matrix);
 }
 
 MeshFile read_gltf(const Document& document) {

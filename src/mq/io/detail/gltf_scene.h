@@ -40,6 +40,12 @@ struct GltfScene {
 
 GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice);
 
+/// One mesh alone, seen through a matrix.
+GltfScene read_gltf_mesh(const GltfFile& file, std::int64_t mesh, const Eigen::Matrix4d& matrix);
+
+/// The transform of a node, parent from node. Throws `IoError` with its place.
+Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place);
+
 /// Normals and tangents at the corners of the scene's triangles, three per triangle, in the model's
 /// axes. Without NORMAL a primitive is shaded flat and its TANGENT does not count, as glTF 2.0 says.
 /// Tangents of which nothing is known are 0: there is no TANGENT, or they are skipped.

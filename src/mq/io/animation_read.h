@@ -1,0 +1,43 @@
+#pragma once
+/// Files that move, of `write_animation` and of other programs, as an evolving mesh.
+///
+///     const OpenAnimation walk = open_animation("walk.usdz");
+///     const Film film = make_film(walk.reader, frames, lifespan_colour);
+///
+/// USD as text (`.usda`, `.usdz`): a mesh whose points have time samples; of several one is visible at a time.
+/// Polygons are cut into triangles, transforms that stay are applied, Z is turned up to Y. glTF (`.glb`, `.gltf`,
+/// also compressed by meshopt or Draco): a mesh whose morph targets an animation shows; of several one at a time, by
+/// scales that step between 0 and 1. A frame is a time sample, or a key. What else moves (bones, nodes,
+/// connectivity that changes) is refused.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/image/image.h"
+#include "mq/io/evolving_file.h"
+
+namespace mq {
+
+struct OpenAnimation {
+  /// Positions are read from the file when they are asked for. Triangles of two segments are the same where their
+  /// texture coordinates are (`match_ids`); vertices that are in one place in all frames are one in glTF. Frames have
+  /// the numbers that they were written with: time codes of USD.
+  EvolvingReader reader;
+  double frames_per_second = 0;  ///< their mean
+
+  /// Of each segment the picture of its base colour; without pixels: none.
+  std::vector<Image<float>> pictures;
+  std::vector<std::string> notes;  ///< what was left out, and what a user may want to know
+};
+
+/// Whether a name ends like a file that `open_animation` reads.
+bool names_moving_file(const std::filesystem::path& path);
+
+/// Reads all frames once, so that later nothing is refused. Throws `IoError` with the line, or the place in the JSON,
+/// where the file is damaged or cut short, or cannot be read, and `Unsupported`, saying what was found and what is
+/// wanted, for what is none of the above: binary USD among others.
+OpenAnimation open_animation(const std::filesystem::path& path, const Progress& progress = {});
+
+}  // namespace mq

@@ -1,0 +1,28 @@
+#pragma once
+/// An evolving mesh of whatever file has one: a store, or a file that moves.
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/image/image.h"
+#include "mq/io/animation_read.h"
+#include "mq/model/messages.h"
+
+namespace mq {
+
+struct EvolvingInput {
+  EvolvingReader reader;
+  std::optional<double> rate = {};           ///< frames a second, where the file says it
+  std::vector<Image<float>> pictures = {};   ///< of each segment, as `OpenAnimation` has them
+
+  /// Whether any segment has a picture.
+  bool has_pictures() const;
+};
+
+/// Opens `.usda`, `.usdz`, `.glb` and `.gltf` as `open_animation` does, anything else as a store; warns of what was left
+/// out, and of what is broken. Throws as these do, and `InvalidInput` for a model or a folder.
+EvolvingInput open_evolving(const std::filesystem::path& path, Messages& messages, const Progress& progress = {});
+
+}  // namespace mq
