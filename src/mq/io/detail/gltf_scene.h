@@ -38,6 +38,9 @@ struct GltfScene {
   std::vector<std::int64_t> other_images;  ///< per picture of the other slots
 };
 
+/// A node's transform, from its axes to its parent's. Throws `IoError` beginning with `place`.
+Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place);
+
 GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice);
 
 /// Normals and tangents at the corners of the scene's triangles, three per triangle, in the model's
