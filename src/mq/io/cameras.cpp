@@ -178,7 +178,7 @@ CameraSet read_camera_set(const fs::path& path, const CamerasOptions& options) {
                        ? fmt::format(" that is placed: {} are not: align the photographs first",
                                      entries.without_pose)
                        : ""));
-  CameraSet set{entries.format, {}, {}, entries.without_pose, entries.notes};
+  CameraSet set{entries.format, {}, {}, entries.without_pose, entries.notes, entries.files};
   const PictureFinder finder(places_of_pictures(entries.folder, options));
   Resolver resolver(finder, set);
   for (CameraEntry& entry : entries.cameras) resolver.add(entry);

@@ -25,6 +25,7 @@ struct CameraSet {
   std::vector<Photograph> missing;
   int without_pose = 0;            ///< which the file lists without knowing where they stood
   std::vector<std::string> notes;  ///< what a user may want to know
+  std::vector<std::filesystem::path> files;  ///< that were read, but for pictures
 };
 
 struct CamerasOptions {

@@ -31,7 +31,7 @@ class NumberStream {
     }
     double value = 0;
     if (!to_number(word, value) || !std::isfinite(value))
-      throw IoError(fmt::format("{}: found '{}', wanted {}", place(), shown(word), wanted));
+      throw IoError(fmt::format("{}: found {}, wanted {}", place(), shown(word), wanted));
     return value;
   }
 
@@ -95,10 +95,10 @@ CameraEntries read_bundler(const fs::path& path) {
     throw IoError(fmt::format("{}: found {} cameras, and {} lists {} pictures: wanted as many",
                               numbers.place(), count, list.string(), names.size()));
   numbers.next("the number of points");
-  CameraEntries entries{"Bundler", list.parent_path(), {}, 0, {}};
+  CameraEntries entries{"Bundler", list.parent_path(), {}, 0, {}, {path, list}};
   for (const std::string& name : names) {
     const double f = numbers.next("a focal length");
-    const std::string where = fmt::format("{}, '{}'", numbers.place(), shown(name));
+    const std::string where = fmt::format("{}, {}", numbers.place(), shown(name));
     CameraEntry entry{name, {}, where};
     entry.camera.lens.k1 = numbers.next("k1"), entry.camera.lens.k2 = numbers.next("k2");
     Eigen::Matrix3d turn;

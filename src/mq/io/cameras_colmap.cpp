@@ -33,7 +33,7 @@ struct Line {
       const auto [stop, error] = std::from_chars(words[k].data(), end, value);
       if (error == std::errc() && stop == end && std::isfinite(value)) return value;
     }
-    throw IoError(fmt::format("{}: word {}: found '{}', wanted a number", where, k + 1,
+    throw IoError(fmt::format("{}: word {}: found {}, wanted a number", where, k + 1,
                               k < words.size() ? shown(words[k]) : "the end of the line"));
   }
 };
@@ -152,7 +152,7 @@ Eigen::Quaterniond quaternion_of(const PinholeCamera& camera) {
 }  // namespace
 
 CameraEntries read_colmap_text(const fs::path& folder) {
-  CameraEntries entries{"COLMAP's text", folder, {}, 0, {}};
+  CameraEntries entries{"COLMAP's text", folder, {}, 0, {}, {folder / "cameras.txt", folder / "images.txt"}};
   std::map<std::string, PinholeCamera> lenses;
   for (const Line& line : lines_of(folder / "cameras.txt"))
     if (!line.words.empty() && !lenses.emplace(line.words[0], camera_of_line(line)).second)
@@ -167,7 +167,7 @@ CameraEntries read_colmap_text(const fs::path& folder) {
 
 CameraEntries read_colmap_binary(const fs::path& folder) {
   constexpr std::size_t least = 8 + 7 * sizeof(double) + 1 + 8, point = 2 * sizeof(double) + 8;
-  CameraEntries entries{"COLMAP's binary", folder, {}, 0, {}};
+  CameraEntries entries{"COLMAP's binary", folder, {}, 0, {}, {folder / "cameras.bin", folder / "images.bin"}};
   const auto lenses = binary_lenses(folder / "cameras.bin");
   const fs::path path = folder / "images.bin";
   const Bytes bytes = read_file(path);
@@ -182,7 +182,7 @@ CameraEntries read_colmap_binary(const fs::path& folder) {
     if (lens == lenses.end())
       throw IoError(fmt::format("{}: cameras.bin has no camera {}", where, id));
     CameraEntry entry{reader.zero_text(), lens->second, {}};
-    entry.where = fmt::format("{}, '{}'", path.string(), shown(entry.name));
+    entry.where = fmt::format("{}, {}", path.string(), shown(entry.name));
     entry.camera.rotation = quaternion_rotation(pose[0], pose[1], pose[2], pose[3], entry.where);
     entry.camera.translation = Vector3(pose[4], pose[5], pose[6]);
     reader.skip(reader.count(point, "points") * point);

@@ -81,7 +81,7 @@ CameraEntries read_gltf_cameras(const fs::path& path) {
   const Document document = gltf_document(path);
   const GltfFile file(document);
   const NodeTree tree(file);
-  CameraEntries entries{"glTF", path.parent_path(), {}, 0, {}};
+  CameraEntries entries{"glTF", path.parent_path(), {}, 0, {}, {path}};
   int orthographic = 0;
   for (std::size_t k = 0; k < file.size("nodes"); ++k) {
     const std::int64_t n = std::int64_t(k);

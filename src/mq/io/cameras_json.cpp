@@ -34,7 +34,7 @@ Projection named_projection(const JsonObject& json) {
     known += (known.empty() ? "" : ", ") + projection_name(projection);
   }
   throw IoError(
-      fmt::format("{}: lens: found '{}', wanted one of {}", json.place(), shown(name), known));
+      fmt::format("{}: lens: found {}, wanted one of {}", json.place(), shown(name), known));
 }
 
 CameraEntry entry_of_object(const JsonObject& json) {
@@ -109,7 +109,7 @@ Lens transforms_lens(const Frame& frame) {
   if (std::ranges::count(fisheye, model) > 0)
     lens.projection = Projection::fisheye;
   else if (std::ranges::count(perspective, model) == 0)
-    throw Unsupported(fmt::format("{}: camera_model: found '{}', wanted OPENCV, OPENCV_FISHEYE or "
+    throw Unsupported(fmt::format("{}: camera_model: found {}, wanted OPENCV, OPENCV_FISHEYE or "
                                   "PINHOLE: undistort the pictures first",
                                   naming->place(), shown(model)));
   for (const char* name : {"k5", "k6"})
@@ -192,7 +192,7 @@ CameraEntries read_json_cameras(const fs::path& path) {
   const JsonFile file{path.string(), text_of(bytes),
                       parse_json(path.string(), text_of(bytes), wanted)};
   const JsonObject top(file, wanted);
-  CameraEntries entries{"JSON", path.parent_path(), {}, 0, {}};
+  CameraEntries entries{"JSON", path.parent_path(), {}, 0, {}, {path}};
   if (top.has("frames")) {
     entries.format = "transforms.json";
     for (const JsonObject& frame : top.objects("frames"))

@@ -70,7 +70,7 @@ class ChunkReader {
         continue;
       }
       CameraEntry entry{node.attribute("label").as_string(), {}, file_.place(node)};
-      entry.where += fmt::format(" '{}'", shown(entry.name));
+      entry.where += fmt::format(" {}", shown(entry.name));
       const auto m = file_.numbers(transform, transform.text().get(), 16, "transform");
       Eigen::Matrix4d matrix;
       for (int k = 0; k < 16; ++k) matrix(k / 4, k % 4) = m[std::size_t(k)];
@@ -101,7 +101,7 @@ class ChunkReader {
     const std::string id = node.attribute("sensor_id").as_string();
     const auto sensor = sensors_.find(id);
     if (sensor == sensors_.end())
-      file_.refuse(node, fmt::format("names sensor '{}', which the chunk has not", shown(id)));
+      file_.refuse(node, fmt::format("names sensor {}, which the chunk has not", shown(id)));
     const pugi::xml_node calibration = calibration_of(sensor->second);
     pugi::xml_node size = calibration.child("resolution");
     if (!size) size = sensor->second.child("resolution");
@@ -132,7 +132,7 @@ class ChunkReader {
     if (type == "frame") return Lens::Projection::perspective;
     if (type == "fisheye" || type == "equidistant_fisheye") return Lens::Projection::fisheye;
     if (type == "equisolid_fisheye") return Lens::Projection::equisolid;
-    throw Unsupported(fmt::format("{}: type: found '{}', wanted frame, fisheye or equisolid_fisheye",
+    throw Unsupported(fmt::format("{}: type: found {}, wanted frame, fisheye or equisolid_fisheye",
                                   file_.place(calibration), shown(type)));
   }
 
@@ -163,7 +163,7 @@ class ChunkReader {
 CameraEntries read_metashape(const fs::path& path) {
   const Bytes bytes = read_file(path);
   const XmlFile file(path.string(), bytes, metashape);
-  CameraEntries entries{"Metashape", path.parent_path(), {}, 0, {}};
+  CameraEntries entries{"Metashape", path.parent_path(), {}, 0, {}, {path}};
   int chunks = 0;
   for (const pugi::xml_node& chunk : file.root().children("chunk")) {
     if (++chunks > 1)

@@ -120,10 +120,10 @@ CameraEntries read_openmvs(const fs::path& path) {
                                   "{}: convert it by InterfaceCOLMAP",
                                   path.string(), version, newest));
   const std::vector<Platform> platforms = platforms_from(reader, version);
-  CameraEntries entries{"OpenMVS", path.parent_path(), {}, 0, {}};
+  CameraEntries entries{"OpenMVS", path.parent_path(), {}, 0, {}, {path}};
   for (auto left = reader.count(8 + 12, "images"); left > 0; --left) {
     CameraEntry entry{text_from(reader), {}, {}};
-    entry.where = fmt::format("{}, '{}'", path.string(), shown(entry.name));
+    entry.where = fmt::format("{}, {}", path.string(), shown(entry.name));
     if (version > 4) text_from(reader);  // its mask
     const auto platform = reader.number<std::uint32_t>(), camera = reader.number<std::uint32_t>(),
                pose = reader.number<std::uint32_t>();

@@ -72,7 +72,7 @@ Lens lens_of(const Sidecar& sidecar) {
   if (model == "division" && k[0] == 0) return lens;
   static constexpr const char* known[] = {"brown3", "brown4", "brown3t2", "brown4t2"};
   if (std::ranges::count(known, model) == 0)
-    throw Unsupported(fmt::format("{}: DistortionModel: found '{}', wanted perspective, brown3, brown4, "
+    throw Unsupported(fmt::format("{}: DistortionModel: found {}, wanted perspective, brown3, brown4, "
                                   "brown3t2 or brown4t2: choose one of them as the distortion model and "
                                   "align again, or export undistorted pictures",
                                   sidecar.place(), shown(model)));
@@ -123,7 +123,7 @@ std::vector<fs::path> xmp_cameras_in(const fs::path& folder) {
 }
 
 CameraEntries read_xmp_cameras(const std::vector<fs::path>& sidecars) {
-  CameraEntries entries{"RealityCapture", sidecars.front().parent_path(), {}, 0, {}};
+  CameraEntries entries{"RealityCapture", sidecars.front().parent_path(), {}, 0, {}, sidecars};
   int others = 0;
   for (const fs::path& path : sidecars)
     if (!add_sidecar(path, entries)) ++others;

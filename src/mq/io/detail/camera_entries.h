@@ -25,6 +25,7 @@ struct CameraEntries {
   std::vector<CameraEntry> cameras;
   int without_pose = 0;
   std::vector<std::string> notes;
+  std::vector<std::filesystem::path> files;  ///< that were read
 };
 
 /// Readers of formats, each in its own source. They throw as `read_camera_set` says.
