@@ -1,13 +1,15 @@
 // Cameras of photographs and their lenses.
-#include "mq/draw/pinhole.h"
+#include "mq/draw/camera_lines.h"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
 #include "fixtures.h"
 #include "mq/base/error.h"
+#include "mq/draw/pinhole.h"
 
 namespace mq {
 namespace {
@@ -148,6 +150,24 @@ TEST(Lens, SeesBehindItselfOnlyWhereItIsAFisheye) {
     EXPECT_FALSE(Lens{.projection = projection}.image({0, 0, -1}));
 }
 
+TEST(PinholeCamera, LooksInTheDirectionOfAPlace) {
+  using Projection = Lens::Projection;
+  PinholeCamera camera{.width = 400, .height = 300, .fx = 350, .fy = 360, .cx = 190, .cy = 140, .skew = 4};
+  camera.rotation = Eigen::AngleAxisd(0.8, Vector3(1, 2, -1).normalized()).toRotationMatrix();
+  camera.translation = Vector3(0.3, -2, 5);
+  for (const auto& [projection, shape] : {std::pair{Projection::perspective, 0.0}, {Projection::fisheye, 0.0},
+                                          {Projection::equisolid, 0.0}, {Projection::field_of_view, 0.9},
+                                          {Projection::division, -0.3}}) {
+    camera.lens = {.projection = projection, .shape = shape};
+    for (const Vector2& place : {Vector2(0, 0), Vector2(190, 140), Vector2(399, 20), Vector2(250, 299)}) {
+      const Vector3 direction = undistorted_direction(camera, place.x(), place.y());
+      EXPECT_NEAR(direction.norm(), 1, 1e-12);
+      EXPECT_NEAR((*camera.project(camera.center() + 3 * direction) - place).norm(), 0, 1e-9)
+          << projection_name(projection);
+    }
+  }
+}
+
 TEST(PinholeCamera, LeansAsItsSkewSays) {
   PinholeCamera camera{.width = 400, .height = 300, .fx = 350, .fy = 360, .cx = 190, .cy = 140};
   const Vector3 point(0.2, -0.1, 1);
@@ -156,6 +176,45 @@ TEST(PinholeCamera, LeansAsItsSkewSays) {
   EXPECT_NEAR((*camera.project(point) - upright - Vector2(-0.3, 0)).norm(), 0, 1e-12);
   EXPECT_NEAR((*scaled(camera, 200, 150).project(point) - 0.5 * *camera.project(point)).norm(), 0,
               1e-12);
+}
+
+/// A square before one camera, of which the picture shows the left half; a second looks away.
+TEST(CameraLines, CountWhatLiesInViews) {
+  const Mesh mesh = fixtures::flat_square(10);  // [0, 1]², z = 0
+  PinholeCamera left{.width = 100, .height = 200, .fx = 200, .fy = 200, .cx = 100, .cy = 100};
+  left.translation = Vector3(-0.5, -0.5, 1);
+  PinholeCamera away = left;
+  away.translation.z() = -1;
+  const std::vector<int> views = views_of_triangles(mesh, std::vector{left, away, left});
+  ASSERT_EQ(int(views.size()), mesh.triangle_count());
+  for (int t = 0; t < mesh.triangle_count(); ++t) {
+    const double x = (mesh.position(t, 0) + mesh.position(t, 1) + mesh.position(t, 2)).x() / 3;
+    EXPECT_EQ(views[std::size_t(t)], x < 0.5 ? 2 : 0) << x;
+  }
+}
+
+TEST(CameraLines, AreInThePictureAndHiddenByTheModel) {
+  const Mesh sphere = fixtures::sphere(3);
+  const Surface surface = make_surface(sphere);
+  const Renderer renderer(surface);
+  RenderOptions options;
+  options.width = options.height = 200;
+  options.view = parse_view("front");
+  const Colour red = {1, 0, 0};
+  const auto reds = [&](const Vector3& from, const Vector3& to) {
+    options.lines = {{from, to, red}};
+    const Image<float> picture = renderer.draw({}, options);
+    int count = 0;
+    for (int y = 0; y < 200; ++y)
+      for (int x = 0; x < 200; ++x) count += picture(x, y, 0) > 0.7F && picture(x, y, 1) < 0.4F;
+    return count;
+  };
+  EXPECT_EQ(reds({-0.3, 0, -1.5}, {0.3, 0, -1.5}), 0);  // behind
+  EXPECT_GT(reds({-0.3, 0, 1.5}, {0.3, 0, 1.5}), 20);   // in front
+  EXPECT_GT(reds({3, 0, 0}, {4, 0, 0}), 20);            // far aside, and yet in view
+  const PinholeCamera camera = pinhole_of(Camera(sphere, options.view, 300, 200));
+  for (const SpaceLine& line : lines_of_cameras(std::vector{camera}, 0.5))
+    EXPECT_LE((line.to - camera.center()).norm(), 0.76);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <random>
 
 #include "io/camera_files.h"
+#include "io/picture_bytes.h"
+#include "mq/io/photograph_file.h"
 
 namespace mq {
 namespace {
@@ -98,6 +100,32 @@ TEST_F(CameraFiles, NamePicturesFromWhereTheyAreWritten) {
   EXPECT_THROW(camera_format_of("c.xml"), InvalidInput);
 }
 
+TEST_F(CameraFiles, AreOfPicturesAsTheyLieOrAsTheyAreTurned) {
+  write_image(folder / "plain.jpg", Image<float>(64, 48, 3, 0.5F));
+  const auto fitted = [&](int width, int height, int tag) {
+    PinholeCamera c = camera(0);
+    c.width = width, c.height = height;
+    const Photograph photograph{put("t.jpg", test::with_orientation(get("plain.jpg"), tag)), c};
+    const FittedCamera found = fitted_camera(photograph, picture_info(photograph.picture));
+    const Texture texture = read_photograph(photograph, found.turn);
+    EXPECT_EQ(texture.pixels.width(), found.camera.width);
+    EXPECT_EQ(texture.pixels.height(), found.camera.height);
+    return found.turn;
+  };
+  for (int tag = 1; tag <= 8; ++tag) {
+    EXPECT_EQ(fitted(64, 48, tag), PictureTurn::as_stored) << tag;
+    EXPECT_EQ(fitted(128, 96, tag), PictureTurn::as_stored) << tag;
+    if (tag >= 5) {
+      EXPECT_EQ(fitted(48, 64, tag), PictureTurn::upright) << tag;
+      EXPECT_EQ(fitted(24, 32, tag), PictureTurn::upright) << tag;
+    } else {
+      EXPECT_THAT(fixtures::error_of<InvalidInput>([&] { fitted(48, 64, tag); }),
+                  AllOf(HasSubstr("t.jpg: is 64 × 48"), HasSubstr("lies on its side"))) << tag;
+    }
+  }
+  EXPECT_THAT(fixtures::error_of<InvalidInput>([&] { fitted(64, 64, 6); }), HasSubstr("cropped"));
+}
+
 TEST_F(CameraFiles, RefuseBinaryFilesThatAreCutShortOrCountTooMuch) {
   std::filesystem::create_directory(folder / "b");
   write_cameras(folder / "b", set, CameraFormat::colmap_binary);
@@ -148,7 +176,7 @@ TEST_F(CameraFiles, SurviveAnyDamage) {
       if (round % 10 < 8) damaged[at] = char(damaged[at] ^ (round % 2 ? 1 << random() % 8 : int(random() % 256)));
       put(name, damaged);
       try {
-        for (const Photograph& photograph : read_cameras(folder / read))
+        for (const Photograph& photograph : read_camera_set(folder / read, {.images = {folder}}).photographs)
           photograph.camera.project({0.1, 0.1, 0.1});
         ++readings;
       } catch (const Error&) {

@@ -25,8 +25,8 @@ namespace mq {
 ///     b' = b R + (p1 (r² + 2b²) + 2 p2 a b) (1 + p3 r² + p4 r⁴) + s2 r².
 ///
 /// Perspective is OpenCV's lens (its k4, k5, k6 are d1, d2, d3), fisheye with k1 to k4 its fisheye;
-/// with p and s COLMAP's thin prism; field_of_view is that of Devernay and Faugeras (2001), division
-/// Fitzgibbon's (2001), p3, p4 and equisolid are Metashape's.
+/// with p and s the thin prism of [weng1992camera]; field_of_view is of [devernay2001straight], division of
+/// [fitzgibbon2001simultaneous], p3, p4 and equisolid are Metashape's.
 struct Lens {
   enum class Projection { perspective, fisheye, equisolid, field_of_view, division };
   Projection projection = Projection::perspective;

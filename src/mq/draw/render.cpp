@@ -53,7 +53,7 @@ std::vector<LineStyle> line_styles(const RenderOptions& options) {
   styles[seam] = {{1.f, 0.45f, 0.05f}, 1, half, 0.7f * half, {0.05f, 0.03f, 0.02f}, 0.65f};
   for (const SpaceLine& line : options.lines)
     if (style_of(styles, line.colour) == styles.size())
-      styles.push_back({line.colour, 1, 0.5F * half, 0.5F * half, {1, 1, 1}, 0.5F});
+      styles.push_back({line.colour, 1, 0.75F * half, 0.5F * half, {1, 1, 1}, 0.5F});
   return styles;
 }
 
