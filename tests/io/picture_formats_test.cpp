@@ -116,7 +116,7 @@ TEST_F(PictureFormats, TurnsWebpAndKeepsItsExif) {
   const auto little = [](std::size_t n) {
     return std::string{char(n & 255), char(n >> 8 & 255), char(n >> 16 & 255), char(n >> 24)};
   };
-  const std::string exif = exif_of(6).substr(6);
+  const std::string exif = test::exif_of(6).substr(6);
   std::string body = "WEBPVP8X" + little(10) + std::string("\x08\0\0\0", 4) + std::string("\x2f\0\0\x1f\0\0", 6) +
                      plain.substr(12) + "EXIF" + little(exif.size()) + exif;
   const Texture turned = read_upright(put("t.webp", "RIFF" + little(body.size()) + body));

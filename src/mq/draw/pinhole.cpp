@@ -79,8 +79,20 @@ std::optional<double> radius_of(const Lens& lens, double across, double ahead) {
   }
   if (!(ahead > 0)) return std::nullopt;
   const double tangent = across / ahead;
-  const bool straight = lens.projection == Projection::perspective || std::abs(w) < 1e-9;
-  return straight ? tangent : std::atan(2 * std::tan(w / 2) * tangent) / w;
+  return std::abs(w) < 1e-9 ? tangent : std::atan(2 * std::tan(w / 2) * tangent) / w;
+}
+
+/// (a, b), before distortion.
+std::optional<Vector2> projected_by(const Lens& lens, const Vector3& direction) {
+  if (lens.projection == Lens::Projection::perspective) {  // the usual case, without roots
+    if (!(direction.z() > 0)) return std::nullopt;
+    return Vector2(direction.x() / direction.z(), direction.y() / direction.z());
+  }
+  const double across = std::hypot(direction.x(), direction.y());
+  const std::optional<double> r = radius_of(lens, across, direction.z());
+  if (!r || !(across > 0))
+    return r && direction.z() > 0 ? std::optional(Vector2(0, 0)) : std::nullopt;
+  return Vector2(direction.x() / across * *r, direction.y() / across * *r);
 }
 
 }  // namespace
@@ -105,13 +117,10 @@ std::string lens_text(const Lens& lens) {
 }
 
 std::optional<Vector2> Lens::image(const Vector3& direction) const {
-  const double across = std::hypot(direction.x(), direction.y());
-  const std::optional<double> r = radius_of(*this, across, direction.z());
-  if (!r) return std::nullopt;
-  if (!(across > 0)) return direction.z() > 0 ? std::optional(Vector2(0, 0)) : std::nullopt;
-  const double q = *r * *r;
+  const std::optional<Vector2> bent = projected_by(*this, direction);
+  if (!bent) return std::nullopt;
+  const double a = bent->x(), b = bent->y(), q = a * a + b * b;
   if (!grows_until(*this, q)) return std::nullopt;
-  const double a = direction.x() / across * *r, b = direction.y() / across * *r;
   const double radial = numerator(*this, q) / denominator(*this, q);
   const double outwards = 1 + q * (p3 + q * p4);
   return Vector2(a * radial + (2 * p1 * a * b + p2 * (q + 2 * a * a)) * outwards + s1 * q,

@@ -214,7 +214,8 @@ std::vector<Photograph> named_for(const fs::path& path, CameraFormat format,
   fs::path root = fs::weakly_canonical(path.has_parent_path() ? path.parent_path() : fs::path("."));
   std::vector<Photograph*> there;
   for (Photograph& photograph : photographs)
-    if (fs::exists(photograph.picture)) there.push_back(&photograph);
+    if (std::error_code ignored; fs::is_regular_file(photograph.picture, ignored))
+      there.push_back(&photograph);
   if (by_folder && !there.empty()) {
     root = fs::weakly_canonical(there.front()->picture).parent_path();
     const auto holds = [&](const Photograph* one) {

@@ -112,7 +112,7 @@ CameraEntries read_openmvs(const fs::path& path) {
     reader.skip(4);
   } else if (text_of(bytes).starts_with("MVS")) {
     throw Unsupported(path.string() +
-                      ": is OpenMVS' archive, not its interface: write it anew with --archive-type -1, or "
+                      ": is OpenMVS' archive, not its interface: save it as that (archive type -1), or "
                       "convert it by InterfaceCOLMAP");
   }
   if (version > newest)
