@@ -15,51 +15,6 @@
 namespace mq {
 namespace {
 
-TEST(PinholeCamera, IsTheRenderersCamera) {
-  const Mesh mesh = fixtures::sphere(2);
-  View view = parse_view("40,-25");
-  const Camera camera(mesh, view, 300, 200);
-  const PinholeCamera pinhole = pinhole_of(camera);
-  for (const Vector3& p : mesh.positions) {
-    const Camera::Projected expected = camera.project(p);
-    const auto place = pinhole.project(p);
-    ASSERT_TRUE(place);
-    EXPECT_NEAR(place->x(), expected.x, 1e-9);
-    EXPECT_NEAR(place->y(), expected.y, 1e-9);
-  }
-  EXPECT_FALSE(pinhole.project(pinhole.center() + camera.backward()));
-  EXPECT_FALSE(pinhole.project(pinhole.center() - camera.backward() + 10 * camera.right()));
-  view.projection = View::Projection::orthographic;
-  EXPECT_FALSE(fixtures::error_of([&] { pinhole_of(Camera(mesh, view, 300, 200)); }).empty());
-}
-
-/// By hand: (a, b) = (0.5, 0.25), r² = 0.3125.
-TEST(PinholeCamera, DistortsAsOpenCvDoes) {
-  PinholeCamera camera{.width = 100, .height = 100, .fx = 40, .fy = 50, .cx = 45, .cy = 55};
-  camera.k1 = 0.1, camera.k2 = -0.2, camera.k3 = 0.05, camera.p1 = 0.01, camera.p2 = -0.02;
-  const double r2 = 0.3125, radial = 1 + 0.1 * r2 - 0.2 * r2 * r2 + 0.05 * r2 * r2 * r2;
-  const auto place = camera.project({1, 0.5, 2});
-  ASSERT_TRUE(place);
-  EXPECT_NEAR(place->x(), 40 * (0.5 * radial + 0.02 * 0.125 - 0.02 * (r2 + 0.5)) + 45, 1e-12);
-  EXPECT_NEAR(place->y(), 50 * (0.25 * radial + 0.01 * (r2 + 0.125) - 0.04 * 0.125) + 55, 1e-12);
-
-  // A barrel so strong that it turns back: r (1 − r²) is largest at r = 1/√3.
-  PinholeCamera barrel{.width = 100, .height = 100, .fx = 50, .fy = 50, .cx = 50, .cy = 50};
-  barrel.k1 = -1;
-  EXPECT_TRUE(barrel.project({0.57, 0, 1}));
-  EXPECT_FALSE(barrel.project({0.58, 0, 1}));
-  EXPECT_FALSE(barrel.project({0.95, 0, 1}));
-}
-
-TEST(PinholeCamera, FollowsThePicturesSize) {
-  const PinholeCamera camera{
-      .width = 400, .height = 300, .fx = 350, .fy = 360, .cx = 190, .cy = 140};
-  const PinholeCamera half = scaled(camera, 200, 150);
-  const Vector3 point(0.2, -0.1, 1);
-  EXPECT_NEAR((*half.project(point) - 0.5 * *camera.project(point)).norm(), 0, 1e-12);
-  EXPECT_FALSE(fixtures::error_of([&] { scaled(camera, 200, 200); }).empty());
-}
-
 /// A sphere whose colour is linear in space, photographed without light from two sides.
 TEST(Projector, FindsTheColoursOfWhatIsSeen) {
   const Surface surface = make_surface(fixtures::sphere(5));

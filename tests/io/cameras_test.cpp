@@ -34,13 +34,13 @@ TEST_F(Cameras, OfColmapsTextExport) {
     EXPECT_EQ(photographs[0].picture.filename(), "first one.jpg");
     EXPECT_EQ(first.fy, 510);
     EXPECT_EQ(first.cx, 320);
-    EXPECT_EQ(first.k2, -0.2);
-    EXPECT_EQ(first.p2, 0.002);
+    EXPECT_EQ(first.lens.k2, -0.2);
+    EXPECT_EQ(first.lens.p2, 0.002);
     EXPECT_LT((first.rotation * Vector3(1, 0, 0) - Vector3(0, 0, -1)).norm(), 1e-12);
     EXPECT_EQ(first.translation, Vector3(1, 2, 3));
     EXPECT_EQ(photographs[1].camera.fx, 90);
     EXPECT_EQ(photographs[1].camera.fy, 90);
-    EXPECT_EQ(photographs[1].camera.k1, -0.05);
+    EXPECT_EQ(photographs[1].camera.lens.k1, -0.05);
   }
 }
 
@@ -65,27 +65,24 @@ TEST_F(Cameras, AreFoundInAProjectOfColmapsAsItLies) {
   }
 }
 
-TEST_F(Cameras, InColmapsBinaryFormatAreRefusedWithTheCommandThatMakesText) {
-  put("project/sparse/0/cameras.bin", "x");
-  for (const char* path : {"project", "project/sparse/0", "project/sparse/0/images.bin"})
-    EXPECT_THAT(fixtures::error_of<Unsupported>([&] { read_cameras(folder / path); }),
-                AllOf(HasSubstr("cameras.bin"), HasSubstr("--output_type TXT")))
-        << path;
+TEST_F(Cameras, AreWantedInAFolder) {
   put("empty/x.txt", "x");
   EXPECT_THAT(fixtures::error_of<IoError>([&] { read_cameras(folder / "empty"); }),
-              HasSubstr("has no cameras.txt"));
+              AllOf(HasSubstr("has no cameras.txt"), HasSubstr("transforms.json")));
 }
 
 TEST_F(Cameras, ComeBackAsTheyWereWritten) {
   put("a.png", "x");
   PinholeCamera camera{.width = 10, .height = 20, .fx = 3.25, .fy = 4, .cx = 5.1, .cy = 9};
-  camera.k1 = 0.1, camera.k3 = 1e-3, camera.p1 = -0.02;
+  camera.lens = {.projection = Lens::Projection::equisolid, .k1 = 0.1, .k3 = 1e-3, .p1 = -0.02};
+  camera.skew = 0.125;
   camera.rotation << 0, 0, 1, 1, 0, 0, 0, 1, 0;
   camera.translation = {1e-7, -2, 3};
   write_cameras(folder / "c.json", {{"a.png", camera}});
   const PinholeCamera back = read_cameras(folder / "c.json").at(0).camera;
   EXPECT_EQ(back.fx, camera.fx);
-  EXPECT_EQ(back.k3, camera.k3);
+  EXPECT_EQ(back.lens, camera.lens);
+  EXPECT_EQ(back.skew, camera.skew);
   EXPECT_EQ(back.rotation, camera.rotation);
   EXPECT_EQ(back.translation, camera.translation);
 }
@@ -120,17 +117,17 @@ TEST_F(Cameras, AreRefusedWithTheirPlace) {
   EXPECT_THAT(
       json(
           R"({"cameras":[{"image":"b.png","width":9,"height":9,"fx":5,"quaternion":[1,0,0,0],"translation":[0,0,0]}]})"),
-      HasSubstr("its picture b.png is neither"));
+      HasSubstr("of 1 picture 1 is not there: b.png; looked in "));
   const auto colmap = [&](const std::string& cameras, const std::string& images) {
     put("cameras.txt", cameras);
     put("images.txt", images);
     return fixtures::error_of<Error>([&] { read_cameras(folder / "images.txt"); });
   };
-  EXPECT_THAT(colmap("1 FISHEYE 9 9 1 1 1\n", ""), HasSubstr("the lens 'FISHEYE'"));
+  EXPECT_THAT(colmap("1 WIDE 9 9 1 1 1\n", ""), HasSubstr("the lens 'WIDE'"));
   EXPECT_THAT(colmap("1 PINHOLE 9 9 1 x 1 1\n", ""), HasSubstr("cameras.txt, line 1: word 6"));
   EXPECT_THAT(colmap("1 PINHOLE 9 9 1 1 1 1\n", "1 1 0 0\n\n"), HasSubstr("images.txt, line 1"));
   EXPECT_THAT(colmap("1 PINHOLE 9 9 1 1 1 1\n", "1 1 0 0 0 0 0 1 7 a.png\n\n"),
-              HasSubstr("no camera 7"));
+              HasSubstr("no camera \"7\""));
   EXPECT_THAT(colmap("1 PINHOLE 9 9 1 1 1 1\n", "1 0 0 0 0 0 0 1 1 a.png\n\n"),
               HasSubstr("no length"));
   EXPECT_THAT(colmap("1 PINHOLE 0 9 1 1 1 1\n", "1 1 0 0 0 0 0 1 1 a.png\n\n"),

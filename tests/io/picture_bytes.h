@@ -107,6 +107,15 @@ inline std::string jpeg_segment(int marker, const std::string& data) {
          char((data.size() + 2) & 255) + data;
 }
 
+/// EXIF that says nothing but an orientation, as JPEG holds it; a JPEG with it.
+inline std::string exif_of(int orientation) {
+  return std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", 25) + char(orientation) +
+         std::string(6, '\0');
+}
+inline std::string with_orientation(const std::string& jpeg, int orientation) {
+  return jpeg.substr(0, 2) + jpeg_segment(0xe1, exif_of(orientation)) + jpeg.substr(2);
+}
+
 /// An 8 × 8 baseline JPEG of `components` middle-grey components: every block is the two bits
 /// "no difference, end of block".
 inline std::string grey_jpeg(int components) {

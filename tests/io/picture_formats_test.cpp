@@ -58,12 +58,6 @@ TEST_F(PictureFormats, RefusesKtxWithAWayOut) {
               AllOf(HasSubstr("KTX container"), HasSubstr("decode it to PNG")));
 }
 
-/// EXIF that says nothing but an orientation, as JPEG holds it.
-std::string exif_of(int orientation) {
-  return std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", 25) + char(orientation) +
-         std::string(6, '\0');
-}
-
 /// Blocks of one colour, red where the file begins and green at the end of its first row.
 std::string marked_jpeg(const fs::path& path, int orientation) {
   Image<float> pixels(48, 32, 3);
@@ -71,8 +65,7 @@ std::string marked_jpeg(const fs::path& path, int orientation) {
     for (int x = 0; x < 16; ++x) pixels(x, y, 0) = pixels(x + 32, y, 1) = 1;
   write_image(path, pixels);
   std::ifstream in(path, std::ios::binary);
-  const std::string jpeg{std::istreambuf_iterator<char>(in), {}};
-  return jpeg.substr(0, 2) + test::jpeg_segment(0xe1, exif_of(orientation)) + jpeg.substr(2);
+  return test::with_orientation({std::istreambuf_iterator<char>(in), {}}, orientation);
 }
 
 TEST_F(PictureFormats, TurnsAPictureUprightAsItsTagSaysAndThenSaysSo) {
@@ -123,7 +116,7 @@ TEST_F(PictureFormats, TurnsWebpAndKeepsItsExif) {
   const auto little = [](std::size_t n) {
     return std::string{char(n & 255), char(n >> 8 & 255), char(n >> 16 & 255), char(n >> 24)};
   };
-  const std::string exif = exif_of(6).substr(6);
+  const std::string exif = test::exif_of(6).substr(6);
   std::string body = "WEBPVP8X" + little(10) + std::string("\x08\0\0\0", 4) + std::string("\x2f\0\0\x1f\0\0", 6) +
                      plain.substr(12) + "EXIF" + little(exif.size()) + exif;
   const Texture turned = read_upright(put("t.webp", "RIFF" + little(body.size()) + body));

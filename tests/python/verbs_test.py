@@ -129,6 +129,14 @@ class Program(unittest.TestCase):
         self.assertGreater(len(made), 4)
         self.compare("interpolate", [self.picture, second], {"output": "out.png", "time": 0.25})
 
+    def test_cameras(self):
+        made = folder() / "photographs"
+        made.mkdir(exist_ok=True)
+        program("render", self.model, "--size", "64", "-o", made / "one.png", "--cameras", made / "one.json")
+        self.compare("cameras", [str(made / "one.json")],
+                     {"output": "cameras.json", "mesh": self.model, "picture": "around.png", "size": "64"},
+                     ("output", "picture"))
+
     def test_check_says_what_it_found(self):
         self.compare("check", [self.model, self.picture], {})
 

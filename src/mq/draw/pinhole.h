@@ -1,35 +1,79 @@
 #pragma once
-/// The camera of a photograph: a pinhole with a lens that distorts.
+/// The camera of a photograph: a centre, a direction, and a lens that distorts.
 
 #include <Eigen/Core>
 
 #include <optional>
+#include <span>
+#include <string>
 
 #include "mq/draw/camera.h"
 
 namespace mq {
 
+/// Where a lens shows a direction, in focal lengths from the principal point. A direction (x, y, z),
+/// z forward, at the angle θ from the axis, has the radius
+///
+///     perspective    tan θ                            fisheye    θ
+///     field_of_view  atan(2 tan(ω/2) tan θ) / ω       equisolid  2 sin(θ/2)
+///     division       u with tan θ = u / (1 + k u²)
+///
+/// ω and k being `shape`, and with (a, b) of that radius towards (x, y), r² = a² + b²,
+///
+///     R  = (1 + k1 r² + k2 r⁴ + k3 r⁶ + k4 r⁸) / (1 + d1 r² + d2 r⁴ + d3 r⁶),
+///     a' = a R + (2 p1 a b + p2 (r² + 2a²)) (1 + p3 r² + p4 r⁴) + s1 r²,
+///     b' = b R + (p1 (r² + 2b²) + 2 p2 a b) (1 + p3 r² + p4 r⁴) + s2 r².
+///
+/// Perspective is OpenCV's lens (its k4, k5, k6 are d1, d2, d3), fisheye with k1 to k4 its fisheye;
+/// with p and s the thin prism of [weng1992camera]; field_of_view is of [devernay2001straight], division of
+/// [fitzgibbon2001simultaneous], p3, p4 and equisolid are Metashape's.
+struct Lens {
+  enum class Projection { perspective, fisheye, equisolid, field_of_view, division };
+  Projection projection = Projection::perspective;
+  double shape = 0;  ///< ω of field_of_view, radians, or k of division
+  double k1 = 0, k2 = 0, k3 = 0, k4 = 0;
+  double d1 = 0, d2 = 0, d3 = 0;
+  double p1 = 0, p2 = 0, p3 = 0, p4 = 0;
+  double s1 = 0, s2 = 0;
+
+  bool operator==(const Lens&) const = default;
+
+  /// (a', b'). Nothing where the lens sees nothing: behind it (but fisheyes and divisions see what
+  /// they see there), and where distortion has turned back on itself, R r no longer growing with r,
+  /// so that another direction is shown there.
+  std::optional<Vector2> image(const Vector3& direction) const;
+};
+
+/// The numbers of a lens by their names, `shape` first.
+struct LensNumber {
+  const char* name;
+  double Lens::*value;
+};
+std::span<const LensNumber> lens_numbers();
+
+/// "perspective", "fisheye", "equisolid", "field of view", "division".
+std::string projection_name(Lens::Projection projection);
+
+/// The projection's name and the numbers that are not 0: "perspective, k1 k2 p1 p2".
+std::string lens_text(const Lens& lens);
+
 /// A point X of the model goes to (x, y, z) = rotation·X + translation, x to the right, y down, z
-/// forward, then with (a, b) = (x, y) / z and r² = a² + b² to
-///
-///     a' = a (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 a b + p2 (r² + 2a²),
-///     b' = b (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2b²) + 2 p2 a b,
-///
-/// and to the place (fx a' + cx, fy b' + cy) of the picture, pixel (i, j) covering [i, i + 1] ×
-/// [j, j + 1] from the upper left: the conventions of OpenCV's lenses and of COLMAP's pictures.
+/// forward, by its lens to (a', b') and to the place (fx a' + skew b' + cx, fy b' + cy) of the
+/// picture, pixel (i, j) covering [i, i + 1] × [j, j + 1] from the upper left: the conventions of
+/// OpenCV's lenses and of COLMAP's pictures.
 struct PinholeCamera {
   int width = 0, height = 0;  ///< pixels
   double fx = 0, fy = 0;      ///< focal lengths, pixels
   double cx = 0, cy = 0;      ///< principal point, pixels
-  double k1 = 0, k2 = 0, k3 = 0, p1 = 0, p2 = 0;
+  double skew = 0;            ///< pixels
+  Lens lens = {};
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Vector3 translation = Vector3::Zero();
 
   /// Where it stands, in the model.
   Vector3 center() const { return -rotation.transpose() * translation; }
 
-  /// The place in the picture; nothing behind the camera, outside the picture, and where distortion
-  /// has turned back on itself, so that the lens shows another point there.
+  /// The place in the picture; nothing where the lens shows nothing, and outside the picture.
   std::optional<Vector2> project(const Vector3& point) const;
 };
 

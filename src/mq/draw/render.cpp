@@ -38,12 +38,22 @@ constexpr int band_pixels = 24;  ///< rows of pixels per band
 
 enum Style { wire, end, seam, style_count };
 
+/// The style of lines in space of that colour; how many there are where none is.
+std::size_t style_of(const std::vector<LineStyle>& styles, const Colour& colour) {
+  std::size_t k = style_count;
+  while (k < styles.size() && styles[k].colour != colour) ++k;
+  return k;
+}
+
 std::vector<LineStyle> line_styles(const RenderOptions& options) {
   const float half = float(options.line_width * options.samples / 2);
   std::vector<LineStyle> styles(style_count);
   styles[wire] = {{0.05f, 0.05f, 0.07f}, 0.55f, half / 3, 0, {}, 0};
   styles[end] = {{0.25f, 0.65f, 1.f}, 1, half, 0.7f * half, {0.02f, 0.03f, 0.05f}, 0.65f};
   styles[seam] = {{1.f, 0.45f, 0.05f}, 1, half, 0.7f * half, {0.05f, 0.03f, 0.02f}, 0.65f};
+  for (const SpaceLine& line : options.lines)
+    if (style_of(styles, line.colour) == styles.size())
+      styles.push_back({line.colour, 1, 0.75F * half, 0.5F * half, {1, 1, 1}, 0.5F});
   return styles;
 }
 
@@ -74,18 +84,40 @@ std::vector<Edge> edges_of(const Surface& surface, const Atlas* atlas,
   return edges;
 }
 
-std::vector<ScreenLine> projected(const Mesh& mesh, const std::vector<Edge>& edges,
-                                  const Camera& camera, int samples) {
-  std::vector<ScreenLine> lines;
-  lines.reserve(edges.size());
+ScreenLine projected_line(const Vector3& from, const Vector3& to, const Camera& camera, int samples,
+                          int style) {
+  const auto a = camera.project(from), b = camera.project(to);
   const float s = float(samples);
-  for (const Edge& edge : edges) {
-    const auto a = camera.project(mesh.positions[edge.from]);
-    const auto b = camera.project(mesh.positions[edge.to]);
-    lines.push_back({float(a.x) * s, float(a.y) * s, float(a.depth), float(b.x) * s, float(b.y) * s,
-                     float(b.depth), edge.style});
-  }
+  return {float(a.x) * s, float(a.y) * s, float(a.depth), float(b.x) * s,
+          float(b.y) * s, float(b.depth), style};
+}
+
+std::vector<ScreenLine> projected(const Mesh& mesh, const std::vector<Edge>& edges,
+                                  const RenderOptions& options,
+                                  const std::vector<LineStyle>& styles, const Camera& camera) {
+  std::vector<ScreenLine> lines;
+  lines.reserve(edges.size() + options.lines.size());
+  for (const Edge& edge : edges)
+    lines.push_back(projected_line(mesh.positions[edge.from], mesh.positions[edge.to], camera,
+                                   options.samples, edge.style));
+  for (const SpaceLine& line : options.lines)
+    lines.push_back(projected_line(line.from, line.to, camera, options.samples,
+                                   int(style_of(styles, line.colour))));
   return lines;
+}
+
+/// A camera whose view holds the lines too, as triangles without area.
+Camera camera_with_lines(const Mesh& mesh, const RenderOptions& options, int right_inset) {
+  if (options.lines.empty())
+    return {mesh, options.view, options.width, options.height, right_inset};
+  Mesh all;
+  all.positions = mesh.positions, all.triangles = mesh.triangles;
+  for (const SpaceLine& line : options.lines) {
+    const int from = all.vertex_count();
+    all.positions.push_back(line.from), all.positions.push_back(line.to);
+    all.triangles.push_back({from, from + 1, from + 1});
+  }
+  return {all, options.view, options.width, options.height, right_inset};
 }
 
 /// A displayed value in `light` times the light; `power` is light^(1/2.4). With the curved part of
@@ -353,14 +385,14 @@ Image<float> Renderer::draw(const Paints& paints, const RenderOptions& options,
   const Image<float> scale = with_legend ? legend_for(options) : Image<float>();
   require(scale.width() + std::min(options.width, options.height) / 25 < options.width,
           "the picture is too narrow for a legend: make it wider or hide the legend");
-  const Camera camera(surface.mesh, options.view, options.width, options.height, scale.width());
+  const Camera camera = camera_with_lines(surface.mesh, options, scale.width());
   const Job job{surface, shared_->atlas, shared_->scene, shared_->normals, paints, options, camera};
 
   const int samples = options.samples, rows = band_pixels * samples;
   const Bands bands{rows, (options.height + band_pixels - 1) / band_pixels};
   const std::vector<LineStyle> styles = line_styles(options);
   const std::vector<ScreenLine> lines =
-      projected(surface.mesh, edges_of(surface, shared_->atlas, options), camera, samples);
+      projected(surface.mesh, edges_of(surface, shared_->atlas, options), options, styles, camera);
   const auto lines_of = lines_by_band(lines, styles, bands);
   const DepthRule rule = options.view.projection == View::Projection::perspective
                              ? DepthRule::reciprocal

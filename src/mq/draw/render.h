@@ -24,6 +24,12 @@ struct Paints {
                                                    ///< values of a colour
 };
 
+/// A line in space, besides the model.
+struct SpaceLine {
+  Vector3 from, to;
+  Colour colour = {0, 0, 0};
+};
+
 struct RenderOptions {
   View view = {};
   int width = 1024, height = 1024;  ///< pixels, 1 to 16384
@@ -49,6 +55,7 @@ struct RenderOptions {
   std::string legend_title = {};
   Backdrop backdrop = {};
   int samples = 3;  ///< per pixel and direction, 1 to 16
+  std::vector<SpaceLine> lines = {};  ///< drawn too, hidden by what is in front; the view holds them
 };
 
 /// How well a place of the surface is seen.

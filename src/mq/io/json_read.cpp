@@ -182,6 +182,12 @@ std::string JsonObject::text(const std::string& name) const {
   return value.get<std::string>();
 }
 
+bool JsonObject::truth(const std::string& name) const {
+  const Json& value = member(name, "true or false");
+  if (!value.is_boolean()) refuse({name}, value, "true or false");
+  return value.get<bool>();
+}
+
 std::vector<double> JsonObject::numbers(const std::string& name, std::size_t count) const {
   const std::string wanted = fmt::format("{} numbers", count);
   const Json& value = member(name, wanted);

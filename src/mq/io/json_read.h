@@ -60,6 +60,7 @@ class JsonObject {
   /// A whole number in [least, most].
   int whole(const std::string& name, int least, int most) const;
   std::string text(const std::string& name) const;
+  bool truth(const std::string& name) const;  ///< true or false
 
   /// So many numbers; so many rows of them, one after another.
   std::vector<double> numbers(const std::string& name, std::size_t count) const;

@@ -53,7 +53,7 @@ FalseColour scale_for(const OptionValues& options, const TexturedModel& scene) {
 RenderOptions render_options(const OptionValues& options, const TexturedModel& scene) {
   RenderOptions render;
   render.view = parse_view(options.texts("view").front());
-  render.view.up = options.text("up") == "z" ? View::Up::z : View::Up::y;
+  render.view.up = asked_up(options);
   if (options.text("projection") == "orthographic")
     render.view.projection = View::Projection::orthographic;
   const auto size = *parse_size(options.text("size"));
@@ -101,12 +101,7 @@ void add_camera_options(OptionTable& table) {
        .help = "from where: front, back, left, right, top, bottom, corner or AZIMUTH,ELEVATION",
        .details = "Degrees: the azimuth from the front towards the model's +x, the elevation "
                   "above the horizon. Several views make a page."});
-  table.add({.name = "up",
-             .type = Type::choice,
-             .default_value = "y",
-             .choices = {"y", "z"},
-             .group = group,
-             .help = "the model's upright axis"});
+  add_up_option(table, group);
   table.add({.name = "projection",
              .type = Type::choice,
              .default_value = "perspective",
@@ -254,6 +249,19 @@ void add_number_and_layout_options(OptionTable& table) {
 }
 
 }  // namespace
+
+void add_up_option(OptionTable& table, const std::string& group) {
+  table.add({.name = "up",
+             .type = Option::Type::choice,
+             .default_value = "y",
+             .choices = {"y", "z"},
+             .group = group,
+             .help = "the model's upright axis"});
+}
+
+View::Up asked_up(const OptionValues& options) {
+  return options.text("up") == "z" ? View::Up::z : View::Up::y;
+}
 
 bool is_view(const std::string& text) {
   try {

@@ -16,6 +16,10 @@ bool is_view(const std::string& text);
 /// --view with one view: from where pictures are that a verb draws beside its work.
 void add_view_option(OptionTable& table, const std::string& group);
 
+/// --up.
+void add_up_option(OptionTable& table, const std::string& group);
+View::Up asked_up(const OptionValues& options);
+
 /// Camera, picture, numbers and layout: everything but the model and the output.
 void add_render_options(OptionTable& table);
 

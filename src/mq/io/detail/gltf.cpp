@@ -33,27 +33,6 @@ struct MaterialTexture {
   UvTransform transform = no_uv_transform;
 };
 
-}  // namespace
-
-Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place) {
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  if (node.contains("matrix")) {
-    const auto m = json_numbers(node, "matrix", std::vector<double>(16), place);
-    for (int i = 0; i < 16; ++i) matrix(i % 4, i / 4) = m[std::size_t(i)];
-    return matrix;
-  }
-  const auto t = json_numbers(node, "translation", {0, 0, 0}, place);
-  const auto r = json_numbers(node, "rotation", {0, 0, 0, 1}, place);
-  const auto s = json_numbers(node, "scale", {1, 1, 1}, place);
-  Eigen::Quaterniond turn(r[3], r[0], r[1], r[2]);
-  if (turn.norm() > 0) turn.normalize();
-  matrix.topLeftCorner<3, 3>() = turn.toRotationMatrix() * Vector3(s[0], s[1], s[2]).asDiagonal();
-  matrix.topRightCorner<3, 1>() = Vector3(t[0], t[1], t[2]);
-  return matrix;
-}
-
-namespace {
-
 class SceneReader {
  public:
   SceneReader(const GltfFile& file, const ReadChoice& choice) : file_(file), choice_(choice) {}
@@ -454,6 +433,23 @@ class SceneReader {
 };
 
 }  // namespace
+
+Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  if (node.contains("matrix")) {
+    const auto m = json_numbers(node, "matrix", std::vector<double>(16), place);
+    for (int i = 0; i < 16; ++i) matrix(i % 4, i / 4) = m[std::size_t(i)];
+    return matrix;
+  }
+  const auto t = json_numbers(node, "translation", {0, 0, 0}, place);
+  const auto r = json_numbers(node, "rotation", {0, 0, 0, 1}, place);
+  const auto s = json_numbers(node, "scale", {1, 1, 1}, place);
+  Eigen::Quaterniond turn(r[3], r[0], r[1], r[2]);
+  if (turn.norm() > 0) turn.normalize();
+  matrix.topLeftCorner<3, 3>() = turn.toRotationMatrix() * Vector3(s[0], s[1], s[2]).asDiagonal();
+  matrix.topRightCorner<3, 1>() = Vector3(t[0], t[1], t[2]);
+  return matrix;
+}
 
 GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice) {
   return SceneReader(file, choice).read();

@@ -38,13 +38,13 @@ struct GltfScene {
   std::vector<std::int64_t> other_images;  ///< per picture of the other slots
 };
 
+/// A node's transform, from its axes to its parent's. Throws `IoError` beginning with `place`.
+Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place);
+
 GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice);
 
 /// One mesh alone, seen through a matrix.
 GltfScene read_gltf_mesh(const GltfFile& file, std::int64_t mesh, const Eigen::Matrix4d& matrix);
-
-/// The transform of a node, parent from node. Throws `IoError` with its place.
-Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place);
 
 /// Normals and tangents at the corners of the scene's triangles, three per triangle, in the model's
 /// axes. Without NORMAL a primitive is shaded flat and its TANGENT does not count, as glTF 2.0 says.
