@@ -8,6 +8,7 @@
 #include "mq/base/words.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
+#include "mq/io/photograph_file.h"
 #include "mq/model/bake_target.h"
 #include "mq/model/model_picture.h"
 #include "mq/model/photograph_texture.h"
@@ -26,13 +27,20 @@ namespace mq::app {
 namespace {
 
 std::vector<Photograph> read_photographs(Run& run) {
+  CamerasOptions where;
+  for (const std::string& folder : run.options().texts("images")) where.images.emplace_back(folder);
   std::vector<Photograph> photographs;
-  for (const std::string& file : run.options().texts("cameras"))
-    for (Photograph& photograph : read_cameras(file)) photographs.push_back(std::move(photograph));
+  for (const std::string& file : run.options().texts("cameras")) {
+    CameraSet cameras = read_camera_set(file, where);
+    for (const std::string& note : cameras.notes) run.terminal().remark(file + ": " + note);
+    if (cameras.without_pose > 0)
+      run.terminal().warning(fmt::format("{}: {} without a place are left out", file,
+                                         counted(cameras.without_pose, "photograph")));
+    std::ranges::move(cameras.photographs, std::back_inserter(photographs));
+  }
   for (const Photograph& photograph : photographs) {
     run.will_read(photograph.picture);
-    const PictureInfo info = picture_info(photograph.picture);
-    camera_of_size(photograph, info.width, info.height);
+    fitted_camera(photograph, picture_info(photograph.picture));
   }
   return photographs;
 }
@@ -272,6 +280,12 @@ Verb texture_verb() {
              .required = true,
              .group = "Photographs",
              .help = "photographs with their cameras, as the verb cameras reads them"});
+  table.add({.name = "images",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .group = "Photographs",
+             .help = "folders with the photographs",
+             .details = "Without it they are looked for beside the cameras, and where COLMAP's projects have them."});
   add_choice_options(table);
   table.add({.name = "size",
              .letter = 's',
@@ -294,7 +308,7 @@ Verb texture_verb() {
   add_solver_options(table);
   add_space_option(table);
   add_depth_option(table);
-  return {table, texture, {{.what = "made of photographs with cameras", .vertices = "no", .pictures = "no"}}};
+  return {table, texture, {{.what = "made of photographs with cameras"}}};
 }
 
 }  // namespace mq::app

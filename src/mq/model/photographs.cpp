@@ -9,6 +9,8 @@
 #include "mq/base/words.h"
 #include "mq/filter/modulation.h"
 #include "mq/image/colour.h"
+#include "mq/io/image_file.h"
+#include "mq/io/photograph_file.h"
 
 namespace mq {
 namespace {
@@ -113,15 +115,12 @@ std::vector<Partial> partials_of_photographs(const TexturedModel& model,
   std::vector<Partial> partials;
   for (const Photograph& photograph : photographs) {
     const std::string file = photograph.picture.string();
-    Texture texture = read_texture(photograph.picture);
+    const FittedCamera fitted = fitted_camera(photograph, picture_info(photograph.picture));
+    Texture texture = read_photograph(photograph, fitted.turn);
     if (stored) restore(texture, wanted);
     const Image<float> values = photograph_values(texture, signal.value_space(), signal.channels());
-    const PinholeCamera camera = camera_of_size(photograph, values.width(), values.height());
-    if (camera.width != photograph.camera.width || camera.height != photograph.camera.height)
-      messages.remark(fmt::format(
-          "{}: is {} × {}, and its camera is of pictures of {} × {}: it is taken for the same "
-          "picture at another size",
-          file, camera.width, camera.height, photograph.camera.width, photograph.camera.height));
+    const PinholeCamera& camera = fitted.camera;
+    if (const std::string remark = remark_on_size(photograph, camera); !remark.empty()) messages.remark(remark);
     Partial partial = projector.project(
         camera, values, options,
         progress.step(photograph.picture.filename().string(), 0.7 / double(photographs.size())));
@@ -133,20 +132,16 @@ std::vector<Partial> partials_of_photographs(const TexturedModel& model,
   return partials;
 }
 
-std::int64_t shown_unknowns(const Partial& partial) {
-  return std::ranges::count_if(partial.confidence, [](double c) { return c > 0; });
+std::string remark_on_size(const Photograph& photograph, const PinholeCamera& fitted) {
+  const PinholeCamera& camera = photograph.camera;
+  if (fitted.width == camera.width && fitted.height == camera.height) return {};
+  return fmt::format(
+      "{}: is {} × {}, and its camera is of pictures of {} × {}: it is taken for the same picture at another size",
+      photograph.picture.string(), fitted.width, fitted.height, camera.width, camera.height);
 }
 
-PinholeCamera camera_of_size(const Photograph& photograph, int width, int height) {
-  const PinholeCamera& camera = photograph.camera;
-  try {
-    return scaled(camera, width, height);
-  } catch (const InvalidInput&) {
-    throw InvalidInput(fmt::format(
-        "{}: is {} × {}, and its camera is of pictures of {} × {}: wanted that size, or another of "
-        "the same proportions; has it been cropped or turned since?",
-        photograph.picture.string(), width, height, camera.width, camera.height));
-  }
+std::int64_t shown_unknowns(const Partial& partial) {
+  return std::ranges::count_if(partial.confidence, [](double c) { return c > 0; });
 }
 
 void add_missing_pictures(TexturedModel& model) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "mq/draw/photograph.h"
@@ -41,10 +42,8 @@ TransferFunction common_transfer(const Model& model);
 /// How many unknowns it shows.
 std::int64_t shown_unknowns(const Partial& partial);
 
-/// The camera of a photograph for its picture as it is, which may have been made smaller or larger
-/// as a whole since the camera was found. Throws `InvalidInput` naming the picture for other
-/// proportions.
-PinholeCamera camera_of_size(const Photograph& photograph, int width, int height);
+/// What to say of a photograph whose camera was fitted to another size (`fitted_camera`); else nothing.
+std::string remark_on_size(const Photograph& photograph, const PinholeCamera& fitted);
 
 /// Gives a model's textures black pictures of the sizes that it was read with, where they have
 /// none.

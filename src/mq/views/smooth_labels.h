@@ -4,8 +4,7 @@
 ///     E(l) = Σ_p D_p(l_p) + Σ_{p,q} w_pq [l_p ≠ l_q],
 ///
 /// each node having a list of labels of its own. Exact for trees, else near the least, by sequential
-/// tree-reweighted message passing (Kolmogorov, Convergent tree-reweighted message passing for energy
-/// minimization, 2006), then single labels changed as long as that lowers E.
+/// tree-reweighted message passing ([kolmogorov2006convergent]), then single labels changed as long as that lowers E.
 
 #include <span>
 #include <vector>

@@ -8,6 +8,7 @@
 #include "mq/base/words.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
+#include "mq/io/photograph_file.h"
 #include "mq/model/photographs.h"
 #include "mq/model/stitch_regions.h"
 #include "shell/arguments.h"
@@ -101,8 +102,7 @@ void check_partials(const OptionValues& options, const TexturedModel& scene) {
       "and transparent where the one that shows it best is taken");
   for (const std::string& file : options.texts("views"))
     for (const Photograph& photograph : read_cameras(file)) {
-      const PictureInfo info = picture_info(photograph.picture);
-      camera_of_size(photograph, info.width, info.height);
+      fitted_camera(photograph, picture_info(photograph.picture));
     }
 }
 

@@ -6,32 +6,28 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/io/image_file.h"
+#include "mq/io/photograph_file.h"
 #include "mq/model/photographs.h"
 
 namespace mq {
 
 PhotographLight PhotographLight::read(const Photograph& photograph) {
-  Texture texture = read_texture(photograph.picture);
-  const std::string file = photograph.picture.string();
+  const FittedCamera fitted = fitted_camera(photograph, picture_info(photograph.picture));
+  Texture texture = read_photograph(photograph, fitted.turn);
   const int channels = texture.pixels.channels(), colours = colour_channels(channels);
   require(colours == 1 || colours == 3,
-          fmt::format("{}: has {}, wanted grey or red, green and blue", file, counted(colours, "colour channel")));
-  PhotographLight result;
-  result.camera = camera_of_size(photograph, texture.pixels.width(), texture.pixels.height());
-  const PinholeCamera &found = result.camera, &said = photograph.camera;
-  if (found.width != said.width || found.height != said.height)
-    result.remark = fmt::format(
-        "{}: is {} × {}, and its camera is of pictures of {} × {}: it is taken for the same picture at another "
-        "size",
-        file, found.width, found.height, said.width, said.height);
+          fmt::format("{}: has {}, wanted grey or red, green and blue", photograph.picture.string(),
+                      counted(colours, "colour channel")));
+  PhotographLight result{.light = {}, .camera = fitted.camera, .remark = remark_on_size(photograph, fitted.camera)};
   texture.pixels = decode(texture.pixels, ColourSpace::linear, transfer(texture));
   if (colours == 3) {
     result.light = std::move(texture.pixels);
     return result;
   }
-  result.light = Image<float>(found.width, found.height, 3 + channels - colours);
-  for (int y = 0; y < found.height; ++y)
-    for (int x = 0; x < found.width; ++x) {
+  result.light = Image<float>(texture.pixels.width(), texture.pixels.height(), 3 + channels - colours);
+  for (int y = 0; y < result.light.height(); ++y)
+    for (int x = 0; x < result.light.width(); ++x) {
       for (int c = 0; c < 3; ++c) result.light(x, y, c) = texture.pixels(x, y, 0);
       if (channels > colours) result.light(x, y, 3) = texture.pixels(x, y, 1);
     }

@@ -16,7 +16,7 @@ struct PhotographLight {
   PinholeCamera camera;  ///< of the picture as it is
   std::string remark;    ///< where its size is not its camera's
 
-  /// Throws what `read_texture` and `camera_of_size` throw, and `InvalidInput` for other channels.
+  /// Throws what `read_photograph` and `fitted_camera` throw, and `InvalidInput` for other channels.
   static PhotographLight read(const Photograph& photograph);
 };
 

@@ -1,0 +1,143 @@
+// marquetry texture: photographs of a sample with a known texture, spoilt in known ways.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "cli/program.h"
+#include "mq/io/image_file.h"
+#include "mq/io/model.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// A bust and photographs of it from twelve sides.
+class PhotographedBust : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = new Folder;
+    ASSERT_EQ(call({"sample", "bust", "--size", "256", "-o", "bust.obj"}), 0);
+    for (int k = 0; k < views; ++k)
+      ASSERT_EQ(call({"render", "bust.obj", "-o", file(k, "png"), "--view",
+                      fmt::format("{},{}", 60 * (k % 6) + 30 * (k / 6), 10 + 40 * (k / 6)), "--size", "240x240",
+                      "--unlit", "--cameras", file(k, "json")}),
+                0);
+  }
+  static void TearDownTestSuite() { delete folder; }
+
+  static std::string file(int k, const std::string& extension) { return fmt::format("view{}.{}", k, extension); }
+  static int call(std::vector<std::string> words) {
+    words.push_back("--overwrite");
+    return marquetry(*folder, words).status;
+  }
+  static std::vector<std::string> with_cameras(std::vector<std::string> words) {
+    for (int k = 0; k < views; ++k) words.insert(words.end(), {"--cameras", file(k, "json")});
+    return words;
+  }
+
+  /// Root mean square of the difference from the bust's own texture, in steps of 8 bits, where the made
+  /// one is not black.
+  static double difference(const std::string& made) {
+    const Image<float> truth = read_texture(folder->path() / "bust.png").pixels;
+    const Image<float> result = read_texture(folder->path() / made).pixels;
+    double sum = 0, count = 0;
+    for (int y = 0; y < truth.height(); ++y)
+      for (int x = 0; x < truth.width(); ++x) {
+        if (result(x, y, 0) + result(x, y, 1) + result(x, y, 2) == 0) continue;
+        for (int c = 0; c < 3; ++c) sum += std::pow(255 * (truth(x, y, c) - result(x, y, c)), 2), count += 1;
+      }
+    return std::sqrt(sum / count);
+  }
+
+  /// Each photograph's pixels changed, until the test ends.
+  template <class Change>
+  static void spoil(const Change& change) {
+    for (int k = 0; k < views; ++k) {
+      Texture picture = read_texture(folder->path() / file(k, "png"));
+      std::filesystem::copy_file(folder->path() / file(k, "png"), folder->path() / ("kept_" + file(k, "png")));
+      change(k, picture.pixels);
+      write_image(folder->path() / file(k, "png"), picture.pixels);
+    }
+  }
+  void TearDown() override {
+    for (int k = 0; k < views; ++k)
+      if (const auto kept = folder->path() / ("kept_" + file(k, "png")); std::filesystem::exists(kept))
+        std::filesystem::rename(kept, folder->path() / file(k, "png"));
+  }
+
+  static constexpr int views = 12;
+  static inline Folder* folder = nullptr;
+};
+
+TEST_F(PhotographedBust, ComesBackAndExposuresPassersByAndBlurCostLittle) {
+  ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "made.png"})), 0);
+  const double plain = difference("made.png");
+  EXPECT_LT(plain, 18);  // small photographs, and what none shows
+
+  spoil([](int k, Image<float>& picture) {
+    const float gain = 0.8F + 0.1F * float(k % 5);
+    for (int y = 0; y < picture.height(); ++y)
+      for (int x = 0; x < picture.width(); ++x) {
+        for (int c = 0; c < 3; ++c) picture(x, y, c) = std::min(1.0F, gain * picture(x, y, c));
+        if (k % 4 == 0 && std::hypot(x - 120, y - 130) < 28) picture(x, y, 1) = 1, picture(x, y, 0) = 0;
+      }
+  });
+  ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "spoilt.png"})), 0);
+  EXPECT_LT(difference("spoilt.png"), 1.2 * plain);
+  ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "kept.png", "--exposure", "keep", "--outliers", "keep",
+                               "--blend", "best"})),
+            0);
+  EXPECT_GT(difference("kept.png"), difference("spoilt.png"));
+}
+
+TEST_F(PhotographedBust, BareMeshesBecomeModelsOfTheSizePhotographsResolve) {
+  ASSERT_EQ(call({"remesh", "bust.obj", "-o", "bare.ply"}), 0);
+  const Result result = marquetry(*folder, with_cameras({"texture", "bare.ply", "-o", "made.glb", "--picture",
+                                                         "page.png", "--report", "r.json", "--overwrite"}));
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Model made = read_model(folder->path() / "made.glb");
+  ASSERT_EQ(made.textures.size(), 1U);
+  EXPECT_EQ(made.textures[0].pixels.width(), 256);
+  EXPECT_TRUE(std::filesystem::exists(folder->path() / "page.png"));
+  std::ifstream report(folder->path() / "r.json");
+  const nlohmann::json found = nlohmann::json::parse(report)["result"];
+  EXPECT_EQ(found["views"].size(), std::size_t(views));
+  std::int64_t texels = 0;
+  for (const auto& view : found["views"]) texels += view["texels"].get<std::int64_t>();
+  EXPECT_EQ(texels + found["unseen"].get<std::int64_t>(), found["unknowns"].get<std::int64_t>());
+  EXPECT_NEAR(found["seen"]["by_none"].get<double>() + found["seen"]["by_one"].get<double>() +
+                  found["seen"]["by_two"].get<double>() + found["seen"]["by_more"].get<double>(),
+              1, 1e-9);
+}
+
+TEST_F(PhotographedBust, ThreadsDoNotMatter) {
+  std::vector<std::string> words = with_cameras({"texture", "bust.obj"});
+  std::vector<std::string> one = words, two = words;
+  one.insert(one.end(), {"-o", "one.png", "--threads", "1"});
+  two.insert(two.end(), {"-o", "two.png", "--threads", "2"});
+  ASSERT_EQ(call(one), 0);
+  ASSERT_EQ(call(two), 0);
+  EXPECT_EQ(file_bytes(folder->path() / "one.png"), file_bytes(folder->path() / "two.png"));
+}
+
+TEST_F(PhotographedBust, WhatCannotBeIsRefused) {
+  const auto error = [](std::vector<std::string> words) {
+    return marquetry(*folder, words).error;
+  };
+  EXPECT_THAT(error({"texture", "bust.png", "--cameras", "view0.json", "-o", "x.png"}), HasSubstr("is a picture"));
+  EXPECT_THAT(error({"texture", "bust.obj", "--cameras", "no.json", "-o", "x.png"}), HasSubstr("no.json"));
+  EXPECT_THAT(error(with_cameras({"texture", "bust.obj", "--unwrap", "-o", "x.png"})),
+              HasSubstr("cannot hold the texture coordinates"));
+  std::ofstream(folder->path() / "away.json")
+      << R"({"cameras": [{"image": "view0.png", "width": 240, "height": 240, "fx": 300,
+             "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "translation": [0, 0, -1e6]}]})";
+  EXPECT_THAT(error({"texture", "bust.obj", "--cameras", "away.json", "-o", "x.png"}),
+              HasSubstr("no photograph shows any of it"));
+  EXPECT_FALSE(std::filesystem::exists(folder->path() / "x.png"));
+}
+
+}  // namespace
+}  // namespace mq::test
