@@ -54,7 +54,8 @@ bool keeps_coordinates(const OptionValues& options, const TexturedModel& scene) 
 void prepare_textures(Run& run, std::span<const Photograph> photographs, TexturedModel& scene) {
   const OptionValues& options = run.options();
   const bool keeps = keeps_coordinates(options, scene);
-  const int side = options.has("size") ? int(options.integer("size")) : side_for_photographs(scene.surface, photographs);
+  const int side =
+      options.has("size") ? int(options.integer("size")) : side_for_photographs(scene.surface, photographs);
   if (!keeps) {
     UnwrapOptions wanted;
     wanted.width = wanted.height = side;
@@ -77,6 +78,7 @@ PhotographTextureOptions asked_choice(const OptionValues& options) {
   wanted.projection.steepest = options.number("steepest");
   wanted.projection.bias = options.number("bias") / 100;
   wanted.projection.outline = options.number("outline");
+  wanted.align = options.flag("align");
   wanted.match_exposure = options.text("exposure") == "match";
   wanted.reject_outliers = options.text("outliers") == "reject";
   wanted.choice.smoothness = options.number("smoothness");
@@ -91,7 +93,8 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
                      {"texels", view.texels},
                      {"patches", view.patches},
                      {"rejected", view.rejected},
-                     {"gain", {view.gain[0], view.gain[1], view.gain[2]}}});
+                     {"gain", {view.gain[0], view.gain[1], view.gain[2]}},
+                     {"moved", view.moved}});
   }
   const double all = double(found.labels.size());
   const auto share = [&](std::size_t from, std::size_t to) {
@@ -229,6 +232,11 @@ void add_choice_options(OptionTable& table) {
              .most = 1000,
              .group = group,
              .help = "around outlines that show what is behind them: more where the mesh or the cameras are off"});
+  table.add({.name = "align",
+             .group = group,
+             .help = "move and turn cameras a little, so that photographs show the same",
+             .details = "For cameras that are off by some pixels, where details are seen twice. Photographs are read "
+                        "once more."});
   table.add({.name = "exposure",
              .type = Type::choice,
              .default_value = "match",

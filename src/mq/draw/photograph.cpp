@@ -158,6 +158,8 @@ Signal Projector::sampled(const PinholeCamera& camera, const Image<float>& pictu
   return result;
 }
 
+std::span<const Vector3> Projector::places() const { return shared_->points; }
+
 double Projector::pixels_per_spacing(const PinholeCamera& camera, std::span<const int> places) const {
   double sum = 0, count = 0;
   for (const int i : places) {

@@ -60,6 +60,9 @@ class Projector {
   /// lie outside.
   Signal sampled(const PinholeCamera& camera, const Image<float>& picture, std::span<const int> places) const;
 
+  /// The places on the surface.
+  std::span<const Vector3> places() const;
+
   /// The camera's pixels per spacing, seen from the front, at the mean depth of these places; 0 where
   /// none lies in front of it.
   double pixels_per_spacing(const PinholeCamera& camera, std::span<const int> places) const;

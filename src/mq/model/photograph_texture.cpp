@@ -5,14 +5,13 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <optional>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/draw/align_photographs.h"
 #include "mq/image/resample.h"
 #include "mq/mesh/geometry.h"
 #include "mq/model/detail/photograph_light.h"
@@ -49,6 +48,18 @@ Image<float> reduced(const Image<float>& image, double factor) {
   const auto side = [&](int size) { return std::max(1, int(std::lround(size / factor))); };
   if (factor <= 1) return image;
   return area_scaled(image, side(image.width()), side(image.height()));
+}
+
+/// Display brightness, at no more than about a pixel per texel and a million pixels.
+Image<float> picture_to_align(const Image<float>& light, double pixels_per_texel) {
+  constexpr double most_pixels = 1e6;
+  const double size = double(light.width()) * light.height();
+  const Image<float> small = reduced(light, std::max({1.0, pixels_per_texel, std::sqrt(size / most_pixels)}));
+  Image<float> grey(small.width(), small.height(), 1);
+  for (int y = 0; y < small.height(); ++y)
+    for (int x = 0; x < small.width(); ++x)
+      grey(x, y) = float(srgb_from_linear((small(x, y, 0) + small(x, y, 1) + small(x, y, 2)) / 3));
+  return grey;
 }
 
 /// What is looked at to choose: means over about two texels.
@@ -206,19 +217,39 @@ class Photographing {
         values_(model, signal),
         projector_(model.surface, signal.space().positions(), model.atlas->texel_spacing(), progress),
         cameras_(photographs.size()),
+        moved_(photographs.size(), 0.0),
         pixels_per_texel_(photographs.size(), 0.0) {}
 
-  Observations look(const Patches& patches, const Progress& progress) {
-    const Looks looks(patches);
+  void align(const Looks& looks, const Progress& progress) {
+    std::vector<AlignedPhotograph> aligned;
+    for (std::size_t v = 0; v < photographs_.size(); ++v) {
+      const Progress step = step_of(v, 0.6, progress);
+      const PhotographLight photograph = PhotographLight::read(photographs_[v]);
+      const double fine = projector_.pixels_per_spacing(photograph.camera, looks.places);
+      AlignedPhotograph& one = aligned.emplace_back();
+      one.camera = photograph.camera;
+      one.grey = picture_to_align(photograph.light, fine);
+      const std::vector<double> shown = projector_.confidences(one.camera, looks.places, options_.projection, step);
+      for (std::size_t k = 0; k < shown.size(); ++k)
+        if (shown[k] > 0) one.places.push_back(looks.places[k]), one.weights.push_back(float(shown[k]));
+    }
+    align_photographs(projector_.places(), aligned, progress.step("align", 0.4));
+    for (std::size_t v = 0; v < photographs_.size(); ++v) {
+      cameras_[v] = aligned[v].camera;
+      moved_[v] = aligned[v].moved;
+    }
+  }
+
+  Observations look(const Patches& patches, const Looks& looks, const Progress& progress) {
     std::vector<std::vector<Observations::OfPatch>> of_view(photographs_.size());
     for (std::size_t v = 0; v < photographs_.size(); ++v) {
-      const Progress step = progress.step(photographs_[v].picture.filename().string(), 1.0 / double(photographs_.size()));
+      const Progress step = step_of(v, 1, progress);
       const PhotographLight photograph = PhotographLight::read(photographs_[v]);
-      cameras_[v] = photograph.camera;
+      if (!options_.align) cameras_[v] = photograph.camera;
       if (!photograph.remark.empty()) messages_.remark(photograph.remark);
-      pixels_per_texel_[v] = projector_.pixels_per_spacing(photograph.camera, looks.places);
+      pixels_per_texel_[v] = projector_.pixels_per_spacing(cameras_[v], looks.places);
       const Image<float> picture = picture_to_look_at(photograph.light, pixels_per_texel_[v]);
-      of_view[v] = observe(looks, projector_.project(photograph.camera, picture, looks.places, options_.projection, step),
+      of_view[v] = observe(looks, projector_.project(cameras_[v], picture, looks.places, options_.projection, step),
                            int(v));
       if (of_view[v].empty())
         messages_.warning(photographs_[v].picture.string() + ": shows nothing of the model: check its camera");
@@ -240,7 +271,7 @@ class Photographing {
       if (result.labels[i] != unseen) own[std::size_t(result.labels[i])].push_back(int(i));
     Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(signal_.channels());
     for (std::size_t v = 0; v < photographs_.size(); ++v) {
-      const Progress step = progress.step(photographs_[v].picture.filename().string(), 1.0 / double(photographs_.size()));
+      const Progress step = step_of(v, 1, progress);
       const std::span<const int> beyond = result.beyond.unknowns_of(int(v));
       result.views[v].texels = std::ssize(own[v]);
       if (own[v].empty() && beyond.empty()) continue;
@@ -271,8 +302,14 @@ class Photographing {
   }
 
   const PhotographValues& values() const { return values_; }
+  double moved(std::size_t view) const { return moved_[view]; }
 
  private:
+  /// The part of `share` of the progress that one photograph has.
+  Progress step_of(std::size_t view, double share, const Progress& progress) const {
+    return progress.step(photographs_[view].picture.filename().string(), share / double(photographs_.size()));
+  }
+
   const TextureSignal& signal_;
   std::span<const Photograph> photographs_;
   const PhotographTextureOptions& options_;
@@ -280,6 +317,7 @@ class Photographing {
   PhotographValues values_;
   Projector projector_;
   std::vector<PinholeCamera> cameras_;  ///< of the pictures as they are
+  std::vector<double> moved_;           ///< by alignment
   std::vector<double> pixels_per_texel_;
 };
 
@@ -302,13 +340,15 @@ PhotographTexture texture_of_photographs(const TexturedModel& model, const Textu
   require(!photographs.empty(), "a texture of photographs needs one at least");
   Photographing work(model, signal, photographs, options, messages, progress.step("places", 0.1));
   const Patches patches = make_patches(signal.space().texels(), signal.space().stiffness(), options.patch);
-  Observations observations = work.look(patches, progress.step("look", 0.35));
+  const Looks looks(patches);
+  if (options.align) work.align(looks, progress.step("align", 0.3));
+  Observations observations = work.look(patches, looks, progress.step("look", options.align ? 0.2 : 0.35));
   std::vector<LightColour> gains(photographs.size(), LightColour{1, 1, 1});
   if (options.match_exposure) gains = exposures(observations, int(photographs.size()));
   multiply_light(gains, observations);
   if (options.reject_outliers) reject(patches, options.rejection, observations);
-  const std::vector<int> chosen = choose_views(patches, observations, options.choice, progress.step("choose", 0.1));
-  std::vector<int> labels = work.labels(patches, observations, chosen, progress.step("what is hidden", 0.15));
+  const std::vector<int> chosen = choose_views(patches, observations, options.choice, progress.step("choose", 0.05));
+  std::vector<int> labels = work.labels(patches, observations, chosen, progress.step("what is hidden", 0.1));
   BeyondBorders beyond(signal.space(), labels, signal.channels());
   PhotographTexture result{.values = {},
                            .labels = std::move(labels),
@@ -316,10 +356,13 @@ PhotographTexture texture_of_photographs(const TexturedModel& model, const Textu
                            .offset = {},
                            .views = std::vector<PhotographTexture::View>(photographs.size()),
                            .seen_by = {}};
-  for (std::size_t v = 0; v < photographs.size(); ++v) result.views[v].gain = gains[v];
+  for (std::size_t v = 0; v < photographs.size(); ++v) {
+    result.views[v].gain = gains[v];
+    result.views[v].moved = work.moved(v);
+  }
   count_views(patches, observations, result);
   result.offset = offsets_by_texel(signal, patches, observations, result.labels, work.values());
-  work.take_colours(result, progress.step("colours", 0.3));
+  work.take_colours(result, progress.step("colours", 0.25));
   return result;
 }
 
@@ -367,7 +410,8 @@ int side_for_photographs(const Surface& surface, std::span<const Photograph> pho
     }
   }
   const double side = std::sqrt(surface.area / occupancy) / pixel;
-  return int(std::clamp<std::uint64_t>(std::bit_ceil(std::uint64_t(std::clamp(side / std::numbers::sqrt2, 1.0, 1e5))), least, most));
+  const double nearest = std::exp2(std::round(std::log2(std::clamp(side, 1.0, 1e6))));
+  return std::clamp(int(nearest), least, most);
 }
 
 }  // namespace mq

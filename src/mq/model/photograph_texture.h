@@ -17,6 +17,7 @@ struct PhotographTextureOptions {
   PhotographOptions projection = {};
   ChooseOptions choice = {};
   RejectOptions rejection = {};
+  bool align = false;          ///< move cameras a little, so that photographs agree
   bool match_exposure = true;  ///< even out how photographs were exposed; else their colours are kept
   bool reject_outliers = true;
   int patch = 8;  ///< texels, the side of the squares that photographs are chosen for
@@ -34,6 +35,7 @@ struct PhotographTexture {
     std::int64_t patches = 0;   ///< that it shows
     std::int64_t rejected = 0;  ///< of these, where it does not agree with the others
     LightColour gain = {1, 1, 1};
+    double moved = 0;  ///< by alignment, pixels
   };
   std::vector<View> views;
   std::vector<std::int64_t> seen_by;  ///< texels whose patch 0, 1, 2, ... photographs show
@@ -42,6 +44,8 @@ struct PhotographTexture {
 /// Every photograph is read twice, for choosing and for colours, and forgotten; what is kept of each is a
 /// colour and two numbers per patch that it shows.
 ///
+/// 0. Where asked, cameras are aligned (`align_photographs`), for which photographs are read once more, and
+///    their brightness is held at a million pixels at most.
 /// 1. At a few texels of each patch (views/patches.h) it is found how well each photograph shows it
 ///    (`Projector`), in which colour, and with how much detail.
 /// 2. Photographs are chosen (views/view_choice.h).

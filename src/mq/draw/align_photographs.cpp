@@ -1,0 +1,215 @@
+// With a small turn ω and step τ in the camera's axes a place goes to X + ω × X + τ there. The Jacobian of
+// the picture's place is taken by differences, through whatever lens there is, once per size of pictures.
+
+#include "mq/draw/align_photographs.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "mq/base/parallel.h"
+#include "mq/image/resample.h"
+
+namespace mq {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Jacobian = Eigen::Matrix<double, 2, 6>;
+
+/// The camera turned and moved.
+PinholeCamera moved(const PinholeCamera& camera, const Vector6& motion) {
+  const Vector3 turn = motion.head<3>();
+  const double angle = turn.norm();
+  PinholeCamera result = camera;
+  if (angle > 0) {
+    const Eigen::Matrix3d rotation = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+    result.rotation = rotation * camera.rotation;
+    result.translation = rotation * camera.translation;
+  }
+  result.translation += motion.tail<3>();
+  return result;
+}
+
+/// A photograph at one size, where its places lie in it, and what they move by.
+class SizedPhotograph {
+ public:
+  SizedPhotograph(const AlignedPhotograph& photograph, std::span<const Vector3> places, int divisor)
+      : places_(places), photograph_(photograph) {
+    const auto side = [&](int size) { return std::max(2, size / divisor); };
+    grey_ = area_scaled(photograph.grey, side(photograph.grey.width()), side(photograph.grey.height()));
+    find_jacobians();
+  }
+
+  std::size_t size() const { return photograph_.places.size(); }
+
+  /// Brightness and its derivatives by pixels of the camera.
+  struct Value {
+    double value, dx, dy;
+  };
+  std::optional<Value> at(const PinholeCamera& camera, std::size_t k) const {
+    const auto place = camera.project(places_[std::size_t(photograph_.places[k])]);
+    if (!place) return std::nullopt;
+    const double across = double(grey_.width()) / camera.width, down = double(grey_.height()) / camera.height;
+    const double x = across * place->x() - 0.5, y = down * place->y() - 0.5;
+    const auto value = [&](double column, double row) {
+      float v = 0;
+      sample(grey_, column, row, Wrap::clamp, {&v, 1});
+      return double(v);
+    };
+    return Value{value(x, y), across * (value(x + 0.5, y) - value(x - 0.5, y)),
+                 down * (value(x, y + 0.5) - value(x, y - 0.5))};
+  }
+
+  const Jacobian& jacobian(std::size_t k) const { return jacobians_[k]; }
+
+ private:
+  void find_jacobians() {
+    const PinholeCamera& camera = photograph_.camera;
+    jacobians_.assign(size(), Jacobian::Zero());
+    parallel_for(std::ssize(jacobians_), [&](std::int64_t k) {
+      const Vector3& point = places_[std::size_t(photograph_.places[std::size_t(k)])];
+      const auto middle = camera.project(point);
+      if (!middle) return;
+      const double depth = (camera.rotation * point + camera.translation).norm();
+      for (int j = 0; j < 6; ++j) {
+        const double step = j < 3 ? 1e-6 : 1e-6 * depth;
+        Vector6 motion = Vector6::Zero();
+        motion[j] = step;
+        if (const auto there = moved(camera, motion).project(point))
+          jacobians_[std::size_t(k)].col(j) = (*there - *middle) / step;
+      }
+    });
+  }
+
+  std::span<const Vector3> places_;
+  const AlignedPhotograph& photograph_;
+  Image<float> grey_;
+  std::vector<Jacobian> jacobians_;
+};
+
+/// a·I + b.
+struct Tone {
+  double a = 1, b = 0;
+};
+
+struct Means {
+  std::vector<double> value, weight;
+  std::vector<int> count;
+};
+
+Means means_of(std::span<const SizedPhotograph> sized, std::span<const AlignedPhotograph> photographs,
+               std::span<const Tone> tones, std::size_t places) {
+  Means means{std::vector<double>(places, 0.0), std::vector<double>(places, 0.0), std::vector<int>(places, 0)};
+  for (std::size_t v = 0; v < sized.size(); ++v)
+    for (std::size_t k = 0; k < sized[v].size(); ++k) {
+      const auto found = sized[v].at(photographs[v].camera, k);
+      if (!found) continue;
+      const std::size_t i = std::size_t(photographs[v].places[k]);
+      const double w = photographs[v].weights[k];
+      means.value[i] += w * (tones[v].a * found->value + tones[v].b);
+      means.weight[i] += w;
+      ++means.count[i];
+    }
+  for (std::size_t i = 0; i < places; ++i)
+    if (means.weight[i] > 0) means.value[i] /= means.weight[i];
+  return means;
+}
+
+constexpr std::size_t fewest_shared = 50;
+
+/// The tone that gives a photograph the mean and the spread of the others, where it shares places.
+Tone tone_of(const SizedPhotograph& sized, const AlignedPhotograph& photograph, const Means& means) {
+  double n = 0, own = 0, own_squares = 0, others = 0, others_squares = 0;
+  for (std::size_t k = 0; k < sized.size(); ++k) {
+    const std::size_t i = std::size_t(photograph.places[k]);
+    const auto found = sized.at(photograph.camera, k);
+    if (!found || means.count[i] < 2) continue;
+    n += 1, own += found->value, own_squares += found->value * found->value;
+    others += means.value[i], others_squares += means.value[i] * means.value[i];
+  }
+  if (n < fewest_shared) return {};
+  const double spread = own_squares / n - std::pow(own / n, 2);
+  const double wanted = others_squares / n - std::pow(others / n, 2);
+  const double a = spread > 0 && wanted > 0 ? std::clamp(std::sqrt(wanted / spread), 0.2, 5.0) : 1;
+  return {a, others / n - a * own / n};
+}
+
+/// One Gauss–Newton step of a camera.
+std::optional<Vector6> step_of(const SizedPhotograph& sized, const AlignedPhotograph& photograph, const Tone& tone,
+                               const Means& means) {
+  struct Row {
+    Vector6 slope;
+    double residual, weight;
+  };
+  std::vector<Row> rows;
+  std::vector<double> sizes;
+  for (std::size_t k = 0; k < sized.size(); ++k) {
+    const std::size_t i = std::size_t(photograph.places[k]);
+    const auto found = sized.at(photograph.camera, k);
+    if (!found || means.count[i] < 2) continue;
+    const Eigen::RowVector2d gradient = tone.a * Eigen::RowVector2d(found->dx, found->dy);
+    rows.push_back({(gradient * sized.jacobian(k)).transpose(),
+                    tone.a * found->value + tone.b - means.value[i], photograph.weights[k]});
+    sizes.push_back(std::abs(rows.back().residual));
+  }
+  if (rows.size() < fewest_shared) return std::nullopt;
+  std::nth_element(sizes.begin(), sizes.begin() + std::ssize(sizes) / 2, sizes.end());
+  const double scale = std::max(1e-4, 2 * sizes[sizes.size() / 2]);
+  Matrix6 A = Matrix6::Zero();
+  Vector6 b = Vector6::Zero();
+  for (const Row& row : rows) {
+    const double w = row.weight / (1 + std::pow(row.residual / scale, 2));
+    A += w * row.slope * row.slope.transpose();
+    b -= w * row.residual * row.slope;
+  }
+  constexpr double damping = 1e-4;  // motions that nothing shows stay 0
+  A.diagonal() *= 1 + damping;
+  A.diagonal().array() += 1e-12 * A.diagonal().maxCoeff();
+  const Vector6 step = A.ldlt().solve(b);
+  return step.allFinite() ? std::optional(step) : std::nullopt;
+}
+
+double moved_by(const AlignedPhotograph& photograph, const PinholeCamera& before, std::span<const Vector3> places) {
+  double sum = 0, count = 0;
+  for (const int i : photograph.places) {
+    const auto from = before.project(places[std::size_t(i)]), to = photograph.camera.project(places[std::size_t(i)]);
+    if (from && to) sum += (*to - *from).squaredNorm(), count += 1;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+}  // namespace
+
+void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhotograph>& photographs,
+                       const Progress& progress) {
+  constexpr std::array<int, 3> divisors = {4, 2, 1};
+  constexpr int rounds = 10;
+  std::vector<PinholeCamera> before;
+  for (const AlignedPhotograph& photograph : photographs) before.push_back(photograph.camera);
+  std::vector<Tone> tones(photographs.size());
+  for (std::size_t size = 0; size < divisors.size(); ++size) {
+    std::vector<SizedPhotograph> sized;
+    for (const AlignedPhotograph& photograph : photographs) sized.emplace_back(photograph, places, divisors[size]);
+    if (size == 0) {
+      const Means plain = means_of(sized, photographs, tones, places.size());
+      for (std::size_t v = 0; v < sized.size(); ++v) tones[v] = tone_of(sized[v], photographs[v], plain);
+    }
+    for (int round = 0; round < rounds; ++round) {
+      const Means means = means_of(sized, photographs, tones, places.size());
+      parallel_for(std::ssize(photographs), [&](std::int64_t v) {
+        if (const auto step = step_of(sized[v], photographs[v], tones[v], means))
+          photographs[v].camera = moved(photographs[v].camera, *step);
+      }, 1);
+      progress.at((double(size) + double(round + 1) / rounds) / double(divisors.size()));
+    }
+  }
+  for (std::size_t v = 0; v < photographs.size(); ++v)
+    photographs[v].moved = moved_by(photographs[v], before[v], places);
+}
+
+}  // namespace mq

@@ -1,0 +1,34 @@
+#pragma once
+/// Cameras moved a little, so that photographs show the same on the surface.
+
+#include <span>
+#include <vector>
+
+#include "mq/base/progress.h"
+#include "mq/draw/pinhole.h"
+#include "mq/image/image.h"
+
+namespace mq {
+
+/// A photograph as it is aligned.
+struct AlignedPhotograph {
+  PinholeCamera camera;
+  Image<float> grey;          ///< brightness, of any size of the camera's proportions
+  std::vector<int> places;    ///< that it shows, by number
+  std::vector<float> weights; ///< of these, above 0
+  double moved = 0;           ///< by alignment: root mean square of its places, pixels of the camera
+};
+
+/// Minimises Σ_v Σ_i w_vi ρ(a_v I_v(π_v(x_i)) + b_v − g_i) over the rotations and translations of all
+/// cameras, g_i the mean over the photographs that show place i: ten rounds of a Gauss–Newton step each
+/// with g as it was, on pictures reduced to a quarter, to a half and whole (Zhou and Koltun, Color map
+/// optimization for 3D reconstruction with consumer depth cameras, 2014, with rigid cameras). ρ is
+/// Cauchy's, its scale the median residual; a_v, b_v give I_v the mean and the spread that g has at first.
+/// What all cameras have in common, against the mesh, no photograph tells; it stays.
+///
+/// Errors of some pixels are found where there is detail; a photograph that shares fewer than 50 places
+/// with others stays. Equal bits for any number of threads.
+void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhotograph>& photographs,
+                       const Progress& progress = {});
+
+}  // namespace mq
