@@ -18,7 +18,7 @@ using Json = nlohmann::json;
 class CamerasVerb : public testing::Test {
  protected:
   CamerasVerb() {
-    run({"sample", "bust", "--size", "64", "-o", "./"});
+    run({"sample", "bust", "--size", "64", "--triangles", "600", "-o", "./"});
     Json both = {{"cameras", Json::array()}};
     for (const char* view : {"front", "left"}) {
       const std::string name = view;

@@ -91,7 +91,9 @@ TEST(Docs, LeaveNoOptionOut) {
 TEST(Docs, ExplainEveryKeyOfAReport) {
   const Folder folder;
   ASSERT_EQ(marquetry(folder, {"sample", "bust", "--size", "64", "-o", "./"}).status, 0);
+  ASSERT_EQ(marquetry(folder, {"render", "bust.obj", "--size", "64", "-o", "view.png", "--cameras", "view.json"}).status, 0);
   const std::vector<std::vector<std::string>> runs = {
+      {"cameras", "view.json", "--mesh", "bust.obj"},
       {"inspect", "bust.obj"},
       {"check", "bust.obj"},
       {"mask", "bust.obj", "-o", "out.png"},

@@ -87,6 +87,11 @@ TEST_F(CameraFiles, OfBundler) {
   std::filesystem::rename(folder / "bundle", folder / "project/bundle");
   put("project/list.txt", get("list.txt"));
   EXPECT_LT(apart_from_set("project"), exact);
+  // COLMAP names them so.
+  put("c.bundle.out", bundler()), put("c.list.txt", "photo 0.png\nphoto 1.png\nphoto 2.png\n");
+  std::filesystem::remove(folder / "list.txt");
+  EXPECT_LT(apart_from_set("c.bundle.out"), exact);
+  put("list.txt", get("c.list.txt"));
   // One that Bundler could not place.
   std::string unplaced = bundler();
   unplaced.replace(unplaced.find("70.5 -0.1 0.02"), 14, "0 0 0");

@@ -47,11 +47,14 @@ class NumberStream {
   Scanner at_;
 };
 
-/// The list beside a file: NAME.list.txt, list.txt there or a folder further up.
+/// The list beside a file: NAME.list.txt of NAME.out and, as COLMAP has it, of NAME.bundle.out;
+/// list.txt there or a folder further up.
 fs::path list_beside(const fs::path& path) {
-  fs::path named = path;
+  fs::path named = path, of_colmap = path;
+  of_colmap.replace_extension().replace_extension(".list.txt");
   const std::vector<fs::path> places = {fs::path(path.string() + ".list.txt"),
                                         named.replace_extension(".list.txt"),
+                                        of_colmap,
                                         path.parent_path() / "list.txt",
                                         path.parent_path() / ".." / "list.txt"};
   for (const fs::path& place : places)

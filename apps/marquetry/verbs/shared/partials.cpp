@@ -51,7 +51,7 @@ void add_partial_options(OptionTable& table) {
              .type = Type::path,
              .count = Option::Count::many,
              .group = "Regions",
-             .help = "photographs with their cameras: JSON, or a folder of COLMAP's text export",
+             .help = "photographs with their cameras: any file or folder that the verb cameras reads",
              .details =
                  "The texture is made of them; where the model has no picture it gets one of "
                  "1024 × 1024."});
