@@ -32,7 +32,8 @@ TEST(Filter, SaysHowManyValuesAreCut) {
   EXPECT_THAT(error("9", "float"), Not(HasSubstr("clamped")));
   EXPECT_THAT(error("9", "keep"), Not(HasSubstr("clamped")));  // EXR holds them
   const Result result =
-      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "9", "--length", "2tx", "--halo", "inf", "--json"});
+      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "9", "--length", "2tx", "--halo", "inf",
+                         "--json"});
   const auto cut = result.json()["result"];
   const double values = cut["unknowns"].get<double>() * cut["channels"].get<double>();
   EXPECT_DOUBLE_EQ(cut["beyond_percent"], 100 * (cut["below_0"].get<double>() + cut["above_1"].get<double>()) / values);

@@ -158,7 +158,8 @@ TEST(HaloLimit, RefusesWhatMeansNothing) {
   const Signal psi = Signal::Zero(16, 1);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (const HaloOptions& wrong :
-       {HaloOptions{.fraction = -0.1}, HaloOptions{.fraction = nan}, HaloOptions{.contrast = 0}, HaloOptions{.reach = 0}})
+       {HaloOptions{.fraction = -0.1}, HaloOptions{.fraction = nan}, HaloOptions{.contrast = 0},
+        HaloOptions{.reach = 0}})
     EXPECT_THROW(HaloLimit(space, psi, wrong), InvalidInput);
   EXPECT_THROW(HaloLimit(space, Signal::Zero(15, 1)), InvalidInput);
   EXPECT_THROW(HaloLimit(space, psi).of_texture(std::vector<double>(3, 1.0)), InvalidInput);

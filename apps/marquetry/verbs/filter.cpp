@@ -58,6 +58,15 @@ std::pair<std::vector<Vector3>, SolveReport> filtered_shape(const Surface& surfa
   return {std::move(shape.positions), worst_of({found.report, shape.report})};
 }
 
+/// What keeps more of a shape's size. Normals that turn more foreshorten more, in any number of small steps;
+/// positions do not.
+std::string advice_on_size(const OptionValues& options) {
+  if (options.flag("normals") && options.number("beta") > 1)
+    return "parts that are thin may have come through each other; without --normals, and with half the --length, more "
+           "of it is kept";
+  return "a shorter --length or a --beta nearer to 1 keeps more of it";
+}
+
 Exit filter_geometry(Run& run) {
   const OptionValues& options = run.options();
   require(!options.flag("normals") || (options.texts("mask").empty() && options.texts("spot").empty()),
@@ -92,8 +101,7 @@ Exit filter_geometry(Run& run) {
     run.result["length"] = number_json(std::sqrt(wanted.weight));
   });
   const Step step(run, "write", 0.1);
-  put_positions(run, scene, positions,
-                "a shorter --length or a --beta nearer to 1 keeps more of it");
+  put_positions(run, scene, positions, advice_on_size(options));
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }
