@@ -134,6 +134,9 @@ class FilterTool : public Tool {
   void follow(const Wanted& wanted);
   enum class Extent { all, followed };
   void show(Extent extent);
+  ShownSignal shown() const {
+    return {before_, live_->signal(), gain_, limit_ ? &*limit_ : nullptr};
+  }
 
   Session& session_;
   OptionValues options_;  ///< of the verb
@@ -167,6 +170,7 @@ class FilterTool : public Tool {
 
   std::unique_ptr<PaintTarget> paint_target_;
   Signal before_;
+  std::optional<HaloLimit> limit_;      ///< none: halos as the equation has them
   std::optional<LiveModulation> live_;  ///< of β = 1 + mask
   std::vector<int> followed_;
   double weight_ = 0, gain_ = 0;

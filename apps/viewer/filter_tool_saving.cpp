@@ -5,6 +5,7 @@
 
 #include "filter_tool.h"
 #include "mq/base/error.h"
+#include "mq/base/parallel.h"
 
 namespace mq::view {
 namespace {
@@ -117,8 +118,14 @@ bool FilterTool::write_texture(int version, const Progress& progress) {
   }
   Model model = session_.scene->model;
   const bool nothing = std::ranges::all_of(followed_, [](int m) { return m == 0; });
-  if (!nothing)
-    paint_target_->target().put(before_, before_ + gain_ * (live_->signal() - before_), model);
+  if (!nothing) {
+    const ShownSignal values = shown();
+    Signal after = before_;
+    parallel_for(after.rows(), [&](std::int64_t k) {
+      for (int c = 0; c < int(after.cols()); ++c) after(k, c) = values(k, c);
+    });
+    paint_target_->target().put(before_, after, model);
+  }
   const Outputs outputs = this->outputs(path);
   for (const std::string& note : outputs.write(std::move(model), progress.step("write", 0)))
     session_.run.terminal().remark(note);

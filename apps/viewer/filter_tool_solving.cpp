@@ -31,6 +31,10 @@ void FilterTool::prepare(const Progress& progress) {
   about(session_.scene->model, [&] {
     paint_target_ = make_paint_target(session_, *run_, progress.step("assemble", 0.8));
     before_ = paint_target_->target().values();
+    const double halo = app::asked_halo(options_, session_.scene->model, before_);
+    if (std::isfinite(halo))
+      limit_.emplace(paint_target_->target().space(), before_, HaloOptions{.fraction = halo},
+                     progress.step("look around", 0.1));
   });
   scale_ = paint_target_->target().scale();
   want();
@@ -75,7 +79,9 @@ bool FilterTool::step_on(Wanted wanted, const Progress& progress) {
     live_.reset();
     try {
       const Progress either([&](const ProgressEvent&) { progress.check(); }, &hurry_);
-      live_.emplace(paint_target_->live(wanted.weight, before_, either));
+      LiveOptions live;
+      if (limit_) live.texture.assign(limit_->texture().begin(), limit_->texture().end());
+      live_.emplace(paint_target_->live(wanted.weight, before_, live, either));
     } catch (const Cancelled&) {
       progress.check();
       return true;  // another weight is wanted by now, perhaps
@@ -158,7 +164,8 @@ void FilterTool::follow(const Wanted& wanted) {
 
 void FilterTool::show(Extent extent) {
   const bool nothing = settled_ && std::ranges::all_of(followed_, [](int m) { return m == 0; });
-  const ShownSignal values{before_, live_->signal(), nothing ? 0 : gain_};
+  ShownSignal values = shown();
+  if (nothing) values.gain = 0;
   if (extent == Extent::followed)
     paint_target_->show(values, live_->followed());
   else

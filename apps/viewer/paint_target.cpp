@@ -37,9 +37,9 @@ class PaintedTextures : public PaintTarget {
     return ball_.reach(at.triangle, at.barycentric, place, radius);
   }
 
-  LiveModulation live(double weight, const Signal& before,
+  LiveModulation live(double weight, const Signal& before, const LiveOptions& options,
                       const Progress& progress) const override {
-    return {target_->space(), weight, before, LiveOptions{}, progress};
+    return {target_->space(), weight, before, options, progress};
   }
 
   void show(const ShownSignal& values, std::optional<std::span<const int>> some) override {
@@ -119,9 +119,9 @@ class PaintedVertices : public PaintTarget {
     return found;
   }
 
-  LiveModulation live(double weight, const Signal& before,
+  LiveModulation live(double weight, const Signal& before, const LiveOptions& options,
                       const Progress& progress) const override {
-    return {target_.space(), weight, before, LiveOptions{}, progress};
+    return {target_.space(), weight, before, options, progress};
   }
 
   /// What is as it was keeps the bits of the file, copies of a vertex their own.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "mq/filter/halo_limit.h"
 #include "mq/filter/live_modulation.h"
 #include "shell/results.h"
 #include "session.h"
@@ -15,15 +16,21 @@
 
 namespace mq::view {
 
-/// The signal before, the one that is solved for, and how much of the difference is shown.
+/// The signal before, the one that is solved for, how much of the difference is shown, and what halos may be: with a
+/// limit, what is solved for holds the channels for texture's part behind the others (`LiveOptions::texture`).
 struct ShownSignal {
   const Signal& before;
   const Signal& solved;
   double gain;
+  const HaloLimit* limit = nullptr;
 
   double operator()(std::int64_t unknown, int channel) const {
     const double was = before(unknown, channel);
-    return gain == 0 ? was : was + gain * (solved(unknown, channel) - was);
+    if (gain == 0) return was;
+    const double all = solved(unknown, channel) - was;
+    if (!limit || gain < 0) return was + gain * all;
+    const double texture = solved(unknown, before.cols() + channel) - was;
+    return limit->limited(unknown, channel, was, gain * (all - texture)) + gain * texture;
   }
 };
 
@@ -41,7 +48,7 @@ class PaintTarget {
   /// increasing. One call at a time.
   virtual std::vector<int> reach(const Vector3& place, double radius) = 0;
 
-  virtual LiveModulation live(double weight, const Signal& before,
+  virtual LiveModulation live(double weight, const Signal& before, const LiveOptions& options,
                               const Progress& progress) const = 0;
 
   /// Takes over the values at some unknowns, or at all; on the thread that solves.

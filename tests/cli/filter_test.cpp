@@ -32,7 +32,12 @@ TEST(Filter, SaysHowManyValuesAreCut) {
   EXPECT_THAT(error("9", "float"), Not(HasSubstr("clamped")));
   EXPECT_THAT(error("9", "keep"), Not(HasSubstr("clamped")));  // EXR holds them
   const Result result =
-      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "9", "--length", "2tx"});
+      marquetry(folder, {"filter", "strip.obj", "-o", "out.png", "--beta", "9", "--length", "2tx", "--halo", "inf",
+                         "--json"});
+  const auto cut = result.json()["result"];
+  const double values = cut["unknowns"].get<double>() * cut["channels"].get<double>();
+  EXPECT_DOUBLE_EQ(cut["beyond_percent"], 100 * (cut["below_0"].get<double>() + cut["above_1"].get<double>()) / values);
+  EXPECT_GT(cut["beyond_percent"], 0);
   EXPECT_THAT(result.error,
               ContainsRegex("values beyond what 8 bits per channel can hold \\([0-9.]+ % of all\\), clamped"));
 }
@@ -83,7 +88,7 @@ TEST(Filter, GivesTheSamePictureWithEverySolver) {
   for (const std::string solver : {"direct", "multigrid", "reference"}) {
     const Result result =
         marquetry(folder, {"filter", "strip.obj", "-o", solver + ".exr", "--depth", "float",
-                           "--beta", "3", "--alpha", "0.01", "--solver", solver, "--json"});
+                           "--beta", "3", "--alpha", "0.01", "--halo", "inf", "--solver", solver, "--json"});
     ASSERT_EQ(result.status, 0) << result.error;
     EXPECT_THAT(result.json()["solve"]["method"].get<std::string>(), HasSubstr(solver));
     EXPECT_TRUE(result.json()["solve"]["converged"]);
@@ -95,6 +100,29 @@ TEST(Filter, GivesTheSamePictureWithEverySolver) {
         EXPECT_NEAR(pictures[1].pixel(x, y)[c], pictures[0].pixel(x, y)[c], 1.0 / 65535);
         EXPECT_NEAR(pictures[2].pixel(x, y)[c], pictures[0].pixel(x, y)[c], 1.0 / 65535);
       }
+}
+
+TEST(Filter, LimitsHalosOfColoursByItself) {
+  const Folder folder;
+  write_strip(folder, 128, 96);
+  const auto result = [&](const Words& more) {
+    Words words = {"filter", "strip.obj", "-o", "out.exr", "--depth", "float", "--beta", "9",
+                   "--length", "3tx", "--overwrite", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result found = marquetry(folder, words);
+    EXPECT_EQ(found.status, 0) << found.error;
+    return found.json()["result"];
+  };
+  const auto as_said = result({"--halo", "inf"}), usual = result({}), stated = result({"--halo", "0.2"});
+  EXPECT_EQ(as_said["halo"], "inf");
+  EXPECT_EQ(usual["halo"], 0.2);
+  EXPECT_EQ(usual["rms_change"], stated["rms_change"]);
+  EXPECT_GT(usual["rms_change"], 0);
+  EXPECT_LT(usual["largest_change"].get<double>(), 0.7 * as_said["largest_change"].get<double>());
+  EXPECT_LT(usual["beyond_percent"].get<double>(), 0.7 * as_said["beyond_percent"].get<double>());
+  EXPECT_EQ(result({"--space", "linear"})["halo"], "inf");
+  EXPECT_EQ(result({"--space", "log"})["halo"], 0.2);
+  EXPECT_EQ(result({"--luminance"})["halo"], 0.2);
 }
 
 /// A square and, along one of its edges, a strip of this width; each takes as much of the texture.

@@ -63,6 +63,12 @@ TEST(FilterGeometry, SmoothsAndSharpensAShapeAndSaysHowItChanged) {
       }
       EXPECT_TRUE(result.json()["solve"]["converged"].get<bool>());
     }
+  write_mesh(folder, "torus.ply", fixtures::torus(48, 24));
+  const Result thin =
+      filter(folder, {"torus.ply", "-o", "out.ply", "--beta", "9", "--length", "10%", "--normals", "--json"});
+  ASSERT_EQ(thin.status, 0) << thin.error;
+  EXPECT_LT(thin.json()["result"]["volume"]["change"].get<double>(), -0.1);
+  EXPECT_THAT(thin.error, HasSubstr("parts that are thin may have come through each other; without --normals"));
   const Result said = filter(folder, {"ball.ply", "-o", "out.ply", "--beta", "0"});
   EXPECT_THAT(said.output, HasSubstr("area 12.")) << said.output;
   EXPECT_THAT(said.output, HasSubstr("volume 4."));

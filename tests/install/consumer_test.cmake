@@ -30,7 +30,7 @@ run(${CMAKE_COMMAND} -S ${SOURCE}/examples -B ${WORK}/examples -DCMAKE_PREFIX_PA
 run(${CMAKE_COMMAND} --build ${WORK}/examples)
 
 # The library does what the program does, to the last bit.
-set(filter filter ${model} --beta 2 --length 3tx -q)
+set(filter filter ${model} --beta 2 --length 3tx --halo inf -q)
 run(${WORK}/examples/01_filter ${model} ${WORK}/example.png)
 run(${marquetry} ${filter} -o ${WORK}/program.png)
 run(${CMAKE_COMMAND} -E compare_files ${WORK}/example.png ${WORK}/program.png)

@@ -59,7 +59,7 @@ double weight(const ModelSignal& signal, const std::string& length) {
 
 TEST(VerbFilter, IsAScreenedPoissonEquationOfTheModelsSignal) {
   Strip strip;
-  const std::string wanted = strip.of_program({"filter", "-b", "3", "-l", "2tx"});
+  const std::string wanted = strip.of_program({"filter", "-b", "3", "-l", "2tx", "--halo", "inf"});
   const TextureSignal signal = strip.signal();
   const Signal before = signal.values();
   signal.put(before, ScreenedPoisson(signal.space(), weight(signal, "2tx")).solve(before, 3).signal,
@@ -116,7 +116,7 @@ TEST(VerbFilter, SmoothsColoursAtVertices) {
 TEST(VerbFilter, IsAsThePublishedSolverHasItWhereThatIsGiven) {
   Strip strip;
   const std::string wanted =
-      strip.of_program({"filter", "-b", "3", "-l", "2tx", "--solver", "reference"});
+      strip.of_program({"filter", "-b", "3", "-l", "2tx", "--halo", "inf", "--solver", "reference"});
   const TextureSignal signal = strip.signal();
   const Signal before = signal.values();
   const SolverChoice choice{.kind = SolverChoice::Kind::given,

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/base/infinity.h"
+#include "mq/filter/halo_limit.h"
 #include "mq/io/slots.h"
 #include "shell/arguments.h"
 
@@ -70,6 +72,30 @@ Length spread(const OptionValues& options) {
 
 double spread_weight(const OptionValues& options, const SurfaceScale& scale) {
   return weight_from_length(spread(options), scale);
+}
+
+void add_halo_option(OptionTable& table, const std::string& group) {
+  table.add({.name = "halo",
+             .type = Type::number,
+             .least = 0,
+             .most = 1000,
+             .infinite = true,
+             .group = group,
+             .help = "how far beyond what is around it sharpening may carry an edge: part of the contrast there",
+             .details = fmt::format("{:g} without it; of normals and light (--space linear, or values above 1) inf: as "
+                                    "the equation says, fringes and all. Where contrast is below {:g} it is so with "
+                                    "any.",
+                                    HaloOptions{}.fraction, HaloOptions{}.contrast / 2)});
+}
+
+double asked_halo(const OptionValues& options, const Model& model, const Signal& values) {
+  if (options.has("halo")) return options.number("halo");
+  const ValueSpace in = value_space(options);
+  const bool is_light = in.space == ColourSpace::linear ||
+                        (in.space == ColourSpace::stored && values.size() > 0 && values.maxCoeff() > 1);
+  const bool is_normals = in.meaning == ValueSpace::Meaning::normals ||
+                          (!model.textures.empty() && model.textures.front().meaning == TextureMeaning::normals);
+  return is_light || is_normals ? infinity : HaloOptions{}.fraction;
 }
 
 void add_space_option(OptionTable& table) {

@@ -36,6 +36,13 @@ Length spread(const OptionValues& options);
 /// The same as the weight w = length² of `ScreenedPoisson`.
 double spread_weight(const OptionValues& options, const SurfaceScale& scale);
 
+/// Adds --halo, under the heading.
+void add_halo_option(OptionTable& table, const std::string& group);
+
+/// How far halos may go (`HaloOptions::fraction`): as asked for; else the usual way, but of normals, and of light
+/// (values that are decoded to it, or go beyond white), of which contrast is no part, inf: as the equation has them.
+double asked_halo(const OptionValues& options, const Model& model, const Signal& values);
+
 /// Adds --space.
 void add_space_option(OptionTable& table);
 

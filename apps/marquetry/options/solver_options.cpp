@@ -118,12 +118,14 @@ Json change_json(const Signal& before, const Signal& after, ColourSpace space) {
   const double white = space == ColourSpace::log ? log_from_linear(1) : 1;
   const Signal change = after - before;
   const double count = double(std::max<Eigen::Index>(1, change.size()));
+  const auto below = (after.array() < 0).count(), above = (after.array() > white).count();
   return {{"unknowns", before.rows()},
           {"channels", before.cols()},
           {"rms_change", std::sqrt(change.squaredNorm() / count)},
           {"largest_change", change.size() ? change.cwiseAbs().maxCoeff() : 0.0},
-          {"below_0", (after.array() < 0).count()},
-          {"above_1", (after.array() > white).count()}};
+          {"below_0", below},
+          {"above_1", above},
+          {"beyond_percent", 100 * double(below + above) / count}};
 }
 
 Json solve_json(const SolveReport& report) {

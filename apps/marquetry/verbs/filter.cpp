@@ -15,6 +15,7 @@
 #include "options/mask_options.h"
 #include "mq/base/error.h"
 #include "mq/filter/geometry_filter.h"
+#include "mq/filter/halo_limit.h"
 #include "mq/filter/luminance.h"
 #include "mq/filter/modulation.h"
 #include "shell/results.h"
@@ -57,6 +58,15 @@ std::pair<std::vector<Vector3>, SolveReport> filtered_shape(const Surface& surfa
   return {std::move(shape.positions), worst_of({found.report, shape.report})};
 }
 
+/// What keeps more of a shape's size. Normals that turn more foreshorten more, in any number of small steps;
+/// positions do not.
+std::string advice_on_size(const OptionValues& options) {
+  if (options.flag("normals") && options.number("beta") > 1)
+    return "parts that are thin may have come through each other; without --normals, and with half the --length, more "
+           "of it is kept";
+  return "a shorter --length or a --beta nearer to 1 keeps more of it";
+}
+
 Exit filter_geometry(Run& run) {
   const OptionValues& options = run.options();
   require(!options.flag("normals") || (options.texts("mask").empty() && options.texts("spot").empty()),
@@ -91,8 +101,7 @@ Exit filter_geometry(Run& run) {
     run.result["length"] = number_json(std::sqrt(wanted.weight));
   });
   const Step step(run, "write", 0.1);
-  put_positions(run, scene, positions,
-                "a shorter --length or a --beta nearer to 1 keeps more of it");
+  put_positions(run, scene, positions, advice_on_size(options));
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
 }
@@ -102,6 +111,13 @@ bool by_luminance(const OptionValues& options, const Model& model) {
   const std::vector<Texture>& textures = model.textures;
   return options.flag("luminance") &&
          (textures.empty() || textures.front().meaning == TextureMeaning::colours);
+}
+
+/// What a filter of these options makes of values: of each channel by itself.
+Filtered filtered(const ScreenedPoisson& equation, const ModelSignal& target, const Signal& values,
+                  const std::vector<double>& beta, double halo, const Progress& progress) {
+  if (std::isinf(halo)) return equation.solve(values, beta, progress);
+  return solve_without_halos(equation, target.space(), values, beta, {.fraction = halo}, progress);
 }
 
 Exit filter(Run& run) {
@@ -128,19 +144,21 @@ Exit filter(Run& run) {
     mask = asked_mask(run, scene, *target, step.progress().step("mask", 0.1));
   }
   const SurfaceScale scale = target->space().scale();
-  const double weight = spread_weight(options, scale), beta = options.number("beta");
+  const double weight = spread_weight(options, scale);
+  const std::vector<double> beta =
+      mask ? modulation(*mask, options.number("beta"))
+           : std::vector<double>(std::size_t(target->space().size()), options.number("beta"));
   Solution solution;
+  double halo = 0;
   about(scene.model, [&] {
     solution = solve_poisson(
         run, *target, weight,
         [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
-          const auto filtered = [&](const Signal& values) {
-            return mask ? equation.solve(values, modulation(*mask, beta), progress)
-                        : equation.solve(values, beta, progress);
-          };
-          if (!by_luminance(options, scene.model)) return filtered(before);
+          halo = asked_halo(options, scene.model, before);
+          if (!by_luminance(options, scene.model))
+            return filtered(equation, *target, before, beta, halo, progress);
           const Signal Y = luminance(before);
-          Filtered found = filtered(Y);
+          Filtered found = filtered(equation, *target, Y, beta, halo, progress);
           found.signal = with_luminance(before, Y, found.signal);
           return found;
         });
@@ -148,6 +166,7 @@ Exit filter(Run& run) {
   run.result.update(change_json(solution.before, solution.filtered.signal, value_space(run.options()).space));
   run.result["alpha"] = number_json(weight / scale.area);
   run.result["length"] = number_json(std::sqrt(weight));
+  run.result["halo"] = number_json(halo);
 
   const Step step(run, "write", 0.1);
   target->put(solution.before, solution.filtered.signal, scene.model);
@@ -181,6 +200,7 @@ Verb filter_verb() {
              .details = "0.2126 red + 0.7152 green + 0.0722 blue is filtered, and what it changes by is "
                         "added to all three. Alpha is kept. Maps that hold other values than colours "
                         "are filtered channel by channel."});
+  add_halo_option(table, "Filter");
   add_mask_options(table, "Filter");
   add_spread_options(table, {1e-3, Length::Unit::alpha}, "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area",
@@ -211,7 +231,7 @@ Verb filter_verb() {
   table.exclusive({"normals", "vertices"});
   table.exclusive({"normal-space", "vertices"});
   table.exclusive({"normals", "luminance"});
-  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance"})
+  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance", "halo"})
     table.exclusive({"geometry", name});
   add_frames_option(table);
   return {table, filter,

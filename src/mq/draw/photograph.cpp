@@ -88,7 +88,8 @@ std::optional<Projector::Shared::Sight> Projector::Shared::look(const PinholeCam
   const auto place = camera.project(points[i]);
   const double bias = options.bias * diagonal;
   if (!place || !visible(eye, points[i], bias)) return std::nullopt;
-  const double depth = (camera.rotation * points[i] + camera.translation).z();
+  // Beside a fisheye z says nothing of the size of pixels, which the distance does.
+  const double depth = std::max((camera.rotation * points[i] + camera.translation).z(), distance / 2);
   const double reach = options.outline * depth / camera.fx;
   if (reach > 0 && !clear(camera, eye, points[i], reach, cosine, bias)) return std::nullopt;
   const double fine = spacing > 0 ? std::min(1.0, camera.fx * spacing / depth) : 1.0;

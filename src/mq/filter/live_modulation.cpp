@@ -53,6 +53,7 @@ struct LiveModulation::Data {
   double reach;  ///< in model units
   PointBins bins;
   std::vector<double> beta, change;  ///< β and β − 1
+  std::vector<double> texture, change_of_texture;  ///< empty, or the part of it, and of β − 1 what it is
   Signal b, r, phi;
   std::vector<int> changed;    ///< since the last `follow`
   std::vector<int> near_bins;  ///< whose unknowns are N
@@ -63,19 +64,24 @@ struct LiveModulation::Data {
       : weight(weight_),
         psi(std::move(psi_)),
         system(std::move(of_space)),
-        local(hierarchy.multigrid(), lanes_for(int(psi.cols()))),
+        local(hierarchy.multigrid(), lanes_for(int(psi.cols()) * (options.texture.empty() ? 1 : 2))),
         reach(std::max(options.reach * std::sqrt(weight), least_reach * system.spacing)),
         bins(system.places, reach / bins_per_reach),
         beta(std::size_t(size()), 1.0),
         change(std::size_t(size()), 0.0),
-        b(Signal::Zero(size(), psi.cols())),
+        texture(options.texture),
+        change_of_texture(texture.size(), 0.0),
+        b(Signal::Zero(size(), psi.cols() * parts())),
         r(b),
-        phi(psi),
+        phi(start()),
         rows(size()) {
     system.places = {};
   }
 
   int size() const { return int(A.rows()); }
+  int parts() const { return texture.empty() ? 1 : 2; }
+  Signal start() const { return psi.replicate(1, parts()); }
+  Signal right_hand_side(std::span<const int> rows) const;
   std::vector<int> rows_around(std::span<const int> unknowns);
   void choose_near();
   void take_right_hand_side(Eigen::Index first, Eigen::Index channels);
@@ -89,6 +95,14 @@ std::vector<int> LiveModulation::Data::rows_around(std::span<const int> unknowns
     for (SparseMatrix::InnerIterator entry(A, k); entry; ++entry) rows.add(int(entry.col()));
   std::vector<int> result = rows.rows();
   rows.clear();
+  return result;
+}
+
+/// w·S_{β−1}·ψ in some rows, and the same for texture's part.
+Signal LiveModulation::Data::right_hand_side(std::span<const int> rows) const {
+  Signal result(std::ssize(rows), phi.cols());
+  result.leftCols(psi.cols()) = weight * system.stiffness_rows(rows, psi, change);
+  if (parts() == 2) result.rightCols(psi.cols()) = weight * system.stiffness_rows(rows, psi, change_of_texture);
   return result;
 }
 
@@ -112,9 +126,9 @@ void LiveModulation::Data::take_right_hand_side(Eigen::Index first, Eigen::Index
   parallel_for(std::ssize(near), [&](std::int64_t at) {
     const int i = near[at];
     const double factor = scaling.common * scaling.row(i);
-    for (Eigen::Index c = 0; c < channels; ++c)
+    for (Eigen::Index c = 0; c < local.lanes(); ++c)
       local.right_hand_side()[std::int64_t(i) * local.lanes() + c] =
-          float(factor * r(i, first + c));
+          c < channels ? float(factor * r(i, first + c)) : 0.0F;
   });
 }
 
@@ -140,7 +154,7 @@ void LiveModulation::Data::add_solution(Eigen::Index first) {
 
 namespace {
 
-void check(const SignalSpace& space, double weight, const Signal& psi) {
+void check(const SignalSpace& space, double weight, const Signal& psi, const LiveOptions& options) {
   require(
       weight > 0 && std::isfinite(weight),
       fmt::format("the weight of a live modulation is {}; it must be positive and finite", weight));
@@ -149,13 +163,18 @@ void check(const SignalSpace& space, double weight, const Signal& psi) {
       fmt::format("a live modulation of {} unknowns wants a finite signal of as many rows; one of "
                   "{} × {} was given",
                   space.size(), psi.rows(), psi.cols()));
+  require(options.texture.empty() ||
+              (std::ssize(options.texture) == space.size() &&
+               std::ranges::all_of(options.texture, [](double t) { return t >= 0 && t <= 1; })),
+          fmt::format("a live modulation of {} unknowns wants a part of texture from 0 to 1 for each; {} were given",
+                      space.size(), options.texture.size()));
 }
 
 }  // namespace
 
 LiveModulation::LiveModulation(const TexelSpace& space, double weight, Signal psi,
                                const LiveOptions& options, const Progress& progress) {
-  check(space, weight, psi);
+  check(space, weight, psi, options);
   SparseMatrix A = space.regularised_system(1, weight, progress.step("assemble", 0.4));
   Hierarchy hierarchy = texel_hierarchy(A, space.texels(), {}, progress.step("levels", 0.6));
   data_ = std::make_unique<Data>(System{std::move(A), std::move(hierarchy),
@@ -168,7 +187,7 @@ LiveModulation::LiveModulation(const TexelSpace& space, double weight, Signal ps
 
 LiveModulation::LiveModulation(const VertexSpace& space, double weight, Signal psi,
                                const LiveOptions& options, const Progress& progress) {
-  check(space, weight, psi);
+  check(space, weight, psi, options);
   const std::vector<Vector3> positions = space.positions();
   SparseMatrix A = space.system(1, weight, progress.step("assemble", 0.4));
   Hierarchy hierarchy = vertex_hierarchy(A, positions, {}, progress.step("levels", 0.6));
@@ -195,9 +214,11 @@ void LiveModulation::modulate(std::span<const int> unknowns, std::span<const dou
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     d.beta[unknowns[i]] = beta[i];
     d.change[unknowns[i]] = beta[i] - 1;
+    if (d.parts() == 2)
+      d.change_of_texture[unknowns[i]] = (beta[i] - 1) * (beta[i] > 1 ? d.texture[unknowns[i]] : 1);
   }
   const std::vector<int> rows = d.rows_around(unknowns);
-  const Signal now = d.weight * d.system.stiffness_rows(rows, d.psi, d.change);
+  const Signal now = d.right_hand_side(rows);
   parallel_for(std::ssize(rows), [&](std::int64_t i) {
     for (Eigen::Index c = 0; c < now.cols(); ++c) {
       double& b = d.b(rows[i], c);
@@ -214,8 +235,8 @@ Followed LiveModulation::follow(const FollowOptions& options) {
   if (!d.changed.empty()) d.choose_near();
   d.changed.clear();
   Followed report;
-  for (Eigen::Index first = 0; first < d.psi.cols(); first += 4) {
-    const Eigen::Index channels = std::min<Eigen::Index>(4, d.psi.cols() - first);
+  for (Eigen::Index first = 0; first < d.phi.cols(); first += 4) {
+    const Eigen::Index channels = std::min<Eigen::Index>(4, d.phi.cols() - first);
     d.take_right_hand_side(first, channels);
     const LocalSolve solve =
         d.local.solve({.error = options.error, .max_cycles = options.max_cycles});
@@ -235,14 +256,14 @@ Followed LiveModulation::follow(const FollowOptions& options) {
 SolveReport LiveModulation::settle(const SettleOptions& options, const Progress& progress) {
   Data& d = *data_;
   const Hierarchy& h = d.hierarchy;
-  Signal delta = d.phi - d.psi;
+  Signal delta = d.phi - d.start();
   const SolveReport report = mixed_conjugate_gradients(h.high(), h.low(), h.scaling(),
                                                        h.multigrid(), h.components(), d.b, delta,
                                                        {.tolerance = options.tolerance,
                                                         .max_cycles = options.max_cycles,
                                                         .least_cycles = options.least_cycles},
                                                        progress);
-  d.phi = d.psi + delta;
+  d.phi = d.start() + delta;
   parallel_for(d.r.rows(), [&](std::int64_t i) {
     d.r.row(i) = d.b.row(i);
     for (SparseMatrix::InnerIterator entry(d.A, i); entry; ++entry)

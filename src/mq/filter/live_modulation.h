@@ -19,6 +19,10 @@ struct LiveOptions {
   /// off like exp(−distance/√w). What is sharpened changes from texel to texel, and falls off faster: at
   /// 2.5 no more than half a step of 8 bits is missing (`bench/live_bench`).
   double reach = 2.5;
+
+  /// Per unknown, 0 to 1: what part of a modulation above 1 is that of texture (`HaloLimit::texture`), for which a
+  /// second solution is kept up beside that for all of it, as `solve_without_halos` needs. Empty: one alone.
+  std::vector<double> texture = {};
 };
 
 struct FollowOptions {
@@ -53,8 +57,8 @@ struct SettleOptions {
 class LiveModulation {
  public:
   /// Assembles the system and makes its multigrid levels. ψ is size() × channels; `space` must outlive the object.
-  /// Throws `InvalidInput` for a weight that is not positive and finite, or a signal that does not fit
-  /// or is not finite.
+  /// Throws `InvalidInput` for a weight that is not positive and finite, or a signal or texture that does
+  /// not fit or is not finite.
   LiveModulation(const TexelSpace& space, double weight, Signal psi, const LiveOptions& options = {},
                  const Progress& progress = {});
   LiveModulation(const VertexSpace& space, double weight, Signal psi, const LiveOptions& options = {},
@@ -78,7 +82,7 @@ class LiveModulation {
   /// β per unknown.
   std::span<const double> beta() const;
 
-  /// φ now.
+  /// φ now: the channels of ψ; with `LiveOptions::texture` followed by those of the solution for texture's part.
   const Signal& signal() const;
 
  private:

@@ -51,6 +51,13 @@ inline SolveReport nothing_to_solve() {
   return {.method = "none (nothing to change)", .residuals = {}};
 }
 
+/// Of several solutions the one that fell short, or the last.
+inline SolveReport worst_of(const std::vector<SolveReport>& reports) {
+  for (const SolveReport& report : reports)
+    if (!report.converged) return report;
+  return reports.empty() ? SolveReport{} : reports.back();
+}
+
 /// A prepared solver for one matrix A, symmetric and positive definite, or semidefinite where the
 /// implementation says so. Holds no reference to A's storage unless it says so.
 class LinearSolver {

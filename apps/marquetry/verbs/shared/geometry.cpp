@@ -94,12 +94,6 @@ void add_fit_options(OptionTable& table, const std::string& group) {
              .help = "fits one after the other, each nearer to the normals"});
 }
 
-SolveReport worst_of(const std::vector<SolveReport>& reports) {
-  for (const SolveReport& report : reports)
-    if (!report.converged) return report;
-  return reports.empty() ? SolveReport{} : reports.back();
-}
-
 void put_positions(Run& run, TexturedModel& scene, const std::vector<Vector3>& positions,
                    const std::string& advice) {
   const ShapeChange change = shape_change(scene.surface, positions);

@@ -22,9 +22,6 @@ Outputs shape_outputs(const OptionValues& options, const TexturedModel& scene);
 /// Adds --fit-weight and --fit-steps under the heading.
 void add_fit_options(OptionTable& table, const std::string& group);
 
-/// Of several solutions the one that fell short, or the last.
-SolveReport worst_of(const std::vector<SolveReport>& reports);
-
 /// Puts new positions of the surface's vertices into the model, whose stored normals turn with them
 /// (`move_vertices`); says and reports how far vertices moved and what area and volume became.
 /// Where one of these changed by more than 10 % a warning says so, followed by `advice`.
