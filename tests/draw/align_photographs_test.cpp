@@ -1,0 +1,109 @@
+// Photographs of a painted plane, whose cameras are then turned and moved.
+#include "mq/draw/align_photographs.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+namespace mq {
+namespace {
+
+double paint(double x, double y) {
+  return 0.5 + 0.12 * std::sin(17 * x + 3 * y) + 0.1 * std::cos(23 * y - 5 * x) + 0.08 * std::sin(9 * x * y + 11 * y);
+}
+
+constexpr int side = 240;
+
+/// Looks at the middle of the unit square from above, 1.6 away.
+PinholeCamera camera_from(double angle, double tilt) {
+  PinholeCamera camera;
+  camera.width = camera.height = side;
+  camera.fx = camera.fy = 260, camera.cx = camera.cy = side / 2.0;
+  const Vector3 forward(-std::sin(tilt) * std::cos(angle), -std::sin(tilt) * std::sin(angle), -std::cos(tilt));
+  const Vector3 right = Vector3(-std::sin(angle), std::cos(angle), 0), down = forward.cross(right);
+  camera.rotation.row(0) = right, camera.rotation.row(1) = down, camera.rotation.row(2) = forward;
+  camera.translation = -camera.rotation * (Vector3(0.5, 0.5, 0) - 1.6 * forward);
+  return camera;
+}
+
+/// The point of the plane that a place of the picture shows.
+Vector3 on_plane(const PinholeCamera& camera, double px, double py) {
+  const Vector3 ray = camera.rotation.transpose() * Vector3((px - camera.cx) / camera.fx, (py - camera.cy) / camera.fy, 1);
+  const Vector3 eye = camera.center();
+  return eye - eye.z() / ray.z() * ray;
+}
+
+Image<float> photograph(const PinholeCamera& camera, double gain) {
+  Image<float> picture(side, side, 1);
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      const Vector3 at = on_plane(camera, x + 0.5, y + 0.5);
+      picture(x, y) = float(gain * paint(at.x(), at.y()));
+    }
+  return picture;
+}
+
+PinholeCamera shaken(PinholeCamera camera, std::mt19937& random) {
+  std::normal_distribution<double> normal(0, 1);
+  const Vector3 turn = 0.008 * Vector3(normal(random), normal(random), normal(random));
+  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  camera.rotation = rotation * camera.rotation;
+  camera.translation = rotation * camera.translation + 0.005 * Vector3(normal(random), normal(random), normal(random));
+  return camera;
+}
+
+/// How far apart on the plane photographs put what is at one place, root mean square in pixels.
+double disagreement(std::span<const Vector3> places, std::span<const PinholeCamera> truth,
+                    std::span<const AlignedPhotograph> photographs) {
+  double sum = 0, count = 0;
+  for (const Vector3& place : places) {
+    Vector3 mean = Vector3::Zero();
+    std::vector<Vector3> shown;
+    for (std::size_t v = 0; v < truth.size(); ++v)
+      if (const auto at = photographs[v].camera.project(place)) shown.push_back(on_plane(truth[v], at->x(), at->y()));
+    for (const Vector3& point : shown) mean += point / double(shown.size());
+    for (const Vector3& point : shown) sum += (point - mean).squaredNorm(), count += 1;
+  }
+  return 260 / 1.6 * std::sqrt(sum / count);
+}
+
+TEST(AlignPhotographs, CamerasThatAreOffComeTogether) {
+  std::mt19937 random(5);
+  std::vector<Vector3> places;
+  for (int k = 0; k < 3000; ++k)
+    places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
+  std::vector<PinholeCamera> truth;
+  std::vector<AlignedPhotograph> photographs;
+  for (int v = 0; v < 7; ++v) {
+    truth.push_back(camera_from(0.9 * v, 0.15 + 0.05 * (v % 3)));
+    photographs.push_back({shaken(truth.back(), random), photograph(truth.back(), 0.8 + 0.07 * v), {}, {}});
+    for (int i = 0; i < int(places.size()); ++i)
+      photographs.back().places.push_back(i), photographs.back().weights.push_back(1);
+  }
+  std::vector<AlignedPhotograph> one_thread = photographs;
+  const double before = disagreement(places, truth, photographs);
+  align_photographs(places, photographs);
+  EXPECT_GT(before, 1.5);
+  EXPECT_LT(disagreement(places, truth, photographs), 0.1);
+  for (const AlignedPhotograph& one : photographs) EXPECT_GT(one.moved, 0);
+
+  align_photographs(places, one_thread);
+  for (std::size_t v = 0; v < truth.size(); ++v)
+    EXPECT_EQ(one_thread[v].camera.rotation, photographs[v].camera.rotation);
+}
+
+TEST(AlignPhotographs, OneThatSharesNothingStays) {
+  const PinholeCamera camera = camera_from(0, 0.2);
+  std::vector<Vector3> places;
+  for (int k = 0; k < 200; ++k) places.emplace_back(0.2 + 0.003 * k, 0.5 + 0.1 * std::sin(k), 0);
+  std::vector<AlignedPhotograph> photographs = {{camera, photograph(camera, 1), {}, {}}};
+  for (int i = 0; i < 200; ++i) photographs[0].places.push_back(i), photographs[0].weights.push_back(1);
+  align_photographs(places, photographs);
+  EXPECT_EQ(photographs[0].camera.rotation, camera.rotation);
+  EXPECT_EQ(photographs[0].moved, 0);
+}
+
+}  // namespace
+}  // namespace mq
