@@ -30,7 +30,8 @@ PinholeCamera camera_from(double angle, double tilt) {
 
 /// The point of the plane that a place of the picture shows.
 Vector3 on_plane(const PinholeCamera& camera, double px, double py) {
-  const Vector3 ray = camera.rotation.transpose() * Vector3((px - camera.cx) / camera.fx, (py - camera.cy) / camera.fy, 1);
+  const Vector3 ray =
+      camera.rotation.transpose() * Vector3((px - camera.cx) / camera.fx, (py - camera.cy) / camera.fy, 1);
   const Vector3 eye = camera.center();
   return eye - eye.z() / ray.z() * ray;
 }
