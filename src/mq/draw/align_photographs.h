@@ -21,8 +21,8 @@ struct AlignedPhotograph {
 
 /// Minimises Σ_v Σ_i w_vi ρ(a_v I_v(π_v(x_i)) + b_v − g_i) over the rotations and translations of all
 /// cameras, g_i the mean over the photographs that show place i: ten rounds of a Gauss–Newton step each
-/// with g as it was, on pictures reduced to a quarter, to a half and whole (Zhou and Koltun, Color map
-/// optimization for 3D reconstruction with consumer depth cameras, 2014, with rigid cameras). ρ is
+/// with g as it was, on pictures reduced to a quarter, to a half and whole ([zhou2014color], with rigid
+/// cameras). ρ is
 /// Cauchy's, its scale the median residual; a_v, b_v give I_v the mean and the spread that g has at first.
 /// What all cameras have in common, against the mesh, no photograph tells; it stays.
 ///
