@@ -94,13 +94,15 @@ TEST_F(PhotographedBust, ComesBackAndExposuresPassersByAndBlurCostLittle) {
 }
 
 TEST_F(PhotographedBust, BareMeshesBecomeModelsOfTheSizePhotographsResolve) {
-  ASSERT_EQ(call({"remesh", "bust.obj", "-o", "bare.ply"}), 0);
+  Model bare = read_model(*folder / "bust.obj");
+  bare.mesh.uvs.clear(), bare.mesh.corner_uvs.clear(), bare.mesh.textures.clear(), bare.textures.clear();
+  write_model(*folder / "bare.ply", bare);
   const Result result = marquetry(*folder, with_cameras({"texture", "bare.ply", "-o", "made.glb", "--picture",
                                                          "page.png", "--report", "r.json", "--overwrite"}));
   ASSERT_EQ(result.status, 0) << result.error;
   const Model made = read_model(folder->path() / "made.glb");
   ASSERT_EQ(made.textures.size(), 1U);
-  EXPECT_EQ(made.textures[0].pixels.width(), 256);
+  EXPECT_EQ(made.textures[0].pixels.width(), 512);
   EXPECT_TRUE(std::filesystem::exists(folder->path() / "page.png"));
   std::ifstream report(folder->path() / "r.json");
   const nlohmann::json found = nlohmann::json::parse(report)["result"];
@@ -111,6 +113,19 @@ TEST_F(PhotographedBust, BareMeshesBecomeModelsOfTheSizePhotographsResolve) {
   EXPECT_NEAR(found["seen"]["by_none"].get<double>() + found["seen"]["by_one"].get<double>() +
                   found["seen"]["by_two"].get<double>() + found["seen"]["by_more"].get<double>(),
               1, 1e-9);
+}
+
+TEST_F(PhotographedBust, PhotographsAreNotReplacedByTheTexture) {
+  std::filesystem::create_directory(*folder / "beside");
+  std::filesystem::copy_file(*folder / "view0.png", *folder / "beside/bust.png");
+  Model bare = read_model(*folder / "bust.obj");
+  bare.textures.clear();
+  write_model(*folder / "beside/bust.ply", bare);
+  nlohmann::json cameras = nlohmann::json::parse(file_bytes(*folder / "view0.json"));
+  cameras["cameras"][0]["image"] = "bust.png";
+  write_bytes(*folder / "beside/one.json", cameras.dump());
+  marquetry(*folder, {"texture", "beside/bust.ply", "--cameras", "beside/one.json", "-o", "beside/bust.obj"});  // whose picture would be bust.png
+  EXPECT_EQ(file_bytes(*folder / "beside/bust.png"), file_bytes(*folder / "view0.png"));
 }
 
 TEST_F(PhotographedBust, ThreadsDoNotMatter) {
@@ -127,7 +142,7 @@ TEST_F(PhotographedBust, WhatCannotBeIsRefused) {
   const auto error = [](std::vector<std::string> words) {
     return marquetry(*folder, words).error;
   };
-  EXPECT_THAT(error({"texture", "bust.png", "--cameras", "view0.json", "-o", "x.png"}), HasSubstr("is a picture"));
+  EXPECT_THAT(error({"texture", "bust.png", "--cameras", "view0.json", "-o", "x.png"}), HasSubstr("picture"));
   EXPECT_THAT(error({"texture", "bust.obj", "--cameras", "no.json", "-o", "x.png"}), HasSubstr("no.json"));
   EXPECT_THAT(error(with_cameras({"texture", "bust.obj", "--unwrap", "-o", "x.png"})),
               HasSubstr("cannot hold the texture coordinates"));

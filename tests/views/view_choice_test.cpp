@@ -49,12 +49,12 @@ Observations seen_by(int patches, std::span<const LightColour> gains) {
 
 TEST(ViewChoice, ExposuresAreTheInversesOfWhatViewsWereMultipliedBy) {
   const std::vector<LightColour> gains = {{1.3F, 1.1F, 0.9F}, {0.7F, 0.8F, 0.75F}, {1, 1.2F, 1.4F}, {1.1F, 0.9F, 1}};
-  const Observations observations = seen_by(60, gains);
+  const Observations observations = seen_by(400, gains);
   const std::vector<LightColour> found = exposures(observations, 4);
   for (std::size_t c = 0; c < 3; ++c) {
     double logarithms = 0;
     for (std::size_t v = 0; v < 4; ++v) {
-      EXPECT_NEAR(found[v][c] * gains[v][c], found[0][c] * gains[0][c], 1e-5);
+      EXPECT_NEAR(found[v][c] * gains[v][c], found[0][c] * gains[0][c], 0.015);  // but for what holds them
       logarithms += std::log(found[v][c]);
     }
     EXPECT_NEAR(logarithms, 0, 1e-5);  // the scene keeps its brightness
@@ -70,13 +70,13 @@ TEST(ViewChoice, ExposuresDoNotFollowAPasserBy) {
 
 TEST(ViewChoice, AViewThatSharesNothingKeepsItsLight) {
   std::vector<std::vector<Observations::OfPatch>> views(3);
-  for (int p = 0; p < 5; ++p) {
+  for (int p = 0; p < 200; ++p) {
     views[0].push_back({p, {0, 1, 1, {0.2F, 0.2F, 0.2F}}});
     views[1].push_back({p, {1, 1, 1, {0.4F, 0.4F, 0.4F}}});
-    views[2].push_back({p + 5, {2, 1, 1, {0.9F, 0.9F, 0.9F}}});
+    views[2].push_back({p + 200, {2, 1, 1, {0.9F, 0.9F, 0.9F}}});
   }
-  const auto found = exposures(Observations::gather(10, views), 3);
-  EXPECT_NEAR(found[0][0] / found[1][0], 2, 1e-5);
+  const auto found = exposures(Observations::gather(400, views), 3);
+  EXPECT_NEAR(found[0][0] / found[1][0], 2, 0.02);  // but for what holds them
   EXPECT_EQ(found[2], (LightColour{1, 1, 1}));
 }
 

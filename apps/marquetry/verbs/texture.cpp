@@ -68,9 +68,21 @@ void prepare_textures(Run& run, std::span<const Photograph> photographs, Texture
   run.found(scene.defects());
   run.warn(scene.defects());
   require_usable(scene.defects(), scene.model.path.string());
-  if (load.side) scene.model.textures.clear();
+  if (load.side)
+    for (Texture& picture : scene.model.textures) {
+      Texture fresh;
+      fresh.name = picture.name, fresh.wrap = picture.wrap;
+      picture = std::move(fresh);
+    }
   add_missing_pictures(scene);
-  leave_out_colours(scene.model, run.terminal());
+  int unnamed = 0;
+  for (Texture& picture : scene.model.textures)
+    if (picture.name.empty()) {
+      const std::filesystem::path output = options.text("output");
+      picture.name = output.has_filename() ? output.stem().string() : scene.model.path.stem().string();
+      if (unnamed++ > 0) picture.name += fmt::format("_{}", unnamed);
+    }
+  if (scene.model.colors.channels > 0) leave_out_colours(scene.model, run.terminal());
 }
 
 PhotographTextureOptions asked_choice(const OptionValues& options) {
@@ -109,6 +121,11 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
                         {"by_one", share(1, 2)},
                         {"by_two", share(2, 3)},
                         {"by_more", share(3, found.seen_by.size())}};
+  constexpr double much = 0.3;
+  if (share(0, 1) > much)
+    run.terminal().warning(fmt::format("no photograph shows {:.0f} % of the texture: colours there are guessed from "
+                                       "what is around",
+                                       100 * share(0, 1)));
   const std::int64_t used = std::ranges::count_if(found.views, [](const auto& view) { return view.texels > 0; });
   run.print(fmt::format("{} of {} used; of the texture {:.1f} % is seen by none, {:.1f} % by one, {:.1f} % by two, "
                         "{:.1f} % by more\n",
@@ -138,7 +155,8 @@ void draw_choice(Run& run, const TexturedModel& scene, const TextureSignal& targ
   TexturedModel numbers = scene;
   target.replace(colours_of_labels(found.labels), Depth::u8, numbers.model);
   ModelPictureOptions page{.page = ModelPictureOptions::Page::views, .views = {"front", "right", "back", "left"}};
-  page.render.width = page.render.height = 480;
+  page.render.width = page.render.height = 360;
+  page.sheet.columns = 4;
   page.render.light = RenderOptions::Light::none;
   page.sheet.title = "photographs chosen, and the texture";
   write_image(run.options().text("picture"), ModelRenderer(numbers).draw(page, scene.model.textures));
@@ -187,7 +205,8 @@ Exit texture(Run& run) {
   report_photographs(run, photographs, *found);
   require(std::ranges::any_of(found->labels, [](int label) { return label != unseen; }),
           scene.model.path.string() +
-              ": no photograph shows any of it: check the cameras with the verb cameras, and --steepest and --bias");
+              ": no photograph shows any of it: check the cameras with the verb cameras, alpha of the "
+              "photographs, and --steepest, --bias and --outline");
   const SurfaceScale scale = target->space().scale();
   const double weight = spread_weight(options, scale);
   Filtered filtered;
@@ -201,6 +220,7 @@ Exit texture(Run& run) {
   set_depth(options, scene.model);
   if (options.has("picture")) draw_choice(run, scene, *target, *found);
   write_outputs(run, *outputs, std::move(scene.model), step);
+  for (const std::filesystem::path& page : pages) run.result["outputs"].push_back(page.string());
   return Exit::done;
 }
 
@@ -316,7 +336,7 @@ Verb texture_verb() {
   add_solver_options(table);
   add_space_option(table);
   add_depth_option(table);
-  return {table, texture, {{.what = "made of photographs with cameras"}}};
+  return {table, texture, {{.what = "made of photographs with cameras", .vertices = "", .pictures = ""}}};
 }
 
 }  // namespace mq::app

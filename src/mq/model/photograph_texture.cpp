@@ -235,8 +235,12 @@ class Photographing {
     }
     align_photographs(projector_.places(), aligned, progress.step("align", 0.4));
     for (std::size_t v = 0; v < photographs_.size(); ++v) {
+      constexpr double far = 10;
       cameras_[v] = aligned[v].camera;
       moved_[v] = aligned[v].moved;
+      if (moved_[v] > far)
+        messages_.warning(fmt::format("{}: alignment moved it by {:.0f} pixels: check its camera",
+                                      photographs_[v].picture.string(), moved_[v]));
     }
   }
 
@@ -321,6 +325,23 @@ class Photographing {
   std::vector<double> pixels_per_texel_;
 };
 
+/// A photograph that disagrees nearly everywhere is rejected altogether, and said so.
+void leave_out_strangers(std::span<const Photograph> photographs, Observations& observations, Messages& messages) {
+  constexpr double nearly_everywhere = 0.7;
+  std::vector<double> all(photographs.size(), 0.0), rejected(photographs.size(), 0.0);
+  for (const Observation& o : observations.all) {
+    all[std::size_t(o.view)] += 1;
+    rejected[std::size_t(o.view)] += o.rejected;
+  }
+  for (std::size_t v = 0; v < photographs.size(); ++v)
+    if (rejected[v] > nearly_everywhere * all[v])
+      messages.warning(fmt::format("{}: disagrees with the other photographs on {:.0f} % of what it shows and is left "
+                                   "out where others show that: check it and its camera",
+                                   photographs[v].picture.string(), 100 * rejected[v] / all[v]));
+  for (Observation& o : observations.all)
+    if (rejected[std::size_t(o.view)] > nearly_everywhere * all[std::size_t(o.view)]) o.rejected = true;
+}
+
 void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result) {
   result.patches = patches.count();
   for (const Observation& o : observations.all) {
@@ -346,7 +367,10 @@ PhotographTexture texture_of_photographs(const TexturedModel& model, const Textu
   std::vector<LightColour> gains(photographs.size(), LightColour{1, 1, 1});
   if (options.match_exposure) gains = exposures(observations, int(photographs.size()));
   multiply_light(gains, observations);
-  if (options.reject_outliers) reject(patches, options.rejection, observations);
+  if (options.reject_outliers) {
+    reject(patches, options.rejection, observations);
+    leave_out_strangers(photographs, observations, messages);
+  }
   const std::vector<int> chosen = choose_views(patches, observations, options.choice, progress.step("choose", 0.05));
   std::vector<int> labels = work.labels(patches, observations, chosen, progress.step("what is hidden", 0.1));
   BeyondBorders beyond(signal.space(), labels, signal.channels());

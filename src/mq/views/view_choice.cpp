@@ -47,7 +47,7 @@ namespace {
 /// of a patch, Σ_p (diag(w) − w wᵀ / W) g = Σ_p w (x − x̄).
 Eigen::VectorXd exposures_of_channel(const Observations& observations, int views, int channel) {
   constexpr int rounds = 10;
-  constexpr double scale = 0.05, hold = 1e-6;
+  constexpr double scale = 0.05, hold = 0.3;
   Eigen::VectorXd g = Eigen::VectorXd::Zero(views), counts = Eigen::VectorXd::Zero(views);
   std::vector<double> x, w;
   std::vector<int> view;
@@ -59,9 +59,9 @@ Eigen::VectorXd exposures_of_channel(const Observations& observations, int views
       x.clear(), w.clear(), view.clear();
       for (const Observation& o : observations.of(p)) {
         const float c = o.colour[std::size_t(channel)];
-        if (c < black || std::ranges::max(o.colour) > clipped) continue;
+        if (std::ranges::min(o.colour) < black || std::ranges::max(o.colour) > clipped) continue;
         x.push_back(std::log(double(c)));
-        w.push_back(o.quality);
+        w.push_back(double(o.quality) * o.quality);
         view.push_back(o.view);
       }
       if (x.size() < 2) continue;
@@ -83,7 +83,7 @@ Eigen::VectorXd exposures_of_channel(const Observations& observations, int views
         for (std::size_t m = 0; m < x.size(); ++m) A(view[k], view[m]) -= w[k] * w[m] / sum;
       }
     }
-    A.diagonal().array() += hold * std::max(A.diagonal().maxCoeff(), 1e-12);
+    A.diagonal().array() += hold;
     g = A.ldlt().solve(b);
     if (counts.sum() > 0) g.array() -= counts.dot(g) / counts.sum();
     for (int v = 0; v < views; ++v)

@@ -46,10 +46,11 @@ struct Observations {
 };
 
 /// What the light of each view is to be multiplied by, per channel, so that all show a patch alike:
-/// exp(−g), with log c_pv = L_p + g_v + residual over patches p and views v, robustly (weights 1 / (1 + (r
-/// / s)²), Cauchy's, s = 0.05, by ten reweighted least squares) and Σ_v g_v · (patches of v) = 0, so that
-/// the scene keeps the brightness of its photographs. Colours that are black or clipped count nothing. A
-/// view that shares no patch with others keeps its light.
+/// exp(−g), with log c_pv = L_p + g_v + residual over patches p and views v, by least squares with the
+/// squares of qualities as weights, robustly (times 1 / (1 + (r / s)²), Cauchy's, s = 0.05, in ten rounds),
+/// + 0.3 Σ g_v², which holds a view that hardly shares anything, and Σ_v g_v · (patches of v) = 0, so that
+/// the scene keeps the brightness of its photographs. Colours that are black or clipped in any channel
+/// count nothing. A view that shares no patch with others keeps its light.
 std::vector<LightColour> exposures(const Observations& observations, int views);
 
 /// Multiplies the colours by them.
