@@ -124,7 +124,8 @@ TEST_F(PhotographedBust, PhotographsAreNotReplacedByTheTexture) {
   nlohmann::json cameras = nlohmann::json::parse(file_bytes(*folder / "view0.json"));
   cameras["cameras"][0]["image"] = "bust.png";
   write_bytes(*folder / "beside/one.json", cameras.dump());
-  marquetry(*folder, {"texture", "beside/bust.ply", "--cameras", "beside/one.json", "-o", "beside/bust.obj"});  // whose picture would be bust.png
+  // The picture of bust.obj would be bust.png.
+  marquetry(*folder, {"texture", "beside/bust.ply", "--cameras", "beside/one.json", "-o", "beside/bust.obj"});
   EXPECT_EQ(file_bytes(*folder / "beside/bust.png"), file_bytes(*folder / "view0.png"));
 }
 
