@@ -137,6 +137,14 @@ class Program(unittest.TestCase):
                      {"output": "cameras.json", "mesh": self.model, "picture": "around.png", "size": "64"},
                      ("output", "picture"))
 
+    def test_texture(self):
+        made = folder() / "of_photographs"
+        made.mkdir(exist_ok=True)
+        program("render", self.model, "--size", "64", "-o", made / "one.png", "--cameras", made / "one.json")
+        self.compare("texture", [self.model],
+                     {"cameras": str(made / "one.json"), "output": "out.png", "picture": "chosen.png"},
+                     ("output", "picture"))
+
     def test_check_says_what_it_found(self):
         self.compare("check", [self.model, self.picture], {})
 
