@@ -91,13 +91,16 @@ std::vector<int> leave_out(const std::vector<int>& damaged, std::vector<int>& fr
   return lost;
 }
 
-void write_frames(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
+void write_frames(Run& run, const EvolvingInput& input, const std::vector<int>& frames,
                   const std::vector<fs::path>& paths) {
+  const EvolvingReader& reader = input.reader;
   const OptionValues& options = run.options();
   const Step step(run, "write", 0.9);
   if (names_animation(options.text("output"))) {
     require(!options.has("paint"), "--paint: an animation has no colours at vertices");
-    write_animation(paths.front(), reader, {frames.front(), frames.back(), options.number("rate"), asked_compression(options)}, {}, step);
+    const double usual = options.number("rate");
+    const double rate = options.given("rate") ? usual : input.rate.value_or(usual);
+    write_animation(paths.front(), reader, {frames.front(), frames.back(), rate, asked_compression(options)}, {}, step);
     return;
   }
   std::optional<CarriedColours> colours;
@@ -139,8 +142,9 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingReader
 
 /// Writes what can be had of the frames. Throws `IoError` after the rest was written where some are
 /// damaged.
-void write_asked(Run& run, const EvolvingReader& reader, const std::vector<int>& damaged,
+void write_asked(Run& run, const EvolvingInput& input, const std::vector<int>& damaged,
                  std::vector<int> frames, std::vector<fs::path> paths) {
+  const EvolvingReader& reader = input.reader;
   const OptionValues& options = run.options();
   std::vector<int> lost;
   if (!options.has("from") && !names_animation(options.text("output")))
@@ -149,7 +153,7 @@ void write_asked(Run& run, const EvolvingReader& reader, const std::vector<int>&
   if (options.has("from"))
     write_captured_textures(run, reader, frames, options.text("output"));
   else
-    write_frames(run, reader, frames, paths);
+    write_frames(run, input, frames, paths);
   say_written(run, paths);
   if (!lost.empty())
     throw IoError(fmt::format(
@@ -174,6 +178,8 @@ Exit run_export(Run& run) {
     paths = paths_of(options, reader, frames);
     run.will_write(paths);
   }
+  if (input.has_pictures() && options.has("output") && !options.has("from"))
+    run.terminal().warning(options.text("evolving") + ": its pictures are not written; --from makes new ones");
   if (options.has("plot")) run.will_write({options.text("plot")});
   const std::vector<int> damaged = reader.damaged();
   warn_of_damage(run.terminal(), reader, damaged);
@@ -184,7 +190,7 @@ Exit run_export(Run& run) {
     write_plot(run, followed_frames(reader));
     if (paths.empty()) say_written(run, {options.text("plot")});
   }
-  if (!paths.empty()) write_asked(run, reader, damaged, frames, paths);
+  if (!paths.empty()) write_asked(run, input, damaged, frames, paths);
   return Exit::done;
 }
 

@@ -269,6 +269,7 @@ class GltfFinder {
     if (moving > 0 && moving < scene_->meshes.size())
       found_.notes.push_back(fmt::format("{} that stand still beside what moves are left out",
                                          counted(std::int64_t(scene_->meshes.size() - moving), "mesh")));
+    if (moving == 0) found_.notes.emplace_back("nothing in it moves: it is a film of one frame");
     std::map<double, const MovingMesh*> shown_at;
     if (moving == 0) shown_at[0] = &scene_->meshes[0];
     for (const MovingMesh& mesh : scene_->meshes) {

@@ -112,7 +112,8 @@ class UsdFinder {
     std::map<double, std::pair<const UsdMesh*, std::string_view>> shown_at;
     std::size_t moving = 0;
     for (const UsdMesh& mesh : scene_->meshes) moving += mesh.moves();
-    if (scene_->meshes.empty() || (moving == 0 && scene_->meshes.size() > 1)) refuse_still();
+    if (scene_->meshes.empty() || (moving == 0 && (scene_->meshes.size() > 1 || has_skeleton()))) refuse_still();
+    note_what_is_left_out(moving);
     if (moving > 0 && moving < scene_->meshes.size())
       found_.notes.push_back(fmt::format("{} that stand still beside what moves are left out",
                                          counted(std::int64_t(scene_->meshes.size() - moving), "mesh")));
@@ -137,6 +138,17 @@ class UsdFinder {
     set_times(times);
   }
 
+  bool has_skeleton() const {
+    return kinds_.contains("SkelRoot") || kinds_.contains("Skeleton") || kinds_.contains("SkelAnimation");
+  }
+
+  void note_what_is_left_out(std::size_t moving) {
+    if (moving == 0) found_.notes.emplace_back("nothing in it moves: it is a film of one frame");
+    if (moving > 0 && has_skeleton()) found_.notes.emplace_back("a skeleton is not read");
+    if (refers_) found_.notes.emplace_back("references to other files or prims are not followed");
+    if (kinds_.contains("PointInstancer")) found_.notes.emplace_back("instances are not drawn");
+  }
+
   void set_times(const std::vector<double>& times) {
     const std::string_view metadata = text_.layer().metadata;
     double rate = default_usd_rate;
@@ -159,7 +171,7 @@ class UsdFinder {
   [[noreturn]] void refuse_still() const {
     std::string what =
         scene_->meshes.empty() ? "no mesh" : counted(std::ssize(scene_->meshes), "mesh") + ", none of which moves";
-    if (kinds_.contains("SkelRoot") || kinds_.contains("Skeleton")) what += ", and a skeleton, which is not read";
+    if (has_skeleton()) what += ", and a skeleton, which is not read";
     if (refers_ || !text_.member(text_.layer().metadata, "subLayers").empty())
       what +=
           ", and references to other files, which are not followed: usdcat, of Pixar's tools, "
