@@ -22,6 +22,7 @@
 #include "shell/run.h"
 #include "shell/verb.h"
 #include "verbs/shared/baking.h"
+#include "verbs/shared/partials.h"
 
 namespace mq::app {
 namespace {
@@ -87,8 +88,7 @@ void prepare_textures(Run& run, std::span<const Photograph> photographs, Texture
 
 PhotographTextureOptions asked_choice(const OptionValues& options) {
   PhotographTextureOptions wanted;
-  wanted.projection.steepest = options.number("steepest");
-  wanted.projection.bias = options.number("bias") / 100;
+  wanted.projection = asked_sight(options);
   wanted.projection.outline = options.number("outline");
   wanted.align = options.flag("align");
   wanted.match_exposure = options.text("exposure") == "match";
@@ -228,22 +228,7 @@ void add_choice_options(OptionTable& table) {
   using Type = Option::Type;
   const PhotographTextureOptions usual;
   const std::string group = "Photographs";
-  table.add({.name = "steepest",
-             .type = Type::number,
-             .default_value = as_typed(usual.projection.steepest),
-             .unit = "degrees",
-             .least = 1,
-             .most = 90,
-             .group = group,
-             .help = "from the normal, beyond which a photograph shows nothing"});
-  table.add({.name = "bias",
-             .type = Type::number,
-             .default_value = as_typed(100 * usual.projection.bias),
-             .unit = "%",
-             .least = 0,
-             .most = 100,
-             .group = group,
-             .help = "of the model's diagonal: what is so close in front of a point does not hide it"});
+  add_sight_options(table, group);
   table.add({.name = "outline",
              .type = Type::number,
              .default_value = as_typed(usual.projection.outline),

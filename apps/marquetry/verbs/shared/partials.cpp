@@ -31,6 +31,32 @@ std::vector<Texture> read_pictures(const std::vector<std::string>& files, std::s
 
 }  // namespace
 
+void add_sight_options(OptionTable& table, const std::string& group) {
+  using Type = Option::Type;
+  table.add({.name = "steepest",
+             .type = Type::number,
+             .default_value = as_typed(PhotographOptions{}.steepest),
+             .unit = "degrees",
+             .least = 1,
+             .most = 90,
+             .group = group,
+             .help = "from the normal, beyond which a view shows nothing"});
+  table.add({.name = "bias",
+             .type = Type::number,
+             .default_value = as_typed(100 * PhotographOptions{}.bias),
+             .unit = "%",
+             .least = 0,
+             .most = 100,
+             .group = group,
+             .help =
+                 "of the model's diagonal: what is so close in front of a point does not hide it "
+                 "from a view"});
+}
+
+PhotographOptions asked_sight(const OptionValues& options) {
+  return {.steepest = options.number("steepest"), .bias = options.number("bias") / 100};
+}
+
 void add_partial_options(OptionTable& table) {
   using Type = Option::Type;
   table.add({.name = "partial",
@@ -55,24 +81,7 @@ void add_partial_options(OptionTable& table) {
              .details =
                  "The texture is made of them; where the model has no picture it gets one of "
                  "1024 × 1024."});
-  table.add({.name = "steepest",
-             .type = Type::number,
-             .default_value = as_typed(PhotographOptions{}.steepest),
-             .unit = "degrees",
-             .least = 1,
-             .most = 90,
-             .group = "Regions",
-             .help = "from the normal, beyond which a view shows nothing"});
-  table.add({.name = "bias",
-             .type = Type::number,
-             .default_value = as_typed(100 * PhotographOptions{}.bias),
-             .unit = "%",
-             .least = 0,
-             .most = 100,
-             .group = "Regions",
-             .help =
-                 "of the model's diagonal: what is so close in front of a point does not hide it "
-                 "from a view"});
+  add_sight_options(table, "Regions");
 }
 
 bool has_views(const OptionValues& options) { return !options.texts("views").empty(); }
@@ -117,7 +126,7 @@ std::vector<Partial> read_views(Run& run, const TexturedModel& scene, const Text
   for (const Photograph& photograph : photographs) run.will_read(photograph.picture);
   std::vector<Partial> partials = partials_of_photographs(
       scene, target, photographs,
-      {.steepest = options.number("steepest"), .bias = options.number("bias") / 100},
+      asked_sight(options),
       run.terminal(), progress);
   Json views = Json::array();
   for (std::size_t k = 0; k < partials.size(); ++k)

@@ -4,10 +4,17 @@
 
 #include <vector>
 
+#include "mq/draw/photograph.h"
 #include "mq/filter/stitch.h"
 #include "options/signal_options.h"
 
 namespace mq::app {
+
+/// Adds --steepest and --bias, what a photograph with a camera shows, under the heading.
+void add_sight_options(OptionTable& table, const std::string& group);
+
+/// What they say.
+PhotographOptions asked_sight(const OptionValues& options);
 
 /// Adds --partial and --confidence, and --views with what belongs to it.
 void add_partial_options(OptionTable& table);
