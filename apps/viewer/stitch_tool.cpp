@@ -82,11 +82,12 @@ bool StitchTool::command(const std::vector<std::string>& words) {
   const std::string& what = words[0];
   static const std::set<std::string> own = {"photograph", "region", "size",       "stroke",
                                             "undo",       "redo",   "save-labels"};
+  require(what != "set" || shows(options_.table().find(words[1])),
+          fmt::format("'{}' is not an option that the viewer sets: the model has its textures", words[1]));
   if (!own.contains(what)) return VerbTool::command(words);
   require(
       ready_,
-      "stitch chooses between photographs: name them first, with 'set partial FILE ...' or 'set "
-      "views FILE'");
+      fmt::format("{} chooses between photographs: name them first, with 'set {} FILE'", name(), photographs_option()));
   forget_others();
   if (what == "photograph") {
     const auto number = app::parse_numbers(words[1], 1);
@@ -207,8 +208,8 @@ void StitchTool::redo() {
   undo_.push_back(std::move(stroke));
 }
 
-std::unique_ptr<Tool> make_stitch_tool(Session& session) {
-  return std::make_unique<StitchTool>(session);
+std::unique_ptr<Tool> make_stitch_tool(const std::string& verb, Session& session) {
+  return std::make_unique<StitchTool>(verb, session);
 }
 
 }  // namespace mq::view

@@ -1,6 +1,6 @@
 #pragma once
-/// Which photograph wins where: what the verb stitch does with photographs, with these and the
-/// solver kept from one choice of regions to the next.
+/// Which photograph wins where: what the verbs stitch (--partial) and texture (--cameras) do with photographs, with
+/// these and the solver kept from one choice of regions to the next.
 
 #include <atomic>
 #include <filesystem>
@@ -16,15 +16,16 @@
 #include "mq/mesh/closest_point.h"
 #include "options/signal_options.h"
 #include "verbs/shared/partials.h"
+#include "verbs/shared/photographs.h"
 #include "verb_tool.h"
 
 namespace mq::view {
 
-/// A choice is a number per texel: of the photograph it is to come from, or `unseen` where the one
-/// that shows it best is taken. It is saved as the labels that `stitch --labels` reads.
+/// A choice is a number per texel: of the photograph it is to come from, or `unseen` where that is left to the
+/// verb. It is saved as the labels that the verb's --labels reads.
 class StitchTool : public VerbTool {
  public:
-  explicit StitchTool(Session& session) : VerbTool("stitch", session) {}
+  StitchTool(const std::string& verb, Session& session) : VerbTool(verb, session), with_cameras_(verb == "texture") {}
   ~StitchTool() override { background_.stop(); }
 
   void panel() override;
@@ -41,7 +42,7 @@ class StitchTool : public VerbTool {
 
   bool command(const std::vector<std::string>& words) override;
   std::string unsaved() const override {
-    return is_saved() ? "" : "which photographs were chosen for the tool stitch";
+    return is_saved() ? "" : "which photographs were chosen for the tool " + name();
   }
 
   nlohmann::ordered_json report() const override;
@@ -84,14 +85,20 @@ class StitchTool : public VerbTool {
   // On the other one.
   void make(const OptionValues& options, const Progress& progress) override;
   void before_make(const OptionValues& options) override;
+  bool shows(const Option& option) const override;
   static nlohmann::ordered_json without(const OptionValues& options,
                                         const std::vector<const char*>& names);
   /// What says which photographs there are and where they show the surface.
   static nlohmann::ordered_json photographs_of(const OptionValues& options);
+  const char* photographs_option() const { return with_cameras_ ? "cameras" : "partial"; }
   void prepare(const OptionValues& options, const Progress& progress);
+  void read_photographs(const OptionValues& options, const Progress& progress);
+  std::vector<int> resolved(std::vector<int> choice) const;
+  Filtered stitched(const OptionValues& options, const Composite& composite, const Progress& progress) const;
   void solve(const OptionValues& options, const Composite& composite, Model& model,
              const Progress& progress);
 
+  const bool with_cameras_;
   int photograph_ = 0;
   Region region_ = Region::brush;
   Length size_{5, Length::Unit::percent};
@@ -113,6 +120,9 @@ class StitchTool : public VerbTool {
   std::unique_ptr<TextureSignal> target_;
   std::unique_ptr<ClosestPointFinder> closest_;
   std::unique_ptr<SurfaceBall> ball_;
+  std::vector<Photograph> photographs_;             ///< with their cameras
+  std::unique_ptr<PhotographTexturing> texturing_;  ///< of these
+  std::vector<int> by_itself_;                      ///< which of them the verb takes
   std::vector<Partial> partials_;
   std::vector<std::string> names_;
   Signal before_;

@@ -33,8 +33,7 @@ void StitchTool::save_labels(const std::string& path) {
     require(extension == ".png" || extension == ".tif" || extension == ".tiff",
             fmt::format("{}: labels want no loss: name a .png or a .tif", file.string()));
   }
-  for (const char* option : {"partial", "views"})
-    for (const std::string& name : options_.texts(option)) session_.run.will_read(name);
+  for (const std::string& name : options_.texts(photographs_option())) session_.run.will_read(name);
   session_.run.will_write(outputs.paths(), outputs.folders());
   const std::vector<std::filesystem::path> files = outputs.paths();
   save_behind(

@@ -12,6 +12,11 @@
 
 namespace mq::view {
 
+/// Not what makes another model, nor a page.
+bool StitchTool::shows(const Option& option) const {
+  return !with_cameras_ || (option.name != "size" && option.name != "unwrap" && option.name != "picture");
+}
+
 nlohmann::ordered_json StitchTool::without(const OptionValues& options,
                                            const std::vector<const char*>& names) {
   nlohmann::ordered_json asked = app::options_json(options);
@@ -21,12 +26,12 @@ nlohmann::ordered_json StitchTool::without(const OptionValues& options,
 
 nlohmann::ordered_json StitchTool::photographs_of(const OptionValues& options) {
   return without(options, {"labels", "unseen", "output", "alpha", "length", "solver", "tolerance",
-                           "cycles", "depth"});
+                           "cycles", "depth", "blend"});
 }
 
 void StitchTool::prepare(const OptionValues& options, const Progress& progress) {
   const nlohmann::ordered_json photographs = photographs_of(options),
-                               solver = without(options, {"labels", "output", "depth"});
+                               solver = without(options, {"labels", "output", "depth", "blend"});
   if (target_ && photographs == prepared_for_) {
     if (solver != solver_for_) stitcher_.reset();
     solver_for_ = solver;
@@ -38,21 +43,19 @@ void StitchTool::prepare(const OptionValues& options, const Progress& progress) 
   run_ = std::make_unique<app::Run>(options, silence_, progress);
   const TexturedModel& scene = *session_.scene;
   about(scene.model, [&] {
-    app::check_partials(options, scene);
+    if (!with_cameras_) app::check_partials(options, scene);
     target_ = app::make_texture_signal(*run_, scene, {.values = app::value_space(options)},
                                        progress.step("assemble", 0.4));
     before_ = target_->values();
-    partials_ = app::read_partials(*run_, scene, *target_, progress.step("photographs", 0.4));
+    read_photographs(options, progress.step("photographs", 0.4));
     ball_ = std::make_unique<SurfaceBall>(target_->space());
   });
   closest_ = std::make_unique<ClosestPointFinder>(scene.surface.mesh);
-  const bool views = app::has_views(options);
   const std::size_t before = names_.size();
   names_.clear();
   for (std::size_t i = 0; i < partials_.size(); ++i) {
     const std::filesystem::path file =
-        views ? run_->result["views"][i]["picture"].get<std::string>()
-              : options.texts("partial")[i * scene.texture_sizes.size()];
+        with_cameras_ ? photographs_[i].picture.string() : options.texts("partial")[i * scene.texture_sizes.size()];
     names_.push_back(fmt::format("{}: {}", i, file.filename().string()));
   }
   {
@@ -68,6 +71,47 @@ void StitchTool::prepare(const OptionValues& options, const Progress& progress) 
   solver_for_ = solver;
   preparing_ = watch.seconds();
   ++prepared_;
+}
+
+/// Of photographs with cameras every one is held as it shows the whole surface, for any choice to be seen at once.
+void StitchTool::read_photographs(const OptionValues& options, const Progress& progress) {
+  const TexturedModel& scene = *session_.scene;
+  if (!with_cameras_) {
+    partials_ = app::read_partials(options, scene, *target_);
+    return;
+  }
+  partials_.clear();
+  texturing_.reset();
+  photographs_ = app::read_photographs(*run_);
+  texturing_ = std::make_unique<PhotographTexturing>(scene, *target_, photographs_,
+                                                     app::asked_photograph_options(options), silence_,
+                                                     progress.step("look", 0.5));
+  for (std::size_t v = 0; v < photographs_.size(); ++v)
+    partials_.push_back(texturing_->partial(
+        int(v), progress.step(photographs_[v].picture.filename().string(), 0.4 / double(photographs_.size()))));
+  by_itself_ = texturing_->labels({}, progress.step("choose", 0.1));
+}
+
+/// With the verb's own choice where nothing is chosen.
+std::vector<int> StitchTool::resolved(std::vector<int> choice) const {
+  if (with_cameras_)
+    for (std::size_t i = 0; i < choice.size(); ++i)
+      if (choice[i] == unseen) choice[i] = by_itself_[i];
+  return choice;
+}
+
+Filtered StitchTool::stitched(const OptionValues& options, const Composite& composite,
+                              const Progress& progress) const {
+  if (!with_cameras_) return stitcher_->stitch(composite.values, partials_, progress);
+  const int channels = int(composite.values.cols());
+  BeyondBorders beyond(target_->space(), composite.labels, channels);
+  for (std::size_t v = 0; v < partials_.size(); ++v)
+    for (const int i : beyond.unknowns_of(int(v)))
+      if (partials_[v].confidence[std::size_t(i)] > 0) beyond.put(int(v), i, partials_[v].values.row(i));
+  const Signal offset = options.text("blend") == "detail"
+                            ? texturing_->offset(composite.labels)
+                            : Signal(Signal::Zero(composite.values.rows(), channels));
+  return stitcher_->stitch(composite.values, beyond, offset, progress);
 }
 
 void StitchTool::solve(const OptionValues& options, const Composite& composite, Model& model,
@@ -88,7 +132,7 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
           stitcher_->regroup(composite.labels);
         }
         const app::Step step(run, "solve", shares.solve);
-        result = stitcher_->stitch(composite.values, partials_, step);
+        result = stitched(options, composite, step);
         return result.report;
       });
   // A factorisation of a second attempt is not what the next choice should begin with.
@@ -98,7 +142,7 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
 }
 
 void StitchTool::make(const OptionValues& options, const Progress& progress) {
-  if (!app::has_partials(options)) {
+  if (options.texts(photographs_option()).empty()) {
     ready_ = false;
     return VerbTool::make(options, progress);
   }
@@ -106,7 +150,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
   const TexelSpace& space = target_->space();
   if (other_labels_) {
     std::vector<int> asked(std::size_t(space.size()), unseen);
-    if (options.has("labels"))
+    if (!options.texts("labels").empty())
       asked = app::asked_photographs(options, *session_.scene, *target_, int(partials_.size()));
     const std::lock_guard lock(choice_mutex_);
     choice_ = saved_choice_ = std::move(asked);
@@ -118,7 +162,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
     const std::lock_guard lock(choice_mutex_);
     choice = choice_;
   }
-  const Composite composite = best_of(partials_, choice);
+  const Composite composite = best_of(partials_, resolved(std::move(choice)));
   Model model;
   model.textures = session_.scene->model.textures;
   target_->put(before_, composite.values, model);

@@ -13,8 +13,8 @@ namespace mq::view {
 
 const std::vector<std::string>& tool_names() {
   static const std::vector<std::string> names = {"none",  "filter",     "geodesic", "lic",
-                                                 "shock", "denoise",    "stitch",   "react",
-                                                 "seams", "interpolate"};
+                                                 "shock", "denoise",    "stitch",   "texture",
+                                                 "react", "seams",      "interpolate"};
   return names;
 }
 
@@ -23,7 +23,7 @@ std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "filter" && can_be_painted(session)) return std::make_unique<FilterTool>(session);
   if (name == "geodesic") return make_geodesic_tool(session);
   if (name == "shock") return make_shock_tool(session);
-  if (name == "stitch") return make_stitch_tool(session);
+  if (name == "stitch" || name == "texture") return make_stitch_tool(name, session);
   if (name == "interpolate") return make_interpolate_tool(session);
   if (std::ranges::count(tool_names(), name) > 0) return std::make_unique<VerbTool>(name, session);
   throw InvalidInput(

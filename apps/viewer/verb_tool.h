@@ -144,8 +144,8 @@ std::unique_ptr<Tool> make_geodesic_tool(Session& session);
 /// Shock filters, one time after the other.
 std::unique_ptr<Tool> make_shock_tool(Session& session);
 
-/// Which photograph wins where.
-std::unique_ptr<Tool> make_stitch_tool(Session& session);
+/// Which photograph wins where, of the verb stitch or texture.
+std::unique_ptr<Tool> make_stitch_tool(const std::string& verb, Session& session);
 
 /// Moments between the textures and others.
 std::unique_ptr<Tool> make_interpolate_tool(Session& session);

@@ -1,4 +1,4 @@
-"""Cameras of the scene with their photographs, as `stitch --views` reads them."""
+"""Cameras of the scene with their photographs, as `texture --cameras` reads them."""
 import json
 import os
 

@@ -149,11 +149,11 @@ class PictureOperator(VerbOperator):
         return []
 
 
-class StitchOperator(PictureOperator):
+class TextureOperator(PictureOperator):
+    """A texture of the photographs of the scene's cameras."""
+
     def further_words(self, context, folder):
-        if not self.is_on("from_cameras"):
-            return []
-        return ["--views", cameras.write(context.scene, context.evaluated_depsgraph_get(), folder)]
+        return ["--cameras", cameras.write(context.scene, context.evaluated_depsgraph_get(), folder)]
 
 
 class UnwrapOperator(VerbOperator):
@@ -341,10 +341,6 @@ OWN = {
     "modifiers": (bpy.props.BoolProperty, {
         "name": "Modifiers", "default": True,
         "description": "Work on the surface as modifiers make it, as it is seen; else on the mesh itself"}),
-    "from_cameras": (bpy.props.BoolProperty, {
-        "name": "From cameras", "default": True,
-        "description": "Make the texture of the background images of the scene's cameras; else take the steps "
-                       "between charts out of the texture there is"}),
     "into": (bpy.props.EnumProperty, {
         "name": "Into", "description": "Where distances go",
         "items": [("IMAGE", "Image", "A new image"), ("VERTICES", "Vertices", "An attribute of the mesh")]}),
@@ -360,7 +356,8 @@ def own_properties(names, flags=frozenset()):
 #: verb, base, words on the button, own properties
 OPERATORS = [
     ("filter", PictureOperator, "Filter", ("modifiers", "image")),
-    ("stitch", StitchOperator, "Stitch Photographs", ("modifiers", "from_cameras", "image")),
+    ("texture", TextureOperator, "Texture from Cameras", ("modifiers", "image")),
+    ("stitch", PictureOperator, "Stitch Charts", ("modifiers", "image")),
     ("seams", PictureOperator, "Seams", ("modifiers", "image")),
     ("fill", PictureOperator, "Fill", ("modifiers", "image")),
     ("denoise", PictureOperator, "Denoise Bake", ("modifiers", "image")),

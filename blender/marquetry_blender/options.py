@@ -12,8 +12,8 @@ TABLES = _packed["tables"]
 
 #: Files, slots and running: the add-on decides them.
 LEFT_OUT = {"output", "report", "config", "json", "quiet", "help", "threads", "seed", "dry-run", "no-clobber",
-            "overwrite", "frames", "slot", "uv-set", "layer", "compress", "depth", "vertices", "views", "partial",
-            "confidence", "from", "bake"}
+            "overwrite", "frames", "slot", "uv-set", "layer", "compress", "depth", "vertices", "partial", "confidence",
+            "from", "bake", "cameras", "images", "size", "unwrap", "picture"}
 #: Shapes, sequences, pictures without a model: other things than textures.
 LEFT_OUT_GROUPS = {"Shape", "Pictures", "Sequences", "Evolving meshes", "Running"}
 #: Options whose value is a picture.

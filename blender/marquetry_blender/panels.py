@@ -65,9 +65,9 @@ class VerbPanel:
         layout, settings = self.layout, context.scene.marquetry
         layout.use_property_split = True
         for name in self.own:
-            if name in {"from_cameras", "into"}:
+            if name == "into":
                 layout.prop(settings, name)
-        if self.verb == "stitch" and settings.from_cameras:
+        if self.verb == "texture":
             layout.label(text=f"{len(cameras.with_photographs(context.scene))} cameras with photographs")
         draw_options(layout, self.verb, settings)
         row = layout.row()

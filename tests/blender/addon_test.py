@@ -182,7 +182,7 @@ class Settings(AddonTest):
     def test_have_the_defaults_of_the_program(self):
         from marquetry_blender import options
         nothing = lambda row, name: self.fail(f"{row['name']} is {name} by default")
-        for verb in ("filter", "stitch", "seams", "fill", "denoise", "shock", "geodesic", "unwrap", "bake"):
+        for verb in ("filter", "texture", "stitch", "seams", "fill", "denoise", "shock", "geodesic", "unwrap", "bake"):
             group = getattr(bpy.context.scene.marquetry, verb)
             words = options.words_of(verb, lambda row: getattr(group, options.key(row)), nothing)
             self.assertEqual(words, ["--beta=0.0"] if verb == "filter" else [], verb)
@@ -219,7 +219,7 @@ class Operators(AddonTest):
         self.changed("shock")
 
     def test_stitch_charts(self):
-        self.changed("stitch", from_cameras=False)
+        self.changed("stitch")
 
     def test_mask(self):
         mask = models.image("mask")
@@ -231,13 +231,13 @@ class Operators(AddonTest):
         operators.filter(beta=0, mask="mask")
         np.testing.assert_array_equal(models.pixels(picture), before)
 
-    def test_stitch_from_a_camera(self):
-        self.stitch_floor(1)
+    def test_texture_from_a_camera(self):
+        self.photographed_floor(1)
 
-    def test_stitch_of_a_mirrored_object(self):
-        self.stitch_floor(-1)
+    def test_texture_of_a_mirrored_object(self):
+        self.photographed_floor(-1)
 
-    def stitch_floor(self, scale):
+    def photographed_floor(self, scale):
         mesh = bpy.data.meshes.new("floor")
         mesh.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
         mesh.uv_layers.new().data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
@@ -260,7 +260,7 @@ class Operators(AddonTest):
         camera.location, camera.rotation_euler = (0.3, -0.4, 5), (0.1, 0.05, 0.7)
         bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 200, 120
         bpy.context.view_layer.update()
-        operators.stitch(alpha=0)
+        operators.texture(alpha=0)
         found = models.pixels(picture)
         from mathutils import Vector
         middles = (np.arange(32) + 0.5) / 16 - 1
@@ -486,7 +486,7 @@ class WrongInput(AddonTest):
 
     def test_no_cameras(self):
         models.painted_cube()
-        self.refused("no camera of the scene", operators.stitch)
+        self.refused("no camera of the scene", operators.texture)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ const Words with_files[] = {
     {"stitch", "strip.obj", "--labels", "missing.png"},
     {"stitch", "strip.obj", "--partial", "missing.png"},
     {"stitch", "strip.obj", "--partial", "strip.png", "--confidence", "missing.png"},
-    {"stitch", "strip.obj", "--views", "missing.json"},
+    {"texture", "strip.obj", "--cameras", "missing.json"},
     {"geodesic", "strip.obj", "--from-mask", "missing.png"},
     {"lic", "strip.obj", "--field", "missing.vf"},
     {"render", "strip.obj", "--compare", "missing.png"}};

@@ -155,5 +155,88 @@ TEST_F(PhotographedBust, WhatCannotBeIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(folder->path() / "x.png"));
 }
 
+/// Means of two by two pixels.
+Image<float> halved(const Image<float>& image) {
+  Image<float> half(image.width() / 2, image.height() / 2, image.channels());
+  for (int y = 0; y < half.height(); ++y)
+    for (int x = 0; x < half.width(); ++x)
+      for (int c = 0; c < half.channels(); ++c)
+        half(x, y, c) = (image(2 * x, 2 * y, c) + image(2 * x + 1, 2 * y, c) +
+                         image(2 * x, 2 * y + 1, c) + image(2 * x + 1, 2 * y + 1, c)) /
+                        4;
+  return half;
+}
+
+/// A model without a picture, and pictures of it from all sides.
+TEST(Texture, OfABallIsWhatWasPhotographed) {
+  const Folder folder;
+  ASSERT_EQ(marquetry(folder, {"sample", "sphere", "--size", "128", "-o", "ball.obj"}).status, 0);
+  std::vector<std::string> words = {"texture", "bare.obj", "-o", "out.png", "--json", "--overwrite"};
+  for (const std::string view : {"0,0", "90,0", "180,0", "270,0", "1,85", "2,-85"}) {
+    const std::string name = "view" + view.substr(0, view.find(','));
+    ASSERT_EQ(marquetry(folder,
+                        {"render", "ball.obj", "--unlit", "--size", "500", "--background", "black",
+                         "--view", view, "-o", name + ".png", "--cameras", name + ".json"})
+                  .status,
+              0);
+    words.insert(words.end(), {"--cameras", name + ".json"});
+  }
+  std::string obj = file_bytes(folder / "ball.obj");
+  for (const std::string line : {"mtllib ball.mtl\n", "usemtl ball\n"})
+    if (const auto at = obj.find(line); at != std::string::npos) obj.erase(at, line.size());
+  write_bytes(folder / "bare.obj", obj);
+  const Result result = marquetry(folder, words);
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["views"].size(), 6U);
+  EXPECT_EQ(read_texture(folder / "out.png").pixels.width(), 1024);
+
+  // A picture made smaller since is taken for what it is, one of other proportions refused.
+  const Image<float> whole = read_texture(folder / "view0.png").pixels;
+  write_image(folder / "view0.png", halved(whole));
+  const Result remarked = marquetry(folder, words);
+  EXPECT_EQ(remarked.status, 0) << remarked.error;
+  EXPECT_THAT(remarked.error, HasSubstr("view0.png: is 250 × 250, and its camera is of pictures of "
+                                        "500 × 500: it is taken for the same picture"));
+  write_image(folder / "view0.png", Image<float>(500, 400, 3, 0.5F));
+  EXPECT_THAT(refusal(folder, {"texture", "bare.obj", "-o", "other.png", "--cameras", "view0.json"},
+                      "other.png"),
+              HasSubstr("view0.png: is 500 × 400, and its camera is of pictures of 500 × 500"));
+  write_image(folder / "view0.png", whole);
+
+  // With the model's own picture in its place: near to what was photographed.
+  words[1] = "ball.obj";
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  const Image<float> truth = read_texture(folder / "ball.png").pixels;
+  const Image<float> found = read_texture(folder / "out.png").pixels;
+  ASSERT_EQ(marquetry(folder, {"mask", "ball.obj", "-o", "used.png", "-w", "overlap"}).status, 0);
+  const Image<float> used = read_texture(folder / "used.png").pixels;
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < 128; ++y)
+    for (int x = 0; x < 128; ++x)
+      for (int c = 0; c < 3 && used(x, y) > 0; ++c, ++count)
+        sum += std::pow(found(x, y, c) - truth(x, y, c), 2);
+  EXPECT_GT(count, 10000);
+  EXPECT_LT(std::sqrt(sum / count), 0.06);
+
+  // With a picture of light in its place: the same, as light.
+  Image<float> light = truth;
+  for (float& value : light.values()) value = float(linear_from_srgb(value));
+  write_image(folder / "light.exr", light, Depth::f32);
+  words.insert(words.begin() + 2, "light.exr");
+  for (const std::string space : {"stored", "log"}) {
+    std::vector<std::string> more = words;
+    more.insert(more.end(), {"--space", space});
+    ASSERT_EQ(marquetry(folder, more).status, 0);
+    const Image<float> seen = read_texture(folder / "out.png").pixels;
+    sum = 0;
+    for (int y = 0; y < 128; ++y)
+      for (int x = 0; x < 128; ++x)
+        for (int c = 0; c < 3 && used(x, y) > 0; ++c)
+          sum += std::pow(srgb_from_linear(seen(x, y, c)) - found(x, y, c), 2);
+    EXPECT_LT(std::sqrt(sum / count), 0.02) << space;
+  }
+}
+
 }  // namespace
 }  // namespace mq::test

@@ -17,6 +17,7 @@
 #include "mq/model/model_picture.h"
 #include "mq/model/moved_vertices.h"
 #include "mq/model/outputs.h"
+#include "mq/model/photograph_texture.h"
 #include "mq/model/photographs.h"
 #include "mq/model/remeshed_model.h"
 #include "mq/model/texture_fill.h"
@@ -264,25 +265,39 @@ TEST(VerbStitch, TakesPhotographsAsTextures) {
       << "it has no alpha";
 }
 
-TEST(VerbStitch, TakesPhotographsWithTheirCameras) {
+TEST(VerbTexture, TakesPhotographsWithTheirCameras) {
   TwoCharts strip;
   for (const char* view : {"20,10", "-40,30"})
     of_program(strip.folder,
                {"render", "strip.obj", "-s", "120", "--unlit", "-v", view, "--cameras",
                 std::string("from") + view + ".json"},
                std::string("from") + view + ".png");
-  const std::string wanted =
-      of_program(strip.folder,
-                 {"stitch", "strip.obj", "--views", "from20,10.json", "--views", "from-40,30.json"},
-                 "out.png");
+  const std::string wanted = of_program(
+      strip.folder, {"texture", "strip.obj", "--cameras", "from20,10.json", "--cameras", "from-40,30.json"}, "out.png");
   const TextureSignal signal(strip.model, {}, strip.messages);
   std::vector<Photograph> photographs;
   for (const char* file : {"from20,10.json", "from-40,30.json"})
     photographs.push_back(read_cameras(strip.folder / file).front());
-  const std::vector<Partial> partials =
-      partials_of_photographs(strip.model, signal, photographs, {}, strip.messages);
-  for (const Partial& partial : partials) EXPECT_GT(shown_unknowns(partial), 0);
-  stitch(partials, signal, strip.model);
+  const PhotographTexturing work(strip.model, signal, photographs, {}, strip.messages);
+  const PhotographTexture found = work.make();
+  for (int view = 0; view < 2; ++view) {
+    const Partial partial = work.partial(view);
+    int own = 0;
+    for (std::size_t i = 0; i < found.labels.size(); ++i)
+      if (found.labels[i] == view) {
+        ++own;
+        EXPECT_GT(partial.confidence[i], 0);
+        EXPECT_EQ(partial.values.row(Eigen::Index(i)), found.values.row(Eigen::Index(i)));
+      }
+    EXPECT_GT(own, 0);
+    const std::vector<int> all_of_it = work.labels(std::vector<int>(found.labels.size(), view));
+    for (std::size_t i = 0; i < found.labels.size(); ++i) EXPECT_EQ(all_of_it[i] == view, partial.confidence[i] > 0);
+  }
+  const double weight = weight_from_length(usual_photograph_length, signal.space().scale());
+  const Signal made = Stitcher(signal.space(), weight, found.labels)
+                          .stitch(found.values, found.beyond, found.offset)
+                          .signal;
+  signal.put(signal.values(), made, strip.model.model);
   EXPECT_EQ(of_library(strip.folder, strip.model.model, "ours.png"), wanted);
 }
 

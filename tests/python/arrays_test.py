@@ -250,7 +250,7 @@ class Words(unittest.TestCase):
         with self.assertRaisesRegex(mq.Unsupported, "track writes files"):
             mq.track("frame_%04d.ply")
         with self.assertRaisesRegex(mq.IoError, "write it to a file"):
-            mq.stitch(mesh(), views=arrays()[3])
+            mq.texture(mesh(), cameras=arrays()[3])
         with self.assertRaisesRegex(mq.InvalidInput, "^mesh"):
             mq.filter(mq.Mesh(np.zeros((3, 3)), np.zeros((0, 3), int)), beta=1)
 

@@ -50,7 +50,7 @@ Observations seen_by(int patches, std::span<const LightColour> gains) {
 TEST(ViewChoice, ExposuresAreTheInversesOfWhatViewsWereMultipliedBy) {
   const std::vector<LightColour> gains = {{1.3F, 1.1F, 0.9F}, {0.7F, 0.8F, 0.75F}, {1, 1.2F, 1.4F}, {1.1F, 0.9F, 1}};
   const Observations observations = seen_by(400, gains);
-  const std::vector<LightColour> found = exposures(observations, 4);
+  const std::vector<LightColour> found = exposures(observations, 4).gains;
   for (std::size_t c = 0; c < 3; ++c) {
     double logarithms = 0;
     for (std::size_t v = 0; v < 4; ++v) {
@@ -64,8 +64,28 @@ TEST(ViewChoice, ExposuresAreTheInversesOfWhatViewsWereMultipliedBy) {
 TEST(ViewChoice, ExposuresDoNotFollowAPasserBy) {
   Observations observations = seen_by(60, std::vector<LightColour>(5, {1, 1, 1}));
   for (int p = 10; p < 30; ++p) observations.of(p)[2].colour = {0.05F, 0.6F, 0.1F};
-  for (const LightColour& gain : exposures(observations, 5))
+  for (const LightColour& gain : exposures(observations, 5).gains)
     for (const float g : gain) EXPECT_NEAR(g, 1, 0.01);
+}
+
+TEST(ViewChoice, FalloffIsFoundWhereViewsShowAPatchAtSeveralRadii) {
+  const std::vector<LightColour> gains = {{1.1F, 1, 0.9F}, {0.8F, 0.8F, 0.8F}, {1, 1.1F, 1.2F}, {1.05F, 1, 1}};
+  Observations observations = seen_by(400, gains);
+  const Falloff falloff{-0.3, -0.2};
+  for (int p = 0; p < 400; ++p)
+    for (Observation& o : observations.of(p)) {
+      o.radius = float(std::abs(std::sin(0.7 * p + 2 * o.view)));
+      for (float& channel : o.colour) channel = float(channel / falloff.correction(o.radius));
+    }
+  const Exposures found = exposures(observations, 4);
+  for (const double radius : {0.3, 0.6, 0.9})
+    EXPECT_NEAR(found.falloff.correction(radius), falloff.correction(radius), 0.01 * falloff.correction(radius));
+  for (std::size_t v = 1; v < 4; ++v)
+    EXPECT_NEAR(found.gains[v][0] * gains[v][0], found.gains[0][0] * gains[0][0], 0.015);
+
+  multiply_light(found, observations);
+  for (int p = 0; p < 400; ++p)
+    for (const Observation& o : observations.of(p)) EXPECT_NEAR(o.colour[1], observations.of(p)[0].colour[1], 0.01);
 }
 
 TEST(ViewChoice, AViewThatSharesNothingKeepsItsLight) {
@@ -75,7 +95,7 @@ TEST(ViewChoice, AViewThatSharesNothingKeepsItsLight) {
     views[1].push_back({p, {1, 1, 1, {0.4F, 0.4F, 0.4F}}});
     views[2].push_back({p + 200, {2, 1, 1, {0.9F, 0.9F, 0.9F}}});
   }
-  const auto found = exposures(Observations::gather(400, views), 3);
+  const auto found = exposures(Observations::gather(400, views), 3).gains;
   EXPECT_NEAR(found[0][0] / found[1][0], 2, 0.02);  // but for what holds them
   EXPECT_EQ(found[2], (LightColour{1, 1, 1}));
 }
@@ -122,14 +142,15 @@ TEST(ViewChoice, BlurredAndRejectedViewsAreNotChosenAndSmoothnessJoins) {
 TEST(ViewChoice, OffsetsLeadToTheMeanOfWhatAgrees) {
   Observations observations = seen_by(4, std::vector<LightColour>{{1, 1, 1}, {1.2F, 1.2F, 1.2F}, {9, 9, 9}});
   for (int p = 0; p < 4; ++p) observations.of(p)[2].rejected = true;
-  const std::vector<int> chosen = {0, 1, 0, -1};
-  const auto offsets = offsets_to_mean(observations, chosen);
+  for (Observation& o : observations.of(3)) o.rejected = true;
+  const auto agreed = agreed_colours(observations);
   for (int p = 0; p < 3; ++p)
     for (std::size_t c = 0; c < 3; ++c) {
-      const double own = truth(p)[c], mean = (0.5 * own + 0.6 * 1.2 * own) / 1.1;
-      EXPECT_NEAR(offsets[std::size_t(p)][c], mean - own * (chosen[std::size_t(p)] == 1 ? 1.2 : 1), 1e-6);
+      const double own = truth(p)[c];
+      ASSERT_TRUE(agreed[std::size_t(p)]);
+      EXPECT_NEAR((*agreed[std::size_t(p)])[c], (0.5 * own + 0.6 * 1.2 * own) / 1.1, 1e-6);
     }
-  EXPECT_EQ(offsets[3], LightColour{});
+  EXPECT_FALSE(agreed[3]) << "all of it is rejected";
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ Verb render_verb() {
   table.add({.name = "cameras",
              .type = Option::Type::path,
              .group = "Picture",
-             .help = "also write the picture's camera, for stitch --views"});
+             .help = "also write the picture's camera, for the verb texture"});
   add_frames_option(table);
   return {table, render};
 }

@@ -45,11 +45,10 @@ std::optional<std::vector<double>> parse_label(const std::string& text) {
 }
 
 /// What the options name: photographs, labels, or charts.
-StitchRegions asked_regions(Run& run, const TexturedModel& scene, const TextureSignal& target,
-                            const Progress& progress) {
+StitchRegions asked_regions(Run& run, const TexturedModel& scene, const TextureSignal& target) {
   const OptionValues& options = run.options();
   if (has_partials(options)) {
-    std::vector<Partial> photographs = read_partials(run, scene, target, progress);
+    std::vector<Partial> photographs = read_partials(options, scene, target);
     std::vector<int> wanted;
     if (!options.texts("labels").empty())
       wanted = asked_photographs(options, scene, target, int(photographs.size()));
@@ -89,9 +88,7 @@ Json border_json(const SparseMatrix& S, const Signal& psi, const std::vector<int
 void describe(Run& run, const StitchRegions& regions) {
   require(regions.count() > 0,
           run.options().text("mesh") + ": no texel is seen, so there is nothing to stitch; " +
-              (has_views(run.options())
-                   ? "check the cameras with the verb render, and --steepest and --bias"
-                   : "check --unseen and confidences"));
+              "check --unseen and confidences");
   run.result["regions"] = regions.count();
   run.result["unseen"] = regions.count_unseen();
   if (run.options().has("unseen") && regions.count_unseen() == 0)
@@ -119,15 +116,10 @@ void compare_seams(Run& run) {
 
 Exit stitch(Run& run) {
   const OptionValues& options = run.options();
-  TexturedModel scene = read_usable_model(
-      run, has_views(options) ? MissingPictures::assume : MissingPictures::refuse, 0.2);
+  TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.2);
   require(scene.atlas.has_value(),
           scene.model.path.string() + ": has no texture coordinates"
               ", so no textures to stitch; the verb unwrap makes some");
-  require(!has_views(options) || !scene.is_picture,
-          scene.model.path.string() +
-              ": is a picture; photographs with cameras are projected onto the mesh of a model");
-  if (has_views(options)) add_missing_pictures(scene);
   const Outputs outputs(options.text("output"), scene.model, Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
   check_pictures(options, scene, {"labels"});
@@ -141,7 +133,7 @@ Exit stitch(Run& run) {
     target = make_texture_signal(run, scene,
                                  {.values = value_space(options), .depth = asked_depth(options)},
                                  step.progress().step("space", 0.5));
-    regions = asked_regions(run, scene, *target, step.progress().step("partial textures", 0.5));
+    regions = asked_regions(run, scene, *target);
     if (has_partials(options)) target->put(target->values(), regions.values, scene.model);
     describe(run, regions);
   });
@@ -182,7 +174,7 @@ Verb stitch_verb() {
                     "Take the steps out of a texture where photographs meet, or make one texture "
                     "of several photographs.");
   table.example("scan.obj -o stitched.obj", "no steps, where every chart is a photograph");
-  table.example("scan.obj --views cameras.json -o painted.png", "a texture of photographs with cameras");
+  table.example("scan.obj --partial left.png --partial right.png -o one.png", "one texture of two, by their alpha");
   add_model_options(table);
   add_model_output_option(table);
   table.add({.name = "labels",
@@ -192,7 +184,7 @@ Verb stitch_verb() {
              .help = "a picture per texture: texels of one colour come from one photograph",
              .details =
                  "Taken at the nearest pixel, transparent ones are unseen. Without it every "
-                 "chart is a region. With --partial or --views its first channel is the "
+                 "chart is a region. With --partial its first channel is the "
                  "number, from 0, of the photograph that each texel comes from; where that "
                  "does not show it, and where labels are transparent, the one that does best "
                  "is taken."});
@@ -210,7 +202,6 @@ Verb stitch_verb() {
   add_solver_options(table);
   add_space_option(table);
   add_depth_option(table);
-  table.exclusive({"partial", "views"});
   add_frames_option(table);
   return {table,
           stitch,

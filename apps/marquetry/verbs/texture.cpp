@@ -8,7 +8,6 @@
 #include "mq/base/words.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
-#include "mq/io/photograph_file.h"
 #include "mq/model/bake_target.h"
 #include "mq/model/model_picture.h"
 #include "mq/model/photograph_texture.h"
@@ -22,29 +21,12 @@
 #include "shell/run.h"
 #include "shell/verb.h"
 #include "verbs/shared/baking.h"
+#include "verbs/shared/input_pictures.h"
 #include "verbs/shared/partials.h"
+#include "verbs/shared/photographs.h"
 
 namespace mq::app {
 namespace {
-
-std::vector<Photograph> read_photographs(Run& run) {
-  CamerasOptions where;
-  for (const std::string& folder : run.options().texts("images")) where.images.emplace_back(folder);
-  std::vector<Photograph> photographs;
-  for (const std::string& file : run.options().texts("cameras")) {
-    CameraSet cameras = read_camera_set(file, where);
-    for (const std::string& note : cameras.notes) run.terminal().remark(file + ": " + note);
-    if (cameras.without_pose > 0)
-      run.terminal().warning(fmt::format("{}: {} without a place are left out", file,
-                                         counted(cameras.without_pose, "photograph")));
-    std::ranges::move(cameras.photographs, std::back_inserter(photographs));
-  }
-  for (const Photograph& photograph : photographs) {
-    run.will_read(photograph.picture);
-    fitted_camera(photograph, picture_info(photograph.picture));
-  }
-  return photographs;
-}
 
 /// Whether it has texture coordinates, and these are wanted.
 bool keeps_coordinates(const OptionValues& options, const TexturedModel& scene) {
@@ -86,17 +68,6 @@ void prepare_textures(Run& run, std::span<const Photograph> photographs, Texture
   if (scene.model.colors.channels > 0) leave_out_colours(scene.model, run.terminal());
 }
 
-PhotographTextureOptions asked_choice(const OptionValues& options) {
-  PhotographTextureOptions wanted;
-  wanted.projection = asked_sight(options);
-  wanted.projection.outline = options.number("outline");
-  wanted.align = options.flag("align");
-  wanted.match_exposure = options.text("exposure") == "match";
-  wanted.reject_outliers = options.text("outliers") == "reject";
-  wanted.choice.smoothness = options.number("smoothness");
-  return wanted;
-}
-
 void report_photographs(Run& run, std::span<const Photograph> photographs, const PhotographTexture& found) {
   Json views = Json::array();
   for (std::size_t v = 0; v < photographs.size(); ++v) {
@@ -115,6 +86,7 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
     return double(sum) / all;
   };
   run.result["views"] = views;
+  run.result["falloff"] = {found.falloff.k1, found.falloff.k2};
   run.result["patches"] = found.patches;
   run.result["unseen"] = std::ranges::count(found.labels, unseen);
   run.result["seen"] = {{"by_none", share(0, 1)},
@@ -186,6 +158,7 @@ Exit texture(Run& run) {
     if (run.dry_run()) return Exit::done;
   }
   prepare_textures(run, photographs, scene);
+  check_pictures(options, scene, {"labels"});
   if (keeps) {
     outputs.emplace(options.text("output"), scene.model, Outputs::Kind::pictures);
     will_write(*outputs);
@@ -200,7 +173,12 @@ Exit texture(Run& run) {
       target = make_texture_signal(run, scene, {.values = value_space(options), .depth = asked_depth(options)}, step);
     }
     const Step step(run, "photographs", 0.4);
-    found = texture_of_photographs(scene, *target, photographs, asked_choice(options), run.terminal(), step);
+    const PhotographTexturing work(scene, *target, photographs, asked_photograph_options(options), run.terminal(),
+                                   step.progress().step("look", 0.6));
+    std::vector<int> wanted;
+    if (!options.texts("labels").empty())
+      wanted = asked_photographs(options, scene, *target, int(photographs.size()));
+    found = work.make(wanted, step.progress().step("take", 0.4));
   });
   report_photographs(run, photographs, *found);
   require(std::ranges::any_of(found->labels, [](int label) { return label != unseen; }),
@@ -224,55 +202,6 @@ Exit texture(Run& run) {
   return Exit::done;
 }
 
-void add_choice_options(OptionTable& table) {
-  using Type = Option::Type;
-  const PhotographTextureOptions usual;
-  const std::string group = "Photographs";
-  add_sight_options(table, group);
-  table.add({.name = "outline",
-             .type = Type::number,
-             .default_value = as_typed(usual.projection.outline),
-             .unit = "pixels",
-             .least = 0,
-             .most = 1000,
-             .group = group,
-             .help = "around outlines that show what is behind them: more where the mesh or the cameras are off"});
-  table.add({.name = "align",
-             .group = group,
-             .help = "move and turn cameras a little, so that photographs show the same",
-             .details = "For cameras that are off by some pixels, where details are seen twice. Photographs are read "
-                        "once more."});
-  table.add({.name = "exposure",
-             .type = Type::choice,
-             .default_value = "match",
-             .choices = {"match", "keep"},
-             .metavar = "HOW",
-             .group = group,
-             .help = "even out exposure and white balance of the photographs, or keep them"});
-  table.add({.name = "outliers",
-             .type = Type::choice,
-             .default_value = "reject",
-             .choices = {"reject", "keep"},
-             .metavar = "HOW",
-             .group = group,
-             .help = "leave out what disagrees with the other photographs of a place, or not",
-             .details = "Passers-by and reflections; it takes three photographs to tell."});
-  table.add({.name = "smoothness",
-             .type = Type::number,
-             .default_value = as_typed(usual.choice.smoothness),
-             .least = 0,
-             .most = 100,
-             .group = group,
-             .help = "more: fewer, larger parts of one photograph; 0: always the one that shows most"});
-  table.add({.name = "blend",
-             .type = Type::choice,
-             .default_value = "detail",
-             .choices = {"detail", "best"},
-             .metavar = "HOW",
-             .group = group,
-             .help = "fine detail of the best photograph and the colour of all that agree; or the best alone"});
-}
-
 }  // namespace
 
 Verb texture_verb() {
@@ -287,19 +216,7 @@ Verb texture_verb() {
              .metavar = "OUT",
              .help = "the textured model, or for one that has texture coordinates a picture"});
   add_compress_option(table);
-  table.add({.name = "cameras",
-             .type = Type::path,
-             .count = Option::Count::many,
-             .required = true,
-             .group = "Photographs",
-             .help = "photographs with their cameras, as the verb cameras reads them"});
-  table.add({.name = "images",
-             .type = Type::path,
-             .count = Option::Count::many,
-             .group = "Photographs",
-             .help = "folders with the photographs",
-             .details = "Without it they are looked for beside the cameras, and where COLMAP's projects have them."});
-  add_choice_options(table);
+  add_photograph_options(table);
   table.add({.name = "size",
              .letter = 's',
              .type = Type::integer,
@@ -313,6 +230,13 @@ Verb texture_verb() {
   table.add({.name = "unwrap",
              .group = "Texture",
              .help = "give the mesh new texture coordinates even if it has some"});
+  table.add({.name = "labels",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .group = "Photographs",
+             .help = "a picture per texture: the number of the photograph that texels are to come from",
+             .details = "Counted from 0, the first channel as stored; the viewer's tool paints them. Where it is "
+                        "transparent, and where that photograph does not show the texel, one is chosen."});
   table.add({.name = "picture",
              .type = Type::path,
              .group = "Texture",

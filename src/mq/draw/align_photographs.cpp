@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
 
 #include <algorithm>
 #include <array>
@@ -38,11 +39,12 @@ PinholeCamera moved(const PinholeCamera& camera, const Vector6& motion) {
 /// A photograph at one size, where its places lie in it, and what they move by.
 class SizedPhotograph {
  public:
-  SizedPhotograph(const AlignedPhotograph& photograph, std::span<const Vector3> places, int divisor)
+  SizedPhotograph(const AlignedPhotograph& photograph, std::span<const Vector3> places, int divisor, bool to_move)
       : places_(places), photograph_(photograph) {
     const auto side = [&](int size) { return std::max(2, size / divisor); };
-    grey_ = area_scaled(photograph.grey, side(photograph.grey.width()), side(photograph.grey.height()));
-    find_jacobians();
+    if (divisor > 1)
+      smaller_ = area_scaled(photograph.grey, side(photograph.grey.width()), side(photograph.grey.height()));
+    if (to_move) find_jacobians();
   }
 
   std::size_t size() const { return photograph_.places.size(); }
@@ -54,11 +56,12 @@ class SizedPhotograph {
   std::optional<Value> at(const PinholeCamera& camera, std::size_t k) const {
     const auto place = camera.project(places_[std::size_t(photograph_.places[k])]);
     if (!place) return std::nullopt;
-    const double across = double(grey_.width()) / camera.width, down = double(grey_.height()) / camera.height;
+    const Image<float>& grey = smaller_.empty() ? photograph_.grey : smaller_;
+    const double across = double(grey.width()) / camera.width, down = double(grey.height()) / camera.height;
     const double x = across * place->x() - 0.5, y = down * place->y() - 0.5;
     const auto value = [&](double column, double row) {
       float v = 0;
-      sample(grey_, column, row, Wrap::clamp, {&v, 1});
+      sample(grey, column, row, Wrap::clamp, {&v, 1});
       return double(v);
     };
     return Value{value(x, y), across * (value(x + 0.5, y) - value(x - 0.5, y)),
@@ -88,7 +91,7 @@ class SizedPhotograph {
 
   std::span<const Vector3> places_;
   const AlignedPhotograph& photograph_;
-  Image<float> grey_;
+  Image<float> smaller_;  ///< empty: at its own size
   std::vector<Jacobian> jacobians_;
 };
 
@@ -139,39 +142,110 @@ Tone tone_of(const SizedPhotograph& sized, const AlignedPhotograph& photograph, 
   return {a, others / n - a * own / n};
 }
 
-/// One Gauss–Newton step of a camera.
-std::optional<Vector6> step_of(const SizedPhotograph& sized, const AlignedPhotograph& photograph, const Tone& tone,
-                               const Means& means) {
-  struct Row {
-    Vector6 slope;
-    double residual, weight;
-  };
+/// A place that a photograph shares: what it shows too much, and how that grows from pixel to pixel.
+struct Row {
+  std::size_t place;  ///< of the photograph's
+  Eigen::RowVector2d gradient;
+  double residual, weight;
+};
+
+/// Nothing where too little is shared. Weights are robust.
+std::vector<Row> rows_of(const SizedPhotograph& sized, const AlignedPhotograph& photograph, const Tone& tone,
+                         const Means& means) {
   std::vector<Row> rows;
   std::vector<double> sizes;
   for (std::size_t k = 0; k < sized.size(); ++k) {
     const std::size_t i = std::size_t(photograph.places[k]);
     const auto found = sized.at(photograph.camera, k);
     if (!found || means.count[i] < 2) continue;
-    const Eigen::RowVector2d gradient = tone.a * Eigen::RowVector2d(found->dx, found->dy);
-    rows.push_back({(gradient * sized.jacobian(k)).transpose(),
+    rows.push_back({k, tone.a * Eigen::RowVector2d(found->dx, found->dy),
                     tone.a * found->value + tone.b - means.value[i], photograph.weights[k]});
     sizes.push_back(std::abs(rows.back().residual));
   }
-  if (rows.size() < fewest_shared) return std::nullopt;
+  if (rows.size() < fewest_shared) return {};
   std::nth_element(sizes.begin(), sizes.begin() + std::ssize(sizes) / 2, sizes.end());
   const double scale = std::max(1e-4, 2 * sizes[sizes.size() / 2]);
+  for (Row& row : rows) row.weight /= 1 + std::pow(row.residual / scale, 2);
+  return rows;
+}
+
+/// One Gauss–Newton step of a camera.
+void move(const SizedPhotograph& sized, std::span<const Row> rows, PinholeCamera& camera) {
+  if (rows.empty()) return;
   Matrix6 A = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
   for (const Row& row : rows) {
-    const double w = row.weight / (1 + std::pow(row.residual / scale, 2));
-    A += w * row.slope * row.slope.transpose();
-    b -= w * row.residual * row.slope;
+    const Vector6 slope = (row.gradient * sized.jacobian(row.place)).transpose();
+    A += row.weight * slope * slope.transpose();
+    b -= row.weight * row.residual * slope;
   }
   constexpr double damping = 1e-4;  // motions that nothing shows stay 0
   A.diagonal() *= 1 + damping;
   A.diagonal().array() += 1e-12 * A.diagonal().maxCoeff();
   const Vector6 step = A.ldlt().solve(b);
-  return step.allFinite() ? std::optional(step) : std::nullopt;
+  if (step.allFinite()) camera = moved(camera, step);
+}
+
+/// One of its correction: of all f with the data's terms, + μ Σ |f_i − f_j|² over neighbours of the lattice
+/// + ν Σ |f_i|².
+void bend(std::span<const Vector3> places, const AlignedPhotograph& photograph, std::span<const Row> rows,
+          PinholeCamera& camera) {
+  if (rows.empty()) return;
+  constexpr double stiff = 0.2, held = 2e-3;  // times the mean of what data say of a point
+  Correction& correction = camera.correction;
+  const int points = correction.columns * correction.rows;
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(2 * points);
+  double said = 0;
+  for (const Row& row : rows) {
+    const auto place = camera.uncorrected(places[std::size_t(photograph.places[row.place])]);
+    const Correction::Corners corners = correction.around(place->x() / camera.width, place->y() / camera.height);
+    const Eigen::RowVector2d slope = camera.width * row.gradient;
+    said += row.weight * slope.squaredNorm();
+    for (std::size_t i = 0; i < 4; ++i)
+      for (int c = 0; c < 2; ++c) {
+        const double left = row.weight * corners.weights[i] * slope[c];
+        b[2 * corners.points[i] + c] -= left * row.residual;
+        for (std::size_t j = 0; j < 4; ++j)
+          for (int d = 0; d < 2; ++d)
+            entries.emplace_back(2 * corners.points[i] + c, 2 * corners.points[j] + d,
+                                 left * corners.weights[j] * slope[d]);
+      }
+  }
+  const double mean = said / (2 * points);
+  const auto tie = [&](int i, int j, double weight) {  // j = −1: to 0
+    for (int c = 0; c < 2; ++c) {
+      const double apart = correction.offsets[std::size_t(i)][c] - (j < 0 ? 0 : correction.offsets[std::size_t(j)][c]);
+      entries.emplace_back(2 * i + c, 2 * i + c, weight);
+      b[2 * i + c] -= weight * apart;
+      if (j < 0) continue;
+      entries.emplace_back(2 * j + c, 2 * j + c, weight);
+      entries.emplace_back(2 * i + c, 2 * j + c, -weight);
+      entries.emplace_back(2 * j + c, 2 * i + c, -weight);
+      b[2 * j + c] += weight * apart;
+    }
+  };
+  for (int i = 0; i < points; ++i) {
+    tie(i, -1, held * mean);
+    if (i % correction.columns + 1 < correction.columns) tie(i, i + 1, stiff * mean);
+    if (i + correction.columns < points) tie(i, i + correction.columns, stiff * mean);
+  }
+  Eigen::SparseMatrix<double> A(2 * points, 2 * points);
+  A.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(A);
+  const Eigen::VectorXd step = factors.solve(b);
+  if (factors.info() != Eigen::Success || !step.allFinite()) return;
+  for (int i = 0; i < points; ++i) correction.offsets[std::size_t(i)] += step.segment<2>(2 * i);
+}
+
+/// A lattice of square cells, so many along the longer side.
+Correction no_correction(const PinholeCamera& camera, int cells) {
+  const double cell = double(std::max(camera.width, camera.height)) / cells;
+  Correction correction;
+  correction.columns = std::max(2, int(std::lround(camera.width / cell)) + 1);
+  correction.rows = std::max(2, int(std::lround(camera.height / cell)) + 1);
+  correction.offsets.assign(std::size_t(correction.columns) * std::size_t(correction.rows), Vector2::Zero());
+  return correction;
 }
 
 double moved_by(const AlignedPhotograph& photograph, const PinholeCamera& before, std::span<const Vector3> places) {
@@ -187,25 +261,36 @@ double moved_by(const AlignedPhotograph& photograph, const PinholeCamera& before
 
 void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhotograph>& photographs,
                        const Progress& progress) {
-  constexpr std::array<int, 3> divisors = {4, 2, 1};
-  constexpr int rounds = 10;
+  struct Stage {
+    int divisor;  ///< of the pictures' size
+    bool bends;   ///< or moves
+  };
+  constexpr std::array<Stage, 5> stages = {{{4, false}, {2, false}, {1, false}, {2, true}, {1, true}}};
+  constexpr int rounds = 10, cells = 24;
   std::vector<PinholeCamera> before;
   for (const AlignedPhotograph& photograph : photographs) before.push_back(photograph.camera);
   std::vector<Tone> tones(photographs.size());
-  for (std::size_t size = 0; size < divisors.size(); ++size) {
+  for (std::size_t stage = 0; stage < stages.size(); ++stage) {
+    const auto [divisor, bends] = stages[stage];
     std::vector<SizedPhotograph> sized;
-    for (const AlignedPhotograph& photograph : photographs) sized.emplace_back(photograph, places, divisors[size]);
-    if (size == 0) {
+    for (const AlignedPhotograph& photograph : photographs) sized.emplace_back(photograph, places, divisor, !bends);
+    if (stage == 0) {
       const Means plain = means_of(sized, photographs, tones, places.size());
       for (std::size_t v = 0; v < sized.size(); ++v) tones[v] = tone_of(sized[v], photographs[v], plain);
     }
     for (int round = 0; round < rounds; ++round) {
       const Means means = means_of(sized, photographs, tones, places.size());
       parallel_for(std::ssize(photographs), [&](std::int64_t v) {
-        if (const auto step = step_of(sized[v], photographs[v], tones[v], means))
-          photographs[v].camera = moved(photographs[v].camera, *step);
+        AlignedPhotograph& one = photographs[v];
+        const std::vector<Row> rows = rows_of(sized[v], one, tones[v], means);
+        if (rows.empty()) return;
+        if (bends && one.camera.correction.empty()) one.camera.correction = no_correction(one.camera, cells);
+        if (bends)
+          bend(places, one, rows, one.camera);
+        else
+          move(sized[v], rows, one.camera);
       }, 1);
-      progress.at((double(size) + double(round + 1) / rounds) / double(divisors.size()));
+      progress.at((double(stage) + double(round + 1) / rounds) / double(stages.size()));
     }
   }
   for (std::size_t v = 0; v < photographs.size(); ++v)

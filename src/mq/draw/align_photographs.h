@@ -1,5 +1,5 @@
 #pragma once
-/// Cameras moved a little, so that photographs show the same on the surface.
+/// Cameras moved a little, and pictures bent, so that photographs show the same on the surface.
 
 #include <span>
 #include <vector>
@@ -22,8 +22,9 @@ struct AlignedPhotograph {
 /// Minimises Σ_v Σ_i w_vi ρ(a_v I_v(π_v(x_i)) + b_v − g_i) over the rotations and translations of all
 /// cameras, g_i the mean over the photographs that show place i: ten rounds of a Gauss–Newton step each
 /// with g as it was, on pictures reduced to a quarter, to a half and whole ([zhou2014color], with rigid
-/// cameras). ρ is
-/// Cauchy's, its scale the median residual; a_v, b_v give I_v the mean and the spread that g has at first.
+/// cameras); then ten rounds each, at half size and whole, of steps of their corrections (pinhole.h; a lattice of 24
+/// cells along the longer side), with μ Σ |f_i − f_j|² over neighbours of the lattice and a hundredth of it
+/// Σ |f_i|². ρ is Cauchy's, its scale the median residual; a_v, b_v give I_v the mean and the spread that g has at first.
 /// What all cameras have in common, against the mesh, no photograph tells; it stays.
 ///
 /// Errors of some pixels are found where there is detail; a photograph that shares fewer than 50 places

@@ -92,11 +92,13 @@ std::optional<Projector::Shared::Sight> Projector::Shared::look(const PinholeCam
   const double depth = std::max((camera.rotation * points[i] + camera.translation).z(), distance / 2);
   const double reach = options.outline * depth / camera.fx;
   if (reach > 0 && !clear(camera, eye, points[i], reach, cosine, bias)) return std::nullopt;
+  const bool doubtful =
+      options.doubtful > 1 && reach > 0 && !clear(camera, eye, points[i], options.doubtful * reach, cosine, bias);
   const double fine = spacing > 0 ? std::min(1.0, camera.fx * spacing / depth) : 1.0;
   const double inset =
       std::min({place->x(), place->y(), camera.width - place->x(), camera.height - place->y()});
   const double edge = options.border * std::min(camera.width, camera.height);
-  return Sight{*place, cosine * cosine * fine * (edge > 0 ? std::min(1.0, inset / edge) : 1.0)};
+  return Sight{*place, (doubtful ? 0.1 : 1.0) * cosine * cosine * fine * (edge > 0 ? std::min(1.0, inset / edge) : 1.0)};
 }
 
 Partial Projector::project(const PinholeCamera& camera, const Image<float>& picture,

@@ -17,6 +17,7 @@ struct PhotographOptions {
   double steepest = 75;  ///< degrees between the line of sight and the normal; steeper is not shown
   double bias = 1e-3;    ///< of the surface's diagonal: what lies that close in front hides nothing
   double outline = 1.5;  ///< pixels: so near to an outline colours of both its sides mix
+  double doubtful = 4;   ///< times that: nearer, confidence is a tenth, as the mesh may be off
   double border =
       0.05;  ///< of the picture's shorter side: confidence falls to 0 at the edge over it
 };
@@ -36,7 +37,7 @@ class Projector {
   /// The picture's values at the places it shows, interpolated, in its channels without alpha, and
   /// how well it shows them:
   ///
-  ///     cos² θ · min(1, pixels per spacing) · border · alpha,
+  ///     cos² θ · min(1, pixels per spacing) · border · alpha · (a tenth near outlines),
   ///
   /// θ between the line of sight and the normal, `border` rising from 0 at the picture's edge to 1.
   /// 0 where another part of the surface is in front, near its outline, where the back faces the
@@ -51,7 +52,7 @@ class Projector {
                   std::span<const int> places, const PhotographOptions& options = {},
                   const Progress& progress = {}) const;
 
-  /// How well they are shown by a picture of that camera that is not looked at, without alpha that is.
+  /// How well they are shown by a picture of that camera that is not looked at: without alpha.
   std::vector<double> confidences(const PinholeCamera& camera, std::span<const int> places,
                                   const PhotographOptions& options = {},
                                   const Progress& progress = {}) const;

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -127,11 +128,32 @@ std::optional<Vector2> Lens::image(const Vector3& direction) const {
                  b * radial + (p1 * (q + 2 * b * b) + 2 * p2 * a * b) * outwards + s2 * q);
 }
 
-std::optional<Vector2> PinholeCamera::project(const Vector3& point) const {
+Correction::Corners Correction::around(double across, double down) const {
+  const double x = std::clamp(across, 0.0, 1.0) * (columns - 1), y = std::clamp(down, 0.0, 1.0) * (rows - 1);
+  const int column = std::min(int(x), columns - 2), row = std::min(int(y), rows - 2);
+  const double u = x - column, v = y - row;
+  const int first = row * columns + column;
+  return {{first, first + 1, first + columns, first + columns + 1},
+          {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v}};
+}
+
+Vector2 Correction::at(double across, double down) const {
+  const Corners corners = around(across, down);
+  Vector2 offset(0, 0);
+  for (std::size_t k = 0; k < 4; ++k) offset += corners.weights[k] * offsets[std::size_t(corners.points[k])];
+  return offset;
+}
+
+std::optional<Vector2> PinholeCamera::uncorrected(const Vector3& point) const {
   const std::optional<Vector2> image = lens.image(rotation * point + translation);
   if (!image) return std::nullopt;
-  const Vector2 place(fx * image->x() + skew * image->y() + cx, fy * image->y() + cy);
-  if (!(place.x() >= 0 && place.y() >= 0 && place.x() <= width && place.y() <= height))
+  return Vector2(fx * image->x() + skew * image->y() + cx, fy * image->y() + cy);
+}
+
+std::optional<Vector2> PinholeCamera::project(const Vector3& point) const {
+  std::optional<Vector2> place = uncorrected(point);
+  if (place && !correction.empty()) *place += width * correction.at(place->x() / width, place->y() / height);
+  if (!place || !(place->x() >= 0 && place->y() >= 0 && place->x() <= width && place->y() <= height))
     return std::nullopt;
   return place;
 }

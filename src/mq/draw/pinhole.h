@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "mq/draw/camera.h"
 
@@ -57,10 +59,30 @@ std::string projection_name(Lens::Projection projection);
 /// The projection's name and the numbers that are not 0: "perspective, k1 k2 p1 p2".
 std::string lens_text(const Lens& lens);
 
+/// Displacements over a picture, bilinear between the points of a lattice whose outermost lie on the
+/// picture's edges: what neither lens nor pose explains, such as a mesh that is off ([zhou2014color]'s control
+/// lattice). None without points.
+struct Correction {
+  int columns = 0, rows = 0;     ///< of the lattice, two at least
+  std::vector<Vector2> offsets;  ///< row by row, in widths of the picture
+
+  bool empty() const { return offsets.empty(); }
+
+  /// The four points around a place, given as parts of the picture's width and height, and their weights.
+  struct Corners {
+    std::array<int, 4> points;
+    std::array<double, 4> weights;
+  };
+  Corners around(double across, double down) const;
+
+  /// In widths of the picture.
+  Vector2 at(double across, double down) const;
+};
+
 /// A point X of the model goes to (x, y, z) = rotation·X + translation, x to the right, y down, z
 /// forward, by its lens to (a', b') and to the place (fx a' + skew b' + cx, fy b' + cy) of the
 /// picture, pixel (i, j) covering [i, i + 1] × [j, j + 1] from the upper left: the conventions of
-/// OpenCV's lenses and of COLMAP's pictures.
+/// OpenCV's lenses and of COLMAP's pictures. From there `correction` moves it.
 struct PinholeCamera {
   int width = 0, height = 0;  ///< pixels
   double fx = 0, fy = 0;      ///< focal lengths, pixels
@@ -69,12 +91,16 @@ struct PinholeCamera {
   Lens lens = {};
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Vector3 translation = Vector3::Zero();
+  Correction correction = {};
 
   /// Where it stands, in the model.
   Vector3 center() const { return -rotation.transpose() * translation; }
 
   /// The place in the picture; nothing where the lens shows nothing, and outside the picture.
   std::optional<Vector2> project(const Vector3& point) const;
+
+  /// The same before it is corrected, which may lie outside.
+  std::optional<Vector2> uncorrected(const Vector3& point) const;
 };
 
 /// That of a picture drawn by `Renderer`. Throws `InvalidInput` for orthographic projection.

@@ -159,8 +159,9 @@ struct ReadModelOptions {
   /// for a model that names none (or several slots without files) paints the whole mesh. Tiles of
   /// one picture count as one, whether named by a pattern (tiles.h) or each by its file.
   std::vector<std::filesystem::path> textures;
-  /// Whether pictures are read at all.
-  enum class Pictures { read, skip } pictures = Pictures::read;
+  /// Whether pictures are read: all; those that are there, with a note on what is not, for who needs the shape
+  /// alone; or none.
+  enum class Pictures { read, where_there, skip } pictures = Pictures::read;
   NotFinite not_finite = NotFinite::refuse;
   /// The slot whose pictures are read (`slot_from_text`). Empty: that of the pictures given, where
   /// these are files that the model names for one slot; else the base colour, or the only slot.

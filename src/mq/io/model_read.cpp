@@ -146,7 +146,8 @@ class ModelReader {
   }
 
  private:
-  bool reads_pictures() const { return options_.pictures == Pictures::read; }
+  bool reads_pictures() const { return options_.pictures != Pictures::skip; }
+  bool needs_pictures() const { return options_.pictures == Pictures::read; }
 
   void read_parts(Document& document) {
     if (document.is_gltf())
@@ -358,7 +359,7 @@ class ModelReader {
     for (const std::string& name : missing_parts_) {
       const std::string what = fmt::format("names the material library {}, which is not in {}",
                                            shown(name), folder_text());
-      if (!named && reads_pictures() && options_.textures.empty() && model_.mesh.has_uvs())
+      if (!named && needs_pictures() && options_.textures.empty() && model_.mesh.has_uvs())
         throw IoError(fmt::format("{} {}; put it there, or give the picture yourself",
                                   model_.path.string(), what));
       model_.notes.push_back("it " + what);
@@ -382,7 +383,7 @@ class ModelReader {
     Texture texture;
     const bool given = !given_path.empty();
     const fs::path path = given ? given_path : slot_path(slot);
-    if (!reads_pictures()) {
+    if (!reads_pictures() || (path.empty() && slot.picture.empty())) {
       texture.path = path;
     } else if (given || slot.picture.empty()) {
       texture = read_texture(path, progress, options_.not_finite, options_.layer);
@@ -416,7 +417,7 @@ class ModelReader {
     }
     const std::string what =
         fmt::format("names the picture {}, which is not in {}", shown(slot.name), folder_text());
-    if (reads_pictures())
+    if (needs_pictures())
       throw IoError(fmt::format("{} {}{}; put it there, or give the picture yourself",
                                 model_.path.string(), what, pictures_there()));
     model_.notes.push_back("it " + what);

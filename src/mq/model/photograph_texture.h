@@ -2,6 +2,7 @@
 /// A texture of many photographs with cameras, which are read one after another.
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -17,7 +18,7 @@ struct PhotographTextureOptions {
   PhotographOptions projection = {};
   ChooseOptions choice = {};
   RejectOptions rejection = {};
-  bool align = false;          ///< move cameras a little, so that photographs agree
+  bool align = true;           ///< move cameras a little and bend photographs, so that they agree
   bool match_exposure = true;  ///< even out how photographs were exposed; else their colours are kept
   bool reject_outliers = true;
   int patch = 8;  ///< texels, the side of the squares that photographs are chosen for
@@ -37,11 +38,18 @@ struct PhotographTexture {
     LightColour gain = {1, 1, 1};
     double moved = 0;  ///< by alignment, pixels
   };
+  Falloff falloff;  ///< of light towards the pictures' corners, which is taken out
   std::vector<View> views;
   std::vector<std::int64_t> seen_by;  ///< texels whose patch 0, 1, 2, ... photographs show
 };
 
-/// Every photograph is read twice, for choosing and for colours, and forgotten; what is kept of each is a
+/// Photographs that have been looked at, from which textures are made.
+///
+///     const PhotographTexturing work(model, signal, photographs, options, messages);
+///     const PhotographTexture found = work.make();
+///     signal.put(..., Stitcher(signal.space(), weight, found.labels).stitch(found.values, found.beyond, found.offset));
+///
+/// Every photograph is read twice, for looking and for colours, and forgotten; what is kept of each is a
 /// colour and two numbers per patch that it shows.
 ///
 /// 0. Where asked, cameras are aligned (`align_photographs`), for which photographs are read once more, and
@@ -49,27 +57,45 @@ struct PhotographTexture {
 /// 1. At a few texels of each patch (views/patches.h) it is found how well each photograph shows it
 ///    (`Projector`), in which colour, and with how much detail.
 /// 2. Photographs are chosen (views/view_choice.h).
-/// 3. A texel that the one chosen for its patch does not show has the next best that does.
+/// 3. A texel that the one chosen for its patch does not show has the next best that does. Beside what none shows
+///    it must be `doubtful` times as far from outlines, so that what is filled does not go on from the sky.
 /// 4. Colours are taken from photographs that are reduced to about a pixel per texel, their exposure
 ///    evened out in light.
 ///
-/// Throws what `partials_of_photographs` throws. Equal bits for any number of threads.
-PhotographTexture texture_of_photographs(const TexturedModel& model, const TextureSignal& signal,
-                                         std::span<const Photograph> photographs,
-                                         const PhotographTextureOptions& options, Messages& messages,
-                                         const Progress& progress = {});
+/// Equal bits for any number of threads.
+class PhotographTexturing {
+ public:
+  /// Steps 0 to 2. Model, signal and photographs must outlive it. Remarks on pictures of another size than their camera's,
+  /// warns of those that show nothing. Throws what `read_photograph` and `fitted_camera` throw, and `InvalidInput`
+  /// for pictures of other channels than grey or colours, and where the signal's values are those stored and
+  /// textures of the model do not store colours alike.
+  PhotographTexturing(const TexturedModel& model, const TextureSignal& signal, std::span<const Photograph> photographs,
+                      const PhotographTextureOptions& options, Messages& messages, const Progress& progress = {});
+  ~PhotographTexturing();
+
+  /// Step 3: per unknown the number of a photograph, or `unseen`. Alpha of the photographs is not heeded yet. `wanted`: per unknown the number of the photograph that it is to come from where that shows
+  /// it, or `unseen` where it was chosen as above.
+  std::vector<int> labels(std::span<const int> wanted = {}, const Progress& progress = {}) const;
+
+  /// Steps 3 and 4.
+  PhotographTexture make(std::span<const int> wanted = {}, const Progress& progress = {}) const;
+
+  /// What one photograph shows of all unknowns, aligned and exposed, for choosing by hand.
+  Partial partial(int photograph, const Progress& progress = {}) const;
+
+  /// Per unknown: what to add to what the photograph of this number shows, to come to the mean of all that agree on
+  /// its patch.
+  Signal offset(std::span<const int> labels) const;
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
 
 /// How far steps between photographs spread, unless asked otherwise.
 inline constexpr Length usual_photograph_length = {3, Length::Unit::percent};
 
 /// Red, green and blue, a row per label: neighbouring numbers in unlike hues; what is unseen is black.
 Signal colours_of_labels(std::span<const int> labels);
-
-/// The side of a square texture, the nearest power of two from 256 to 8192, in which a texel is about as large as a
-/// pixel of the photographs where these show the surface best: the median over the area
-/// of the triangles, by the closest camera that faces each, whether or not something is in front. `occupancy`: the share of
-/// the texture that charts will fill. 1024 where no camera faces any.
-int side_for_photographs(const Surface& surface, std::span<const Photograph> photographs,
-                         double occupancy = 0.7);
 
 }  // namespace mq

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
+#include <cmath>
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
@@ -10,7 +13,7 @@
 #include "mq/filter/modulation.h"
 #include "mq/image/colour.h"
 #include "mq/io/image_file.h"
-#include "mq/io/photograph_file.h"
+#include "mq/mesh/geometry.h"
 
 namespace mq {
 namespace {
@@ -35,30 +38,6 @@ void restore(Texture& picture, TransferFunction wanted) {
   if (found == wanted) return;
   picture.pixels =
       encode(decode(picture.pixels, ColourSpace::linear, found), ColourSpace::linear, wanted);
-}
-
-/// A photograph in the values and channels of the signal; grey is spread over three.
-Image<float> photograph_values(const Texture& texture, const ValueSpace& space, int channels) {
-  const Image<float> values = decoded(texture, space);
-  const int colours = colour_channels(values.channels()), wanted = colour_channels(channels);
-  require(colours == wanted || colours == 1,
-          fmt::format("{}: has {}, and the texture {}: convert it", texture.path.string(),
-                      counted(colours, "colour channel"), wanted));
-  const bool alpha = colours < values.channels();
-  Image<float> result(values.width(), values.height(), wanted + (alpha ? 1 : 0));
-  for (int y = 0; y < values.height(); ++y)
-    for (int x = 0; x < values.width(); ++x) {
-      for (int c = 0; c < wanted; ++c) result(x, y, c) = values(x, y, colours == 1 ? 0 : c);
-      if (alpha) result(x, y, wanted) = values(x, y, colours);
-    }
-  return result;
-}
-
-/// With the alpha that the signal may have: 1.
-Signal widened(const Signal& values, int channels) {
-  Signal result = Signal::Ones(values.rows(), channels);
-  result.leftCols(values.cols()) = values;
-  return result;
 }
 
 bool works_on_stored(const TextureSignal& signal) {
@@ -103,35 +82,6 @@ Partial partial_of_textures(const TexturedModel& model, const TextureSignal& sig
           mask_of_pictures(signal.space().texels(), model.texture_sizes, shown)};
 }
 
-std::vector<Partial> partials_of_photographs(const TexturedModel& model,
-                                             const TextureSignal& signal,
-                                             std::span<const Photograph> photographs,
-                                             const PhotographOptions& options, Messages& messages,
-                                             const Progress& progress) {
-  const Projector projector(model.surface, signal.space().positions(), model.atlas->texel_spacing(),
-                            progress.step("places", 0.3));
-  const bool stored = works_on_stored(signal);
-  const TransferFunction wanted = stored ? common_transfer(model.model) : TransferFunction::linear;
-  std::vector<Partial> partials;
-  for (const Photograph& photograph : photographs) {
-    const std::string file = photograph.picture.string();
-    const FittedCamera fitted = fitted_camera(photograph, picture_info(photograph.picture));
-    Texture texture = read_photograph(photograph, fitted.turn);
-    if (stored) restore(texture, wanted);
-    const Image<float> values = photograph_values(texture, signal.value_space(), signal.channels());
-    const PinholeCamera& camera = fitted.camera;
-    if (const std::string remark = remark_on_size(photograph, camera); !remark.empty()) messages.remark(remark);
-    Partial partial = projector.project(
-        camera, values, options,
-        progress.step(photograph.picture.filename().string(), 0.7 / double(photographs.size())));
-    partial.values = widened(partial.values, signal.channels());
-    if (shown_unknowns(partial) == 0)
-      messages.warning(file + ": shows nothing of the model: check its camera");
-    partials.push_back(std::move(partial));
-  }
-  return partials;
-}
-
 std::string remark_on_size(const Photograph& photograph, const PinholeCamera& fitted) {
   const PinholeCamera& camera = photograph.camera;
   if (fitted.width == camera.width && fitted.height == camera.height) return {};
@@ -153,6 +103,43 @@ void add_missing_pictures(TexturedModel& model) {
         Image<float>(model.texture_sizes[k].width, model.texture_sizes[k].height, 3);
     textures[k].format.file_format = "png";
   }
+}
+
+int side_for_photographs(const Surface& surface, std::span<const Photograph> photographs, double occupancy) {
+  struct Seen {
+    double pixel;  ///< model units
+    double area;
+  };
+  std::vector<Seen> seen;
+  double all = 0;
+  for (int t = 0; t < int(surface.mesh.triangles.size()); ++t) {
+    const Mesh& mesh = surface.mesh;
+    const Vector3 a = mesh.position(t, 0), b = mesh.position(t, 1), c = mesh.position(t, 2);
+    const Vector3 normal = (b - a).cross(c - a), middle = (a + b + c) / 3;
+    double pixel = 0;
+    for (const Photograph& photograph : photographs) {
+      const PinholeCamera& camera = photograph.camera;
+      if (!(normal.dot(camera.center() - middle) > 0) || !camera.project(middle)) continue;
+      const double size = (camera.rotation * middle + camera.translation).z() / camera.fx;
+      if (pixel == 0 || size < pixel) pixel = size;
+    }
+    if (pixel > 0) seen.push_back({pixel, normal.norm() / 2});
+    if (pixel > 0) all += normal.norm() / 2;
+  }
+  constexpr int least = 256, most = 8192, usual = 1024;
+  if (!(all > 0)) return usual;
+  std::ranges::sort(seen, {}, &Seen::pixel);
+  double below = 0, pixel = seen.back().pixel;
+  for (const Seen& one : seen) {
+    below += one.area;
+    if (below >= all / 2) {
+      pixel = one.pixel;
+      break;
+    }
+  }
+  const double side = std::sqrt(surface.area / occupancy) / pixel;
+  const double nearest = std::exp2(std::round(std::log2(std::clamp(side, 1.0, 1e6))));
+  return std::clamp(int(nearest), least, most);
 }
 
 }  // namespace mq

@@ -1,6 +1,6 @@
 #pragma once
-/// What photographs show of a model, as values of its texture signal: given as textures of their
-/// own, or as pictures with their cameras. `best_of` and `Stitcher` make one texture of them.
+/// Photographs of a model: as textures of their own, of which `best_of` and `Stitcher` make one; and what
+/// those with cameras say before they are read (photograph_texture.h makes a texture of them).
 
 #include <cstdint>
 #include <optional>
@@ -24,18 +24,6 @@ Partial partial_of_textures(const TexturedModel& model, const TextureSignal& sig
                             std::vector<Texture> textures,
                             std::span<const Image<float>> confidence = {});
 
-/// Photographs with their cameras, read and projected onto the model one by one. Grey ones are
-/// spread over three channels, and where the signal has alpha it is 1. Remarks on pictures of
-/// another size than their camera's, and warns of those that show nothing. Throws `InvalidInput`
-/// for pictures that do not fit their camera or the model's channels, and where the signal's values
-/// are those stored and textures of the model do not store colours alike; and what `read_texture`
-/// throws.
-std::vector<Partial> partials_of_photographs(const TexturedModel& model,
-                                             const TextureSignal& signal,
-                                             std::span<const Photograph> photographs,
-                                             const PhotographOptions& options, Messages& messages,
-                                             const Progress& progress = {});
-
 /// How all textures of the model store colours. Throws `InvalidInput` where they do not alike.
 TransferFunction common_transfer(const Model& model);
 
@@ -48,5 +36,12 @@ std::string remark_on_size(const Photograph& photograph, const PinholeCamera& fi
 /// Gives a model's textures black pictures of the sizes that it was read with, where they have
 /// none.
 void add_missing_pictures(TexturedModel& model);
+
+/// The side of a square texture, the nearest power of two from 256 to 8192, in which a texel is about as large as a
+/// pixel of the photographs where these show the surface best: the median over the area
+/// of the triangles, by the closest camera that faces each, whether or not something is in front. `occupancy`: the share of
+/// the texture that charts will fill. 1024 where no camera faces any.
+int side_for_photographs(const Surface& surface, std::span<const Photograph> photographs,
+                         double occupancy = 0.7);
 
 }  // namespace mq

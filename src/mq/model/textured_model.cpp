@@ -160,6 +160,9 @@ Model read_input(const std::filesystem::path& path, const LoadOptions& options,
   if (!names_picture(path) || options.missing == MissingPictures::unneeded)
     return read_model(path,
                       {.textures = options.textures,
+                       .pictures = options.missing == MissingPictures::unneeded
+                                       ? ReadModelOptions::Pictures::where_there
+                                       : ReadModelOptions::Pictures::read,
                        .not_finite = NotFinite::keep,
                        .slot = options.slot,
                        .uv_set = options.uv_set,

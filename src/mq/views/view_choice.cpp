@@ -43,69 +43,113 @@ Observations Observations::gather(int patches, std::span<const std::vector<OfPat
 
 namespace {
 
-/// One channel's g, by the normal equations from which the L_p are eliminated: with weights w and W = Σw
-/// of a patch, Σ_p (diag(w) − w wᵀ / W) g = Σ_p w (x − x̄).
-Eigen::VectorXd exposures_of_channel(const Observations& observations, int views, int channel) {
-  constexpr int rounds = 10;
-  constexpr double scale = 0.05, hold = 0.3;
-  Eigen::VectorXd g = Eigen::VectorXd::Zero(views), counts = Eigen::VectorXd::Zero(views);
-  std::vector<double> x, w;
+/// What falloff is made of, at a radius.
+Eigen::Vector2d bases(double radius) { return {radius * radius, std::pow(radius, 4)}; }
+
+/// What observations on one patch say.
+struct Readings {
+  std::vector<double> x;  ///< logarithms
+  std::vector<double> w;
   std::vector<int> view;
+  std::vector<Eigen::Vector2d> basis;
+
+  /// Those that `logarithm` has a value for.
+  template <class Logarithm>
+  Readings(std::span<const Observation> observations, const Logarithm& logarithm) {
+    for (const Observation& o : observations) {
+      if (std::ranges::min(o.colour) < black || std::ranges::max(o.colour) > clipped) continue;
+      x.push_back(logarithm(o));
+      w.push_back(double(o.quality) * o.quality);
+      view.push_back(o.view);
+      basis.push_back(bases(o.radius));
+    }
+  }
+};
+
+/// g of all views, and k where it is asked for (else 0), by the normal equations from which the L_p are eliminated:
+/// with weights w, rows d = (e_v, basis) and W = Σw of a patch, Σ_p Σ w (d − d̄)(d − d̄)ᵀ θ = Σ_p Σ w (d − d̄)(x − x̄).
+template <class Logarithm>
+Eigen::VectorXd fitted_exposures(const Observations& observations, int views, bool with_falloff,
+                                 const Logarithm& logarithm) {
+  constexpr int rounds = 10;
+  constexpr double scale = 0.05, hold = 0.3, hold_falloff = 3;
+  Eigen::VectorXd theta = Eigen::VectorXd::Zero(views + 2), counts = Eigen::VectorXd::Zero(views);
   for (int round = 0; round < rounds; ++round) {
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(views, views);
-    Eigen::VectorXd b = Eigen::VectorXd::Zero(views);
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(views + 2, views + 2);
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(views + 2);
     counts.setZero();
     for (int p = 0; p < observations.patches(); ++p) {
-      x.clear(), w.clear(), view.clear();
-      for (const Observation& o : observations.of(p)) {
-        const float c = o.colour[std::size_t(channel)];
-        if (std::ranges::min(o.colour) < black || std::ranges::max(o.colour) > clipped) continue;
-        x.push_back(std::log(double(c)));
-        w.push_back(double(o.quality) * o.quality);
-        view.push_back(o.view);
-      }
-      if (x.size() < 2) continue;
-      // Residuals from the median of what g says now.
-      std::vector<double> levels(x.size());
-      for (std::size_t k = 0; k < x.size(); ++k) levels[k] = x[k] - g[view[k]];
+      Readings of(observations.of(p), logarithm);
+      const std::size_t count = of.x.size();
+      if (count < 2) continue;
+      // Residuals from the median of what θ says now.
+      std::vector<double> residuals(count);
+      for (std::size_t k = 0; k < count; ++k)
+        residuals[k] = of.x[k] - theta[of.view[k]] - of.basis[k].dot(theta.tail<2>());
+      std::vector<double> levels = residuals;
       const double level = median(levels);
       double sum = 0, mean = 0;
-      for (std::size_t k = 0; k < x.size(); ++k) {
-        const double r = (x[k] - g[view[k]] - level) / scale;
-        if (round > 0) w[k] /= 1 + r * r;
-        sum += w[k], mean += w[k] * x[k];
+      Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+      for (std::size_t k = 0; k < count; ++k) {
+        if (round > 0) of.w[k] /= 1 + std::pow((residuals[k] - level) / scale, 2);
+        sum += of.w[k], mean += of.w[k] * of.x[k], middle += of.w[k] * of.basis[k];
       }
-      mean /= sum;
-      for (std::size_t k = 0; k < x.size(); ++k) {
-        counts[view[k]] += 1;
-        A(view[k], view[k]) += w[k];
-        b[view[k]] += w[k] * (x[k] - mean);
-        for (std::size_t m = 0; m < x.size(); ++m) A(view[k], view[m]) -= w[k] * w[m] / sum;
+      mean /= sum, middle /= sum;
+      for (std::size_t k = 0; k < count; ++k) {
+        const int v = of.view[k];
+        const Eigen::Vector2d basis = with_falloff ? Eigen::Vector2d(of.basis[k] - middle) : Eigen::Vector2d(0, 0);
+        counts[v] += 1;
+        A(v, v) += of.w[k];
+        b[v] += of.w[k] * (of.x[k] - mean);
+        A.block<1, 2>(v, views) += of.w[k] * basis.transpose();
+        A.bottomRightCorner<2, 2>() += of.w[k] * basis * basis.transpose();
+        b.tail<2>() += of.w[k] * (of.x[k] - mean) * basis;
+        for (std::size_t m = 0; m < count; ++m) A(v, of.view[m]) -= of.w[k] * of.w[m] / sum;
       }
     }
-    A.diagonal().array() += hold;
-    g = A.ldlt().solve(b);
-    if (counts.sum() > 0) g.array() -= counts.dot(g) / counts.sum();
+    A.block(views, 0, 2, views) = A.block(0, views, views, 2).transpose().eval();
+    A.diagonal().head(views).array() += hold;
+    A.diagonal().tail<2>().array() += hold_falloff;
+    theta = A.ldlt().solve(b);
+    if (counts.sum() > 0) theta.head(views).array() -= counts.dot(theta.head(views)) / counts.sum();
     for (int v = 0; v < views; ++v)
-      if (counts[v] == 0) g[v] = 0;
+      if (counts[v] == 0) theta[v] = 0;
   }
-  return g;
+  return theta;
 }
 
 }  // namespace
 
-std::vector<LightColour> exposures(const Observations& observations, int views) {
-  std::vector<LightColour> gains(std::size_t(views), LightColour{1, 1, 1});
-  for (int c = 0; c < 3; ++c) {
-    const Eigen::VectorXd g = exposures_of_channel(observations, views, c);
-    for (int v = 0; v < views; ++v) gains[std::size_t(v)][std::size_t(c)] = float(std::exp(-g[v]));
-  }
-  return gains;
+double Falloff::correction(double radius) const { return std::exp(-bases(radius).dot(Eigen::Vector2d(k1, k2))); }
+
+LightColour Exposures::of(int view, double radius) const {
+  LightColour gain = gains[std::size_t(view)];
+  for (float& channel : gain) channel *= float(falloff.correction(radius));
+  return gain;
 }
 
-void multiply_light(std::span<const LightColour> gains, Observations& observations) {
-  for (Observation& o : observations.all)
-    for (std::size_t c = 0; c < 3; ++c) o.colour[c] *= gains[std::size_t(o.view)][c];
+Exposures exposures(const Observations& observations, int views) {
+  Exposures result = no_exposures(views);
+  const Eigen::VectorXd all = fitted_exposures(observations, views, true, [](const Observation& o) {
+    return (std::log(double(o.colour[0])) + std::log(double(o.colour[1])) + std::log(double(o.colour[2]))) / 3;
+  });
+  result.falloff = {all[views], all[views + 1]};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Eigen::VectorXd g = fitted_exposures(observations, views, false, [&](const Observation& o) {
+      return std::log(double(o.colour[c]) * result.falloff.correction(o.radius));
+    });
+    for (int v = 0; v < views; ++v) result.gains[std::size_t(v)][c] = float(std::exp(-g[v]));
+  }
+  return result;
+}
+
+Exposures no_exposures(int views) { return {std::vector<LightColour>(std::size_t(views), LightColour{1, 1, 1}), {}}; }
+
+void multiply_light(const Exposures& exposures, Observations& observations) {
+  for (Observation& o : observations.all) {
+    const LightColour gain = exposures.of(o.view, o.radius);
+    for (std::size_t c = 0; c < 3; ++c) o.colour[c] *= gain[c];
+  }
 }
 
 // ------------------------------------------------------------------------------------------ rejection
@@ -209,23 +253,21 @@ std::vector<int> choose_views(const Patches& patches, const Observations& observ
   return smooth_labels(graph, 30, progress);
 }
 
-std::vector<LightColour> offsets_to_mean(const Observations& observations, std::span<const int> chosen) {
-  std::vector<LightColour> offsets(chosen.size(), LightColour{});
+std::vector<std::optional<LightColour>> agreed_colours(const Observations& observations) {
+  std::vector<std::optional<LightColour>> colours(std::size_t(observations.patches()));
   for (int p = 0; p < observations.patches(); ++p) {
-    if (chosen[p] < 0) continue;
-    const auto views = observations.of(p);
     std::array<double, 3> sum{};
     double weight = 0;
-    for (const Observation& o : views) {
+    for (const Observation& o : observations.of(p)) {
       if (o.rejected) continue;
       weight += o.quality;
       for (std::size_t c = 0; c < 3; ++c) sum[c] += double(o.quality) * o.colour[c];
     }
     if (!(weight > 0)) continue;
-    for (std::size_t c = 0; c < 3; ++c)
-      offsets[p][c] = float(sum[c] / weight) - views[std::size_t(chosen[p])].colour[c];
+    LightColour& colour = colours[std::size_t(p)].emplace();
+    for (std::size_t c = 0; c < 3; ++c) colour[c] = float(sum[c] / weight);
   }
-  return offsets;
+  return colours;
 }
 
 }  // namespace mq

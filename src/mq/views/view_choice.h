@@ -6,6 +6,7 @@
 /// and `choose_views` gives every patch a photograph so that neighbours mostly have the same one.
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct Observation {
   float quality;       ///< how well it shows the patch, above 0
   float detail;        ///< root mean square of the gradient there, per texel; to be compared only
   LightColour colour;  ///< mean over the patch
+  float radius = 0;    ///< of where it lies, from the picture's middle, in half diagonals
   bool rejected = false;
 };
 
@@ -45,16 +47,35 @@ struct Observations {
   static Observations gather(int patches, std::span<const std::vector<OfPatch>> views);
 };
 
-/// What the light of each view is to be multiplied by, per channel, so that all show a patch alike:
-/// exp(−g), with log c_pv = L_p + g_v + residual over patches p and views v, by least squares with the
-/// squares of qualities as weights, robustly (times 1 / (1 + (r / s)²), Cauchy's, s = 0.05, in ten rounds),
+/// How light falls off towards a picture's corners, the same in all pictures: by exp(k₁ ρ² + k₂ ρ⁴).
+struct Falloff {
+  double k1 = 0, k2 = 0;
+
+  /// What the light is to be multiplied by at that radius.
+  double correction(double radius) const;
+};
+
+/// What the light of each view is to be multiplied by so that all show a patch alike.
+struct Exposures {
+  std::vector<LightColour> gains;  ///< per channel
+  Falloff falloff;                 ///< divided out besides
+
+  LightColour of(int view, double radius) const;
+};
+
+/// Gains are exp(−g), with log c_pv = L_p + g_v + f(ρ_pv) + residual over patches p and views v, by least squares
+/// with the squares of qualities as weights, robustly (times 1 / (1 + (r / s)²), Cauchy's, s = 0.05, in ten rounds),
 /// + 0.3 Σ g_v², which holds a view that hardly shares anything, and Σ_v g_v · (patches of v) = 0, so that
-/// the scene keeps the brightness of its photographs. Colours that are black or clipped in any channel
+/// the scene keeps the brightness of its photographs. f, the falloff, is found with them from the mean of the
+/// channels' logarithms, + 3 (k₁² + k₂²); then g for each channel. Colours that are black or clipped in any channel
 /// count nothing. A view that shares no patch with others keeps its light.
-std::vector<LightColour> exposures(const Observations& observations, int views);
+Exposures exposures(const Observations& observations, int views);
+
+/// No change.
+Exposures no_exposures(int views);
 
 /// Multiplies the colours by them.
-void multiply_light(std::span<const LightColour> gains, Observations& observations);
+void multiply_light(const Exposures& exposures, Observations& observations);
 
 struct RejectOptions {
   double least = 0.15;  ///< in logarithms of light: what is nearer to the others is never rejected
@@ -82,8 +103,7 @@ std::vector<float> relative_qualities(std::span<const Observation> views);
 std::vector<int> choose_views(const Patches& patches, const Observations& observations,
                               const ChooseOptions& options = {}, const Progress& progress = {});
 
-/// Per patch, in light: the mean colour of what is not rejected, weighted by quality, less the colour of
-/// the chosen one: what to add so that low frequencies are those of all. 0 where nothing is chosen.
-std::vector<LightColour> offsets_to_mean(const Observations& observations, std::span<const int> chosen);
+/// Per patch, in light: the mean colour of what is not rejected, weighted by quality. Nothing where nothing is.
+std::vector<std::optional<LightColour>> agreed_colours(const Observations& observations);
 
 }  // namespace mq

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "mq/base/error.h"
+#include "mq/base/parallel.h"
 #include "mq/base/words.h"
 #include "mq/io/image_file.h"
 #include "mq/io/photograph_file.h"
@@ -49,18 +51,25 @@ Image<float> PhotographValues::worked(const Image<float>& light) const {
   return decode(light, space_, TransferFunction::linear);
 }
 
-Image<float> PhotographValues::of(const PhotographLight& photograph, const LightColour& gain) const {
+double radius_in(int width, int height, const Vector2& place) {
+  return (2 * place - Vector2(width, height)).norm() / std::hypot(width, height);
+}
+
+Image<float> PhotographValues::of(const PhotographLight& photograph, const Exposures& exposures, int number) const {
   const Image<float>& light = photograph.light;
   const int colours = colour_channels(channels_), alpha = light.channels() > 3 ? 1 : 0;
   Image<float> result(light.width(), light.height(), colours + alpha);
-  for (int y = 0; y < light.height(); ++y)
+  parallel_for(light.height(), [&](std::int64_t row) {
+    const int y = int(row);
     for (int x = 0; x < light.width(); ++x) {
       const auto pixel = light.pixel(x, y);
+      const LightColour gain = exposures.of(number, radius_in(light.width(), light.height(), {x + 0.5, y + 0.5}));
       const std::array<float, 3> rgb = {pixel[0] * gain[0], pixel[1] * gain[1], pixel[2] * gain[2]};
       if (colours == 1) result(x, y, 0) = (rgb[0] + rgb[1] + rgb[2]) / 3;
       for (int c = 0; c < colours && colours == 3; ++c) result(x, y, c) = rgb[std::size_t(c)];
       if (alpha) result(x, y, colours) = pixel[3];
     }
+  }, 16);
   return worked(result);
 }
 

@@ -20,6 +20,9 @@ struct PhotographLight {
   static PhotographLight read(const Photograph& photograph);
 };
 
+/// How far a place of a picture is from its middle, in half diagonals.
+double radius_in(int width, int height, const Vector2& place);
+
 /// What becomes of light in a signal of textures.
 class PhotographValues {
  public:
@@ -27,8 +30,8 @@ class PhotographValues {
   /// stored, or where it has other channels than grey or colours.
   PhotographValues(const TexturedModel& model, const TextureSignal& signal);
 
-  /// The photograph's light times the gain, in the signal's values; its alpha stays.
-  Image<float> of(const PhotographLight& photograph, const LightColour& gain) const;
+  /// The photograph's light, evened out as the photograph of that number, in the signal's values; its alpha stays.
+  Image<float> of(const PhotographLight& photograph, const Exposures& exposures, int number) const;
 
   /// Of colours, a row each, in the signal's colour channels.
   Signal of_colours(std::span<const LightColour> colours) const;

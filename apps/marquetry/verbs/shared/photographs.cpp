@@ -1,0 +1,126 @@
+#include "verbs/shared/photographs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "mq/base/words.h"
+#include "mq/io/image_file.h"
+#include "mq/io/photograph_file.h"
+#include "shell/arguments.h"
+
+namespace mq::app {
+
+void add_photograph_options(OptionTable& table) {
+  using Type = Option::Type;
+  const PhotographTextureOptions usual;
+  const std::string group = "Photographs";
+  table.add({.name = "cameras",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .required = true,
+             .group = group,
+             .help = "photographs with their cameras, as the verb cameras reads them"});
+  table.add({.name = "images",
+             .type = Type::path,
+             .count = Option::Count::many,
+             .group = group,
+             .help = "folders with the photographs",
+             .details = "Without it they are looked for beside the cameras, and where COLMAP's projects have them."});
+  table.add({.name = "steepest",
+             .type = Type::number,
+             .default_value = as_typed(usual.projection.steepest),
+             .unit = "degrees",
+             .least = 1,
+             .most = 90,
+             .group = group,
+             .help = "from the normal, beyond which a view shows nothing"});
+  table.add({.name = "bias",
+             .type = Type::number,
+             .default_value = as_typed(100 * usual.projection.bias),
+             .unit = "%",
+             .least = 0,
+             .most = 100,
+             .group = group,
+             .help = "of the model's diagonal: what is so close in front of a point does not hide it from a view"});
+  table.add({.name = "outline",
+             .type = Type::number,
+             .default_value = as_typed(usual.projection.outline),
+             .unit = "pixels",
+             .least = 0,
+             .most = 1000,
+             .group = group,
+             .help = "around outlines that show what is behind them: more where the mesh or the cameras are off"});
+  table.add({.name = "poses",
+             .type = Type::choice,
+             .default_value = "align",
+             .choices = {"align", "keep"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "move cameras a little and bend photographs, so that all show the same, or keep them",
+             .details = "Else details are seen twice where cameras or the mesh are off by some pixels. Photographs are "
+                        "read once more."});
+  table.add({.name = "exposure",
+             .type = Type::choice,
+             .default_value = "match",
+             .choices = {"match", "keep"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "even out exposure, white balance and dark corners of the photographs, or keep them"});
+  table.add({.name = "outliers",
+             .type = Type::choice,
+             .default_value = "reject",
+             .choices = {"reject", "keep"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "leave out what disagrees with the other photographs of a place, or not",
+             .details = "Passers-by and reflections; it takes three photographs to tell."});
+  table.add({.name = "smoothness",
+             .type = Type::number,
+             .default_value = as_typed(usual.choice.smoothness),
+             .least = 0,
+             .most = 100,
+             .group = group,
+             .help = "more: fewer, larger parts of one photograph; 0: always the one that shows most"});
+  table.add({.name = "blend",
+             .type = Type::choice,
+             .default_value = "detail",
+             .choices = {"detail", "best"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "fine detail of the best photograph and the colour of all that agree; or the best alone"});
+}
+
+std::vector<Photograph> read_photographs(Run& run) {
+  CamerasOptions where;
+  for (const std::string& folder : run.options().texts("images")) where.images.emplace_back(folder);
+  std::vector<Photograph> photographs;
+  for (const std::string& file : run.options().texts("cameras")) {
+    CameraSet cameras = read_camera_set(file, where);
+    for (const std::string& note : cameras.notes) run.terminal().remark(file + ": " + note);
+    if (cameras.without_pose > 0)
+      run.terminal().warning(fmt::format("{}: {} without a place are left out", file,
+                                         counted(cameras.without_pose, "photograph")));
+    std::ranges::move(cameras.photographs, std::back_inserter(photographs));
+  }
+  for (const Photograph& photograph : photographs) {
+    run.will_read(photograph.picture);
+    fitted_camera(photograph, picture_info(photograph.picture));
+  }
+  return photographs;
+}
+
+PhotographTextureOptions asked_photograph_options(const OptionValues& options) {
+  PhotographTextureOptions wanted;
+  wanted.projection.steepest = options.number("steepest");
+  wanted.projection.bias = options.number("bias") / 100;
+  wanted.projection.outline = options.number("outline");
+  wanted.align = options.text("poses") == "align";
+  wanted.match_exposure = options.text("exposure") == "match";
+  wanted.reject_outliers = options.text("outliers") == "reject";
+  wanted.choice.smoothness = options.number("smoothness");
+  return wanted;
+}
+
+}  // namespace mq::app
