@@ -95,6 +95,28 @@ TEST(AlignPhotographs, CamerasThatAreOffComeTogether) {
     EXPECT_EQ(one_thread[v].camera.rotation, photographs[v].camera.rotation);
 }
 
+TEST(AlignPhotographs, PhotographsOfAMeshThatIsOffAreBentTogether) {
+  std::mt19937 random(6);
+  std::vector<Vector3> places;  // on hills, where what is photographed is a plane
+  for (int k = 0; k < 4000; ++k) {
+    const double x = 0.1 + 0.8 * double(random() % 1000) / 1000, y = 0.1 + 0.8 * double(random() % 1000) / 1000;
+    places.emplace_back(x, y, 0.03 * std::sin(12 * x) * std::cos(11 * y));
+  }
+  std::vector<PinholeCamera> truth;
+  std::vector<AlignedPhotograph> photographs;
+  for (int v = 0; v < 6; ++v) {
+    truth.push_back(camera_from(1.05 * v, 0.5));
+    photographs.push_back({truth.back(), photograph(truth.back(), 1), {}, {}});
+    for (int i = 0; i < int(places.size()); ++i)
+      photographs.back().places.push_back(i), photographs.back().weights.push_back(1);
+  }
+  const double before = disagreement(places, truth, photographs);
+  align_photographs(places, photographs);
+  EXPECT_GT(before, 0.9);
+  EXPECT_LT(disagreement(places, truth, photographs), 0.3 * before);
+  EXPECT_FALSE(photographs[0].camera.correction.empty());
+}
+
 TEST(AlignPhotographs, OneThatSharesNothingStays) {
   const PinholeCamera camera = camera_from(0, 0.2);
   std::vector<Vector3> places;

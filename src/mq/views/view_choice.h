@@ -65,9 +65,9 @@ struct Exposures {
 
 /// Gains are exp(−g), with log c_pv = L_p + g_v + f(ρ_pv) + residual over patches p and views v, by least squares
 /// with the squares of qualities as weights, robustly (times 1 / (1 + (r / s)²), Cauchy's, s = 0.05, in ten rounds),
-/// + 0.3 Σ g_v², which holds a view that hardly shares anything, and Σ_v g_v · (patches of v) = 0, so that
+/// + 0.3 (Σ g_v² + k₁² + k₂²), which holds a view that hardly shares anything, and Σ_v g_v · (patches of v) = 0, so that
 /// the scene keeps the brightness of its photographs. f, the falloff, is found with them from the mean of the
-/// channels' logarithms, + 3 (k₁² + k₂²); then g for each channel. Colours that are black or clipped in any channel
+/// channels' logarithms; then g for each channel. Colours that are black or clipped in any channel
 /// count nothing. A view that shares no patch with others keeps its light.
 Exposures exposures(const Observations& observations, int views);
 
