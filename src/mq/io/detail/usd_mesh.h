@@ -11,7 +11,7 @@ namespace mq {
 
 struct UsdMesh {
   std::vector<const UsdPrim*> line;  ///< the prims that it lies in, from the outermost on, and itself
-  std::string path;                  ///< "/root/body"
+  std::string path = {};             ///< "/root/body"
   const UsdProperty* points = nullptr;
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();  ///< as `place` found it
 
