@@ -243,7 +243,8 @@ Verb export_verb() {
              .type = Type::path,
              .required = true,
              .help = "the evolving mesh, as track makes it, or a file that moves: .usda, .usdz, .glb or .gltf, of "
-                     "export or another program"});
+                     "export or another program",
+             .details = "Pictures that such a file has are written with it, unless --from makes others."});
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,

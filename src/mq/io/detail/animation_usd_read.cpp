@@ -223,8 +223,8 @@ class UsdFinder {
     if (has_variants_) what += ", and variants, of which none is read";
     if (refers_)
       what +=
-          ", and references to other files or prims, which are not followed: usdcat --flatten, of Pixar's tools, makes "
-          "one file of all";
+          ", and references to other files or prims, which are not followed: usdcat, of Pixar's tools, flattens all "
+          "into one file";
     throw Unsupported(
         fmt::format("{}: found {}; wanted a mesh whose points have time samples: bake what moves it, or {}",
                     text_.file(), what, frames_instead));
