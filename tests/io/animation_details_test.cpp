@@ -175,7 +175,7 @@ TEST_F(AnimationDetails, SaysWhichFramesAreInvisible) {
                                    "\"inherited\", 4: \"invisible\" }\n"};
   const OpenAnimation found = open(square);
   EXPECT_THAT(numbers(found), ElementsAre(1, 2, 3));
-  EXPECT_THAT(found.notes, ElementsAre(AllOf(HasSubstr("2 of 5 frames"), HasSubstr("time codes 4 to 5"))));
+  EXPECT_THAT(found.notes, ElementsAre(AllOf(HasSubstr("2 of 5 frames"), HasSubstr("the first at time code 4, the last at 5"))));
 }
 
 TEST_F(AnimationDetails, KeepsSecondsWhateverTimeCodesAre) {

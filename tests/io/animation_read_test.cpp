@@ -432,7 +432,7 @@ TEST_F(AnimationRead, SaysWhatOfGltfIsNotSeen) {
   text.replace(text.find(nodes), nodes.size(), R"("nodes":[0,1])");
   const OpenAnimation found = open_animation(put("hides.gltf", text));
   EXPECT_EQ(found.reader.frames().size(), 1U);
-  EXPECT_THAT(found.notes, ElementsAre(AllOf(HasSubstr("2 of 3 frames"), HasSubstr("seconds 0.5 to 1"))));
+  EXPECT_THAT(found.notes, ElementsAre(AllOf(HasSubstr("2 of 3 frames"), HasSubstr("the first at second 0.5, the last at 1"))));
   EXPECT_THAT(found.remarks, ElementsAre(HasSubstr("1 camera")));
 }
 

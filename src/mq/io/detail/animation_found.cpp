@@ -49,7 +49,8 @@ void FoundAnimation::add(std::vector<std::string>& all, const std::string& text)
 
 std::string unseen_frames(std::size_t count, std::size_t all, const std::string& word, double first, double last) {
   const std::string when =
-      first == last ? fmt::format("{} {:.6g}", word, first) : fmt::format("{}s {:.6g} to {:.6g}", word, first, last);
+      first == last ? fmt::format("{} {:.6g}", word, first)
+                    : fmt::format("the first at {} {:.6g}, the last at {:.6g}", word, first, last);
   return fmt::format("{} of {} frames show nothing, as all is invisible, and are left out ({})", count, all, when);
 }
 
