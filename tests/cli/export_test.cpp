@@ -163,7 +163,8 @@ void make_square(const Folder& folder) {
   Texture texture;
   texture.pixels = Image<float>(4, 4, 3);
   for (int y = 0; y < 4; ++y)
-    for (int x = 0; x < 4; ++x) texture.pixels(x, y, 0) = x < 2 ? 1.F : 0.F, texture.pixels(x, y, 1) = y < 2 ? 1.F : 0.F;
+    for (int x = 0; x < 4; ++x)
+      texture.pixels(x, y, 0) = x < 2 ? 1.F : 0.F, texture.pixels(x, y, 1) = y < 2 ? 1.F : 0.F;
   write_texture(folder / "colours.png", texture);
   write_bytes(folder / "square.usda", R"(#usda 1.0
 ( metersPerUnit = 0.01
@@ -195,8 +196,8 @@ TEST(Export, CarriesThePicturesOfFilesThatMove) {
   for (const std::string name : {"again.usda", "again.usdz", "again.glb", "packed.glb"}) {
     SCOPED_TRACE(name);
     const bool packed = name == "packed.glb";
-    const Result made = marquetry(
-        folder, {"export", "square.usda", "-o", name, "--json", "--compress", packed ? "meshopt" : "none"});
+    const Result made =
+        marquetry(folder, {"export", "square.usda", "-o", name, "--json", "--compress", packed ? "meshopt" : "none"});
     ASSERT_EQ(made.status, 0) << made.error;
     EXPECT_THAT(made.error, testing::Not(HasSubstr("picture")));
     const OpenAnimation found = open_animation(folder / name);
@@ -214,6 +215,20 @@ TEST(Export, CarriesThePicturesOfFilesThatMove) {
     ASSERT_EQ(model.textures.size(), 1U);
     EXPECT_EQ(values(model.textures[0].pixels), wanted);
   }
+}
+
+TEST(Export, WritesWhatPlayDoesNotRepeat) {
+  const Folder folder;
+  make_square(folder);
+  EXPECT_THAT(marquetry(folder, {"play", "square.usda", "-o", "once.html"}).error, testing::Not(HasSubstr("repeated")));
+  std::string text = file_bytes(folder / "square.usda");
+  text.replace(text.find("(1, 1), (0, 1)] ("), 6, "(3, 1)");
+  write_bytes(folder / "wide.usda", text);
+  const Result played = marquetry(folder, {"play", "wide.usda", "-o", "often.html"});
+  EXPECT_EQ(played.status, 0);
+  EXPECT_THAT(played.error, testing::AllOf(HasSubstr("warning: wide.usda"), HasSubstr("3, 1"), HasSubstr("repeated")));
+  ASSERT_EQ(marquetry(folder, {"export", "wide.usda", "-o", "again.usda"}).status, 0);
+  EXPECT_THAT(file_bytes(folder / "again.usda"), HasSubstr("inputs:wrapS = \"repeat\""));
 }
 
 TEST(Export, SaysWhatBecomesOfUnits) {

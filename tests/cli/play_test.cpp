@@ -141,7 +141,8 @@ TEST_F(Play, TakesTheRateOfAVideo) {
   const Result near = marquetry(folder, nearly);
   ASSERT_EQ(near.status, 0) << near.error;
   EXPECT_EQ(near.json()["result"]["rate"], 24);
-  EXPECT_THAT(near.error, testing::AllOf(HasSubstr("23.976"), HasSubstr("four.mp4 has 24"), HasSubstr("that of the video")));
+  EXPECT_THAT(near.error,
+              testing::AllOf(HasSubstr("23.976"), HasSubstr("four.mp4 has 24"), HasSubstr("that of the video")));
   EXPECT_THAT(result.error, Not(HasSubstr("that of the video")));
   write_video(folder / "five.mp4", 5, {.rate = 24});
   other = {"play", "balls.evolving", "-o", "other.html", "--video", "five.mp4"};

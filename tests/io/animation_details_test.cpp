@@ -121,35 +121,41 @@ TEST_F(AnimationDetails, LeavesHolesOut) {
 }
 
 TEST_F(AnimationDetails, LeavesOutWhatHasNoSurface) {
-  const std::string moves = "double3 xformOp:translate.timeSamples = { 1: (0, 0, 0), 2: (1, 0, 0) }\n"
-                            "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n";
+  const std::string moves =
+      "double3 xformOp:translate.timeSamples = { 1: (0, 0, 0), 2: (1, 0, 0) }\n"
+      "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n";
   const OpenAnimation found = open({.beside = "def Camera \"eye\" {\n" + moves + "}\ndef DistantLight \"sun\" {\n" +
                                               moves + "}\ndef Xform \"empty\" {\n" + moves + "}\n"});
   EXPECT_EQ(found.reader.frames().size(), 2U);
   EXPECT_THAT(found.notes, IsEmpty());
   EXPECT_THAT(found.remarks, ElementsAre(HasSubstr("1 camera"), HasSubstr("1 light")));
   EXPECT_THAT(open({.beside = "def Sphere \"ball\" {\n" + moves + "}\n"}).notes, ElementsAre(HasSubstr("Sphere")));
-  EXPECT_THAT(open({.beside = "def Mesh \"other\" {\nint[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\n"
-                              "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n" + moves + "}\n"})
-                  .notes,
-              ElementsAre(HasSubstr("1 mesh whose points do not move")));
-  EXPECT_THAT(open({.beside = "variantSet \"look\" = {\n\"red\" { }\n}\n"}).notes, ElementsAre(HasSubstr("variants")));
+  EXPECT_THAT(
+      open({.beside = "def Mesh \"other\" {\nint[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\n"
+                      "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n" +
+                      moves + "}\n"})
+          .notes,
+      ElementsAre(HasSubstr("1 mesh whose points do not move")));
+  EXPECT_THAT(open({.beside = "variantSet \"look\" = {\n\"red\" { }\n}\n"}).notes,
+              ElementsAre(HasSubstr("variants")));
   EXPECT_THAT(open({.beside = "def Mesh \"hull\" {\nuniform token purpose = \"proxy\"\n"
                               "point3f[] points.timeSamples = { 1: [(0, 0, 0)] }\n}\n"})
                   .remarks,
               ElementsAre(AllOf(HasSubstr("/root/hull"), HasSubstr("proxy"))));
   // What moves the surface itself is refused still, a spline too.
-  EXPECT_THAT(refusal({.inside = moves}), AllOf(HasSubstr("square.usda, /root/square"), HasSubstr("xformOp:translate"),
-                                                HasSubstr("bake what moves it")));
-  EXPECT_THAT(refusal({.inside = "double xformOp:rotateZ = 0\ndouble xformOp:rotateZ.spline = { bezier, 1: 0, 2: 9 }\n"
-                                 "uniform token[] xformOpOrder = [\"xformOp:rotateZ\"]\n"}),
-              HasSubstr("xformOp:rotateZ changes over time"));
+  EXPECT_THAT(refusal({.inside = moves}), AllOf(HasSubstr("square.usda, /root/square"),
+                                                HasSubstr("xformOp:translate"), HasSubstr("bake what moves it")));
+  EXPECT_THAT(
+      refusal({.inside = "double xformOp:rotateZ = 0\ndouble xformOp:rotateZ.spline = { bezier, 1: 0, 2: 9 }\n"
+                         "uniform token[] xformOpOrder = [\"xformOp:rotateZ\"]\n"}),
+      HasSubstr("xformOp:rotateZ changes over time"));
 }
 
 TEST_F(AnimationDetails, SkipsCommentsOfAllKindsAndAByteOrderMark) {
   const UsdSquare odd{.head = "timeCodesPerSecond = /* frames */ 24 // a second }\nmetersPerUnit = 1 /* metre\n*/\n",
-                      .samples = "1: [(0, 0, 0), /* ( */ (1, 0, 0), (1, 1, 0), # (\n (0, 1, 0)], // [\n"
-                                 "2: [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)] /* , 3: */",
+                      .samples =
+                          "1: [(0, 0, 0), /* ( */ (1, 0, 0), (1, 1, 0), # (\n (0, 1, 0)], // [\n"
+                          "2: [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)] /* , 3: */",
                       .beside = "/* def Mesh \"other\" { */\n",
                       .first = "\xef\xbb\xbf#usda 1.0\n"};
   EXPECT_EQ(open(odd).reader.read().frames[1].positions, open({}).reader.read().frames[1].positions);
@@ -160,9 +166,11 @@ TEST_F(AnimationDetails, SkipsCommentsOfAllKindsAndAByteOrderMark) {
 }
 
 TEST_F(AnimationDetails, TakesBlockedValuesForNone) {
-  const UsdSquare blocked{.samples = square_at({"1", "2"}) + "3: None,\n" + "4: [(0, 0, 0), (1, 0, 0), (1, 1, 9), (0, 1, 0)]",
-                          .inside = "uniform token subdivisionScheme = \"none\"\ntoken visibility = None\n"
-                                    "point3f[] points = None\nint[] holeIndices.timeSamples = { 1: None }\n"};
+  const UsdSquare blocked{
+      .samples = square_at({"1", "2"}) + "3: None,\n" + "4: [(0, 0, 0), (1, 0, 0), (1, 1, 9), (0, 1, 0)]",
+      .inside =
+          "uniform token subdivisionScheme = \"none\"\ntoken visibility = None\n"
+          "point3f[] points = None\nint[] holeIndices.timeSamples = { 1: None }\n"};
   const OpenAnimation found = open(blocked);
   EXPECT_THAT(numbers(found), ElementsAre(1, 2, 4));
   EXPECT_THAT(found.notes, ElementsAre(HasSubstr("1 of 4 frames show nothing"), HasSubstr("not equally far apart")));
@@ -171,11 +179,13 @@ TEST_F(AnimationDetails, TakesBlockedValuesForNone) {
 
 TEST_F(AnimationDetails, SaysWhichFramesAreInvisible) {
   const UsdSquare square{.samples = square_at({"1", "2", "3", "4", "5"}),
-                         .inside = "uniform token subdivisionScheme = \"none\"\ntoken visibility.timeSamples = { 1: "
-                                   "\"inherited\", 4: \"invisible\" }\n"};
+                         .inside =
+                             "uniform token subdivisionScheme = \"none\"\ntoken visibility.timeSamples = { 1: "
+                             "\"inherited\", 4: \"invisible\" }\n"};
   const OpenAnimation found = open(square);
   EXPECT_THAT(numbers(found), ElementsAre(1, 2, 3));
-  EXPECT_THAT(found.notes, ElementsAre(AllOf(HasSubstr("2 of 5 frames"), HasSubstr("the first at time code 4, the last at 5"))));
+  EXPECT_THAT(found.notes,
+              ElementsAre(AllOf(HasSubstr("2 of 5 frames"), HasSubstr("the first at time code 4, the last at 5"))));
 }
 
 TEST_F(AnimationDetails, KeepsSecondsWhateverTimeCodesAre) {
@@ -208,7 +218,8 @@ TEST_F(AnimationDetails, KeepsSecondsWhateverTimeCodesAre) {
 
 TEST_F(AnimationDetails, NamesWhatFloatsDoNotHold) {
   UsdSquare far;
-  far.samples = "1: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], 7: [(0, 0, 1), (2.5e39, 0, 1), (1, 1, 1), (0, 1, 1)]";
+  far.samples =
+      "1: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], 7: [(0, 0, 1), (2.5e39, 0, 1), (1, 1, 1), (0, 1, 1)]";
   const OpenAnimation found = open(far);
   const auto said = [&](const auto& action) -> std::string {
     try {
@@ -258,9 +269,10 @@ TEST_F(AnimationDetails, ShowsLightAsADisplayDoes) {
   light.format.depth = Depth::half;
   write_texture(folder / "light.exr", light);
   const UsdSquare lit{.inside = "rel material:binding = </root/look>\n",
-                      .beside = "def Material \"look\" {\ndef Shader \"s\" {\nuniform token info:id = "
-                                "\"UsdPreviewSurface\"\ncolor3f inputs:diffuseColor.connect = </root/look/p.rgb>\n}\n"
-                                "def Shader \"p\" { asset inputs:file = @./light.exr@ }\n}\n"};
+                      .beside =
+                          "def Material \"look\" {\ndef Shader \"s\" {\nuniform token info:id = "
+                          "\"UsdPreviewSurface\"\ncolor3f inputs:diffuseColor.connect = </root/look/p.rgb>\n}\n"
+                          "def Shader \"p\" { asset inputs:file = @./light.exr@ }\n}\n"};
   EXPECT_NEAR(open(lit).pictures[0](1, 1, 0), 0.7354, 1e-3);  // sRGB's curve at 0.5
 }
 

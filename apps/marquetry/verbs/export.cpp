@@ -172,10 +172,10 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingInput&
 void say_unit(Run& run, const EvolvingReader& reader) {
   const fs::path output = run.options().text("output");
   if (reader.metres_per_unit() == 1 || !names_model(output)) return;
-  run.terminal().remark(fmt::format("{}: its unit is {:g} m; {}", reader.manifest().string(), reader.metres_per_unit(),
-                                    names_gltf(output)
-                                        ? "glTF counts in metres, and lengths are multiplied by that"
-                                        : lower_extension(output) + " has no unit, and lengths stay as they are"));
+  run.terminal().remark(
+      fmt::format("{}: its unit is {:g} m; {}", reader.manifest().string(), reader.metres_per_unit(),
+                  names_gltf(output) ? "glTF counts in metres, and lengths are multiplied by that"
+                                     : lower_extension(output) + " has no unit, and lengths stay as they are"));
 }
 
 /// Writes what can be had of the frames. Throws `IoError` after the rest was written where some are

@@ -57,10 +57,10 @@ void warn_of_repeats(Run& run, const EvolvingReader& reader) {
   for (int s = 0; s < int(reader.segments().size()); ++s)
     for (const Vector2& uv : reader.segment(s).uvs) {
       if (uv.minCoeff() >= -beyond_sides && uv.maxCoeff() <= 1 + beyond_sides) continue;
-      run.terminal().warning(fmt::format(
-          "{}: found texture coordinates {:.6g}, {:.6g}, wanted 0 to 1: beyond these its pictures are not repeated, but "
-          "go on with the colours at their sides; bake them into an atlas for more",
-          reader.manifest().string(), uv.x(), uv.y()));
+      run.terminal().warning(
+          fmt::format("{}: found texture coordinates {:.6g}, {:.6g}, wanted 0 to 1: beyond these its pictures are "
+                      "not repeated, but go on with the colours at their sides; bake them into an atlas for more",
+                      reader.manifest().string(), uv.x(), uv.y()));
       return;
     }
 }

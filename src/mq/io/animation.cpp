@@ -68,8 +68,7 @@ std::vector<FrameRange> ranges_of_segments(const EvolvingReader& reader, const A
   return ranges;
 }
 
-std::vector<fs::path> animation_files(const fs::path& path, const EvolvingReader& reader,
-                                      const AnimationPart& part,
+std::vector<fs::path> animation_files(const fs::path& path, const EvolvingReader& reader, const AnimationPart& part,
                                       const std::function<bool(int frame)>& has_picture) {
   std::vector<fs::path> files{path};
   if (lower_extension(path) != ".usda") return files;

@@ -64,14 +64,16 @@ double size_of_frames(const FoundAnimation& found, const std::string& name, cons
     const std::vector<Vector3> positions = found.positions(int(f));
     const int wanted = found.segments[std::size_t(found.segment_of[f])].vertex_count();
     if (std::ssize(positions) != wanted)
-      throw IoError(fmt::format("{}, frame {}: found {} vertices, wanted {}, as many as the first frame of its mesh "
-                                "has: {}",
-                                name, found.numbers[f], positions.size(), wanted, frames_instead));
+      throw IoError(
+          fmt::format("{}, frame {}: found {} vertices, wanted {}, as many as the first frame of its mesh "
+                      "has: {}",
+                      name, found.numbers[f], positions.size(), wanted, frames_instead));
     for (const Vector3& p : positions) {
       if (!p.allFinite() || p.cwiseAbs().maxCoeff() > largest_coordinate)
-        throw IoError(fmt::format("{}, frame {}: a vertex lies at {:.6g}, {:.6g}, {:.6g}, wanted at most {:.0e} from 0: "
-                                  "scale it down where it was made",
-                                  name, found.numbers[f], p.x(), p.y(), p.z(), largest_coordinate));
+        throw IoError(
+            fmt::format("{}, frame {}: a vertex lies at {:.6g}, {:.6g}, {:.6g}, wanted at most {:.0e} from 0: "
+                        "scale it down where it was made",
+                        name, found.numbers[f], p.x(), p.y(), p.z(), largest_coordinate));
       low = low.cwiseMin(p), high = high.cwiseMax(p);
     }
     progress.at(double(f + 1) / double(found.segment_of.size()));
@@ -132,8 +134,12 @@ OpenAnimation open_animation(const fs::path& path, const Progress& progress) {
   std::vector<std::string> remarks = std::move(found.remarks);
   const double rate = found.frames_per_second, numbers_rate = found.numbers_per_second, unit = found.metres_per_unit;
   auto source = std::make_shared<FoundSource>(std::move(found));
-  return {EvolvingReader(path, source, std::move(segments), std::move(frames), store_step(size), unit), rate,
-          numbers_rate, std::move(pictures), std::move(notes), std::move(remarks)};
+  return {EvolvingReader(path, source, std::move(segments), std::move(frames), store_step(size), unit),
+          rate,
+          numbers_rate,
+          std::move(pictures),
+          std::move(notes),
+          std::move(remarks)};
 }
 
 }  // namespace mq

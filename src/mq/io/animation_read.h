@@ -24,8 +24,8 @@ namespace mq {
 struct OpenAnimation {
   /// Positions are read from the file when they are asked for. Triangles of two segments are the same where their
   /// texture coordinates are (`match_ids`); vertices that are in one place in all frames are one in glTF. Frames have
-  /// the numbers that they were written with, time codes of USD, or where these are not whole or below 0 others, which
-  /// a remark says.
+  /// the numbers that they were written with, time codes of USD, or where these are not whole or below 0 others,
+  /// which a remark says.
   EvolvingReader reader;
   double frames_per_second = 0;   ///< their mean
   double numbers_per_second = 0;  ///< frame n is seen (n − n_first) / this seconds after the first

@@ -65,7 +65,7 @@ class EvolvingReader {
   const std::vector<StoredSegment>& segments() const { return segments_; }
   const std::vector<StoredFrame>& frames() const { return frames_; }
   double step() const { return step_; }
-  double metres_per_unit() const { return metres_per_unit_; }  ///< 1 of a store, which says nothing of it
+  double metres_per_unit() const { return metres_per_unit_; }          ///< 1 of a store, which says nothing of it
   const std::filesystem::path& manifest() const { return manifest_; }  ///< or the file that is no store
   const std::filesystem::path& blocks_file() const { return blocks_; }
   bool is_store() const { return !source_; }

@@ -42,10 +42,11 @@ struct FilmBox {
   void add(const EvolvingReader& reader, int frame) {
     for (const Vector3& p : reader.positions(frame)) {
       if (p.cwiseAbs().maxCoeff() > farthest_drawn)
-        throw Unsupported(fmt::format("{}, frame {}: found a vertex at {:.6g}, {:.6g}, {:.6g}, wanted at most {:.0e} "
-                                      "from 0, which browsers draw; scale it down",
-                                      reader.manifest().string(), reader.frames()[std::size_t(frame)].number, p.x(), p.y(),
-                                      p.z(), farthest_drawn));
+        throw Unsupported(
+            fmt::format("{}, frame {}: found a vertex at {:.6g}, {:.6g}, {:.6g}, wanted at most {:.0e} "
+                        "from 0, which browsers draw; scale it down",
+                        reader.manifest().string(), reader.frames()[std::size_t(frame)].number, p.x(), p.y(), p.z(),
+                        farthest_drawn));
       low = low.cwiseMin(p), high = high.cwiseMax(p);
     }
   }

@@ -142,13 +142,12 @@ std::vector<CapturedFigures> write_captured(CapturedTextures& captured, const st
       return figures(shown);
     });
   FrameTextures files(output);
-  std::vector<CapturedFigures> found =
-      for_each_captured(captured, progress, [&](int frame, const Progress& part) {
-        CapturedTextures::Textured shown = captured.texture(frame, part);
-        bring_to_unit(shown.mesh, output, captured.reader());
-        files.write(as_frame(shown), video, messages, progress);
-        return figures(shown);
-      });
+  std::vector<CapturedFigures> found = for_each_captured(captured, progress, [&](int frame, const Progress& part) {
+    CapturedTextures::Textured shown = captured.texture(frame, part);
+    bring_to_unit(shown.mesh, output, captured.reader());
+    files.write(as_frame(shown), video, messages, progress);
+    return figures(shown);
+  });
   files.finish();
   return found;
 }

@@ -23,8 +23,9 @@ struct EvolvingInput {
   const Image<float>& picture(int frame) const;
 };
 
-/// Opens `.usda`, `.usdz`, `.glb` and `.gltf` as `open_animation` does, anything else as a store; warns of what was left
-/// out, and of what is broken, and remarks what else is worth knowing. Throws as these do, and `InvalidInput` for a model or a folder.
+/// Opens `.usda`, `.usdz`, `.glb` and `.gltf` as `open_animation` does, anything else as a store; warns of what was
+/// left out, and of what is broken, and remarks what else is worth knowing. Throws as these do, and `InvalidInput`
+/// for a model or a folder.
 EvolvingInput open_evolving(const std::filesystem::path& path, Messages& messages, const Progress& progress = {});
 
 }  // namespace mq

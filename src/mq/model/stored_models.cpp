@@ -82,8 +82,8 @@ VertexSignal CarriedColours::at(const EvolvingSegment& segment) const {
 }
 
 void write_stored_models(const EvolvingReader& reader, const std::vector<int>& frames,
-                         const std::vector<std::filesystem::path>& paths,
-                         const StoredLook& look, const Progress& progress) {
+                         const std::vector<std::filesystem::path>& paths, const StoredLook& look,
+                         const Progress& progress) {
   require(paths.size() == frames.size(),
           fmt::format("{} paths are given for {} frames", paths.size(), frames.size()));
   numbers_of(reader, frames);  // refuses those that are not there

@@ -48,12 +48,13 @@ struct StoredLook {
   std::function<Image<float>(int frame)> picture = {};  ///< of a frame (index), without pixels where it has none
 };
 
-/// Writes a model for each of the frames (indices), in metres where it is glTF; its picture is a PNG of its name, in a
+/// Writes a model for each of the frames (indices), in metres where it is glTF; its picture is a PNG of its name, in
+/// a
 /// `.glb` within it. Throws
 /// `InvalidInput` where there are not as many paths as frames or not that many frames in the store,
 /// and `IoError` as reader and files do.
 void write_stored_models(const EvolvingReader& reader, const std::vector<int>& frames,
-                         const std::vector<std::filesystem::path>& paths,
-                         const StoredLook& look = {}, const Progress& progress = {});
+                         const std::vector<std::filesystem::path>& paths, const StoredLook& look = {},
+                         const Progress& progress = {});
 
 }  // namespace mq

@@ -51,9 +51,8 @@ Json figures_json(const CapturedFigures& shown) {
 }
 
 /// The captured frames that --from names, resampled as what they show is wanted in files `to`.
-CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
-                                   const std::vector<int>& frames, const std::string& to,
-                                   const VideoOptions& video) {
+CapturedTextures captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
+                                   const std::string& to, const VideoOptions& video) {
   const OptionValues& options = run.options();
   const int side = texture_side(options, reader);
   require_holds_captured(reader, to, side, video);
@@ -138,8 +137,7 @@ void write_captured_textures(Run& run, const EvolvingReader& reader, const std::
   const Step step(run, "textures", 0.9);
   CapturedTextures captured = captured_textures(run, reader, frames, to, how);
   report_captured(run, captured,
-                  write_captured(captured, to, how,
-                                 asked_compression(run.options()), run.terminal(), step));
+                  write_captured(captured, to, how, asked_compression(run.options()), run.terminal(), step));
 }
 
 FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,

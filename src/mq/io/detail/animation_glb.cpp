@@ -76,8 +76,7 @@ class Animation {
     if (Image<float> picture = pictures_ ? pictures_(begin) : Image<float>(); !picture.values().empty())
       primitive["material"] = add_picture(std::move(picture));
     for (int f = begin + 1; f < end; ++f)
-      primitive["targets"].push_back(
-          {{"POSITION", add_points(corners, f, reader_.positions(f), &base)}});
+      primitive["targets"].push_back({{"POSITION", add_points(corners, f, reader_.positions(f), &base)}});
     OrderedJson mesh = {{"primitives", OrderedJson::array({primitive})}};
     if (end - begin > 1) mesh["weights"] = std::vector<float>(std::size_t(end - begin - 1), 0);
     const int node = int(json_["nodes"].size());

@@ -135,8 +135,8 @@ class GltfFinder {
   void read_channels() {
     const std::size_t count = file_.size("animations");
     if (count > 1)
-      found_.add_note(fmt::format("it has {} animations, of which the first is read (animations[0]): join them for more",
-                                  count));
+      found_.add_note(
+          fmt::format("it has {} animations, of which the first is read (animations[0]): join them for more", count));
     if (count == 0) return;
     const Json& animation = file_.item("animations", 0);
     const std::string place = file_.place("animations", 0);
@@ -153,9 +153,10 @@ class GltfFinder {
     const Json& of = file_.item("nodes", node);
     const std::string path = json_text_of(*target, "path");
     if (const auto [first, is_new] = channel_of_.try_emplace({node, path}, place); !is_new)
-      file_.fail(place, fmt::format("it animates the {} of nodes[{}], as {} does; wanted one channel for each: take one "
-                                    "out, or write the file again",
-                                    shown(path), node, first->second));
+      file_.fail(place,
+                 fmt::format("it animates the {} of nodes[{}], as {} does; wanted one channel for each: take one "
+                             "out, or write the file again",
+                             shown(path), node, first->second));
     if (path == "weights") {
       if (of.contains("mesh")) scene_->weights[node] = keys(animation, channel, place, 0);
     } else if (path == "scale" || path == "translation" || path == "rotation") {
@@ -179,8 +180,9 @@ class GltfFinder {
     const Json& sampler = samplers[std::size_t(id)];
     const std::string how = json_text_of(sampler, "interpolation");
     if (how == "CUBICSPLINE")
-      refuse(place + ": found an animation by splines (CUBICSPLINE), wanted LINEAR or STEP: sample it where it was made, "
-                     "frame by frame");
+      refuse(place +
+             ": found an animation by splines (CUBICSPLINE), wanted LINEAR or STEP: sample it where it was made, "
+             "frame by frame");
     GltfKeys found;
     found.steps = how == "STEP";
     found.times = file_.values(json_count(sampler, "input", -1, place), {1}).values;
@@ -194,8 +196,9 @@ class GltfFinder {
                                     components > 0 ? std::to_string(components) : "as many"));
     for (std::size_t i = 0; i < found.times.size(); ++i)
       if (!std::isfinite(found.times[i]) || (i > 0 && !(found.times[i] > found.times[i - 1])))
-        file_.fail(place, fmt::format("time {} of its keys is {} s after {} s, wanted increasing ones; write the file again",
-                                      i, found.times[i], i > 0 ? found.times[i - 1] : 0));
+        file_.fail(place,
+                   fmt::format("time {} of its keys is {} s after {} s, wanted increasing ones; write the file again",
+                               i, found.times[i], i > 0 ? found.times[i - 1] : 0));
     for (std::size_t i = 0; i < found.values.size(); ++i)
       if (!std::isfinite(found.values[i]))
         file_.fail(place, fmt::format("value {} of its keys is {}, wanted a finite one; write the file again", i,
@@ -316,8 +319,8 @@ class GltfFinder {
     if (times.empty())
       refuse("none of its meshes is ever seen, as their scale is 0; make one visible, and write the file again");
     if (!unseen.empty())
-      found_.add_note(unseen_frames(unseen.size(), times.size() + unseen.size(), "second", *unseen.begin(),
-                                    *unseen.rbegin()));
+      found_.add_note(
+          unseen_frames(unseen.size(), times.size() + unseen.size(), "second", *unseen.begin(), *unseen.rbegin()));
     set_times(times);
   }
 

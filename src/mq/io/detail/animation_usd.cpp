@@ -70,9 +70,8 @@ class UsdLayer {
     add("    def Mesh \"segment_{}\"", place);
     if (has_picture(place)) add(" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )");
     add("\n    {{\n        uniform bool doubleSided = 1\n");
-    repeats_ = std::ranges::any_of(segment.uvs, [](const Vector2& uv) {
-      return uv.minCoeff() < 0 || uv.maxCoeff() > 1;
-    });
+    repeats_ =
+        std::ranges::any_of(segment.uvs, [](const Vector2& uv) { return uv.minCoeff() < 0 || uv.maxCoeff() > 1; });
     add_topology(segment);
     if (!segment.corner_uvs.empty()) add_uvs(segment);
     if (has_picture(place)) add("        rel material:binding = </evolving/material_{}>\n", place);

@@ -24,9 +24,9 @@ namespace {
 constexpr double default_usd_rate = 24, default_metres_per_unit = 0.01;
 
 /// Prims with a surface that is not read.
-constexpr std::string_view other_surfaces[] = {"BasisCurves", "Capsule", "Cone",   "Cube",  "Cylinder",
-                                               "HermiteCurves", "NurbsCurves", "NurbsPatch", "Plane", "PointInstancer",
-                                               "Points", "Sphere", "TetMesh", "Volume"};
+constexpr std::string_view other_surfaces[] = {
+    "BasisCurves", "Capsule", "Cone",           "Cube",   "Cylinder", "HermiteCurves", "NurbsCurves",
+    "NurbsPatch",  "Plane",   "PointInstancer", "Points", "Sphere",   "TetMesh",       "Volume"};
 
 /// The bytes of a file, what they say, and the meshes in it.
 struct UsdScene {
@@ -135,7 +135,8 @@ class UsdFinder {
                                   counted(std::int64_t(scene_->meshes.size() - moving_), "mesh")));
     for (const std::string_view kind : other_surfaces)
       if (const auto found = kinds_.find(kind); found != kinds_.end())
-        found_.add_note(fmt::format("{} of the kind {} are not read: make meshes of them", counted(found->second, "prim"), kind));
+        found_.add_note(
+            fmt::format("{} of the kind {} are not read: make meshes of them", counted(found->second, "prim"), kind));
     if (kinds_.contains("GeomSubset"))
       found_.add_note("materials of parts of a mesh (GeomSubset) are not read: what is bound to the mesh is shown");
     if (const std::int64_t count = count_of("Camera"); count > 0)
@@ -161,7 +162,8 @@ class UsdFinder {
       }
     }
     if (shown_at.empty())
-      throw Unsupported(text_.file() + ": whatever could be shown of it is invisible; make it visible, and write it again");
+      throw Unsupported(text_.file() +
+                        ": whatever could be shown of it is invisible; make it visible, and write it again");
     std::vector<double> times;
     for (const auto& [time, shown] : shown_at) {
       for (const UsdMesh& mesh : scene_->meshes)
@@ -172,8 +174,8 @@ class UsdFinder {
       scene_->points_of_frame.push_back(shown.second);
     }
     if (!unseen.empty())
-      found_.add_note(unseen_frames(unseen.size(), times.size() + unseen.size(), "time code", *unseen.begin(),
-                                    *unseen.rbegin()));
+      found_.add_note(
+          unseen_frames(unseen.size(), times.size() + unseen.size(), "time code", *unseen.begin(), *unseen.rbegin()));
     set_times(times);
   }
 

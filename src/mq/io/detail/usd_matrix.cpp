@@ -50,13 +50,14 @@ class XformOp {
 
  private:
   Unsupported unknown() const {
-    return Unsupported(
-        fmt::format("{}, {}: its {} is a transform that is not known; {}", text_.file(), path_, shown(name_), baked_points));
+    return Unsupported(fmt::format("{}, {}: its {} is a transform that is not known; {}", text_.file(), path_,
+                                   shown(name_), baked_points));
   }
 
   void require_count(std::size_t count) const {
     if (numbers_.size() != count)
-      text_.fail(value_, fmt::format("{}: its {} has {} numbers, wanted {}", path_, shown(name_), numbers_.size(), count));
+      text_.fail(value_,
+                 fmt::format("{}: its {} has {} numbers, wanted {}", path_, shown(name_), numbers_.size(), count));
   }
 
   Vector3 vector() const {
@@ -117,8 +118,8 @@ UsdTransform usd_transform(const UsdText& text, const UsdPrim& prim, const std::
     if (inverse) name.remove_prefix(inverse_mark.size());
     const std::string_view value = usd_constant(text, prim, path, name, baked_points);
     if (!name.starts_with(prefix) || value.empty())
-      text.fail(order->value, fmt::format("{}: xformOpOrder names {}, which has no value there; wanted one, or {}", path,
-                                          shown(name), baked_points));
+      text.fail(order->value, fmt::format("{}: xformOpOrder names {}, which has no value there; wanted one, or {}",
+                                          path, shown(name), baked_points));
     const Eigen::Matrix4d matrix = XformOp(text, path, value, name).matrix();
     result.matrix *= inverse ? Eigen::Matrix4d(matrix.inverse()) : matrix;
   }

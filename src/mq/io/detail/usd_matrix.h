@@ -7,9 +7,10 @@
 
 namespace mq {
 
-/// The transform that the own xformOps of a prim at `path` make, parent from prim: the first of `xformOpOrder` is the outermost.
-/// `resets` is set where it begins with !resetXformStack!, which leaves the parent's out. Throws `Unsupported`
-/// where an operation changes over time, or is not known, and `IoError` with the line where it is damaged.
+/// The transform that the own xformOps of a prim at `path` make, parent from prim: the first of `xformOpOrder` is the
+/// outermost. `resets` is set where it begins with !resetXformStack!, which leaves the parent's out. Throws
+/// `Unsupported` where an operation changes over time, or is not known, and `IoError` with the line where it is
+/// damaged.
 struct UsdTransform {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   bool resets = false;

@@ -92,9 +92,8 @@ class SurfaceReader {
       is_hole_[std::size_t(hole)] = 1;
     }
     if (const auto count = std::ranges::count(is_hole_, 1); count > 0)
-      result_.remarks.push_back(
-          fmt::format("{} of {} faces of {} are holes (holeIndices), and are left out", count, counts_.size(),
-                      mesh_.path));
+      result_.remarks.push_back(fmt::format("{} of {} faces of {} are holes (holeIndices), and are left out", count,
+                                            counts_.size(), mesh_.path));
   }
 
   void say_scheme() {
@@ -102,10 +101,10 @@ class SurfaceReader {
     const bool is_set = property && !property->value.empty();
     const std::string_view scheme = is_set ? usd_unquoted(property->value) : "catmullClark";
     if (scheme != "none")
-      result_.remarks.push_back(
-          fmt::format("{} is to be subdivided (subdivisionScheme {}{}): its cage is taken, as it is; subdivide it where "
-                      "it was made for more",
-                      mesh_.path, shown(scheme), is_set ? "" : ", which USD means where none is set"));
+      result_.remarks.push_back(fmt::format(
+          "{} is to be subdivided (subdivisionScheme {}{}): its cage is taken, as it is; subdivide it where "
+          "it was made for more",
+          mesh_.path, shown(scheme), is_set ? "" : ", which USD means where none is set"));
   }
 
   void add_polygon(std::size_t begin, int count) {
@@ -137,9 +136,10 @@ class SurfaceReader {
     const std::string_view how = usd_unquoted(text_.member(set->metadata, "interpolation"));
     const bool of_vertices = how == "vertex" || how == "varying";
     if (!of_vertices && how != "faceVarying") {
-      result_.notes.push_back(fmt::format("{} of {} are texture coordinates of neither corners nor vertices "
-                                          "(interpolation {}), and are left out",
-                                          set->name, mesh_.path, how.empty() ? "not set" : shown(how)));
+      result_.notes.push_back(
+          fmt::format("{} of {} are texture coordinates of neither corners nor vertices "
+                      "(interpolation {}), and are left out",
+                      set->name, mesh_.path, how.empty() ? "not set" : shown(how)));
       return;
     }
     const std::vector<double> numbers = text_.tuples(value, 2);
