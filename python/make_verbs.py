@@ -25,7 +25,7 @@ from typing import List, Literal, Optional, Union
 
 from ._results import Result
 from ._run import run
-from ._types import Input, Path, Progress, Text
+from ._types import FrameNumbers, Input, Path, Progress, Text
 '''
 
 
@@ -59,6 +59,8 @@ def type_of(row: dict) -> str:
     kind = row["type"]
     if kind == "path":
         one = "Path" if row["name"] in OUTPUTS else "Input"
+    elif row["name"] == "frames" and kind == "text":
+        one = "FrameNumbers"
     else:
         one = {"flag": "bool", "integer": "int", "number": "float", "length": "Union[str, float]", "text": "Text",
                "choice": "Literal[" + ", ".join(map(repr, row["choices"])) + "]"}[kind]
@@ -92,6 +94,8 @@ def entry_of(row: dict) -> str:
         words += ": " + ", ".join(row["choices"])
     if row["name"] == "output" and row["required"]:
         words = words.replace(", required", "").replace(" [required]", "") + "; None: what is made is in the result"
+    if type_of(row) == "FrameNumbers":
+        words += '; "1-100x2", (first, last), or whole numbers a step apart, such as range(1, 101, 2)'
     words += ". " + row["details"] if row["details"] else ""
     return textwrap.fill(f"{keyword_of(row['name'])}: {words}", WIDTH, initial_indent="    ",
                          subsequent_indent="        ", break_on_hyphens=False, break_long_words=False)

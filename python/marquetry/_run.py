@@ -99,11 +99,32 @@ def _number_text(value: Any) -> str:
     return value if isinstance(value, str) else repr(float(value))
 
 
+def _frames_text(value: Any, row: dict[str, Any]) -> str:
+    """Numbers of frames as the program counts them: of one, of (first, last), of whole numbers a step apart."""
+    name = keyword_of(row["name"])
+    wanted = "wanted a number, (first, last), or whole numbers a step apart, such as range(1, 101, 2)"
+    try:
+        numbers = [operator.index(one) for one in (value if hasattr(value, "__iter__") else [value])]
+    except TypeError:
+        raise TypeError(f"{name}: found {value!r}, {wanted}") from None
+    is_pair = isinstance(value, tuple) and len(numbers) == 2
+    steps = {1} if is_pair else {after - before for before, after in zip(numbers, numbers[1:])}
+    if not numbers or min(numbers) < 0 or len(steps) > 1 or min(steps, default=1) < 1 or numbers[-1] < numbers[0]:
+        found = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "") or "nothing"
+        raise InvalidInput(f"{name}: found {found}, {wanted}, from 0 on and increasing")
+    if len(numbers) == 1:
+        return str(numbers[0])
+    step = steps.pop()
+    return f"{numbers[0]}-{numbers[-1]}" + (f"x{step}" if step > 1 else "")
+
+
 def _text(value: Any, row: dict[str, Any]) -> str:
     """A value as a user of the program would type it."""
     kind = row["type"]
     if isinstance(value, (str, os.PathLike)):
         return os.fsdecode(value)
+    if row["name"] == "frames" and kind == "text":
+        return _frames_text(value, row)
     if kind == "integer":
         return str(operator.index(value))
     if kind in ("number", "length"):

@@ -2,11 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "cli/moving_body.h"
+#include "mq/io/animation_read.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/image_file.h"
 #include "mq/io/model.h"
 
 namespace mq::test {
@@ -152,6 +155,106 @@ TEST(Export, CarriesTheColoursOfTheFirstFrameAlong) {
   // The third frame is a mesh of its own.
   for (const float value : read_model(folder / "f_2.ply").colors.values)
     ASSERT_NEAR(value, 0.5, 0.01);
+}
+
+/// A square of two frames as USD: a colour for each quarter of its picture, a unit of a centimetre, every second time
+/// code of 24 a second.
+void make_square(const Folder& folder) {
+  Texture texture;
+  texture.pixels = Image<float>(4, 4, 3);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x)
+      texture.pixels(x, y, 0) = x < 2 ? 1.F : 0.F, texture.pixels(x, y, 1) = y < 2 ? 1.F : 0.F;
+  write_texture(folder / "colours.png", texture);
+  write_bytes(folder / "square.usda", R"(#usda 1.0
+( metersPerUnit = 0.01
+  timeCodesPerSecond = 24 )
+def Mesh "square" {
+  rel material:binding = </look>
+  uniform token subdivisionScheme = "none"
+  int[] faceVertexCounts = [4]
+  int[] faceVertexIndices = [0, 1, 2, 3]
+  point3f[] points.timeSamples = { 10: [(0, 0, 0), (50, 0, 0), (50, 50, 0), (0, 50, 0)],
+    12: [(0, 0, 9), (50, 0, 9), (50, 50, 9), (0, 50, 9)], 14: [(0, 0, 8), (50, 0, 8), (50, 50, 8), (0, 50, 8)] }
+  texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] ( interpolation = "vertex" )
+}
+def Material "look" {
+  def Shader "s" { uniform token info:id = "UsdPreviewSurface"
+    color3f inputs:diffuseColor.connect = </look/p.rgb> }
+  def Shader "p" { asset inputs:file = @./colours.png@ }
+}
+)");
+}
+
+TEST(Export, CarriesThePicturesOfFilesThatMove) {
+  const Folder folder;
+  make_square(folder);
+  const auto values = [](const Image<float>& picture) {
+    return std::vector<float>(picture.values().begin(), picture.values().end());
+  };
+  const std::vector<float> wanted = values(read_texture(folder / "colours.png").pixels);
+  for (const std::string name : {"again.usda", "again.usdz", "again.glb", "packed.glb"}) {
+    SCOPED_TRACE(name);
+    const bool packed = name == "packed.glb";
+    const Result made =
+        marquetry(folder, {"export", "square.usda", "-o", name, "--json", "--compress", packed ? "meshopt" : "none"});
+    ASSERT_EQ(made.status, 0) << made.error;
+    EXPECT_THAT(made.error, testing::Not(HasSubstr("picture")));
+    const OpenAnimation found = open_animation(folder / name);
+    EXPECT_EQ(values(found.pictures.at(0)), wanted);
+    EXPECT_NEAR(found.frames_per_second, 12, 1e-5);
+    EXPECT_EQ(found.reader.frames().back().number, 14);
+    EXPECT_NEAR(found.numbers_per_second, 24, 1e-5);  // 4 codes last a sixth of a second, as they did
+  }
+  EXPECT_THAT(file_bytes(folder / "again.usda"), HasSubstr("again_0.png"));
+  EXPECT_EQ(values(read_texture(folder / "again_0.png").pixels), wanted);
+  for (const std::string name : {"f_%d.obj", "f_%d.ply", "f_%d.glb"}) {
+    SCOPED_TRACE(name);
+    ASSERT_EQ(marquetry(folder, {"export", "square.usda", "-o", name, "--overwrite"}).status, 0);
+    const Model model = read_model(folder / frame_name(name, 12));
+    ASSERT_EQ(model.textures.size(), 1U);
+    EXPECT_EQ(values(model.textures[0].pixels), wanted);
+  }
+}
+
+TEST(Export, WritesWhatPlayDoesNotRepeat) {
+  const Folder folder;
+  make_square(folder);
+  EXPECT_THAT(marquetry(folder, {"play", "square.usda", "-o", "once.html"}).error, testing::Not(HasSubstr("repeated")));
+  std::string text = file_bytes(folder / "square.usda");
+  text.replace(text.find("(1, 1), (0, 1)] ("), 6, "(3, 1)");
+  write_bytes(folder / "wide.usda", text);
+  const Result played = marquetry(folder, {"play", "wide.usda", "-o", "often.html"});
+  EXPECT_EQ(played.status, 0);
+  EXPECT_THAT(played.error, testing::AllOf(HasSubstr("warning: wide.usda"), HasSubstr("3, 1"), HasSubstr("repeated")));
+  ASSERT_EQ(marquetry(folder, {"export", "wide.usda", "-o", "again.usda"}).status, 0);
+  EXPECT_THAT(file_bytes(folder / "again.usda"), HasSubstr("inputs:wrapS = \"repeat\""));
+}
+
+TEST(Export, SaysWhatBecomesOfUnits) {
+  const Folder folder;
+  make_square(folder);
+  const auto side = [&](const std::string& name) {
+    double most = 0;
+    for (const Vector3& p : read_model(folder / name).mesh.positions) most = std::max(most, p.x());
+    return most;
+  };
+  Result made = marquetry(folder, {"export", "square.usda", "-o", "f_%d.glb"});
+  EXPECT_THAT(made.error, testing::AllOf(HasSubstr("its unit is 0.01 m"), HasSubstr("multiplied")));
+  EXPECT_FLOAT_EQ(side("f_12.glb"), 0.5);
+  made = marquetry(folder, {"export", "square.usda", "-o", "f_%d.ply"});
+  EXPECT_THAT(made.error, testing::AllOf(HasSubstr("its unit is 0.01 m"), HasSubstr("stay as they are")));
+  EXPECT_FLOAT_EQ(side("f_12.ply"), 50);
+  made = marquetry(folder, {"export", "square.usda", "-o", "walk.usda"});
+  EXPECT_THAT(made.error, testing::Not(HasSubstr("its unit")));
+  EXPECT_THAT(file_bytes(folder / "walk.usda"), HasSubstr("metersPerUnit = 0.01"));
+  // Frames that were captured are in the same unit, and so is what is made of them.
+  made = marquetry(folder, {"export", "square.usda", "-o", "t_%d.glb", "--from", "f_%d.ply", "--size", "16"});
+  ASSERT_EQ(made.status, 0) << made.error;
+  EXPECT_FLOAT_EQ(side("t_12.glb"), 0.5);
+  made = marquetry(folder, {"export", "square.usda", "-o", "t.usda", "--from", "f_%d.ply", "--size", "16"});
+  ASSERT_EQ(made.status, 0) << made.error;
+  EXPECT_NEAR(open_animation(folder / "t.usda").numbers_per_second, 24, 1e-9);
 }
 
 TEST(Export, RefusesWhatItCannotWrite) {

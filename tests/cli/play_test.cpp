@@ -134,6 +134,16 @@ TEST_F(Play, TakesTheRateOfAVideo) {
   other.erase(other.begin() + 2, other.begin() + 4);
   EXPECT_THAT(refusal(folder, other, "other.html"),
               testing::AllOf(HasSubstr("60"), HasSubstr("24"), HasSubstr("four.mp4")));
+  // What is nearly its own is its own, and that is said.
+  other.back() = "23.976";
+  std::vector<std::string> nearly = other;
+  *std::ranges::find(nearly, "other.html") = "near.html";
+  const Result near = marquetry(folder, nearly);
+  ASSERT_EQ(near.status, 0) << near.error;
+  EXPECT_EQ(near.json()["result"]["rate"], 24);
+  EXPECT_THAT(near.error,
+              testing::AllOf(HasSubstr("23.976"), HasSubstr("four.mp4 has 24"), HasSubstr("that of the video")));
+  EXPECT_THAT(result.error, Not(HasSubstr("that of the video")));
   write_video(folder / "five.mp4", 5, {.rate = 24});
   other = {"play", "balls.evolving", "-o", "other.html", "--video", "five.mp4"};
   EXPECT_THAT(refusal(folder, other, "other.html"),

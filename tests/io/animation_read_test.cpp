@@ -271,11 +271,12 @@ TEST_F(AnimationRead, NamesTheLineOfWhatIsWrong) {
   };
   EXPECT_THAT(refusal("a.usda", with("[0, 1, 2, 3,]", "[0, 1, 2, 4]")),
               AllOf(HasSubstr("4 points"), HasSubstr("names 4")));
-  EXPECT_THAT(refusal("a.usda", with("[4]", "[5]")), AllOf(HasSubstr("polygon of 5"), HasSubstr("line 21")));
-  EXPECT_THAT(refusal("a.usda", with("[4]", "[3]")), HasSubstr("faceVertexCounts 3"));
+  EXPECT_THAT(refusal("a.usda", with("[4]", "[5]")), AllOf(HasSubstr("face 0 has 5 corners"), HasSubstr("line 21")));
+  EXPECT_THAT(refusal("a.usda", with("[4]", "[3]")), HasSubstr("faceVertexCounts wants 3"));
   EXPECT_THAT(refusal("a.usda", with("(1, 1, 1)", "(1, 1, what)")),
-              AllOf(HasSubstr("line 28"), HasSubstr("a number")));
-  EXPECT_THAT(refusal("a.usda", with("(1, 1, 1)", "(1, 1, inf)")), HasSubstr("wanted a number"));
+              AllOf(HasSubstr("line 28"), HasSubstr("\"what\""), HasSubstr("a finite number")));
+  EXPECT_THAT(refusal("a.usda", with("(1, 1, 1)", "(1, 1, inf)")),
+              AllOf(HasSubstr("inf"), HasSubstr("wanted a finite number")));
   EXPECT_THAT(refusal("a.usda", with("(1, 1, 1), (0, 1, 1)", "(1, 1, 1)")),
               AllOf(HasSubstr("frame 2"), HasSubstr("3 vertices")));
   EXPECT_THAT(refusal("a.usda", with("2: [(0", "1: [(0")), HasSubstr("time code 1"));
@@ -409,10 +410,33 @@ TEST_F(AnimationRead, SaysWhatOfGltfItDoesNotTake) {
               AllOf(HasSubstr("bones"), HasSubstr("frame_%04d.ply")));
   EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"mesh":0})", weights_channel,
                                               R"({"input":2,"output":3,"interpolation":"CUBICSPLINE"})")),
-              HasSubstr("CUBICSPLINE"));
+              AllOf(HasSubstr("a.gltf, animations[0].channels[0]"), HasSubstr("CUBICSPLINE")));
   EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"mesh":0})", weights_channel, R"({"input":4,"output":3})")),
               HasSubstr("3 values at 2 times"));
   EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"camera":0})", "", "")), HasSubstr("no mesh"));
+  const std::string twice = weights_channel + std::string(",") + weights_channel;
+  EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"mesh":0})", twice, weights_sampler)),
+              AllOf(HasSubstr("a.gltf, animations[0].channels[1]"), HasSubstr("\"weights\" of nodes[0]"),
+                    HasSubstr("animations[0].channels[0] does")));
+}
+
+TEST_F(AnimationRead, SaysWhatOfGltfIsNotSeen) {
+  // A scale that steps from 1 to 0 after a second.
+  std::string text =
+      morphing_gltf(R"({"mesh":0},{"camera":0})",
+                    weights_channel + std::string(R"(,{"sampler":1,"target":{"node":0,"path":"scale"}})"),
+                    weights_sampler + std::string(R"(,{"input":4,"output":6,"interpolation":"STEP"})"));
+  const std::string last = R"({"bufferView":0,"byteOffset":96,"componentType":5126,"count":2,"type":"VEC4"})";
+  // Bytes 12 to 35: (1, 0, 0) and (0, 1, 0), of which x is what is looked at.
+  text.replace(text.find(last), last.size(),
+               last + R"(,{"bufferView":0,"byteOffset":12,"componentType":5126,"count":2,"type":"VEC3"})");
+  const std::string nodes = R"("nodes":[0])";
+  text.replace(text.find(nodes), nodes.size(), R"("nodes":[0,1])");
+  const OpenAnimation found = open_animation(put("hides.gltf", text));
+  EXPECT_EQ(found.reader.frames().size(), 1U);
+  EXPECT_THAT(found.notes,
+              ElementsAre(AllOf(HasSubstr("2 of 3 frames"), HasSubstr("the first at second 0.5, the last at 1"))));
+  EXPECT_THAT(found.remarks, ElementsAre(HasSubstr("1 camera")));
 }
 
 }  // namespace

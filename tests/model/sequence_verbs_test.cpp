@@ -161,7 +161,7 @@ TEST(VerbExport, WritesFramesAsModelsInColoursCarriedAlong) {
   }
   write_stored_models(reader, sheet.frames, bare);
   const CarriedColours colours(read_model(sheet.folder / "frame_0.ply"), reader);
-  write_stored_models(reader, sheet.frames, painted, &colours);
+  write_stored_models(reader, sheet.frames, painted, {.colours = &colours});
   sheet.expect_same_frames("ours_%d.obj", "out_%d.obj");
   sheet.expect_same_frames("ours_%d.ply", "painted_%d.ply");
 }

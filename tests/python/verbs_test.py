@@ -4,6 +4,8 @@ import pathlib
 import shutil
 import unittest
 
+import numpy as np
+
 import marquetry as mq
 from marquetry import _verbs
 from models import folder, program, sample
@@ -157,10 +159,30 @@ class Program(unittest.TestCase):
         stored = str(folder() / "evolve" / "out.evolving")
         self.compare("export", [stored], {"output": "frame_%04d.ply"})
         self.compare("play", [stored], {"output": "page/"})
+        self.frames_of_all_kinds(stored)
         textures = folder() / "textures"
         textures.mkdir(exist_ok=True)
         program("export", stored, "-o", textures / "texture_%04d.png", "--from", sequence, "--size", 128)
         self.compare("relight", [stored, str(textures / "texture_%04d.png")], {"output": "lit_%04d.png"})
+
+    def frames_of_all_kinds(self, stored):
+        def made(frames):
+            report = mq.play(stored, output=str(folder() / "some"), overwrite=True, frames=frames).report
+            return report["options"]["frames"], report["result"]["frames"]
+
+        self.assertEqual(made(range(1, 3)), ("1-2", 2))
+        self.assertEqual(made(range(0, 3, 2)), ("0-2x2", 2))
+        self.assertEqual(made((0, 2)), ("0-2", 3))
+        self.assertEqual(made([0, 2]), ("0-2x2", 2))
+        self.assertEqual(made(np.array([1])), ("1", 1))
+        self.assertEqual(made(iter([0, 1, 2])), ("0-2", 3))
+        self.assertEqual(made(1), ("1", 1))
+        self.assertEqual(made("1-2"), ("1-2", 2))
+        for wrong in ([0, 1, 3], [], [2, 1], (2, 0), [-1, 0], range(0)):
+            with self.assertRaisesRegex(mq.InvalidInput, r"^frames: found .*range\(1, 101, 2\)"):
+                made(wrong)
+        with self.assertRaisesRegex(TypeError, "^frames: found .*whole numbers"):
+            made([0.5, 1.5])
 
     def test_all_verbs_are_here(self):
         covered = {"track", "evolve", "export", "play", "relight", "flow", "interpolate", "check"}

@@ -91,21 +91,42 @@ std::vector<int> leave_out(const std::vector<int>& damaged, std::vector<int>& fr
   return lost;
 }
 
-void write_frames(Run& run, const EvolvingInput& input, const std::vector<int>& frames,
-                  const std::vector<fs::path>& paths) {
+/// Whether the file's own pictures are written.
+bool carries_pictures(const OptionValues& options, const EvolvingInput& input) {
+  return input.has_pictures() && has_atlas(input.reader) && !options.has("from") && !options.has("paint");
+}
+
+bool has_picture(const EvolvingInput& input, int frame) { return !input.picture(frame).values().empty(); }
+
+/// That of a frame's file, `frame_0001.ply`.
+fs::path picture_beside(fs::path model) { return model.replace_extension(".png"); }
+
+/// How animations and videos are written: at the rate that is asked for, or else the file's own.
+VideoOptions rate_and_codec(const OptionValues& options, const EvolvingInput& input) {
+  VideoOptions how = video_options(options);
+  if (options.given("rate")) return how;
+  how.rate = (names_animation(options.text("output")) ? input.numbers_rate : input.rate).value_or(how.rate);
+  return how;
+}
+
+void write_frames(Run& run, const EvolvingInput& input, const std::vector<int>& frames) {
   const EvolvingReader& reader = input.reader;
   const OptionValues& options = run.options();
+  const std::string output = options.text("output");
   const Step step(run, "write", 0.9);
-  if (names_animation(options.text("output"))) {
+  PictureOfFrame picture;
+  if (carries_pictures(options, input)) picture = [&](int frame) { return input.picture(frame); };
+  if (names_animation(output)) {
     require(!options.has("paint"), "--paint: an animation has no colours at vertices");
-    const double usual = options.number("rate");
-    const double rate = options.given("rate") ? usual : input.rate.value_or(usual);
-    write_animation(paths.front(), reader, {frames.front(), frames.back(), rate, asked_compression(options)}, {}, step);
+    const double rate = rate_and_codec(options, input).rate;
+    write_animation(output, reader, {frames.front(), frames.back(), rate, asked_compression(options)}, picture, step);
     return;
   }
+  std::vector<fs::path> models;
+  for (const int number : numbers_of(reader, frames)) models.emplace_back(frame_name(output, number));
   std::optional<CarriedColours> colours;
   if (options.has("paint")) colours.emplace(read_model(options.text("paint")), reader);
-  write_stored_models(reader, frames, paths, colours ? &*colours : nullptr, step);
+  write_stored_models(reader, frames, models, {colours ? &*colours : nullptr, picture}, step);
 }
 
 void refuse_what_does_not_fit(const OptionValues& options) {
@@ -121,8 +142,9 @@ void refuse_what_does_not_fit(const OptionValues& options) {
 }
 
 /// The files that these frames make.
-std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingReader& reader,
+std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingInput& input,
                                const std::vector<int>& frames) {
+  const EvolvingReader& reader = input.reader;
   const std::string output = options.text("output");
   require(options.has("from") || names_animation(output) ||
               (names_model(output) && has_frame_place(output)),
@@ -133,11 +155,27 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingReader
   require(asked_compression(options) == Compression::none || names_animation(output),
           "--compress: it is of an animation, --output walk.glb");
   if (options.has("from")) return captured_paths(options, reader, numbers_of(reader, frames));
-  if (names_animation(output)) return {output};
+  const bool carries = carries_pictures(options, input);
+  if (names_animation(output))
+    return animation_files(output, reader, {frames.front(), frames.back()},
+                           [&](int frame) { return carries && has_picture(input, frame); });
   std::vector<fs::path> paths;
-  for (const int number : numbers_of(reader, frames))
-    paths.emplace_back(frame_name(output, number));
+  for (const int frame : frames) {
+    paths.emplace_back(frame_name(output, numbers_of(reader, {frame}).front()));
+    if (carries && has_picture(input, frame) && lower_extension(output) != ".glb")
+      paths.push_back(picture_beside(paths.back()));
+  }
   return paths;
+}
+
+/// What becomes of the unit of lengths, where it is not a metre.
+void say_unit(Run& run, const EvolvingReader& reader) {
+  const fs::path output = run.options().text("output");
+  if (reader.metres_per_unit() == 1 || !names_model(output)) return;
+  run.terminal().remark(
+      fmt::format("{}: its unit is {:g} m; {}", reader.manifest().string(), reader.metres_per_unit(),
+                  names_gltf(output) ? "glTF counts in metres, and lengths are multiplied by that"
+                                     : lower_extension(output) + " has no unit, and lengths stay as they are"));
 }
 
 /// Writes what can be had of the frames. Throws `IoError` after the rest was written where some are
@@ -147,13 +185,13 @@ void write_asked(Run& run, const EvolvingInput& input, const std::vector<int>& d
   const EvolvingReader& reader = input.reader;
   const OptionValues& options = run.options();
   std::vector<int> lost;
-  if (!options.has("from") && !names_animation(options.text("output")))
+  if (!damaged.empty() && !options.has("from") && !names_animation(options.text("output")))
     lost = leave_out(damaged, frames, paths);
   require(!frames.empty(), options.text("evolving") + ": every frame that is asked for is damaged");
   if (options.has("from"))
-    write_captured_textures(run, reader, frames, options.text("output"));
+    write_captured_textures(run, reader, frames, options.text("output"), rate_and_codec(options, input));
   else
-    write_frames(run, input, frames, paths);
+    write_frames(run, input, frames);
   say_written(run, paths);
   if (!lost.empty())
     throw IoError(fmt::format(
@@ -175,11 +213,10 @@ Exit run_export(Run& run) {
   std::vector<fs::path> paths;
   if (options.has("output")) {
     frames = wanted_frames(options, reader);
-    paths = paths_of(options, reader, frames);
+    paths = paths_of(options, input, frames);
     run.will_write(paths);
   }
-  if (input.has_pictures() && options.has("output") && !options.has("from"))
-    run.terminal().warning(options.text("evolving") + ": its pictures are not written; --from makes new ones");
+  if (options.has("output")) say_unit(run, reader);
   if (options.has("plot")) run.will_write({options.text("plot")});
   const std::vector<int> damaged = reader.damaged();
   warn_of_damage(run.terminal(), reader, damaged);
@@ -206,7 +243,8 @@ Verb export_verb() {
              .type = Type::path,
              .required = true,
              .help = "the evolving mesh, as track makes it, or a file that moves: .usda, .usdz, .glb or .gltf, of "
-                     "export or another program"});
+                     "export or another program",
+             .details = "Pictures that such a file has are written with it, unless --from makes others."});
   table.add({.name = "output",
              .letter = 'o',
              .type = Type::path,

@@ -26,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double least_rate = 0.001, most_rate = 1000;  // frames a second
+constexpr double beyond_sides = 1e-3;                   // of a picture's side
 
 /// The page, and the scripts that it names.
 std::string page_of(const PlayerFiles& files, const Film& film, const FilmPageOptions& options) {
@@ -49,6 +50,19 @@ FilmVideo video_of_pictures(Run& run, const EvolvingInput& input, const std::vec
   for (const int f : frames)
     pictures.push_back(&input.pictures[std::size_t(input.reader.frames()[std::size_t(f)].segment)]);
   return picture_film_video(pictures, how, step);
+}
+
+/// Browsers are given pictures as a video, which shows nothing beyond its sides but these.
+void warn_of_repeats(Run& run, const EvolvingReader& reader) {
+  for (int s = 0; s < int(reader.segments().size()); ++s)
+    for (const Vector2& uv : reader.segment(s).uvs) {
+      if (uv.minCoeff() >= -beyond_sides && uv.maxCoeff() <= 1 + beyond_sides) continue;
+      run.terminal().warning(
+          fmt::format("{}: found texture coordinates {:.6g}, {:.6g}, wanted 0 to 1: beyond these its pictures are "
+                      "not repeated, but go on with the colours at their sides; bake them into an atlas for more",
+                      reader.manifest().string(), uv.x(), uv.y()));
+      return;
+    }
 }
 
 /// The texture video that --video names; none where it names none.
@@ -104,6 +118,7 @@ Exit run_play(Run& run) {
   const fs::path output = options.text("output");
   const bool is_page = output.extension() == ".html";
   const fs::path page = is_page ? output : output / "index.html";
+  if (shows_own) warn_of_repeats(run, reader);
   if (options.has("from") || shows_own) check_video_to_make(run, reader, frames, page, how);
   run.will_write({page}, is_page ? output.parent_path() : output);
   if (run.dry_run()) return Exit::done;

@@ -42,14 +42,16 @@ std::vector<OutputFile> usd_files(const fs::path& path, const EvolvingReader& re
                                   const PictureOfFrame& pictures, const Progress& progress) {
   const std::vector<FrameRange> segments = ranges_of_segments(reader, part);
   std::vector<std::string> names;
-  for (std::size_t s = 0; pictures && s < segments.size(); ++s) names.push_back(picture_name(path, s));
-  std::vector<OutputFile> files{{path.stem().string() + ".usda",
-                                 to_bytes(animation_usda(reader, part, names, progress.step("text", 0.5)))}};
+  std::vector<OutputFile> files(1);  // what names the others is the first
   const Progress painting = progress.step("pictures", 0.5);
-  for (std::size_t s = 0; s < names.size(); ++s) {
-    files.push_back({names[s], png_of(pictures(segments[s].begin))});
-    painting.at(double(s + 1) / double(names.size()));
+  for (std::size_t s = 0; pictures && s < segments.size(); ++s) {
+    Image<float> picture = pictures(segments[s].begin);
+    names.push_back(picture.values().empty() ? "" : picture_name(path, s));
+    if (!names.back().empty()) files.push_back({names.back(), png_of(std::move(picture))});
+    painting.at(double(s + 1) / double(segments.size()));
   }
+  files[0] = {path.stem().string() + ".usda",
+              to_bytes(animation_usda(reader, part, names, progress.step("text", 0.5)))};
   return files;
 }
 
@@ -66,12 +68,13 @@ std::vector<FrameRange> ranges_of_segments(const EvolvingReader& reader, const A
   return ranges;
 }
 
-std::vector<fs::path> animation_files(const fs::path& path, const EvolvingReader& reader,
-                                      const AnimationPart& part, AnimationPictures pictures) {
+std::vector<fs::path> animation_files(const fs::path& path, const EvolvingReader& reader, const AnimationPart& part,
+                                      const std::function<bool(int frame)>& has_picture) {
   std::vector<fs::path> files{path};
-  if (pictures == AnimationPictures::none || lower_extension(path) != ".usda") return files;
-  for (std::size_t s = 0; s < ranges_of_segments(reader, part).size(); ++s)
-    files.push_back(path.parent_path() / picture_name(path, s));
+  if (lower_extension(path) != ".usda") return files;
+  const std::vector<FrameRange> segments = ranges_of_segments(reader, part);
+  for (std::size_t s = 0; s < segments.size(); ++s)
+    if (has_picture(segments[s].begin)) files.push_back(path.parent_path() / picture_name(path, s));
   return files;
 }
 

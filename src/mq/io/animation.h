@@ -20,7 +20,7 @@ struct AnimationPart {
   Compression compression = Compression::none;  ///< of a `.glb`: none or meshopt
 };
 
-/// The texture of a segment, asked for by the index of the first of its frames that is shown.
+/// The texture of a segment, asked for by the index of the first of its frames that is shown; without pixels: none.
 using PictureOfFrame = std::function<Image<float>(int frame)>;
 
 /// Writes a part of a store in the format of the extension.
@@ -30,7 +30,7 @@ using PictureOfFrame = std::function<Image<float>(int frame)>;
 ///
 /// `.usda`, USD as text, and `.usdz`, the same packed with its pictures: a segment is a mesh whose points
 /// have a time sample for each frame, with face-varying texture coordinates, visible while it lasts. Y is up,
-/// and a model unit is a metre, as in glTF.
+/// and its unit that of the reader; in glTF all is in metres.
 ///
 /// Positions are floats. `pictures`, where they are given, stay until their segment ends; `.usda` has them
 /// beside it. Throws `IoError` as reader and files do, `InvalidInput` on frames out of range, a rate that is
@@ -39,10 +39,11 @@ using PictureOfFrame = std::function<Image<float>(int frame)>;
 void write_animation(const std::filesystem::path& path, const EvolvingReader& reader, const AnimationPart& part,
                      const PictureOfFrame& pictures = {}, const Progress& progress = {});
 
-/// The files that it makes: the animation, and the pictures beside it.
-enum class AnimationPictures { none, given };
+/// The files that it makes: the animation, and the pictures beside it. Whether a segment has one is asked as its
+/// picture is.
 std::vector<std::filesystem::path> animation_files(const std::filesystem::path& path, const EvolvingReader& reader,
-                                                   const AnimationPart& part, AnimationPictures pictures);
+                                                   const AnimationPart& part,
+                                                   const std::function<bool(int frame)>& has_picture);
 
 /// Frames [begin, end) that are of one segment.
 struct FrameRange {

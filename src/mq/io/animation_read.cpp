@@ -9,6 +9,7 @@
 
 #include "mq/base/error.h"
 #include "mq/evolving/matched_ids.h"
+#include "mq/image/colour.h"
 #include "mq/io/detail/animation_found.h"
 #include "mq/io/file_names.h"
 #include "mq/io/image_file.h"
@@ -63,12 +64,16 @@ double size_of_frames(const FoundAnimation& found, const std::string& name, cons
     const std::vector<Vector3> positions = found.positions(int(f));
     const int wanted = found.segments[std::size_t(found.segment_of[f])].vertex_count();
     if (std::ssize(positions) != wanted)
-      throw IoError(fmt::format("{}, frame {}: it has {} vertices, and the first of its mesh {}", name,
-                                found.numbers[f], positions.size(), wanted));
+      throw IoError(
+          fmt::format("{}, frame {}: found {} vertices, wanted {}, as many as the first frame of its mesh "
+                      "has: {}",
+                      name, found.numbers[f], positions.size(), wanted, frames_instead));
     for (const Vector3& p : positions) {
       if (!p.allFinite() || p.cwiseAbs().maxCoeff() > largest_coordinate)
-        throw IoError(fmt::format("{}, frame {}: a vertex lies at {}, {}, {}; at most {:.0e} can be used", name,
-                                  found.numbers[f], p.x(), p.y(), p.z(), largest_coordinate));
+        throw IoError(
+            fmt::format("{}, frame {}: a vertex lies at {:.6g}, {:.6g}, {:.6g}, wanted at most {:.0e} from 0: "
+                        "scale it down where it was made",
+                        name, found.numbers[f], p.x(), p.y(), p.z(), largest_coordinate));
       low = low.cwiseMin(p), high = high.cwiseMax(p);
     }
     progress.at(double(f + 1) / double(found.segment_of.size()));
@@ -76,12 +81,19 @@ double size_of_frames(const FoundAnimation& found, const std::string& name, cons
   return (high - low).norm();
 }
 
+/// As a display is given it.
+Image<float> displayed(const Texture& texture) {
+  const bool is_light = texture.format.depth >= Depth::half;
+  return is_light ? encode(texture.pixels, ColourSpace::linear, TransferFunction::srgb) : texture.pixels;
+}
+
 Image<float> animation_picture(const FoundPicture& picture, const fs::path& folder,
                                std::vector<std::string>& notes) {
-  if (!picture.bytes.empty()) return read_texture_bytes(picture.bytes, picture.name).pixels;
+  if (!picture.bytes.empty()) return displayed(read_texture_bytes(picture.bytes, picture.name));
   if (picture.name.empty()) return {};
-  if (fs::exists(folder / picture.name)) return read_texture(folder / picture.name).pixels;
-  const std::string note = fmt::format("its picture {} is not there, and it is shown without", shown(picture.name));
+  if (fs::exists(folder / picture.name)) return displayed(read_texture(folder / picture.name));
+  const std::string note =
+      fmt::format("its picture {} is not there, and is left out; put it there, or name others", shown(picture.name));
   if (std::ranges::count(notes, note) == 0) notes.push_back(note);
   return {};
 }
@@ -98,7 +110,8 @@ OpenAnimation open_animation(const fs::path& path, const Progress& progress) {
   const std::string name = path.string();
   std::vector<StoredSegment> segments;
   for (EvolvingSegment& segment : found.segments) {
-    if (segment.triangles.empty()) throw IoError(name + ": a mesh of it has no faces; a surface is wanted");
+    if (segment.triangles.empty())
+      throw IoError(name + ": a mesh of it has no faces but holes; wanted a surface: take that mesh out");
     join_uvs(segment);
     try {
       check(segment);
@@ -109,7 +122,8 @@ OpenAnimation open_animation(const fs::path& path, const Progress& progress) {
   }
   match_ids(found.segments);
   const double size = size_of_frames(found, name, progress);
-  if (!(size > 0)) throw IoError(name + ": all its vertices are in one place");
+  if (!(size > 0))
+    throw IoError(name + ": all its vertices are in one place; wanted a surface: look at its points and their scale");
   std::vector<StoredFrame> frames;
   for (std::size_t f = 0; f < found.numbers.size(); ++f)
     frames.push_back({{}, found.numbers[f], found.segment_of[f], {}});
@@ -117,10 +131,15 @@ OpenAnimation open_animation(const fs::path& path, const Progress& progress) {
   std::vector<Image<float>> pictures;
   for (const FoundPicture& picture : found.pictures)
     pictures.push_back(animation_picture(picture, path.parent_path(), notes));
-  const double rate = found.frames_per_second;
+  std::vector<std::string> remarks = std::move(found.remarks);
+  const double rate = found.frames_per_second, numbers_rate = found.numbers_per_second, unit = found.metres_per_unit;
   auto source = std::make_shared<FoundSource>(std::move(found));
-  return {EvolvingReader(path, source, std::move(segments), std::move(frames), store_step(size)), rate,
-          std::move(pictures), std::move(notes)};
+  return {EvolvingReader(path, source, std::move(segments), std::move(frames), store_step(size), unit),
+          rate,
+          numbers_rate,
+          std::move(pictures),
+          std::move(notes),
+          std::move(remarks)};
 }
 
 }  // namespace mq

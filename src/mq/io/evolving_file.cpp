@@ -62,13 +62,15 @@ std::vector<Vector3> rounded(std::vector<Vector3> positions, double step) {
 // ---- Reading ----
 
 EvolvingReader::EvolvingReader(fs::path file, std::shared_ptr<const EvolvingSource> source,
-                               std::vector<StoredSegment> segments, std::vector<StoredFrame> frames, double step)
+                               std::vector<StoredSegment> segments, std::vector<StoredFrame> frames, double step,
+                               double metres_per_unit)
     : manifest_(file),
       blocks_(std::move(file)),
       source_(std::move(source)),
       segments_(std::move(segments)),
       frames_(std::move(frames)),
       step_(step),
+      metres_per_unit_(metres_per_unit),
       about_("{}") {}
 
 EvolvingReader::EvolvingReader(fs::path manifest) : manifest_(std::move(manifest)) {

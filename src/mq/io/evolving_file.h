@@ -51,9 +51,11 @@ class EvolvingSource {
 
 class EvolvingReader {
  public:
-  /// What is no store, as if it were one: positions are the source's, and `step` what a store of them would have.
+  /// What is no store, as if it were one: positions are the source's, in a unit of so many metres, and `step` what a
+  /// store of them would have.
   EvolvingReader(std::filesystem::path file, std::shared_ptr<const EvolvingSource> source,
-                 std::vector<StoredSegment> segments, std::vector<StoredFrame> frames, double step);
+                 std::vector<StoredSegment> segments, std::vector<StoredFrame> frames, double step,
+                 double metres_per_unit = 1);
 
   /// Reads the manifest. What follows the first line that is broken, or that names bytes the blocks
   /// do not have, is left out and `broken` says so. Throws `IoError` where either file cannot be
@@ -63,6 +65,7 @@ class EvolvingReader {
   const std::vector<StoredSegment>& segments() const { return segments_; }
   const std::vector<StoredFrame>& frames() const { return frames_; }
   double step() const { return step_; }
+  double metres_per_unit() const { return metres_per_unit_; }          ///< 1 of a store, which says nothing of it
   const std::filesystem::path& manifest() const { return manifest_; }  ///< or the file that is no store
   const std::filesystem::path& blocks_file() const { return blocks_; }
   bool is_store() const { return !source_; }
@@ -92,7 +95,7 @@ class EvolvingReader {
   std::shared_ptr<const EvolvingSource> source_;  ///< null: it is a store
   std::vector<StoredSegment> segments_;
   std::vector<StoredFrame> frames_;
-  double step_ = 0;
+  double step_ = 0, metres_per_unit_ = 1;
   std::string about_, broken_;
   std::int64_t whole_blocks_ = 0;  ///< bytes that sound lines name
   mutable int key_segment_ = -1;

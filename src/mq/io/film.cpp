@@ -19,6 +19,7 @@ namespace {
 using OrderedJson = nlohmann::ordered_json;
 
 constexpr double most_coordinate = 65535;
+constexpr double farthest_drawn = 1e18;  // graphics cards multiply lengths in floats, to 3.4e38
 
 void append_u32(Bytes& bytes, std::uint32_t value) {
   for (int k = 0; k < 4; ++k) bytes.push_back(std::byte(value >> (8 * k)));
@@ -38,8 +39,16 @@ Bytes deflated(const Bytes& bytes) {
 struct FilmBox {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
 
-  void add(const std::vector<Vector3>& positions) {
-    for (const Vector3& p : positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  void add(const EvolvingReader& reader, int frame) {
+    for (const Vector3& p : reader.positions(frame)) {
+      if (p.cwiseAbs().maxCoeff() > farthest_drawn)
+        throw Unsupported(
+            fmt::format("{}, frame {}: found a vertex at {:.6g}, {:.6g}, {:.6g}, wanted at most {:.0e} "
+                        "from 0, which browsers draw; scale it down",
+                        reader.manifest().string(), reader.frames()[std::size_t(frame)].number, p.x(), p.y(), p.z(),
+                        farthest_drawn));
+      low = low.cwiseMin(p), high = high.cwiseMax(p);
+    }
   }
 };
 
@@ -149,7 +158,7 @@ Film make_film(const EvolvingReader& reader, const std::vector<int>& frames,
   FilmBox box;
   const Progress measuring = progress.step("measure", 0.2), packing = progress.step("pack", 0.8);
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    box.add(reader.positions(frames[i]));
+    box.add(reader, frames[i]);
     measuring.at(double(i + 1) / double(frames.size()));
   }
 

@@ -38,7 +38,8 @@ struct Film {
 using LifeColour = std::function<std::array<float, 3>(int first, int last, int count)>;
 
 /// Frames of the store (indices, increasing). Lives are counted in all its frames, whichever are
-/// asked for. Throws `InvalidInput` where none is, `IoError` where the store is broken.
+/// asked for. Throws `InvalidInput` where none is, `IoError` where the store is broken,
+/// `Unsupported` where a vertex is too far away for a graphics card (1e18).
 Film make_film(const EvolvingReader& reader, const std::vector<int>& frames,
                const LifeColour& colour, const Progress& progress = {});
 

@@ -64,6 +64,11 @@ FrameTextures::Frame as_frame(const CapturedTextures::Textured& shown) {
           .depth = shown.depth};
 }
 
+/// In the unit of the files that are written.
+void bring_to_unit(Mesh& mesh, const std::string& output, const EvolvingReader& reader) {
+  for (Vector3& p : mesh.positions) p *= unit_in(output, reader);
+}
+
 /// As a display is given it.
 Image<float> displayed(const CapturedTextures::Textured& shown) {
   const Image<float>& picture = shown.texture.picture;
@@ -108,7 +113,7 @@ std::vector<fs::path> captured_files(const EvolvingReader& reader, const std::ve
   }
   require_atlas_unless_models(reader, output);
   if (names_animation(output))
-    return animation_files(output, reader, part_of(reader, numbers), AnimationPictures::given);
+    return animation_files(output, reader, part_of(reader, numbers), [](int) { return true; });
   std::vector<fs::path> paths;
   for (const int number : numbers) paths.emplace_back(frame_name(output, number));
   return paths;
@@ -131,17 +136,18 @@ std::vector<CapturedFigures> write_captured(CapturedTextures& captured, const st
     return write_captured_animation(captured, output, video.rate, compression, progress);
   if (!has_atlas(captured.reader()))
     return for_each_captured(captured, progress, [&](int frame, const Progress&) {
-      const CapturedTextures::Coloured shown = captured.at_vertices(frame);
+      CapturedTextures::Coloured shown = captured.at_vertices(frame);
+      bring_to_unit(shown.model.mesh, output, captured.reader());
       write_model(frame_name(output, shown.number), shown.model);
       return figures(shown);
     });
   FrameTextures files(output);
-  std::vector<CapturedFigures> found =
-      for_each_captured(captured, progress, [&](int frame, const Progress& part) {
-        const CapturedTextures::Textured shown = captured.texture(frame, part);
-        files.write(as_frame(shown), video, messages, progress);
-        return figures(shown);
-      });
+  std::vector<CapturedFigures> found = for_each_captured(captured, progress, [&](int frame, const Progress& part) {
+    CapturedTextures::Textured shown = captured.texture(frame, part);
+    bring_to_unit(shown.mesh, output, captured.reader());
+    files.write(as_frame(shown), video, messages, progress);
+    return figures(shown);
+  });
   files.finish();
   return found;
 }

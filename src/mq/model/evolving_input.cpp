@@ -15,6 +15,10 @@ bool EvolvingInput::has_pictures() const {
   return std::ranges::any_of(pictures, [](const Image<float>& picture) { return !picture.values().empty(); });
 }
 
+const Image<float>& EvolvingInput::picture(int frame) const {
+  return pictures.at(std::size_t(reader.frames().at(std::size_t(frame)).segment));
+}
+
 EvolvingInput open_evolving(const std::filesystem::path& path, Messages& messages, const Progress& progress) {
   std::error_code ignored;
   require(!std::filesystem::is_directory(path, ignored) && (names_moving_file(path) || !names_model(path)),
@@ -27,7 +31,8 @@ EvolvingInput open_evolving(const std::filesystem::path& path, Messages& message
   }
   OpenAnimation opened = open_animation(path, progress);
   for (const std::string& note : opened.notes) messages.warning(path.string() + ": " + note);
-  return {std::move(opened.reader), opened.frames_per_second, std::move(opened.pictures)};
+  for (const std::string& remark : opened.remarks) messages.remark(path.string() + ": " + remark);
+  return {std::move(opened.reader), opened.frames_per_second, opened.numbers_per_second, std::move(opened.pictures)};
 }
 
 }  // namespace mq

@@ -14,15 +14,18 @@ namespace mq {
 
 struct EvolvingInput {
   EvolvingReader reader;
-  std::optional<double> rate = {};           ///< frames a second, where the file says it
-  std::vector<Image<float>> pictures = {};   ///< of each segment, as `OpenAnimation` has them
+  std::optional<double> rate = {};          ///< frames a second, where the file says it: their mean
+  std::optional<double> numbers_rate = {};  ///< numbers of frames a second, which `AnimationPart` wants
+  std::vector<Image<float>> pictures = {};  ///< of each segment, as `OpenAnimation` has them
 
-  /// Whether any segment has a picture.
+  /// Whether any segment has a picture; that of a frame (index), without pixels where it has none.
   bool has_pictures() const;
+  const Image<float>& picture(int frame) const;
 };
 
-/// Opens `.usda`, `.usdz`, `.glb` and `.gltf` as `open_animation` does, anything else as a store; warns of what was left
-/// out, and of what is broken. Throws as these do, and `InvalidInput` for a model or a folder.
+/// Opens `.usda`, `.usdz`, `.glb` and `.gltf` as `open_animation` does, anything else as a store; warns of what was
+/// left out, and of what is broken, and remarks what else is worth knowing. Throws as these do, and `InvalidInput`
+/// for a model or a folder.
 EvolvingInput open_evolving(const std::filesystem::path& path, Messages& messages, const Progress& progress = {});
 
 }  // namespace mq

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 
 /// H.264, AV1, VP9 and VP8 as MP4 calls them.
 constexpr float untextured_grey = 0.8F;
+constexpr double same_rate = 1e-6;  // relative: rates of files are fractions
 constexpr std::string_view played_codecs[] = {"avc1", "avc3", "av01", "vp09", "vp08"};
 
 /// A folder of its own for as long as it is wanted.
@@ -86,12 +87,13 @@ FilmVideo read_film_video(const fs::path& path, const FilmVideoOptions& options,
           fmt::format("{}: it has {} pictures, and the film {} frames: name the frames it "
                       "was made of with {}, or make it again of these",
                       name, found.pictures.value_or(0), options.frames, option_name("frames")));
-  if (found.rate && options.rate)
-    require(
-        std::abs(*options.rate / *found.rate - 1) * double(options.frames) < 0.5,
-        fmt::format("{}: found {:g} frames a second, and {} has {:.6g}; leave {} out, which "
-                    "takes that",
-                    option_name("rate"), *options.rate, name, *found.rate, option_name("rate")));
+  if (!found.rate || !options.rate) return video;
+  const std::string both = fmt::format("{}: found {:.6g} frames a second, and {} has {:.6g}", option_name("rate"),
+                                       *options.rate, name, *found.rate);
+  require(std::abs(*options.rate / *found.rate - 1) * double(options.frames) < 0.5,
+          fmt::format("{}; leave {} out, which takes that", both, option_name("rate")));
+  if (std::abs(*options.rate / *found.rate - 1) > same_rate)
+    messages.remark(both + ": the film has that of the video, which is less than half a frame away at its end");
   return video;
 }
 

@@ -34,8 +34,8 @@ struct FilmVideoOptions {
 /// video, and show nothing; of one with other pictures than the film's they show the wrong ones. So
 /// throws `InvalidInput` where an .mp4's index counts other pictures than the film has frames, or
 /// its rate is another than is asked for by half a frame at the end; and where a .webm does not
-/// begin as one. Warns of codecs that few browsers play. Throws `IoError` as `read_file` and
-/// `mp4_video`.
+/// begin as one. Remarks where it is another by less, as the film takes the video's. Warns of
+/// codecs that few browsers play. Throws `IoError` as `read_file` and `mp4_video`.
 FilmVideo read_film_video(const std::filesystem::path& path, const FilmVideoOptions& options,
                           Messages& messages);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/io/file_names.h"
 
 namespace mq {
 
@@ -44,6 +45,10 @@ std::vector<FollowedFrame> followed_frames(const EvolvingReader& reader) {
 
 bool has_atlas(const EvolvingReader& reader) {
   return !reader.frames().empty() && !reader.segment(reader.frames().front().segment).uvs.empty();
+}
+
+double unit_in(const std::filesystem::path& file, const EvolvingReader& reader) {
+  return names_gltf(file) ? reader.metres_per_unit() : 1;
 }
 
 void require_atlas(const EvolvingReader& reader) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Which frames of a stored evolving mesh are meant, and which can be had.
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,9 @@ std::vector<FollowedFrame> followed_frames(const EvolvingReader& reader);
 
 /// Whether frames have texture coordinates: all of a store do, or none.
 bool has_atlas(const EvolvingReader& reader);
+
+/// What lengths of its frames are multiplied by in a file of this name: glTF counts in metres, others keep the unit.
+double unit_in(const std::filesystem::path& file, const EvolvingReader& reader);
 
 /// Throws `InvalidInput`, saying how to get one, where a store has no atlas.
 void require_atlas(const EvolvingReader& reader);

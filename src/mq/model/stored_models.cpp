@@ -14,6 +14,8 @@
 namespace mq {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr double own_within = 0.02;  // of the diagonal
 constexpr float added_later = 0.5F;  // grey
 
@@ -80,8 +82,8 @@ VertexSignal CarriedColours::at(const EvolvingSegment& segment) const {
 }
 
 void write_stored_models(const EvolvingReader& reader, const std::vector<int>& frames,
-                         const std::vector<std::filesystem::path>& paths,
-                         const CarriedColours* colours, const Progress& progress) {
+                         const std::vector<std::filesystem::path>& paths, const StoredLook& look,
+                         const Progress& progress) {
   require(paths.size() == frames.size(),
           fmt::format("{} paths are given for {} frames", paths.size(), frames.size()));
   numbers_of(reader, frames);  // refuses those that are not there
@@ -92,7 +94,13 @@ void write_stored_models(const EvolvingReader& reader, const std::vector<int>& f
     if (frame.segment != open) segment = reader.segment(open = frame.segment);
     Model model;
     model.mesh = mesh_of(segment, reader.positions(frames[i]));
-    if (colours) model.colors = colours->at(segment);
+    for (Vector3& p : model.mesh.positions) p *= unit_in(paths[i], reader);
+    if (look.colours) model.colors = look.colours->at(segment);
+    if (Image<float> picture = look.picture ? look.picture(frames[i]) : Image<float>(); !picture.values().empty()) {
+      Texture& texture = model.textures.emplace_back();
+      texture.name = fs::path(paths[i]).replace_extension(".png").filename().string();
+      texture.pixels = std::move(picture);
+    }
     write_model(paths[i], model);
     progress.at(double(i + 1) / double(frames.size()));
   }

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "mq/base/progress.h"
 #include "mq/evolving/evolving_mesh.h"
+#include "mq/image/image.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/model.h"
 
@@ -40,11 +42,19 @@ class CarriedColours {
   std::map<int, Eigen::RowVector3f> colours_;
 };
 
-/// Writes a model for each of the frames (indices), with colours unless `colours` is null. Throws
+/// How the frames of a store look.
+struct StoredLook {
+  const CarriedColours* colours = nullptr;              ///< at vertices; null: none
+  std::function<Image<float>(int frame)> picture = {};  ///< of a frame (index), without pixels where it has none
+};
+
+/// Writes a model for each of the frames (indices), in metres where it is glTF; its picture is a PNG of its name, in
+/// a
+/// `.glb` within it. Throws
 /// `InvalidInput` where there are not as many paths as frames or not that many frames in the store,
 /// and `IoError` as reader and files do.
 void write_stored_models(const EvolvingReader& reader, const std::vector<int>& frames,
-                         const std::vector<std::filesystem::path>& paths,
-                         const CarriedColours* colours = nullptr, const Progress& progress = {});
+                         const std::vector<std::filesystem::path>& paths, const StoredLook& look = {},
+                         const Progress& progress = {});
 
 }  // namespace mq

@@ -51,11 +51,11 @@ Json figures_json(const CapturedFigures& shown) {
 }
 
 /// The captured frames that --from names, resampled as what they show is wanted in files `to`.
-CapturedTextures captured_textures(Run& run, const EvolvingReader& reader,
-                                   const std::vector<int>& frames, const std::string& to) {
+CapturedTextures captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
+                                   const std::string& to, const VideoOptions& video) {
   const OptionValues& options = run.options();
   const int side = texture_side(options, reader);
-  require_holds_captured(reader, to, side, video_options(options));
+  require_holds_captured(reader, to, side, video);
   CapturedTextureOptions how{.side = side, .samples = int(options.integer("samples"))};
   if (options.flag("stitch")) how.steps = CapturedTextureOptions::Steps::taken_out;
   if (options.has("texture")) how.textures = options.text("texture");
@@ -133,18 +133,17 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
 }
 
 void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
-                             const std::string& to) {
+                             const std::string& to, const VideoOptions& how) {
   const Step step(run, "textures", 0.9);
-  CapturedTextures captured = captured_textures(run, reader, frames, to);
+  CapturedTextures captured = captured_textures(run, reader, frames, to, how);
   report_captured(run, captured,
-                  write_captured(captured, to, video_options(run.options()),
-                                 asked_compression(run.options()), run.terminal(), step));
+                  write_captured(captured, to, how, asked_compression(run.options()), run.terminal(), step));
 }
 
 FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
                          const VideoOptions& how) {
   const Step step(run, "textures", 0.9);
-  CapturedTextures captured = captured_textures(run, reader, frames, "textures.mp4");
+  CapturedTextures captured = captured_textures(run, reader, frames, "textures.mp4", how);
   CapturedFilmVideo made =
       captured_film_video(captured, how, run.terminal(), step);
   report_captured(run, captured, made.figures);

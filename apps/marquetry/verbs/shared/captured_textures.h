@@ -25,11 +25,12 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
                                                   const EvolvingReader& reader,
                                                   const std::vector<int>& numbers);
 
-/// Writes what the captured frames that --from names show to `to`: see `write_captured`. Adds
+/// Writes what the captured frames that --from names show to `to`, at the rate of `how` where it has one, and a video
+/// kept as that says: see `write_captured`. Adds
 /// `textures` to the result: of each frame its number, texels of charts and those of them that
 /// nothing was captured for, or vertices.
 void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,
-                             const std::string& to);
+                             const std::string& to, const VideoOptions& how);
 
 /// The same as a texture video for a film, kept as `how` says.
 FilmVideo captured_video(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,

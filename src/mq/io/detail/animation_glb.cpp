@@ -8,7 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "mq/base/error.h"
+#include "mq/io/detail/animation_floats.h"
 #include "mq/io/detail/gltf_container.h"
 #include "mq/io/image_file.h"
 
@@ -60,7 +60,7 @@ class Animation {
     const EvolvingSegment segment = reader_.segment(reader_.frames()[begin].segment);
     const Corners corners(segment);
     const std::vector<Vector3> base = reader_.positions(begin);
-    OrderedJson primitive = {{"attributes", {{"POSITION", add_points(corners, base, nullptr)}}}};
+    OrderedJson primitive = {{"attributes", {{"POSITION", add_points(corners, begin, base, nullptr)}}}};
     if (!corners.uvs.empty()) {
       std::vector<float> values;
       for (const Vector2& uv : corners.uvs) {
@@ -73,10 +73,10 @@ class Animation {
     for (const std::uint32_t index : corners.indices) append_raw(indices, index);
     primitive["indices"] =
         add_accessor(indices, corners.indices.size(), index_type, "SCALAR", element_target);
-    if (pictures_) primitive["material"] = add_picture(pictures_(begin));
+    if (Image<float> picture = pictures_ ? pictures_(begin) : Image<float>(); !picture.values().empty())
+      primitive["material"] = add_picture(std::move(picture));
     for (int f = begin + 1; f < end; ++f)
-      primitive["targets"].push_back(
-          {{"POSITION", add_points(corners, reader_.positions(f), &base)}});
+      primitive["targets"].push_back({{"POSITION", add_points(corners, f, reader_.positions(f), &base)}});
     OrderedJson mesh = {{"primitives", OrderedJson::array({primitive})}};
     if (end - begin > 1) mesh["weights"] = std::vector<float>(std::size_t(end - begin - 1), 0);
     const int node = int(json_["nodes"].size());
@@ -133,18 +133,15 @@ class Animation {
         {{"input", input}, {"interpolation", how}, {"output", add_floats(values, shape, 0)}});
   }
 
-  /// Positions, or how far they are from `base`, with their bounds.
-  std::size_t add_points(const Corners& corners, const std::vector<Vector3>& positions,
+  /// Positions in metres, or how far they are from `base`, with their bounds.
+  std::size_t add_points(const Corners& corners, int frame, const std::vector<Vector3>& positions,
                          const std::vector<Vector3>* base) {
     std::vector<float> values;
     Eigen::Vector3f least = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
     Eigen::Vector3f most = -least;
     for (const int v : corners.vertices) {
-      const Eigen::Vector3f x =
-          (base ? Vector3(positions[v] - (*base)[v]) : positions[v]).cast<float>();
-      if (!x.allFinite())
-        throw Unsupported(
-            fmt::format("vertex {} is too far away for the floats of glTF; write .ply or .obj", v));
+      const Vector3 place = base ? Vector3(positions[v] - (*base)[v]) : positions[v];
+      const Eigen::Vector3f x = as_floats(reader_.metres_per_unit() * place, reader_, frame, "glTF");
       values.insert(values.end(), {x.x(), x.y(), x.z()});
       least = least.cwiseMin(x);
       most = most.cwiseMax(x);

@@ -9,7 +9,9 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <set>
 #include <tuple>
+#include <utility>
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
@@ -117,6 +119,7 @@ class GltfFinder {
   FoundAnimation find() {
     read_channels();
     walk();
+    if (cameras_ > 0) found_.add_remark(counted(cameras_, "camera") + " in it: left out");
     choose_frames();
     found_.positions = [scene = scene_, segment_of = found_.segment_of](int frame) {
       return scene->positions(segment_of.at(std::size_t(frame)), std::size_t(frame));
@@ -131,7 +134,9 @@ class GltfFinder {
 
   void read_channels() {
     const std::size_t count = file_.size("animations");
-    if (count > 1) found_.notes.push_back(fmt::format("animation 0 of {} is read", count));
+    if (count > 1)
+      found_.add_note(
+          fmt::format("it has {} animations, of which the first is read (animations[0]): join them for more", count));
     if (count == 0) return;
     const Json& animation = file_.item("animations", 0);
     const std::string place = file_.place("animations", 0);
@@ -147,6 +152,11 @@ class GltfFinder {
     if (node < 0) return;
     const Json& of = file_.item("nodes", node);
     const std::string path = json_text_of(*target, "path");
+    if (const auto [first, is_new] = channel_of_.try_emplace({node, path}, place); !is_new)
+      file_.fail(place,
+                 fmt::format("it animates the {} of nodes[{}], as {} does; wanted one channel for each: take one "
+                             "out, or write the file again",
+                             shown(path), node, first->second));
     if (path == "weights") {
       if (of.contains("mesh")) scene_->weights[node] = keys(animation, channel, place, 0);
     } else if (path == "scale" || path == "translation" || path == "rotation") {
@@ -157,6 +167,8 @@ class GltfFinder {
         scene_->presences[node] = std::move(found);
       else if (!stays(of, path, found, place))
         moved_[node] = path;
+    } else {
+      found_.add_note(fmt::format("an animation of {} is not read", path.empty() ? "nothing" : shown(path)));
     }
   }
 
@@ -168,7 +180,9 @@ class GltfFinder {
     const Json& sampler = samplers[std::size_t(id)];
     const std::string how = json_text_of(sampler, "interpolation");
     if (how == "CUBICSPLINE")
-      refuse("found an animation by splines (CUBICSPLINE); sample it where it was made, frame by frame");
+      refuse(place +
+             ": found an animation by splines (CUBICSPLINE), wanted LINEAR or STEP: sample it where it was made, "
+             "frame by frame");
     GltfKeys found;
     found.steps = how == "STEP";
     found.times = file_.values(json_count(sampler, "input", -1, place), {1}).values;
@@ -177,12 +191,18 @@ class GltfFinder {
     const bool whole = !found.times.empty() && found.values.size() % found.times.size() == 0;
     found.size = whole ? found.values.size() / found.times.size() : 0;
     if (found.size == 0 || (components > 0 && found.size != std::size_t(components)))
-      file_.fail(place, fmt::format("{} values at {} times", found.values.size(), found.times.size()));
+      file_.fail(place, fmt::format("found {} values at {} times, wanted {} at each; write the file again",
+                                    found.values.size(), found.times.size(),
+                                    components > 0 ? std::to_string(components) : "as many"));
     for (std::size_t i = 0; i < found.times.size(); ++i)
       if (!std::isfinite(found.times[i]) || (i > 0 && !(found.times[i] > found.times[i - 1])))
-        file_.fail(place, fmt::format("time {} of its keys does not increase", i));
-    if (!std::ranges::all_of(found.values, [](double v) { return std::isfinite(v); }))
-      file_.fail(place, "its values must be finite");
+        file_.fail(place,
+                   fmt::format("time {} of its keys is {} s after {} s, wanted increasing ones; write the file again",
+                               i, found.times[i], i > 0 ? found.times[i - 1] : 0));
+    for (std::size_t i = 0; i < found.values.size(); ++i)
+      if (!std::isfinite(found.values[i]))
+        file_.fail(place, fmt::format("value {} of its keys is {}, wanted a finite one; write the file again", i,
+                                      found.values[i]));
     return found;
   }
 
@@ -231,6 +251,7 @@ class GltfFinder {
       if (const auto moved = moved_.find(visit.node); moved != moved_.end())
         here.moved = fmt::format("{} of nodes[{}]", moved->second, visit.node);
       if (node.contains("mesh")) add_mesh(here, node, place);
+      cameras_ += node.contains("camera");
       push(json_array(node, "children", place), here, visit.level + 1, stack);
     }
   }
@@ -267,17 +288,20 @@ class GltfFinder {
                                  : counted(std::ssize(scene_->meshes), "mesh") + ", none of which moves",
           frames_instead));
     if (moving > 0 && moving < scene_->meshes.size())
-      found_.notes.push_back(fmt::format("{} that stand still beside what moves are left out",
-                                         counted(std::int64_t(scene_->meshes.size() - moving), "mesh")));
-    if (moving == 0) found_.notes.emplace_back("nothing in it moves: it is a film of one frame");
+      found_.add_note(fmt::format("{} whose vertices do not move, beside what moves, are left out",
+                                  counted(std::int64_t(scene_->meshes.size() - moving), "mesh")));
+    if (moving == 0) found_.add_note("nothing in it moves: it is a film of one frame");
     std::map<double, const MovingMesh*> shown_at;
+    std::set<double> unseen;
     if (moving == 0) shown_at[0] = &scene_->meshes[0];
     for (const MovingMesh& mesh : scene_->meshes) {
       std::vector<const GltfKeys*> all = mesh.presences;
       if (mesh.weights) all.push_back(mesh.weights);
       for (const GltfKeys* keys : all)
         for (const double time : keys->times)
-          if (mesh.shown(time) && shown_at.try_emplace(time, &mesh).first->second != &mesh)
+          if (!mesh.shown(time))
+            unseen.insert(time);
+          else if (shown_at.try_emplace(time, &mesh).first->second != &mesh)
             refuse_two(mesh, *shown_at[time], time);
     }
     std::vector<double> times;
@@ -290,8 +314,13 @@ class GltfFinder {
       found_.segment_of.push_back(int(found_.segments.size()) - 1);
       scene_->weights_of.push_back(weights(*shown, time));
       times.push_back(time);
+      unseen.erase(time);
     }
-    if (times.empty()) refuse("none of its meshes is ever seen");
+    if (times.empty())
+      refuse("none of its meshes is ever seen, as their scale is 0; make one visible, and write the file again");
+    if (!unseen.empty())
+      found_.add_note(
+          unseen_frames(unseen.size(), times.size() + unseen.size(), "second", *unseen.begin(), *unseen.rbegin()));
     set_times(times);
   }
 
@@ -324,9 +353,9 @@ class GltfFinder {
       const std::string place = file_.name() + ", asset.extras";
       first = double(json_count(*extras, "first_frame", 0, place));
       rate = json_number(*extras, "frames_per_second", rate, place);
-      if (!(rate > 0)) file_.fail(place, fmt::format("{} frames a second", rate));
+      if (!(rate > 0)) file_.fail(place, fmt::format("found {} frames a second, wanted more than 0", rate));
     }
-    set_frame_times(found_, times, 1 / rate, 1, first);
+    set_frame_times(found_, {.times = times, .step = 1 / rate, .first = first, .word = "keys"});
   }
 
   // ---- Segments ----
@@ -394,14 +423,16 @@ class GltfFinder {
     if (read.textures.size() == 1)
       picture = {read.textures[0].name, read.textures[0].picture};
     else if (read.textures.size() > 1)
-      found_.notes.push_back(
-          fmt::format("a mesh has {}, and is shown without", counted(std::ssize(read.textures), "picture")));
+      found_.add_note(fmt::format("a mesh has {}, wanted one, and is shown without: bake them into one",
+                                  counted(std::ssize(read.textures), "picture")));
     found_.pictures.push_back(std::move(picture));
   }
 
   std::shared_ptr<MovingScene> scene_;
   const GltfFile& file_;
   FoundAnimation found_;
+  std::int64_t cameras_ = 0;
+  std::map<std::pair<std::int64_t, std::string>, std::string> channel_of_;  ///< its place, by node and path
   std::map<std::int64_t, std::string> moved_;  ///< nodes that are turned, shifted or scaled, and which of these
 };
 

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "mq/base/error.h"
+#include "mq/io/detail/animation_floats.h"
 
 namespace mq {
 namespace {
@@ -29,12 +29,13 @@ class UsdLayer {
   std::string text(const Progress& progress) {
     const std::vector<FrameRange> segments = ranges_of_segments(reader_, part_);
     add("#usda 1.0\n(\n    defaultPrim = \"evolving\"\n    doc = \"Marquetry\"\n    endTimeCode = {}\n"
-        "    framesPerSecond = {}\n    metersPerUnit = 1\n    startTimeCode = {}\n    timeCodesPerSecond = {}\n"
+        "    framesPerSecond = {}\n    metersPerUnit = {}\n    startTimeCode = {}\n    timeCodesPerSecond = {}\n"
         "    upAxis = \"Y\"\n)\n\ndef Xform \"evolving\" (\n    kind = \"component\"\n)\n{{\n",
-        number(part_.last), part_.frames_per_second, number(part_.first), part_.frames_per_second);
+        number(part_.last), part_.frames_per_second, reader_.metres_per_unit(), number(part_.first),
+        part_.frames_per_second);
     for (std::size_t s = 0; s < segments.size(); ++s) {
       add_segment(segments[s], s, progress);
-      if (!pictures_.empty()) add_material(s);
+      if (has_picture(s)) add_material(s);
     }
     add("}}\n");
     return std::move(text_);
@@ -46,6 +47,7 @@ class UsdLayer {
     fmt::format_to(std::back_inserter(text_), format, std::forward<Values>(values)...);
   }
 
+  bool has_picture(std::size_t place) const { return place < pictures_.size() && !pictures_[place].empty(); }
   int number(int frame) const { return reader_.frames()[std::size_t(frame)].number; }
 
   /// "[a, b, c]" of what `one` adds for each of `count`.
@@ -59,22 +61,20 @@ class UsdLayer {
   }
 
   void add_point(const Vector3& p, int frame) {
-    const Eigen::Vector3f x = p.cast<float>();
-    if (!x.allFinite())
-      throw Unsupported(fmt::format("frame {}: a vertex at {:.3g}, {:.3g}, {:.3g} is too far away for the floats of "
-                                    "USD; write .ply or .obj",
-                                    number(frame), p.x(), p.y(), p.z()));
+    const Eigen::Vector3f x = as_floats(p, reader_, frame, "USD");
     add("({}, {}, {})", x.x(), x.y(), x.z());
   }
 
   void add_segment(const FrameRange& frames, std::size_t place, const Progress& progress) {
     const EvolvingSegment segment = reader_.segment(reader_.frames()[std::size_t(frames.begin)].segment);
     add("    def Mesh \"segment_{}\"", place);
-    if (!pictures_.empty()) add(" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )");
+    if (has_picture(place)) add(" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )");
     add("\n    {{\n        uniform bool doubleSided = 1\n");
+    repeats_ =
+        std::ranges::any_of(segment.uvs, [](const Vector2& uv) { return uv.minCoeff() < 0 || uv.maxCoeff() > 1; });
     add_topology(segment);
     if (!segment.corner_uvs.empty()) add_uvs(segment);
-    if (!pictures_.empty()) add("        rel material:binding = </evolving/material_{}>\n", place);
+    if (has_picture(place)) add("        rel material:binding = </evolving/material_{}>\n", place);
     add_visibility(frames);
     std::string extents;
     add("        point3f[] points.timeSamples = {{\n");
@@ -130,6 +130,7 @@ class UsdLayer {
 
   void add_material(std::size_t place) {
     const std::string self = fmt::format("/evolving/material_{}", place);
+    const char* wrap = repeats_ ? "repeat" : "clamp";
     add("    def Material \"material_{}\"\n    {{\n"
         "        token outputs:surface.connect = <{}/surface.outputs:surface>\n\n",
         place, self);
@@ -143,9 +144,9 @@ class UsdLayer {
         "            uniform token info:id = \"UsdUVTexture\"\n"
         "            asset inputs:file = {}\n            token inputs:sourceColorSpace = \"sRGB\"\n"
         "            float2 inputs:st.connect = <{}/coordinates.outputs:result>\n"
-        "            token inputs:wrapS = \"clamp\"\n            token inputs:wrapT = \"clamp\"\n"
+        "            token inputs:wrapS = \"{}\"\n            token inputs:wrapT = \"{}\"\n"
         "            float3 outputs:rgb\n        }}\n\n",
-        asset(pictures_[place]), self);
+        asset(pictures_[place]), self, wrap, wrap);
     add("        def Shader \"coordinates\"\n        {{\n"
         "            uniform token info:id = \"UsdPrimvarReader_float2\"\n"
         "            string inputs:varname = \"st\"\n            float2 outputs:result\n        }}\n    }}\n\n");
@@ -154,6 +155,7 @@ class UsdLayer {
   const EvolvingReader& reader_;
   const AnimationPart& part_;
   const std::vector<std::string>& pictures_;
+  bool repeats_ = false;  ///< the picture of the segment added last, which its texture coordinates go beyond
   std::string text_;
 };
 

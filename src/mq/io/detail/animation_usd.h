@@ -9,7 +9,7 @@
 namespace mq {
 
 /// The layer that `write_animation` describes; the part was checked. `pictures` are the names of the
-/// segments' pictures beside it, or none.
+/// segments' pictures beside it, empty of one that has none, or no names.
 std::string animation_usda(const EvolvingReader& reader, const AnimationPart& part,
                            const std::vector<std::string>& pictures, const Progress& progress);
 

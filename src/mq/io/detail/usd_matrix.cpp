@@ -22,8 +22,8 @@ const std::string baked_points = "bake what moves it into its points";
 
 class XformOp {
  public:
-  XformOp(const UsdText& text, std::string_view value, std::string_view name)
-      : text_(text), value_(value), numbers_(text.numbers(value)), name_(name) {}
+  XformOp(const UsdText& text, const std::string& path, std::string_view value, std::string_view name)
+      : text_(text), path_(path), value_(value), numbers_(text.numbers(value)), name_(name) {}
 
   Eigen::Matrix4d matrix() const {
     std::string_view kind = name_.substr(prefix.size());
@@ -50,12 +50,14 @@ class XformOp {
 
  private:
   Unsupported unknown() const {
-    return Unsupported(fmt::format("{}: {} is not known; {}", text_.file(), shown(name_), baked_points));
+    return Unsupported(fmt::format("{}, {}: its {} is a transform that is not known; {}", text_.file(), path_,
+                                   shown(name_), baked_points));
   }
 
   void require_count(std::size_t count) const {
     if (numbers_.size() != count)
-      text_.fail(value_, fmt::format("{} has {} numbers, wanted {}", shown(name_), numbers_.size(), count));
+      text_.fail(value_,
+                 fmt::format("{}: its {} has {} numbers, wanted {}", path_, shown(name_), numbers_.size(), count));
   }
 
   Vector3 vector() const {
@@ -78,6 +80,7 @@ class XformOp {
   }
 
   const UsdText& text_;
+  const std::string& path_;
   std::string_view value_;
   std::vector<double> numbers_;
   std::string_view name_;
@@ -85,33 +88,39 @@ class XformOp {
 
 }  // namespace
 
-std::string_view usd_constant(const UsdText& text, const UsdPrim& prim, std::string_view name,
-                              const std::string& remedy) {
+std::string_view usd_constant(const UsdText& text, const UsdPrim& prim, const std::string& path,
+                              std::string_view name, const std::string& remedy) {
   const UsdProperty* property = prim.property(name);
   if (!property) return {};
-  if (property->samples.empty()) return property->value;
-  for (const UsdSample& sample : property->samples)
-    if (sample.value != property->samples.front().value)
-      throw Unsupported(
-          fmt::format("{}: {} of {} changes over time; {}", text.file(), name, shown(prim.name), remedy));
-  return property->samples.front().value;
+  std::string_view constant = property->value;
+  bool changes = property->has_spline;
+  const UsdSample* first = nullptr;
+  for (const UsdSample& sample : property->samples) {
+    if (sample.value.empty()) continue;
+    if (!first) constant = (first = &sample)->value;
+    changes = changes || sample.value != constant;
+  }
+  if (changes)
+    throw Unsupported(fmt::format("{}, {}: its {} changes over time; {}", text.file(), path, name, remedy));
+  return constant;
 }
 
-UsdTransform usd_transform(const UsdText& text, const UsdPrim& prim) {
+UsdTransform usd_transform(const UsdText& text, const UsdPrim& prim, const std::string& path) {
   UsdTransform result;
   const UsdProperty* order = prim.property("xformOpOrder");
   if (!order) return result;
-  for (std::string_view name : usd_words(order->value)) {
+  for (std::string_view name : text.words(order->value)) {
     if (name == reset_mark) {
       result = {.resets = true};
       continue;
     }
     const bool inverse = name.starts_with(inverse_mark);
     if (inverse) name.remove_prefix(inverse_mark.size());
-    const std::string_view value = usd_constant(text, prim, name, baked_points);
+    const std::string_view value = usd_constant(text, prim, path, name, baked_points);
     if (!name.starts_with(prefix) || value.empty())
-      text.fail(order->value, fmt::format("it names {}, which {} does not have", shown(name), shown(prim.name)));
-    const Eigen::Matrix4d matrix = XformOp(text, value, name).matrix();
+      text.fail(order->value, fmt::format("{}: xformOpOrder names {}, which has no value there; wanted one, or {}",
+                                          path, shown(name), baked_points));
+    const Eigen::Matrix4d matrix = XformOp(text, path, value, name).matrix();
     result.matrix *= inverse ? Eigen::Matrix4d(matrix.inverse()) : matrix;
   }
   return result;

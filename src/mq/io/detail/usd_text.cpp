@@ -1,7 +1,7 @@
 // A layer is a head, "#usda 1.0", metadata in parentheses, and prims:
 //   def TYPE "NAME" ( metadata ) { properties and prims }
 // A property is a line of words, of which the last is its name and the last but one its type, with a value behind
-// "=" and metadata in parentheses where it has them.
+// "=" and metadata in parentheses where it has them. Comments are "#" and "//" to the end of a line, and "/* */".
 #include "mq/io/detail/usd_text.h"
 
 #include <fmt/format.h>
@@ -19,6 +19,7 @@ namespace mq {
 namespace {
 
 constexpr std::string_view usda_head = "#usda 1.";
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 
 bool is_number_part(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '+' ||
@@ -41,19 +42,24 @@ class UsdCursor {
   std::size_t offset() const { return at_; }
   std::string_view since(std::size_t begin) const { return text_.substr(begin, at_ - begin); }
 
+  /// Inside of a line; a comment may go on in the next.
   void skip_blanks() {
-    while (!at_end() && (text_[at_] == ' ' || text_[at_] == '\t')) ++at_;
+    while (true) {
+      const char c = peek();
+      if (c == ' ' || c == '\t')
+        ++at_;
+      else if (!here().starts_with("/*") || !skip_comment())
+        return;
+    }
   }
 
   /// Blanks, ends of lines, comments, and what may stand between statements.
   void skip_space(std::string_view separators = "") {
-    for (; !at_end(); ++at_) {
+    while (!at_end()) {
       const char c = text_[at_];
-      if (c == '#') at_ = std::min(text_.find('\n', at_), text_.size());
-      if (at_end()) return;
-      const char now = text_[at_];
-      if (now != ' ' && now != '\t' && now != '\n' && now != '\r' && separators.find(now) == separators.npos)
-        return;
+      if (skip_comment()) continue;
+      if (c != ' ' && c != '\t' && c != '\n' && c != '\r' && separators.find(c) == separators.npos) return;
+      ++at_;
     }
   }
 
@@ -94,13 +100,30 @@ class UsdCursor {
   }
 
  private:
+  /// False where none begins here.
+  bool skip_comment() {
+    const char c = peek();
+    if (c != '#' && c != '/') return false;
+    if (c == '#' || here().starts_with("//")) {
+      at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
+      return true;
+    }
+    if (!here().starts_with("/*")) return false;
+    const std::size_t end = text_.find("*/", at_ + 2);
+    if (end == text_.npos)
+      layer_.fail(here(), "the comment that begins here has no end, wanted '*/'; the file may be cut short");
+    at_ = end + 2;
+    return true;
+  }
+
   /// Inside of brackets: to the next mark, past comments.
   void skip_inside() {
-    constexpr std::string_view marks = "[](){}\"'@<#";
+    constexpr std::string_view marks = "[](){}\"'@<#/";
     while (!at_end()) {
       at_ = std::min(text_.find_first_of(marks, at_), text_.size());
-      if (peek() != '#') return;
-      at_ = std::min(text_.find('\n', at_), text_.size());
+      if (skip_comment()) continue;
+      if (peek() != '/') return;
+      ++at_;
     }
   }
 
@@ -129,6 +152,11 @@ class UsdCursor {
   std::string_view text_;
   std::size_t at_ = 0;
 };
+
+/// What a property is set to; nothing where a value is blocked.
+std::string_view unless_blocked(std::string_view value) {
+  return value == "None" || value == "AnimationBlock" ? std::string_view() : value;
+}
 
 class LayerParser {
  public:
@@ -159,7 +187,7 @@ class LayerParser {
       if (first == "def" || first == "over" || first == "class")
         parse_prim(prim.children.emplace_back(), first, level + 1);
       else if (first == "variantSet")
-        skip_variants();
+        skip_variants(prim);
       else
         parse_property(prim, known, first);
     }
@@ -189,7 +217,8 @@ class LayerParser {
   }
 
   /// Variants are choices, and none of them is made here.
-  void skip_variants() {
+  void skip_variants(UsdPrim& prim) {
+    prim.has_variants = true;
     cursor_.skip_space();
     cursor_.value();
     cursor_.skip_space();
@@ -206,7 +235,8 @@ class LayerParser {
     }
     if (before.empty()) layer_.fail(first, fmt::format("found {}, wanted a property or a prim", shown(first)));
     const bool sampled = last.ends_with(".timeSamples"), connected = last.ends_with(".connect");
-    const std::string_view name = sampled || connected ? last.substr(0, last.rfind('.')) : last;
+    const bool splined = last.ends_with(".spline");
+    const std::string_view name = sampled || connected || splined ? last.substr(0, last.rfind('.')) : last;
     // A value and time samples of one name are two lines.
     const auto [place, is_new] = known.try_emplace(name, prim.properties.size());
     UsdProperty& property = is_new ? prim.properties.emplace_back() : prim.properties[place->second];
@@ -217,9 +247,11 @@ class LayerParser {
       const std::string_view value = cursor_.value();
       if (sampled)
         property.samples = samples(value);
+      else if (splined)
+        property.has_spline = true;
       else
-        (connected ? property.connection : property.value) = value;
-    } else if (sampled || connected) {
+        (connected ? property.connection : property.value) = unless_blocked(value);
+    } else if (sampled || connected || splined) {
       layer_.fail(cursor_.here(), fmt::format("{} has no '='", shown(last)));
     }
     cursor_.skip_blanks();
@@ -240,12 +272,13 @@ class LayerParser {
       cursor.skip_space();
       if (!cursor.take(':')) layer_.fail(place, "a time code has no ':' behind it");
       cursor.skip_space();
-      sample.value = cursor.value();
+      sample.value = unless_blocked(cursor.value());
     }
     std::ranges::stable_sort(found, {}, &UsdSample::time);
     for (std::size_t i = 1; i < found.size(); ++i)
       if (found[i].time == found[i - 1].time)
-        layer_.fail(found[i].value, fmt::format("two values have the time code {}", found[i].time));
+        layer_.fail(found[i].value.empty() ? dictionary : found[i].value,
+                    fmt::format("two values have the time code {}, wanted one; take one out", found[i].time));
     return found;
   }
 
@@ -296,7 +329,9 @@ class NumberList {
     bool is_one = read.ec == std::errc() && read.ptr == word.data() + word.size();
     if constexpr (std::is_same_v<Number, double>)
       is_one = (is_one || to_number(word, value)) && std::isfinite(value);
-    if (!is_one) layer_.fail(at, fmt::format("found {}, wanted a number", shown(at.substr(0, 20))));
+    if (!is_one)
+      layer_.fail(at, fmt::format("found {}, wanted a {}", shown(word.empty() ? at.substr(0, 20) : word),
+                                  std::is_same_v<Number, double> ? "finite number" : "whole number of 32 bits"));
     return value;
   }
 
@@ -318,9 +353,10 @@ const UsdPrim* UsdPrim::child(std::string_view name_) const {
 }
 
 UsdText::UsdText(std::string file, std::string_view text) : file_(std::move(file)), text_(text) {
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
   if (!text.starts_with(usda_head))
-    fail(text,
-         fmt::format("found {}, wanted {}0, the first line of USD as text", shown(text.substr(0, 12)), usda_head));
+    fail(text, fmt::format("found {}, wanted {}0, the first line of USD as text in UTF-8; write it again",
+                           shown(text.substr(0, 12)), usda_head));
   layer_ = LayerParser(*this, text).parse();
 }
 
@@ -337,8 +373,16 @@ std::vector<double> UsdText::numbers(std::string_view value) const {
     const std::string_view place = cursor.here();
     double& number = found.emplace_back();
     if (!to_number(cursor.word(is_number_part), number) || !std::isfinite(number))
-      fail(place, fmt::format("found {}, wanted a number", shown(place.substr(0, 20))));
+      fail(place, fmt::format("found {}, wanted a finite number", shown(place.substr(0, 20))));
   }
+  return found;
+}
+
+std::vector<std::string_view> UsdText::words(std::string_view value) const {
+  std::vector<std::string_view> found;
+  UsdCursor cursor(*this, value);
+  for (cursor.skip_space("[],"); !cursor.at_end(); cursor.skip_space("[],"))
+    found.push_back(usd_unquoted(cursor.value()));
   return found;
 }
 
@@ -371,18 +415,6 @@ std::string_view usd_unquoted(std::string_view value) {
   const std::size_t length = mark != '<' && value.size() >= 6 && value[1] == mark && value[2] == mark ? 3 : 1;
   if (value.size() < 2 * length) return {};
   return value.substr(length, value.size() - 2 * length);
-}
-
-std::vector<std::string_view> usd_words(std::string_view value) {
-  std::vector<std::string_view> words;
-  for (std::size_t at = 0; (at = value.find_first_of("\"'<", at)) != value.npos; ++at) {
-    const char closing = value[at] == '<' ? '>' : value[at];
-    const std::size_t end = value.find(closing, at + 1);
-    if (end == value.npos) break;
-    words.push_back(value.substr(at + 1, end - at - 1));
-    at = end;
-  }
-  return words;
 }
 
 }  // namespace mq

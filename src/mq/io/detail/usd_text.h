@@ -12,16 +12,17 @@ namespace mq {
 /// What a property has at a time code.
 struct UsdSample {
   double time = 0;
-  std::string_view value;
+  std::string_view value;  ///< empty: from here on it has none (None)
 };
 
 /// An attribute or a relationship (`type` is "rel").
 struct UsdProperty {
   std::string_view type, name;     ///< "point3f[]", "points"
-  std::string_view value;          ///< empty: none is set
+  std::string_view value;          ///< empty: none is set, or it is blocked (None)
   std::vector<UsdSample> samples;  ///< by increasing time
   std::string_view connection;     ///< of `NAME.connect = <PATH>`
   std::string_view metadata;       ///< between parentheses, these too; empty: none
+  bool has_spline = false;         ///< that it changes by, which is not read
 };
 
 struct UsdPrim {
@@ -29,6 +30,7 @@ struct UsdPrim {
   std::string_view metadata;
   std::vector<UsdProperty> properties;
   std::vector<UsdPrim> children;
+  bool has_variants = false;  ///< of which none is read
 
   /// Null where there is none of that name.
   const UsdProperty* property(std::string_view name) const;
@@ -55,6 +57,9 @@ class UsdText {
   /// All numbers of a value that is no list, whatever brackets are around them.
   std::vector<double> numbers(std::string_view value) const;
 
+  /// The unquoted items of a list of words, such as ["a", "b"].
+  std::vector<std::string_view> words(std::string_view value) const;
+
   /// What metadata, of a prim or a property, say by that name; empty: nothing.
   std::string_view member(std::string_view metadata, std::string_view name) const;
 
@@ -69,8 +74,5 @@ class UsdText {
 
 /// "word" of `"word"`, `'word'`, `@word@` and `<word>`, with their longer marks (""", @@@); as it is otherwise.
 std::string_view usd_unquoted(std::string_view value);
-
-/// The unquoted items of a list of words, such as ["a", "b"].
-std::vector<std::string_view> usd_words(std::string_view value);
 
 }  // namespace mq
