@@ -53,8 +53,9 @@ constexpr std::array<const char*, 9> of_edges = {"edge",  "guide",  "guide-edge"
 /// Whether patches are asked for, or what there is no other way for is not.
 bool by_patches(const OptionValues& options, bool at_vertices) {
   const auto asked = std::ranges::find_if(of_edges, [&](const char* name) { return asks_for(options, name); });
-  if (!options.has("method")) return !at_vertices && asked == of_edges.end();
-  if (options.text("method") == "edges") return false;
+  const std::string method = options.text("method");
+  if (method == "automatic") return !at_vertices && asked == of_edges.end();
+  if (method == "edges") return false;
   require(!at_vertices, "--method patches is for textures: colours at vertices have no patches; leave it out");
   if (asked != of_edges.end())
     throw InvalidInput(fmt::format("--{} is of smoothing up to edges: leave it out, or --method patches", *asked));
@@ -151,11 +152,12 @@ Verb denoise_verb() {
   add_model_output_option(table);
   table.add({.name = "method",
              .type = Type::choice,
-             .choices = {"patches", "edges"},
+             .default_value = "automatic",
+             .choices = {"automatic", "patches", "edges"},
              .metavar = "HOW",
              .group = "Denoise",
              .help = "patches: by what patches that are alike have in common; edges: smoothing that stops at edges",
-             .details = "Without it patches, of noise that is measured; edges where anything below is given, and of "
+             .details = "automatic: patches, of noise that is measured; edges where anything below is given, and of "
                         "colours at vertices."});
   add_spread_options(table, usual_denoise_length, by_edges,
                      "how far values spread where no edge is: on the surface scaled to unit area");
