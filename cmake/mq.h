@@ -22,6 +22,7 @@
 #include "mq/filter/geometry_filter.h"
 #include "mq/filter/image_shock.h"
 #include "mq/filter/line_integral.h"
+#include "mq/filter/patch_denoise.h"
 #include "mq/filter/reaction_diffusion.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/filter/seam_values.h"

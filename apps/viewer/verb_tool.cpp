@@ -46,8 +46,8 @@ constexpr std::array<std::string_view, 3> verbs_of_shape = {"geodesic", "lic", "
 constexpr std::array<std::string_view, 2> verbs_of_signals = {"denoise", "shock"};
 
 /// Options that verbs refuse at vertices.
-constexpr std::array<std::string_view, 7> of_textures = {
-    "from-mask", "guide", "guide-edge", "space", "normals", "normal-space", "longest-edge"};
+constexpr std::array<std::string_view, 8> of_textures = {
+    "from-mask", "guide", "guide-edge", "space", "normals", "normal-space", "longest-edge", "method"};
 
 }  // namespace
 

@@ -43,7 +43,7 @@ class Pixels(AddonTest):
         models.write_obj(thing, self.path("cube.obj"), ["paint.png"])
         models.program(self.folder, "filter", "cube.obj", "-o", "out.png", "--beta", "2.5", "--length", "3tx")
         expected = models.read(self.path("out.png"))
-        self.assertEqual(operators.filter(beta=2.5, length="3tx"), {"FINISHED"})
+        self.assertEqual(operators.filter(beta="2.5", length="3tx"), {"FINISHED"})
         np.testing.assert_array_equal(models.pixels(picture), expected)
         self.assertGreater(np.abs(expected - before).max(), 0.05)
 
@@ -59,7 +59,7 @@ class Pixels(AddonTest):
                 models.material(thing, picture)
                 models.write_obj(thing, self.path("cube.obj"), [name])
                 models.program(self.folder, "filter", "cube.obj", "-o", "out.png", "--beta", "0", "--length", "3tx")
-                operators.filter(beta=0, length="3tx")
+                operators.filter(beta="0", length="3tx")
                 np.testing.assert_array_equal(models.pixels(picture), models.read(self.path("out.png")))
 
     def test_of_floats_are_those_of_the_program(self):
@@ -73,7 +73,7 @@ class Pixels(AddonTest):
         picture.save()
         models.write_obj(thing, self.path("cube.obj"), ["paint.exr"])
         models.program(self.folder, "filter", "cube.obj", "-o", "out.exr", "--beta", "0", "--length", "3tx")
-        operators.filter(beta=0, length="3tx")
+        operators.filter(beta="0", length="3tx")
         np.testing.assert_array_equal(models.pixels(picture), models.read(self.path("out.exr")))
 
     def test_of_two_materials_one_with_tiles_are_those_of_the_program(self):
@@ -82,7 +82,7 @@ class Pixels(AddonTest):
         models.save_copy(tiled, self.path("tiled.<UDIM>.png"))
         models.write_obj(thing, self.path("cube.obj"), ["plain.png", "tiled.<UDIM>.png", None])
         models.program(self.folder, "filter", "cube.obj", "-o", "out/", "--beta", "0", "--length", "4tx")
-        operators.filter(beta=0, length="4tx")
+        operators.filter(beta="0", length="4tx")
         np.testing.assert_array_equal(models.pixels(plain), models.read(self.path("out/plain.png")))
         os.mkdir(self.path("after"))
         models.save_copy(tiled, self.path("after/tiled.<UDIM>.png"))
@@ -104,14 +104,14 @@ class Pixels(AddonTest):
         models.write_obj(thing, self.path("cube.obj"), ["map.png"], with_normals=True)
         models.program(self.folder, "filter", "cube.obj", "-o", "out.png", "--beta", "0", "--length", "4tx",
                        "--normal-space", "tangent")
-        operators.filter(beta=0, length="4tx", normal_space="tangent")
+        operators.filter(beta="0", length="4tx", normal_space="tangent")
         np.testing.assert_allclose(models.pixels(picture), models.read(self.path("out.png")), atol=1.01 / 255)
 
     def test_of_the_image_that_is_named_alone_change(self):
         thing, picture = models.painted_cube()
         other = models.image("other", seed=5)
         before, before_other = models.pixels(picture), models.pixels(other)
-        operators.filter(beta=0, image="other")
+        operators.filter(beta="0", image="other")
         np.testing.assert_array_equal(models.pixels(picture), before)
         self.assertFalse(np.array_equal(models.pixels(other), before_other))
 
@@ -164,10 +164,10 @@ class Pixels(AddonTest):
 class Settings(AddonTest):
     def test_of_the_panel_count_unless_the_caller_gives_others(self):
         results = []
-        for settings, arguments in [({}, {"beta": 0, "length": "6tx"}),
-                                    ({"length": "6tx"}, {"beta": 0}),
-                                    ({"length": "1tx"}, {"beta": 0, "length": "6tx"}),
-                                    ({"length": "1tx"}, {"beta": 0})]:
+        for settings, arguments in [({}, {"beta": "0", "length": "6tx"}),
+                                    ({"length": "6tx"}, {"beta": "0"}),
+                                    ({"length": "1tx"}, {"beta": "0", "length": "6tx"}),
+                                    ({"length": "1tx"}, {"beta": "0"})]:
             models.empty_scene()
             _, picture = models.painted_cube()
             for name, value in settings.items():
@@ -193,7 +193,7 @@ class Settings(AddonTest):
             models.empty_scene()
             thing, picture = models.painted_cube()
             thing.modifiers.new("round", "SUBSURF").levels = 1
-            operators.filter(beta=0, length="0.3", modifiers=modifiers)
+            operators.filter(beta="0", length="0.3", modifiers=modifiers)
             results.append(models.pixels(picture))
         self.assertFalse(np.array_equal(*results))
 
@@ -228,7 +228,7 @@ class Operators(AddonTest):
         mask.pixels.foreach_set(black)
         _, picture = models.painted_cube()
         before = models.pixels(picture)
-        operators.filter(beta=0, mask="mask")
+        operators.filter(beta="0", mask="mask")
         np.testing.assert_array_equal(models.pixels(picture), before)
 
     def test_texture_from_a_camera(self):
@@ -385,7 +385,7 @@ class Stopped(AddonTest):
             time.sleep(0.05)
         self.assertRegex(work.run.words(), r"\d+ % .*Esc cancels")
         with self.assertRaisesRegex(RuntimeError, "Marquetry is at work"):
-            operators.filter(beta=0)
+            operators.filter(beta="0")
         state, told = work.step("ESC")
         deadline = time.monotonic() + 30
         while state == "RUNNING_MODAL" and time.monotonic() < deadline:
@@ -441,7 +441,7 @@ class WrongInput(AddonTest):
         picture.source = "FILE"
         picture.filepath = self.path("gone.png")
         picture.reload()
-        self.refused("is missing", operators.filter, beta=0)
+        self.refused("is missing", operators.filter, beta="0")
 
     def test_linked_image(self):
         _, picture = models.painted_cube()

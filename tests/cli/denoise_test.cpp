@@ -4,11 +4,15 @@
 
 #include <cmath>
 
+#include <nlohmann/json.hpp>
+
 #include "cli/models.h"
+#include "mq/base/random.h"
 
 namespace mq::test {
 namespace {
 
+using Json = nlohmann::json;
 using ::testing::HasSubstr;
 
 /// Half dark, half twenty times brighter than white, with noise.
@@ -90,6 +94,52 @@ TEST(Denoise, KeepsTheEdgesOfAGuide) {
   const Image<float> clean = read_texture(folder / "clean.exr").pixels;
   EXPECT_LT(roughness(clean, 28, 40), 0.3 * roughness(light, 28, 40));
   for (int x = 6; x < 26; ++x) EXPECT_GT(clean(x, 26) / clean(x, 21), 8);
+}
+
+/// A ramp with noise of 0.05, as a picture of 8 bits.
+Image<float> noisy_ramp() {
+  const Random random(3);
+  Image<float> picture(96, 96, 3);
+  for (int y = 0; y < 96; ++y)
+    for (int x = 0; x < 96; ++x)
+      for (int c = 0; c < 3; ++c) {
+        double noise = -6;  // twelve uniform numbers
+        for (int k = 0; k < 12; ++k) noise += random.uniform(std::uint64_t(((y * 96 + x) * 3 + c) * 12 + k));
+        picture(x, y, c) = float(0.3 + 0.4 * x / 96 + 0.05 * noise);
+      }
+  return picture;
+}
+
+TEST(Denoise, MeasuresTheNoiseOfAPictureAndTakesItOff) {
+  const Folder folder;
+  write_image(folder / "noisy.png", noisy_ramp());
+  const Result result = marquetry(folder, {"denoise", "noisy.png", "-o", "clean.png", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const Json found = Json::parse(result.output)["result"];
+  EXPECT_EQ(found["method"], "patches");
+  for (const double noise : found["noise"]) EXPECT_NEAR(noise, 0.05, 0.005);
+  EXPECT_FALSE(found.contains("edge"));
+  const Image<float> clean = read_texture(folder / "clean.png").pixels;
+  EXPECT_LT(roughness(clean, 8, 88), 0.3 * roughness(noisy_ramp(), 8, 88));
+}
+
+TEST(Denoise, GoesByEdgesWhereTheyAreAskedFor) {
+  const Folder folder;
+  write_image(folder / "noisy.png", noisy_ramp());
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--edge", "0.1"}, {"--length", "3tx"}, {"--method", "edges"}}) {
+    std::vector<std::string> all = {"denoise", "noisy.png", "-o", "clean.png", "--json", "--overwrite"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Result result = marquetry(folder, all);
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_EQ(Json::parse(result.output)["result"]["method"], "edges");
+  }
+  const Result both =
+      marquetry(folder, {"denoise", "noisy.png", "-o", "o.png", "--method", "patches", "--steps", "2"});
+  EXPECT_EQ(both.status, 2);
+  EXPECT_THAT(both.error, HasSubstr("--steps is of smoothing up to edges"));
+  write_bytes(folder / "fan.ply", coloured_ply);
+  EXPECT_EQ(marquetry(folder, {"denoise", "fan.ply", "-o", "f.ply", "--method", "patches"}).status, 2);
 }
 
 TEST(Denoise, RefusesGuidesThatDoNotFit) {

@@ -307,7 +307,12 @@ TEST(Filter, RefusesBadOptionsBeforeReadingAnything) {
     EXPECT_THAT(result.error, StartsWith("marquetry filter: "));
     return result.error;
   };
-  EXPECT_THAT(error({}), HasSubstr("--beta is missing"));
+  EXPECT_THAT(error({}), HasSubstr("how much is wanted"));
+  EXPECT_THAT(error({}), HasSubstr("marquetry filter scan.obj --strength 50% -o sharp.obj"));
+  EXPECT_THAT(error({"--strength", "-101%"}), HasSubstr("from -100 to 99900"));
+  EXPECT_THAT(error({"--strength", "50", "--beta", "2"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"--strength", "50", "--alpha", "1"}), HasSubstr("contradict"));
+  EXPECT_THAT(error({"--beta", "1", "--radius", "1%", "--length", "1%"}), HasSubstr("contradict"));
   EXPECT_THAT(error({"--beta", "nan"}), HasSubstr("--beta: found 'nan'"));
   EXPECT_THAT(error({"--beta", "-1"}), HasSubstr("from 0 to 1000"));
   EXPECT_THAT(error({"--betta", "1"}), HasSubstr("did you mean '--beta'?"));
@@ -316,6 +321,32 @@ TEST(Filter, RefusesBadOptionsBeforeReadingAnything) {
   EXPECT_THAT(error({"--beta", "1", "--weld", "0"}), HasSubstr("--weld: found '0'"));
   EXPECT_THAT(error({"--beta", "1", "--frames", "9-1"}), HasSubstr("--frames: found '9-1'"));
   EXPECT_THAT(error({"--beta", "1"}), HasSubstr("missing.obj"));
+}
+
+TEST(Filter, TakesStrengthAndRadiusForBetaAndLength) {
+  const Folder folder;
+  write_strip(folder);
+  const auto made = [&](const Words& more) {
+    Words words = {"filter", "strip.obj", "-o", "out.png", "--overwrite"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return file_bytes(folder / "out.png");
+  };
+  EXPECT_EQ(made({"--strength", "150%", "--radius", "2tx"}), made({"--beta", "2.5", "--length", "2tx"}));
+  EXPECT_EQ(made({"--strength", "-100"}), made({"--beta", "0", "--length", "3tx"}));
+  EXPECT_EQ(made({"--beta", "2", "--radius", "4tx"}), made({"--strength", "100", "--length", "4tx"}));
+  EXPECT_NE(made({"--strength", "50"}), made({"--beta", "1.5"}));
+}
+
+/// What is reported says what was done, and does it again.
+TEST(Filter, IsRepeatedWithAStrengthFromItsReport) {
+  const Folder folder;
+  write_strip(folder);
+  ASSERT_EQ(marquetry(folder, {"filter", "strip.obj", "-o", "a.png", "--strength", "80%", "--report", "a.json"}).status,
+            0);
+  ASSERT_EQ(marquetry(folder, {"filter", "--config", "a.json", "-o", "b.png"}).status, 0);
+  EXPECT_EQ(file_bytes(folder / "a.png"), file_bytes(folder / "b.png"));
 }
 
 TEST(Filter, RunsOverFrames) {

@@ -1,12 +1,17 @@
-// marquetry denoise MESH [TEXTURE...] -o OUT: smooth a texture on its surface, but not over edges.
+// marquetry denoise MESH [TEXTURE...] -o OUT: take noise off a texture on its surface, by what its patches have in
+// common, or by smoothing that stops at edges.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "verbs/shared/input_pictures.h"
 #include "mq/base/error.h"
 #include "mq/filter/denoise.h"
+#include "mq/filter/patch_denoise.h"
 #include "shell/arguments.h"
 #include "shell/results.h"
 #include "options/signal_options.h"
@@ -36,14 +41,67 @@ std::vector<Guide> asked_guides(const OptionValues& options, const TexturedModel
   return guides;
 }
 
-/// Which edges were kept, where nobody said.
-void say_measured(Run& run, double edge) {
-  if (edge > 0)
-    run.print(fmt::format("edges kept above {:.3g} from texel to texel, as the noise was measured (--edge)\n",
-                          edge));
+void warn_of_no_noise(Run& run) {
+  run.terminal().warning("no noise was found: a quarter of the signal and more is constant, and nothing was changed; "
+                         "--edge, such as 0.01, says what is noise");
+}
+
+/// What only smoothing up to edges goes by.
+constexpr std::array<const char*, 9> of_edges = {"edge",  "guide",  "guide-edge", "alpha", "length",
+                                                 "steps", "solver", "tolerance",  "cycles"};
+
+/// Whether patches are asked for, or what there is no other way for is not.
+bool by_patches(const OptionValues& options, bool at_vertices) {
+  const auto asked = std::ranges::find_if(of_edges, [&](const char* name) { return asks_for(options, name); });
+  const std::string method = options.text("method");
+  if (method == "automatic") return !at_vertices && asked == of_edges.end();
+  if (method == "edges") return false;
+  require(!at_vertices, "--method patches is for textures: colours at vertices have no patches; leave it out");
+  if (asked != of_edges.end())
+    throw InvalidInput(fmt::format("--{} is of smoothing up to edges: leave it out, or --method patches", *asked));
+  return true;
+}
+
+/// Patches.
+Signal without_noise(Run& run, const TexturedModel& scene, const ModelSignal& target, const Signal& before) {
+  const Step step(run, "solve", 0.6);
+  PatchDenoised found =
+      denoise_by_patches(scene.surface, *target.texel_atlas(), *target.texel_space(), before, step);
+  run.result["noise"] = found.noise;
+  const double most = std::ranges::max(found.noise);
+  if (most > 0)
+    run.print(fmt::format("noise of deviation {:.3g} was measured\n", most));
   else
-    run.terminal().warning("no noise was found: a quarter of the signal and more is constant, and nothing was changed; "
-             "--edge, such as 0.01, says what is noise");
+    warn_of_no_noise(run);
+  return std::move(found.signal);
+}
+
+/// Smoothing.
+Signal smooth_up_to_edges(Run& run, const TexturedModel& scene, const ModelSignal& target, const Signal& before) {
+  const OptionValues& options = run.options();
+  const bool spread_given = options.given("alpha") || options.given("length");
+  DenoiseOptions wanted{.weight = spread_given ? spread_weight(options, target.space().scale())
+                                               : usual_denoise_weight(target.space()),
+                        .steps = int(options.integer("steps"))};
+  if (options.has("edge")) {
+    const double edge = options.number("edge");
+    wanted.edge = edge > 0 ? edge : std::numeric_limits<double>::infinity();
+  }
+  const std::vector<Guide> guides = asked_guides(options, scene, target);
+  Denoised found;
+  solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
+    const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
+    found = denoise(target.space(), before, guides, wanted, factory, step);
+    return found.report;
+  });
+  run.result["length"] = std::sqrt(wanted.weight);
+  run.result["edge"] = number_json(found.edge);
+  if (!wanted.edge && found.edge > 0)
+    run.print(fmt::format("edges kept above {:.3g} from texel to texel, as the noise was measured (--edge)\n",
+                          found.edge));
+  else if (!wanted.edge)
+    warn_of_no_noise(run);
+  return std::move(found.signal);
 }
 
 Exit denoise_verb_run(Run& run) {
@@ -57,6 +115,7 @@ Exit denoise_verb_run(Run& run) {
   run.will_write(outputs.paths(), outputs.folders());
   check_pictures(options, scene,
                  {"guide", InputPictures::Count::many_sets, InputPictures::Size::of_the_texture});
+  const bool patches = by_patches(options, at_vertices(options, scene));
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> target;
@@ -64,33 +123,16 @@ Exit denoise_verb_run(Run& run) {
     const Step step(run, "assemble", 0.2);
     target = make_signal(run, scene, step);
   }
-  const bool spread_given = options.given("alpha") || options.given("length");
-  DenoiseOptions wanted{.weight = spread_given ? spread_weight(options, target->space().scale())
-                                               : usual_denoise_weight(target->space()),
-                        .steps = int(options.integer("steps"))};
-  if (options.has("edge")) {
-    const double edge = options.number("edge");
-    wanted.edge = edge > 0 ? edge : std::numeric_limits<double>::infinity();
-  }
-  Signal before;
-  Denoised found;
+  Signal before, after;
   about(scene.model, [&] {
-    const std::vector<Guide> guides = asked_guides(options, scene, *target);
     before = target->values();
-    solve_as_asked(run, *target,
-                   [&](const SolverFactory& factory, const SolvingShares& shares) {
-                     const Step step(run, "solve", shares.prepare + shares.solve + 0.1);
-                     found = denoise(target->space(), before, guides, wanted, factory, step);
-                     return found.report;
-                   });
+    after = patches ? without_noise(run, scene, *target, before) : smooth_up_to_edges(run, scene, *target, before);
   });
-  run.result.update(change_json(before, found.signal, value_space(run.options()).space));
-  run.result["length"] = std::sqrt(wanted.weight);
-  run.result["edge"] = number_json(found.edge);
-  if (!wanted.edge) say_measured(run, found.edge);
+  run.result["method"] = patches ? "patches" : "edges";
+  run.result.update(change_json(before, after, value_space(run.options()).space));
 
   const Step step(run, "write", 0.1);
-  target->put(before, found.signal, scene.model);
+  target->put(before, after, scene.model);
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
@@ -100,28 +142,38 @@ Exit denoise_verb_run(Run& run) {
 
 Verb denoise_verb() {
   using Type = Option::Type;
+  constexpr const char* by_edges = "Smoothing up to edges";
   OptionTable table("denoise",
                     "Take noise off a texture, a bake or a lightmap on the surface and keep its "
-                    "edges, across the seams of the texture.");
-  table.example("scan.obj -o calm.obj", "noise off a texture, edges kept");
+                    "edges and its detail, across the seams of the texture.");
+  table.example("scan.obj -o calm.obj", "noise off a texture, detail kept");
   table.example("scan.obj bake.exr --guide albedo.png -o clean.exr", "baked light, with edges of the albedo");
   add_model_options(table);
   add_model_output_option(table);
-  add_spread_options(table, usual_denoise_length, "Denoise",
+  table.add({.name = "method",
+             .type = Type::choice,
+             .default_value = "automatic",
+             .choices = {"automatic", "patches", "edges"},
+             .metavar = "HOW",
+             .group = "Denoise",
+             .help = "patches: by what patches that are alike have in common; edges: smoothing that stops at edges",
+             .details = "automatic: patches, of noise that is measured; edges where anything below is given, and of "
+                        "colours at vertices."});
+  add_spread_options(table, usual_denoise_length, by_edges,
                      "how far values spread where no edge is: on the surface scaled to unit area");
   table.add({.name = "edge",
              .letter = 'e',
              .type = Type::number,
              .least = 0,
              .most = 1e30,
-             .group = "Denoise",
+             .group = by_edges,
              .help = "change of the values from texel to texel at which they spread half as well",
              .details = "Of all channels together, in the values of --space. Without it by the noise that "
                         "is measured. 0: its own edges do not count, only those of guides."});
   table.add({.name = "guide",
              .type = Type::path,
              .count = Option::Count::many,
-             .group = "Denoise",
+             .group = by_edges,
              .help = "a picture per texture whose edges are kept too: normals, albedo",
              .details = "Of the texture's size. Several guides follow one another, each with a "
                         "picture for every texture."});
@@ -130,14 +182,14 @@ Verb denoise_verb() {
              .default_value = as_typed(Guide{}.edge),
              .least = 1e-30,
              .most = 1e30,
-             .group = "Denoise",
+             .group = by_edges,
              .help = "the same as --edge of the guides"});
   table.add({.name = "steps",
              .type = Type::integer,
              .default_value = as_typed(DenoiseOptions{}.steps),
              .least = 1,
              .most = 1000,
-             .group = "Denoise",
+             .group = by_edges,
              .help = "solutions, each with the edges of the one before, after a first slight one"});
   add_solver_options(table);
   add_space_option(table);
@@ -148,7 +200,7 @@ Verb denoise_verb() {
   table.exclusive({"normal-space", "vertices"});
   add_frames_option(table);
   return {table, denoise_verb_run,
-          {{.what = "smoothing that keeps edges"}},
+          {{.what = "noise off, detail kept"}},
           {},
           Slots::several};
 }

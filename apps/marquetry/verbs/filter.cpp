@@ -1,4 +1,4 @@
-// marquetry filter MESH [TEXTURE...] -o OUT --beta B: smooth or sharpen a signal on its surface.
+// marquetry filter MESH [TEXTURE...] -o OUT --strength N: smooth or sharpen a signal on its surface.
 //
 // The verb finds the signal (textures, or colours at vertices), takes it into the space of values
 // asked for, lets ScreenedPoisson work, and puts the result back. A texel that the filter leaves
@@ -18,6 +18,7 @@
 #include "mq/filter/halo_limit.h"
 #include "mq/filter/luminance.h"
 #include "mq/filter/modulation.h"
+#include "shell/arguments.h"
 #include "shell/results.h"
 #include "shell/run.h"
 #include "options/model_options.h"
@@ -28,12 +29,36 @@
 namespace mq::app {
 namespace {
 
+/// Of what size detail is where only a strength is given, on textures and where there are no texels.
+constexpr Length usual_radius{3, Length::Unit::texels}, usual_radius_of_shapes{1, Length::Unit::percent};
+
+/// The factor on gradients, by --beta or --strength.
+double asked_beta(const OptionValues& options) {
+  return options.has("beta") ? options.number("beta") : 1 + options.number("strength") / 100;
+}
+
+void require_strength(const OptionValues& options) {
+  if (options.has("beta") || options.has("strength")) return;
+  std::string commands;
+  for (const auto& [words, use] : options.table().examples())
+    commands += fmt::format("\n  marquetry filter {}    {}", words, use);
+  throw InvalidInput("how much is wanted: --strength 50% brings detail out by half, -100% smooths it away (or --beta)" +
+                     commands);
+}
+
+/// w, by --radius, --length or --alpha; with a strength alone by the usual radius.
+double asked_weight(const OptionValues& options, const SurfaceScale& scale) {
+  if (options.has("radius")) return weight_from_length(parse_length(options.text("radius")), scale);
+  if (options.has("strength") && !options.has("length"))
+    return weight_from_length(scale.texel_spacing > 0 ? usual_radius : usual_radius_of_shapes, scale);
+  return spread_weight(options, scale);
+}
+
 GeometryFilterOptions asked_filter(const OptionValues& options, const SurfaceScale& scale) {
   const auto length = [&](const std::string& name) {
     return std::sqrt(weight_from_length(parse_length(options.text(name)), scale));
   };
-  GeometryFilterOptions wanted{.weight = spread_weight(options, scale),
-                               .beta = options.number("beta")};
+  GeometryFilterOptions wanted{.weight = asked_weight(options, scale), .beta = asked_beta(options)};
   if (options.has("by-curvature")) wanted.crease_length = length("by-curvature");
   const double spread = length("smooth-normals");
   wanted.crease_alpha = spread * spread / scale.area;
@@ -61,7 +86,7 @@ std::pair<std::vector<Vector3>, SolveReport> filtered_shape(const Surface& surfa
 /// What keeps more of a shape's size. Normals that turn more foreshorten more, in any number of small steps;
 /// positions do not.
 std::string advice_on_size(const OptionValues& options) {
-  if (options.flag("normals") && options.number("beta") > 1)
+  if (options.flag("normals") && asked_beta(options) > 1)
     return "parts that are thin may have come through each other; without --normals, and with half the --length, more "
            "of it is kept";
   return "a shorter --length or a --beta nearer to 1 keeps more of it";
@@ -122,6 +147,7 @@ Filtered filtered(const ScreenedPoisson& equation, const ModelSignal& target, co
 
 Exit filter(Run& run) {
   const OptionValues& options = run.options();
+  require_strength(options);
   if (options.flag("geometry")) return filter_geometry(run);
   for (const char* name : {"by-curvature", "smooth-normals", "fit-weight", "fit-steps"})
     require(!asks_for(options, name),
@@ -144,10 +170,10 @@ Exit filter(Run& run) {
     mask = asked_mask(run, scene, *target, step.progress().step("mask", 0.1));
   }
   const SurfaceScale scale = target->space().scale();
-  const double weight = spread_weight(options, scale);
+  const double weight = asked_weight(options, scale);
   const std::vector<double> beta =
-      mask ? modulation(*mask, options.number("beta"))
-           : std::vector<double>(std::size_t(target->space().size()), options.number("beta"));
+      mask ? modulation(*mask, asked_beta(options))
+           : std::vector<double>(std::size_t(target->space().size()), asked_beta(options));
   Solution solution;
   double halo = 0;
   about(scene.model, [&] {
@@ -181,15 +207,28 @@ Verb filter_verb() {
   OptionTable table("filter",
                     "Smooth or sharpen a texture, or colours at vertices, on the surface, across "
                     "the seams of the texture; or the shape of the surface itself.");
-  table.example("scan.obj --beta 2 --length 3tx --luminance -o sharp.obj", "sharpen what is finer than three texels");
-  table.example("scan.obj --beta 0 --length 1% -o smooth.obj", "smooth, across all seams");
-  table.example("mesh.ply --geometry --beta 0 -o smooth.ply", "smooth the shape itself");
+  table.example("scan.obj --strength 50% -o sharp.obj", "bring detail out by half");
+  table.example("scan.obj --strength -100% --radius 1% -o smooth.obj", "smooth, across all seams");
+  table.example("mesh.ply --geometry --strength -100% -o smooth.ply", "smooth the shape itself");
   add_model_options(table);
   add_model_output_option(table);
+  table.add({.name = "strength",
+             .type = Option::Type::number,
+             .unit = "%",
+             .least = -100,
+             .most = 99'900,
+             .group = "Filter",
+             .help = "how much of detail is added: 100 doubles it, -100 smooths it away, 0 changes nothing",
+             .details = "As --beta 1 + N/100."});
+  table.add({.name = "radius",
+             .type = Option::Type::length,
+             .group = "Filter",
+             .help = "how large that detail is, as --length",
+             .details = fmt::format("With --strength {} without it, {} of shapes and at vertices.", as_typed(usual_radius),
+                                    as_typed(usual_radius_of_shapes))});
   table.add({.name = "beta",
              .letter = 'b',
              .type = Option::Type::number,
-             .required = true,
              .least = 0,
              .most = 1000,
              .group = "Filter",
@@ -205,6 +244,9 @@ Verb filter_verb() {
   add_spread_options(table, {1e-3, Length::Unit::alpha}, "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area",
                      true);
+  table.exclusive({"strength", "beta"});
+  table.exclusive({"radius", "alpha", "length"});
+  table.exclusive({"strength", "alpha"});
   table.add({.name = "geometry",
              .letter = 'g',
              .group = "Shape",

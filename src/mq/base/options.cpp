@@ -30,6 +30,12 @@ std::optional<T> parse(const std::string& text) {
   return value;
 }
 
+/// A number as it is kept: one in percent may be typed with its sign.
+std::string plain(const Option& option, const std::string& text) {
+  const bool in_percent = option.type == Option::Type::number && option.unit.starts_with('%');
+  return in_percent && text.ends_with('%') ? text.substr(0, text.size() - 1) : text;
+}
+
 std::string joined(const std::vector<std::string>& words) {
   std::string all;
   for (std::size_t i = 0; i < words.size(); ++i)
@@ -89,7 +95,7 @@ bool acceptable(const Option& option, const std::string& text) {
       return value && in_range(option, double(*value));
     }
     case Option::Type::number: {
-      const auto value = parse<double>(text);
+      const auto value = parse<double>(plain(option, text));
       return value ? in_range(option, *value) : option.infinite && text == infinity_text;
     }
     case Option::Type::length: return is_length(text) && (!option.accepts || option.accepts(text));
@@ -166,7 +172,9 @@ void OptionValues::set(const std::string& name, const std::vector<std::string>& 
   require(option.count == Option::Count::many || values.size() == 1,
           display_name(option) + " takes one value");
   for (const std::string& value : values) check_value(option, value);
-  given_[name] = values;
+  std::vector<std::string>& given = given_[name];
+  given.clear();
+  for (const std::string& value : values) given.push_back(plain(option, value));
 }
 
 void OptionValues::reset(const std::string& name) { given_.erase(table_.find(name).name); }

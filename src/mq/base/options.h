@@ -52,7 +52,7 @@ struct Option {
   Count count = Count::one;     ///< many: given several times; a positional one takes the rest
   std::string default_value = {};  ///< as a user would type it; empty: none
   bool required = false;
-  std::string unit = {};        ///< of a number, for help and sliders
+  std::string unit = {};        ///< of a number, for help and sliders; one in % may be typed with the sign
   double least = -std::numeric_limits<double>::infinity();  ///< of a number, inclusive
   double most = std::numeric_limits<double>::infinity();    ///< of a number, inclusive
   bool infinite = false;        ///< a number may also be inf

@@ -1,50 +1,68 @@
 // low, high = means of the least and the greatest of ψ over `reach` steps, over as many steps again
 // t = 1 − s²(3 − 2s),  s = (r − c/2) / (c/2) within [0, 1],  r the contrast over `reach` steps, c the given one
-// β_t = 1 + (β − 1)·t,  φ' = limited(ψ + φ − φ_t) + φ_t − ψ
+// β_t = 1 + (β − 1)·t,  φ' = limited(ψ + φ − φ_t) + φ_t − ψ,  φ and φ_t solved for side by side
 
 #include "mq/filter/halo_limit.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/linear/solver.h"
 
 namespace mq {
 
 namespace {
 
-/// `combine(a, b)` of every value and those of its neighbours.
-template <class Combine>
-void widen(const SparseMatrix& A, int channels, std::vector<float>& values, const Combine& combine) {
-  std::vector<float> wide(values.size());
+/// Rows of least values and of greatest ones with the sign turned, so that less is wider for all; as many floats, for
+/// one channel or up to four, as one loop of a fixed length takes.
+int floats_for(int channels) { return channels == 1 ? 2 : 8 * ((2 * channels + 7) / 8); }
+
+/// What combine(A, i, first float of the row) makes of `Width` floats of every row at a time.
+template <int Width, class Combine>
+void for_all_rows(const SparseMatrix& A, int floats, const std::vector<float>& from, std::vector<float>& to,
+                  const Combine& combine) {
   parallel_for(A.rows(), [&](std::int64_t i) {
-    float* const to = &wide[std::size_t(i * channels)];
-    std::copy_n(&values[std::size_t(i * channels)], channels, to);
-    for (int e = A.outerIndexPtr()[i]; e < A.outerIndexPtr()[i + 1]; ++e) {
-      const float* const from = &values[std::size_t(A.innerIndexPtr()[e]) * std::size_t(channels)];
-      for (int c = 0; c < channels; ++c) to[c] = combine(to[c], from[c]);
+    const std::span<const int> around(A.innerIndexPtr() + A.outerIndexPtr()[i],
+                                      std::size_t(A.outerIndexPtr()[i + 1] - A.outerIndexPtr()[i]));
+    for (int first = 0; first < floats; first += Width) {
+      std::array<float, Width> row;
+      std::copy_n(&from[std::size_t(i * floats + first)], Width, row.data());
+      combine(row, around, [&](int j) { return &from[std::size_t(j) * std::size_t(floats) + std::size_t(first)]; });
+      std::copy_n(row.data(), Width, &to[std::size_t(i * floats + first)]);
     }
   });
-  values.swap(wide);
+}
+
+/// The least of every value and those of its neighbours.
+template <int Width>
+void widen(const SparseMatrix& A, int floats, std::vector<float>& values, std::vector<float>& room) {
+  for_all_rows<Width>(A, floats, values, room, [](auto& row, std::span<const int> around, const auto& at) {
+    for (const int j : around) {
+      const float* const other = at(j);
+      for (int k = 0; k < Width; ++k) row[k] = std::min(row[k], other[k]);
+    }
+  });
+  values.swap(room);
 }
 
 /// The mean of every value and those of its neighbours.
-void average(const SparseMatrix& A, int channels, std::vector<float>& values) {
-  std::vector<float> mean(values.size());
-  parallel_for(A.rows(), [&](std::int64_t i) {
-    const int first = A.outerIndexPtr()[i], last = A.outerIndexPtr()[i + 1];
-    for (int c = 0; c < channels; ++c) {
-      const auto at = [&](std::int64_t k) { return double(values[std::size_t(k * channels + c)]); };
-      double sum = first == last ? at(i) : 0;
-      for (int e = first; e < last; ++e) sum += at(A.innerIndexPtr()[e]);
-      mean[std::size_t(i * channels + c)] = float(sum / std::max(1, last - first));
+template <int Width>
+void average(const SparseMatrix& A, int floats, std::vector<float>& values, std::vector<float>& room) {
+  for_all_rows<Width>(A, floats, values, room, [](auto& row, std::span<const int> around, const auto& at) {
+    if (around.empty()) return;
+    std::array<float, Width> sum{};
+    for (const int j : around) {
+      const float* const other = at(j);
+      for (int k = 0; k < Width; ++k) sum[k] += other[k];
     }
+    for (int k = 0; k < Width; ++k) row[k] = sum[k] / float(around.size());
   });
-  values.swap(mean);
+  values.swap(room);
 }
 
 double texture_at(double contrast, double of_edges) {
@@ -63,7 +81,7 @@ double bent(double excess, double most) {
 
 HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options,
                      const Progress& progress)
-    : channels_(int(psi.cols())), fraction_(options.fraction) {
+    : channels_(int(psi.cols())), floats_(floats_for(channels_)), fraction_(options.fraction) {
   require(psi.rows() == space.size() && psi.cols() > 0 && psi.allFinite(),
           fmt::format("a signal of {} × {} was given for {} unknowns, or it is not finite", psi.rows(), psi.cols(),
                       space.size()));
@@ -72,31 +90,37 @@ HaloLimit::HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOpti
                       "fraction from 0, a contrast above 0 and a reach from 1 are wanted",
                       options.fraction, options.contrast, options.reach));
   const SparseMatrix A = space.system(0, 1, progress.step("look around", 0.5));
-  low_.resize(std::size_t(psi.size()));
+  ranges_.assign(std::size_t(psi.rows()) * std::size_t(floats_), 0);
   parallel_for(psi.rows(), [&](std::int64_t i) {
-    for (int c = 0; c < channels_; ++c) low_[std::size_t(i * channels_ + c)] = float(psi(i, c));
+    for (int c = 0; c < channels_; ++c) {
+      ranges_[std::size_t(i * floats_ + c)] = float(psi(i, c));
+      ranges_[std::size_t(i * floats_ + channels_ + c)] = -float(psi(i, c));
+    }
   });
-  high_ = low_;
+  std::vector<float> room(ranges_.size());
   const Progress widening = progress.step("look around", 0.25), averaging = progress.step("look around", 0.25);
   for (int k = 0; k < options.reach; ++k) {
     widening.at(double(k) / options.reach);
-    widen(A, channels_, low_, [](float a, float b) { return std::min(a, b); });
-    widen(A, channels_, high_, [](float a, float b) { return std::max(a, b); });
+    channels_ == 1 ? widen<2>(A, floats_, ranges_, room) : widen<8>(A, floats_, ranges_, room);
   }
   texture_.resize(std::size_t(psi.rows()));
   parallel_for(psi.rows(), [&](std::int64_t i) {
     double contrast = 0;
-    for (int c = 0; c < channels_; ++c) {
-      const std::size_t k = std::size_t(i * channels_ + c);
-      contrast = std::max(contrast, double(high_[k]) - double(low_[k]));
-    }
+    for (int c = 0; c < channels_; ++c) contrast = std::max(contrast, high(i, c) - low(i, c));
     texture_[std::size_t(i)] = texture_at(contrast, options.contrast);
   });
   for (int k = 0; k < options.reach; ++k) {
     averaging.at(double(k) / options.reach);
-    average(A, channels_, low_);
-    average(A, channels_, high_);
+    channels_ == 1 ? average<2>(A, floats_, ranges_, room) : average<8>(A, floats_, ranges_, room);
   }
+}
+
+double HaloLimit::low(std::int64_t unknown, int channel) const {
+  return double(ranges_[std::size_t(unknown * floats_ + channel)]);
+}
+
+double HaloLimit::high(std::int64_t unknown, int channel) const {
+  return -double(ranges_[std::size_t(unknown * floats_ + channels_ + channel)]);
 }
 
 std::vector<double> HaloLimit::of_texture(std::span<const double> beta) const {
@@ -110,11 +134,10 @@ std::vector<double> HaloLimit::of_texture(std::span<const double> beta) const {
 
 double HaloLimit::limited(std::int64_t unknown, int channel, double value, double added) const {
   if (added == 0) return value;
-  const std::size_t k = std::size_t(unknown * channels_ + channel);
-  const double low = std::min(double(low_[k]), value), high = std::max(double(high_[k]), value);
-  const double most = fraction_ * (high - low), sum = value + added;
-  if (sum > high) return high + bent(sum - high, most);
-  if (sum < low) return low - bent(low - sum, most);
+  const double least = std::min(low(unknown, channel), value), greatest = std::max(high(unknown, channel), value);
+  const double most = fraction_ * (greatest - least), sum = value + added;
+  if (sum > greatest) return greatest + bent(sum - greatest, most);
+  if (sum < least) return least - bent(least - sum, most);
   return sum;
 }
 
@@ -122,18 +145,23 @@ Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace&
                              std::span<const double> beta, const HaloOptions& options, const Progress& progress) {
   if (std::ranges::none_of(beta, [](double b) { return b > 1; })) return equation.solve(psi, beta, progress);
   const HaloLimit limit(space, psi, options, progress.step("look around", 0.1));
-  Filtered all = equation.solve(psi, beta, progress.step("solve", 0.45));
-  const std::vector<double> of_texture = limit.of_texture(beta);
-  if (std::ranges::equal(of_texture, beta)) return all;
-  const Filtered texture = equation.solve(psi, of_texture, progress.step("solve", 0.45));
+  std::vector<double> all(beta.begin(), beta.end()), of_texture = limit.of_texture(beta);
+  if (of_texture == all) return equation.solve(psi, beta, progress.step("solve", 0.9));
+  for (std::vector<double>* change : {&all, &of_texture})
+    for (double& b : *change) b -= 1;
+  const int channels = int(psi.cols());
+  Signal twice(psi.rows(), 2 * channels), change(psi.rows(), 2 * channels);
+  twice << psi, psi;
+  change << space.stiffness_times(psi, all), space.stiffness_times(psi, of_texture);
+  Filtered found = equation.solve_change(twice, change, progress.step("solve", 0.9));
+  Signal limited(psi.rows(), channels);
   parallel_for(psi.rows(), [&](std::int64_t i) {
-    for (int c = 0; c < int(psi.cols()); ++c) {
-      const double was = psi(i, c), of_texture = texture.signal(i, c);
-      all.signal(i, c) = limit.limited(i, c, was, all.signal(i, c) - of_texture) + (of_texture - was);
+    for (int c = 0; c < channels; ++c) {
+      const double was = psi(i, c), texture = found.signal(i, channels + c);
+      limited(i, c) = limit.limited(i, c, was, found.signal(i, c) - texture) + (texture - was);
     }
   });
-  all.report = worst_of({all.report, texture.report});
-  return all;
+  return {std::move(limited), std::move(found.report)};
 }
 
 }  // namespace mq

@@ -40,7 +40,8 @@ class HaloLimit {
  public:
   /// Throws `InvalidInput` where the signal does not fit or is not finite, a fraction is negative or not
   /// finite, the contrast not positive, or the reach below 1. Costs the matrix for a moment, 3·reach passes over it,
-  /// and keeps two floats a value and a double an unknown.
+  /// and keeps two floats a value, up to eight at least of
+  /// more than one channel, and a double an unknown.
   HaloLimit(const SignalSpace& space, const Signal& psi, const HaloOptions& options = {},
             const Progress& progress = {});
 
@@ -58,16 +59,21 @@ class HaloLimit {
   double limited(std::int64_t unknown, int channel, double value, double added) const;
 
  private:
+  double low(std::int64_t unknown, int channel) const;
+  double high(std::int64_t unknown, int channel) const;
+
   int channels_ = 0;
+  int floats_ = 0;  ///< of `ranges_` an unknown
   double fraction_ = 0;
-  std::vector<float> low_, high_;  ///< unknowns × channels
+  std::vector<float> ranges_;  ///< per unknown low for each channel, then −high for each
   std::vector<double> texture_;
 };
 
 /// `equation.solve(psi, beta)`, with halos limited: with φ_t the solution for the part of β that is texture's, and
 /// φ that for β, it is limited(ψ + φ − φ_t) + φ_t − ψ. Where β is nowhere above 1, or the contrast of ψ nowhere above
 /// half of the given one, it is φ, bit for bit. Where gradients are strong or none it leaves the range of ψ around it
-/// by less than the fraction. The mean is not kept. `space` is that of the equation; costs two solutions.
+/// by less than the fraction. The mean is not kept. `space` is that of the equation; costs a
+/// solution of twice the channels.
 Filtered solve_without_halos(const ScreenedPoisson& equation, const SignalSpace& space, const Signal& psi,
                              std::span<const double> beta, const HaloOptions& options = {},
                              const Progress& progress = {});

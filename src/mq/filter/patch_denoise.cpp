@@ -1,0 +1,312 @@
+// x = T·ψ/σ, T the cosine transform of the channels: luminance first, and noise of deviation 1 in each.
+// Then twice  P' = m + (C − I)·C⁻¹·(P − m), and back.
+
+#include "mq/filter/patch_denoise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "mq/base/error.h"
+#include "mq/base/parallel.h"
+#include "mq/filter/chart_windows.h"
+#include "mq/filter/kernels/similar_patches.h"
+#include "mq/filter/noise_level.h"
+#include "mq/mesh/weld.h"
+
+namespace mq {
+
+namespace {
+
+/// Unknowns × channels.
+using Values = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+struct Pass {
+  int side = 0;      ///< of a patch
+  int together = 0;  ///< so many channels at most
+};
+constexpr Pass first_pass{4, 1}, second_pass{3, 4};
+constexpr int border = patches_before + first_pass.side - 1;
+constexpr int anchor_step = 2;
+
+/// Patches whose values vary by no more than this, of what noise does, are flat.
+constexpr double flat_variance = 1.05;
+
+/// Keeps C of patches that repeat one another invertible, of the variance of noise.
+constexpr float least_variance = 1e-3F;
+
+constexpr float no_patch = std::numeric_limits<float>::infinity();
+
+/// One window, its values in planes and what its patches say.
+class WindowFilter {
+ public:
+  WindowFilter(ChartWindow window, const Values& noisy, const Values* basic)
+      : window_(std::move(window)), pass_(basic ? second_pass : first_pass), channels_(int(noisy.cols())) {
+    noisy_ = planes(noisy);
+    if (basic) basic_ = planes(*basic);
+    find_anchors();
+    sum_.assign(noisy_.size(), 0);
+    weight_.assign(window_.unknowns.size(), 0);
+    for (const int anchor : anchors_) filter(anchor);
+  }
+
+  /// Adds to the changes, and how often each, of the unknowns of the chart.
+  void add_to(Values& change, std::vector<float>& weight) const {
+    for (std::size_t i = 0; i < weight_.size(); ++i) {
+      if (!window_.own[i] || weight_[i] == 0) continue;
+      const int k = window_.unknowns[i];
+      weight[std::size_t(k)] += weight_[i];
+      for (int c = 0; c < channels_; ++c) change(k, c) += sum_[std::size_t(c) * weight_.size() + i];
+    }
+  }
+
+ private:
+  std::vector<float> planes(const Values& values) const {
+    const std::size_t size = window_.unknowns.size();
+    std::vector<float> result(size * std::size_t(channels_), 0);
+    for (std::size_t i = 0; i < size; ++i)
+      if (const int k = window_.unknowns[i]; k >= 0)
+        for (int c = 0; c < channels_; ++c) result[std::size_t(c) * size + i] = values(k, c);
+    return result;
+  }
+
+  bool is_whole(int x, int y) const {
+    for (int j = 0; j < pass_.side; ++j)
+      for (int i = 0; i < pass_.side; ++i)
+        if (window_.unknowns[std::size_t((y + j) * window_.width + x + i)] < 0) return false;
+    return true;
+  }
+
+  /// Every second patch of every second row, and where the chart ends what else it takes to hold every texel.
+  void find_anchors() {
+    const int width = window_.width, height = window_.height, last = pass_.side - 1;
+    whole_.assign(window_.unknowns.size(), 0);
+    for (int y = 0; y + last < height; ++y)
+      for (int x = 0; x + last < width; ++x) whole_[std::size_t(y * width + x)] = is_whole(x, y);
+    std::vector<char> held(window_.unknowns.size(), 0);
+    const auto take = [&](int x, int y) {
+      anchors_.push_back(y * width + x);
+      for (int j = 0; j <= last; ++j)
+        for (int i = 0; i <= last; ++i) held[std::size_t((y + j) * width + x + i)] = 1;
+    };
+    for (int y = border; y < height - border; ++y)
+      for (int x = border; x < width - border; ++x) {
+        const std::size_t i = std::size_t(y * width + x);
+        if ((window_.column + x) % anchor_step == 0 && (window_.row + y) % anchor_step == 0 && whole_[i] &&
+            window_.own[i] == 1)
+          take(x, y);
+      }
+    for (int y = border; y < height - border; ++y)
+      for (int x = border; x < width - border; ++x)
+        for (int n = 0; n < pass_.side * pass_.side; ++n) {
+          const std::size_t i = std::size_t(y * width + x);
+          if (window_.own[i] != 1 || held[i]) break;
+          const int left = x - n % pass_.side, top = y - n / pass_.side;
+          if (whole_[std::size_t(top * width + left)]) take(left, top);
+        }
+  }
+
+  /// The patches most like one, itself the first.
+  int find_similar(int anchor, std::array<int, most_patches>& similar) const {
+    std::array<float, patch_search_side * patch_search_side> sums;
+    const auto size = std::int64_t(window_.unknowns.size());
+    const PatchPlanes planes{basic_.empty() ? noisy_.data() : basic_.data(), size, window_.width,
+                             basic_.empty() ? 1 : channels_};
+    similar_patch_kernels().distances(planes, pass_.side, anchor, sums.data());
+    std::array<std::pair<float, int>, patch_search_side * patch_search_side> candidates;
+    int count = 0;
+    for (int n = 0; n < int(sums.size()); ++n) {
+      const int at = anchor + (n / patch_search_side - patches_before) * window_.width + n % patch_search_side -
+                     patches_before;
+      if (whole_[std::size_t(at)]) candidates[std::size_t(count++)] = {at == anchor ? -1 : sums[std::size_t(n)], at};
+    }
+    const int found = std::min(count, most_patches);
+    std::ranges::nth_element(candidates.begin(), candidates.begin() + (found - 1), candidates.begin() + count);
+    std::ranges::sort(candidates.begin(), candidates.begin() + found);
+    for (int n = 0; n < found; ++n) similar[std::size_t(n)] = candidates[std::size_t(n)].second;
+    return found;
+  }
+
+  /// Values of the patches, a row for each place and channel.
+  void gather(const std::vector<float>& planes, std::span<const int> patches, int first_channel, int channels,
+              float* rows) const {
+    for (int c = first_channel; c < first_channel + channels; ++c)
+      for (int j = 0; j < pass_.side; ++j)
+        for (int i = 0; i < pass_.side; ++i, rows += most_patches) {
+          const float* const plane = &planes[std::size_t(c) * window_.unknowns.size()] + j * window_.width + i;
+          for (std::size_t n = 0; n < patches.size(); ++n) rows[n] = plane[patches[n]];
+        }
+  }
+
+  void add(std::span<const int> patches, int first_channel, int channels, const float* rows) {
+    for (int c = first_channel; c < first_channel + channels; ++c)
+      for (int j = 0; j < pass_.side; ++j)
+        for (int i = 0; i < pass_.side; ++i, rows += most_patches) {
+          const std::size_t offset = std::size_t(c) * window_.unknowns.size() + std::size_t(j * window_.width + i);
+          for (std::size_t n = 0; n < patches.size(); ++n) {
+            const std::size_t at = offset + std::size_t(patches[n]);
+            sum_[at] += rows[n] - noisy_[at];
+          }
+        }
+  }
+
+  /// Whether the patches differ by noise alone; then their values become the mean of them all.
+  bool level(std::span<const int> patches) {
+    const int rows = pass_.side * pass_.side;
+    std::array<float, most_patch_values * most_patches> values;
+    std::vector<double> means;
+    double variance = 0;
+    const double share = 1.0 / (double(rows) * double(patches.size()));
+    for (int c = 0; c < channels_; ++c) {
+      gather(noisy_, patches, c, 1, values.data());
+      double sum = 0, squares = 0;
+      for (int r = 0; r < rows; ++r)
+        for (std::size_t n = 0; n < patches.size(); ++n) {
+          const double v = double(values[std::size_t(r) * most_patches + n]) - double(values[0]);
+          sum += v, squares += v * v;
+        }
+      variance += share * squares - share * share * sum * sum;
+      if (variance > flat_variance * channels_) return false;
+      means.push_back(double(values[0]) + share * sum);
+    }
+    for (int c = 0; c < channels_; ++c) {
+      values.fill(float(means[std::size_t(c)]));
+      add(patches, c, 1, values.data());
+    }
+    return true;
+  }
+
+  void filter(int anchor) {
+    std::array<int, most_patches> similar;
+    const std::span<const int> patches(similar.data(), std::size_t(find_similar(anchor, similar)));
+    for (const int patch : patches)
+      for (int j = 0; j < pass_.side; ++j)
+        for (int i = 0; i < pass_.side; ++i) weight_[std::size_t(patch + j * window_.width + i)] += 1;
+    if (basic_.empty() && level(patches)) return;
+    std::array<float, most_patch_values * most_patches> values{}, like{};
+    for (int c = 0; c < channels_; c += pass_.together) {
+      const int channels = std::min(pass_.together, channels_ - c), rows = channels * pass_.side * pass_.side;
+      gather(noisy_, patches, c, channels, values.data());
+      if (!basic_.empty()) gather(basic_, patches, c, channels, like.data());
+      similar_patch_kernels().shrink(rows, int(patches.size()), basic_.empty() ? least_variance : 1,
+                                     basic_.empty() ? values.data() : like.data(), values.data());
+      add(patches, c, channels, values.data());
+    }
+  }
+
+  ChartWindow window_;
+  Pass pass_;
+  int channels_;
+  std::vector<float> noisy_, basic_;  ///< planes; the latter empty in the first pass
+  std::vector<float> sum_;            ///< planes
+  std::vector<float> weight_;
+  std::vector<char> whole_;  ///< per place whether a patch that begins there lies on the surface
+  std::vector<int> anchors_;
+};
+
+/// What the patches of all windows say; changes are added up window by window, whatever the threads do.
+Values pass_over(const ChartWindows& windows, const Values& noisy, const Values* basic, const Progress& progress) {
+  Values change = Values::Zero(noisy.rows(), noisy.cols());
+  std::vector<float> weight(std::size_t(noisy.rows()), 0);
+  constexpr int at_once = 128;
+  for (int first = 0; first < windows.count(); first += at_once) {
+    progress.at(double(first) / windows.count());
+    const int count = std::min(at_once, windows.count() - first);
+    std::vector<std::optional<WindowFilter>> filtered(static_cast<std::size_t>(count));
+    parallel_for(
+        count,
+        [&](std::int64_t k) {
+          filtered[std::size_t(k)].emplace(windows.window(first + int(k), border), noisy, basic);
+        },
+        1);
+    for (const std::optional<WindowFilter>& window : filtered) window->add_to(change, weight);
+  }
+  parallel_for(noisy.rows(), [&](std::int64_t k) {
+    if (weight[std::size_t(k)] > 0) change.row(k) /= weight[std::size_t(k)];
+    change.row(k) += noisy.row(k);
+  });
+  return change;
+}
+
+/// Orthonormal; its first row is the mean, and of three channels the others are what is called opponent colours.
+Eigen::MatrixXd cosine_transform(int count) {
+  Eigen::MatrixXd T(count, count);
+  for (int k = 0; k < count; ++k)
+    for (int i = 0; i < count; ++i)
+      T(k, i) = std::sqrt((k == 0 ? 1.0 : 2.0) / count) * std::cos(std::numbers::pi * (i + 0.5) * k / count);
+  return T;
+}
+
+/// Takes the mean of a change, over each component of the surface, out of it.
+void keep_means(const Surface& surface, const Atlas& atlas, const TexelSpace& space, Signal& change) {
+  DisjointSets charts(atlas.charts.size());
+  for (HalfEdge h = 0; h < 3 * surface.triangle_count(); ++h) {
+    const int here = atlas.chart[std::size_t(h / 3)], twin = surface.twins[std::size_t(h)];
+    const int there = twin < 0 ? -1 : atlas.chart[std::size_t(twin / 3)];
+    if (here >= 0 && there >= 0) charts.join(here, there);
+  }
+  const Vector mass = space.lumped_mass();
+  Vector area = Vector::Zero(Eigen::Index(atlas.charts.size()));
+  Signal sum = Signal::Zero(area.size(), change.cols());
+  const std::vector<int>& chart = space.texels().chart;
+  for (int k = 0; k < space.size(); ++k) {
+    if (chart[std::size_t(k)] < 0) continue;
+    const int root = charts.root(chart[std::size_t(k)]);
+    area[root] += mass[k];
+    sum.row(root) += mass[k] * change.row(k);
+  }
+  for (int k = 0; k < space.size(); ++k) {
+    if (chart[std::size_t(k)] < 0) continue;
+    const int root = charts.root(chart[std::size_t(k)]);
+    if (area[root] > 0) change.row(k) -= sum.row(root) / area[root];
+  }
+}
+
+}  // namespace
+
+PatchDenoised denoise_by_patches(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
+                                 const Signal& psi, const Progress& progress) {
+  require(psi.rows() == space.size() && psi.allFinite(),
+          fmt::format("a signal of {} rows was given for {} unknowns, or it is not finite", psi.rows(),
+                      space.size()));
+  const ChartWindows windows(surface, atlas, space);
+  PatchDenoised result{psi, noise_levels(windows, psi, progress.step("measure noise", 0.1))};
+  std::vector<int> noisy_channels;
+  for (int c = 0; c < int(psi.cols()); ++c)
+    if (result.noise[std::size_t(c)] > 0) noisy_channels.push_back(c);
+  if (noisy_channels.empty()) return result;
+
+  const int count = int(noisy_channels.size());
+  const Eigen::MatrixXd T = cosine_transform(count);
+  Eigen::VectorXd level(count);
+  for (int n = 0; n < count; ++n) level[n] = result.noise[std::size_t(noisy_channels[std::size_t(n)])];
+  const Eigen::RowVectorXd middle = psi.colwise().mean();
+  Values noisy(psi.rows(), count);
+  parallel_for(psi.rows(), [&](std::int64_t k) {
+    Eigen::VectorXd x(count);
+    for (int n = 0; n < count; ++n) {
+      const int c = noisy_channels[std::size_t(n)];
+      x[n] = (psi(k, c) - middle[c]) / level[n];
+    }
+    noisy.row(k) = (T * x).transpose().cast<float>();
+  });
+  const Values basic = pass_over(windows, noisy, nullptr, progress.step("patches of channels", 0.4));
+  const Values best = pass_over(windows, noisy, &basic, progress.step("patches of colours", 0.5));
+  Signal change(psi.rows(), count);
+  parallel_for(psi.rows(), [&](std::int64_t k) {
+    const Eigen::VectorXd x = (best.row(k) - noisy.row(k)).transpose().cast<double>();
+    change.row(k) = (T.transpose() * x).cwiseProduct(level).transpose();
+  });
+  keep_means(surface, atlas, space, change);
+  for (int n = 0; n < count; ++n) result.signal.col(noisy_channels[std::size_t(n)]) += change.col(n);
+  return result;
+}
+
+}  // namespace mq

@@ -1,0 +1,207 @@
+// Denoising by patches: what stays, what goes, and that it does not matter how a surface is cut.
+
+#include "mq/filter/patch_denoise.h"
+
+#include <gtest/gtest.h>
+
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "fem/cut_squares.h"
+#include "linear/matrices.h"
+#include "mq/fem/image_space.h"
+#include "mq/filter/chart_windows.h"
+#include "mq/filter/noise_level.h"
+
+namespace mq {
+namespace {
+
+constexpr double deviation = 0.05;
+
+double gaussian(const Random& random, std::uint64_t k) {
+  return std::sqrt(-2 * std::log(1 - random.uniform(2 * k))) *
+         std::cos(2 * std::numbers::pi * random.uniform(2 * k + 1));
+}
+
+/// Rings around a corner of the unit square, and a disc with a sharp rim.
+double rings(const Vector2& x) {
+  const double wave = 0.5 + 0.2 * std::sin(40 * x.norm());
+  return (x - Vector2(0.55, 0.45)).norm() < 0.2 ? 0.9 : wave;
+}
+
+/// A square in charts, with a picture of two channels and noise on it.
+struct Noisy {
+  Noisy(const fixtures::CutOptions& options, int side, double noise = deviation)
+      : model(fixtures::textured(fixtures::cut_square(options), {{side, side}})),
+        space(model->surface, model->atlas),
+        x(fixtures::texels_on_square(options, {side, side}, space.texels())),
+        truth(space.size(), 2),
+        psi(space.size(), 2) {
+    const Random random(5);
+    for (int i = 0; i < space.size(); ++i) {
+      truth.row(i) << rings(x[std::size_t(i)]), 1 - rings(x[std::size_t(i)]);
+      for (int c = 0; c < 2; ++c) psi(i, c) = truth(i, c) + noise * gaussian(random, 2 * i + c);
+    }
+  }
+
+  PatchDenoised denoised() const { return denoise_by_patches(model->surface, model->atlas, space, psi); }
+
+  /// Root mean square of the error, but for the border of the square.
+  double error(const Signal& signal) const {
+    double sum = 0;
+    int count = 0;
+    for (int i = 0; i < space.size(); ++i) {
+      const Vector2& p = x[std::size_t(i)];
+      if (p.minCoeff() < 0.03 || p.maxCoeff() > 0.97) continue;
+      sum += (signal.row(i) - truth.row(i)).squaredNorm() / 2;
+      ++count;
+    }
+    return std::sqrt(sum / count);
+  }
+
+  std::unique_ptr<fixtures::Textured> model;
+  TexelSpace space;
+  std::vector<Vector2> x;
+  Signal truth, psi;
+};
+
+fixtures::CutOptions whole() {
+  fixtures::CutOptions options;
+  options.parts = 1;
+  options.scale = 0.9;
+  return options;
+}
+
+/// Four charts, each turned, of about the same texels as a whole square of 0.54 of the side.
+fixtures::CutOptions four_charts() { return fixtures::turned(fixtures::odd_angle); }
+
+TEST(DenoiseByPatches, TakesMostOfTheNoiseOff) {
+  const Noisy noisy(whole(), 192);
+  const PatchDenoised found = noisy.denoised();
+  for (const double noise : found.noise) EXPECT_NEAR(noise, deviation, 0.05 * deviation);
+  EXPECT_LT(noisy.error(found.signal), 0.25 * deviation);
+}
+
+TEST(DenoiseByPatches, MeasuresNoiseWhateverItsStrength) {
+  for (const double noise : {0.01, 0.1, 3.0}) {
+    const Noisy noisy(whole(), 192, noise);
+    const ChartWindows windows(noisy.model->surface, noisy.model->atlas, noisy.space);
+    for (const double found : noise_levels(windows, noisy.psi)) EXPECT_NEAR(found, noise, 0.06 * noise);
+  }
+}
+
+TEST(DenoiseByPatches, LeavesWhatIsConstantOrWithoutNoiseBitForBit) {
+  const Noisy noisy(four_charts(), 128);
+  const Signal constant = Signal::Constant(noisy.space.size(), 3, 0.3);
+  EXPECT_EQ(denoise_by_patches(noisy.model->surface, noisy.model->atlas, noisy.space, constant).signal, constant);
+  Signal step = constant;
+  for (int i = 0; i < noisy.space.size(); ++i)
+    if (noisy.x[std::size_t(i)].x() < 0.3) step.row(i).setConstant(0.8);
+  EXPECT_EQ(denoise_by_patches(noisy.model->surface, noisy.model->atlas, noisy.space, step).signal, step);
+}
+
+TEST(DenoiseByPatches, ChangesASmoothPictureByNextToNothing) {
+  const Noisy noisy(whole(), 160);
+  Signal smooth(noisy.space.size(), 1);
+  for (int i = 0; i < noisy.space.size(); ++i) {
+    const Vector2& p = noisy.x[std::size_t(i)];
+    smooth(i, 0) = 0.5 + 0.3 * std::sin(9 * p.x() + 4 * p.y()) * std::cos(7 * p.y());
+  }
+  const Signal found = denoise_by_patches(noisy.model->surface, noisy.model->atlas, noisy.space, smooth).signal;
+  EXPECT_LT((found - smooth).cwiseAbs().maxCoeff(), 0.1 / 255);
+}
+
+TEST(DenoiseByPatches, LeavesAChannelWithoutNoiseAlone) {
+  Noisy noisy(four_charts(), 160);
+  noisy.psi.col(1).setConstant(1);  // as alpha is
+  const PatchDenoised found = noisy.denoised();
+  EXPECT_EQ(found.noise[1], 0);
+  EXPECT_EQ(found.signal.col(1), noisy.psi.col(1));
+  EXPECT_GT((found.signal.col(0) - noisy.psi.col(0)).norm(), 0);
+}
+
+TEST(DenoiseByPatches, KeepsTheMean) {
+  const Noisy noisy(four_charts(), 160);
+  const Vector mass = noisy.space.lumped_mass();
+  const Eigen::RowVectorXd before = mass.transpose() * noisy.psi,
+                           after = mass.transpose() * noisy.denoised().signal;
+  EXPECT_LT((after - before).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// In charts of a few patches each, what is like a patch lies beyond seams.
+TEST(DenoiseByPatches, IsAsGoodInSmallChartsAsInOne) {
+  fixtures::CutOptions one = whole();
+  one.scale = 0.6;
+  const Noisy small(fixtures::turned(fixtures::odd_angle, 12), 256), uncut(one, 256);
+  const double in_small = small.error(small.denoised().signal),
+               in_one = uncut.error(uncut.denoised().signal);
+  EXPECT_LT(in_one, 0.35 * deviation);
+  EXPECT_LT(in_small, 1.15 * in_one);
+}
+
+/// The same noise in turned charts and in one: what is left of it is the same in size, and far less than was there.
+TEST(DenoiseByPatches, HardlyDependsOnHowTheSurfaceIsCut) {
+  fixtures::CutOptions one = whole();
+  one.scale = 0.6;
+  const Noisy cut(four_charts(), 320), uncut(one, 320);
+  const Signal of_cut = cut.denoised().signal, of_uncut = uncut.denoised().signal;
+  EXPECT_NEAR(cut.error(of_cut) / uncut.error(of_uncut), 1, 0.15);
+  double sum = 0;
+  int count = 0;
+  for (int t = 0; t < cut.model->surface.triangle_count(); ++t) {
+    const Vector3 middle = Vector3::Constant(1.0 / 3);
+    const double a = fixtures::value_at(cut.space, of_cut, t, middle),
+                 b = fixtures::value_at(uncut.space, of_uncut, t, middle);
+    sum += (a - b) * (a - b);
+    ++count;
+  }
+  EXPECT_LT(std::sqrt(sum / count), 0.6 * deviation);
+}
+
+TEST(DenoiseByPatches, GivesTheSameBitsForAnyNumberOfThreads) {
+  const Noisy noisy(four_charts(), 160);
+  std::vector<Signal> found;
+  for (const std::size_t threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    found.push_back(noisy.denoised().signal);
+  }
+  EXPECT_EQ(found[0], found[1]);
+  EXPECT_EQ(found[0], found[2]);
+}
+
+/// Where windows look beyond a cut they find what lies there.
+TEST(ChartWindows, GoOnOverSeams) {
+  for (const auto& options : {four_charts(), fixtures::turned(fixtures::quarter_turn)}) {
+    const Noisy noisy(options, 160);
+    const double texel = noisy.space.scale().texel_spacing;
+    const ChartWindows windows(noisy.model->surface, noisy.model->atlas, noisy.space);
+    int beyond = 0;
+    for (int w = 0; w < windows.count(); ++w) {
+      const ChartWindow window = windows.window(w, 8);
+      for (int y = 0; y < window.height; ++y)
+        for (int x = 0; x < window.width; ++x) {
+          const std::size_t i = std::size_t(y * window.width + x);
+          if (window.own[i] || window.unknowns[i] < 0) continue;
+          // Beside it lie texels that are beside it on the square, too.
+          for (const std::size_t j : {i - 1, i + 1, i - std::size_t(window.width), i + std::size_t(window.width)}) {
+            if (j >= window.unknowns.size() || window.unknowns[j] < 0) continue;
+            if ((j == i - 1 && x == 0) || (j == i + 1 && x + 1 == window.width)) continue;
+            const Vector2 way = noisy.x[std::size_t(window.unknowns[i])] - noisy.x[std::size_t(window.unknowns[j])];
+            beyond += way.norm() < 2.5 * texel ? 1 : -20;
+          }
+        }
+    }
+    EXPECT_GT(beyond, 1000);
+  }
+}
+
+TEST(DenoiseByPatches, RefusesWhatDoesNotFit) {
+  const Noisy noisy(whole(), 32);
+  EXPECT_THROW(denoise_by_patches(noisy.model->surface, noisy.model->atlas, noisy.space, Signal::Zero(3, 1)),
+               InvalidInput);
+}
+
+}  // namespace
+}  // namespace mq
