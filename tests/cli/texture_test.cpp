@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "cli/program.h"
+#include "mq/image/colour.h"
 #include "mq/io/image_file.h"
 #include "mq/io/model.h"
 
@@ -198,8 +199,7 @@ TEST(Texture, OfABallIsWhatWasPhotographed) {
   EXPECT_THAT(remarked.error, HasSubstr("view0.png: is 250 × 250, and its camera is of pictures of "
                                         "500 × 500: it is taken for the same picture"));
   write_image(folder / "view0.png", Image<float>(500, 400, 3, 0.5F));
-  EXPECT_THAT(refusal(folder, {"texture", "bare.obj", "-o", "other.png", "--cameras", "view0.json"},
-                      "other.png"),
+  EXPECT_THAT(marquetry(folder, {"texture", "bare.obj", "-o", "other.png", "--cameras", "view0.json"}).error,
               HasSubstr("view0.png: is 500 × 400, and its camera is of pictures of 500 × 500"));
   write_image(folder / "view0.png", whole);
 

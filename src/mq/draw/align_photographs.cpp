@@ -191,7 +191,7 @@ void move(const SizedPhotograph& sized, std::span<const Row> rows, PinholeCamera
 void bend(std::span<const Vector3> places, const AlignedPhotograph& photograph, std::span<const Row> rows,
           PinholeCamera& camera) {
   if (rows.empty()) return;
-  constexpr double stiff = 1, held = 0.01;  // times the mean of what data say of a point
+  constexpr double stiff = 0.05, held = 1e-3;  // times the mean of what data say of a point
   Correction& correction = camera.correction;
   const int points = correction.columns * correction.rows;
   std::vector<Eigen::Triplet<double>> entries;
