@@ -186,6 +186,37 @@ void move(const SizedPhotograph& sized, std::span<const Row> rows, PinholeCamera
   if (step.allFinite()) camera = moved(camera, step);
 }
 
+/// Takes back what all cameras have moved by as one, against the surface: the small motion ω × X + τ of the model that
+/// brings places nearest, in pixels, to where they were. Photographs tell nothing of it, but rounding and blur would let
+/// it grow.
+void undo_common_motion(std::span<const SizedPhotograph> sized, std::span<const PinholeCamera> before,
+                        std::span<const Vector3> places, std::vector<AlignedPhotograph>& photographs) {
+  Matrix6 A = Matrix6::Zero();
+  Vector6 b = Vector6::Zero();
+  std::vector<Matrix6> to_camera;  // motions of the model as those of each camera's axes
+  for (std::size_t v = 0; v < photographs.size(); ++v) {
+    const PinholeCamera& camera = photographs[v].camera;
+    Matrix6& turned = to_camera.emplace_back(Matrix6::Zero());
+    turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = camera.rotation;
+    for (int j = 0; j < 3; ++j)
+      turned.block<3, 1>(3, j) = camera.translation.cross(Vector3(camera.rotation.col(j)));
+    for (std::size_t k = 0; k < sized[v].size(); ++k) {
+      const Vector3& place = places[std::size_t(photographs[v].places[k])];
+      const auto from = before[v].project(place), to = camera.project(place);
+      if (!from || !to) continue;
+      const Jacobian J = sized[v].jacobian(k) * turned;
+      A += J.transpose() * J;
+      b += J.transpose() * (*from - *to);
+    }
+  }
+  A.diagonal() *= 1 + 1e-9;
+  A.diagonal().array() += 1e-12 * A.diagonal().maxCoeff();
+  const Vector6 motion = A.ldlt().solve(b);
+  if (!motion.allFinite()) return;
+  for (std::size_t v = 0; v < photographs.size(); ++v)
+    photographs[v].camera = moved(photographs[v].camera, to_camera[v] * motion);
+}
+
 /// One of its correction: of all f with the data's terms, + μ Σ |f_i − f_j|² over neighbours of the lattice
 /// + ν Σ |f_i|².
 void bend(std::span<const Vector3> places, const AlignedPhotograph& photograph, std::span<const Row> rows,
@@ -292,6 +323,7 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
       }, 1);
       progress.at((double(stage) + double(round + 1) / rounds) / double(stages.size()));
     }
+    if (!bends) undo_common_motion(sized, before, places, photographs);
   }
   for (std::size_t v = 0; v < photographs.size(); ++v)
     photographs[v].moved = moved_by(photographs[v], before[v], places);

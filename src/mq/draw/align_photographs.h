@@ -25,7 +25,8 @@ struct AlignedPhotograph {
 /// cameras); then ten rounds each, at half size and whole, of steps of their corrections (pinhole.h; a lattice of 24
 /// cells along the longer side), + μ (Σ |f_i − f_j|² over neighbours of the lattice + Σ |f_i|² / 50), μ a twentieth
 /// of what data weigh at a point in the mean. ρ is Cauchy's, its scale the median residual; a_v, b_v give I_v the
-/// mean and the spread that g has at first. What all cameras have in common, against the mesh, no photograph tells; it stays.
+/// mean and the spread that g has at first. What all cameras have in common, against the mesh, no photograph tells:
+/// it is taken back after each size.
 ///
 /// Errors of some pixels are found where there is detail; a photograph that shares fewer than 50 places
 /// with others stays. Equal bits for any number of threads.

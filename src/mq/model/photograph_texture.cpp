@@ -319,10 +319,11 @@ struct PhotographTexturing::Work {
     chosen = choose_views(patches, observations, options.choice, progress);
   }
 
-  /// The photograph as colours are taken from it, at about a pixel per texel, in the signal's values.
+  /// The photograph as colours are taken from it, in the signal's values: at about two pixels per texel, between which
+  /// they are interpolated, so that a texel is a mean over about its own size.
   Image<float> picture(std::size_t view) const {
     PhotographLight photograph = PhotographLight::read(photographs[view]);
-    photograph.light = reduced(photograph.light, std::floor(pixels_per_texel[view] + 0.25));
+    photograph.light = reduced(photograph.light, std::floor(pixels_per_texel[view] / 2 + 0.25));
     return values.of(photograph, exposed, int(view));
   }
 

@@ -59,7 +59,7 @@ struct PhotographTexture {
 /// 2. Photographs are chosen (views/view_choice.h).
 /// 3. A texel that the one chosen for its patch does not show has the next best that does. Beside what none shows
 ///    it must be `doubtful` times as far from outlines, so that what is filled does not go on from the sky.
-/// 4. Colours are taken from photographs that are reduced to about a pixel per texel, their exposure
+/// 4. Colours are taken from photographs that are reduced to about two pixels per texel, their exposure
 ///    evened out in light.
 ///
 /// Equal bits for any number of threads.
