@@ -169,15 +169,29 @@ std::vector<Row> rows_of(const SizedPhotograph& sized, const AlignedPhotograph& 
   return rows;
 }
 
-/// One Gauss–Newton step of a camera.
-void move(const SizedPhotograph& sized, std::span<const Row> rows, PinholeCamera& camera) {
-  if (rows.empty()) return;
+/// One Gauss–Newton step of a camera: of the data's terms, + λ Σ |p_k − p⁰_k|² over all places that it shows, p⁰ where
+/// they were at first, so that what shares little is not turned by its blur.
+void move(const SizedPhotograph& sized, std::span<const Row> rows, const AlignedPhotograph& photograph,
+          const PinholeCamera& before, std::span<const Vector3> places, PinholeCamera& camera) {
+  constexpr double held = 0.05;  // times what data say of a place in the mean
   Matrix6 A = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
+  double said = 0, weights = 0;
   for (const Row& row : rows) {
     const Vector6 slope = (row.gradient * sized.jacobian(row.place)).transpose();
     A += row.weight * slope * slope.transpose();
     b -= row.weight * row.residual * slope;
+    said += row.weight * row.gradient.squaredNorm() / 2;
+    weights += row.weight;
+  }
+  if (!(weights > 0)) return;
+  for (std::size_t k = 0; k < sized.size(); ++k) {
+    const Vector3& place = places[std::size_t(photograph.places[k])];
+    const auto from = before.project(place), now = camera.project(place);
+    if (!from || !now) continue;
+    const double weight = held * photograph.weights[k] * said / weights;
+    A += weight * sized.jacobian(k).transpose() * sized.jacobian(k);
+    b -= weight * sized.jacobian(k).transpose() * (*now - *from);
   }
   constexpr double damping = 1e-4;  // motions that nothing shows stay 0
   A.diagonal() *= 1 + damping;
@@ -319,7 +333,7 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
         if (bends)
           bend(places, one, rows, one.camera);
         else
-          move(sized[v], rows, one.camera);
+          move(sized[v], rows, one, before[v], places, one.camera);
       }, 1);
       progress.at((double(stage) + double(round + 1) / rounds) / double(stages.size()));
     }
