@@ -173,7 +173,7 @@ std::vector<Row> rows_of(const SizedPhotograph& sized, const AlignedPhotograph& 
 /// they were at first, so that what shares little is not turned by its blur.
 void move(const SizedPhotograph& sized, std::span<const Row> rows, const AlignedPhotograph& photograph,
           const PinholeCamera& before, std::span<const Vector3> places, PinholeCamera& camera) {
-  constexpr double held = 0.05;  // times what data say of a place in the mean
+  constexpr double held = 0.01;  // times what data say of a place in the mean
   Matrix6 A = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
   double said = 0, weights = 0;
@@ -236,7 +236,7 @@ void undo_common_motion(std::span<const SizedPhotograph> sized, std::span<const 
 void bend(std::span<const Vector3> places, const AlignedPhotograph& photograph, std::span<const Row> rows,
           PinholeCamera& camera) {
   if (rows.empty()) return;
-  constexpr double stiff = 0.05, held = 1e-3;  // times the mean of what data say of a point
+  constexpr double stiff = 0.2, held = 1e-3;  // times the mean of what data say of a point
   Correction& correction = camera.correction;
   const int points = correction.columns * correction.rows;
   std::vector<Eigen::Triplet<double>> entries;
