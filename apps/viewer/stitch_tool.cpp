@@ -82,8 +82,9 @@ bool StitchTool::command(const std::vector<std::string>& words) {
   const std::string& what = words[0];
   static const std::set<std::string> own = {"photograph", "region", "size",       "stroke",
                                             "undo",       "redo",   "save-labels"};
-  require(what != "set" || shows(options_.table().find(words[1])),
-          fmt::format("'{}' is not an option that the viewer sets: the model has its textures", words[1]));
+  if (what == "set")
+    require(shows(options_.table().find(words[1])),
+            fmt::format("'{}' is not an option that the viewer sets: the model has its textures", words[1]));
   if (!own.contains(what)) return VerbTool::command(words);
   require(
       ready_,
