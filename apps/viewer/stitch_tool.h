@@ -93,7 +93,7 @@ class StitchTool : public VerbTool {
   const char* photographs_option() const { return with_cameras_ ? "cameras" : "partial"; }
   void prepare(const OptionValues& options, const Progress& progress);
   void read_photographs(const OptionValues& options, const Progress& progress);
-  std::vector<int> resolved(std::vector<int> choice) const;
+  Composite chosen(const std::vector<int>& choice) const;
   Filtered stitched(const OptionValues& options, const Composite& composite, const Progress& progress) const;
   void solve(const OptionValues& options, const Composite& composite, Model& model,
              const Progress& progress);
@@ -127,6 +127,7 @@ class StitchTool : public VerbTool {
   std::vector<std::string> names_;
   Signal before_;
   std::unique_ptr<Stitcher> stitcher_;
+  std::vector<int> grouped_;  ///< the labels that it had last
   nlohmann::ordered_json prepared_for_, solver_for_;
   double preparing_ = 0;
   int prepared_ = 0, known_ = 0;  ///< how often; and when the window's thread last looked

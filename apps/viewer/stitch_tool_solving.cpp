@@ -2,6 +2,7 @@
 // choice.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 
 #include "mq/base/error.h"
@@ -92,12 +93,26 @@ void StitchTool::read_photographs(const OptionValues& options, const Progress& p
   by_itself_ = texturing_->labels({}, progress.step("choose", 0.1));
 }
 
-/// With the verb's own choice where nothing is chosen.
-std::vector<int> StitchTool::resolved(std::vector<int> choice) const {
-  if (with_cameras_)
-    for (std::size_t i = 0; i < choice.size(); ++i)
-      if (choice[i] == unseen) choice[i] = by_itself_[i];
-  return choice;
+/// What is chosen where that photograph shows it; else what the verb takes by itself, also nothing where cameras are
+/// given and no photograph shows it well.
+Composite StitchTool::chosen(const std::vector<int>& choice) const {
+  if (!with_cameras_) return best_of(partials_, choice);
+  const auto shows = [&](int photograph, std::size_t i) {
+    return photograph != unseen && partials_[std::size_t(photograph)].confidence[i] > 0;
+  };
+  Composite composite{Signal::Zero(before_.rows(), before_.cols()), std::vector<int>(choice.size(), unseen)};
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(before_.cols());
+  double count = 0;
+  for (std::size_t i = 0; i < choice.size(); ++i) {
+    const int photograph = shows(choice[i], i) ? choice[i] : by_itself_[i];
+    if (!shows(photograph, i)) continue;
+    composite.labels[i] = photograph;
+    composite.values.row(Eigen::Index(i)) = partials_[std::size_t(photograph)].values.row(Eigen::Index(i));
+    sum += composite.values.row(Eigen::Index(i)), count += 1;
+  }
+  for (std::size_t i = 0; i < choice.size() && count > 0; ++i)
+    if (composite.labels[i] == unseen) composite.values.row(Eigen::Index(i)) = sum / count;
+  return composite;
 }
 
 Filtered StitchTool::stitched(const OptionValues& options, const Composite& composite,
@@ -122,6 +137,10 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
   app::Run run(options, silence_, progress);
   Filtered result;
   int attempts = 0;
+  if (!std::ranges::equal(composite.labels, grouped_, {}, [](int label) { return label == unseen; },
+                          [](int label) { return label == unseen; }))
+    stitcher_.reset();  // what is unseen is in its equations
+  grouped_ = composite.labels;
   app::solve_as_asked(
       run, *target_, [&](const SolverFactory& factory, const app::SolvingShares& shares) {
         if (attempts++ > 0 || !stitcher_) {
@@ -162,7 +181,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
     const std::lock_guard lock(choice_mutex_);
     choice = choice_;
   }
-  const Composite composite = best_of(partials_, resolved(std::move(choice)));
+  const Composite composite = chosen(choice);
   Model model;
   model.textures = session_.scene->model.textures;
   target_->put(before_, composite.values, model);

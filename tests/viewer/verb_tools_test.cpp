@@ -173,6 +173,38 @@ TEST(StitchTool, GivesRegionsToPhotographsAndTakesTheirBordersOut) {
   EXPECT_FALSE(file_bytes(folder / "chosen.png") == file_bytes(folder / "stitched.png"));
 }
 
+/// Of photographs with cameras: what the verb makes of them, by itself and with labels that were painted.
+TEST(StitchTool, PaintsWhichPhotographTheVerbTextureTakes) {
+  const Folder folder;
+  write_sphere(folder, "128");
+  std::string cameras;
+  std::vector<std::string> words = {"texture", "sphere.obj", "-o", "verb.png"};
+  for (const std::string view : {"0,10", "50,20", "100,0", "180,0", "-90,10"}) {
+    const std::string name = "from" + view.substr(0, view.find(','));
+    ASSERT_EQ(marquetry(folder, {"render", "sphere.obj", "-o", name + ".png", "--cameras", name + ".json", "--view=" + view,
+                                 "--size", "300", "--unlit"})
+                  .status,
+              0);
+    cameras += " " + name + ".json";
+    words.insert(words.end(), {"--cameras", name + ".json"});
+  }
+  const Result result = view(folder,
+                             "tool texture\nset cameras" + cameras + "\nwait\nscreenshot made.png atlas\n"
+                             "photograph 1\nsize 40%\nstroke 0,0,1 0.5,0,0.86\nwait\n"
+                             "screenshot painted.png atlas\nsave-labels labels.png\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  ASSERT_EQ(view(folder, "screenshot of_verb.png atlas\n", {"sphere.obj", "verb.png"}).status, 0);
+  expect_nearly_equal(picture(folder, "made.png"), picture(folder, "of_verb.png"), 0);
+  words[3] = "labelled.png";
+  words.insert(words.end(), {"--labels", "labels.png"});
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  ASSERT_EQ(view(folder, "screenshot of_labels.png atlas\n", {"sphere.obj", "labelled.png"}).status, 0);
+  expect_nearly_equal(picture(folder, "painted.png"), picture(folder, "of_labels.png"), 0);
+  EXPECT_FALSE(file_bytes(folder / "labelled.png") == file_bytes(folder / "verb.png"));
+}
+
 TEST(StitchTool, SaysWhatItWants) {
   const Folder folder;
   write_sphere(folder, "64");
