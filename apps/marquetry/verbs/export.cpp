@@ -208,12 +208,14 @@ Exit run_export(Run& run) {
   if (options.has("paint")) run.will_read(options.text("paint"));
   require_video_for_codec(options, options.has("output") && names_video(options.text("output")));
   const EvolvingInput input = open_evolving(options.text("evolving"), run.terminal());
+  for (const fs::path& beside : input.files) run.will_read(beside);
   const EvolvingReader& reader = input.reader;
   std::vector<int> frames;
   std::vector<fs::path> paths;
   if (options.has("output")) {
     frames = wanted_frames(options, reader);
     paths = paths_of(options, input, frames);
+    if (options.has("from")) will_read_captured(run, numbers_of(reader, frames), paths);
     run.will_write(paths);
   }
   if (options.has("output")) say_unit(run, reader);
