@@ -4,12 +4,14 @@
 
 #include "cli/moving_body.h"
 #include "cli/moving_square.h"
+#include "mq/io/animation_read.h"
 
 namespace mq::test {
 namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using Json = nlohmann::json;
 
 /// Refused with these words, and the file is what it was.
 void expect_kept(const Folder& folder, const std::string& file, std::vector<std::string> words) {
@@ -60,6 +62,46 @@ TEST(ExportInputs, PicturesOfTheFileThatMovesAreNotReplaced) {
   write_bytes(folder / "f.usda", text);
   std::filesystem::copy_file(folder / "colours.png", folder / "f_12.png");
   expect_kept(folder, "f_12.png", {"f.usda", "-o", "f_%d.obj"});
+}
+
+TEST(ExportInputs, LibrariesAreAmongTheOutputs) {
+  const Folder folder;
+  make_square(folder);
+  const std::vector<std::string> words = {"export", "square.usda", "-o", "f_%d.obj", "--frames", "10"};
+  const auto with = [&](const std::string& word) {
+    std::vector<std::string> all = words;
+    all.push_back(word);
+    return marquetry(folder, all);
+  };
+  EXPECT_THAT(with("--dry-run").error, HasSubstr("would write f_10.mtl"));
+  EXPECT_EQ(with("--json").json()["result"]["outputs"], Json({"f_10.obj", "f_10.png", "f_10.mtl"}));
+  for (const char* name : {"f_10.obj", "f_10.png"}) std::filesystem::remove(folder / name);
+  const Result refused = with("--no-clobber");
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("f_10.mtl: exists already"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "f_10.obj"));
+  // Of captured frames as well.
+  ASSERT_EQ(marquetry(folder, {"export", "square.usda", "-o", "c_%d.ply"}).status, 0);
+  const Result captured = marquetry(folder, {"export", "square.usda", "-o", "d_%d.obj", "--from", "c_%d.ply",
+                                             "--frames", "10", "--size", "16", "--json"});
+  EXPECT_EQ(captured.json()["result"]["outputs"], Json({"d_10.obj", "d_10.png", "d_10.mtl"})) << captured.error;
+}
+
+/// A report has the options that were in force, and with them the same is made again.
+TEST(ExportInputs, ReportsCanBeRepeated) {
+  const Folder folder;
+  make_square(folder);
+  const std::vector<std::string> words = {"export", "square.usda", "-o", "walk.usda", "--report", "r.json"};
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  const std::string made = file_bytes(folder / "walk.usda");
+  EXPECT_FALSE(Json::parse(file_bytes(folder / "r.json"))["options"].contains("rate"));
+  std::filesystem::remove(folder / "walk.usda");
+  const Result again = marquetry(folder, {"export", "--config", "r.json"});
+  EXPECT_EQ(again.status, 0) << again.error;
+  EXPECT_EQ(file_bytes(folder / "walk.usda"), made);
+  EXPECT_NEAR(open_animation(folder / "walk.usda").frames_per_second, 12, 1e-5);
+  // What is asked for and does not fit is refused as before.
+  EXPECT_EQ(marquetry(folder, {"export", "--config", "r.json", "--samples", "3"}).status, 2);
 }
 
 }  // namespace
