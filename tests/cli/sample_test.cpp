@@ -34,7 +34,8 @@ TEST(Sample, SuggestsTheNearestName) {
 TEST(Sample, MakesTheSameAgainOfAReport) {
   const Folder folder;
   for (const std::string name : {"cube", "bending"}) {
-    ASSERT_EQ(marquetry(folder, {"sample", name, "-o", name + "/", "--frames", "0-99", "--report", "r.json"}).status, 0);
+    const std::vector<std::string> words = {"sample", name, "-o", name + "/", "--frames", "0-99", "--report", "r.json"};
+    ASSERT_EQ(marquetry(folder, words).status, 0);
     const Result again = marquetry(folder, {"sample", "--config", "r.json", "--dry-run"});
     EXPECT_EQ(again.status, 0) << again.error;
   }

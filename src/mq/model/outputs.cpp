@@ -200,6 +200,11 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
 
 namespace {
 
+/// Whether an OBJ file comes with what it names: neither in memory nor to standard output.
+bool writes_beside(const fs::path& path) {
+  return lower_extension(path) == ".obj" && !names_held(path) && !names_standard_output(path);
+}
+
 /// The name of a picture in a model that is written to `folder`: one that lies elsewhere comes beside it.
 std::string name_beside(const fs::path& folder, const std::string& name, const fs::path& source) {
   std::error_code ignored;
@@ -211,7 +216,7 @@ std::string name_beside(const fs::path& folder, const std::string& name, const f
 
 /// Pictures that come with an OBJ file whose shape alone changes, into another folder.
 void Outputs::plan_copies(const fs::path& path, const Model& model) {
-  if (lower_extension(path) != ".obj" || names_held(path)) return;
+  if (!writes_beside(path)) return;
   const bool keeps_all = model.document && model.document->format == Document::Format::obj;
   const std::vector<char> named = named_pictures(model, path);
   std::size_t i = 0;
@@ -228,7 +233,7 @@ void Outputs::plan_copies(const fs::path& path, const Model& model) {
 
 /// What an OBJ file keeps its materials in.
 void Outputs::plan_libraries(const fs::path& path, const Model& model) {
-  if (lower_extension(path) != ".obj" || names_held(path)) return;
+  if (!writes_beside(path)) return;
   Model named;
   named.path = model.path, named.mesh = model.mesh, named.colors = model.colors, named.document = model.document;
   named.materials = model.materials, named.slots = model.slots, named.slot = model.slot, named.tiles = model.tiles;
