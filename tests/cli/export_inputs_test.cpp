@@ -104,5 +104,20 @@ TEST(ExportInputs, ReportsCanBeRepeated) {
   EXPECT_EQ(marquetry(folder, {"export", "--config", "r.json", "--samples", "3"}).status, 2);
 }
 
+TEST(ExportInputs, WhatIsWrongOrMissingIsNamed) {
+  const Folder folder;
+  make_square(folder);
+  const Result gaps = marquetry(folder, {"export", "square.usda", "-o", "f_%d.ply", "--frames", "10-14"});
+  EXPECT_EQ(gaps.status, 2);
+  EXPECT_THAT(gaps.error, HasSubstr("has no frame 11; it has 10, 12, 14"));
+  ASSERT_EQ(marquetry(folder, {"export", "square.usda", "-o", "a.glb"}).status, 0);
+  std::string bytes = file_bytes(folder / "a.glb");
+  bytes[bytes.find("\x89PNG") + 20] ^= 0x55;
+  write_bytes(folder / "a.glb", bytes);
+  const Result damaged = marquetry(folder, {"export", "a.glb"});
+  EXPECT_EQ(damaged.status, 2);
+  EXPECT_THAT(damaged.error, HasSubstr("a.glb, the embedded picture"));
+}
+
 }  // namespace
 }  // namespace mq::test

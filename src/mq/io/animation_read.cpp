@@ -87,10 +87,13 @@ Image<float> displayed(const Texture& texture) {
   return is_light ? encode(texture.pixels, ColourSpace::linear, TransferFunction::srgb) : texture.pixels;
 }
 
-Image<float> animation_picture(const FoundPicture& picture, const fs::path& folder,
+Image<float> animation_picture(const FoundPicture& picture, const fs::path& path,
                                std::vector<fs::path>& files, std::vector<std::string>& notes) {
-  if (!picture.bytes.empty()) return displayed(read_texture_bytes(picture.bytes, picture.name));
+  if (!picture.bytes.empty())
+    return displayed(
+        read_texture_bytes(picture.bytes, fmt::format("{}, the embedded picture {}", path.string(), picture.name)));
   if (picture.name.empty()) return {};
+  const fs::path folder = path.parent_path();
   if (fs::exists(folder / picture.name)) {
     files.push_back(folder / picture.name);
     return displayed(read_texture(files.back()));
@@ -134,7 +137,7 @@ OpenAnimation open_animation(const fs::path& path, const Progress& progress) {
   std::vector<fs::path> files = std::move(found.files);
   std::vector<Image<float>> pictures;
   for (const FoundPicture& picture : found.pictures)
-    pictures.push_back(animation_picture(picture, path.parent_path(), files, notes));
+    pictures.push_back(animation_picture(picture, path, files, notes));
   std::vector<std::string> remarks = std::move(found.remarks);
   const double rate = found.frames_per_second, numbers_rate = found.numbers_per_second, unit = found.metres_per_unit;
   auto source = std::make_shared<FoundSource>(std::move(found));
