@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "cli/moving_body.h"
+#include "cli/moving_square.h"
 #include "mq/io/animation_read.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
@@ -157,35 +158,6 @@ TEST(Export, CarriesTheColoursOfTheFirstFrameAlong) {
     ASSERT_NEAR(value, 0.5, 0.01);
 }
 
-/// A square of two frames as USD: a colour for each quarter of its picture, a unit of a centimetre, every second time
-/// code of 24 a second.
-void make_square(const Folder& folder) {
-  Texture texture;
-  texture.pixels = Image<float>(4, 4, 3);
-  for (int y = 0; y < 4; ++y)
-    for (int x = 0; x < 4; ++x)
-      texture.pixels(x, y, 0) = x < 2 ? 1.F : 0.F, texture.pixels(x, y, 1) = y < 2 ? 1.F : 0.F;
-  write_texture(folder / "colours.png", texture);
-  write_bytes(folder / "square.usda", R"(#usda 1.0
-( metersPerUnit = 0.01
-  timeCodesPerSecond = 24 )
-def Mesh "square" {
-  rel material:binding = </look>
-  uniform token subdivisionScheme = "none"
-  int[] faceVertexCounts = [4]
-  int[] faceVertexIndices = [0, 1, 2, 3]
-  point3f[] points.timeSamples = { 10: [(0, 0, 0), (50, 0, 0), (50, 50, 0), (0, 50, 0)],
-    12: [(0, 0, 9), (50, 0, 9), (50, 50, 9), (0, 50, 9)], 14: [(0, 0, 8), (50, 0, 8), (50, 50, 8), (0, 50, 8)] }
-  texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] ( interpolation = "vertex" )
-}
-def Material "look" {
-  def Shader "s" { uniform token info:id = "UsdPreviewSurface"
-    color3f inputs:diffuseColor.connect = </look/p.rgb> }
-  def Shader "p" { asset inputs:file = @./colours.png@ }
-}
-)");
-}
-
 TEST(Export, CarriesThePicturesOfFilesThatMove) {
   const Folder folder;
   make_square(folder);
@@ -271,7 +243,7 @@ TEST(Export, RefusesWhatItCannotWrite) {
   EXPECT_FALSE(std::filesystem::exists(folder / "nodir"));
   EXPECT_THAT(refusal({"body.evolving", "-o", "one_%d_%d.ply"}), HasSubstr("two places"));
   EXPECT_THAT(refusal({"body.evolving", "-o", "f%d.ply", "--frames", "7"}),
-              HasSubstr("has no frame 7"));
+              HasSubstr("has no frame 7; it has 0-2"));
   EXPECT_THAT(refusal({"body.evolving", "-o", "a.glb", "--frames", "0-2x2"}),
               HasSubstr("takes all frames"));
   EXPECT_THAT(

@@ -110,5 +110,37 @@ TEST(Filter, WritesOverNoInputUnlessAllowed) {
   EXPECT_NE(file_bytes(folder / "strip.png"), picture);
 }
 
+/// Libraries and pictures that an OBJ file brings with it are outputs as it is.
+TEST(FilterOutputs, NameWhatAnObjWritesBesideIt) {
+  const Folder folder;
+  write_strip(folder);
+  std::filesystem::create_directory(folder / "out");
+  const auto outputs = [&](const std::vector<std::string>& words) {
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return result.json()["result"]["outputs"].get<std::vector<std::string>>();
+  };
+  using testing::UnorderedElementsAre;
+  EXPECT_THAT(outputs({"filter", "strip.obj", "--beta", "2", "-o", "new.obj", "--json"}),
+              UnorderedElementsAre("new.obj", "new.png", "new.mtl"));
+  EXPECT_THAT(outputs({"filter", "strip.obj", "--beta", "2", "-o", "out/far.obj", "--json"}),
+              UnorderedElementsAre("out/far.obj", "out/strip.png", "out/strip.mtl"));
+  EXPECT_THAT(outputs({"filter", "strip.obj", "--geometry", "--beta", "2", "-o", "near.obj", "--json"}),
+              UnorderedElementsAre("near.obj"));
+  for (const char* name : {"out/far.obj", "out/strip.png", "out/strip.mtl"}) std::filesystem::remove(folder / name);
+  EXPECT_THAT(outputs({"filter", "strip.obj", "--geometry", "--beta", "2", "-o", "out/far.obj", "--json"}),
+              UnorderedElementsAre("out/far.obj", "out/strip.png", "out/strip.mtl"));
+  for (const char* name : {"out/far.obj", "out/strip.png", "out/strip.mtl"})
+    EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
+  // A library of another model that would be replaced.
+  const Result refused =
+      marquetry(folder, {"filter", "strip.obj", "--geometry", "--beta", "2", "-o", "out/other.obj", "--no-clobber"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, testing::HasSubstr("exists already"));
+  // Over itself as before.
+  EXPECT_THAT(outputs({"filter", "strip.obj", "--geometry", "--beta", "2", "-o", "strip.obj", "--json", "--overwrite"}),
+              UnorderedElementsAre("strip.obj"));
+}
+
 }  // namespace
 }  // namespace mq::test

@@ -31,5 +31,24 @@ TEST(Sample, SuggestsTheNearestName) {
   EXPECT_TRUE(folder.names().empty());
 }
 
+TEST(Sample, MakesTheSameAgainOfAReport) {
+  const Folder folder;
+  for (const std::string name : {"cube", "bending"}) {
+    const std::vector<std::string> words = {"sample", name, "-o", name + "/", "--frames", "0-99", "--report", "r.json"};
+    ASSERT_EQ(marquetry(folder, words).status, 0);
+    const Result again = marquetry(folder, {"sample", "--config", "r.json", "--dry-run"});
+    EXPECT_EQ(again.status, 0) << again.error;
+  }
+  EXPECT_EQ(marquetry(folder, {"sample", "cube", "-o", "cube/", "--frames", "0-9"}).status, 2);
+}
+
+TEST(Sample, NamesTheLibraryAmongItsOutputs) {
+  const Folder folder;
+  write_bytes(folder / "cube.mtl", "newmtl mine\n");
+  const Result refused = marquetry(folder, {"sample", "cube", "-o", "cube.obj", "--size", "8", "--no-clobber"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("cube.mtl: exists already"));
+}
+
 }  // namespace
 }  // namespace mq::test

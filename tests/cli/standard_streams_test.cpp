@@ -96,6 +96,12 @@ TEST(StandardStreams, BringModelsThatFindWhatLiesHere) {
   EXPECT_EQ(result.output, file_bytes(folder / "file.glb"));
   EXPECT_THAT(file_bytes(folder / "run.json"), Not(HasSubstr("marquetry-pipe")));
   EXPECT_THAT(result.error, Not(HasSubstr("marquetry-pipe")));
+  // A shape goes alone, and names the library that lies here.
+  const Result shape =
+      piped(folder, {"filter", "-", "--geometry", "--beta", "2", "-o", "obj:-", "--report", "shape.json"}, "strip.obj");
+  ASSERT_EQ(shape.status, 0) << shape.error;
+  EXPECT_THAT(shape.output, HasSubstr("mtllib strip.mtl"));
+  EXPECT_EQ(nlohmann::json::parse(file_bytes(folder / "shape.json"))["result"]["outputs"], nlohmann::json({"obj:-"}));
 }
 
 /// What a command of the shell ends with, in a folder and with another for temporary files, `$program` in

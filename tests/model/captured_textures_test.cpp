@@ -40,7 +40,6 @@ class CapturedTexturesTest : public FolderTest {
 TEST_F(CapturedTexturesTest, GiveVerticesTheColoursThatWereCapturedThere) {
   const EvolvingReader reader(folder / "body.evolving");
   CapturedTextures textures = captured(reader);
-  EXPECT_EQ(textures.paths(), (std::vector{path(0), path(1)}));
   const CapturedTextures::Coloured first = textures.at_vertices(0);
   EXPECT_EQ(first.number, 0);
   EXPECT_EQ(first.unseen, 0);

@@ -20,6 +20,7 @@
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
+#include "mq/io/held_files.h"
 #include "shell/interrupt.h"
 
 namespace mq::app {
@@ -27,7 +28,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string output_stem = "standard_output", folder_begin = "marquetry-pipe-";
 constexpr int most_links = 10000;
 
 /// "" of "-", "ply" of "ply:-"; nothing where a file is named.
@@ -116,10 +116,6 @@ fs::path temporary_folder() {
 
 }  // namespace
 
-bool names_standard_output(const fs::path& path) {
-  return path.stem() == output_stem && path.parent_path().filename().string().starts_with(folder_begin);
-}
-
 void refuse_standard_streams(const OptionValues& options) {
   for (const Option& option : options.table().options())
     if (option.type == Option::Type::path && options.given(option.name))
@@ -136,7 +132,7 @@ StandardStreams::~StandardStreams() {
 
 const fs::path& StandardStreams::folder() {
   if (!folder_.empty()) return folder_;
-  std::string name = (temporary_folder() / (folder_begin + "XXXXXX")).string();
+  std::string name = (temporary_folder() / (std::string(pipe_folder_begin) + "XXXXXX")).string();
   if (::mkdtemp(name.data()) == nullptr)
     throw IoError(
         fmt::format("{}: no folder for standard input and output can be made here ({}); TMPDIR names another",
@@ -210,7 +206,7 @@ std::string StandardStreams::choose_output(const std::string& format, const Opti
     require(!extension.empty(),
             "--output: name the format that standard output is to take, such as png:- or glb:-");
   }
-  output_ = folder() / (output_stem + extension);
+  output_ = folder() / (standard_output_stem + extension);
   call(output_.string(), options.text("output"), "standard output");
   return output_.string();
 }

@@ -60,7 +60,4 @@ class StandardStreams {
 /// Throws `InvalidInput` where an option names one, for runs that have none.
 void refuse_standard_streams(const OptionValues& options);
 
-/// Whether it is the name of a file that stands for standard output.
-bool names_standard_output(const std::filesystem::path& path);
-
 }  // namespace mq::app

@@ -18,6 +18,7 @@
 #include "mq/model/evolving_input.h"
 #include "mq/model/stored_models.h"
 #include "options/model_options.h"
+#include "options/signal_options.h"
 #include "options/video_options.h"
 #include "shell/results.h"
 #include "shell/run.h"
@@ -104,7 +105,7 @@ fs::path picture_beside(fs::path model) { return model.replace_extension(".png")
 /// How animations and videos are written: at the rate that is asked for, or else the file's own.
 VideoOptions rate_and_codec(const OptionValues& options, const EvolvingInput& input) {
   VideoOptions how = video_options(options);
-  if (options.given("rate")) return how;
+  if (options.has("rate")) return how;
   how.rate = (names_animation(options.text("output")) ? input.numbers_rate : input.rate).value_or(how.rate);
   return how;
 }
@@ -135,7 +136,7 @@ void refuse_what_does_not_fit(const OptionValues& options) {
   require(!options.has("from") || !options.has("paint"),
           "--paint: with --from the colours are those captured");
   for (const char* name : {"size", "samples", "texture", "stitch"})
-    require(!options.given(name) || options.has("from"),
+    require(!asks_for(options, name) || options.has("from"),
             fmt::format("--{}: it is of textures, which --from makes", name));
   require(!options.has("paint") || options.has("output"),
           "--paint: it colours models, so --output says where");
@@ -161,9 +162,11 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingInput&
                            [&](int frame) { return carries && has_picture(input, frame); });
   std::vector<fs::path> paths;
   for (const int frame : frames) {
-    paths.emplace_back(frame_name(output, numbers_of(reader, {frame}).front()));
-    if (carries && has_picture(input, frame) && lower_extension(output) != ".glb")
-      paths.push_back(picture_beside(paths.back()));
+    const fs::path& model = paths.emplace_back(frame_name(output, numbers_of(reader, {frame}).front()));
+    if (!carries || !has_picture(input, frame) || lower_extension(output) == ".glb") continue;
+    const fs::path picture = picture_beside(model), library = fs::path(model).replace_extension(".mtl");
+    paths.push_back(picture);
+    if (lower_extension(output) == ".obj") paths.push_back(library);
   }
   return paths;
 }
@@ -208,12 +211,14 @@ Exit run_export(Run& run) {
   if (options.has("paint")) run.will_read(options.text("paint"));
   require_video_for_codec(options, options.has("output") && names_video(options.text("output")));
   const EvolvingInput input = open_evolving(options.text("evolving"), run.terminal());
+  for (const fs::path& beside : input.files) run.will_read(beside);
   const EvolvingReader& reader = input.reader;
   std::vector<int> frames;
   std::vector<fs::path> paths;
   if (options.has("output")) {
     frames = wanted_frames(options, reader);
     paths = paths_of(options, input, frames);
+    if (options.has("from")) will_read_captured(run, numbers_of(reader, frames), paths);
     run.will_write(paths);
   }
   if (options.has("output")) say_unit(run, reader);
@@ -266,7 +271,12 @@ Verb export_verb() {
              .default_value = "none",
              .choices = {"none", "meshopt"},
              .help = "geometry of an animation that is a .glb; without loss"});
-  add_rate_option(table);
+  table.add({.name = "rate",
+             .type = Type::number,
+             .unit = "frames a second",
+             .least = 0.001,
+             .most = 100000,
+             .help = "of an animation, or a video, which has 1000 at most; else that of a file that moves, or 30"});
   add_codec_option(table);
   add_captured_texture_options(table);
   add_plot_option(table);

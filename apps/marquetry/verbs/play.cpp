@@ -102,6 +102,7 @@ Exit run_play(Run& run) {
   refuse_what_does_not_fit(options);
   if (options.has("video")) run.will_read(options.text("video"));
   const EvolvingInput input = open_input(run, store);
+  for (const fs::path& beside : input.files) run.will_read(beside);
   const EvolvingReader& reader = input.reader;
   const std::vector<int> frames = wanted_frames(options, reader);
   require(std::ranges::is_sorted(frames), "--frames: time runs forwards in a film");
@@ -120,6 +121,7 @@ Exit run_play(Run& run) {
   const fs::path page = is_page ? output : output / "index.html";
   if (shows_own) warn_of_repeats(run, reader);
   if (options.has("from") || shows_own) check_video_to_make(run, reader, frames, page, how);
+  if (options.has("from")) will_read_captured(run, numbers_of(reader, frames), {page});
   run.will_write({page}, is_page ? output.parent_path() : output);
   if (run.dry_run()) return Exit::done;
 

@@ -18,6 +18,7 @@
 #include "shell/results.h"
 #include "shell/run.h"
 #include "options/model_options.h"
+#include "options/signal_options.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -109,7 +110,7 @@ Model colored_model(MovingFrame&& made) {
 Exit sample_sequence(Run& run) {
   const OptionValues& options = run.options();
   for (const char* name : {"size", "misaligned", "depth"})
-    require(!options.given(name),
+    require(!asks_for(options, name),
             fmt::format("--{}: a sequence has colours at its vertices and no texture", name));
   const MovingFiles names = moving_files(options.text("output"));
   const std::vector<int> numbers = parse_frames(options.text("frames"));
@@ -150,7 +151,7 @@ Exit sample(Run& run) {
   const OptionValues& options = run.options();
   if (is_moving(options.text("name"))) return sample_sequence(run);
   for (const char* name : {"frames", "period", "light", "noise"})
-    require(!options.given(name),
+    require(!asks_for(options, name),
             fmt::format("--{}: '{}' does not move", name, options.text("name")));
   const std::vector<fs::path> meshes = mesh_paths(options.text("output"), options.text("name"));
   const fs::path folder =
@@ -158,6 +159,8 @@ Exit sample(Run& run) {
   const bool is_float = depth_from_name(options.text("depth")) >= Depth::half;
   std::vector<fs::path> files = meshes;
   files.push_back(fs::path(meshes.front()).replace_extension(is_float ? ".exr" : ".png"));
+  for (const fs::path& mesh : meshes)
+    if (lower_extension(mesh) == ".obj") files.push_back(fs::path(mesh).replace_extension(".mtl"));
   run.will_write(files, folder);
   if (run.dry_run()) return Exit::done;
 

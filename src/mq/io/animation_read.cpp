@@ -87,11 +87,17 @@ Image<float> displayed(const Texture& texture) {
   return is_light ? encode(texture.pixels, ColourSpace::linear, TransferFunction::srgb) : texture.pixels;
 }
 
-Image<float> animation_picture(const FoundPicture& picture, const fs::path& folder,
-                               std::vector<std::string>& notes) {
-  if (!picture.bytes.empty()) return displayed(read_texture_bytes(picture.bytes, picture.name));
+Image<float> animation_picture(const FoundPicture& picture, const fs::path& path,
+                               std::vector<fs::path>& files, std::vector<std::string>& notes) {
+  if (!picture.bytes.empty())
+    return displayed(
+        read_texture_bytes(picture.bytes, fmt::format("{}, the embedded picture {}", path.string(), picture.name)));
   if (picture.name.empty()) return {};
-  if (fs::exists(folder / picture.name)) return displayed(read_texture(folder / picture.name));
+  const fs::path folder = path.parent_path();
+  if (fs::exists(folder / picture.name)) {
+    files.push_back(folder / picture.name);
+    return displayed(read_texture(files.back()));
+  }
   const std::string note =
       fmt::format("its picture {} is not there, and is left out; put it there, or name others", shown(picture.name));
   if (std::ranges::count(notes, note) == 0) notes.push_back(note);
@@ -128,9 +134,10 @@ OpenAnimation open_animation(const fs::path& path, const Progress& progress) {
   for (std::size_t f = 0; f < found.numbers.size(); ++f)
     frames.push_back({{}, found.numbers[f], found.segment_of[f], {}});
   std::vector<std::string> notes = std::move(found.notes);
+  std::vector<fs::path> files = std::move(found.files);
   std::vector<Image<float>> pictures;
   for (const FoundPicture& picture : found.pictures)
-    pictures.push_back(animation_picture(picture, path.parent_path(), notes));
+    pictures.push_back(animation_picture(picture, path, files, notes));
   std::vector<std::string> remarks = std::move(found.remarks);
   const double rate = found.frames_per_second, numbers_rate = found.numbers_per_second, unit = found.metres_per_unit;
   auto source = std::make_shared<FoundSource>(std::move(found));
@@ -138,6 +145,7 @@ OpenAnimation open_animation(const fs::path& path, const Progress& progress) {
           rate,
           numbers_rate,
           std::move(pictures),
+          std::move(files),
           std::move(notes),
           std::move(remarks)};
 }

@@ -32,6 +32,7 @@ struct OpenAnimation {
 
   /// Of each segment the picture of its base colour; without pixels: none.
   std::vector<Image<float>> pictures;
+  std::vector<std::filesystem::path> files = {};  ///< that were read beside it: pictures, buffers
   std::vector<std::string> notes;    ///< what was left out, or may not be as it was meant
   std::vector<std::string> remarks;  ///< what a user may want to know
 };

@@ -198,6 +198,10 @@ std::map<std::string, std::vector<std::byte>>& HeldFiles::files() { return data_
 
 bool names_held(const fs::path& path) { return held_name(path).has_value(); }
 
+bool names_standard_output(const fs::path& path) {
+  return path.stem() == standard_output_stem && path.parent_path().filename().string().starts_with(pipe_folder_begin);
+}
+
 std::optional<Texture> held_texture(const fs::path& path, NotFinite not_finite, const Progress& progress) {
   const std::optional<HeldName> held = held_name(path);
   if (!held) return {};

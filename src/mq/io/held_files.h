@@ -84,4 +84,11 @@ class HeldFiles {
 /// Whether a path is of this kind.
 bool names_held(const std::filesystem::path& path);
 
+/// Where what goes to standard output lies first: a file of this stem, in a folder whose name begins so.
+inline constexpr const char* standard_output_stem = "standard_output";
+inline constexpr const char* pipe_folder_begin = "marquetry-pipe-";
+
+/// Whether a path is such a file.
+bool names_standard_output(const std::filesystem::path& path);
+
 }  // namespace mq

@@ -106,6 +106,12 @@ NewMaterial material_of(const Model& model, const ModelMaterials& materials, int
 /// in none.
 std::vector<NewMaterial> new_materials(const Model& model, const ModelMaterials& materials);
 
+/// The material libraries that `write_model` writes beside an OBJ file `path`, from its folder; empty beside other
+/// files. `pictures` are names of the model's textures, or of those that it will have, then of its `others`, as
+/// `write_obj` takes them. A library that stays what and where it is counts for none.
+std::vector<std::string> libraries_beside(const std::filesystem::path& path, const Model& model,
+                                          const std::vector<std::string>& pictures);
+
 /// What of the materials a file of `path`'s format does not say, in words; empty: nothing.
 std::string materials_left_out(const ModelMaterials& materials, const std::filesystem::path& path);
 

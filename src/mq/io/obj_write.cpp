@@ -12,6 +12,7 @@
 #include "mq/base/error.h"
 #include "mq/io/detail/mtl.h"
 #include "mq/io/detail/obj.h"
+#include "mq/io/file_names.h"
 #include "mq/io/materials.h"
 #include "mq/io/normals.h"
 #include "mq/io/slots.h"
@@ -343,6 +344,30 @@ std::vector<OutputFile> new_files(const Model& model, const std::vector<std::str
 }
 
 }  // namespace
+
+std::vector<std::string> libraries_beside(const fs::path& path, const Model& model,
+                                          const std::vector<std::string>& pictures) {
+  if (lower_extension(path) != ".obj") return {};
+  const std::string stem = path.stem().string();
+  const Document* document = model.document.get();
+  std::vector<OutputFile> files;
+  if (document && document->format == Document::Format::obj) files = ObjSplicer(model, *document, stem).files(pictures);
+  if (files.empty())
+    return new_materials(model, file_materials(model)).empty() ? std::vector<std::string>()
+                                                              : std::vector{stem + ".mtl"};
+  std::vector<std::string> names;
+  for (std::size_t i = 1; i < files.size(); ++i) {
+    const OutputFile& file = files[i];
+    if (!stays_below(file.name)) continue;
+    std::error_code ignored;
+    const bool stays = std::ranges::any_of(document->parts, [&](const Part& part) {
+      return part.bytes == file.bytes &&
+             fs::equivalent(model.path.parent_path() / part.name, path.parent_path() / file.name, ignored);
+    });
+    if (!stays) names.push_back(file.name);
+  }
+  return names;
+}
 
 ObjOutput write_obj(const Model& model, const std::vector<std::string>& pictures,
                     const std::string& stem) {

@@ -45,12 +45,6 @@ CapturedTextures::CapturedTextures(const EvolvingReader& reader, const std::stri
   for (std::size_t i = 0; i < files.size(); ++i) files_[frames[i]] = files[i].path;
 }
 
-std::vector<fs::path> CapturedTextures::paths() const {
-  std::vector<fs::path> paths;
-  for (const auto& [frame, path] : files_) paths.push_back(path);
-  return paths;
-}
-
 CapturedTextures::Textured CapturedTextures::texture(int frame, const Progress& progress) {
   Captured captured = read(frame);
   TextureFrameOptions how{

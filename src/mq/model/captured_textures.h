@@ -39,9 +39,6 @@ class CapturedTextures {
   const std::vector<int>& frames() const { return frames_; }  ///< indices, as they were given
   int side() const { return options_.side; }                  ///< texels of a texture, both ways
 
-  /// The meshes that are read.
-  std::vector<std::filesystem::path> paths() const;
-
   struct Textured {
     int number = 0;
     Mesh mesh;

@@ -32,7 +32,8 @@ EvolvingInput open_evolving(const std::filesystem::path& path, Messages& message
   OpenAnimation opened = open_animation(path, progress);
   for (const std::string& note : opened.notes) messages.warning(path.string() + ": " + note);
   for (const std::string& remark : opened.remarks) messages.remark(path.string() + ": " + remark);
-  return {std::move(opened.reader), opened.frames_per_second, opened.numbers_per_second, std::move(opened.pictures)};
+  return {std::move(opened.reader), opened.frames_per_second, opened.numbers_per_second, std::move(opened.pictures),
+          std::move(opened.files)};
 }
 
 }  // namespace mq

@@ -17,6 +17,7 @@ struct EvolvingInput {
   std::optional<double> rate = {};          ///< frames a second, where the file says it: their mean
   std::optional<double> numbers_rate = {};  ///< numbers of frames a second, which `AnimationPart` wants
   std::vector<Image<float>> pictures = {};  ///< of each segment, as `OpenAnimation` has them
+  std::vector<std::filesystem::path> files = {};  ///< that were read beside it: pictures, buffers
 
   /// Whether any segment has a picture; that of a frame (index), without pixels where it has none.
   bool has_pictures() const;

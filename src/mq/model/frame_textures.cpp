@@ -59,7 +59,10 @@ std::vector<fs::path> FrameTextures::paths(const std::vector<int>& numbers) cons
   std::vector<fs::path> paths;
   for (const int number : numbers) {
     paths.emplace_back(frame_name(output_, number));
-    if (names_model(output_)) paths.push_back(picture_of(paths.back()));
+    if (!names_model(output_)) continue;
+    const fs::path model = paths.back();
+    paths.push_back(picture_of(model));
+    if (lower_extension(model) == ".obj") paths.push_back(fs::path(model).replace_extension(".mtl"));
   }
   return paths;
 }

@@ -9,6 +9,8 @@
 #include "mq/base/words.h"
 #include "mq/io/document.h"
 #include "mq/io/file_names.h"
+#include "mq/io/held_files.h"
+#include "mq/io/materials.h"
 #include "mq/io/slots.h"
 #include "mq/io/tiles.h"
 
@@ -159,7 +161,11 @@ std::set<fs::path> Outputs::folders() const {
 void Outputs::plan_model(const std::string& name, const Model& model, Kind kind) {
   const fs::path path(name);
   paths_ = {path};
-  if (kind == Kind::model) return;
+  if (kind == Kind::model) {
+    plan_copies(path, model);
+    plan_libraries(path, model);
+    return;
+  }
   std::error_code ignored;
   const std::vector<Texture> textures = textures_of(model);
   const bool made_up = model.textures.empty() || !model.document;
@@ -189,6 +195,63 @@ void Outputs::plan_model(const std::string& name, const Model& model, Kind kind)
     }));
   }
   plan_others(path, model);
+  plan_libraries(path, model);
+}
+
+namespace {
+
+/// Whether an OBJ file comes with what it names: neither in memory nor to standard output.
+bool writes_beside(const fs::path& path) {
+  return lower_extension(path) == ".obj" && !names_held(path) && !names_standard_output(path);
+}
+
+/// The name of a picture in a model that is written to `folder`: one that lies elsewhere comes beside it.
+std::string name_beside(const fs::path& folder, const std::string& name, const fs::path& source) {
+  std::error_code ignored;
+  const bool stays = stays_below(name) || fs::equivalent(folder / name, source, ignored);
+  return stays ? name : fs::path(name).filename().string();
+}
+
+}  // namespace
+
+/// Pictures that come with an OBJ file whose shape alone changes, into another folder.
+void Outputs::plan_copies(const fs::path& path, const Model& model) {
+  if (!writes_beside(path)) return;
+  const bool keeps_all = model.document && model.document->format == Document::Format::obj;
+  const std::vector<char> named = named_pictures(model, path);
+  std::size_t i = 0;
+  for (const auto* textures : {&model.textures, &model.others})
+    for (const Texture& texture : *textures) {
+      std::error_code ignored;
+      const bool is_written = keeps_all || named[i];
+      ++i;
+      if (!is_written || texture.path.empty() || texture.name.empty() || !fs::exists(texture.path, ignored)) continue;
+      const fs::path to = path.parent_path() / name_beside(path.parent_path(), texture.name, texture.path);
+      if (!fs::equivalent(to, texture.path, ignored) && std::ranges::count(paths_, to) == 0) paths_.push_back(to);
+    }
+}
+
+/// What an OBJ file keeps its materials in.
+void Outputs::plan_libraries(const fs::path& path, const Model& model) {
+  if (!writes_beside(path)) return;
+  Model named;
+  named.path = model.path, named.mesh = model.mesh, named.colors = model.colors, named.document = model.document;
+  named.materials = model.materials, named.slots = model.slots, named.slot = model.slot, named.tiles = model.tiles;
+  named.uv_sets = model.uv_sets, named.uv_set = model.uv_set;
+  std::vector<std::string> names;
+  const auto add = [&](const Texture& texture, const std::string& name, std::vector<Texture>& to) {
+    to.emplace_back().name = name_beside(path.parent_path(), name, texture.path);
+    to.back().path = texture.path;
+    names.push_back(to.back().name);
+  };
+  const std::vector<Texture> textures = texture_names_.empty() ? std::vector<Texture>() : textures_of(model);
+  for (std::size_t i = 0; i < textures.size(); ++i) add(textures[i], texture_names_[i], named.textures);
+  if (textures.empty())
+    for (const Texture& texture : model.textures) add(texture, texture.name, named.textures);
+  for (std::size_t i = 0; i < model.others.size(); ++i)
+    add(model.others[i], i < other_names_.size() ? other_names_[i] : model.others[i].name, named.others);
+  for (const std::string& library : libraries_beside(path, named, names))
+    if (const fs::path to = path.parent_path() / library; std::ranges::count(paths_, to) == 0) paths_.push_back(to);
 }
 
 namespace {

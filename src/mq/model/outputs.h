@@ -42,10 +42,12 @@ class Outputs {
  private:
   void plan_model(const std::string& name, const Model& model, Kind kind);
   void plan_tiles(const struct TileName& name, const Model& model);
+  void plan_copies(const std::filesystem::path& path, const Model& model);
+  void plan_libraries(const std::filesystem::path& path, const Model& model);
   void plan_others(const std::filesystem::path& path, const Model& model);
   void plan_new_others(const std::filesystem::path& path, const Model& model);
 
-  std::vector<std::filesystem::path> paths_;  ///< one per texture, or the model's and its pictures'
+  std::vector<std::filesystem::path> paths_;  ///< one per texture, or the model's, its pictures' and libraries'
   std::vector<std::string> texture_names_;    ///< in the model written; empty: as they were
   std::vector<std::string> other_names_;      ///< of its `others`, likewise
   std::filesystem::path folder_;

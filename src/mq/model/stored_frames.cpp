@@ -9,6 +9,26 @@
 
 namespace mq {
 
+namespace {
+
+/// "0-2, 4, 6-9": the numbers of all frames; of many runs of them the first ones.
+std::string numbers_in_words(const std::vector<StoredFrame>& frames) {
+  constexpr int most_runs = 8;
+  std::string text;
+  int runs = 0;
+  for (std::size_t f = 0; f < frames.size();) {
+    std::size_t end = f + 1;
+    while (end < frames.size() && frames[end].number == frames[end - 1].number + 1) ++end;
+    if (++runs > most_runs) return text + fmt::format(", ... {}", frames.back().number);
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", frames[f].number);
+    if (end > f + 1) text += fmt::format("-{}", frames[end - 1].number);
+    f = end;
+  }
+  return text;
+}
+
+}  // namespace
+
 std::vector<int> frames_with(const EvolvingReader& reader, const std::vector<int>& numbers,
                              const std::string& prefix) {
   const auto& stored = reader.frames();
@@ -18,7 +38,8 @@ std::vector<int> frames_with(const EvolvingReader& reader, const std::vector<int
   for (const int number : numbers) {
     const auto found = std::ranges::find(stored, number, &StoredFrame::number);
     require(found != stored.end(),
-            fmt::format("{}{} has no frame {}", prefix, reader.manifest().string(), number));
+            fmt::format("{}{} has no frame {}; it has {}", prefix, reader.manifest().string(), number,
+                        stored.empty() ? "none" : numbers_in_words(stored)));
     frames.push_back(int(found - stored.begin()));
   }
   require(!frames.empty(), reader.manifest().string() + ": it holds no frame");

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
+#include "mq/io/model.h"
 #include "mq/model/stored_frames.h"
 #include "options/model_options.h"
 #include "options/video_options.h"
@@ -64,9 +66,7 @@ CapturedTextures captured_textures(Run& run, const EvolvingReader& reader, const
         fmt::format("--size: {} texels, and the atlas was made for {}: its gutters are narrower "
                     "here, and charts may touch",
                     how.side, *made_for));
-  CapturedTextures captured(reader, options.text("from"), frames, std::move(how), run.terminal());
-  for (const std::filesystem::path& path : captured.paths()) run.will_read(path);
-  return captured;
+  return {reader, options.text("from"), frames, std::move(how), run.terminal()};
 }
 
 /// What was seen of each frame, and what was found wrong.
@@ -130,6 +130,23 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
           fmt::format("--stitch: it is of textures, and {} has no texture coordinates",
                       reader.manifest().string()));
   return captured_files(reader, numbers, output);
+}
+
+void will_read_captured(Run& run, const std::vector<int>& numbers, const std::vector<std::filesystem::path>& outputs) {
+  const OptionValues& options = run.options();
+  const std::vector<FrameFile> frames = find_frames(options.text("from"), numbers);
+  for (const FrameFile& frame : frames) run.will_read(frame.path);
+  const auto is_there = [](const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::exists(path, ignored);
+  };
+  // What names others is read for them only where any of them could be replaced.
+  if (std::ranges::none_of(outputs, is_there) && !(options.given("report") && is_there(options.text("report")))) return;
+  for (const FrameFile& frame : frames) {
+    ReadModelOptions how{.textures = {}, .pictures = ReadModelOptions::Pictures::skip};
+    if (options.has("texture")) how.textures = {frame_name(options.text("texture"), frame.number)};
+    will_read_model(run, read_model(frame.path, how));
+  }
 }
 
 void write_captured_textures(Run& run, const EvolvingReader& reader, const std::vector<int>& frames,

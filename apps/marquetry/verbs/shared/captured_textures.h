@@ -25,6 +25,11 @@ std::vector<std::filesystem::path> captured_paths(const OptionValues& options,
                                                   const EvolvingReader& reader,
                                                   const std::vector<int>& numbers);
 
+/// Says that the captured frames with these numbers are read, and the material libraries and pictures that
+/// they name: see `Run::will_read`. `outputs` are the files that will be written.
+void will_read_captured(Run& run, const std::vector<int>& numbers,
+                        const std::vector<std::filesystem::path>& outputs);
+
 /// Writes what the captured frames that --from names show to `to`, at the rate of `how` where it has one, and a video
 /// kept as that says: see `write_captured`. Adds
 /// `textures` to the result: of each frame its number, texels of charts and those of them that

@@ -23,6 +23,7 @@ struct FoundPicture {
 struct FoundAnimation {
   std::vector<EvolvingSegment> segments;  ///< ids count from 0 in each
   std::vector<FoundPicture> pictures;     ///< of each
+  std::vector<std::filesystem::path> files = {};  ///< that were read beside it
   std::vector<int> segment_of;            ///< of each frame, never decreasing
   std::vector<int> numbers;               ///< of frames, from 0 on or later, increasing
   double frames_per_second = 0;           ///< their mean

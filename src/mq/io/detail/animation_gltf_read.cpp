@@ -443,11 +443,16 @@ FoundAnimation find_gltf_animation(const std::string& name, Bytes bytes, const s
   scene->document.name = name;
   scene->document.format = text_of(bytes).starts_with("glTF") ? Document::Format::glb : Document::Format::gltf;
   scene->document.bytes = std::move(bytes);
+  std::vector<std::filesystem::path> files;
   for (const std::string& part : gltf_parts(scene->document))
-    if (std::filesystem::exists(folder / portable_name(part)))
-      scene->document.parts.push_back({part, read_file(folder / portable_name(part))});
+    if (std::filesystem::exists(folder / portable_name(part))) {
+      files.push_back(folder / portable_name(part));
+      scene->document.parts.push_back({part, read_file(files.back())});
+    }
   scene->file = std::make_unique<GltfFile>(scene->document);
-  return GltfFinder(scene).find();
+  FoundAnimation found = GltfFinder(scene).find();
+  found.files = std::move(files);
+  return found;
 }
 
 }  // namespace mq
