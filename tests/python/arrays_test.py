@@ -243,7 +243,7 @@ class Words(unittest.TestCase):
         with self.assertRaisesRegex(mq.IoError, "no_such.obj") as caught:
             mq.filter("no_such.obj", beta=1)
         self.assertIsInstance(caught.exception, OSError)
-        with self.assertRaises(TypeError):
+        with self.assertRaisesRegex(mq.InvalidInput, "strength"):
             mq.filter(mesh())
         with self.assertRaises(TypeError):
             mq.filter(mesh(), beta=1, lenght="1%")
