@@ -13,7 +13,9 @@ TABLES = _packed["tables"]
 #: Files, slots and running: the add-on decides them.
 LEFT_OUT = {"output", "report", "config", "json", "quiet", "help", "threads", "seed", "dry-run", "no-clobber",
             "overwrite", "frames", "slot", "uv-set", "layer", "compress", "depth", "vertices", "partial", "confidence",
-            "from", "bake", "cameras", "images", "size", "unwrap", "picture"}
+            "from", "bake"}
+#: The same of single verbs: the scene has the photographs, and images their sizes.
+LEFT_OUT_OF = {"texture": {"cameras", "images", "size", "unwrap", "picture"}}
 #: Shapes, sequences, pictures without a model: other things than textures.
 LEFT_OUT_GROUPS = {"Shape", "Pictures", "Sequences", "Evolving meshes", "Running"}
 #: Options whose value is a picture.
@@ -24,7 +26,8 @@ SELDOM = {"Model", "Solver"}
 
 def rows(verb):
     return [row for row in TABLES[verb]["options"]
-            if not row["positional"] and row["name"] not in LEFT_OUT and row["group"] not in LEFT_OUT_GROUPS]
+            if not row["positional"] and row["name"] not in LEFT_OUT | LEFT_OUT_OF.get(verb, set()) and
+            row["group"] not in LEFT_OUT_GROUPS]
 
 
 def key(row):

@@ -12,7 +12,7 @@ class MARQUETRY_PG_settings(bpy.types.PropertyGroup):
     show_all: bpy.props.BoolProperty(name="All options", description="Show options of the solver and the model too")
 
 
-MARQUETRY_PG_settings.__annotations__.update(own_properties(["modifiers", "from_cameras", "into"]))
+MARQUETRY_PG_settings.__annotations__.update(own_properties(["modifiers", "into"]))
 MARQUETRY_PG_settings.__annotations__.update(
     {row[0]: bpy.props.PointerProperty(type=group) for row, group in zip(OPERATORS, settings_classes)})
 

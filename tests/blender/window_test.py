@@ -37,7 +37,7 @@ def undo_and_redo():
         return [models.pixels(bpy.data.images[name]) for name in ("paint", "other")]
 
     before = both()
-    in_view(lambda: bpy.ops.marquetry.filter("INVOKE_DEFAULT", beta=0))
+    in_view(lambda: bpy.ops.marquetry.filter("INVOKE_DEFAULT", beta="0"))
     yield from wait_until(lambda: job.at_work is None, "it did not end")
     after = both()
     assert not np.array_equal(after[0], before[0]) and not np.array_equal(after[1], before[1])
