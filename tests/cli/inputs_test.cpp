@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/models.h"
+#include "cli/refusal.h"
 
 namespace mq::test {
 namespace {
@@ -101,6 +102,25 @@ TEST(Light, SurvivesAWayThroughPng) {
   for (int y = 10; y < 38; ++y)
     for (int x = 6; x < 26; ++x) EXPECT_NEAR(a(x, y), b(x, y), 3.0 / 65535);
   EXPECT_THAT(filtered("light.exr", "dark.jpg"), HasSubstr("which its format cannot say"));
+}
+
+/// Who needs the shape alone says what is missing, and goes on.
+TEST(Inputs, MissingLibrariesAndPicturesStopOnlyWhoNeedsThem) {
+  const Folder folder;
+  write_strip(folder);
+  std::filesystem::remove(folder / "strip.png");
+  const Result without_picture = marquetry(folder, {"unwrap", "strip.obj", "-o", "new.obj", "--size", "64"});
+  EXPECT_EQ(without_picture.status, 0) << without_picture.error;
+  EXPECT_THAT(without_picture.error, HasSubstr("strip.png"));
+  EXPECT_THAT(refusal(folder, {"filter", "strip.obj", "--beta", "2", "-o", "out.png"}, "out.png"),
+              HasSubstr("strip.png"));
+
+  std::filesystem::remove(folder / "strip.mtl");
+  const Result without_library = marquetry(folder, {"unwrap", "strip.obj", "-o", "newer.obj", "--size", "64"});
+  EXPECT_EQ(without_library.status, 0) << without_library.error;
+  EXPECT_THAT(without_library.error, HasSubstr("strip.mtl"));
+  EXPECT_THAT(refusal(folder, {"filter", "strip.obj", "--beta", "2", "-o", "out.png"}, "out.png"),
+              HasSubstr("strip.mtl"));
 }
 
 }  // namespace
