@@ -102,13 +102,18 @@ void deliver(Mail& mail, const Listeners& listeners) {
   for (const Message& message : mail.take_messages()) {
     const bool warns = message.kind == Message::Kind::warning;
     const py::object& listener = warns ? listeners.warning : listeners.remark;
-    if (!listener.is_none()) listener(message.text);
+    if (!listener.is_none()) listener(shown_text(message.text));
   }
   if (const auto event = mail.take_event(); event && !listeners.progress.is_none())
-    listeners.progress(event->fraction, event->step);
+    listeners.progress(event->fraction, shown_text(event->step));
 }
 
 }  // namespace
+
+py::str shown_text(const std::string& text) {
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeUTF8(text.data(), Py_ssize_t(text.size()), "backslashreplace"));
+}
 
 void call(const Listeners& listeners, const std::function<void(const Progress&, Mailbox&)>& work) {
   Mail mail;
@@ -155,7 +160,7 @@ namespace {
 
 void raise_as(const char* name, const std::exception& error) {
   const py::object type = py::module_::import("marquetry._errors").attr(name);
-  PyErr_SetString(type.ptr(), error.what());
+  PyErr_SetObject(type.ptr(), shown_text(error.what()).ptr());
 }
 
 }  // namespace

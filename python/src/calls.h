@@ -36,6 +36,9 @@ void call(const Listeners& listeners, const std::function<void(const Progress&, 
 /// The same with a listener for progress alone.
 void call(const py::object& progress, const std::function<void(const Progress&)>& work);
 
+/// A text of the library, which may hold names of files in any encoding: bytes that are not UTF-8 are written \xfc.
+py::str shown_text(const std::string& text);
+
 /// Makes errors of the library those of marquetry._errors.
 void register_errors(py::module_& module);
 

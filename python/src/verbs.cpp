@@ -140,7 +140,7 @@ py::tuple run_verb(const std::string& name, const std::map<std::string, std::vec
     outcome = app::run_as_asked(verb, options, terminal, inner);
     if (!options.flag("dry-run")) app::write_report(options, outcome.report);
   });
-  return py::make_tuple(int(outcome.exit), app::json_text(outcome.report));
+  return py::make_tuple(int(outcome.exit), shown_text(app::json_text(outcome.report)));
 }
 
 /// Checks names, values and what contradicts what, and runs nothing.

@@ -7,6 +7,7 @@ import os
 import pathlib
 import signal
 import sys
+import tempfile
 import threading
 import time
 import types
@@ -253,6 +254,15 @@ class Words(unittest.TestCase):
             mq.texture(mesh(), cameras=arrays()[3])
         with self.assertRaisesRegex(mq.InvalidInput, "^mesh"):
             mq.filter(mq.Mesh(np.zeros((3, 3)), np.zeros((0, 3), int)), beta=1)
+
+    def test_names_in_other_encodings(self):
+        with tempfile.TemporaryDirectory() as place:
+            path = pathlib.Path(place) / "fan.obj"
+            (pathlib.Path(place) / "fan.mtl").write_bytes(b"newmtl m\nmap_Kd t\xfcr.png\n")
+            path.write_text("mtllib fan.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\n"
+                            "f 1/1 2/2 3/3\n")
+            with self.assertRaisesRegex(mq.IoError, r"names the picture .*t\\+xfcr.png"):
+                mq.filter(path, beta=2)
 
     def test_warnings_and_log(self):
         vertices, faces, uvs, picture = arrays()
