@@ -83,12 +83,21 @@ TEST(AlignPhotographs, CamerasThatAreOffComeTogether) {
     for (int i = 0; i < int(places.size()); ++i)
       photographs.back().places.push_back(i), photographs.back().weights.push_back(1);
   }
+  // One more, of places that no other shows.
+  const PinholeCamera far = camera_from(2, 0.2);
+  AlignedPhotograph& alone = photographs.emplace_back(AlignedPhotograph{far, photograph(far, 1), {}, {}});
+  for (int k = 0; k < 200; ++k) {
+    alone.places.push_back(int(places.size())), alone.weights.push_back(1);
+    places.emplace_back(0.2 + 0.003 * k, 0.5 + 0.1 * std::sin(k), 0);
+  }
   std::vector<AlignedPhotograph> one_thread = photographs;
   const double before = disagreement(places, truth, photographs);
   align_photographs(places, photographs);
   EXPECT_GT(before, 1.5);
   EXPECT_LT(disagreement(places, truth, photographs), 0.2);  // bends follow what lies between pixels
-  for (const AlignedPhotograph& one : photographs) EXPECT_GT(one.moved, 0);
+  for (std::size_t v = 0; v < truth.size(); ++v) EXPECT_GT(photographs[v].moved, 0);
+  EXPECT_EQ(photographs.back().moved, 0) << "it shares nothing";
+  EXPECT_EQ(photographs.back().camera.rotation, far.rotation);
 
   align_photographs(places, one_thread);
   for (std::size_t v = 0; v < truth.size(); ++v)

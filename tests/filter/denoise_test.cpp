@@ -54,12 +54,7 @@ struct Stepped {
   Signal clean, noisy;
 };
 
-fixtures::CutOptions whole_square() {
-  fixtures::CutOptions options;
-  options.parts = 1;
-  options.scale = 0.9;
-  return options;
-}
+const fixtures::CutOptions whole_square{.parts = 1, .scale = 0.9};
 
 fixtures::CutOptions nine_charts() {  // the step runs through the middle of charts and over seams
   return fixtures::turned(fixtures::odd_angle, 3);
@@ -69,7 +64,7 @@ fixtures::CutOptions nine_charts() {  // the step runs through the middle of cha
 constexpr double no_edges = std::numeric_limits<double>::infinity();
 
 TEST(Denoise, TakesNoiseOffAndKeepsTheEdge) {
-  for (const auto& options : {whole_square(), nine_charts()}) {
+  for (const auto& options : {whole_square, nine_charts()}) {
     const Stepped step(options, 160);
     const double h = step.space.scale().texel_spacing;
     const DenoiseOptions wanted{.weight = 16 * h * h, .edge = 0.2, .steps = 2};
@@ -91,7 +86,7 @@ TEST(Denoise, KeepsTheEdgesOfAGuide) {
 
 /// What is measured goes with the noise and not with the resolution, and finds the step.
 TEST(Denoise, MeasuresTheNoise) {
-  const Stepped fine(whole_square(), 160), coarse(whole_square(), 80);
+  const Stepped fine(whole_square, 160), coarse(whole_square, 80);
   std::vector<double> edges;
   for (const Stepped* step : {&fine, &coarse}) {
     const double h = step->space.scale().texel_spacing;
@@ -107,7 +102,7 @@ TEST(Denoise, MeasuresTheNoise) {
 }
 
 TEST(Denoise, LeavesASignalWithoutNoiseAsItIs) {
-  const Stepped step(whole_square(), 96);
+  const Stepped step(whole_square, 96);
   const Denoised found = denoise(step.space, step.clean, {}, {.weight = 1e-3});
   EXPECT_EQ(found.edge, 0);
   EXPECT_TRUE(found.signal == step.clean);

@@ -67,18 +67,13 @@ struct Noisy {
   Signal truth, psi;
 };
 
-fixtures::CutOptions whole() {
-  fixtures::CutOptions options;
-  options.parts = 1;
-  options.scale = 0.9;
-  return options;
-}
+const fixtures::CutOptions whole{.parts = 1, .scale = 0.9};
 
 /// Four charts, each turned, of about the same texels as a whole square of 0.54 of the side.
 fixtures::CutOptions four_charts() { return fixtures::turned(fixtures::odd_angle); }
 
 TEST(DenoiseByPatches, TakesMostOfTheNoiseOff) {
-  const Noisy noisy(whole(), 192);
+  const Noisy noisy(whole, 192);
   const PatchDenoised found = noisy.denoised();
   for (const double noise : found.noise) EXPECT_NEAR(noise, deviation, 0.05 * deviation);
   EXPECT_LT(noisy.error(found.signal), 0.25 * deviation);
@@ -86,7 +81,7 @@ TEST(DenoiseByPatches, TakesMostOfTheNoiseOff) {
 
 TEST(DenoiseByPatches, MeasuresNoiseWhateverItsStrength) {
   for (const double noise : {0.01, 0.1, 3.0}) {
-    const Noisy noisy(whole(), 192, noise);
+    const Noisy noisy(whole, 192, noise);
     const ChartWindows windows(noisy.model->surface, noisy.model->atlas, noisy.space);
     for (const double found : noise_levels(windows, noisy.psi)) EXPECT_NEAR(found, noise, 0.06 * noise);
   }
@@ -103,7 +98,7 @@ TEST(DenoiseByPatches, LeavesWhatIsConstantOrWithoutNoiseBitForBit) {
 }
 
 TEST(DenoiseByPatches, ChangesASmoothPictureByNextToNothing) {
-  const Noisy noisy(whole(), 160);
+  const Noisy noisy(whole, 160);
   Signal smooth(noisy.space.size(), 1);
   for (int i = 0; i < noisy.space.size(); ++i) {
     const Vector2& p = noisy.x[std::size_t(i)];
@@ -132,7 +127,7 @@ TEST(DenoiseByPatches, KeepsTheMean) {
 
 /// In charts of a few patches each, what is like a patch lies beyond seams.
 TEST(DenoiseByPatches, IsAsGoodInSmallChartsAsInOne) {
-  fixtures::CutOptions one = whole();
+  fixtures::CutOptions one = whole;
   one.scale = 0.6;
   const Noisy small(fixtures::turned(fixtures::odd_angle, 12), 256), uncut(one, 256);
   const double in_small = small.error(small.denoised().signal),
@@ -143,7 +138,7 @@ TEST(DenoiseByPatches, IsAsGoodInSmallChartsAsInOne) {
 
 /// The same noise in turned charts and in one: what is left of it is the same in size, and far less than was there.
 TEST(DenoiseByPatches, HardlyDependsOnHowTheSurfaceIsCut) {
-  fixtures::CutOptions one = whole();
+  fixtures::CutOptions one = whole;
   one.scale = 0.6;
   const Noisy cut(four_charts(), 320), uncut(one, 320);
   const Signal of_cut = cut.denoised().signal, of_uncut = uncut.denoised().signal;
@@ -198,7 +193,7 @@ TEST(ChartWindows, GoOnOverSeams) {
 }
 
 TEST(DenoiseByPatches, RefusesWhatDoesNotFit) {
-  const Noisy noisy(whole(), 32);
+  const Noisy noisy(whole, 32);
   EXPECT_THROW(denoise_by_patches(noisy.model->surface, noisy.model->atlas, noisy.space, Signal::Zero(3, 1)),
                InvalidInput);
 }

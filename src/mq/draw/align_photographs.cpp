@@ -211,6 +211,7 @@ void undo_common_motion(std::span<const SizedPhotograph> sized, std::span<const 
   for (std::size_t v = 0; v < photographs.size(); ++v) {
     const PinholeCamera& camera = photographs[v].camera;
     Matrix6& turned = to_camera.emplace_back(Matrix6::Zero());
+    if (camera.rotation == before[v].rotation && camera.translation == before[v].translation) continue;  // it stays
     turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = camera.rotation;
     for (int j = 0; j < 3; ++j)
       turned.block<3, 1>(3, j) = camera.translation.cross(Vector3(camera.rotation.col(j)));

@@ -24,7 +24,7 @@ struct AlignedPhotograph {
 /// reduced to a quarter, to a half and whole ([zhou2014color], with rigid cameras), held where they were by a hundredth
 /// of what data weigh at a place. Then ten rounds each, at half size and whole, of steps of their corrections
 /// (pinhole.h; a lattice of 24 cells along the longer side), + μ (Σ |f_i − f_j|² over neighbours of the lattice +
-/// Σ |f_i|² / 50), μ a fifth of what data weigh at a point in the mean. ρ is Cauchy's, its scale the median
+/// Σ |f_i|² / 200), μ a fifth of what data weigh at a point in the mean. ρ is Cauchy's, its scale the median
 /// residual; a_v, b_v give I_v the mean and the spread that g has at first. What all cameras have in common, against the
 /// mesh, no photograph tells: it is taken back after each size.
 ///

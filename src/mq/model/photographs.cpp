@@ -90,10 +90,6 @@ std::string remark_on_size(const Photograph& photograph, const PinholeCamera& fi
       photograph.picture.string(), fitted.width, fitted.height, camera.width, camera.height);
 }
 
-std::int64_t shown_unknowns(const Partial& partial) {
-  return std::ranges::count_if(partial.confidence, [](double c) { return c > 0; });
-}
-
 void add_missing_pictures(TexturedModel& model) {
   std::vector<Texture>& textures = model.model.textures;
   textures.resize(std::max(textures.size(), model.texture_sizes.size()));

@@ -2,8 +2,6 @@
 /// Photographs of a model: as textures of their own, of which `best_of` and `Stitcher` make one; and what
 /// those with cameras say before they are read (photograph_texture.h makes a texture of them).
 
-#include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,9 +24,6 @@ Partial partial_of_textures(const TexturedModel& model, const TextureSignal& sig
 
 /// How all textures of the model store colours. Throws `InvalidInput` where they do not alike.
 TransferFunction common_transfer(const Model& model);
-
-/// How many unknowns it shows.
-std::int64_t shown_unknowns(const Partial& partial);
 
 /// What to say of a photograph whose camera was fitted to another size (`fitted_camera`); else nothing.
 std::string remark_on_size(const Photograph& photograph, const PinholeCamera& fitted);
