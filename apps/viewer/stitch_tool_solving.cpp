@@ -100,19 +100,12 @@ Composite StitchTool::chosen(const std::vector<int>& choice) const {
   const auto shows = [&](int photograph, std::size_t i) {
     return photograph != unseen && partials_[std::size_t(photograph)].confidence[i] > 0;
   };
-  Composite composite{Signal::Zero(before_.rows(), before_.cols()), std::vector<int>(choice.size(), unseen)};
-  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(before_.cols());
-  double count = 0;
-  for (std::size_t i = 0; i < choice.size(); ++i) {
-    const int photograph = shows(choice[i], i) ? choice[i] : by_itself_[i];
-    if (!shows(photograph, i)) continue;
-    composite.labels[i] = photograph;
-    composite.values.row(Eigen::Index(i)) = partials_[std::size_t(photograph)].values.row(Eigen::Index(i));
-    sum += composite.values.row(Eigen::Index(i)), count += 1;
+  std::vector<int> labels = choice;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (!shows(labels[i], i)) labels[i] = by_itself_[i];
+    if (!shows(labels[i], i)) labels[i] = unseen;
   }
-  for (std::size_t i = 0; i < choice.size() && count > 0; ++i)
-    if (composite.labels[i] == unseen) composite.values.row(Eigen::Index(i)) = sum / count;
-  return composite;
+  return composite_of(partials_, std::move(labels));
 }
 
 Filtered StitchTool::stitched(const OptionValues& options, const Composite& composite,

@@ -78,6 +78,9 @@ struct Composite {
 /// `InvalidInput` for a number that no photograph has.
 Composite best_of(std::span<const Partial> partials, std::span<const int> wanted = {});
 
+/// Of the photographs with these numbers, each of which shows its unknown, or `unseen`.
+Composite composite_of(std::span<const Partial> partials, std::vector<int> labels);
+
 /// The same for a composite; where a region goes on past its border and its photograph still shows
 /// what is there, v_j is the photograph's own value.
 Signal stitch_partials(const SignalSpace& space, std::span<const Partial> partials,

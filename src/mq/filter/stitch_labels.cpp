@@ -99,17 +99,22 @@ Composite best_of(std::span<const Partial> partials, std::span<const int> wanted
     require(number >= unseen && number < std::ssize(partials),
             fmt::format("found photograph {}, wanted a number from 0 to {}", number,
                         partials.size() - 1));
-  Composite composite{Signal::Zero(n, partials.front().values.cols()),
-                      std::vector<int>(std::size_t(n), unseen)};
-  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(composite.values.cols());
-  double count = 0;
+  std::vector<int> labels(std::size_t(n), unseen);
   for (Eigen::Index i = 0; i < n; ++i) {
     double best = 0;
     for (std::size_t k = 0; k < partials.size(); ++k)
-      if (partials[k].confidence[i] > best)
-        best = partials[k].confidence[i], composite.labels[i] = int(k);
-    if (!wanted.empty() && wanted[i] != unseen && partials[wanted[i]].confidence[i] > 0)
-      composite.labels[i] = wanted[i];
+      if (partials[k].confidence[i] > best) best = partials[k].confidence[i], labels[i] = int(k);
+    if (!wanted.empty() && wanted[i] != unseen && partials[wanted[i]].confidence[i] > 0) labels[i] = wanted[i];
+  }
+  return composite_of(partials, std::move(labels));
+}
+
+Composite composite_of(std::span<const Partial> partials, std::vector<int> labels) {
+  const Eigen::Index n = std::ssize(labels);
+  Composite composite{Signal::Zero(n, partials.front().values.cols()), std::move(labels)};
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(composite.values.cols());
+  double count = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
     if (composite.labels[i] == unseen) continue;
     composite.values.row(i) = partials[composite.labels[i]].values.row(i);
     sum += composite.values.row(i), count += 1;
