@@ -10,6 +10,7 @@
 #include "options/solver_options.h"
 #include "shell/results.h"
 #include "stitch_tool.h"
+#include "verbs/shared/partials.h"
 
 namespace mq::view {
 
@@ -110,7 +111,9 @@ Composite StitchTool::chosen(const std::vector<int>& choice) const {
 
 Filtered StitchTool::stitched(const OptionValues& options, const Composite& composite,
                               const Progress& progress) const {
-  if (!with_cameras_) return stitcher_->stitch(composite.values, partials_, progress);
+  if (!with_cameras_)
+    return stitcher_->stitch(composite.values, partials_, app::asked_levels(options, *stitcher_, composite.values),
+                             progress);
   const int channels = int(composite.values.cols());
   BeyondBorders beyond(target_->space(), composite.labels, channels);
   for (std::size_t v = 0; v < partials_.size(); ++v)

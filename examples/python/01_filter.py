@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Sharpens the texture of a scan on its surface, over all seams, and shows both:
 
-    01_filter.py FOLDER [MESH TEXTURE]
+    01_filter.py [FOLDER [MESH TEXTURE]]
 """
 import pathlib
 import sys
 
 import marquetry as mq
 
-folder = pathlib.Path(sys.argv[1])
+folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 scan = sys.argv[2:4] or [mq.sample("bust", size=512).mesh]
 
 sharp = mq.filter(*scan, beta=2.5, length="4tx")

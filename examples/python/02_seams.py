@@ -2,7 +2,7 @@
 """Smooths a texture twice: as a flat picture, as OpenCV does, and on the surface; how far are both sides of the
 seams apart then?
 
-    02_seams.py FOLDER
+    02_seams.py [FOLDER]
 """
 import pathlib
 import sys
@@ -11,7 +11,7 @@ import numpy as np
 
 import marquetry as mq
 
-folder = pathlib.Path(sys.argv[1])
+folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 mesh = mq.sample("bust", size=512).mesh
 picture = mesh.pictures[0]
 

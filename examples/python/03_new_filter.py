@@ -2,7 +2,7 @@
 """A filter of one's own from the matrices: anisotropic diffusion (Perona and Malik 1990) on the surface. In every step
 values spread by (M + t S_c) phi = M psi, with a conductivity c = 1 / (1 + (|grad psi| / k)^2) that stops at edges.
 
-    03_new_filter.py FOLDER
+    03_new_filter.py [FOLDER]
 """
 import pathlib
 import sys
@@ -11,7 +11,7 @@ import numpy as np
 
 import marquetry as mq
 
-folder = pathlib.Path(sys.argv[1])
+folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 mesh = mq.sample("bust", size=512).mesh
 picture = mesh.pictures[0]
 noisy = np.clip(picture + np.random.default_rng(0).normal(0, 20, picture.shape), 0, 255).astype(np.uint8)

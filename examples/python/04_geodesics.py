@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Distances along a surface, from texels and from vertices:
 
-    04_geodesics.py FOLDER
+    04_geodesics.py [FOLDER]
 """
 import pathlib
 import sys
@@ -10,7 +10,7 @@ import numpy as np
 
 import marquetry as mq
 
-folder = pathlib.Path(sys.argv[1])
+folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 mesh = mq.sample("genus4", size=512).mesh
 
 # The verb, from a point in space, as numbers and as colours.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What lies between two textures of one model, moved along their optical flow on the surface:
 
-    05_interpolate.py FOLDER
+    05_interpolate.py [FOLDER]
 """
 import pathlib
 import sys
@@ -10,7 +10,7 @@ import numpy as np
 
 import marquetry as mq
 
-folder = pathlib.Path(sys.argv[1])
+folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 mesh = mq.sample("sphere", size=256).mesh
 texels = mq.TexelSpace(mesh)
 

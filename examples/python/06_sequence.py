@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Follows a sequence of meshes with one that changes only where it must, and reads what came of it:
 
-    06_sequence.py FOLDER
+    06_sequence.py [FOLDER]
 """
 import pathlib
 import sys
 
 import marquetry as mq
 
-folder = pathlib.Path(sys.argv[1])
+folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 frames = folder / "06_frames" / "frame_%04d.ply"
 mq.sample("merging", output=frames, frames="30-54x3", triangles=2000)
 

@@ -56,11 +56,16 @@ def default_of(row: dict[str, Any]) -> Any:
 
 
 class _Inputs:
-    """Inputs held in memory under the names of the options that they are given for."""
+    """Inputs held in memory, each under a name of a file.
 
-    def __init__(self) -> None:
+    names     the options that they were given for, by name
+    pictures  what a picture is called that is written beside a model, without extension; empty: as its option
+    """
+
+    def __init__(self, pictures: str = "") -> None:
         self.held = _marquetry.Held()
-        self.names: set[str] = set()
+        self.names: dict[str, str] = {}
+        self.pictures = pictures
         self.frames: list[Frames] = []
 
     def close(self) -> None:
@@ -68,18 +73,18 @@ class _Inputs:
         for frames in self.frames:
             frames.close()
 
-    def _free(self, stem: str, extension: str) -> str:
+    def _free(self, stem: str, extension: str, option: str) -> str:
         name, number = stem + extension, 1
         while name in self.names:
             number += 1
             name = f"{stem}_{number}{extension}"
-        self.names.add(name)
+        self.names[name] = os.path.splitext(name)[0].replace(stem, option, 1)
         return name
 
     def take(self, value: Any, option: str) -> tuple[str, list[Any]]:
         """What to name where a file is named, and the pictures that came with it."""
         if is_path(value):
-            return os.fsdecode(value), []
+            return _path_text(value, option), []
         if option in SEQUENCES:
             if not is_sequence(value):
                 raise TypeError(f"{option}: found {type(value).__name__}, wanted a path, or a list or generator of meshes")
@@ -87,16 +92,43 @@ class _Inputs:
             return self.frames[-1].path, []
         if is_mesh(value):
             mesh = as_mesh(value, option)
-            name = self._free(option, ".ply")
+            name = self._free(option, ".ply", option)
             self.held.put_model(name, mesh.vertices, mesh.faces, mesh.uvs, mesh.textures, mesh.colors)
             return self.held.path(name), list(mesh.pictures)
-        name = self._free(option, ".png")
+        name = self._free(option == "texture" and self.pictures or option, ".png", option)
         self.held.put_picture(name, picture_array(value, option))
         return self.held.path(name), []
 
 
-def _number_text(value: Any) -> str:
-    return value if isinstance(value, str) else repr(float(value))
+def _shown(value: Any) -> str:
+    """A value in a message, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _number_text(value: Any, name: str) -> str:
+    try:
+        return repr(float(value))
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"{name}: found {_shown(value)}, wanted a number") from None
+
+
+def _whole_text(value: Any, name: str) -> str:
+    try:
+        return str(operator.index(value))
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: found {_shown(value)}, wanted a whole number") from None
+
+
+def _path_text(value: Any, name: str) -> str:
+    """A text or a path; names that are not UTF-8 are what os.fsdecode makes of them."""
+    text = os.fsdecode(value)
+    try:
+        os.fsencode(text)
+    except UnicodeEncodeError:
+        raise InvalidInput(f"{name}: found {_shown(text)}, which no file is called by; wanted a text without "
+                           "surrogates") from None
+    return text
 
 
 def _frames_text(value: Any, row: dict[str, Any]) -> str:
@@ -120,24 +152,24 @@ def _frames_text(value: Any, row: dict[str, Any]) -> str:
 
 def _text(value: Any, row: dict[str, Any]) -> str:
     """A value as a user of the program would type it."""
-    kind = row["type"]
+    kind, name = row["type"], keyword_of(row["name"])
     if isinstance(value, (str, os.PathLike)):
-        return os.fsdecode(value)
+        return _path_text(value, name)
     if row["name"] == "frames" and kind == "text":
         return _frames_text(value, row)
     if kind == "integer":
-        return str(operator.index(value))
+        return _whole_text(value, name)
     if kind in ("number", "length"):
-        return _number_text(value)
+        return _number_text(value, name)
     if isinstance(value, (tuple, list, np.ndarray)):
         return ",".join(_text(one, row) for one in value)
     if isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{keyword_of(row['name'])}: found {value}, wanted a text")
+        raise TypeError(f"{name}: found {value}, wanted a text")
     if isinstance(value, (int, np.integer)):
         return str(int(value))
     if isinstance(value, (float, np.floating)):
         return repr(float(value))
-    raise TypeError(f"{keyword_of(row['name'])}: found {type(value).__name__}, wanted a text")
+    raise TypeError(f"{name}: found {type(value).__name__}, wanted a text")
 
 
 def _several(value: Any, row: dict[str, Any]) -> list[Any]:
@@ -150,13 +182,21 @@ def _several(value: Any, row: dict[str, Any]) -> list[Any]:
     return [value]
 
 
+def _stem_of_model(output: Any) -> str:
+    """scan of out/scan.obj: two models in one folder each have their pictures. Empty: no model is named."""
+    if not is_path(output):
+        return ""
+    stem, extension = os.path.splitext(os.path.basename(os.fsdecode(output)))
+    return stem if extension.lower() in MODELS else ""
+
+
 class _Words:
     """The options that arguments stand for."""
 
-    def __init__(self, verb: str) -> None:
+    def __init__(self, verb: str, output: Any = None) -> None:
         self.verb = verb
         self.rows = {row["name"]: row for row in tables()[verb]["options"]}
-        self.inputs = _Inputs()
+        self.inputs = _Inputs(_stem_of_model(output))
         self.given: dict[str, list[str]] = {}
 
     def add(self, name: str, value: Any) -> None:
@@ -218,7 +258,7 @@ class _Words:
 def _plain(text: str, words: _Words) -> str:
     """Options as keywords, what is in memory by the name of its argument: there is no file mesh.ply."""
     for name in sorted(words.inputs.names, key=len, reverse=True):
-        argument = os.path.splitext(name)[0]
+        argument = words.inputs.names[name]
         text = text.replace(words.inputs.held.path(name), argument)
         if not any(os.path.basename(path) == name for paths in words.given.values() for path in paths
                    if path != words.inputs.held.path(name)):
@@ -259,7 +299,7 @@ def _listener(progress: Any) -> Iterator[Optional[Callable[[float, str], None]]]
 
 def run(verb: str, arguments: dict[str, Any]) -> Result:
     """Runs the verb with the arguments of its function, by name."""
-    words = _Words(verb)
+    words = _Words(verb, arguments.get("output"))
     try:
         with _listener(arguments.pop("progress")) as progress:
             return _run_words(verb, arguments, words, progress)

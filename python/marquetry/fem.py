@@ -172,16 +172,21 @@ def _pictures(pictures: Any) -> list[Array]:
 def _sizes(sizes: Any) -> list[tuple[int, int]]:
     """One side, (width, height), a picture, or a list of such."""
     given = sizes if isinstance(sizes, list) else [sizes]
+    wanted = "wanted a side, (width, height), a picture, or a list of these"
+    if not given:
+        raise InvalidInput(f"sizes: found an empty list, {wanted}")
     found = []
     for one in given:
-        if isinstance(one, (int, np.integer)):
+        if isinstance(one, (int, np.integer)) and not isinstance(one, bool):
             found.append((int(one), int(one)))
         elif isinstance(one, tuple) and len(one) == 2 and all(isinstance(side, (int, np.integer)) for side in one):
             found.append((int(one[0]), int(one[1])))
+        elif isinstance(one, (str, bytes, tuple, float, bool, type(None))):
+            raise TypeError(f"sizes: found {one!r}, {wanted}")
         else:
             array = picture_array(one, "sizes")
             if array.ndim not in (2, 3):
-                raise InvalidInput("sizes: wanted a side, (width, height), a picture, or a list of these")
+                raise InvalidInput(f"sizes: found an array of shape {array.shape}, {wanted}")
             found.append((array.shape[1], array.shape[0]))
     for width, height in found:
         if not (1 <= width <= 32768 and 1 <= height <= 32768):

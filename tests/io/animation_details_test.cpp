@@ -276,5 +276,89 @@ TEST_F(AnimationDetails, ShowsLightAsADisplayDoes) {
   EXPECT_NEAR(open(lit).pictures[0](1, 1, 0), 0.7354, 1e-3);  // sRGB's curve at 0.5
 }
 
+// ---- Materials ----
+
+/// A square that a material paints: what `texture` and what lies beside it say more.
+UsdSquare painted(const std::string& texture, const std::string& beside = "", const std::string& sets = "") {
+  return {.inside = "uniform token subdivisionScheme = \"none\"\nrel material:binding = </root/look>\n" + sets,
+          .beside = "def Material \"look\" {\ntoken inputs:set = \"map1\"\nasset inputs:picture = @dot.png@\n"
+                    "def Shader \"s\" {\nuniform token info:id = \"UsdPreviewSurface\"\n"
+                    "color3f inputs:diffuseColor.connect = </root/look/p.outputs:rgb>\n}\n"
+                    "def Shader \"p\" {\nuniform token info:id = \"UsdUVTexture\"\n" +
+                    texture + "}\n" + beside + "}\n"};
+}
+
+/// Texture coordinates that are half of st.
+const std::string half_map =
+    "texCoord2f[] primvars:map1 = [(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5)] ( interpolation = \"vertex\" )\n";
+
+class UsdMaterials : public AnimationDetails {
+ protected:
+  void SetUp() override {
+    AnimationDetails::SetUp();
+    Texture dot;
+    dot.pixels = Image<float>(2, 2, 3, 0.25F);
+    write_texture(folder / "dot.png", dot);
+  }
+
+  static double largest_u(const OpenAnimation& opened) {
+    double most = 0;
+    for (const Vector2& uv : opened.reader.segment(0).uvs) most = std::max(most, uv.x());
+    return most;
+  }
+};
+
+TEST_F(UsdMaterials, TakesTheCoordinatesThatTheMaterialReads) {
+  const std::string file = "asset inputs:file = @dot.png@\n";
+  const std::string from = "float2 inputs:st.connect = </root/look/r.outputs:result>\n";
+  const auto reader = [](const std::string& varname) {
+    return "def Shader \"r\" {\nuniform token info:id = \"UsdPrimvarReader_float2\"\n" + varname + "}\n";
+  };
+  const std::string named = reader("string inputs:varname = \"map1\"\n");
+  const std::string led = reader("string inputs:varname.connect = </root/look.inputs:set>\n");
+  for (const std::string& beside : {named, led}) {
+    const OpenAnimation opened = open(painted(file + from, beside, half_map));
+    EXPECT_DOUBLE_EQ(largest_u(opened), 0.5);
+    EXPECT_THAT(opened.notes, IsEmpty());
+    EXPECT_FALSE(opened.pictures[0].values().empty());
+  }
+  EXPECT_DOUBLE_EQ(largest_u(open(painted(file, "", half_map))), 1) << "st, where no reader says another";
+  const OpenAnimation lacking = open(painted(file + from, named));
+  EXPECT_DOUBLE_EQ(largest_u(lacking), 1);
+  EXPECT_THAT(lacking.notes, ElementsAre(HasSubstr("has no texture coordinates 'map1'")));
+}
+
+TEST_F(UsdMaterials, FollowsThePictureToWhereItIsNamed) {
+  const OpenAnimation led = open(painted("asset inputs:file.connect = </root/look.inputs:picture>\n"));
+  EXPECT_FALSE(led.pictures[0].values().empty());
+  EXPECT_THAT(led.notes, IsEmpty());
+  const OpenAnimation changing = open(painted("asset inputs:file.timeSamples = { 1: @dot.png@, 2: @two.png@ }\n"));
+  EXPECT_FALSE(changing.pictures[0].values().empty());
+  EXPECT_THAT(changing.notes, ElementsAre(HasSubstr("another picture at other times; the first, 'dot.png'")));
+  const OpenAnimation circle = open(painted("asset inputs:file.connect = </root/look/p.inputs:file>\n"));
+  EXPECT_TRUE(circle.pictures[0].values().empty());
+}
+
+TEST_F(UsdMaterials, SaysWhatOfThemIsNotFollowed) {
+  const std::string file = "asset inputs:file = @dot.png@\n";
+  const auto notes = [&](const std::string& more, const std::string& beside = "") {
+    return open(painted(file + more, beside)).notes;
+  };
+  EXPECT_THAT(notes("float4 inputs:scale = (1, 1, 1, 1)\nfloat4 inputs:bias = (0, 0, 0, 0)\n"
+                    "token inputs:sourceColorSpace = \"auto\"\n"),
+              IsEmpty());
+  EXPECT_THAT(notes("float4 inputs:scale = (0.5, 1, 1, 1)\n"), ElementsAre(HasSubstr("(scale (0.5, 1, 1, 1))")));
+  EXPECT_THAT(notes("float4 inputs:bias = (0, 0, 0.1, 0)\n"), ElementsAre(HasSubstr("(bias (0, 0, 0.1, 0))")));
+  EXPECT_THAT(notes("token inputs:sourceColorSpace = \"raw\"\n"), ElementsAre(HasSubstr("raw")));
+  EXPECT_THAT(notes("float2 inputs:st.connect = </root/look/t.outputs:result>\n",
+                    "def Shader \"t\" {\nuniform token info:id = \"UsdTransform2d\"\n"
+                    "float2 inputs:scale = (2, 2)\n}\n"),
+              ElementsAre(HasSubstr("UsdTransform2d")));
+}
+
+TEST_F(AnimationDetails, RefusesAnAxisThatUsdDoesNotHave) {
+  EXPECT_THAT(refusal({.head = "upAxis = \"X\"\n"}), HasSubstr("upAxis is 'X', wanted"));
+}
+
 }  // namespace
 }  // namespace mq

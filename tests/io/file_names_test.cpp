@@ -24,6 +24,9 @@ TEST(ExtensionByContent, IsThatOfTheFormat) {
       {"RIFF\x10\0\0\0WAVE"sv, ""},
       {"RIFF", ""},
       {"PIEH", ".flo"},
+      {"#usda 1.0\n(\n", ".usda"},
+      {"PXR-USDC\0"sv, ".usdc"},
+      {"PK\x03\x04", ".usdz"},
       {"very long ago", ""},
       {"", ""}};
   for (const auto& [bytes, extension] : cases) EXPECT_EQ(extension_by_content(bytes), extension) << bytes;

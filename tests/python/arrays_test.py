@@ -255,6 +255,28 @@ class Words(unittest.TestCase):
         with self.assertRaisesRegex(mq.InvalidInput, "^mesh"):
             mq.filter(mq.Mesh(np.zeros((3, 3)), np.zeros((0, 3), int)), beta=1)
 
+    def test_values_of_other_types(self):
+        for options, words in (({"beta": [3]}, r"^beta: found \[3\], wanted a number$"),
+                               ({"beta": 10**400}, r"^beta: found 10+\.\.\., wanted a number$"),
+                               ({"beta": 1, "threads": 1.5}, "^threads: found 1.5, wanted a whole number$")):
+            with self.assertRaisesRegex(TypeError, words):
+                mq.filter(mesh(), **options)
+        with self.assertRaisesRegex(mq.InvalidInput, r"^output: found '\\ud800.png', which no file"):
+            mq.filter(mesh(), beta=1, output="\ud800.png")
+        for size in ("512", (512.0, 512.0), None, True):
+            with self.assertRaisesRegex(TypeError, r"^sizes: found .*, wanted a side, \(width, height\), a picture"):
+                mq.TexelSpace(mesh(), [size])
+        with self.assertRaisesRegex(mq.InvalidInput, "^sizes: found an empty list, wanted a side"):
+            mq.TexelSpace(mesh(), [])
+
+    def test_models_in_one_folder_have_pictures_of_their_own(self):
+        with tempfile.TemporaryDirectory() as place:
+            for name in ("a", "b"):
+                mq.filter(sample() / "bust.obj", arrays()[3], beta=2, output=f"{place}/{name}.obj")
+            self.assertEqual(sorted(os.listdir(place)), ["a.mtl", "a.obj", "a.png", "b.mtl", "b.obj", "b.png"])
+            with self.assertRaisesRegex(mq.InvalidInput, "^texture: found an array"):
+                mq.filter(sample() / "bust.obj", np.zeros((2, 2, 2, 2), np.uint8), beta=2, output=f"{place}/c.obj")
+
     def test_names_in_other_encodings(self):
         with tempfile.TemporaryDirectory() as place:
             path = pathlib.Path(place) / "fan.obj"

@@ -1,3 +1,4 @@
+#include "shell/frame_numbers.h"
 #include "shell/run.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,6 @@
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
-#include "mq/io/frame_files.h"
 #include "mq/io/held_files.h"
 #include "mq/io/json_read.h"
 #include "mq/io/video.h"
@@ -243,14 +243,11 @@ bool is_frames_option(const Option& option) {
 }
 
 void add_frames_option(OptionTable& table) {
-  table.add({.name = "frames",
-             .type = Option::Type::text,
-             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
-             .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
-             .metavar = "RANGE",
-             .group = sequences,
-             .help = "run once per frame number, such as 1-100 or 1-100x2",
-             .details = "%04d in a file name stands for the number."});
+  Option frames = frames_option();
+  frames.group = sequences;
+  frames.help = "run once per frame number, such as 1-100 or 1-100x2";
+  frames.details = "%04d in a file name stands for the number.";
+  table.add(frames);
 }
 
 Json number_json(double value) {

@@ -1,3 +1,4 @@
+#include "shell/frame_numbers.h"
 #include "shell/verb_run.h"
 
 #include <fmt/format.h>
@@ -8,7 +9,6 @@
 
 #include "mq/base/error.h"
 #include "mq/io/frame_files.h"
-#include "shell/frame_place.h"
 #include "shell/slot_runs.h"
 #include "verbs/shared/unwrap_evolving.h"
 

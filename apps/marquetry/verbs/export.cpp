@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -162,11 +163,11 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingInput&
                            [&](int frame) { return carries && has_picture(input, frame); });
   std::vector<fs::path> paths;
   for (const int frame : frames) {
-    const fs::path& model = paths.emplace_back(frame_name(output, numbers_of(reader, {frame}).front()));
-    if (!carries || !has_picture(input, frame) || lower_extension(output) == ".glb") continue;
-    const fs::path picture = picture_beside(model), library = fs::path(model).replace_extension(".mtl");
-    paths.push_back(picture);
-    if (lower_extension(output) == ".obj") paths.push_back(library);
+    const fs::path model = frame_name(output, numbers_of(reader, {frame}).front());
+    const bool has_pictures = carries && has_picture(input, frame);
+    paths.push_back(model);
+    if (has_pictures && lower_extension(output) != ".glb") paths.push_back(picture_beside(model));
+    std::ranges::copy(files_beside_made(model, has_pictures), std::back_inserter(paths));
   }
   return paths;
 }

@@ -7,7 +7,6 @@
 #include "shell/arguments.h"
 #include "options/flow_options.h"
 #include "verbs/shared/flow_pair.h"
-#include "shell/frame_place.h"
 #include "mq/base/error.h"
 #include "mq/image/colour.h"
 #include "mq/io/file_names.h"
@@ -15,6 +14,7 @@
 #include "mq/io/video.h"
 #include "shell/results.h"
 #include "options/signal_options.h"
+#include "shell/frame_numbers.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -190,15 +190,13 @@ Verb interpolate_verb() {
              .most = 1,
              .group = "Times",
              .help = "0 is the first, 1 the second"});
-  table.add({.name = "frames",
-             .type = Type::text,
-             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
-             .wanted = "a range such as 0-24",
-             .metavar = "RANGE",
-             .group = "Times",
-             .help =
-                 "pictures at equal times, from the first for the first number to the second for "
-                 "the last; %04d in --output stands for the number, or --output is a video"});
+  Option frames = frames_option();
+  frames.wanted = "a range such as 0-24, of at most a million frames";
+  frames.group = "Times";
+  frames.help =
+      "pictures at equal times, from the first for the first number to the second for the last; %04d in --output "
+      "stands for the number, or --output is a video";
+  table.add(frames);
   table.add({.name = "rate",
              .type = Type::number,
              .default_value = as_typed(VideoOptions{}.rate),

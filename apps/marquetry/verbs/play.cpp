@@ -9,6 +9,7 @@
 #include "mq/draw/lifespans.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/film_page.h"
+#include "mq/io/file_names.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/video.h"
 #include "mq/model/evolving_input.h"
@@ -90,6 +91,19 @@ EvolvingInput open_input(Run& run, const fs::path& path) {
   return open_evolving(path, run.terminal(), step);
 }
 
+/// Whether it is a page; no: a folder for one. Throws where it is called as neither is.
+bool names_page(const fs::path& output) {
+  const std::string extension = lower_extension(output);
+  if (extension == ".html" || extension == ".htm") return true;
+  const bool is_ending =
+      extension.size() > 1 && std::ranges::all_of(extension.substr(1), [](char c) { return c >= 'a' && c <= 'z'; });
+  std::error_code ignored;
+  require(!is_ending || fs::is_directory(output, ignored),
+          fmt::format("--output: found '{}', wanted a page, such as walk.html, or a folder; {}/ is one of that name",
+                      output.string(), output.string()));
+  return false;
+}
+
 Exit run_play(Run& run) {
   const OptionValues& options = run.options();
   const std::optional<PlayerFiles> files = player_files();
@@ -117,7 +131,7 @@ Exit run_play(Run& run) {
       input.has_pictures() && has_atlas(reader) && !options.has("from") && !options.has("video");
   require_video_for_codec(options, options.has("from") || shows_own);
   const fs::path output = options.text("output");
-  const bool is_page = output.extension() == ".html";
+  const bool is_page = names_page(output);
   const fs::path page = is_page ? output : output / "index.html";
   if (shows_own) warn_of_repeats(run, reader);
   if (options.has("from") || shows_own) check_video_to_make(run, reader, frames, page, how);

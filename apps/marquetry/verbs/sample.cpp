@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
@@ -19,6 +20,7 @@
 #include "shell/run.h"
 #include "options/model_options.h"
 #include "options/signal_options.h"
+#include "shell/frame_numbers.h"
 #include "shell/verb.h"
 
 namespace mq::app {
@@ -160,7 +162,7 @@ Exit sample(Run& run) {
   std::vector<fs::path> files = meshes;
   files.push_back(fs::path(meshes.front()).replace_extension(is_float ? ".exr" : ".png"));
   for (const fs::path& mesh : meshes)
-    if (lower_extension(mesh) == ".obj") files.push_back(fs::path(mesh).replace_extension(".mtl"));
+    std::ranges::copy(files_beside_made(mesh, true), std::back_inserter(files));
   run.will_write(files, folder);
   if (run.dry_run()) return Exit::done;
 
@@ -223,14 +225,11 @@ Verb sample_verb() {
              .default_value = "8",
              .choices = {"8", "16", "half", "float"},
              .help = "bits per value; half and float write OpenEXR"});
-  table.add({.name = "frames",
-             .type = Type::text,
-             .default_value = "0-99",
-             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
-             .wanted = "a number, a range such as 0-99, or 0-99x2 for every second",
-             .metavar = "RANGE",
-             .group = "Sequences made",
-             .help = "which frames of a sequence"});
+  Option frames = frames_option();
+  frames.default_value = "0-99";
+  frames.group = "Sequences made";
+  frames.help = "which frames of a sequence";
+  table.add(frames);
   table.add({.name = "period",
              .type = Type::integer,
              .default_value = as_typed(MovingOptions{}.period),

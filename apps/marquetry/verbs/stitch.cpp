@@ -13,6 +13,7 @@
 #include "mq/base/error.h"
 #include "mq/filter/modulation.h"
 #include "mq/filter/stitch.h"
+#include "mq/model/photograph_texture.h"
 #include "mq/model/photographs.h"
 #include "mq/model/stitch_regions.h"
 #include "options/model_options.h"
@@ -73,7 +74,9 @@ Stitched solve(Run& run, const TextureSignal& target, double weight, const Stitc
       stitcher = std::make_unique<Stitcher>(target.space(), weight, regions.labels, factory, step);
     }
     const Step step(run, "solve", shares.solve);
-    stitched = {stitcher->stitch(regions.values, regions.partials, step), stitcher->stiffness()};
+    const Signal levels = asked_levels(run.options(), *stitcher, regions.values);
+    if (levels.size() > 0) run.result["exposure"] = levels.cwiseAbs().maxCoeff();
+    stitched = {stitcher->stitch(regions.values, regions.partials, levels, step), stitcher->stiffness()};
     return stitched.filtered.report;
   });
   return stitched;
@@ -196,9 +199,8 @@ Verb stitch_verb() {
              .group = "Regions",
              .help = "the label of texels that no photograph shows: they are filled in"});
   add_partial_options(table);
-  add_spread_options(table, {usual_stitch_alpha, Length::Unit::alpha}, "Stitch",
-                     "how far corrections spread: weight of gradients on the surface scaled to "
-                     "unit area");
+  add_levels_option(table);
+  add_spread_options(table, usual_photograph_length, "Stitch", "how far steps between photographs are spread");
   add_solver_options(table);
   add_space_option(table);
   add_depth_option(table);

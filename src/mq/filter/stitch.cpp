@@ -21,6 +21,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/filter/region_levels.h"
 
 namespace mq {
 namespace {
@@ -168,14 +169,17 @@ void require_partials(std::span<const Partial> partials, const Composite& compos
                 label, partials.size() - 1, unseen));
 }
 
+/// `levels` (none, or a row for each label) are in the composite's values already, and not in the partials'.
 Signal change_of_partials(const Ground& ground, std::span<const Partial> partials,
-                          const Composite& composite) {
+                          const Composite& composite, const Signal& levels = {}) {
   require_partials(partials, composite);
   return change(ground, composite.values, composite.labels,
                 [&](int label, int j, Eigen::RowVectorXd& v) {
                   const bool shown = partials[label].confidence[j] > 0;
-                  if (shown) v = partials[label].values.row(j);
-                  return shown;
+                  if (!shown) return false;
+                  v = partials[label].values.row(j);
+                  if (levels.rows() > 0) v += levels.row(label);
+                  return true;
                 });
 }
 
@@ -386,10 +390,16 @@ Filtered Stitcher::solve(const Signal& psi, const Signal& change, const Progress
   return result;
 }
 
-Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials,
+Signal Stitcher::levels(const Signal& psi) const {
+  return region_levels(stiffness_, space_.lumped_mass(), psi, labels_);
+}
+
+Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials, const Signal& levels,
                           const Progress& progress) const {
-  const Signal filled = fill(psi, progress.step("fill", 0.3));
-  const Signal asked = partials.empty() ? change(filled) : change(partials, {filled, labels_});
+  const Signal filled = fill(levels.rows() > 0 ? with_levels(psi, levels, labels_) : psi, progress.step("fill", 0.3));
+  const Signal asked =
+      partials.empty() ? change(filled)
+                       : change_of_partials({space_, stiffness_, positions_}, partials, {filled, labels_}, levels);
   return solve(filled, asked, progress.step("stitch", 0.7));
 }
 

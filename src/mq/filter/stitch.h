@@ -34,9 +34,6 @@
 
 namespace mq {
 
-/// How far corrections usually spread: weight of gradients on the surface scaled to unit area.
-inline constexpr double usual_stitch_alpha = 100;
-
 /// The label of an unknown that no photograph shows (see `Stitcher`).
 inline constexpr int unseen = -1;
 
@@ -148,9 +145,12 @@ class Stitcher {
   /// back bit for bit. Where something is unseen, about six solves.
   Filtered solve(const Signal& psi, const Signal& change, const Progress& progress = {}) const;
 
-  /// All of it: ψ filled and solved with the change that its regions ask for, or where it is a
-  /// composite of photographs, these.
-  Filtered stitch(const Signal& psi, std::span<const Partial> partials = {},
+  /// `region_levels` of these regions.
+  Signal levels(const Signal& psi) const;
+
+  /// All of it: ψ with the levels, if there are any, filled and solved with the change that its regions ask for,
+  /// or where it is a composite of photographs, these.
+  Filtered stitch(const Signal& psi, std::span<const Partial> partials = {}, const Signal& levels = {},
                   const Progress& progress = {}) const;
 
   /// All of it, of photographs that are known where regions meet, towards other values than ψ has: near

@@ -56,7 +56,8 @@ std::string extension_by_content(std::string_view bytes) {
   static constexpr std::pair<std::string_view, const char*> beginnings[] = {
       {"\x89PNG"sv, ".png"}, {"\xff\xd8\xff"sv, ".jpg"}, {"II*\0"sv, ".tif"},  {"MM\0*"sv, ".tif"},
       {"v/1\x01"sv, ".exr"}, {"BM"sv, ".bmp"},           {"PIEH"sv, ".flo"}, {"ply\n"sv, ".ply"},
-      {"ply\r"sv, ".ply"},   {"glTF"sv, ".glb"}};
+      {"ply\r"sv, ".ply"},   {"glTF"sv, ".glb"},         {"#usda"sv, ".usda"}, {"PXR-USDC"sv, ".usdc"},
+      {"PK\x03\x04"sv, ".usdz"}};
   for (const auto& [beginning, extension] : beginnings)
     if (bytes.starts_with(beginning)) return extension;
   if (bytes.starts_with("RIFF") && bytes.substr(std::min<std::size_t>(8, bytes.size())).starts_with("WEBP"))
@@ -71,6 +72,13 @@ std::string extension_by_content(std::string_view bytes) {
 bool holds_numbers(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   return extension == ".exr" || extension == ".tif" || extension == ".tiff";
+}
+
+std::vector<std::filesystem::path> files_beside_made(const std::filesystem::path& model, bool has_pictures) {
+  const std::string extension = lower_extension(model);
+  if (extension == ".gltf") return {std::filesystem::path(model).replace_extension(".bin")};
+  if (extension == ".obj" && has_pictures) return {std::filesystem::path(model).replace_extension(".mtl")};
+  return {};
 }
 
 }  // namespace mq

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "mq/base/error.h"
@@ -62,7 +63,7 @@ std::vector<fs::path> FrameTextures::paths(const std::vector<int>& numbers) cons
     if (!names_model(output_)) continue;
     const fs::path model = paths.back();
     paths.push_back(picture_of(model));
-    if (lower_extension(model) == ".obj") paths.push_back(fs::path(model).replace_extension(".mtl"));
+    std::ranges::copy(files_beside_made(model, true), std::back_inserter(paths));
   }
   return paths;
 }

@@ -94,4 +94,20 @@ std::vector<int> asked_photographs(const OptionValues& options, const TexturedMo
   return wanted_photographs(target, scene.texture_sizes, read_labels(options), count);
 }
 
+void add_levels_option(OptionTable& table) {
+  table.add({.name = "exposure",
+             .type = Option::Type::choice,
+             .default_value = "match",
+             .choices = {"match", "keep"},
+             .metavar = "HOW",
+             .group = "Stitch",
+             .help = "even out the exposure of regions first, each as a whole, or keep it",
+             .details = "One value for each region and channel, of the steps that most of each border "
+                        "shows."});
+}
+
+Signal asked_levels(const OptionValues& options, const Stitcher& stitcher, const Signal& psi) {
+  return options.text("exposure") == "match" ? stitcher.levels(psi) : Signal();
+}
+
 }  // namespace mq::app

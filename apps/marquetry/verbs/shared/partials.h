@@ -31,4 +31,10 @@ std::vector<Texture> read_labels(const OptionValues& options);
 std::vector<Partial> read_partials(const OptionValues& options, const TexturedModel& scene,
                                    const TextureSignal& target);
 
+/// Adds --exposure of `stitch`.
+void add_levels_option(OptionTable& table);
+
+/// What each region is raised by before it is stitched (`Stitcher::levels`); none where --exposure keeps them.
+Signal asked_levels(const OptionValues& options, const Stitcher& stitcher, const Signal& psi);
+
 }  // namespace mq::app

@@ -14,6 +14,7 @@
 #include "mq/model/sequence_pictures.h"
 #include "mq/model/sequence_tracker.h"
 #include "shell/arguments.h"
+#include "shell/frame_numbers.h"
 #include "shell/run.h"
 #include "verbs/shared/sequence_pictures.h"
 
@@ -177,13 +178,10 @@ void add_files_options(OptionTable& table) {
 
 void add_sequence_options(OptionTable& table) {
   using Type = Option::Type;
-  table.add({.name = "frames",
-             .type = Type::text,
-             .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
-             .wanted = "a number, a range such as 1-100, or 1-100x2 for every second",
-             .metavar = "RANGE",
-             .group = "Sequence",
-             .help = "which frames, such as 1-100 or 1-100x2; else all there are"});
+  Option frames = frames_option();
+  frames.group = "Sequence";
+  frames.help = "which frames, such as 1-100 or 1-100x2; else all there are";
+  table.add(frames);
   table.add({.name = "texture",
              .type = Type::path,
              .group = "Sequence",

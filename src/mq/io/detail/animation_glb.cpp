@@ -17,7 +17,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr int float_type = 5126, index_type = 5125, array_target = 34962, element_target = 34963;
+constexpr int float_type = 5126, index_type = 5125, byte_type = 5121, array_target = 34962, element_target = 34963;
 
 /// glTF's vertices: equal corners of a segment are one.
 struct Corners {
@@ -101,12 +101,16 @@ class Animation {
   }
 
   void animate_weights(int node, int begin, int end, int first) {
-    std::vector<float> times, weights;
+    // Every frame has a weight for every other, 0 or 1: as bytes, of which 255 is 1.
+    std::vector<float> times;
+    Bytes weights;
     for (int f = begin; f < end; ++f) {
       times.push_back(time(f, first));
-      for (int target = begin + 1; target < end; ++target) weights.push_back(target == f ? 1 : 0);
+      for (int target = begin + 1; target < end; ++target) weights.push_back(target == f ? std::byte(255) : std::byte(0));
     }
-    add_channel(node, "weights", "LINEAR", times, weights, "SCALAR");
+    const std::size_t output = add_accessor(weights, weights.size(), byte_type, "SCALAR", 0);
+    json_["accessors"][output]["normalized"] = true;
+    add_channel(node, "weights", "LINEAR", times, output);
   }
 
   void animate_presence(int node, int begin, int end, int first, int stop) {
@@ -118,11 +122,11 @@ class Animation {
     if (begin > first) add(first, 0);
     add(begin, 1);
     if (end < stop) add(end, 0);
-    add_channel(node, "scale", "STEP", times, scales, "VEC3");
+    add_channel(node, "scale", "STEP", times, add_floats(scales, "VEC3", 0));
   }
 
   void add_channel(int node, const char* path, const char* how, const std::vector<float>& times,
-                   const std::vector<float>& values, const char* shape) {
+                   std::size_t output) {
     OrderedJson& animation = json_["animations"][0];
     const std::size_t input = add_floats(times, "SCALAR", 0);
     json_["accessors"][input]["min"] = OrderedJson::array({times.front()});
@@ -130,7 +134,7 @@ class Animation {
     animation["channels"].push_back(
         {{"sampler", animation["samplers"].size()}, {"target", {{"node", node}, {"path", path}}}});
     animation["samplers"].push_back(
-        {{"input", input}, {"interpolation", how}, {"output", add_floats(values, shape, 0)}});
+        {{"input", input}, {"interpolation", how}, {"output", output}});
   }
 
   /// Positions in metres, or how far they are from `base`, with their bounds.

@@ -373,6 +373,7 @@ class GltfFinder {
     read.file.mesh.positions.resize(scene_->shapes.back().kept.size());
     found_.segments.push_back(segment_of(read.file.mesh));
     add_picture(read.file);
+    for (const std::string& note : read.file.notes) found_.add_note(note);
   }
 
   /// Which accessors move which vertices: primitives with triangles come in the order of the scene's.

@@ -13,6 +13,7 @@
 #include "mq/base/words.h"
 #include "mq/io/detail/animation_found.h"
 #include "mq/io/detail/stored_zip.h"
+#include "mq/io/detail/usd_material.h"
 #include "mq/io/detail/usd_mesh.h"
 #include "mq/io/document.h"
 #include "mq/io/file_names.h"
@@ -111,6 +112,8 @@ class UsdFinder {
     if (scene_->meshes.empty() || (moving_ == 0 && (scene_->meshes.size() > 1 || has_skeleton()))) refuse_still();
     Eigen::Matrix4d up = Eigen::Matrix4d::Identity();
     const std::string_view axis = usd_unquoted(text_.member(text_.layer().metadata, "upAxis"));
+    if (!axis.empty() && axis != "Y" && axis != "Z")
+      text_.fail(axis, fmt::format("upAxis is {}, wanted \"Y\" or \"Z\"", shown(axis)));
     if (axis == "Z") up.topLeftCorner<3, 3>() << 1, 0, 0, 0, 0, 1, 0, -1, 0;
     for (UsdMesh& mesh : scene_->meshes)
       if (mesh.moves() || moving_ == 0) mesh.place(text_, up);
@@ -235,44 +238,14 @@ class UsdFinder {
   // ---- Segments ----
 
   void add_segment(const UsdMesh& mesh, std::string_view value) {
-    UsdSurface surface = usd_surface(text_, mesh, mesh.positions(text_, value));
+    const UsdProperty* bound = mesh.inherited("material:binding");
+    const UsdPicture picture = bound ? usd_picture(text_, usd_unquoted(bound->value)) : UsdPicture{};
+    UsdSurface surface = usd_surface(text_, mesh, mesh.positions(text_, value), picture.uv_set);
+    for (const std::string& note : picture.notes) found_.add_note(note);
     for (const std::string& note : surface.notes) found_.add_note(note);
     for (const std::string& remark : surface.remarks) found_.add_remark(remark);
     found_.segments.push_back(std::move(surface.segment));
-    found_.pictures.push_back(picture_of(mesh));
-  }
-
-  const UsdPrim* at(std::string_view path) const {
-    const UsdPrim* prim = path.starts_with('/') ? &text_.layer() : nullptr;
-    path = path.substr(0, path.find('.'));
-    while (prim && path.size() > 1) {
-      path.remove_prefix(1);
-      const std::string_view name = path.substr(0, path.find('/'));
-      prim = prim->child(name);
-      path.remove_prefix(name.size());
-    }
-    return prim;
-  }
-
-  static const UsdPrim* surface_in(const UsdPrim& prim) {
-    for (const UsdPrim& child : prim.children) {
-      const UsdProperty* id = child.property("info:id");
-      if (id && usd_unquoted(id->value) == "UsdPreviewSurface") return &child;
-      if (const UsdPrim* found = surface_in(child)) return found;
-    }
-    return nullptr;
-  }
-
-  /// The picture of the base colour.
-  FoundPicture picture_of(const UsdMesh& mesh) {
-    const UsdProperty* bound = mesh.inherited("material:binding");
-    const UsdPrim* material = bound ? at(usd_unquoted(bound->value)) : nullptr;
-    const UsdPrim* surface = material ? surface_in(*material) : nullptr;
-    const UsdProperty* colour = surface ? surface->property("inputs:diffuseColor") : nullptr;
-    const UsdPrim* texture = colour ? at(usd_unquoted(colour->connection)) : nullptr;
-    const UsdProperty* file = texture ? texture->property("inputs:file") : nullptr;
-    if (!file) return {};
-    return {portable_name(usd_unquoted(file->value))};
+    found_.pictures.push_back({portable_name(picture.file)});
   }
 
   std::shared_ptr<UsdScene> scene_;
@@ -310,7 +283,13 @@ FoundAnimation find_usdz_animation(const std::string& name, Bytes bytes) {
   const std::filesystem::path folder = std::filesystem::path(files[0].name).parent_path();
   for (FoundPicture& picture : found.pictures) {
     const std::string packed = (folder / picture.name).lexically_normal().generic_string();
-    if (const auto in = pictures.find(packed); in != pictures.end()) picture.bytes = in->second;
+    if (const auto in = pictures.find(packed); in != pictures.end()) {
+      picture.bytes = in->second;
+    } else if (!picture.name.empty()) {
+      found.add_note(fmt::format("its picture {} is not in the package, and is left out; pack it too",
+                                 shown(picture.name)));
+      picture = {};
+    }
   }
   return found;
 }

@@ -55,6 +55,7 @@ class SceneReader {
   GltfScene read_only(std::int64_t mesh, const Eigen::Matrix4d& matrix) {
     refuse_required_extensions();
     choose();
+    targets_are_used_ = true;
     read_mesh(mesh, matrix);
     finish();
     return std::move(scene_);
@@ -162,7 +163,7 @@ class SceneReader {
       note("points and lines are not used");
       return;
     }
-    if (!json_array(stored, "targets", place_).empty()) note("morph targets are not used");
+    if (!targets_are_used_ && !json_array(stored, "targets", place_).empty()) note("morph targets are not used");
     const Json primitive = file_.decompressed(stored, place_);
     const std::int64_t mode = json_count(primitive, "mode", 4, place_);
     const Json* attributes = json_object(primitive, "attributes");
@@ -181,6 +182,10 @@ class SceneReader {
                                 material_id, matrix});
     const int uv_begin = uvs(*attributes, material.set, material.transform, block.count,
                              mesh().uvs, uv_begins_);
+    if (material.texture >= 0 && uv_begin < 0 && !corners.empty())
+      note(fmt::format("{} has no texture coordinates TEXCOORD_{}, by which its material places its picture, and is "
+                       "taken without",
+                       place_, material.set));
     if (mesh().triangles.size() + corners.size() > std::size_t(INT_MAX / 4))
       file_.fail(place_, "the scene has more than 536870911 triangles");
     std::vector<int> set_begins;
@@ -430,6 +435,7 @@ class SceneReader {
   int channels_ = 0;
   Depth depth_ = Depth::u8;
   std::set<std::string> noted_;
+  bool targets_are_used_ = false;  ///< by whoever reads it
 };
 
 }  // namespace

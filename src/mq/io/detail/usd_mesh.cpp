@@ -31,8 +31,9 @@ struct UsdUvs {
 
 class SurfaceReader {
  public:
-  SurfaceReader(const UsdText& text, const UsdMesh& mesh, const std::vector<Vector3>& positions)
-      : text_(text), mesh_(mesh), prim_(mesh.prim()), positions_(positions) {}
+  SurfaceReader(const UsdText& text, const UsdMesh& mesh, const std::vector<Vector3>& positions,
+                std::string_view uv_set)
+      : text_(text), mesh_(mesh), prim_(mesh.prim()), positions_(positions), wanted_set_(uv_set) {}
 
   UsdSurface read() {
     counts_ = listed("faceVertexCounts");
@@ -120,8 +121,9 @@ class SurfaceReader {
     }
   }
 
-  /// The set called st, or else the first.
   const UsdProperty* uv_set() const {
+    if (!wanted_set_.empty())
+      if (const UsdProperty* wanted = prim_.property(fmt::format("primvars:{}", wanted_set_))) return wanted;
     if (const UsdProperty* st = prim_.property("primvars:st")) return st;
     const auto found = std::ranges::find_if(prim_.properties, [](const UsdProperty& p) {
       return p.type.starts_with("texCoord2") && p.name.starts_with("primvars:");
@@ -133,6 +135,10 @@ class SurfaceReader {
     const UsdProperty* set = uv_set();
     const std::string_view value = set ? constant(set->name) : "";
     if (value.empty()) return;
+    if (!wanted_set_.empty() && set->name != fmt::format("primvars:{}", wanted_set_))
+      result_.notes.push_back(fmt::format("{} has no texture coordinates {}, by which its material places the picture: "
+                                          "{} are taken",
+                                          mesh_.path, shown(wanted_set_), shown(set->name)));
     const std::string_view how = usd_unquoted(text_.member(set->metadata, "interpolation"));
     const bool of_vertices = how == "vertex" || how == "varying";
     if (!of_vertices && how != "faceVarying") {
@@ -168,6 +174,7 @@ class SurfaceReader {
   const UsdMesh& mesh_;
   const UsdPrim& prim_;
   const std::vector<Vector3>& positions_;
+  std::string_view wanted_set_;
   std::vector<int> counts_, corners_;
   std::vector<char> is_hole_;
   UsdUvs uvs_;
@@ -215,8 +222,9 @@ std::vector<Vector3> UsdMesh::positions(const UsdText& text, std::string_view va
   return result;
 }
 
-UsdSurface usd_surface(const UsdText& text, const UsdMesh& mesh, const std::vector<Vector3>& positions) {
-  return SurfaceReader(text, mesh, positions).read();
+UsdSurface usd_surface(const UsdText& text, const UsdMesh& mesh, const std::vector<Vector3>& positions,
+                       std::string_view uv_set) {
+  return SurfaceReader(text, mesh, positions, uv_set).read();
 }
 
 }  // namespace mq

@@ -37,8 +37,10 @@ struct UsdSurface {
   std::vector<std::string> notes, remarks;
 };
 
-/// Polygons cut into triangles, holes left out, with texture coordinates; `positions` are those of some frame.
+/// Polygons cut into triangles, holes left out, with texture coordinates: those called `uv_set`, or else st, or
+/// else the first. `positions` are those of some frame.
 /// Throws `Unsupported` where its connectivity changes over time, and `IoError` with the line where it is damaged.
-UsdSurface usd_surface(const UsdText& text, const UsdMesh& mesh, const std::vector<Vector3>& positions);
+UsdSurface usd_surface(const UsdText& text, const UsdMesh& mesh, const std::vector<Vector3>& positions,
+                       std::string_view uv_set);
 
 }  // namespace mq

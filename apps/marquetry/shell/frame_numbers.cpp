@@ -1,4 +1,4 @@
-#include "shell/frame_place.h"
+#include "shell/frame_numbers.h"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,14 @@
 #include "mq/io/frame_files.h"
 
 namespace mq::app {
+
+Option frames_option() {
+  return {.name = "frames",
+          .type = Option::Type::text,
+          .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
+          .wanted = "a number, a range such as 1-100, or 1-100x2 for every second; at most a million of them",
+          .metavar = "RANGE"};
+}
 
 void require_no_frame_place(const std::string& output) {
   require(

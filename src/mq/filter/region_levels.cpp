@@ -1,0 +1,155 @@
+#include "mq/filter/region_levels.h"
+
+#include <Eigen/SparseCholesky>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "mq/base/error.h"
+#include "mq/filter/stitch.h"
+
+namespace mq {
+namespace {
+
+/// A difference and how much it counts.
+struct Step {
+  double value, weight;
+};
+
+/// Of at least one.
+double weighted_median(std::vector<Step>& steps) {
+  std::ranges::sort(steps, {}, &Step::value);
+  const double all = std::transform_reduce(steps.begin(), steps.end(), 0.0, std::plus<>(), std::mem_fn(&Step::weight));
+  double sum = 0;
+  for (const Step& step : steps)
+    if ((sum += step.weight) >= all / 2) return step.value;
+  return steps.back().value;
+}
+
+/// The pairs of unknowns where two regions a < b meet, i in a.
+struct Border {
+  std::vector<std::pair<int, int>> pairs;
+  std::vector<double> weights;
+};
+
+using Borders = std::map<std::pair<int, int>, Border>;
+
+Borders borders_of(const SparseMatrix& stiffness, std::span<const int> labels) {
+  Borders borders;
+  for (int i = 0; i < int(labels.size()); ++i)
+    for (SparseMatrix::InnerIterator it(stiffness, i); it; ++it) {
+      const int j = int(it.col()), a = labels[std::size_t(i)], b = labels[std::size_t(j)];
+      if (a >= b || a == unseen || b == unseen || !(it.value() < 0)) continue;
+      Border& border = borders[{a, b}];
+      border.pairs.emplace_back(i, j);
+      border.weights.push_back(-it.value());
+    }
+  return borders;
+}
+
+/// What a border says of one channel.
+struct Said {
+  double median = 0, spread = 0, pairs = 0;
+};
+
+Said said(const Border& border, const Signal& psi, Eigen::Index channel) {
+  std::vector<Step> steps;
+  for (std::size_t k = 0; k < border.pairs.size(); ++k)
+    steps.push_back({psi(border.pairs[k].second, channel) - psi(border.pairs[k].first, channel), border.weights[k]});
+  const double median = weighted_median(steps);
+  for (Step& step : steps) step.value = std::abs(step.value - median);
+  return {median, 1.4826 * weighted_median(steps), double(steps.size())};
+}
+
+/// The median of their spreads, by pairs: of a border of three pairs its own says little.
+double usual_spread(const std::vector<Said>& all) {
+  std::vector<Step> spreads;
+  for (const Said& one : all) spreads.push_back({one.spread, one.pairs});
+  return weighted_median(spreads);
+}
+
+/// The minimiser for one channel.
+Vector levels_of(const Borders& borders, const Signal& psi, Eigen::Index channel, int count) {
+  std::vector<Said> all;
+  for (const auto& [sides, border] : borders) all.push_back(said(border, psi, channel));
+  double squares = 0;
+  for (const Said& one : all) squares += one.median * one.median;
+  const double prior = 4 * squares / double(all.size()), usual = usual_spread(all);
+  if (!(prior > 0)) return Vector::Zero(count);  // no step anywhere
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int a = 0; a < count; ++a) entries.emplace_back(a, a, 1 / prior);
+  Vector right = Vector::Zero(count);
+  auto one = all.begin();
+  for (const auto& [sides, border] : borders) {
+    const auto [a, b] = sides;
+    const double spread = std::max(one->spread, usual);
+    // Nothing is known better than to a hundredth of what it may be.
+    const double weight = 1 / std::max(spread * spread * border_stretch / one->pairs, 1e-4 * prior);
+    entries.insert(entries.end(), {{a, a, weight}, {b, b, weight}, {a, b, -weight}, {b, a, -weight}});
+    right[a] += weight * one->median;
+    right[b] -= weight * one->median;
+    ++one;
+  }
+  Eigen::SparseMatrix<double> matrix(count, count);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
+}
+
+/// Numbers of the parts of a graph that hang together.
+std::vector<int> parts_of(int count, const Borders& borders) {
+  std::vector<int> part(std::size_t(count), 0);
+  std::iota(part.begin(), part.end(), 0);
+  const auto root = [&](int a) {
+    while (part[std::size_t(a)] != a) a = part[std::size_t(a)] = part[std::size_t(part[std::size_t(a)])];
+    return a;
+  };
+  for (const auto& [sides, border] : borders) part[std::size_t(root(sides.second))] = root(sides.first);
+  for (int a = 0; a < count; ++a) part[std::size_t(a)] = root(a);
+  return part;
+}
+
+/// Makes the mean of each part 0.
+void centre(const std::vector<int>& part, const std::vector<double>& areas, Signal& levels) {
+  Signal sums = Signal::Zero(levels.rows(), levels.cols());
+  std::vector<double> area(areas.size(), 0);
+  for (std::size_t a = 0; a < areas.size(); ++a) {
+    sums.row(part[a]) += areas[a] * levels.row(Eigen::Index(a));
+    area[std::size_t(part[a])] += areas[a];
+  }
+  for (std::size_t a = 0; a < areas.size(); ++a)
+    if (const double all = area[std::size_t(part[a])]; all > 0) levels.row(Eigen::Index(a)) -= sums.row(part[a]) / all;
+}
+
+}  // namespace
+
+Signal region_levels(const SparseMatrix& stiffness, const Vector& mass, const Signal& psi,
+                     std::span<const int> labels) {
+  require(stiffness.rows() == psi.rows() && mass.size() == psi.rows() && std::ssize(labels) == psi.rows(),
+          fmt::format("levels of regions: a stiffness of {} rows, {} masses, a signal of {} rows and {} labels do not fit",
+                      stiffness.rows(), mass.size(), psi.rows(), labels.size()));
+  const int count = labels.empty() ? 0 : std::max(0, 1 + *std::ranges::max_element(labels));
+  Signal levels = Signal::Zero(count, psi.cols());
+  const Borders borders = borders_of(stiffness, labels);
+  if (borders.empty()) return levels;
+  std::vector<double> areas(std::size_t(count), 0);
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (labels[i] != unseen) areas[std::size_t(labels[i])] += mass[Eigen::Index(i)];
+  for (Eigen::Index c = 0; c < psi.cols(); ++c) levels.col(c) = levels_of(borders, psi, c, count);
+  centre(parts_of(count, borders), areas, levels);
+  return levels;
+}
+
+Signal with_levels(const Signal& psi, const Signal& levels, std::span<const int> labels) {
+  Signal result = psi;
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (labels[i] != unseen) result.row(Eigen::Index(i)) += levels.row(labels[i]);
+  return result;
+}
+
+}  // namespace mq
