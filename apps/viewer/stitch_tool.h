@@ -94,7 +94,8 @@ class StitchTool : public VerbTool {
   void prepare(const OptionValues& options, const Progress& progress);
   void read_photographs(const OptionValues& options, const Progress& progress);
   Composite chosen(const std::vector<int>& choice) const;
-  Filtered stitched(const OptionValues& options, const Composite& composite, const Progress& progress) const;
+  Filtered stitched(const OptionValues& options, const Model& model, const Composite& composite,
+                    const Progress& progress) const;
   void solve(const OptionValues& options, const Composite& composite, Model& model,
              const Progress& progress);
 

@@ -109,11 +109,11 @@ Composite StitchTool::chosen(const std::vector<int>& choice) const {
   return composite_of(partials_, std::move(labels));
 }
 
-Filtered StitchTool::stitched(const OptionValues& options, const Composite& composite,
+Filtered StitchTool::stitched(const OptionValues& options, const Model& model, const Composite& composite,
                               const Progress& progress) const {
   if (!with_cameras_)
-    return stitcher_->stitch(composite.values, partials_, app::asked_levels(options, *stitcher_, composite.values),
-                             progress);
+    return stitcher_->stitch(composite.values, partials_,
+                             app::asked_levels(options, model, *stitcher_, composite.values), progress);
   const int channels = int(composite.values.cols());
   BeyondBorders beyond(target_->space(), composite.labels, channels);
   for (std::size_t v = 0; v < partials_.size(); ++v)
@@ -147,7 +147,7 @@ void StitchTool::solve(const OptionValues& options, const Composite& composite, 
           stitcher_->regroup(composite.labels);
         }
         const app::Step step(run, "solve", shares.solve);
-        result = stitched(options, composite, step);
+        result = stitched(options, model, composite, step);
         return result.report;
       });
   // A factorisation of a second attempt is not what the next choice should begin with.

@@ -81,6 +81,15 @@ class _Inputs:
         self.names[name] = os.path.splitext(name)[0].replace(stem, option, 1)
         return name
 
+    @contextmanager
+    def _named(self, name: str) -> Iterator[None]:
+        """What is wrong with an array is said of its option."""
+        try:
+            yield
+        except (Error, TypeError) as error:
+            error.args = (str(error).replace(name, self.names[name]),)
+            raise
+
     def take(self, value: Any, option: str) -> tuple[str, list[Any]]:
         """What to name where a file is named, and the pictures that came with it."""
         if is_path(value):
@@ -93,10 +102,12 @@ class _Inputs:
         if is_mesh(value):
             mesh = as_mesh(value, option)
             name = self._free(option, ".ply", option)
-            self.held.put_model(name, mesh.vertices, mesh.faces, mesh.uvs, mesh.textures, mesh.colors)
+            with self._named(name):
+                self.held.put_model(name, mesh.vertices, mesh.faces, mesh.uvs, mesh.textures, mesh.colors)
             return self.held.path(name), list(mesh.pictures)
         name = self._free(option == "texture" and self.pictures or option, ".png", option)
-        self.held.put_picture(name, picture_array(value, option))
+        with self._named(name):
+            self.held.put_picture(name, picture_array(value, option))
         return self.held.path(name), []
 
 

@@ -67,11 +67,32 @@ double log_difference(const Image<float>& a, const Image<float>& b) {
   return std::sqrt(squares / count - sum * sum / count / count);
 }
 
-TEST(Stitch, TakesGainsOutInLogSpace) {
+/// Corrections that spread over the whole surface, and nothing else.
+const Words as_published = {"--exposure", "keep", "--alpha", "100"};
+
+TEST(Stitch, TakesGainsOutInWhateverSpace) {
   const Folder folder;
   write_gains(folder, 1.5);
   const Image<float> truth = picture(160, 120, 1);
-  const Result result = stitch(folder, "out.png", {"--space", "log"});
+  for (const char* space : {"stored", "linear", "log"}) {
+    const Result result = stitch(folder, "out.png", {"--space", space, "--overwrite"});
+    ASSERT_EQ(result.status, 0) << result.error;
+    EXPECT_LT(log_difference(read_texture(folder / "out.png").pixels, truth), 2.0 / 255) << space;
+    // Half of it in each of two regions of one size.
+    EXPECT_NEAR(result.json()["result"]["largest_gain"].get<double>(), std::sqrt(1.5), 0.01) << space;
+  }
+  const Result kept = stitch(folder, "out.png", {"--exposure", "keep", "--overwrite"});
+  EXPECT_GT(log_difference(read_texture(folder / "out.png").pixels, truth), 0.1);
+  EXPECT_FALSE(kept.json()["result"].contains("largest_gain"));
+}
+
+TEST(Stitch, SpreadsGainsOverTheWholeSurfaceInLogSpace) {
+  const Folder folder;
+  write_gains(folder, 1.5);
+  const Image<float> truth = picture(160, 120, 1);
+  Words words = as_published;
+  words.insert(words.end(), {"--space", "log"});
+  const Result result = stitch(folder, "out.png", words);
   ASSERT_EQ(result.status, 0) << result.error;
   const Image<float> before = read_texture(folder / "strip.png").pixels;
   const Image<float> after = read_texture(folder / "out.png").pixels;
@@ -135,7 +156,8 @@ TEST(Stitch, RecoversAPictureOfWhichChartsWereShifted) {
     write_image(folder / "shifted.png", shifted, Depth::u16);
     for (const std::string name : {"original", "shifted"}) {
       const Result result =
-          marquetry(folder, {"stitch", "bust.obj", name + ".png", "-o", name + "_out.png"});
+          marquetry(folder, {"stitch", "bust.obj", name + ".png", "-o", name + "_out.png", "--exposure", "keep",
+                             "--alpha", "100"});
       ASSERT_EQ(result.status, 0) << result.error;
     }
     const Image<float> found = read_texture(folder / "shifted_out.png").pixels;
@@ -203,7 +225,7 @@ TEST(Stitch, MakesOneTextureOfPartialOnes) {
     write_image(folder / ("part" + std::to_string(k) + ".png"), partial, Depth::u16);
   }
   const Result result = stitch(
-      folder, "out.png", {"--partial", "part0.png", "--partial", "part1.png", "--alpha", "1e4"});
+      folder, "out.png", {"--partial", "part0.png", "--partial", "part1.png", "--alpha", "1e4", "--exposure", "keep"});
   ASSERT_EQ(result.status, 0) << result.error;
   EXPECT_EQ(result.json()["result"]["regions"], 2);
   const Image<float> after = read_texture(folder / "out.png").pixels;

@@ -325,7 +325,7 @@ TEST_F(UsdMaterials, TakesTheCoordinatesThatTheMaterialReads) {
   EXPECT_DOUBLE_EQ(largest_u(open(painted(file, "", half_map))), 1) << "st, where no reader says another";
   const OpenAnimation lacking = open(painted(file + from, named));
   EXPECT_DOUBLE_EQ(largest_u(lacking), 1);
-  EXPECT_THAT(lacking.notes, ElementsAre(HasSubstr("has no texture coordinates 'map1'")));
+  EXPECT_THAT(lacking.notes, ElementsAre(HasSubstr("has no texture coordinates \"map1\"")));
 }
 
 TEST_F(UsdMaterials, FollowsThePictureToWhereItIsNamed) {
@@ -334,7 +334,7 @@ TEST_F(UsdMaterials, FollowsThePictureToWhereItIsNamed) {
   EXPECT_THAT(led.notes, IsEmpty());
   const OpenAnimation changing = open(painted("asset inputs:file.timeSamples = { 1: @dot.png@, 2: @two.png@ }\n"));
   EXPECT_FALSE(changing.pictures[0].values().empty());
-  EXPECT_THAT(changing.notes, ElementsAre(HasSubstr("another picture at other times; the first, 'dot.png'")));
+  EXPECT_THAT(changing.notes, ElementsAre(HasSubstr("another picture at other times; the first, \"dot.png\"")));
   const OpenAnimation circle = open(painted("asset inputs:file.connect = </root/look/p.inputs:file>\n"));
   EXPECT_TRUE(circle.pictures[0].values().empty());
 }
@@ -357,7 +357,7 @@ TEST_F(UsdMaterials, SaysWhatOfThemIsNotFollowed) {
 }
 
 TEST_F(AnimationDetails, RefusesAnAxisThatUsdDoesNotHave) {
-  EXPECT_THAT(refusal({.head = "upAxis = \"X\"\n"}), HasSubstr("upAxis is 'X', wanted"));
+  EXPECT_THAT(refusal({.head = "upAxis = \"X\"\n"}), HasSubstr("upAxis is \"X\", wanted"));
 }
 
 }  // namespace

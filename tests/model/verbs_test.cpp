@@ -209,7 +209,7 @@ TEST(VerbStitch, KeepsGradientsOfChartsAndNoStepsBetweenThem) {
   const Signal before = signal.values();
   const Stitcher stitcher(signal.space(), 100 * signal.space().scale().area,
                           signal.space().texels().chart);
-  signal.put(before, stitcher.stitch(before, {}, stitcher.levels(before)).signal, strip.model.model);
+  signal.put(before, stitcher.stitch(before, {}, stitcher.levels(before, LightLaw::display)).signal, strip.model.model);
   EXPECT_EQ(strip.of_library(), wanted);
 }
 
@@ -231,7 +231,7 @@ TEST(VerbStitch, TakesRegionsFromLabels) {
   EXPECT_EQ(regions.count(), 2);
   EXPECT_GT(regions.count_unseen(), 0);
   const Stitcher stitcher(signal.space(), 100 * signal.space().scale().area, regions.labels);
-  const Signal levels = stitcher.levels(regions.values);
+  const RegionLevels levels = stitcher.levels(regions.values, LightLaw::display);
   signal.put(regions.values, stitcher.stitch(regions.values, {}, levels).signal, strip.model.model);
   EXPECT_TRUE(strip.of_library() == wanted);
 }

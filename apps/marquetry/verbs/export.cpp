@@ -167,7 +167,7 @@ std::vector<fs::path> paths_of(const OptionValues& options, const EvolvingInput&
     const bool has_pictures = carries && has_picture(input, frame);
     paths.push_back(model);
     if (has_pictures && lower_extension(output) != ".glb") paths.push_back(picture_beside(model));
-    std::ranges::copy(files_beside_made(model, has_pictures), std::back_inserter(paths));
+    std::ranges::copy(files_beside_made(model, has_pictures ? 1 : 0), std::back_inserter(paths));
   }
   return paths;
 }

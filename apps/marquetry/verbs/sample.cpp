@@ -162,7 +162,7 @@ Exit sample(Run& run) {
   std::vector<fs::path> files = meshes;
   files.push_back(fs::path(meshes.front()).replace_extension(is_float ? ".exr" : ".png"));
   for (const fs::path& mesh : meshes)
-    std::ranges::copy(files_beside_made(mesh, true), std::back_inserter(files));
+    std::ranges::copy(files_beside_made(mesh, 1), std::back_inserter(files));
   run.will_write(files, folder);
   if (run.dry_run()) return Exit::done;
 

@@ -65,7 +65,8 @@ struct Stitched {
   SparseMatrix stiffness;
 };
 
-Stitched solve(Run& run, const TextureSignal& target, double weight, const StitchRegions& regions) {
+Stitched solve(Run& run, const Model& model, const TextureSignal& target, double weight,
+               const StitchRegions& regions) {
   Stitched stitched;
   solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
     std::unique_ptr<Stitcher> stitcher;
@@ -74,8 +75,8 @@ Stitched solve(Run& run, const TextureSignal& target, double weight, const Stitc
       stitcher = std::make_unique<Stitcher>(target.space(), weight, regions.labels, factory, step);
     }
     const Step step(run, "solve", shares.solve);
-    const Signal levels = asked_levels(run.options(), *stitcher, regions.values);
-    if (levels.size() > 0) run.result["exposure"] = levels.cwiseAbs().maxCoeff();
+    const RegionLevels levels = asked_levels(run.options(), model, *stitcher, regions.values);
+    if (levels.gains().size() > 0) run.result["largest_gain"] = std::exp(levels.gains().cwiseAbs().maxCoeff());
     stitched = {stitcher->stitch(regions.values, regions.partials, levels, step), stitcher->stiffness()};
     return stitched.filtered.report;
   });
@@ -145,7 +146,7 @@ Exit stitch(Run& run) {
   const Json seams = seams_json(scene, *target);
   Stitched stitched;
   if (regions.is_stitchable()) {
-    about(scene.model, [&] { stitched = solve(run, *target, weight, regions); });
+    about(scene.model, [&] { stitched = solve(run, scene.model, *target, weight, regions); });
   } else {
     stitched = {{regions.values, nothing_to_solve()}, target->space().stiffness()};
     run.solve = solve_json(stitched.filtered.report);

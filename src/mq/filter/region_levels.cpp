@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <numeric>
@@ -12,7 +13,7 @@
 #include <vector>
 
 #include "mq/base/error.h"
-#include "mq/filter/stitch.h"
+#include "mq/base/parallel.h"
 
 namespace mq {
 namespace {
@@ -53,18 +54,40 @@ Borders borders_of(const SparseMatrix& stiffness, std::span<const int> labels) {
   return borders;
 }
 
-/// What a border says of one channel.
+double log_light(double value, LightLaw law) {
+  if (law == LightLaw::log) return value;
+  return log_from_linear(law == LightLaw::linear ? value : linear_from_srgb(value));
+}
+
+/// How much a value says of light, from 0 to 1.
+double credence(double value, LightLaw law) {
+  constexpr double dark = 0.02, white = 0.99;
+  if (law == LightLaw::display && value >= white) return 0;
+  const double light = std::abs(law == LightLaw::log       ? linear_from_log(value)
+                                : law == LightLaw::display ? linear_from_srgb(value)
+                                                           : value);
+  return light / (light + dark);
+}
+
+/// What a border says of one channel; no pairs: nothing.
 struct Said {
   double median = 0, spread = 0, pairs = 0;
 };
 
-Said said(const Border& border, const Signal& psi, Eigen::Index channel) {
+Said said(const Border& border, const Signal& psi, Eigen::Index channel, LightLaw law) {
   std::vector<Step> steps;
-  for (std::size_t k = 0; k < border.pairs.size(); ++k)
-    steps.push_back({psi(border.pairs[k].second, channel) - psi(border.pairs[k].first, channel), border.weights[k]});
+  double pairs = 0;
+  for (std::size_t k = 0; k < border.pairs.size(); ++k) {
+    const double from = psi(border.pairs[k].first, channel), to = psi(border.pairs[k].second, channel);
+    const double credible = std::min(credence(from, law), credence(to, law));
+    if (!(credible > 0)) continue;
+    steps.push_back({log_light(to, law) - log_light(from, law), credible * border.weights[k]});
+    pairs += credible;
+  }
+  if (steps.empty()) return {};
   const double median = weighted_median(steps);
   for (Step& step : steps) step.value = std::abs(step.value - median);
-  return {median, 1.4826 * weighted_median(steps), double(steps.size())};
+  return {median, 1.4826 * weighted_median(steps), pairs};
 }
 
 /// The median of their spreads, by pairs: of a border of three pairs its own says little.
@@ -75,9 +98,9 @@ double usual_spread(const std::vector<Said>& all) {
 }
 
 /// The minimiser for one channel.
-Vector levels_of(const Borders& borders, const Signal& psi, Eigen::Index channel, int count) {
+Vector gains_of(const Borders& borders, const Signal& psi, Eigen::Index channel, int count, LightLaw law) {
   std::vector<Said> all;
-  for (const auto& [sides, border] : borders) all.push_back(said(border, psi, channel));
+  for (const auto& [sides, border] : borders) all.push_back(said(border, psi, channel, law));
   double squares = 0;
   for (const Said& one : all) squares += one.median * one.median;
   const double prior = 4 * squares / double(all.size()), usual = usual_spread(all);
@@ -88,13 +111,14 @@ Vector levels_of(const Borders& borders, const Signal& psi, Eigen::Index channel
   auto one = all.begin();
   for (const auto& [sides, border] : borders) {
     const auto [a, b] = sides;
-    const double spread = std::max(one->spread, usual);
+    const Said& step = *one++;
+    if (!(step.pairs > 0)) continue;
+    const double spread = std::max(step.spread, usual);
     // Nothing is known better than to a hundredth of what it may be.
-    const double weight = 1 / std::max(spread * spread * border_stretch / one->pairs, 1e-4 * prior);
+    const double weight = 1 / std::max(spread * spread * border_stretch / step.pairs, 1e-4 * prior);
     entries.insert(entries.end(), {{a, a, weight}, {b, b, weight}, {a, b, -weight}, {b, a, -weight}});
-    right[a] += weight * one->median;
-    right[b] -= weight * one->median;
-    ++one;
+    right[a] += weight * step.median;
+    right[b] -= weight * step.median;
   }
   Eigen::SparseMatrix<double> matrix(count, count);
   matrix.setFromTriplets(entries.begin(), entries.end());
@@ -128,27 +152,46 @@ void centre(const std::vector<int>& part, const std::vector<double>& areas, Sign
 
 }  // namespace
 
-Signal region_levels(const SparseMatrix& stiffness, const Vector& mass, const Signal& psi,
-                     std::span<const int> labels) {
+RegionLevels::RegionLevels(const SparseMatrix& stiffness, const Vector& mass, const Signal& psi,
+                           std::span<const int> labels, LightLaw law)
+    : law_(law) {
   require(stiffness.rows() == psi.rows() && mass.size() == psi.rows() && std::ssize(labels) == psi.rows(),
-          fmt::format("levels of regions: a stiffness of {} rows, {} masses, a signal of {} rows and {} labels do not fit",
+          fmt::format("exposure of regions: a stiffness of {} rows, {} masses, a signal of {} rows and {} labels do "
+                      "not fit",
                       stiffness.rows(), mass.size(), psi.rows(), labels.size()));
   const int count = labels.empty() ? 0 : std::max(0, 1 + *std::ranges::max_element(labels));
-  Signal levels = Signal::Zero(count, psi.cols());
+  gains_ = Signal::Zero(count, colour_channels(int(psi.cols())));
   const Borders borders = borders_of(stiffness, labels);
-  if (borders.empty()) return levels;
+  if (borders.empty()) return;
   std::vector<double> areas(std::size_t(count), 0);
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i] != unseen) areas[std::size_t(labels[i])] += mass[Eigen::Index(i)];
-  for (Eigen::Index c = 0; c < psi.cols(); ++c) levels.col(c) = levels_of(borders, psi, c, count);
-  centre(parts_of(count, borders), areas, levels);
-  return levels;
+  for (Eigen::Index c = 0; c < gains_.cols(); ++c) gains_.col(c) = gains_of(borders, psi, c, count, law);
+  centre(parts_of(count, borders), areas, gains_);
 }
 
-Signal with_levels(const Signal& psi, const Signal& levels, std::span<const int> labels) {
+void RegionLevels::raise(int label, Eigen::Ref<Eigen::RowVectorXd> values) const {
+  if (label == unseen || gains_.rows() == 0) return;
+  for (Eigen::Index c = 0; c < gains_.cols(); ++c) {
+    const double gain = gains_(label, c);
+    if (gain == 0) continue;
+    double& value = values[c];
+    if (law_ == LightLaw::log)
+      value += gain;
+    else if (law_ == LightLaw::linear)
+      value *= std::exp(gain);
+    else
+      value = srgb_from_linear(std::exp(gain) * linear_from_srgb(value));
+  }
+}
+
+Signal RegionLevels::raised(const Signal& psi, std::span<const int> labels) const {
   Signal result = psi;
-  for (std::size_t i = 0; i < labels.size(); ++i)
-    if (labels[i] != unseen) result.row(Eigen::Index(i)) += levels.row(labels[i]);
+  parallel_for(result.rows(), [&](std::int64_t i) {
+    Eigen::RowVectorXd row = result.row(i);
+    raise(labels[std::size_t(i)], row);
+    result.row(i) = row;
+  });
   return result;
 }
 

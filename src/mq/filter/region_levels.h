@@ -1,37 +1,59 @@
 #pragma once
-/// Levels: one number for each region and channel that takes most of the steps between regions out, before what is
-/// left of them is spread (stitch.h).
+/// Exposure of regions: one gain for each region and channel that takes most of the steps between regions out, before
+/// what is left of them is spread (stitch.h).
 ///
-/// Let m_ab be the median, over the pairs of neighbouring unknowns i of region a and j of region b, of ψ_j − ψ_i,
-/// weighted by −S_ij. The levels o minimise
+/// With l the logarithm of light, let m_ab be the median, over the pairs of neighbouring unknowns i of region a and j
+/// of region b, of l_j − l_i, weighted by −S_ij and by how much the pair can say: next to nothing where it is dark, and
+/// nothing where a display value has reached white. The logarithms o of the gains minimise
 ///
 ///     Σ_ab (o_b − o_a + m_ab)² / σ_ab² + Σ_a o_a² / s²,
 ///
 /// σ_ab how sure the median is: the spread of the differences (1.4826 times their median absolute deviation, or that of
 /// all borders where it is less) over the root of the border's length in stretches of `border_stretch` pairs, as
-/// neighbouring pairs see the same things; s twice the root mean square of all m_ab. So a long border along which the same step is
-/// seen everywhere has its way, and one where two photographs show different things has little. A median, not a mean:
-/// what stands before one side of a border only is not light.
+/// neighbouring pairs see the same things; s twice the root mean square of all m_ab. So a long border along which the
+/// same step is seen everywhere has its way, and one where two photographs show different things has little. A median,
+/// not a mean: what stands before one side of a border only is not light. `bench/stitch_rows` measures it.
 ///
 /// A gradient-domain solve that spreads corrections over the whole surface finds levels too, but from means, and
 /// believes all borders alike: over a row of photographs its errors add up.
 
 #include <span>
+#include <vector>
 
 #include "mq/fem/space.h"
+#include "mq/image/colour.h"
 
 namespace mq {
+
+/// The label of an unknown that no photograph shows.
+inline constexpr int unseen = -1;
 
 /// How many pairs of a border count as one that is independent.
 inline constexpr double border_stretch = 8;
 
-/// A row for each label from 0 to the largest, zero for those that have no neighbour; of mean 0 over the unknowns
-/// (weighted by `mass`) of regions that border on each other, directly or by others. Unknowns that are `unseen` have
-/// no region. In units of ψ. Throws `InvalidInput` where sizes differ.
-Signal region_levels(const SparseMatrix& stiffness, const Vector& mass, const Signal& psi,
-                     std::span<const int> labels);
+class RegionLevels {
+ public:
+  /// None: nothing is changed.
+  RegionLevels() = default;
 
-/// ψ and the levels of the regions.
-Signal with_levels(const Signal& psi, const Signal& levels, std::span<const int> labels);
+  /// Of regions of equal labels, from 0 on; what is `unseen` has none. The last of two or four channels is alpha, and
+  /// stays. The mean of o over regions that border on each other, directly or by others, is 0, by area (`mass`).
+  /// Throws `InvalidInput` where sizes differ.
+  RegionLevels(const SparseMatrix& stiffness, const Vector& mass, const Signal& psi, std::span<const int> labels,
+               LightLaw law);
+
+  /// Logarithms of the gains, a row for each label and a column for each colour channel; no rows: none.
+  const Signal& gains() const { return gains_; }
+
+  /// Values of a region as they are with its gain.
+  void raise(int label, Eigen::Ref<Eigen::RowVectorXd> values) const;
+
+  /// The same of all; what is unseen stays.
+  Signal raised(const Signal& psi, std::span<const int> labels) const;
+
+ private:
+  Signal gains_;
+  LightLaw law_ = LightLaw::log;
+};
 
 }  // namespace mq

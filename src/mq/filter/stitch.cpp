@@ -21,7 +21,6 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
-#include "mq/filter/region_levels.h"
 
 namespace mq {
 namespace {
@@ -169,16 +168,16 @@ void require_partials(std::span<const Partial> partials, const Composite& compos
                 label, partials.size() - 1, unseen));
 }
 
-/// `levels` (none, or a row for each label) are in the composite's values already, and not in the partials'.
+/// `levels` are in the composite's values already, and not in the partials'.
 Signal change_of_partials(const Ground& ground, std::span<const Partial> partials,
-                          const Composite& composite, const Signal& levels = {}) {
+                          const Composite& composite, const RegionLevels& levels = {}) {
   require_partials(partials, composite);
   return change(ground, composite.values, composite.labels,
                 [&](int label, int j, Eigen::RowVectorXd& v) {
                   const bool shown = partials[label].confidence[j] > 0;
                   if (!shown) return false;
                   v = partials[label].values.row(j);
-                  if (levels.rows() > 0) v += levels.row(label);
+                  levels.raise(label, v);
                   return true;
                 });
 }
@@ -390,13 +389,14 @@ Filtered Stitcher::solve(const Signal& psi, const Signal& change, const Progress
   return result;
 }
 
-Signal Stitcher::levels(const Signal& psi) const {
-  return region_levels(stiffness_, space_.lumped_mass(), psi, labels_);
+RegionLevels Stitcher::levels(const Signal& psi, LightLaw law) const {
+  return {stiffness_, space_.lumped_mass(), psi, labels_, law};
 }
 
-Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials, const Signal& levels,
+Filtered Stitcher::stitch(const Signal& psi, std::span<const Partial> partials, const RegionLevels& levels,
                           const Progress& progress) const {
-  const Signal filled = fill(levels.rows() > 0 ? with_levels(psi, levels, labels_) : psi, progress.step("fill", 0.3));
+  const bool raises = levels.gains().rows() > 0;
+  const Signal filled = fill(raises ? levels.raised(psi, labels_) : psi, progress.step("fill", 0.3));
   const Signal asked =
       partials.empty() ? change(filled)
                        : change_of_partials({space_, stiffness_, positions_}, partials, {filled, labels_}, levels);

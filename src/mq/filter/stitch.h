@@ -28,14 +28,12 @@
 #include "mq/atlas/atlas.h"
 #include "mq/fem/space.h"
 #include "mq/fem/texels.h"
+#include "mq/filter/region_levels.h"
 #include "mq/filter/screened_poisson.h"
 #include "mq/image/image.h"
 #include "mq/mesh/mesh.h"
 
 namespace mq {
-
-/// The label of an unknown that no photograph shows (see `Stitcher`).
-inline constexpr int unseen = -1;
 
 /// Labels that pictures show, one for each texture and painted in its coordinates: texels of equal
 /// colour at the nearest pixel have equal labels, counted from 0 in the order of the unknowns.
@@ -145,12 +143,12 @@ class Stitcher {
   /// back bit for bit. Where something is unseen, about six solves.
   Filtered solve(const Signal& psi, const Signal& change, const Progress& progress = {}) const;
 
-  /// `region_levels` of these regions.
-  Signal levels(const Signal& psi) const;
+  /// The gains of these regions.
+  RegionLevels levels(const Signal& psi, LightLaw law) const;
 
-  /// All of it: ψ with the levels, if there are any, filled and solved with the change that its regions ask for,
+  /// All of it: ψ with the gains of its regions, if they are given, filled and solved with the change that its regions ask for,
   /// or where it is a composite of photographs, these.
-  Filtered stitch(const Signal& psi, std::span<const Partial> partials = {}, const Signal& levels = {},
+  Filtered stitch(const Signal& psi, std::span<const Partial> partials = {}, const RegionLevels& levels = {},
                   const Progress& progress = {}) const;
 
   /// All of it, of photographs that are known where regions meet, towards other values than ψ has: near

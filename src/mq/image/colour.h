@@ -43,6 +43,13 @@ enum class TransferFunction {
   linear  ///< light: EXR, floating-point TIFF
 };
 
+/// What values are of light.
+enum class LightLaw {
+  log,     ///< its logarithm: a gain adds
+  linear,  ///< light itself
+  display  ///< display values, 1 for white (`linear_from_srgb`)
+};
+
 /// Which channels are colours: all but the last of two or four, which is alpha.
 inline int colour_channels(int channels) {
   return channels == 2 || channels == 4 ? channels - 1 : channels;

@@ -74,10 +74,10 @@ bool holds_numbers(const std::filesystem::path& path) {
   return extension == ".exr" || extension == ".tif" || extension == ".tiff";
 }
 
-std::vector<std::filesystem::path> files_beside_made(const std::filesystem::path& model, bool has_pictures) {
+std::vector<std::filesystem::path> files_beside_made(const std::filesystem::path& model, int pictures) {
   const std::string extension = lower_extension(model);
   if (extension == ".gltf") return {std::filesystem::path(model).replace_extension(".bin")};
-  if (extension == ".obj" && has_pictures) return {std::filesystem::path(model).replace_extension(".mtl")};
+  if (extension == ".obj" && pictures > 0) return {std::filesystem::path(model).replace_extension(".mtl")};
   return {};
 }
 

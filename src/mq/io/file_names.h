@@ -28,8 +28,8 @@ std::string extension_by_content(std::string_view first_bytes);
 /// Whether it is a picture for numbers as well as colours: .exr and .tif.
 bool holds_numbers(const std::filesystem::path& path);
 
-/// What `write_model` makes beside a model that no file was read for, its pictures aside: the material library of
+/// What `write_model` makes beside a model that no file was read for, its `pictures` aside: the material library of
 /// an OBJ with pictures, the buffer of a glTF that is no .glb.
-std::vector<std::filesystem::path> files_beside_made(const std::filesystem::path& model, bool has_pictures);
+std::vector<std::filesystem::path> files_beside_made(const std::filesystem::path& model, int pictures);
 
 }  // namespace mq

@@ -63,7 +63,7 @@ std::vector<fs::path> FrameTextures::paths(const std::vector<int>& numbers) cons
     if (!names_model(output_)) continue;
     const fs::path model = paths.back();
     paths.push_back(picture_of(model));
-    std::ranges::copy(files_beside_made(model, true), std::back_inserter(paths));
+    std::ranges::copy(files_beside_made(model, 1), std::back_inserter(paths));
   }
   return paths;
 }

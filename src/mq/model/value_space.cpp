@@ -11,6 +11,16 @@ TransferFunction transfer(const Texture& texture) {
   return numbers || holds_light(texture.format) ? TransferFunction::linear : TransferFunction::srgb;
 }
 
+std::optional<LightLaw> light_law(std::span<const Texture> textures, const ValueSpace& values) {
+  if (values.meaning != ValueSpace::Meaning::colours || textures.empty() ||
+      std::ranges::any_of(textures, [](const Texture& t) { return t.meaning != TextureMeaning::colours; }))
+    return {};
+  if (values.space == ColourSpace::log) return LightLaw::log;
+  const bool is_display =
+      values.space == ColourSpace::stored && transfer(textures.front()) == TransferFunction::srgb;
+  return is_display ? LightLaw::display : LightLaw::linear;
+}
+
 Image<float> decoded(const Image<float>& stored, const Texture& texture, const ValueSpace& values) {
   if (values.meaning == ValueSpace::Meaning::normals) return normals_from_colours(stored);
   if (values.space == ColourSpace::stored) return stored;

@@ -1,6 +1,9 @@
 #pragma once
 /// In which values a signal is worked on, and how stored values come there and back.
 
+#include <optional>
+#include <span>
+
 #include "mq/image/colour.h"
 #include "mq/io/model.h"
 
@@ -22,6 +25,10 @@ struct ValueSpace {
 
 /// Whether a texture stores display values or light; numbers that are no colours count as light.
 TransferFunction transfer(const Texture& texture);
+
+/// What values of these textures in the space are of light, as the first of them has it; nothing where they are
+/// normals or other numbers.
+std::optional<LightLaw> light_law(std::span<const Texture> textures, const ValueSpace& values);
 
 /// Stored values of that texture in the space, and back, pixel by pixel.
 Image<float> decoded(const Image<float>& stored, const Texture& texture, const ValueSpace& values);

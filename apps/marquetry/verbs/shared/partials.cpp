@@ -101,13 +101,13 @@ void add_levels_option(OptionTable& table) {
              .choices = {"match", "keep"},
              .metavar = "HOW",
              .group = "Stitch",
-             .help = "even out the exposure of regions first, each as a whole, or keep it",
-             .details = "One value for each region and channel, of the steps that most of each border "
-                        "shows."});
+             .help = "even out exposure and white balance of regions first, or keep them",
+             .details = "One gain for each region and channel, of the steps that most of each border shows."});
 }
 
-Signal asked_levels(const OptionValues& options, const Stitcher& stitcher, const Signal& psi) {
-  return options.text("exposure") == "match" ? stitcher.levels(psi) : Signal();
+RegionLevels asked_levels(const OptionValues& options, const Model& model, const Stitcher& stitcher, const Signal& psi) {
+  const auto law = light_law(model.textures, value_space(options));
+  return law && options.text("exposure") == "match" ? stitcher.levels(psi, *law) : RegionLevels();
 }
 
 }  // namespace mq::app

@@ -34,7 +34,8 @@ std::vector<Partial> read_partials(const OptionValues& options, const TexturedMo
 /// Adds --exposure of `stitch`.
 void add_levels_option(OptionTable& table);
 
-/// What each region is raised by before it is stitched (`Stitcher::levels`); none where --exposure keeps them.
-Signal asked_levels(const OptionValues& options, const Stitcher& stitcher, const Signal& psi);
+/// The gains of regions before they are stitched (`Stitcher::levels`); none where --exposure keeps them, or values are
+/// no colours.
+RegionLevels asked_levels(const OptionValues& options, const Model& model, const Stitcher& stitcher, const Signal& psi);
 
 }  // namespace mq::app

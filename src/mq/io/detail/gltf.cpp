@@ -55,7 +55,7 @@ class SceneReader {
   GltfScene read_only(std::int64_t mesh, const Eigen::Matrix4d& matrix) {
     refuse_required_extensions();
     choose();
-    targets_are_used_ = true;
+    moves_ = true;
     read_mesh(mesh, matrix);
     finish();
     return std::move(scene_);
@@ -163,7 +163,7 @@ class SceneReader {
       note("points and lines are not used");
       return;
     }
-    if (!targets_are_used_ && !json_array(stored, "targets", place_).empty()) note("morph targets are not used");
+    if (!moves_ && !json_array(stored, "targets", place_).empty()) note("morph targets are not used");
     const Json primitive = file_.decompressed(stored, place_);
     const std::int64_t mode = json_count(primitive, "mode", 4, place_);
     const Json* attributes = json_object(primitive, "attributes");
@@ -394,7 +394,7 @@ class SceneReader {
   void note_compression() {
     for (const auto& [used, name] : {std::pair(file_.used_draco(), "Draco (KHR_draco_mesh_compression)"),
                                      std::pair(file_.used_meshopt(), "meshopt (EXT_meshopt_compression)")})
-      if (used)
+      if (used && !moves_)
         note(fmt::format("compressed by {}; in this format it stays as it is where pictures alone change, "
                          "and is written plain where the mesh does",
                          name));
@@ -435,7 +435,7 @@ class SceneReader {
   int channels_ = 0;
   Depth depth_ = Depth::u8;
   std::set<std::string> noted_;
-  bool targets_are_used_ = false;  ///< by whoever reads it
+  bool moves_ = false;  ///< who reads it heeds morph targets, and writes another file
 };
 
 }  // namespace
