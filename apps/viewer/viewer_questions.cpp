@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "controls.h"
 #include "mq/base/error.h"
 #include "viewer.h"
 
@@ -46,6 +47,24 @@ void Viewer::answer(bool go_on) {
   }
 }
 
+void Viewer::answer_save() {
+  require(!question_.empty() && !on_saved_ && tool_ && !tool_->unsaved().empty(),
+          "there is nothing to save first: nothing unsaved is asked for");
+  save_and_go_on();
+}
+
+/// Where it cannot be saved the question stays.
+void Viewer::save_and_go_on() {
+  tool_->save();
+  const std::string file = tool_->saving();
+  question_ = file + " is being saved.";
+  on_saved_ = [this, act = std::move(on_yes_), otherwise = on_no_] {
+    if (!tool_ || tool_->unsaved().empty()) return act();
+    if (otherwise) otherwise();
+  };
+  on_yes_ = {};
+}
+
 void Viewer::close() {
   if (!question_.empty() && !asked_to_close_) answer(false);
   if (question_.empty()) {
@@ -57,6 +76,7 @@ void Viewer::close() {
 
 void Viewer::ask_before_losing() {
   constexpr const char* title = "not saved";
+  const bool can_save = !on_saved_ && tool_ && !tool_->unsaved().empty();
   if (question_.empty()) return;
   if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
   const ImVec2 middle{float(display_.width()) / 2, float(display_.height()) / 2};
@@ -65,8 +85,11 @@ void Viewer::ask_before_losing() {
                               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove))
     return;
   ImGui::TextUnformatted(question_.c_str());
-  const bool yes = ImGui::Button("go on and lose it");
-  ImGui::SameLine();
+  ImGui::Spacing();
+  if (can_save && ImGui::Button("save it")) tried(session_, [&] { save_and_go_on(); });
+  if (can_save) ImGui::SameLine();
+  const bool yes = on_yes_ && ImGui::Button("go on and lose it");
+  if (on_yes_) ImGui::SameLine();
   const bool no = ImGui::Button("stay");
   if (yes || no) {
     ImGui::CloseCurrentPopup();
