@@ -31,8 +31,8 @@ class CompareTool : public Tool {
   void panel() override {
     for (std::size_t i = 0; i < found_.size(); ++i) {
       const Comparison& c = found_[i];
-      remark(fmt::format("{}: differs by {:.1f} of 255 in the mean square, most at texel {}, {}: {:.0f} of 255.",
-                         files_[i], 255 * c.rms, c.x, c.y, 255 * c.largest));
+      remark(fmt::format("{}: {:.1f} of 255 apart (root mean square), at most {:.0f}, at texel {}, {}.",
+                         files_[i], 255 * c.rms, 255 * c.largest, c.x, c.y));
     }
   }
 

@@ -135,7 +135,9 @@ bool edit_text(OptionValues& values, const Option& option) {
     ImGui::SetNextItemWidth(ImGui::CalcItemWidth() - ImGui::GetFrameHeight());
   }
   const bool typed =
-      ImGui::InputText(label_of(option).c_str(), &text, ImGuiInputTextFlags_EnterReturnsTrue);
+      ImGui::InputTextWithHint(label_of(option).c_str(),
+                               option.type == Option::Type::path ? "a file" : "", &text,
+                               ImGuiInputTextFlags_EnterReturnsTrue);
   explain(option);
   const bool many = option.count == Option::Count::many;
   return changed || (typed && take(values, option.name, many ? parted(text) : std::vector{text}));

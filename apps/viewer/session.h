@@ -1,6 +1,7 @@
 #pragma once
 /// What the panes and the tools of one open model share.
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -78,6 +79,10 @@ struct Session {
   const VertexSignal* shown_colours() const;
   /// Whether there is something on the left of the wipe.
   bool compares() const { return before || result_colours; }
+  /// Asks a person for files, and gives them to `then` unless another tool was taken meanwhile; the
+  /// window sets it.
+  std::function<void(std::function<void(const std::vector<std::string>&)> then)> ask_for_files;
+
   /// Puts a result in front; null: none.
   void show(std::shared_ptr<TextureSet> textures, std::shared_ptr<const VertexSignal> colours);
   /// Changes what is painted on until `reset_shown`, or until a person chooses something else.

@@ -24,6 +24,12 @@ void StitchTool::panel() {
                            "photograph it comes."
                          : "Name photographs that are textures of this model, then begin; then paint "
                            "on the model from which of them it comes.");
+    if (ImGui::Button(with_cameras_ ? "choose cameras ..." : "choose photographs ...", {-1, 0}))
+      tried(session_, [&] {
+        session_.ask_for_files([this](const std::vector<std::string>& files) {
+          change(photographs_option(), files);
+        });
+      });
   }
   VerbTool::panel();
 }

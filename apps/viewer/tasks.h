@@ -16,14 +16,14 @@ struct TaskWords {
 };
 
 inline constexpr std::array<TaskWords, 8> task_words = {{
-    {"look", "look", "Turn the model, and choose what is shown on it."},
-    {"compare", "compare", "Before and after side by side, or another texture."},
-    {"paint", "paint", "Bring detail out, or smooth it, where you paint."},
-    {"photographs", "photographs", "Choose which photograph is seen where."},
+    {"look", "look", "Turn it, choose what is shown."},
+    {"compare", "compare", "Before and after; another texture."},
+    {"paint", "paint", "Bring out detail, or smooth it."},
+    {"photographs", "photographs", "Which photograph is seen where."},
     {"measure", "measure", "Distances along the surface."},
     {"play", "play", "Watch a model that moves."},
     {"picture", "picture", "Make a picture of what is shown."},
-    {"change", "change all", "Noise, seams, edges, patterns: work on the whole texture."},
+    {"change", "change all", "Work on the whole texture."},
 }};
 
 /// Something that the task `change` offers.

@@ -84,6 +84,9 @@ void set_theme(Theme theme) {
   colours[ImGuiCol_HeaderHovered] = faint(0.55F);
   colours[ImGuiCol_HeaderActive] = faint(0.7F);
   colours[ImGuiCol_PlotHistogram] = accent;
+  colours[ImGuiCol_ModalWindowDimBg] = ImVec4(0, 0, 0, 0.45F);
+  colours[ImGuiCol_TitleBgActive] = colours[ImGuiCol_TitleBg] =
+      dark ? ImVec4(0.2F, 0.24F, 0.3F, 1) : ImVec4(0.8F, 0.86F, 0.93F, 1);
   colours[ImGuiCol_TextDisabled] = dark ? ImVec4(0.62F, 0.62F, 0.64F, 1) : ImVec4(0.38F, 0.38F, 0.4F, 1);
 }
 

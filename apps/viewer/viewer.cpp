@@ -27,6 +27,9 @@ Viewer::Viewer(Session& session, Display& display, double scale, Theme theme)
   set_theme(theme);
   if (session.sequence) task_ = Task::play;
   recent_ = recent_files();
+  session.ask_for_files = [this](std::function<void(const Files&)> then) {
+    ask_for_files(std::move(then));
+  };
 }
 
 Viewer::~Viewer() {
@@ -49,6 +52,8 @@ void Viewer::change_tool(const std::string& name) {
   std::unique_ptr<Tool> taken = make_tool(name, session_);
   if (tool_) tool_->stop();
   tool_.reset();
+  on_chosen_ = {};  // which may be the tool's
+  asking_path_ = false;
   session_.reset_shown();
   tool_ = std::move(taken);
   tool_name_ = name;
@@ -71,9 +76,14 @@ void Viewer::take_task(Task task) {
                   });
   };
   const bool own = task_of(tool_name_) == task && tool_;
+  if (task != Task::compare && task != Task::picture && std::exchange(wipes_for_task_, false))
+    session_.look.wipe = -1;
   switch (task) {
     case Task::compare:
-      if (session_.compares() && session_.look.wipe < 0) session_.look.wipe = 0.5;
+      if (session_.compares() && session_.look.wipe < 0) {
+        session_.look.wipe = 0.5;
+        wipes_for_task_ = true;
+      }
       task_ = task;
       break;
     case Task::look:
@@ -208,7 +218,7 @@ void Viewer::work() {
   go_on_when_saved(failed);
   take_chosen_files();
   if (const std::vector<std::string> files = display_.dropped(); !files.empty())
-    tried(session_, [&] { open(files); });
+    tried(session_, [&] { take_dropped(files); });
 }
 
 void Viewer::show_error(const std::string& text) {

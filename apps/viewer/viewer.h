@@ -48,11 +48,15 @@ class Viewer {
   };
   Rectangle place_of(Pane pane) const { return pane == Pane::surface ? surface_at_ : atlas_at_; }
 
-  void home() {
-    session_.camera.look(session_.scene->surface.mesh, {}, surface_at_.width, surface_at_.height);
-  }
-  void look(const View& view) {
+  void home() { look({}); }
+  /// The whole model from there, the upright axis as it was chosen.
+  void look(View view) {
+    view.up = up_;
     session_.camera.look(session_.scene->surface.mesh, view, surface_at_.width, surface_at_.height);
+  }
+  void set_up(View::Up up) {
+    up_ = up;
+    home();
   }
   /// The whole texture.
   void home_atlas();
@@ -152,9 +156,15 @@ class Viewer {
   void open_controls(float width);
   void sample_controls();
   void recent_controls();
-  void ask_for_files();
+  using Files = std::vector<std::string>;
+  void ask_for_files(std::function<void(const Files&)> then);
+  void ask_for_model() {
+    ask_for_files([this](const Files& files) { open(files); });
+  }
   void take_chosen_files();
+  void take_dropped(const Files& files);
   void path_question();
+  void take_path();
   void show_refusal(float width);
 
   // viewer_panel.cpp
@@ -221,11 +231,14 @@ class Viewer {
   std::unique_ptr<Tool> tool_;
   std::string tool_name_ = "none";
   Task task_ = Task::look;
+  View::Up up_ = View::Up::y;
   double scale_;
   Theme theme_;
   std::string shown_title_;
   FileChooser chooser_;
+  std::function<void(const std::vector<std::string>&)> on_chosen_;  ///< files that a person is asked for
   bool asking_path_ = false, keys_shown_ = false;
+  bool wipes_for_task_ = false;  ///< the wipe is there because of the task `compare`
   std::string error_;
   Loader loader_;
   int asked_frame_ = -1;  ///< of the sequence, that is being loaded

@@ -21,6 +21,7 @@ constexpr KeyWords key_words[] = {
     {"wheel", "nearer, farther"},
     {"1 to 8", "look, compare, paint, photographs, measure, play, picture, change all"},
     {"F", "the whole model, and the whole texture"},
+    {"U", "the model's upright axis: y or z"},
     {"B", "before and after, or after alone"},
     {"L, S, W", "light, seams, wires"},
     {"[ and ], - and +", "a smaller, a larger brush"},
@@ -28,6 +29,7 @@ constexpr KeyWords key_words[] = {
     {"Ctrl + O, Ctrl + S", "opens a model, saves what was made"},
     {"Ctrl + Q", "closes the window"},
     {"D", "dark or light panels"},
+    {"Return, Escape", "save and stay, where it is asked what becomes of what is not saved"},
     {"Escape", "ends what is going on, and puts messages away"},
     {"? or F1", "this list"},
 };
@@ -37,15 +39,25 @@ constexpr KeyWords key_words[] = {
 /// Where no text is being written.
 void Viewer::use_keys() {
   for (const std::string& key : display_.keys()) {
-    if (ImGui::GetIO().WantTextInput && key != "escape") continue;
+    const bool ends = key == "escape" || (key == "return" && asking_path_);
+    if (ImGui::GetIO().WantTextInput && !ends) continue;
     if (dragging_ == Dragging::working) continue;
     tried(session_, [&] { use_key(key); });
   }
 }
 
 bool Viewer::use_key(const std::string& key) {
+  if (!question_.empty()) {
+    if (key == "escape") answer(false);
+    if (key == "return") answer_save();
+    return key == "escape" || key == "return";
+  }
   if (key == "?") {
     keys_shown_ = !keys_shown_;
+    return true;
+  }
+  if (key == "return" && asking_path_) {
+    take_path();
     return true;
   }
   if (key == "escape") {
@@ -57,7 +69,6 @@ bool Viewer::use_key(const std::string& key) {
     else if (tool_ && tool_->busy()) tool_->cancel();
     return true;
   }
-  if (!question_.empty()) return false;
   if (key.starts_with("ctrl+")) return use_command_key(key.substr(5));
   if (session_.empty || key.size() != 1) return false;
   Look& look = session_.look;
@@ -66,6 +77,7 @@ bool Viewer::use_key(const std::string& key) {
     case 'b': look.wipe = look.wipe < 0 && session_.compares() ? 0.5 : -1; break;
     case 'l': look.lit = !look.lit; break;
     case 's': look.seams = !look.seams; break;
+    case 'u': set_up(up_ == View::Up::y ? View::Up::z : View::Up::y); break;
     case 'w': look.wires = !look.wires; break;
     case 'd': set_theme(theme_ == Theme::dark ? Theme::light : Theme::dark); break;
     case '[':
@@ -85,7 +97,7 @@ bool Viewer::use_key(const std::string& key) {
 
 bool Viewer::use_command_key(const std::string& key) {
   if (key == "o") {
-    ask_for_files();
+    ask_for_model();
   } else if (key == "q") {
     close();
   } else if (key == "s") {

@@ -30,7 +30,7 @@ void Viewer::panel(float width, float height) {
   const TexturedModel& scene = *session_.scene;
   ImGui::TextUnformatted(scene.model.path.filename().string().c_str());
   ImGui::SameLine(width - scaled(80));
-  if (ImGui::SmallButton("open ...")) tried(session_, [&] { ask_for_files(); });
+  if (ImGui::SmallButton("open ...")) tried(session_, [&] { ask_for_model(); });
   remark(fmt::format("{} triangles{}", counted(scene.surface.triangle_count()),
                      scene.atlas ? fmt::format(", {} charts", counted(std::ssize(scene.atlas->charts)))
                                  : ", no texture coordinates"));
@@ -81,7 +81,8 @@ void Viewer::tool_controls() {
     if (ImGui::Button("stop")) tool_->cancel();
   }
   history_controls();
-  if (session_.compares()) wipe_controls();
+  const bool changes = task_ == Task::paint || session_.result || session_.result_colours;
+  if (session_.compares() && changes && task_ != Task::compare) wipe_controls();
 }
 
 /// A list of strokes; one that is pressed is the last that is done.

@@ -15,9 +15,10 @@ void Viewer::unless_lost(const std::string& what, std::function<void()> act,
     on_yes_ = act;
     on_no_ = otherwise;
     if (saving.empty()) {
-      question_ = fmt::format("To {} loses {}, which is not saved.", what, unsaved);
+      question_ = fmt::format("You have not saved {}. It is lost if you {}.", unsaved, what);
     } else {
-      question_ = fmt::format("{} is saved first. To {} at once gives it up.", saving, what);
+      question_ =
+          fmt::format("{} is being saved first. It is given up if you {} at once.", saving, what);
       on_saved_ = [this, what, act, otherwise] { unless_lost(what, act, otherwise); };
     }
     return;
@@ -77,24 +78,30 @@ void Viewer::close() {
 void Viewer::ask_before_losing() {
   constexpr const char* title = "not saved";
   const bool can_save = !on_saved_ && tool_ && !tool_->unsaved().empty();
-  if (question_.empty()) return;
+  if (question_.empty()) {
+    if (ImGui::BeginPopupModal(title)) {  // a key answered it
+      ImGui::CloseCurrentPopup();
+      ImGui::EndPopup();
+    }
+    return;
+  }
   if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
   const ImVec2 middle{float(display_.width()) / 2, float(display_.height()) / 2};
   ImGui::SetNextWindowPos(middle, ImGuiCond_Always, {0.5F, 0.5F});
   if (!ImGui::BeginPopupModal(title, nullptr,
                               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove))
     return;
+  ImGui::PushTextWrapPos(scaled(440));
   ImGui::TextUnformatted(question_.c_str());
+  ImGui::PopTextWrapPos();
   ImGui::Spacing();
-  if (can_save && ImGui::Button("save it")) tried(session_, [&] { save_and_go_on(); });
+  if (can_save && ImGui::Button("save it first")) tried(session_, [&] { save_and_go_on(); });
   if (can_save) ImGui::SameLine();
-  const bool yes = on_yes_ && ImGui::Button("go on and lose it");
+  const bool yes = on_yes_ && ImGui::Button(can_save ? "lose it" : "give it up");
   if (on_yes_) ImGui::SameLine();
   const bool no = ImGui::Button("stay");
-  if (yes || no) {
-    ImGui::CloseCurrentPopup();
-    answer(yes);
-  }
+  if (yes || no) answer(yes);
+  if (question_.empty()) ImGui::CloseCurrentPopup();
   ImGui::EndPopup();
 }
 

@@ -80,7 +80,8 @@ void Viewer::start_pane(float width, float height) {
 }
 
 void Viewer::open_controls(float width) {
-  if (ImGui::Button("open a model ...", {scaled(150), scaled(32)})) ask_for_files();
+  if (ImGui::Button("open a model ...", {scaled(150), scaled(32)}))
+    tried(session_, [&] { ask_for_model(); });
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
   ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width - scaled(160));
@@ -119,7 +120,8 @@ void Viewer::recent_controls() {
 }
 
 /// By the desktop's dialog, or where there is none by a box in the window.
-void Viewer::ask_for_files() {
+void Viewer::ask_for_files(std::function<void(const Files&)> then) {
+  on_chosen_ = std::move(then);
   if (FileChooser::there()) {
     chooser_.ask();
     return;
@@ -133,13 +135,29 @@ void Viewer::ask_for_files() {
 
 void Viewer::take_chosen_files() {
   const auto files = chooser_.chosen();
-  if (files && !files->empty()) tried(session_, [&] { open(*files); });
+  if (files && !files->empty() && on_chosen_) tried(session_, [&] { on_chosen_(*files); });
+}
+
+/// Cameras are for photographs; all else is opened.
+void Viewer::take_dropped(const Files& files) {
+  const bool cameras = std::ranges::all_of(
+      files, [](const std::string& file) { return fs::path(file).extension() == ".json"; });
+  if (!cameras || tool_name_ != "texture") return open(files);
+  std::vector<std::string> words = {"set", "cameras"};
+  words.insert(words.end(), files.begin(), files.end());
+  tool_->command(words);
 }
 
 /// A path, and what lies in its folder.
 void Viewer::path_question() {
-  constexpr const char* title = "open a model, or pictures for this one";
-  if (!asking_path_) return;
+  constexpr const char* title = "open";
+  if (!asking_path_) {
+    if (ImGui::BeginPopupModal(title)) {  // a key ended it
+      ImGui::CloseCurrentPopup();
+      ImGui::EndPopup();
+    }
+    return;
+  }
   const bool appears = !ImGui::IsPopupOpen(title);
   if (appears) ImGui::OpenPopup(title);
   const ImVec2 middle{float(display_.width()) / 2, float(display_.height()) / 2};
@@ -149,8 +167,9 @@ void Viewer::path_question() {
     return;
   if (appears) ImGui::SetKeyboardFocusHere();
   ImGui::SetNextItemWidth(scaled(480));
-  bool open_it = ImGui::InputText("##path", &to_open_, ImGuiInputTextFlags_EnterReturnsTrue);
-  const fs::path folder = fs::path(to_open_).parent_path();
+  ImGui::InputText("##path", &to_open_);
+  bool open_it = false;
+  const fs::path named = fs::path(to_open_).parent_path(), folder = named.empty() ? "." : named;
   ImGui::BeginChild("files", {scaled(480), scaled(260)}, true);
   if (ImGui::Selectable("../", false, ImGuiSelectableFlags_DontClosePopups))
     to_open_ = (folder.parent_path() / "").string();
@@ -165,12 +184,17 @@ void Viewer::path_question() {
   open_it |= ImGui::Button("open", {scaled(100), 0});
   ImGui::SameLine();
   const bool leave = ImGui::Button("cancel");
-  if (open_it || leave) {
-    asking_path_ = false;
-    ImGui::CloseCurrentPopup();
-  }
+  if (open_it || leave) ImGui::CloseCurrentPopup();
   ImGui::EndPopup();
-  if (open_it) tried(session_, [&] { open(parted(to_open_)); });
+  if (leave) asking_path_ = false;
+  if (open_it) tried(session_, [&] { take_path(); });
+}
+
+void Viewer::take_path() {
+  asking_path_ = false;
+  const Files files = parted(to_open_);
+  require(!files.empty(), "no file is named");
+  if (on_chosen_) on_chosen_(files);
 }
 
 /// What went wrong, over the panes until it is put away.

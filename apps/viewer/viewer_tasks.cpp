@@ -59,6 +59,13 @@ void Viewer::look_controls() {
 void Viewer::more_look_controls() {
   Look& look = session_.look;
   ImGui::Checkbox("charts in colours", &look.chart_tint);
+  int up = int(up_);
+  ImGui::TextUnformatted("upright axis");
+  ImGui::SameLine();
+  ImGui::RadioButton("y", &up, 0);
+  ImGui::SameLine();
+  ImGui::RadioButton("z", &up, 1);
+  if (up != int(up_)) set_up(View::Up(up));
   if (session_.before && session_.before->holds_light(session_.atlas.texture)) {
     auto stops = float(look.exposure);
     if (ImGui::SliderFloat("exposure", &stops, -10, 10, "%.2f stops", ImGuiSliderFlags_AlwaysClamp))
@@ -117,10 +124,16 @@ void Viewer::compare_controls() {
   }
   heading("another texture");
   ImGui::SetNextItemWidth(-scaled(80));
-  const bool typed = ImGui::InputTextWithHint("##with", "its file", &to_compare_,
-                                              ImGuiInputTextFlags_EnterReturnsTrue);
+  if (ImGui::InputTextWithHint("##with", "its file", &to_compare_, ImGuiInputTextFlags_EnterReturnsTrue))
+    tried(session_, [&] { compare_with(parted(to_compare_)); });
   ImGui::SameLine();
-  if (ImGui::Button("compare") || typed) tried(session_, [&] { compare_with(parted(to_compare_)); });
+  if (ImGui::Button("choose ..."))
+    tried(session_, [&] {
+      ask_for_files([this](const Files& files) {
+        to_compare_ = joined(files);
+        compare_with(files);
+      });
+    });
   if (tool_name_ == "compare") tool_controls();
 }
 
@@ -153,9 +166,9 @@ void Viewer::photograph_controls() {
 
 void Viewer::play_controls() {
   if (!session_.sequence) {
-    remark("This model stands still. What moves: a folder of numbered models, frame_%04d.ply, a "
-           "NAME.evolving of ours, or the sample \"two drops\".");
-    if (ImGui::Button("open the sample")) tried(session_, [&] { open_sample("merging"); });
+    remark("This model stands still. What moves is a folder of numbered models, a file "
+           "NAME.evolving, or this:");
+    if (ImGui::Button("the sample of two drops")) tried(session_, [&] { open_sample("merging"); });
     return;
   }
   const Sequence& sequence = *session_.sequence;

@@ -90,6 +90,8 @@ class Window : public Display {
         window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
           if (action == GLFW_RELEASE) return;
           if (key == GLFW_KEY_ESCAPE) of(window).keys_.emplace_back("escape");
+          if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER)
+            of(window).keys_.emplace_back("return");
           if (key == GLFW_KEY_F1) of(window).keys_.emplace_back("?");
           const char* const letter = glfwGetKeyName(key, scancode);
           if ((with & GLFW_MOD_CONTROL) == 0 || letter == nullptr) return;

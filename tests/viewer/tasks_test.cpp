@@ -241,6 +241,19 @@ TEST(Keys, DoWhatTheListSays) {
   EXPECT_THAT(none.error, HasSubstr("the key 'x' does nothing here"));
 }
 
+/// The front is +z, or −y.
+TEST(Looking, HasTheUprightAxisThatIsChosen) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  const std::string hover = "hover surface 179 218\n";
+  const Result result =
+      view(folder, "view front\n" + hover + "up z\nview front\n" + hover, {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto picks = result.json()["result"]["picks"];
+  EXPECT_GT(picks[0]["pick"]["point"][2].get<double>(), 0.99);
+  EXPECT_LT(picks[1]["pick"]["point"][1].get<double>(), -0.99);
+}
+
 /// Twice as large in twice the window is the same layout.
 TEST(Scale, EnlargesPanelsAndLetters) {
   const Folder folder;
