@@ -244,7 +244,7 @@ void Viewer::status_line(float y, float width) {
   std::string message;
   if (scripted_ && !session_.news.empty()) message = session_.news.back().text;
   for (const Session::News& one : session_.news)
-    if (!scripted_ && one.since.seconds() < seconds)
+    if (!scripted_ && one.since.seconds() < seconds && one.text != session_.refusal)
       message += (message.empty() ? "" : "\n") + one.text;
   std::string words = in_words(pick_, session_.pictures->radius());
   if (const std::string known = tool_ && pick_ ? tool_->reading(pick_) : ""; !known.empty())

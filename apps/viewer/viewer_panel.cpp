@@ -76,13 +76,12 @@ void Viewer::tool_controls() {
   ImGui::PushID("tool");  // options have names of their own, such as show
   tool_->panel();
   ImGui::PopID();
-  if (tool_->busy()) {
-    ImGui::ProgressBar(float(tool_->fraction()), {-1, 0}, tool_->step().c_str());
-    if (ImGui::Button("stop")) tool_->cancel();
-  }
   history_controls();
   const bool changes = task_ == Task::paint || session_.result || session_.result_colours;
   if (session_.compares() && changes && task_ != Task::compare) wipe_controls();
+  if (!tool_->busy()) return;  // last, so that nothing moves when it comes and goes
+  ImGui::ProgressBar(float(tool_->fraction()), {-1, 0}, tool_->step().c_str());
+  if (ImGui::Button("stop")) tool_->cancel();
 }
 
 /// A list of strokes; one that is pressed is the last that is done.

@@ -200,7 +200,8 @@ void Viewer::take_path() {
 /// What went wrong, over the panes until it is put away.
 void Viewer::show_refusal(float width) {
   if (session_.refusal.empty()) return;
-  const float wide = std::min(scaled(560), width - scaled(40));
+  const float room = session_.empty ? width : float(surface_at_.width);
+  const float wide = std::min(scaled(560), room - scaled(30));
   const float middle = session_.empty ? width / 2 : float(surface_at_.x) + float(surface_at_.width) / 2;
   ImGui::SetNextWindowPos({middle, scaled(16)}, ImGuiCond_Always, {0.5F, 0});
   ImGui::SetNextWindowSize({wide, 0});
@@ -210,10 +211,9 @@ void Viewer::show_refusal(float width) {
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
                    ImGuiWindowFlags_NoFocusOnAppearing);
-  ImGui::PushTextWrapPos(wide - scaled(80));
+  ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(session_.refusal.c_str());
   ImGui::PopTextWrapPos();
-  ImGui::SameLine(wide - scaled(60));
   if (ImGui::Button("all right")) session_.refusal.clear();
   ImGui::End();
   ImGui::PopStyleColor();
