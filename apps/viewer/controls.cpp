@@ -42,27 +42,39 @@ bool take(OptionValues& values, const std::string& name, const std::vector<std::
   return true;
 }
 
+/// "smooth-potential" as "smooth potential".
+std::string label_of(const Option& option) {
+  std::string words = option.name;
+  std::ranges::replace(words, '-', ' ');
+  return words + "###" + option.name;
+}
+
 bool edit_number(OptionValues& values, const Option& option, const std::string& text) {
-  auto value = float(text.empty() ? 0 : std::atof(text.c_str()));
+  double value = text.empty() ? 0 : std::atof(text.c_str());
   const bool bounded = std::isfinite(option.least) && std::isfinite(option.most);
+  const std::string label = label_of(option);
   bool changed = false;
   if (option.type == Option::Type::integer) {
     int whole = int(value);
     changed = bounded
-                  ? ImGui::SliderInt(option.name.c_str(), &whole, int(option.least),
+                  ? ImGui::SliderInt(label.c_str(), &whole, int(option.least),
                                      int(std::min(option.most, 1e6)),
                                      text.empty() ? not_given : "%d", ImGuiSliderFlags_AlwaysClamp)
-                  : ImGui::InputInt(option.name.c_str(), &whole);
+                  : ImGui::InputInt(label.c_str(), &whole);
     explain(option);
     return changed && take(values, option.name, {std::to_string(whole)});
   }
-  const bool wide = bounded && option.most > 1 && option.most / std::max(option.least, 1e-3) > 200;
-  changed = bounded ? ImGui::SliderFloat(
-                          option.name.c_str(), &value, float(option.least), float(option.most),
-                          text.empty() ? not_given : "%.4g",
-                          ImGuiSliderFlags_AlwaysClamp | (wide ? ImGuiSliderFlags_Logarithmic : 0))
-                    : ImGui::InputFloat(option.name.c_str(), &value, 0, 0, "%.4g",
-                                        ImGuiInputTextFlags_EnterReturnsTrue);
+  if (bounded) {
+    const bool wide = option.most > 1 && option.most / std::max(option.least, 1e-3) > 200;
+    const std::string unit = option.unit.empty() ? "" : " " + option.unit;
+    changed = slider(label.c_str(), value, {option.least, option.most, wide},
+                     text.empty() ? not_given : plain(value) + unit);
+  } else {
+    auto typed = float(value);
+    changed = ImGui::InputFloat(label.c_str(), &typed, 0, 0, "%.4g",
+                                ImGuiInputTextFlags_EnterReturnsTrue);
+    value = double(typed);
+  }
   explain(option);
   return changed && take(values, option.name, {fmt::format("{:.4g}", value)});
 }
@@ -72,19 +84,18 @@ bool edit_length(OptionValues& values, const Option& option, const std::string& 
   const Length length = text.empty() ? Length{1, Length::Unit::percent} : parse_length(text);
   const bool percent = length.unit == Length::Unit::percent,
              model = length.unit == Length::Unit::model;
-  auto value = float(length.value);
-  const float least = percent ? 0.01F
-                      : model ? value / 20
-                              : 0.25F,
-              most = percent ? std::max(50.F, value)
-                     : model ? value * 20
-                             : std::max(400.F, value);
-  const bool changed = ImGui::SliderFloat(option.name.c_str(), &value, least, most,
-                                          text.empty() ? not_given
-                                          : percent    ? "%.3g %%"
-                                          : model      ? "%.3g"
-                                                       : "%.3g tx",
-                                          ImGuiSliderFlags_Logarithmic);
+  double value = length.value;
+  const double least = percent ? 0.01
+                       : model ? value / 20
+                               : 0.25,
+               most = percent ? std::max(50.0, value)
+                      : model ? value * 20
+                              : std::max(400.0, value);
+  const bool changed = slider(label_of(option).c_str(), value, {least, most, true},
+                              text.empty() ? not_given
+                                           : plain(value) + (percent ? " %"
+                                                             : model ? ""
+                                                                     : " texels"));
   explain(option);
   return changed && take(values, option.name,
                          {fmt::format("{:.3g}{}", value,
@@ -96,7 +107,7 @@ bool edit_length(OptionValues& values, const Option& option, const std::string& 
 bool edit_choice(OptionValues& values, const Option& option) {
   const std::string text = now(values, option.name);
   bool changed = false;
-  if (ImGui::BeginCombo(option.name.c_str(), text.empty() ? not_given : text.c_str())) {
+  if (ImGui::BeginCombo(label_of(option).c_str(), text.empty() ? not_given : text.c_str())) {
     if (option.default_value.empty() && ImGui::Selectable(not_given, text.empty()))
       values.reset(option.name), changed = true;
     for (const std::string& choice : option.choices)
@@ -124,7 +135,9 @@ bool edit_text(OptionValues& values, const Option& option) {
     ImGui::SetNextItemWidth(ImGui::CalcItemWidth() - ImGui::GetFrameHeight());
   }
   const bool typed =
-      ImGui::InputText(option.name.c_str(), &text, ImGuiInputTextFlags_EnterReturnsTrue);
+      ImGui::InputTextWithHint(label_of(option).c_str(),
+                               option.type == Option::Type::path ? "a file" : "", &text,
+                               ImGuiInputTextFlags_EnterReturnsTrue);
   explain(option);
   const bool many = option.count == Option::Count::many;
   return changed || (typed && take(values, option.name, many ? parted(text) : std::vector{text}));
@@ -147,7 +160,7 @@ bool edit(OptionValues& values, const std::string& name, const std::string& in_f
   switch (option.type) {
     case Option::Type::flag: {
       bool on = values.flag(name);
-      const bool changed = ImGui::Checkbox(name.c_str(), &on);
+      const bool changed = ImGui::Checkbox(label_of(option).c_str(), &on);
       explain(option);
       return changed && take(values, name, {on ? "true" : "false"});
     }
@@ -159,6 +172,31 @@ bool edit(OptionValues& values, const std::string& name, const std::string& in_f
     case Option::Type::path: return edit_text(values, option) || give_up(values, option);
   }
   return false;
+}
+
+std::string plain(double value) {
+  const double size = std::abs(value);
+  if (size == 0) return "0";
+  if (size < 1e-8 || size >= 1e9) return fmt::format("{:.3g}", value);
+  const int decimals = std::max(0, 2 - int(std::floor(std::log10(size))));
+  std::string digits = fmt::format("{:.{}f}", value, decimals);
+  if (decimals > 0) {
+    digits.erase(digits.find_last_not_of('0') + 1);
+    if (digits.ends_with('.')) digits.pop_back();
+  }
+  return digits;
+}
+
+bool slider(const char* label, double& value, const SliderRange& range, const std::string& words) {
+  std::string format;
+  for (const char c : words) format += c == '%' ? "%%" : std::string(1, c);
+  auto moved = float(value);
+  if (!ImGui::SliderFloat(label, &moved, float(range.least), float(range.most), format.c_str(),
+                          ImGuiSliderFlags_AlwaysClamp |
+                              (range.logarithmic ? ImGuiSliderFlags_Logarithmic : 0)))
+    return false;
+  value = double(moved);
+  return true;
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -178,17 +216,17 @@ std::vector<std::string> parted(const std::string& names) {
 }
 
 void tried(Session& session, const std::function<void()>& what) {
+  session.refusal.clear();
   try {
     what();
   } catch (const Error& error) {
-    session.say(error.what());
+    session.refuse(error.what());
   }
 }
 
 void edit_brush(Length& size, double radius, double area) {
-  auto percent = float(radius / std::sqrt(area) * 100);
-  if (ImGui::SliderFloat("size", &percent, 0.1F, 50, "%.2f %%",
-                         ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+  double percent = radius / std::sqrt(area) * 100;
+  if (slider("brush", percent, {0.1, 50, true}, plain(percent) + " % of the model"))
     size = {percent, Length::Unit::percent};
 }
 

@@ -17,6 +17,16 @@ namespace mq::view {
 /// the option has none; empty: it says so.
 bool edit(OptionValues& values, const std::string& name, const std::string& in_force = {});
 
+/// A number as a person writes it, three digits of it and no powers of ten: "0.00123", "12.5", "1000".
+std::string plain(double value);
+
+/// A slider that shows its value in these words, "12.5 %", in place of a number.
+struct SliderRange {
+  double least, most;
+  bool logarithmic = false;
+};
+bool slider(const char* label, double& value, const SliderRange& range, const std::string& words);
+
 /// Several names in one line, "a.png; b.png".
 std::string joined(const std::vector<std::string>& names);
 std::vector<std::string> parted(const std::string& names);
@@ -24,8 +34,8 @@ std::vector<std::string> parted(const std::string& names);
 /// Does it; what it throws is said at the bottom of the window.
 void tried(Session& session, const std::function<void()>& what);
 
-/// How large a brush is, from 0.1 to 50 % of √area; `radius` and `area` are what it is on the
-/// surface.
+/// How large a brush is, from 0.1 to 50 % of √area, which is about the size of the model; `radius` and
+/// `area` are what it is on the surface.
 void edit_brush(Length& size, double radius, double area);
 
 /// A name that can be changed, and a button to save there, "save mask": true once that is pressed.

@@ -27,10 +27,19 @@ class Display {
   virtual void stay_open() {}
   /// Files that were dropped on it since the last call.
   virtual std::vector<std::string> dropped() { return {}; }
-  /// Keys for taking back and doing again that were pressed since the last call, also where they were let
-  /// go at once.
-  enum class Key { undo, redo };
-  virtual std::vector<Key> keys() { return {}; }
+  /// Keys that were pressed since the last call, also where they were let go at once: what they write,
+  /// "?", or their names, "escape", with "ctrl+" and "shift+" before letters that write nothing.
+  virtual std::vector<std::string> keys() { return {}; }
+  /// A way of the mouse with the left button down: from the place where it went down, or was last.
+  struct Point {
+    float x = 0, y = 0;  ///< pixels
+  };
+  /// All places of it since the last call, however few pictures there were meanwhile.
+  virtual std::vector<Point> trail() { return {}; }
+  /// Of the window.
+  virtual void set_title(const std::string&) {}
+  /// Pixels of the screen for one of a common screen, 1 where nothing is known.
+  virtual double scale() const { return 1; }
   /// Waits for something to happen, a moment at most.
   virtual void rest() {}
 };

@@ -8,7 +8,6 @@
 #include "filter_tool.h"
 
 #include <fmt/format.h>
-#include <imgui.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,8 +21,10 @@
 namespace mq::view {
 namespace {
 
-/// The verb has no default: it sharpens clearly.
-constexpr const char* first_beta = "3";
+/// The verb has no default: detail of this size comes out twice as clearly.
+constexpr const char* first_beta = "2";
+constexpr const char* first_length = "3tx";
+constexpr const char* first_length_at_vertices = "1%";
 
 }  // namespace
 
@@ -32,6 +33,7 @@ FilterTool::FilterTool(Session& session)
   const TexturedModel& scene = *session.scene;
   require_usable(scene.defects(), scene.model.path.string());
   options_.set("beta", {first_beta});
+  options_.set("length", {at_vertices() ? first_length_at_vertices : first_length});
   const auto kind = at_vertices() ? Outputs::Kind::model : Outputs::Kind::pictures;
   const std::string each = session.before && session.before->size() > 1 ? "_%s" : "";
   mask_name_ = session.free_name("mask" + each + (at_vertices() ? ".ply" : ".png"), kind);
@@ -41,53 +43,6 @@ FilterTool::FilterTool(Session& session)
                                                                       : ".png"),
                                     kind);
   options_.set("output", {texture_name_});
-}
-
-void FilterTool::panel() {
-  const bool is_ready = ready_;
-  if (!is_ready) {
-    ImGui::TextUnformatted("preparing ...");
-    return;
-  }
-  const auto tried = [&](const auto& what) { view::tried(session_, what); };
-  const std::string reach = options_.given("length") ? "length" : "alpha";
-  for (const std::string& name : {std::string("beta"), reach})
-    tried([&] {
-      OptionValues edited = options_;
-      if (!edit(edited, name)) return;
-      if (!edited.given("beta")) edited.set("beta", {first_beta});
-      take(edited);
-    });
-  if (reach == "alpha" && ImGui::SmallButton("as a length"))
-    tried([&] {
-      set("length", fmt::format("{:.3g}tx", std::sqrt(options_.number("alpha") * scale_.area) /
-                                                scale_.texel_spacing));
-    });
-  int brush = int(brush_);
-  ImGui::RadioButton("sharpen", &brush, 0);
-  ImGui::SameLine();
-  ImGui::RadioButton("smooth", &brush, 1);
-  ImGui::SameLine();
-  ImGui::RadioButton("erase", &brush, 2);
-  if (brush != int(brush_)) tried([&] { choose(Brush(brush)); });
-  edit_brush(size_, brush_radius(), scale_.area);
-  auto strength = float(strength_);
-  if (ImGui::SliderFloat("strength", &strength, 0.01F, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp))
-    strength_ = strength;
-  if (ImGui::Button("undo")) tried([&] { undo(); });
-  ImGui::SameLine();
-  if (ImGui::Button("redo")) tried([&] { redo(); });
-  ImGui::SameLine();
-  if (ImGui::Button("everywhere")) fill(full);
-  ImGui::SameLine();
-  if (ImGui::Button("nowhere")) fill(0);
-  if (ask_to_save("mask", mask_name_)) tried([&] { save_mask(mask_name_); });
-  if (ask_to_save(at_vertices() ? "model" : "texture", texture_name_))
-    tried([&] { save_texture(texture_name_); });
-  copy_button(session_, [&] { return as_command(); });
-  ImGui::TextUnformatted(fmt::format("{} {} painted{}", painted_, paint_target_->unknowns(),
-                                     settled_ ? "" : ", solving")
-                             .c_str());
 }
 
 std::optional<Look::Paint> FilterTool::shown_as() const {
@@ -109,9 +64,18 @@ void FilterTool::choose(Brush brush) {
   session_.say(fmt::format("beta is {} now: below 1 nothing sharpens", first_beta));
 }
 
+/// strength and radius say what beta and length do.
 void FilterTool::set(const std::string& name, const std::string& value) {
+  if (name == "strength" || name == "radius") {
+    OptionValues asked(options_.table());
+    asked.set(name, {value});
+    return name == "radius" ? set("length", value)
+                            : set("beta", fmt::format("{:g}", 1 + asked.number(name) / 100));
+  }
   require(name == "beta" || name == "alpha" || name == "length",
-          fmt::format("the tool filter has beta, alpha and length to set; found '{}'", name));
+          fmt::format("the tool filter has strength and radius, or beta, alpha and length, to set; "
+                      "found '{}'",
+                      name));
   OptionValues changed = options_;
   if (name != "beta")  // the other way of saying it is forgotten
     for (const char* way : {"alpha", "length"}) changed.reset(way);
@@ -162,44 +126,67 @@ void FilterTool::want() {
   hurry_ = true;
 }
 
-bool FilterTool::command(const std::vector<std::string>& words) {
-  const std::string& what = words[0];
-  const auto numbers = [&](const std::string& word, std::size_t count) {
-    const auto parsed = app::parse_numbers(word, count);
-    require(parsed.has_value(), fmt::format("found '{}', wanted {} numbers", word, count));
-    return *parsed;
-  };
-  require_ready();
-  if (what == "set") {
-    require(words.size() == 3,
-            fmt::format("set {}: found {} values, wanted one", words[1], words.size() - 2));
-    set(words[1], words[2]);
-  } else if (what == "brush") {
+namespace {
+
+std::vector<double> numbers(const std::string& word, std::size_t count) {
+  const auto parsed = app::parse_numbers(word, count);
+  require(parsed.has_value(), fmt::format("found '{}', wanted {} numbers", word, count));
+  return *parsed;
+}
+
+}  // namespace
+
+std::vector<Vector3> FilterTool::places_of(const std::vector<std::string>& words) const {
+  std::vector<Vector3> places;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const auto place = numbers(words[i], 3);
+    places.emplace_back(place[0], place[1], place[2]);
+  }
+  return places;
+}
+
+/// Which brush it is.
+bool FilterTool::brush_command(const std::vector<std::string>& words) {
+  if (words[0] == "brush") {
     require(words[1] == "sharpen" || words[1] == "smooth" || words[1] == "erase",
             fmt::format("found '{}', wanted sharpen, smooth or erase", words[1]));
     choose(words[1] == "sharpen"  ? Brush::sharpen
            : words[1] == "smooth" ? Brush::smooth
                                   : Brush::erase);
-  } else if (what == "size") {
+  } else if (words[0] == "size") {
     const Length size = parse_length(words[1]);
     require(size.value > 0, fmt::format("found '{}', wanted a length above 0", words[1]));
     size_ = size;
-  } else if (what == "strength") {
+  } else if (words[0] == "strength") {
     const double strength = numbers(words[1], 1)[0];
     require(strength > 0 && strength <= 1,
             fmt::format("found '{}', wanted above 0, at most 1", words[1]));
     strength_ = strength;
+  } else if (words[0] == "hardness") {
+    const double hardness = numbers(words[1], 1)[0];
+    require(hardness >= 0 && hardness <= 1, fmt::format("found '{}', wanted from 0 to 1", words[1]));
+    hardness_ = hardness;
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool FilterTool::command(const std::vector<std::string>& words) {
+  const std::string& what = words[0];
+  require_ready();
+  if (brush_command(words)) return true;
+  if (what == "set") {
+    require(words.size() == 3,
+            fmt::format("set {}: found {} values, wanted one", words[1], words.size() - 2));
+    set(words[1], words[2]);
   } else if (what == "stroke") {
-    std::vector<Vector3> places;
-    for (std::size_t i = 1; i < words.size(); ++i) {
-      const auto place = numbers(words[i], 3);
-      places.emplace_back(place[0], place[1], place[2]);
-    }
+    const std::vector<Vector3> places = places_of(words);
     begin_stroke();
     last_dab_.reset();
     const int before = changes_;
     for (const Vector3& place : places) dabs_to(place);
-    end_stroke();
+    end_stroke(brush_name());
     if (changes_ == before) session_.say("the stroke touches nothing");
   } else if (what == "fill") {
     require(words[1] == "everywhere" || words[1] == "nowhere",
@@ -268,6 +255,7 @@ void FilterTool::stop() {
 }
 
 nlohmann::ordered_json FilterTool::report() const {
+  const bool settled = is_settled() && !brushing_;
   nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
   for (const Timing& t : timings_)
     strokes.push_back({{at_vertices() ? "vertices" : "texels", t.unknowns},
@@ -275,10 +263,12 @@ nlohmann::ordered_json FilterTool::report() const {
                        {"solve", t.solve},
                        {"cycles", t.cycles},
                        {"show", t.show}});
+  const std::lock_guard lock(mutex_);
   return {{"name", name()},
           {"unknowns", mask_.size()},
           {"painted", painted_},
-          {"settled", is_settled() && !brushing_},
+          {"settled", settled},
+          {"values", {{"below", values_after_.below}, {"above", values_after_.above}, {"count", values_after_.count}}},
           {"prepare_seconds", preparing_},
           {"settle_seconds", settling_},
           {"settle_rounds", rounds_},

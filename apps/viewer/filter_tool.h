@@ -13,6 +13,7 @@
 #include "background.h"
 #include "mq/base/length.h"
 #include "mq/filter/live_modulation.h"
+#include "mq/image/histogram.h"
 #include "paint_target.h"
 #include "session.h"
 #include "tool.h"
@@ -33,7 +34,9 @@ class FilterTool : public Tool {
   void release() override;
   void undo() override;
   void redo() override;
+  History history() const override;
   double brush_radius() const override;
+  void scale_brush(double factor) override;
   std::optional<Look::Paint> shown_as() const override;
   bool command(const std::vector<std::string>& words) override;
   void frame() override;
@@ -45,6 +48,7 @@ class FilterTool : public Tool {
     background_.cancel();
     stopped_ = true;
   }
+  void save() override { save_texture(texture_name_); }
   std::string saving() const override;
   std::string unsaved() const override;
   nlohmann::ordered_json report() const override;
@@ -56,6 +60,7 @@ class FilterTool : public Tool {
   /// Unknowns whose mask changed, and its values before and after, in 65535ths.
   struct Stroke {
     std::vector<int> unknowns, before, after;
+    std::string name = {};  ///< for a person
   };
   enum class Brush { sharpen, smooth, erase };
 
@@ -89,6 +94,8 @@ class FilterTool : public Tool {
   double require_weight(const OptionValues& options) const;
   void want();
   void choose(Brush brush);
+  std::vector<Vector3> places_of(const std::vector<std::string>& words) const;
+  bool brush_command(const std::vector<std::string>& words);
   void set(const std::string& name, const std::string& value);
   void take(const OptionValues& options);
   void require_beta_for(const std::vector<int>& mask) const;
@@ -103,6 +110,12 @@ class FilterTool : public Tool {
   bool nothing_painted() const { return painted_ == 0; }
   bool at_vertices() const { return !session_.before; }
 
+  // filter_tool_panel.cpp
+  void strength_controls();
+  void brush_controls();
+  void more_controls();
+  void histogram_controls() const;
+
   // filter_tool_strokes.cpp
   void change(const std::vector<int>& unknowns, const std::vector<int>& values);
   void dab(const Vector3& place);
@@ -110,7 +123,8 @@ class FilterTool : public Tool {
   void fill(int value);
   int painted_with(int before, double paint) const;
   void begin_stroke() { stroke_ = Stroke(); }
-  void end_stroke();
+  void end_stroke(const std::string& name);
+  std::string brush_name() const;
 
   // filter_tool_saving.cpp
   void save_texture(const std::string& path);
@@ -134,6 +148,7 @@ class FilterTool : public Tool {
   void follow(const Wanted& wanted);
   enum class Extent { all, followed };
   void show(Extent extent);
+  void count_values(const ShownSignal& values);
   ShownSignal shown() const {
     return {before_, live_->signal(), gain_, limit_ ? &*limit_ : nullptr};
   }
@@ -145,7 +160,7 @@ class FilterTool : public Tool {
 
   Brush brush_ = Brush::sharpen;
   Length size_{3, Length::Unit::percent};
-  double strength_ = 0.5;
+  double strength_ = 0.5, hardness_ = 0;
   std::vector<int> mask_;      ///< per unknown
   std::int64_t painted_ = 0;   ///< how many of them are not 0
   std::int64_t smoothed_ = 0;  ///< how many are below 0
@@ -172,6 +187,7 @@ class FilterTool : public Tool {
   Signal before_;
   std::optional<HaloLimit> limit_;      ///< none: halos as the equation has them
   std::optional<LiveModulation> live_;  ///< of β = 1 + mask
+  Histogram values_before_, values_after_;  ///< guarded, once `ready_`; of colours, all together
   std::vector<int> followed_;
   double weight_ = 0, gain_ = 0;
   std::deque<Save> saves_;     ///< guarded; the first is being written, or will be

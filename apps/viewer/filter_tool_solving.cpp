@@ -6,6 +6,7 @@
 #include "filter_tool.h"
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
+#include "mq/image/colour.h"
 
 namespace mq::view {
 namespace {
@@ -41,6 +42,9 @@ void FilterTool::prepare(const Progress& progress) {
   mask_.assign(std::size_t(before_.rows()), 0);
   followed_ = mask_;
   preparing_ = watch.seconds();
+  const Signal nothing_yet = before_;
+  count_values({before_, nothing_yet, 0});
+  values_before_ = values_after_;
   settled_ = true;
   ready_ = true;
 }
@@ -167,9 +171,20 @@ void FilterTool::show(Extent extent) {
   ShownSignal values = shown();
   if (nothing) values.gain = 0;
   if (extent == Extent::followed)
-    paint_target_->show(values, live_->followed());
-  else
-    paint_target_->show(values, std::nullopt);
+    return paint_target_->show(values, live_->followed());
+  paint_target_->show(values, std::nullopt);
+  count_values(values);
+}
+
+/// Of colours alone, which alpha is none of.
+void FilterTool::count_values(const ShownSignal& values) {
+  constexpr int bins = 64;
+  const int channels = colour_channels(int(before_.cols()));
+  const Histogram now = histogram(before_.rows() * channels, bins, [&](std::int64_t i) {
+    return values(i / channels, int(i % channels));
+  });
+  const std::lock_guard lock(mutex_);
+  values_after_ = now;
 }
 
 }  // namespace mq::view

@@ -22,7 +22,7 @@ void FilterTool::drag(const Pick& pick) {
 
 void FilterTool::release() {
   brushing_ = false;
-  end_stroke();
+  end_stroke(brush_name());
 }
 
 double FilterTool::brush_radius() const {
@@ -50,7 +50,7 @@ void FilterTool::dab(const Vector3& place) {
   const Stopwatch watch;
   const double radius = brush_radius();
   const std::vector<int> unknowns = paint_target_->reach(place, radius);
-  const Spot spot{place, radius, strength_};
+  const Spot spot{place, radius, strength_, hardness_};
   std::vector<int> after;
   for (const int k : unknowns)
     after.push_back(painted_with(mask_[std::size_t(k)], paint_at(spot, paint_target_->place(k))));
@@ -78,7 +78,7 @@ void FilterTool::fill(int value) {
   for (std::size_t k = 0; k < mask_.size(); ++k)
     if (mask_[k] != value) unknowns.push_back(int(k));
   change(unknowns, std::vector<int>(unknowns.size(), value));
-  end_stroke();
+  end_stroke(value == 0 ? "nowhere" : "everywhere");
 }
 
 /// Part of a stroke.
@@ -104,9 +104,29 @@ void FilterTool::change(const std::vector<int>& unknowns, const std::vector<int>
   saved_mask_.clear();
 }
 
-void FilterTool::end_stroke() {
+std::string FilterTool::brush_name() const {
+  return brush_ == Brush::sharpen ? "sharpen" : brush_ == Brush::smooth ? "smooth" : "erase";
+}
+
+/// Those of `redo_` come in the other order.
+Tool::History FilterTool::history() const {
+  History all{{}, undo_.size()};
+  for (const Stroke& stroke : undo_) all.strokes.push_back(stroke.name);
+  for (auto stroke = redo_.rbegin(); stroke != redo_.rend(); ++stroke)
+    all.strokes.push_back(stroke->name);
+  return all;
+}
+
+void FilterTool::scale_brush(double factor) {
+  if (ready_)
+    size_ = {std::clamp(100 * factor * brush_radius() / std::sqrt(scale_.area), 0.1, 50.0),
+             Length::Unit::percent};
+}
+
+void FilterTool::end_stroke(const std::string& name) {
   last_dab_.reset();
   if (stroke_.unknowns.empty()) return;
+  stroke_.name = name;
   undo_.push_back(std::move(stroke_));
   redo_.clear();
   begin_stroke();

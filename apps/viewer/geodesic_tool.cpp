@@ -8,9 +8,12 @@
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
 #include "mq/draw/false_colour.h"
+#include "controls.h"
+#include "mq/fem/texel_lookup.h"
 #include "mq/filter/geodesic.h"
 #include "mq/linear/direct_solver.h"
 #include "options/source_options.h"
+#include "theme.h"
 #include "verb_tool.h"
 
 namespace mq::view {
@@ -20,6 +23,15 @@ class GeodesicTool : public VerbTool {
  public:
   explicit GeodesicTool(Session& session) : VerbTool("geodesic", session) {}
   ~GeodesicTool() override { background_.stop(); }
+
+  void panel() override {
+    const bool measured = found_.contains("max");
+    remark(!measured ? "Press on the model, and drag: distances from there."
+                     : fmt::format("The farthest place is {} away. Move the mouse over the model: "
+                                   "below stands how far each place is.",
+                                   plain(found_["max"].get<double>())));
+    VerbTool::panel();
+  }
 
   void press(const Pick& pick) override {
     if (at_vertices() ? bool(pick) : pick.chart >= 0) from(pick.point);
@@ -35,10 +47,22 @@ class GeodesicTool : public VerbTool {
     return true;
   }
 
+  /// Along the surface, and through the air.
+  std::string reading(const Pick& pick) const override {
+    const std::lock_guard lock(measured_mutex_);
+    const std::optional<double> distance = distance_at(pick);
+    read_ = distance;
+    if (!distance) return {};
+    std::string words = fmt::format("distance {}", plain(*distance));
+    if (source_) words += fmt::format(", straight {}", plain((pick.point - *source_).norm()));
+    return words;
+  }
+
   nlohmann::ordered_json report() const override {
     nlohmann::ordered_json report = VerbTool::report();
     report["prepare_seconds"] = preparing_;
     report["solve_seconds"] = solving_;
+    if (read_) report["reading"] = *read_;
     return report;
   }
 
@@ -81,6 +105,13 @@ class GeodesicTool : public VerbTool {
     const Geodesic found = geodesic_->from(app::sources_at(run, *session_.scene, *domain_, places),
                                            progress.step("distances", 0.3));
     const double most = domain_->space().largest_shown(found.distance);
+    {
+      const std::lock_guard lock(measured_mutex_);
+      measured_ = found.distance;
+      source_.reset();
+      if (const auto place = app::parse_numbers(options.has("from") ? options.texts("from").front() : "", 3))
+        source_ = Vector3((*place)[0], (*place)[1], (*place)[2]);
+    }
     const DistanceColours scale{.most = most,
                                 .lines = int(options.integer("isolines")),
                                 .line_width = 1.5 * domain_->scale().texel_spacing};
@@ -92,6 +123,29 @@ class GeodesicTool : public VerbTool {
     show(result);
   }
 
+  /// Of a place of the surface, by its texel, or in its triangle; nothing where none was found.
+  std::optional<double> distance_at(const Pick& pick) const {
+    if (measured_.size() == 0) return {};
+    double distance = 0;
+    if (at_vertices()) {
+      const auto& corners = session_.scene->surface.mesh.triangles[std::size_t(pick.triangle)];
+      for (int k = 0; k < 3; ++k) distance += pick.barycentric[k] * measured_[corners[std::size_t(k)]];
+    } else {
+      const auto* const texels = dynamic_cast<const TextureSignal*>(domain_.get());
+      if (texels == nullptr || pick.chart < 0) return {};
+      const int unknown =
+          unknown_of(texels->space().texels(), {pick.texture, pick.x, pick.y});
+      if (unknown < 0) return {};
+      distance = measured_[unknown];
+    }
+    if (!std::isfinite(distance)) return {};
+    return distance;
+  }
+
+  mutable std::mutex measured_mutex_;
+  mutable std::optional<double> read_;  ///< guarded; under the mouse, last
+  Vector measured_;                ///< guarded, as the source; per unknown
+  std::optional<Vector3> source_;
   std::unique_ptr<ModelSignal> domain_;
   std::unique_ptr<ClosestPointFinder> closest_;
   std::optional<GeodesicDistance> geodesic_;

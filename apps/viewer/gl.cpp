@@ -178,6 +178,11 @@ void Canvas::resolve() const {
   glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
+Image<float> Canvas::read() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, one_);
+  return read_pixels(width_, height_);
+}
+
 void Lines::fill(const std::vector<Eigen::Vector3f>& ends) {
   count_ = int(ends.size() / 2);
   buffer_.fill(std::span<const Eigen::Vector3f>(ends));

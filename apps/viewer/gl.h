@@ -124,6 +124,8 @@ class Canvas {
   void begin() const;  ///< draws go here from now on
   void resolve() const;
   GLuint picture() const { return picture_.id(); }
+  /// What `resolve` made, row 0 on top.
+  Image<float> read() const;
   int width() const { return width_; }
   int height() const { return height_; }
 

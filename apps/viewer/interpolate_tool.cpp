@@ -37,8 +37,13 @@ class InterpolateTool : public VerbTool {
   ~InterpolateTool() override { background_.stop(); }
 
   void panel() override {
-    if (ImGui::InputText("with", &with_, ImGuiInputTextFlags_EnterReturnsTrue))
+    if (ImGui::InputTextWithHint("with", "another texture", &with_,
+                                 ImGuiInputTextFlags_EnterReturnsTrue))
       tried(session_, [&] { with(parted(with_)); });
+    if (with_.empty() && ImGui::Button("choose another texture ...", {-1, 0}))
+      tried(session_, [&] {
+        session_.ask_for_files([this](const std::vector<std::string>& files) { with(files); });
+      });
     VerbTool::panel();
   }
 

@@ -1,9 +1,14 @@
 #include "loader.h"
 
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 #include <utility>
 
 #include "mq/base/error.h"
 #include "mq/model/model_paints.h"
+#include "mq/sample/moving.h"
+#include "shell/verb.h"
 
 namespace mq::view {
 namespace {
@@ -65,6 +70,44 @@ std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Termin
   warn_of(run, *loaded->scene);
   loaded->opened = options;
   return loaded;
+}
+
+namespace {
+
+/// A second of a motion of four.
+constexpr const char* frames_of_samples = "0-99x4";
+
+/// $XDG_CACHE_HOME, or ~/.cache, or where there is no home the folder of temporary files.
+std::filesystem::path cache() {
+  if (const char* const named = std::getenv("XDG_CACHE_HOME"); named != nullptr && *named != 0)
+    return named;
+  const char* const home = std::getenv("HOME");
+  return home != nullptr && *home != 0 ? std::filesystem::path(home) / ".cache"
+                                       : std::filesystem::temp_directory_path();
+}
+
+}  // namespace
+
+std::unique_ptr<LoadedModel> load_sample(const std::string& name, OptionValues options,
+                                         app::Terminal& terminal, int largest_side,
+                                         const Progress& progress) {
+  const std::filesystem::path folder = cache() / "marquetry" / "samples" / name;
+  std::filesystem::create_directories(folder.parent_path());
+  const bool moves = std::ranges::any_of(moving_names(),
+                                         [&](const SampleInfo& info) { return info.name == name; });
+  const app::Verb verb = app::find_verb(app::all_verbs(), "sample");
+  OptionValues making(verb.table);
+  making.set("name", {name});
+  making.set("output", {folder.string() + "/"});
+  if (moves) making.set("frames", {frames_of_samples});
+  making.set("json", {"true"});
+  app::Terminal silence("view");
+  silence.set_voice(app::Terminal::Voice::quiet);
+  app::Run run(making, silence, progress.step("make the sample", 0.6));
+  verb.run(run);
+  options.reset("texture");
+  options.set("mesh", {(folder / (moves ? "frame_%04d.ply" : name + ".obj")).string()});
+  return load_files(options, terminal, largest_side, progress.step("open", 0.4));
 }
 
 void Loader::ask(const std::string& name, Work work) { next_ = Asked{name, std::move(work)}; }

@@ -42,6 +42,12 @@ std::unique_ptr<LoadedModel> load_frame(const std::shared_ptr<Sequence>& sequenc
 std::unique_ptr<LoadedModel> load_files(const OptionValues& options, app::Terminal& terminal,
                                         int largest_side, const Progress& progress);
 
+/// A sample that the program makes itself (`sample_names`, `moving_names`), written into a folder of
+/// the person's cache, and read from there with options of the verb view.
+std::unique_ptr<LoadedModel> load_sample(const std::string& name, OptionValues options,
+                                         app::Terminal& terminal, int largest_side,
+                                         const Progress& progress);
+
 /// Says what is wrong with a model that is opened with these options, and with them.
 void warn_of(app::Run& run, const TexturedModel& scene);
 

@@ -1,4 +1,4 @@
-// marquetry-view MESH [TEXTURE...]: what `marquetry view` becomes.
+// marquetry-view [MESH] [TEXTURE...]: what `marquetry view` becomes.
 #include <imgui.h>
 
 #include <backends/imgui_impl_opengl3.h>
@@ -21,7 +21,6 @@ struct Interface {
   Interface() {
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;
-    ImGui::StyleColorsDark();
   }
   ~Interface() { ImGui::DestroyContext(); }
 };
@@ -41,6 +40,18 @@ void attend(Viewer& viewer, Session& session, Display& display) {
   }
 }
 
+/// What is shown first; null where no model was named.
+std::unique_ptr<LoadedModel> first_model(app::Run& run, std::shared_ptr<Sequence> sequence,
+                                         std::optional<TexturedModel> scene) {
+  if (!scene) return nullptr;
+  auto first =
+      std::make_unique<LoadedModel>(std::move(*scene), TextureSet::largest_side(), Progress());
+  if (sequence) first->drawn->triangle_colours = sequence->lifespans(0);
+  first->sequence = std::move(sequence);
+  first->opened = run.options();
+  return first;
+}
+
 app::Exit view(app::Run& run) {
   const OptionValues& options = run.options();
   std::optional<Script> script;
@@ -49,10 +60,13 @@ app::Exit view(app::Run& run) {
   require(script || !options.flag("in-window"),
           "--in-window shows a script's session: give --script too");
   std::shared_ptr<Sequence> sequence;
-  if (names_sequence(options.text("mesh"))) sequence = open_sequence(run);
-  TexturedModel scene =
-      sequence ? sequence->scene(0, {}) : app::read_textured_model(run, MissingPictures::assume, 1);
-  warn_of(run, scene);
+  std::optional<TexturedModel> scene;
+  if (options.given("mesh")) {
+    if (names_sequence(options.text("mesh"))) sequence = open_sequence(run);
+    scene = sequence ? sequence->scene(0, {})
+                     : app::read_textured_model(run, MissingPictures::assume, 1);
+    warn_of(run, *scene);
+  }
   if (options.given("screenshot")) {
     require_screenshot(options.text("screenshot"));
     run.will_write({options.text("screenshot")});
@@ -61,17 +75,16 @@ app::Exit view(app::Run& run) {
 
   const auto size = *app::parse_size(options.text("size"));
   const Interface interface;
-  const std::unique_ptr<Display> display =
-      alone && !options.flag("in-window")
-          ? open_offscreen(size[0], size[1])
-          : open_window(size[0], size[1], scene.model.path.filename().string() + " - marquetry");
+  const std::unique_ptr<Display> display = alone && !options.flag("in-window")
+                                               ? open_offscreen(size[0], size[1])
+                                               : open_window(size[0], size[1], "marquetry");
+  const double scale = options.given("scale") ? options.number("scale") : display->scale();
+  set_sizes(scale);
   const Drawing drawing;
-  auto first =
-      std::make_unique<LoadedModel>(std::move(scene), TextureSet::largest_side(), Progress());
-  if (sequence) first->drawn->triangle_colours = sequence->lifespans(0);
-  first->sequence = std::move(sequence);
-  Session session(run, std::move(first));
-  Viewer viewer(session, *display);
+  Session session(run, first_model(run, std::move(sequence), std::move(scene)));
+  Viewer viewer(session, *display, scale,
+                options.text("theme") == "light" ? Theme::light : Theme::dark);
+  if (!alone) viewer.remember_opened();
   if (script) {
     script->play(viewer, session);
   } else if (alone) {
@@ -87,6 +100,7 @@ app::Exit view(app::Run& run) {
   for (const Session::Upload& upload : session.uploads) {
     run.result["uploads"].push_back({{"texels", upload.texels}, {"seconds", upload.seconds}});
   }
+  run.result["title"] = viewer.title();
   if (options.given("screenshot")) {
     viewer.screenshot(options.text("screenshot"));
     run.result["outputs"] = {options.text("screenshot")};

@@ -4,141 +4,15 @@
 
 #include <algorithm>
 #include <climits>
-#include <cmath>
 #include <thread>
 
-#include "shell/arguments.h"
 #include "mq/base/error.h"
 #include "mq/io/bytes.h"
 #include "mq/io/model.h"
+#include "script_words.h"
 
 namespace mq::view {
 namespace {
-
-struct Command {
-  const char* name;
-  int least, most;  ///< words after it
-  const char* use;
-};
-
-constexpr int any = 1000;
-
-constexpr Command commands[] = {
-    {"view", 1, 1, "view NAME or view AZIMUTH,ELEVATION"},
-    {"home", 0, 0, "home"},
-    {"look-at", 2, 2, "look-at X,Y,Z EXTENT"},
-    {"turn", 2, 2, "turn RIGHT UP (degrees)"},
-    {"zoom", 1, 1, "zoom FACTOR"},
-    {"atlas", 1, 3, "atlas home, atlas TEXTURE or atlas TEXTURE COLUMN,ROW ZOOM"},
-    {"show", 1, 1, "show WHAT"},
-    {"overlay", 2, 2, "overlay seams|wires|charts on|off"},
-    {"light", 1, 1, "light on|off"},
-    {"exposure", 1, 1, "exposure STOPS"},
-    {"channel", 1, 1, "channel NUMBER"},
-    {"range", 1, 1, "range LOW,HIGH or range whole"},
-    {"map", 1, 1, "map sequential|diverging"},
-    {"isolines", 1, 1, "isolines COUNT"},
-    {"wipe", 1, 1, "wipe FRACTION or wipe off"},
-    {"hover", 3, 3, "hover surface|atlas X Y"},
-    {"click", 3, 3, "click surface|atlas X Y"},
-    {"drag", 5, any, "drag surface|atlas X Y X Y ..."},
-    {"turn-by-mouse", 5, 5, "turn-by-mouse surface X Y X Y"},
-    {"wheel", 4, 4, "wheel surface|atlas X Y STEPS"},
-    {"tool", 1, 1, "tool NAME"},
-    {"frame", 1, 1, "frame NUMBER"},
-    {"play", 1, 1, "play COUNT"},
-    {"open", 1, any, "open FILE ..."},
-    {"drop", 1, any, "drop FILE ..."},
-    {"answer", 1, 1, "answer yes|no"},
-    {"stop", 0, 0, "stop"},
-    {"close", 0, 0, "close"},
-    {"wait", 0, 0, "wait"},
-    {"frames", 1, 1, "frames COUNT"},
-    {"screenshot", 1, 2, "screenshot FILE [surface|atlas]"},
-    {"quit", 0, 0, "quit"},
-    // What tools do.
-    {"set", 2, any, "set OPTION VALUE"},
-    {"brush", 1, 1, "brush sharpen|smooth|erase"},
-    {"size", 1, 1, "size LENGTH"},
-    {"strength", 1, 1, "strength NUMBER"},
-    {"stroke", 1, any, "stroke X,Y,Z X,Y,Z ..."},
-    {"fill", 1, 1, "fill everywhere|nowhere"},
-    {"source", 1, 1, "source X,Y,Z"},
-    {"with", 1, any, "with FILE ..."},
-    {"photograph", 1, 1, "photograph NUMBER or photograph best"},
-    {"region", 1, 1, "region brush|chart"},
-    {"save-labels", 1, 1, "save-labels FILE"},
-    {"stage", 1, 1, "stage NUMBER or stage last"},
-    {"undo", 0, 0, "undo"},
-    {"redo", 0, 0, "redo"},
-    {"save-texture", 1, 2, "save-texture FILE [behind]"},
-    {"save-mask", 1, 1, "save-mask FILE"},
-    {"copy-command", 0, 1, "copy-command [FILE]"},
-};
-
-/// Words between spaces; "in quotes" is one.
-std::vector<std::string> words_of(const std::string& line) {
-  std::vector<std::string> words;
-  bool quoted = false, inside = false;
-  for (const char c : line) {
-    if (c == '"') {
-      if (!inside) words.emplace_back();
-      quoted = !quoted, inside = true;
-    } else if (!quoted && (c == ' ' || c == '\t' || c == '\r')) {
-      inside = false;
-    } else if (!quoted && !inside && c == '#') {
-      break;
-    } else {
-      if (!inside) words.emplace_back();
-      words.back() += c, inside = true;
-    }
-  }
-  require(!quoted, "a quotation mark is missing");
-  return words;
-}
-
-void check(const std::vector<std::string>& words) {
-  std::vector<std::string> names;
-  for (const Command& command : commands) {
-    names.emplace_back(command.name);
-    if (words[0] != command.name) continue;
-    const int count = int(words.size()) - 1;
-    require(count >= command.least && count <= command.most,
-            fmt::format("'{}' has {} words after it, wanted: {}", words[0], count, command.use));
-    return;
-  }
-  throw InvalidInput(
-      fmt::format("there is no command '{}'{}", words[0], did_you_mean(words[0], names)));
-}
-
-double number(const std::string& word, double least, double most) {
-  const auto parsed = app::parse_numbers(word, 1);
-  require(parsed && parsed->front() >= least && parsed->front() <= most,
-          fmt::format("found '{}', wanted a number from {:g} to {:g}", word, least, most));
-  return parsed->front();
-}
-
-int whole(const std::string& word, int least, int most) {
-  const double value = number(word, least, most);
-  require(value == std::floor(value), fmt::format("found '{}', wanted a whole number", word));
-  return int(value);
-}
-
-std::vector<double> numbers(const std::string& word, std::size_t count, const char* wanted) {
-  const auto parsed = app::parse_numbers(word, count);
-  require(parsed.has_value(), fmt::format("found '{}', wanted {}", word, wanted));
-  return *parsed;
-}
-
-int one_of(const std::string& word, const std::vector<std::string>& choices) {
-  const auto found = std::ranges::find(choices, word);
-  std::string list;
-  for (const std::string& choice : choices) list += (list.empty() ? "" : ", ") + choice;
-  require(found != choices.end(), fmt::format("found '{}', wanted one of {}", word, list));
-  return int(found - choices.begin());
-}
-
-bool is_on(const std::string& word) { return one_of(word, {"off", "on"}) == 1; }
 
 /// The hands of the person who is not there.
 class Player {
@@ -149,7 +23,9 @@ class Player {
 
   void play(const ScriptLine& line) {
     const std::vector<std::string>& words = line.words;
-    if (camera(words) || looks(words) || mouse(line) || window(words)) return;
+    require(!session_.empty || !wants_model(words[0]),
+            fmt::format("'{}': there is no model yet: open one first, with 'open FILE'", words[0]));
+    if (camera(words) || looks(words) || mouse(line) || window(words) || person(words)) return;
     require(viewer_.tool() != nullptr,
             fmt::format("'{}' is something that a tool does: take one first, with 'tool NAME'",
                         words[0]));
@@ -208,12 +84,21 @@ class Player {
   }
 
  private:
+  static bool wants_model(const std::string& command) {
+    constexpr const char* without[] = {"open",   "drop", "sample", "recent",     "answer", "close",
+                                       "wait",   "stop", "frames", "screenshot", "quit",   "theme",
+                                       "key"};
+    return std::ranges::find(without, command) == std::end(without);
+  }
+
   bool camera(const std::vector<std::string>& words) {
     Turntable& camera = session_.camera;
     if (words[0] == "view") {
       viewer_.look(parse_view(words[1]));
     } else if (words[0] == "home") {
       viewer_.home();
+    } else if (words[0] == "up") {
+      viewer_.set_up(View::Up(one_of(words[1], {"y", "z"})));
     } else if (words[0] == "look-at") {
       const auto place = numbers(words[1], 3, "three coordinates");
       camera.look_at({place[0], place[1], place[2]}, number(words[2], 1e-30, 1e30));
@@ -321,25 +206,21 @@ class Player {
     if (words[0] == "tool") {
       wait();
       viewer_.take_tool(words[1]);
-    } else if (words[0] == "open") {
+    } else if (words[0] == "open" || words[0] == "sample" || words[0] == "recent") {
       wait();
-      viewer_.open({words.begin() + 1, words.end()});
+      if (words[0] == "open") viewer_.open({words.begin() + 1, words.end()});
+      if (words[0] == "sample") viewer_.open_sample(words[1]);
+      if (words[0] == "recent") recent(whole(words[1], 1, 1000));
       wait_for_loading();
     } else if (words[0] == "drop") {
       viewer_.set_asking(Viewer::Asking::person);
       viewer_.open({words.begin() + 1, words.end()});
     } else if (words[0] == "answer") {
-      wait_for_loading();
-      require(!viewer_.question().empty(), "there is nothing to answer: nothing was asked");
-      viewer_.answer(one_of(words[1], {"no", "yes"}) == 1);
-      viewer_.set_asking(Viewer::Asking::nobody);
-      wait_for_loading();
+      answer(words[1]);
     } else if (words[0] == "close") {
       viewer_.set_asking(Viewer::Asking::person);
-      for (viewer_.close(); !viewer_.closed() && viewer_.waits();) {
-        frame();
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      }
+      viewer_.close();
+      wait_for_saving();
     } else if (words[0] == "stop") {
       viewer_.cancel_loading();
       if (viewer_.tool() != nullptr) viewer_.tool()->stop();
@@ -355,6 +236,59 @@ class Player {
     } else {
       return false;
     }
+    return true;
+  }
+
+  void recent(int number) {
+    const std::vector<std::string>& files = viewer_.recent();
+    require(number <= int(files.size()),
+            fmt::format("recent: found {}, and {} models were opened before", number, files.size()));
+    viewer_.open({files[std::size_t(number - 1)]});
+  }
+
+  void answer(const std::string& word) {
+    wait_for_loading();
+    require(!viewer_.question().empty(), "there is nothing to answer: nothing was asked");
+    const int which = one_of(word, {"no", "yes", "save"});
+    if (which == 2)
+      viewer_.answer_save();
+    else
+      viewer_.answer(which == 1);
+    wait_for_saving();
+    viewer_.set_asking(Viewer::Asking::nobody);
+    wait_for_loading();
+  }
+
+  void wait_for_saving() {
+    while (!viewer_.closed() && viewer_.waits()) {
+      frame();
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  }
+
+  /// What a person does with keys and buttons that are no tool's.
+  bool person(const std::vector<std::string>& words) {
+    if (words[0] == "task") {
+      wait();
+      std::vector<std::string> names;
+      for (const TaskWords& task : task_words) names.emplace_back(task.name);
+      viewer_.take_task(Task(one_of(words[1], names)));
+    } else if (words[0] == "key") {
+      require(viewer_.use_key(words[1]), fmt::format("the key '{}' does nothing here", words[1]));
+    } else if (words[0] == "theme") {
+      viewer_.set_theme(Theme(one_of(words[1], theme_names)));
+    } else if (words[0] == "history") {
+      wait();
+      viewer_.go_to_stroke(std::size_t(whole(words[1], 0, INT_MAX)));
+    } else if (words[0] == "picture") {
+      session_.run.will_write({words[1]});
+      frame();
+      viewer_.write_picture(words[1], Pane(one_of(words[2], {"surface", "atlas"})),
+                            words.size() > 3 ? whole(words[3], 1, 8) : 1);
+    } else {
+      return false;
+    }
+    frame();
     return true;
   }
 
@@ -428,7 +362,7 @@ Script::Script(const std::filesystem::path& file) : file_(file) {
     try {
       ScriptLine line{number, words_of(text.substr(begin, end - begin))};
       if (!line.words.empty()) {
-        check(line.words);
+        check_command(line.words);
         lines_.push_back(std::move(line));
       }
     } catch (const InvalidInput& error) {

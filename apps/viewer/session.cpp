@@ -8,13 +8,21 @@
 #include "shell/verb.h"
 
 namespace mq::view {
+
 Session::Session(app::Run& the_run, std::unique_ptr<LoadedModel> first)
     : run(the_run), opened(the_run.options()) {
-  open(std::move(first));
+  const bool is_there = first != nullptr;
+  open(is_there ? std::move(first)
+                : std::make_unique<LoadedModel>(TexturedModel(), TextureSet::largest_side(), Progress()));
+  empty = !is_there;
   run.terminal().set_listener([this](const std::string& text) {
     const std::lock_guard lock(heard_mutex_);
     heard_.push_back(text);
   });
+}
+
+/// What the first model has most of.
+void Session::choose_paint() {
   using enum Look::Paint;
   look.paint = before != nullptr                  ? texture
                : scene->model.colors.channels > 0 ? vertex_colours
@@ -37,6 +45,7 @@ void Session::open(std::unique_ptr<LoadedModel> other) {
   if (other->opened) opened = *other->opened;
   sequence = other->sequence;
   frame = other->frame;
+  if (std::exchange(empty, false)) choose_paint();
   if (scene->atlas) atlas.texture = std::min(atlas.texture, int(scene->atlas->textures.size()) - 1);
 }
 
@@ -88,6 +97,11 @@ std::string Session::lacking_for(Look::Paint paint) const {
 void Session::say(const std::string& text) {
   run.terminal().remark(text);
   listen();
+}
+
+void Session::refuse(const std::string& text) {
+  refusal = text;
+  say(text);
 }
 
 void Session::listen() {

@@ -1,6 +1,7 @@
 #pragma once
 /// What the panes and the tools of one open model share.
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -22,6 +23,7 @@
 namespace mq::view {
 
 struct Session {
+  /// Without a first model the window is `empty` until one is opened.
   Session(app::Run& the_run, std::unique_ptr<LoadedModel> first);
   ~Session() { run.terminal().set_listener({}); }
   Session(const Session&) = delete;
@@ -37,6 +39,7 @@ struct Session {
   app::Run& run;        ///< of the verb view
   OptionValues opened;  ///< its options, with the files that are open now
   int openings = 0;     ///< how often another model took the place of one
+  bool empty = true;    ///< there is no model yet: the scene has no triangle
   std::unique_ptr<const TexturedModel> scene;
   std::unique_ptr<mq::Scene> rays;
   std::unique_ptr<TrianglesAt> triangles_at;  ///< null: there is no atlas
@@ -67,6 +70,7 @@ struct Session {
     Stopwatch since;
   };
   std::vector<News> news;  ///< the last few
+  std::string refusal;     ///< why the last thing that a person wanted was not done; empty: it was
   int messages = 0;        ///< how many there were
 
   /// What of the textures is in front: `after` right of the wipe.
@@ -75,6 +79,10 @@ struct Session {
   const VertexSignal* shown_colours() const;
   /// Whether there is something on the left of the wipe.
   bool compares() const { return before || result_colours; }
+  /// Asks a person for files, and gives them to `then` unless another tool was taken meanwhile; the
+  /// window sets it.
+  std::function<void(std::function<void(const std::vector<std::string>&)> then)> ask_for_files;
+
   /// Puts a result in front; null: none.
   void show(std::shared_ptr<TextureSet> textures, std::shared_ptr<const VertexSignal> colours);
   /// Changes what is painted on until `reset_shown`, or until a person chooses something else.
@@ -85,6 +93,8 @@ struct Session {
   std::string lacking_for(Look::Paint paint) const;
   /// Says something at the bottom of the window and on standard error.
   void say(const std::string& text);
+  /// The same of what went wrong, which stays in sight until it is put away.
+  void refuse(const std::string& text);
   /// Takes over what was remarked since the last time; once a picture.
   void listen();
   /// A name of the kind of `name` that no file has yet: out.png, out_2.png, ...
@@ -96,6 +106,7 @@ struct Session {
   std::mutex heard_mutex_;
   std::vector<std::string> heard_;                               ///< guarded
   std::optional<std::pair<Look::Paint, Look::Paint>> shown_as_;  ///< and what was shown before
+  void choose_paint();
 };
 
 /// Whether textures hold more than pictures of whole numbers can: floating point.

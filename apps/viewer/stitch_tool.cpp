@@ -11,6 +11,7 @@
 #include "controls.h"
 #include "mq/base/error.h"
 #include "shell/arguments.h"
+#include "theme.h"
 
 namespace mq::view {
 
@@ -18,13 +19,27 @@ void StitchTool::panel() {
   if (ready_) {
     forget_others();
     choices();
+  } else {
+    remark(with_cameras_ ? "Name the cameras' file, then begin; then paint on the model from which "
+                           "photograph it comes."
+                         : "Name photographs that are textures of this model, then begin; then paint "
+                           "on the model from which of them it comes.");
+    if (ImGui::Button(with_cameras_ ? "choose cameras ..." : "choose photographs ...", {-1, 0}))
+      tried(session_, [&] {
+        session_.ask_for_files([this](const std::vector<std::string>& files) {
+          change(photographs_option(), files);
+        });
+      });
   }
   VerbTool::panel();
 }
 
+std::string StitchTool::chosen_name() const {
+  return photograph_ == unseen ? "best" : names_[std::size_t(photograph_)];
+}
+
 void StitchTool::choices() {
-  const std::string now = photograph_ == unseen ? "best" : names_[std::size_t(photograph_)];
-  if (ImGui::BeginCombo("photograph", now.c_str())) {
+  if (ImGui::BeginCombo("photograph", chosen_name().c_str())) {
     if (ImGui::Selectable("best", photograph_ == unseen)) photograph_ = unseen;
     for (int i = 0; i < int(names_.size()); ++i)
       if (ImGui::Selectable(names_[std::size_t(i)].c_str(), photograph_ == i)) photograph_ = i;
@@ -33,14 +48,28 @@ void StitchTool::choices() {
   int region = int(region_);
   ImGui::RadioButton("brush", &region, 0);
   ImGui::SameLine();
-  ImGui::RadioButton("chart", &region, 1);
+  ImGui::RadioButton("whole chart", &region, 1);
   region_ = Region(region);
   if (region_ == Region::brush) edit_brush(size_, brush_size(), session_.scene->surface.area);
   if (ImGui::Button("undo")) undo();
   ImGui::SameLine();
   if (ImGui::Button("redo")) redo();
-  if (ask_to_save("labels", labels_name_)) tried(session_, [&] { save_labels(labels_name_); });
+  if (ask_to_save("choice", labels_name_)) tried(session_, [&] { save_labels(labels_name_); });
   ImGui::Separator();
+}
+
+Tool::History StitchTool::history() const {
+  History all{{}, undo_.size()};
+  for (const Stroke& stroke : undo_) all.strokes.push_back(stroke.name);
+  for (auto stroke = redo_.rbegin(); stroke != redo_.rend(); ++stroke)
+    all.strokes.push_back(stroke->name);
+  return all;
+}
+
+void StitchTool::scale_brush(double factor) {
+  if (!ready_) return;
+  const double percent = 100 * factor * brush_size() / std::sqrt(session_.scene->surface.area);
+  size_ = {std::clamp(percent, 0.1, 50.0), Length::Unit::percent};
 }
 
 void StitchTool::press(const Pick& pick) {
@@ -183,6 +212,7 @@ void StitchTool::give(const std::vector<int>& unknowns, const std::vector<int>& 
 void StitchTool::end_stroke() {
   last_.reset();
   if (stroke_.unknowns.empty()) return;
+  stroke_.name = chosen_name();
   undo_.push_back(std::move(stroke_));
   stroke_ = {};
   redo_.clear();

@@ -36,11 +36,20 @@ class StitchTool : public VerbTool {
   bool takes_mouse() const override { return ready_; }
   void undo() override;
   void redo() override;
+  History history() const override;
+  void scale_brush(double factor) override;
   double brush_radius() const override {
     return ready_ && region_ == Region::brush ? brush_size() : 0;
   }
 
   bool command(const std::vector<std::string>& words) override;
+  /// The labels, where what was chosen is not saved.
+  void save() override {
+    if (is_saved())
+      VerbTool::save();
+    else
+      save_labels(labels_name_);
+  }
   std::string unsaved() const override {
     return is_saved() ? "" : "which photographs were chosen for the tool " + name();
   }
@@ -51,12 +60,14 @@ class StitchTool : public VerbTool {
   enum class Region { brush, chart };
   struct Stroke {
     std::vector<int> unknowns, before, after;
+    std::string name = {};  ///< for a person
   };
 
   double brush_size() const;
 
   // On the window's thread.
   void choices();
+  std::string chosen_name() const;
   void give_at(const Vector3& place);
   void give_along(const Vector3& from, const Vector3& to);
   void give(const std::vector<int>& unknowns, const std::vector<int>& photographs);

@@ -27,8 +27,17 @@ class Tool {
   /// Takes the last stroke back, and does it again.
   virtual void undo() {}
   virtual void redo() {}
+  /// All strokes in their order, of which the first `done` are done and the others were taken back.
+  struct History {
+    std::vector<std::string> strokes;
+    std::size_t done = 0;
+  };
+  virtual History history() const { return {}; }
   /// Model units around the mouse that a press changes; 0: it changes a place.
   virtual double brush_radius() const { return 0; }
+  virtual void scale_brush(double) {}
+  /// What it knows of a place, in words; empty: nothing.
+  virtual std::string reading(const Pick&) const { return {}; }
 
   /// What shows its result where the model as it was opened has nothing of the kind; nothing: it is
   /// shown as it is.
@@ -52,6 +61,9 @@ class Tool {
   /// The file that it is writing, or will write as soon as it can; empty: none. It is given up, not half
   /// written, where the tool is stopped before.
   virtual std::string saving() const { return {}; }
+  /// Begins to save what it made under the name that its panel shows; what `unsaved` says of, if there is
+  /// something. Throws as saving does.
+  virtual void save() {}
   /// What would be lost with the tool, as it is said to a person; empty: nothing.
   virtual std::string unsaved() const { return {}; }
 

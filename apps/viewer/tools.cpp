@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "compare_tool.h"
 #include "filter_tool.h"
 #include "mq/base/error.h"
 #include "mq/base/options.h"
@@ -12,15 +13,16 @@
 namespace mq::view {
 
 const std::vector<std::string>& tool_names() {
-  static const std::vector<std::string> names = {"none",  "filter",     "geodesic", "lic",
-                                                 "shock", "denoise",    "stitch",   "texture",
-                                                 "react", "seams",      "interpolate"};
+  static const std::vector<std::string> names = {
+      "none",   "filter",  "geodesic", "lic",   "shock",       "denoise",
+      "stitch", "texture", "react",    "seams", "interpolate", "compare"};
   return names;
 }
 
 std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "none") return nullptr;
   if (name == "filter" && can_be_painted(session)) return std::make_unique<FilterTool>(session);
+  if (name == "compare") return make_compare_tool(session);
   if (name == "geodesic") return make_geodesic_tool(session);
   if (name == "shock") return make_shock_tool(session);
   if (name == "stitch" || name == "texture") return make_stitch_tool(name, session);

@@ -20,6 +20,8 @@
 #include "shell/results.h"
 #include "options/signal_options.h"
 #include "shell/verb.h"
+#include "tasks.h"
+#include "theme.h"
 
 namespace mq::view {
 namespace {
@@ -131,19 +133,38 @@ std::string VerbTool::in_force(const std::string& option) const {
   return {};
 }
 
+void VerbTool::edit_option(const std::string& option) {
+  tried(session_, [&] {
+    OptionValues edited = options_;
+    if (edit(edited, option, in_force(option)))
+      change(option, edited.given(option) ? edited.texts(option) : std::vector<std::string>{});
+  });
+}
+
 void VerbTool::panel() {
+  const std::vector<std::string>& first = first_options(verb_);
+  const std::vector<std::string> shown = shown_options();
+  for (const std::string& option : first)
+    if (std::ranges::count(shown, option) > 0) edit_option(option);
+  if (!has_run_ && !busy() && complete() && ImGui::Button(run_words(verb_).c_str(), {-1, 0}))
+    tried(session_, [&] { run(); });
   stage_controls();
-  for (const std::string& option : shown_options())
-    tried(session_, [&] {
-      OptionValues edited = options_;
-      if (edit(edited, option, in_force(option)))
-        change(option, edited.given(option) ? edited.texts(option) : std::vector<std::string>{});
-    });
-  if (!failure_.empty())
-    ImGui::TextWrapped("What is shown has other options: %s", failure_.c_str());
-  if (ask_to_save(at_vertices_ ? "model" : "texture", texture_name_))
-    tried(session_, [&] { save(texture_name_); });
+  if (!failure_.empty()) remark("What is shown has other options: " + failure_);
+  if (has_run_) {
+    if (ask_to_save(at_vertices_ ? "model" : "texture", texture_name_))
+      tried(session_, [&] { save(texture_name_); });
+  }
+  if (!ImGui::CollapsingHeader("more")) return;
+  for (const std::string& option : shown)
+    if (std::ranges::count(first, option) == 0) edit_option(option);
   copy_button(session_, [&] { return as_command(); });
+}
+
+/// With the options as they are.
+void VerbTool::run() {
+  require_complete();
+  failure_.clear();
+  make_again();
 }
 
 std::string VerbTool::as_command() const {
@@ -193,6 +214,8 @@ bool VerbTool::command(const std::vector<std::string>& words) {
       change(words[1], {});
     else
       change(words[1], {words.begin() + 2, words.end()});
+  } else if (words[0] == "run") {
+    run();
   } else if (words[0] == "stage") {
     std::size_t newest = 0;
     {
@@ -287,6 +310,7 @@ void VerbTool::frame() {
       const std::lock_guard lock(stages_mutex_);
       other_run_ = at_newest_ = true;
     }
+    has_run_ = true;
     before_make(options_);
     background_.start(
         [this, options = options_](const Progress& progress) { make(options, progress); });
@@ -387,12 +411,11 @@ void VerbTool::stage_controls() {
     count = int(stages_.size());
     if (stage < count) name = stages_[stage_].name;
   }
-  ImGui::BeginDisabled(count < 2);  // where it is, so that what is below stays where it is
+  if (count < 2) return;
   if (ImGui::SliderInt("stage", &stage, 0, std::max(1, count - 1), name.c_str(),
                        ImGuiSliderFlags_AlwaysClamp) &&
       stage < count)
     choose_stage(std::size_t(stage));
-  ImGui::EndDisabled();
 }
 
 void VerbTool::choose_stage(std::size_t stage) {

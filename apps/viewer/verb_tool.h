@@ -15,7 +15,7 @@
 
 namespace mq::view {
 
-/// The verb itself runs, behind the window, whenever an option was changed.
+/// The verb itself runs, behind the window, once that is asked for and whenever an option was changed.
 ///
 /// Of models without pictures geodesic, lic and react need the shape alone, and filter, denoise and
 /// shock work on colours at vertices: what verbs write into a model's file is then shown as its
@@ -41,6 +41,7 @@ class VerbTool : public Tool {
   std::string step() const override { return background_.step(); }
   void stop() override;
   void cancel() override;
+  void save() override { save(texture_name_); }
   std::string saving() const override { return saves_.empty() ? "" : saves_.front().path; }
   nlohmann::ordered_json report() const override;
 
@@ -96,6 +97,8 @@ class VerbTool : public Tool {
 
  private:
   void save(const std::string& path);
+  void run();
+  void edit_option(const std::string& option);
   std::string as_command() const;
   void refuse_as_the_verb() const;
   std::vector<std::string> shown_options() const;
@@ -104,7 +107,8 @@ class VerbTool : public Tool {
   std::string verb_;
   bool at_vertices_ = false;
   std::filesystem::path folder_;  ///< for results on their way to the window
-  bool stale_ = true, stopped_ = false;
+  bool stale_ = false, stopped_ = false;
+  bool has_run_ = false;
   std::string failure_;  ///< of the last run, if it failed
   struct Save {
     std::string path;

@@ -11,6 +11,7 @@
 #include "mq/base/error.h"
 #include "mq/image/resample.h"
 #include "mq/io/picture_check.h"
+#include "recent.h"
 #include "tools.h"
 #include "window_flags.h"
 
@@ -21,7 +22,15 @@ constexpr float panel_width = 300, status_height = 24;
 
 }  // namespace
 
-Viewer::Viewer(Session& session, Display& display) : session_(session), display_(display) {}
+Viewer::Viewer(Session& session, Display& display, double scale, Theme theme)
+    : session_(session), display_(display), scale_(scale) {
+  set_theme(theme);
+  if (session.sequence) task_ = Task::play;
+  recent_ = recent_files();
+  session.ask_for_files = [this](std::function<void(const Files&)> then) {
+    ask_for_files(std::move(then));
+  };
+}
 
 Viewer::~Viewer() {
   if (tool_) tool_->stop();
@@ -30,7 +39,11 @@ Viewer::~Viewer() {
 const std::vector<std::string>& Viewer::tool_names() { return view::tool_names(); }
 
 void Viewer::take_tool(const std::string& name) {
-  if (name == tool_name_) return;
+  if (name == tool_name_) {
+    task_ = task_of(name);
+    return;
+  }
+  require(!session_.empty, "there is no model to work on: open one first");
   unless_lost("take the tool " + name, [this, name] { change_tool(name); });
 }
 
@@ -39,11 +52,59 @@ void Viewer::change_tool(const std::string& name) {
   std::unique_ptr<Tool> taken = make_tool(name, session_);
   if (tool_) tool_->stop();
   tool_.reset();
+  on_chosen_ = {};  // which may be the tool's
+  asking_path_ = false;
   session_.reset_shown();
   tool_ = std::move(taken);
   tool_name_ = name;
+  task_ = task_of(name);
   if (!tool_) return;
   if (const auto paint = tool_->shown_as()) session_.show_as(*paint);
+}
+
+/// What only looks leaves the tool in hand.
+void Viewer::take_task(Task task) {
+  require(!session_.empty, "there is no model to work on: open one first");
+  const auto take = [&](const std::string& tool) {
+    if (tool == tool_name_)
+      task_ = task;
+    else
+      unless_lost(fmt::format("go on to '{}'", task_words[std::size_t(task)].label),
+                  [this, tool, task] {
+                    change_tool(tool);
+                    task_ = task;
+                  });
+  };
+  const bool own = task_of(tool_name_) == task && tool_;
+  if (task != Task::compare && task != Task::picture && std::exchange(wipes_for_task_, false))
+    session_.look.wipe = -1;
+  switch (task) {
+    case Task::compare:
+      if (session_.compares() && session_.look.wipe < 0) {
+        session_.look.wipe = 0.5;
+        wipes_for_task_ = true;
+      }
+      task_ = task;
+      break;
+    case Task::look:
+    case Task::picture: task_ = task; break;
+    case Task::paint: take("filter"); break;
+    case Task::photographs: take(own ? tool_name_ : session_.before ? "texture" : "none"); break;
+    case Task::measure: take("geodesic"); break;
+    case Task::change: take(own ? tool_name_ : "none"); break;
+    case Task::play: take("none"); break;
+  }
+}
+
+void Viewer::set_theme(Theme theme) {
+  theme_ = theme;
+  view::set_theme(theme);
+}
+
+std::string Viewer::title() const {
+  if (session_.empty) return "marquetry";
+  const bool unsaved = tool_ && !tool_->unsaved().empty();
+  return (unsaved ? "* " : "") + session_.scene->model.path.filename().string() + " - marquetry";
 }
 
 void Viewer::frame(const ScriptedInput* scripted) {
@@ -62,6 +123,8 @@ void Viewer::frame(const ScriptedInput* scripted) {
     io.MouseDown[2] = scripted->middle;
     io.MouseWheel = scripted->wheel;
   }
+  trail_ = display_.trail();
+  if (scripted_) trail_.clear();
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
   layout();
@@ -73,47 +136,75 @@ void Viewer::frame(const ScriptedInput* scripted) {
   if (scripted_) session_.frames.push_back({watch.seconds() - drawing_, drawing_});
   if (std::exchange(screenshot_asked_, false))
     tried(session_, [&] {
-      session_.run.will_write({screenshot_name_});
-      screenshot(screenshot_name_);
-      session_.say("wrote " + screenshot_name_);
-      screenshot_name_ = Session::free_file(screenshot_name_);
+      session_.run.will_write({picture_name_});
+      if (picture_of_ == 2)
+        screenshot(picture_name_);
+      else
+        write_picture(picture_name_, Pane(picture_of_), 1 << picture_times_);
+      session_.say("wrote " + picture_name_);
+      picture_name_ = Session::free_file(picture_name_);
     });
+  if (const std::string now = title(); std::exchange(shown_title_, now) != now)
+    display_.set_title(now);
 }
 
 /// Also for a picture of what is shown: a window's framebuffer holds nothing once it was shown.
 void Viewer::draw() const {
   glBindFramebuffer(GL_FRAMEBUFFER, display_.framebuffer());
   glViewport(0, 0, display_.width(), display_.height());
-  glClearColor(0.16F, 0.16F, 0.17F, 1);
+  const ImVec4& ground = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);
+  glClearColor(ground.x, ground.y, ground.z, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
 void Viewer::place_panes() {
   const auto width = float(display_.width()), height = float(display_.height());
-  const float free = width - panel_width, top = height - status_height;
+  const float panel = session_.empty ? 0 : scaled(panel_width);
+  const float free = width - panel, top = height - scaled(status_height);
   const bool with_atlas = session_.scene->atlas.has_value();
-  const int left = int(panel_width),
-            split = with_atlas ? int(panel_width + 0.6F * free) : int(width);
+  const int left = int(panel), split = with_atlas ? int(panel + 0.6F * free) : int(width);
   surface_at_ = {left, 0, std::max(1, split - left - (with_atlas ? 2 : 0)), std::max(1, int(top))};
   atlas_at_ = {split, 0, std::max(1, int(width) - split), std::max(1, int(top))};
 }
 
 void Viewer::layout() {
   place_panes();
-  if (!opened_) {
+  if (!opened_ && !session_.empty) {
     home();
     home_atlas();
     opened_ = true;
   }
   session_.camera.resize(surface_at_.width, surface_at_.height);
+  work();
+  for (TextureSet* set : {session_.before.get(), session_.after.get(), session_.result.get()})
+    if (set != nullptr) with_graphics([&] { upload(*set); });
+  const auto width = float(display_.width()),
+             top = float(display_.height()) - scaled(status_height);
+  if (session_.empty) {
+    start_pane(width, top);
+  } else {
+    panel(scaled(panel_width), top);
+    surface_pane();
+    if (session_.scene->atlas) atlas_pane();
+  }
+  show_refusal(width);
+  use_keys();
+  session_.listen();
+  status_line(top, width);
+  show_keys();
+  path_question();
+  ask_before_losing();
+}
+
+/// What goes on behind the window, and what comes from outside of it.
+void Viewer::work() {
   try {
     play();
     take_loaded();
   } catch (const Error& error) {
     session_.playing = false;
-    error_ = error.what();
-    session_.say(error_);
+    show_error(error.what());
   }
   bool failed = false;
   if (tool_) {
@@ -121,28 +212,18 @@ void Viewer::layout() {
       tool_->frame();
     } catch (const Error& error) {
       failed = true;
-      error_ = error.what();
-      session_.say(error_);
+      show_error(error.what());
     }
   }
   go_on_when_saved(failed);
-  if (const std::vector<std::string> files = display_.dropped(); !files.empty()) {
-    try {
-      open(files);
-    } catch (const Error& error) {
-      session_.say(error.what());
-    }
-  }
-  for (TextureSet* set : {session_.before.get(), session_.after.get(), session_.result.get()})
-    if (set != nullptr) with_graphics([&] { upload(*set); });
-  const auto width = float(display_.width()), top = float(display_.height()) - status_height;
-  panel(panel_width, top);
-  surface_pane();
-  if (session_.scene->atlas) atlas_pane();
-  use_keys();
-  session_.listen();
-  status_line(top, width);
-  ask_before_losing();
+  take_chosen_files();
+  if (const std::vector<std::string> files = display_.dropped(); !files.empty())
+    tried(session_, [&] { take_dropped(files); });
+}
+
+void Viewer::show_error(const std::string& text) {
+  error_ = text;
+  session_.refuse(text);
 }
 
 void Viewer::upload(TextureSet& set) {
@@ -156,22 +237,6 @@ void Viewer::upload(TextureSet& set) {
   session_.uploads.push_back({watch.seconds(), texels});
 }
 
-/// Ctrl+Z takes back, Ctrl+Y or Ctrl+Shift+Z does again; where no text is being written.
-void Viewer::use_keys() {
-  for (const Display::Key key : display_.keys()) {
-    if (!tool_ || !question_.empty() || dragging_ == Dragging::working) continue;
-    if (ImGui::GetIO().WantTextInput) continue;
-    try {
-      if (key == Display::Key::undo)
-        tool_->undo();
-      else
-        tool_->redo();
-    } catch (const Error& error) {
-      session_.say(error.what());
-    }
-  }
-}
-
 /// What was said stays in front for a while, in scripts until the mouse is used; then what is under
 /// the mouse is. Words that are too long for a line take several.
 void Viewer::status_line(float y, float width) {
@@ -179,16 +244,18 @@ void Viewer::status_line(float y, float width) {
   std::string message;
   if (scripted_ && !session_.news.empty()) message = session_.news.back().text;
   for (const Session::News& one : session_.news)
-    if (!scripted_ && one.since.seconds() < seconds)
+    if (!scripted_ && one.since.seconds() < seconds && one.text != session_.refusal)
       message += (message.empty() ? "" : "\n") + one.text;
-  const std::string words = in_words(pick_, session_.pictures->radius());
+  std::string words = in_words(pick_, session_.pictures->radius());
+  if (const std::string known = tool_ && pick_ ? tool_->reading(pick_) : ""; !known.empty())
+    words = known + "  " + words;
   const bool news = !message.empty() && !(scripted_ && mouse_used_since_said_ && !words.empty());
   const std::string& shown = news ? message : words;
-  const float lines = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width - 16).y;
-  const float height = std::max(status_height, lines + 10);
-  ImGui::SetNextWindowPos({0, y + status_height - height});
+  const float lines = ImGui::CalcTextSize(shown.c_str(), nullptr, false, width - scaled(16)).y;
+  const float least = scaled(status_height), height = std::max(least, lines + scaled(8));
+  ImGui::SetNextWindowPos({0, y + least - height});
   ImGui::SetNextWindowSize({width, height});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(8, 5));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(scaled(8), scaled(4)));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
   // In front of the panes, of which several lines cover some.
   ImGui::Begin("status", nullptr,
@@ -196,8 +263,10 @@ void Viewer::status_line(float y, float width) {
                    ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoInputs |
                    ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::PopStyleVar(2);
-  ImGui::PushTextWrapPos(width - 8);
-  if (news) ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 220, 140, 255));
+  ImGui::PushTextWrapPos(width - scaled(8));
+  const ImU32 colour =
+      theme_ == Theme::dark ? IM_COL32(255, 220, 140, 255) : IM_COL32(140, 80, 0, 255);
+  if (news) ImGui::PushStyleColor(ImGuiCol_Text, colour);
   ImGui::TextUnformatted(shown.c_str());
   if (news) ImGui::PopStyleColor();
   ImGui::PopTextWrapPos();
@@ -217,6 +286,32 @@ void Viewer::screenshot(const std::string& path, std::optional<Pane> pane) const
     seen = cropped(seen, at.x, at.y, at.width, at.height);
   }
   write_image(path, seen);
+}
+
+/// Drawn once more, in a canvas of that size.
+void Viewer::write_picture(const std::string& path, Pane pane, int times) {
+  require_screenshot(path);
+  require(!session_.empty, "there is no model to make a picture of: open one first");
+  require(pane == Pane::surface || session_.scene->atlas.has_value(),
+          "the model has no texture coordinates, so no picture of its texture");
+  const Look& look = session_.look;
+  const FalseColour scale =
+      shows_numbers(look) ? session_.pictures->scale_of(look, session_.shown()) : FalseColour{};
+  const ModelPictures::Shown shown{look, scale, session_.before.get(), session_.shown(),
+                                   session_.result_colours};
+  const Rectangle at = place_of(pane);
+  Canvas canvas;
+  canvas.resize(at.width * times, at.height * times);
+  if (pane == Pane::surface) {
+    Turntable camera = session_.camera;
+    camera.resize(at.width * times, at.height * times);
+    session_.pictures->draw_surface(camera, shown, canvas);
+  } else {
+    AtlasView view = session_.atlas;
+    view.zoom *= times;
+    session_.pictures->draw_atlas(view, shown, canvas);
+  }
+  write_image(path, canvas.read());
 }
 
 void require_screenshot(const std::string& path) {

@@ -10,9 +10,12 @@
 #include <vector>
 
 #include "display.h"
+#include "file_chooser.h"
 #include "gl.h"
 #include "mq/base/stopwatch.h"
 #include "session.h"
+#include "tasks.h"
+#include "theme.h"
 #include "tool.h"
 
 namespace mq::view {
@@ -28,8 +31,8 @@ enum class Pane { surface, atlas };
 
 class Viewer {
  public:
-  /// ImGui has a context, and the display's OpenGL context is current.
-  Viewer(Session& session, Display& display);
+  /// ImGui has a context, with sizes for `scale`, and the display's OpenGL context is current.
+  Viewer(Session& session, Display& display, double scale, Theme theme);
   ~Viewer();
 
   /// Takes input, lets the tool work, draws everything.
@@ -37,17 +40,23 @@ class Viewer {
 
   /// Writes what the last frame drew, or one pane of it. Throws as `require_screenshot` does.
   void screenshot(const std::string& path, std::optional<Pane> pane = {}) const;
+  /// Writes what a pane shows, without marks, in `times` as many pixels each way.
+  void write_picture(const std::string& path, Pane pane, int times);
 
   struct Rectangle {
     int x = 0, y = 0, width = 1, height = 1;
   };
   Rectangle place_of(Pane pane) const { return pane == Pane::surface ? surface_at_ : atlas_at_; }
 
-  void home() {
-    session_.camera.look(session_.scene->surface.mesh, {}, surface_at_.width, surface_at_.height);
-  }
-  void look(const View& view) {
+  void home() { look({}); }
+  /// The whole model from there, the upright axis as it was chosen.
+  void look(View view) {
+    view.up = up_;
     session_.camera.look(session_.scene->surface.mesh, view, surface_at_.width, surface_at_.height);
+  }
+  void set_up(View::Up up) {
+    up_ = up;
+    home();
   }
   /// The whole texture.
   void home_atlas();
@@ -55,6 +64,13 @@ class Viewer {
   /// Begins to load a model, or other textures for the one that is open, which is shown until all
   /// of it is there. Throws `InvalidInput` where the files are not one model and its textures.
   void open(const std::vector<std::string>& files);
+
+  /// Begins to make a sample, which is then opened.
+  void open_sample(const std::string& name);
+
+  /// Keeps what is open in mind for another day (`recent_files`).
+  void remember_opened();
+  const std::vector<std::string>& recent() const { return recent_; }
 
   /// Begins to load a frame of the session's sequence, counted from 0. Throws `InvalidInput` while
   /// a tool is in hand.
@@ -75,6 +91,9 @@ class Viewer {
   const std::string& question() const { return question_; }
   /// The answer: whether to go on, and lose it.
   void answer(bool go_on);
+  /// Another answer: to save it first, and then to go on. Throws `InvalidInput` where nothing is asked
+  /// that saving helps with.
+  void answer_save();
 
   /// Whether what a person wants goes on by itself once a file is saved.
   bool waits() const { return bool(on_saved_); }
@@ -82,6 +101,19 @@ class Viewer {
   /// The window was asked to close: it is `closed` then, or once a person has said that it may be.
   void close();
   bool closed() const { return closed_; }
+
+  /// The window's: what is open, with a mark where something is not saved.
+  std::string title() const;
+  /// What a person wants to do; takes a tool for it where it needs another one.
+  void take_task(Task task);
+  Task task() const { return task_; }
+  void set_theme(Theme theme);
+  /// The tool in hand takes strokes back, or does them again, until so many are done.
+  void go_to_stroke(std::size_t count);
+  /// Puts other textures on the right of the wipe.
+  void compare_with(const std::vector<std::string>& files);
+  /// What a key does: "?", "ctrl+s", "f". False where it does nothing.
+  bool use_key(const std::string& key);
 
   const Pick& pick() const { return pick_; }
 
@@ -109,22 +141,58 @@ class Viewer {
   void upload(TextureSet& set);
   void draw() const;
   void change_tool(const std::string& name);
-  void use_keys();
+  void work();
+  void show_error(const std::string& text);
   void status_line(float y, float width);
+  float scaled(float pixels) const { return pixels * float(scale_); }
+
+  // viewer_keys.cpp
+  void use_keys();
+  bool use_command_key(const std::string& key);
+  void show_keys();
+
+  // viewer_start.cpp
+  void start_pane(float width, float height);
+  void open_controls(float width);
+  void sample_controls();
+  void recent_controls();
+  using Files = std::vector<std::string>;
+  void ask_for_files(std::function<void(const Files&)> then);
+  void ask_for_model() {
+    ask_for_files([this](const Files& files) { open(files); });
+  }
+  void take_chosen_files();
+  void take_dropped(const Files& files);
+  void path_question();
+  void take_path();
+  void show_refusal(float width);
 
   // viewer_panel.cpp
   void panel(float width, float height);
-  void view_controls();
-  void number_controls();
-  void sequence_controls();
+  void task_controls();
+  void tool_controls();
+  void history_controls();
   void loading_controls();
-  void file_controls();
+  void panel_footer();
+
+  // viewer_tasks.cpp
+  void look_controls();
+  void more_look_controls();
+  void number_controls();
+  void wipe_controls();
+  void compare_controls();
+  void photograph_controls();
+  void play_controls();
+  void picture_controls();
+  void change_controls();
 
   // viewer_panes.cpp
   std::vector<double> state_of_look(const FalseColour& scale) const;
   void surface_pane();
   void atlas_pane();
   void use_surface_mouse();
+  Pick pick_at(const Display::Point& point) const;
+  void work_along();
   void use_atlas_mouse();
   void mark(const Pick& pick) const;
   void show_legend();
@@ -138,6 +206,7 @@ class Viewer {
   void unless_lost(const std::string& what, std::function<void()> act,
                    std::function<void()> otherwise = {});
   void go_on_when_saved(bool failed);
+  void save_and_go_on();
 
   Session& session_;
   Display& display_;
@@ -157,8 +226,19 @@ class Viewer {
     moving_atlas,
     wiping
   } dragging_ = Dragging::nothing;
+  std::vector<Display::Point> trail_;  ///< of the mouse since the last picture
+  Display::Point worked_at_;           ///< where the tool was with it last
   std::unique_ptr<Tool> tool_;
   std::string tool_name_ = "none";
+  Task task_ = Task::look;
+  View::Up up_ = View::Up::y;
+  double scale_;
+  Theme theme_;
+  std::string shown_title_;
+  FileChooser chooser_;
+  std::function<void(const std::vector<std::string>&)> on_chosen_;  ///< files that a person is asked for
+  bool asking_path_ = false, keys_shown_ = false;
+  bool wipes_for_task_ = false;  ///< the wipe is there because of the task `compare`
   std::string error_;
   Loader loader_;
   int asked_frame_ = -1;  ///< of the sequence, that is being loaded
@@ -168,7 +248,9 @@ class Viewer {
   std::function<void()>
       on_saved_;  ///< the question is whether to wait for it; nothing: it is another
   bool closed_ = false, asked_to_close_ = false;
-  std::string to_open_, screenshot_name_ = Session::free_file("view.png");
+  std::string to_open_, to_compare_, picture_name_ = Session::free_file("view.png");
+  std::vector<std::string> recent_;
+  int picture_of_ = 0, picture_times_ = 0;  ///< model, texture or window; 1, 2 or 4 times
   bool screenshot_asked_ = false;
   bool opened_ = false, scripted_ = false;
   bool mouse_used_since_said_ = false;  ///< by a script

@@ -1,7 +1,9 @@
 // Models, textures and frames of a sequence that are loaded while others are shown.
 #include <fmt/format.h>
 
+#include "controls.h"
 #include "mq/base/error.h"
+#include "recent.h"
 #include "shell/results.h"
 #include "viewer.h"
 
@@ -24,15 +26,31 @@ void Viewer::open_frame(int frame) {
           const Progress& progress) { return load_frame(sequence, frame, largest, progress); });
 }
 
+namespace {
+
+/// Options of the verb view as they were given, without files.
+OptionValues without_files(const OptionValues& given) {
+  OptionValues options(given.table());
+  for (const Option& option : options.table().options())
+    if (given.given(option.name) && option.name != "texture" && option.name != "mesh")
+      options.set(option.name, given.texts(option.name));
+  return options;
+}
+
+}  // namespace
+
+/// The first of pictures without a model is the model, as on the command line.
 void Viewer::open(const std::vector<std::string>& files) {
   std::vector<std::string> meshes, pictures;
   for (const std::string& file : files) (names_mesh(file) ? meshes : pictures).push_back(file);
   require(meshes.size() <= 1, fmt::format("{} models were given, and one is shown", meshes.size()));
-  OptionValues options(session_.opened.table());
-  for (const Option& option : options.table().options())
-    if (session_.opened.given(option.name) && option.name != "texture")
-      options.set(option.name, session_.opened.texts(option.name));
-  if (!meshes.empty()) options.set("mesh", meshes);
+  if (meshes.empty() && session_.empty) {
+    meshes = {pictures.front()};
+    pictures.erase(pictures.begin());
+  }
+  OptionValues options = without_files(session_.opened);
+  if (meshes.empty()) meshes = session_.opened.texts("mesh");
+  options.set("mesh", meshes);
   if (!pictures.empty()) options.set("texture", pictures);
   session_.playing = false;
   loader_.cancel();
@@ -40,6 +58,16 @@ void Viewer::open(const std::vector<std::string>& files) {
                               largest = TextureSet::largest_side()](const Progress& progress) {
     return load_files(options, terminal, largest, progress);
   });
+}
+
+void Viewer::open_sample(const std::string& name) {
+  session_.playing = false;
+  loader_.cancel();
+  loader_.ask("the sample " + name,
+              [name, options = without_files(session_.opened), &terminal = session_.run.terminal(),
+               largest = TextureSet::largest_side()](const Progress& progress) {
+                return load_sample(name, options, terminal, largest, progress);
+              });
 }
 
 void Viewer::take_loaded() {
@@ -61,16 +89,27 @@ void Viewer::take_loaded() {
 void Viewer::adopt(std::unique_ptr<LoadedModel> loaded) {
   const bool other = loaded->opened.has_value();
   if (other) app::will_read_model(session_.run, loaded->scene->model);
-  const bool other_mesh = other && loaded->opened->text("mesh") != session_.opened.text("mesh");
+  const bool other_mesh =
+      other && loaded->opened->texts("mesh") != session_.opened.texts("mesh");
   change_tool("none");
   pick_ = {};
   session_.open(std::move(loaded));
   if (!other) return;
+  session_.refusal.clear();
   app::describe_input(session_.run, *session_.scene);
+  opened_ = true;
+  if (other_mesh && session_.sequence) task_ = Task::play;
+  if (!scripted_) remember_opened();
   session_.say("opened " + session_.scene->model.path.string());
   place_panes();
   if (other_mesh) home();
   home_atlas();
+}
+
+void Viewer::remember_opened() {
+  if (session_.empty) return;
+  tried(session_, [&] { remember(session_.opened.text("mesh")); });
+  recent_ = recent_files();
 }
 
 /// The next frame of what is played is loaded while this one is shown, 25 a second; in scripts one

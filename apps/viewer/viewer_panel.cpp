@@ -1,7 +1,7 @@
-// The panel on the left: how things are shown, the tool, files.
+// The panel on the left: the model, the tasks, what belongs to the one that is chosen, and what goes
+// on.
 #include <fmt/format.h>
 #include <imgui.h>
-#include <imgui_stdlib.h>
 
 #include <algorithm>
 
@@ -11,6 +11,16 @@
 #include "window_flags.h"
 
 namespace mq::view {
+namespace {
+
+/// 27306 as "27,306".
+std::string counted(std::int64_t count) {
+  std::string digits = std::to_string(count);
+  for (int at = int(digits.size()) - 3; at > 0; at -= 3) digits.insert(std::size_t(at), ",");
+  return digits;
+}
+
+}  // namespace
 
 void Viewer::panel(float width, float height) {
   ImGui::SetNextWindowPos({0, 0});
@@ -19,126 +29,88 @@ void Viewer::panel(float width, float height) {
   ImGui::PushItemWidth(width * 0.5F);
   const TexturedModel& scene = *session_.scene;
   ImGui::TextUnformatted(scene.model.path.filename().string().c_str());
-  ImGui::Text("%d triangles, %d vertices", scene.surface.triangle_count(),
-              scene.surface.mesh.vertex_count());
-  if (scene.atlas)
-    ImGui::Text("%d charts, %d seam edges", int(scene.atlas->charts.size()),
-                scene.atlas->seam_count);
+  ImGui::SameLine(width - scaled(80));
+  if (ImGui::SmallButton("open ...")) tried(session_, [&] { ask_for_model(); });
+  remark(fmt::format("{} triangles{}", counted(scene.surface.triangle_count()),
+                     scene.atlas ? fmt::format(", {} charts", counted(std::ssize(scene.atlas->charts)))
+                                 : ", no texture coordinates"));
+  task_controls();
   ImGui::Separator();
-  view_controls();
-  if (session_.sequence) sequence_controls();
-  ImGui::Separator();
-  if (ImGui::BeginCombo("tool", tool_name_.c_str(), ImGuiComboFlags_HeightLarge)) {
-    for (const std::string& name : tool_names())
-      if (ImGui::Selectable(name.c_str(), name == tool_name_)) {
-        try {
-          take_tool(name);
-        } catch (const Error& error) {
-          session_.say(error.what());
-        }
-      }
-    ImGui::EndCombo();
+  remark(task_words[std::size_t(task_)].help);
+  ImGui::PushID("task");
+  switch (task_) {
+    case Task::look: look_controls(); break;
+    case Task::compare: compare_controls(); break;
+    case Task::photographs: photograph_controls(); break;
+    case Task::play: play_controls(); break;
+    case Task::picture: picture_controls(); break;
+    case Task::change: change_controls(); break;
+    case Task::paint:
+    case Task::measure: tool_controls(); break;
   }
-  if (tool_) {
-    ImGui::PushID("tool");  // options have names of their own, such as show
-    tool_->panel();
-    ImGui::PopID();
-    if (tool_->busy()) {
-      ImGui::ProgressBar(float(tool_->fraction()), {-1, 0}, tool_->step().c_str());
-      if (ImGui::Button("stop")) tool_->cancel();
-    }
-  }
+  ImGui::PopID();
   loading_controls();
-  file_controls();
+  panel_footer();
   ImGui::PopItemWidth();
   ImGui::End();
 }
 
-void Viewer::view_controls() {
-  Look& look = session_.look;
-  for (const char* name : {"front", "right", "back", "left", "top"}) {
-    if (ImGui::SmallButton(name)) this->look(parse_view(name));
-    ImGui::SameLine();
-  }
-  if (ImGui::SmallButton("home")) {
-    home();
-    home_atlas();
-  }
-  int paint = int(look.paint);
-  if (ImGui::BeginCombo("show", paint_names[std::size_t(paint)].c_str(),
-                        ImGuiComboFlags_HeightLarge)) {
-    for (std::size_t i = 0; i < paint_names.size(); ++i) {
-      const std::string lacking = session_.lacking_for(Look::Paint(i));
-      const std::string shown = paint_names[i] + (lacking.empty() ? "" : " (no " + lacking + ")");
-      if (ImGui::Selectable(shown.c_str(), int(i) == paint,
-                            lacking.empty() ? 0 : ImGuiSelectableFlags_Disabled))
-        look.paint = Look::Paint(i);
-    }
-    ImGui::EndCombo();
-  }
-  ImGui::Checkbox("light", &look.lit);
-  ImGui::SameLine();
-  ImGui::Checkbox("seams", &look.seams);
-  ImGui::SameLine();
-  ImGui::Checkbox("wires", &look.wires);
-  ImGui::SameLine();
-  ImGui::Checkbox("charts", &look.chart_tint);
-  if (session_.before && session_.before->holds_light(session_.atlas.texture)) {
-    auto stops = float(look.exposure);
-    if (ImGui::SliderFloat("exposure", &stops, -10, 10, "%.2f stops", ImGuiSliderFlags_AlwaysClamp))
-      look.exposure = stops;
-  }
-  if (shows_numbers(look)) number_controls();
-  if (session_.compares()) {
-    bool wiping = look.wipe >= 0;
-    if (ImGui::Checkbox("before | after", &wiping)) look.wipe = wiping ? 0.5 : -1;
-    if (wiping) {
-      auto wipe = float(look.wipe);
-      if (ImGui::SliderFloat("wipe", &wipe, 0, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp))
-        look.wipe = wipe;
-    }
-    if (session_.before && session_.before->size() > 1) {
-      int texture = session_.atlas.texture;
-      if (ImGui::SliderInt("texture", &texture, 0, session_.before->size() - 1, "%d",
-                           ImGuiSliderFlags_AlwaysClamp)) {
-        session_.atlas.texture = texture;
-        home_atlas();
-      }
-    }
+/// Two columns of buttons; the chosen one stands out.
+void Viewer::task_controls() {
+  const float wide = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
+  for (std::size_t i = 0; i < task_words.size(); ++i) {
+    const bool chosen = task_ == Task(i);
+    if (i % 2 == 1) ImGui::SameLine();
+    if (chosen)
+      ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+    if (ImGui::Button(task_words[i].label, {wide, 0})) tried(session_, [&] { take_task(Task(i)); });
+    if (chosen) ImGui::PopStyleColor();
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("%s (key %d)", task_words[i].help, int(i) + 1);
   }
 }
 
-void Viewer::sequence_controls() {
-  const Sequence& sequence = *session_.sequence;
-  int frame = session_.frame;
-  ImGui::Separator();
-  if (loader_.busy() && asked_frame_ >= 0 && !session_.playing) frame = asked_frame_;
-  const std::string number = std::to_string(sequence.number(frame));
-  if (ImGui::SliderInt("frame", &frame, 0, sequence.count() - 1, number.c_str(),
-                       ImGuiSliderFlags_AlwaysClamp)) {
-    try {
-      open_frame(frame);
-    } catch (const Error& error) {
-      session_.say(error.what());
-    }
-  }
-  if (ImGui::Button(session_.playing ? "pause" : "play")) {
-    session_.playing = !session_.playing;
-    if (!session_.playing) loader_.cancel();
+/// Of the tool in hand, with its strokes and its work.
+void Viewer::tool_controls() {
+  if (!tool_) return;
+  ImGui::PushID("tool");  // options have names of their own, such as show
+  tool_->panel();
+  ImGui::PopID();
+  history_controls();
+  const bool changes = task_ == Task::paint || session_.result || session_.result_colours;
+  if (session_.compares() && changes && task_ != Task::compare) wipe_controls();
+  if (!tool_->busy()) return;  // last, so that nothing moves when it comes and goes
+  ImGui::ProgressBar(float(tool_->fraction()), {-1, 0}, tool_->step().c_str());
+  if (ImGui::Button("stop")) tool_->cancel();
+}
+
+/// A list of strokes; one that is pressed is the last that is done.
+void Viewer::history_controls() {
+  const Tool::History history = tool_->history();
+  if (history.strokes.empty()) return;
+  const std::string head = fmt::format("strokes ({})###strokes", history.strokes.size());
+  if (!ImGui::CollapsingHeader(head.c_str())) return;
+  const auto go_to = [&](std::size_t wanted) {
+    tried(session_, [&] { go_to_stroke(wanted); });
+  };
+  if (ImGui::Selectable("as it was opened", history.done == 0)) go_to(0);
+  for (std::size_t i = 0; i < history.strokes.size(); ++i) {
+    const bool taken_back = i >= history.done;
+    if (taken_back)
+      ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    const std::string line = fmt::format("{}: {}", i + 1, history.strokes[i]);
+    if (ImGui::Selectable(line.c_str(), i + 1 == history.done)) go_to(i + 1);
+    if (taken_back) ImGui::PopStyleColor();
   }
 }
 
-/// What dropping files and --screenshot do.
-void Viewer::file_controls() {
-  ImGui::Separator();
-  if (ImGui::InputTextWithHint("open", "a model; pictures", &to_open_,
-                               ImGuiInputTextFlags_EnterReturnsTrue))
-    tried(session_, [&] {
-      const std::vector<std::string> files = parted(to_open_);
-      require(!files.empty(), "name a model, or pictures for this one");
-      open(files);
-    });
-  if (ask_to_save("screenshot", screenshot_name_)) screenshot_asked_ = true;
+void Viewer::go_to_stroke(std::size_t count) {
+  require(tool_ != nullptr, "there are no strokes: nothing is in hand that makes some");
+  const Tool::History history = tool_->history();
+  require(count <= history.strokes.size(),
+          fmt::format("there is no stroke {}: there are {}", count, history.strokes.size()));
+  for (std::size_t at = history.done; at > count; --at) tool_->undo();
+  for (std::size_t at = history.done; at < count; ++at) tool_->redo();
 }
 
 /// What is on its way, once it takes longer than a moment.
@@ -150,21 +122,15 @@ void Viewer::loading_controls() {
   if (ImGui::Button("cancel")) loader_.cancel();
 }
 
-void Viewer::number_controls() {
-  Look& look = session_.look;
-  if (look.paint == Look::Paint::numbers && session_.before)
-    ImGui::SliderInt("channel", &look.channel, 0,
-                     std::max(0, std::min(session_.before->channels(0), 4) - 1), "%d",
-                     ImGuiSliderFlags_AlwaysClamp);
-  ImGui::Checkbox("whole range", &look.automatic_scale);
-  if (!look.automatic_scale) {
-    float range[2] = {float(look.scale.low), float(look.scale.high)};
-    if (ImGui::DragFloat2("range", range, 0.01F) && range[0] < range[1])
-      look.scale.low = range[0], look.scale.high = range[1];
-  }
-  int map = int(look.scale.map);
-  if (ImGui::Combo("map", &map, "sequential\0diverging\0")) look.scale.map = FalseColour::Map(map);
-  ImGui::SliderInt("isolines", &look.scale.isolines, 0, 100, "%d", ImGuiSliderFlags_AlwaysClamp);
+/// At the lower end of the panel, or behind what is longer than it.
+void Viewer::panel_footer() {
+  const float line = ImGui::GetFrameHeightWithSpacing();
+  const float end = ImGui::GetWindowHeight() - line - ImGui::GetStyle().WindowPadding.y;
+  if (ImGui::GetCursorPosY() < end) ImGui::SetCursorPosY(end);
+  if (ImGui::Button("keys: ?")) keys_shown_ = !keys_shown_;
+  ImGui::SameLine();
+  if (ImGui::Button(theme_ == Theme::dark ? "light panels" : "dark panels"))
+    set_theme(theme_ == Theme::dark ? Theme::light : Theme::dark);
 }
 
 }  // namespace mq::view

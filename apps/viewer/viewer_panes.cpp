@@ -104,12 +104,17 @@ void Viewer::use_surface_mouse() {
   if (io.MouseWheel != 0) camera.approach(std::exp(0.15 * double(io.MouseWheel)));
   const float wipe = float(session_.look.wipe) * float(surface_at_.width);
   if (ImGui::IsItemClicked(0)) {
-    const bool on_wipe = session_.look.wipe >= 0 && std::abs(mouse.x - wipe) < 5;
-    dragging_ = on_wipe                                  ? Dragging::wiping
-                : io.KeyShift                            ? Dragging::moving
-                : tool_ && pick_ && tool_->takes_mouse() ? Dragging::working
-                                                         : Dragging::turning;
-    if (dragging_ == Dragging::working) tool_->press(pick_);
+    const bool on_wipe = session_.look.wipe >= 0 && std::abs(mouse.x - wipe) < scaled(5);
+    const bool in_hand = tool_ && tool_->takes_mouse() && task_of(tool_name_) == task_;
+    dragging_ = on_wipe            ? Dragging::wiping
+                : io.KeyShift      ? Dragging::moving
+                : in_hand && pick_ ? Dragging::working
+                                   : Dragging::turning;
+    if (dragging_ == Dragging::working) {
+      const Pick pressed = trail_.empty() ? pick_ : pick_at(trail_.front());
+      worked_at_ = trail_.empty() ? Display::Point{io.MousePos.x, io.MousePos.y} : trail_.front();
+      tool_->press(pressed ? pressed : pick_);
+    }
   } else if (ImGui::IsItemClicked(1)) {
     dragging_ = Dragging::turning;
   } else if (ImGui::IsItemClicked(2)) {
@@ -118,7 +123,7 @@ void Viewer::use_surface_mouse() {
   const bool held = io.MouseDown[0] || io.MouseDown[1] || io.MouseDown[2];
   const bool moved = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
   // With the button up the way since the last picture is still to be gone.
-  if (dragging_ == Dragging::working && moved) tool_->drag(pick_);
+  if (dragging_ == Dragging::working) work_along();
   if (dragging_ == Dragging::wiping && held)
     session_.look.wipe = std::clamp(double(mouse.x) / surface_at_.width, 0.0, 1.0);
   constexpr double degrees_per_pixel = 0.4;
@@ -128,6 +133,35 @@ void Viewer::use_surface_mouse() {
   if (!held) {
     if (dragging_ == Dragging::working) tool_->release();
     dragging_ = Dragging::nothing;
+  }
+}
+
+Pick Viewer::pick_at(const Display::Point& point) const {
+  return pick_on_surface(*session_.scene, *session_.rays,
+                         {session_.shown(), session_.shown_colours()},
+                         session_.camera.ray(double(point.x) - surface_at_.x + 0.5,
+                                             double(point.y) - surface_at_.y + 0.5));
+}
+
+/// The tool follows the mouse over the surface, a few pixels at a time, however far it came since the
+/// last picture: by the places that the window kept, or else straight.
+void Viewer::work_along() {
+  constexpr float step = 4;  // pixels
+  std::vector<Display::Point> way = std::move(trail_);
+  trail_.clear();
+  const ImVec2 mouse = ImGui::GetIO().MousePos;
+  way.push_back({mouse.x, mouse.y});
+  for (const Display::Point& to : way) {
+    const Display::Point from = worked_at_;
+    const float length = std::hypot(to.x - from.x, to.y - from.y);
+    const int count = int(std::ceil(length / step));
+    for (int i = 1; i <= count; ++i) {
+      const float part = float(i) / float(count);
+      tool_->drag(i == count && to.x == mouse.x && to.y == mouse.y
+                      ? pick_
+                      : pick_at({std::lerp(from.x, to.x, part), std::lerp(from.y, to.y, part)}));
+    }
+    worked_at_ = to;
   }
 }
 
@@ -200,19 +234,21 @@ void Viewer::mark(const Pick& pick) const {
   if (pick && session_.camera.shows(pick.point, x, y)) {
     const ImVec2 at{float(surface_at_.x + x), float(surface_at_.y + y)};
     const double depth = (pick.point - session_.camera.eye()).norm();
-    const double brush = tool_ ? tool_->brush_radius() : 0;
+    const bool in_hand = tool_ && task_of(tool_name_) == task_;
+    const double brush = in_hand ? tool_->brush_radius() : 0;
     const float radius =
         brush > 0 ? float(brush / session_.camera.pixel() * session_.camera.distance() / depth) : 5;
-    list->AddCircle(at, radius, IM_COL32(20, 20, 24, 255), 64, 3);
-    list->AddCircle(at, radius, IM_COL32(255, 255, 255, 255), 64, 1);
+    list->AddCircle(at, radius, IM_COL32(20, 20, 24, 255), 64, scaled(3));
+    list->AddCircle(at, radius, IM_COL32(255, 255, 255, 255), 64, scaled(1));
   }
   if (session_.look.wipe >= 0 && session_.compares()) {
     const float column =
         float(surface_at_.x) + float(session_.look.wipe) * float(surface_at_.width);
     const auto bottom = float(surface_at_.y + surface_at_.height);
     list->AddLine({column, float(surface_at_.y)}, {column, bottom}, IM_COL32(20, 20, 24, 255), 1);
-    outlined_text(list, {column - 48, float(surface_at_.y) + 6}, "before");
-    outlined_text(list, {column + 8, float(surface_at_.y) + 6}, "after");
+    const float top = float(surface_at_.y) + scaled(6), beside = scaled(8);
+    outlined_text(list, {column - beside - ImGui::CalcTextSize("before").x, top}, "before");
+    outlined_text(list, {column + beside, top}, "after");
   }
 }
 
@@ -226,7 +262,7 @@ void Viewer::show_legend() {
     legend_of_ = now;
     LegendOptions wanted;
     wanted.height = std::max(120, surface_at_.height * 3 / 5);
-    wanted.text_scale = 1;
+    wanted.text_scale = std::max(1, int(std::lround(scale_)));
     wanted.title = look.paint == Look::Paint::stretch   ? "stretch"
                    : look.paint == Look::Paint::density ? "log2 of area"
                                                         : fmt::format("channel {}", look.channel);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "controls.h"
 #include "mq/base/error.h"
 #include "viewer.h"
 
@@ -14,9 +15,10 @@ void Viewer::unless_lost(const std::string& what, std::function<void()> act,
     on_yes_ = act;
     on_no_ = otherwise;
     if (saving.empty()) {
-      question_ = fmt::format("To {} loses {}, which is not saved.", what, unsaved);
+      question_ = fmt::format("You have not saved {}. It is lost if you {}.", unsaved, what);
     } else {
-      question_ = fmt::format("{} is saved first. To {} at once gives it up.", saving, what);
+      question_ =
+          fmt::format("{} is being saved first. It is given up if you {} at once.", saving, what);
       on_saved_ = [this, what, act, otherwise] { unless_lost(what, act, otherwise); };
     }
     return;
@@ -46,6 +48,24 @@ void Viewer::answer(bool go_on) {
   }
 }
 
+void Viewer::answer_save() {
+  require(!question_.empty() && !on_saved_ && tool_ && !tool_->unsaved().empty(),
+          "there is nothing to save first: nothing unsaved is asked for");
+  save_and_go_on();
+}
+
+/// Where it cannot be saved the question stays.
+void Viewer::save_and_go_on() {
+  tool_->save();
+  const std::string file = tool_->saving();
+  question_ = file + " is being saved.";
+  on_saved_ = [this, act = std::move(on_yes_), otherwise = on_no_] {
+    if (!tool_ || tool_->unsaved().empty()) return act();
+    if (otherwise) otherwise();
+  };
+  on_yes_ = {};
+}
+
 void Viewer::close() {
   if (!question_.empty() && !asked_to_close_) answer(false);
   if (question_.empty()) {
@@ -57,21 +77,31 @@ void Viewer::close() {
 
 void Viewer::ask_before_losing() {
   constexpr const char* title = "not saved";
-  if (question_.empty()) return;
+  const bool can_save = !on_saved_ && tool_ && !tool_->unsaved().empty();
+  if (question_.empty()) {
+    if (ImGui::BeginPopupModal(title)) {  // a key answered it
+      ImGui::CloseCurrentPopup();
+      ImGui::EndPopup();
+    }
+    return;
+  }
   if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
   const ImVec2 middle{float(display_.width()) / 2, float(display_.height()) / 2};
   ImGui::SetNextWindowPos(middle, ImGuiCond_Always, {0.5F, 0.5F});
   if (!ImGui::BeginPopupModal(title, nullptr,
                               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove))
     return;
+  ImGui::PushTextWrapPos(scaled(440));
   ImGui::TextUnformatted(question_.c_str());
-  const bool yes = ImGui::Button("go on and lose it");
-  ImGui::SameLine();
+  ImGui::PopTextWrapPos();
+  ImGui::Spacing();
+  if (can_save && ImGui::Button("save it first")) tried(session_, [&] { save_and_go_on(); });
+  if (can_save) ImGui::SameLine();
+  const bool yes = on_yes_ && ImGui::Button(can_save ? "lose it" : "give it up");
+  if (on_yes_) ImGui::SameLine();
   const bool no = ImGui::Button("stay");
-  if (yes || no) {
-    ImGui::CloseCurrentPopup();
-    answer(yes);
-  }
+  if (yes || no) answer(yes);
+  if (question_.empty()) ImGui::CloseCurrentPopup();
   ImGui::EndPopup();
 }
 

@@ -48,15 +48,7 @@ class Window : public Display {
       auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
       self->dropped_.assign(names, names + count);
     });
-    glfwSetKeyCallback(
-        window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
-          const char* const name = glfwGetKeyName(key, scancode);
-          if (action == GLFW_RELEASE || (with & GLFW_MOD_CONTROL) == 0 || name == nullptr) return;
-          auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
-          const std::string letter = name;
-          if (letter == "z") self->keys_.push_back((with & GLFW_MOD_SHIFT) ? Key::redo : Key::undo);
-          if (letter == "y") self->keys_.push_back(Key::redo);
-        });
+    listen();
     ImGui_ImplGlfw_InitForOpenGL(window_, true);  // which goes on calling these
   }
 
@@ -77,10 +69,50 @@ class Window : public Display {
   bool closing() const override { return glfwWindowShouldClose(window_) != 0; }
   void stay_open() override { glfwSetWindowShouldClose(window_, GLFW_FALSE); }
   std::vector<std::string> dropped() override { return std::exchange(dropped_, {}); }
-  std::vector<Key> keys() override { return std::exchange(keys_, {}); }
+  std::vector<std::string> keys() override { return std::exchange(keys_, {}); }
+  std::vector<Point> trail() override { return std::exchange(trail_, {}); }
+  void set_title(const std::string& title) override { glfwSetWindowTitle(window_, title.c_str()); }
+  double scale() const override {
+    float across = 1, down = 1;
+    glfwGetWindowContentScale(window_, &across, &down);
+    return double(across);
+  }
   void rest() override { glfwWaitEventsTimeout(0.25); }
 
  private:
+  static Window& of(GLFWwindow* window) {
+    return *static_cast<Window*>(glfwGetWindowUserPointer(window));
+  }
+
+  /// To what ImGui does not keep: each key, and each place of the mouse.
+  void listen() {
+    glfwSetKeyCallback(
+        window_, [](GLFWwindow* window, int key, int scancode, int action, int with) {
+          if (action == GLFW_RELEASE) return;
+          if (key == GLFW_KEY_ESCAPE) of(window).keys_.emplace_back("escape");
+          if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER)
+            of(window).keys_.emplace_back("return");
+          if (key == GLFW_KEY_F1) of(window).keys_.emplace_back("?");
+          const char* const letter = glfwGetKeyName(key, scancode);
+          if ((with & GLFW_MOD_CONTROL) == 0 || letter == nullptr) return;
+          of(window).keys_.push_back(((with & GLFW_MOD_SHIFT) ? "ctrl+shift+" : "ctrl+") +
+                                     std::string(letter));
+        });
+    glfwSetCharCallback(window_, [](GLFWwindow* window, unsigned character) {
+      if (character > ' ' && character < 127) of(window).keys_.emplace_back(1, char(character));
+    });
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int) {
+      if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
+      double x = 0, y = 0;
+      glfwGetCursorPos(window, &x, &y);
+      of(window).trail_ = {{float(x), float(y)}};
+    });
+    glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
+      if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS)
+        of(window).trail_.push_back({float(x), float(y)});
+    });
+  }
+
   int size(int side) const {
     int sides[2] = {0, 0};
     glfwGetFramebufferSize(window_, &sides[0], &sides[1]);
@@ -89,7 +121,8 @@ class Window : public Display {
 
   GLFWwindow* window_ = nullptr;
   std::vector<std::string> dropped_;
-  std::vector<Key> keys_;
+  std::vector<std::string> keys_;
+  std::vector<Point> trail_;
 };
 
 }  // namespace

@@ -139,6 +139,21 @@ TEST(Modulation, SharpensHereAsIfItDidNotSmoothThere) {
   EXPECT_LT((equation.solve(psi, modulation(both, 4)).signal - sum).cwiseAbs().maxCoeff(), 1e-10);
 }
 
+TEST(Spots, GiveAllOfTheirStrengthWhereTheyAreHard) {
+  const Spot soft{.radius = 2, .strength = 0.8}, half{.radius = 2, .strength = 0.8, .hardness = 0.5},
+      hard{.radius = 2, .strength = 0.8, .hardness = 1};
+  const auto at = [](double x) { return Vector3(x, 0, 0); };
+  EXPECT_EQ(paint_at(half, at(0)), 0.8);
+  EXPECT_EQ(paint_at(half, at(0.99)), 0.8);
+  EXPECT_LT(paint_at(soft, at(0.99)), 0.5);
+  EXPECT_NEAR(paint_at(half, at(1.5)), 0.8 * std::pow(1 - 0.25, 2), 1e-12);  // halfway from hard to nothing
+  EXPECT_EQ(paint_at(hard, at(1.999)), 0.8);
+  for (const Spot& spot : {soft, half, hard}) {
+    EXPECT_EQ(paint_at(spot, at(2)), 0);
+    EXPECT_EQ(paint_at(spot, at(3)), 0);
+  }
+}
+
 TEST(Spots, RaiseWhatIsBelowZeroAndTakeNothingFromIt) {
   const std::vector<Vector3> places(3, Vector3::Zero());
   std::vector<double> mask = {-0.8, 0, 0.6};

@@ -98,7 +98,7 @@ TEST(FilterTool, MeasuresAsFilterDoesWhereSomeTrianglesHaveNoTexels) {
       folder, "tool filter\nset alpha 2e-4\nfill everywhere\nsave-texture all.png\n", {"more.obj"});
   ASSERT_EQ(result.status, 0) << result.error;
   ASSERT_EQ(
-      marquetry(folder, {"filter", "more.obj", "-o", "verb.png", "-b", "3", "-a", "2e-4"}).status,
+      marquetry(folder, {"filter", "more.obj", "-o", "verb.png", "-b", "2", "-a", "2e-4"}).status,
       0);
   expect_the_same(picture(folder, "all.png"), picture(folder, "verb.png"));
   EXPECT_GT(difference(picture(folder, "all.png"), picture(folder, "sphere.png")).values, 3000);
@@ -260,7 +260,7 @@ TEST(FilterTool, LosesNothingThatWasSavedWhenItIsClosedInTheMiddle) {
   EXPECT_FALSE(result.json()["result"]["tool"]["settled"].get<bool>());
   EXPECT_THAT(folder.names(), ElementsAre("mask.png", "painted.png", "session.txt", "sphere.mtl",
                                           "sphere.obj", "sphere.png"));
-  ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "3", "--length",
+  ASSERT_EQ(marquetry(folder, {"filter", "sphere.obj", "-o", "cli.png", "--beta", "2", "--length",
                                "2tx", "--mask", "mask.png"})
                 .status,
             0);

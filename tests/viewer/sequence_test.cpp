@@ -222,7 +222,7 @@ TEST(Opening, AsksBeforePaintingIsLost) {
   for (const char* last : {"drop strip.obj\n", "close\n"}) {
     const Result open = view(folder, paint + last, {"sphere.obj"});
     EXPECT_EQ(open.status, 2);
-    EXPECT_THAT(open.error, HasSubstr("line 5: the script ends while it is asked 'To "));
+    EXPECT_THAT(open.error, HasSubstr("line 5: the script ends while it is asked 'You have not saved "));
   }
 }
 

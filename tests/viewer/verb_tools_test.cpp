@@ -331,9 +331,9 @@ TEST(ShockTool, ShowsTheTimesOnTheWayAndAnyOtherAtOnce) {
             nlohmann::json({"time 0.25", "time 0.5", "time 1", "time 1.5", "time 2", "time 4"}));
   expect_nearly_equal(picture(folder, "kept_last.png"), picture(folder, "last.png"), 0);
   EXPECT_FALSE(file_bytes(folder / "kept.png") == file_bytes(folder / "last.png"));
-  // Five times where paths are new, with the default and for 0.5 %; else one, for 4, 1.5 and its
+  // Five times where paths are new, with the default smoothing and for 0.5 %; else one, for 1.5 and its
   // file.
-  EXPECT_EQ(tool["path_seconds"].size(), 13U);
+  EXPECT_EQ(tool["path_seconds"].size(), 12U);
   EXPECT_EQ(tool["prepared"], 2);
 }
 

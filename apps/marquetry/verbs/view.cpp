@@ -1,4 +1,4 @@
-// marquetry view MESH [TEXTURE...]: look at a model, and work on it with brushes and sliders.
+// marquetry view [MESH] [TEXTURE...]: look at a model, and work on it with brushes and sliders.
 //
 // The viewer is a program of its own, marquetry-view, which this verb becomes: so that marquetry
 // itself needs no OpenGL, and runs where there is none.
@@ -50,9 +50,17 @@ Verb view_verb() {
       "view",
       "Look at a model in a window, and work on its textures with a brush, sliders and "
       "the mouse.");
+  table.example("", "a window to open models in, with samples");
   table.example("scan.obj", "a window on a model");
   table.example("scan.obj sharp.png", "the same with another texture");
-  add_model_options(table);
+  OptionTable model("view", "");
+  add_model_options(model,
+                    "the model: OBJ, PLY, glTF or GLB; a picture; or a sequence. Without one the "
+                    "window offers to open one");
+  for (Option option : model.options()) {
+    option.required = false;
+    table.add(option);
+  }
   table.add({.name = "script",
              .type = Type::path,
              .group = "Without a person",
@@ -82,6 +90,20 @@ Verb view_verb() {
              .metavar = "WxH",
              .group = "Window",
              .help = "pixels of the window"});
+  table.add({.name = "scale",
+             .type = Type::number,
+             .least = 0.5,
+             .most = 4,
+             .metavar = "N",
+             .group = "Window",
+             .help = "size of letters, sliders and buttons; 2 for screens of very small pixels",
+             .details = "Otherwise what the screen is set to, and 1 without one."});
+  table.add({.name = "theme",
+             .type = Type::choice,
+             .default_value = "dark",
+             .choices = {"dark", "light"},
+             .group = "Window",
+             .help = "colours of the panels"});
   return {table, become_viewer};
 }
 

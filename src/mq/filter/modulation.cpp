@@ -76,8 +76,12 @@ std::vector<double> mask_of_vertices(const Mesh& mesh, std::span<const double> v
 }
 
 double paint_at(const Spot& spot, const Vector3& place) {
-  const double inside =
-      1 - (place - spot.center).squaredNorm() / (spot.radius * spot.radius);
+  double squared = (place - spot.center).squaredNorm() / (spot.radius * spot.radius);
+  if (spot.hardness > 0 && squared < 1) {
+    const double t = std::max(0.0, std::sqrt(squared) - spot.hardness) / std::max(1 - spot.hardness, 1e-300);
+    squared = std::min(1.0, t * t);
+  }
+  const double inside = 1 - squared;
   return inside > 0 ? spot.strength * inside * inside : 0;
 }
 

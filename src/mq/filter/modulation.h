@@ -36,11 +36,13 @@ std::vector<double> mask_of_vertices(const Mesh& mesh, std::span<const double> v
                                      std::span<const Vector3> places, double least = 0,
                                      const Progress& progress = {});
 
-/// A spray of paint: strength · (1 − (d/radius)²)² at the distance d < radius in space.
+/// A spray of paint: strength · (1 − t²)² at the distance d < radius in space, where t grows from 0 at
+/// hardness · radius to 1 at the radius.
 struct Spot {
   Vector3 center = Vector3::Zero();
   double radius = 0;
   double strength = 1;  ///< −1 to 1; negative takes away
+  double hardness = 0;  ///< the part of the radius that gets all of the strength, from 0 to 1
 };
 
 /// What a spot adds at a place.

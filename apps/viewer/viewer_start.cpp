@@ -1,0 +1,222 @@
+// The window without a model: what can be opened; and how files are asked for at any time.
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "controls.h"
+#include "mq/base/error.h"
+#include "mq/io/picture_check.h"
+#include "viewer.h"
+#include "window_flags.h"
+
+namespace mq::view {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SampleWords {
+  const char *name, *label, *help;
+};
+
+constexpr SampleWords samples[] = {
+    {"bust", "an owl", "a bust with a photographed texture in 28 charts"},
+    {"bust_3000", "a scan", "the same in 3,000 charts, as photogrammetry cuts"},
+    {"genus4", "a button", "a shape with four holes"},
+    {"sphere", "a ball", "in six charts"},
+    {"merging", "two drops", "a sequence: they fuse and part"},
+};
+
+/// A picture's or a model's name in a list of files, a folder's, or something else's.
+bool can_be_opened(const fs::path& file) {
+  return names_model(file) || names_picture(file) || names_sequence(file.string());
+}
+
+/// What can be opened in a folder, folders first.
+std::vector<std::string> openable_in(const fs::path& folder) {
+  std::vector<std::string> folders, files;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(".")) continue;
+    if (entry.is_directory(ignored))
+      folders.push_back(name + "/");
+    else if (can_be_opened(entry.path()))
+      files.push_back(name);
+  }
+  std::ranges::sort(folders);
+  std::ranges::sort(files);
+  folders.insert(folders.end(), files.begin(), files.end());
+  return folders;
+}
+
+}  // namespace
+
+void Viewer::start_pane(float width, float height) {
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize({width, height});
+  ImGui::Begin("start", nullptr, fixed_window);
+  const float column = std::min(scaled(560), width - scaled(40));
+  ImGui::SetCursorPos({(width - column) / 2, std::max(scaled(16), height * 0.1F)});
+  ImGui::BeginChild("column", {column, 0});
+  view::title("marquetry");
+  remark("Look at textured models, compare and correct their textures.");
+  ImGui::Dummy({0, scaled(10)});
+  if (loader_.busy())
+    loading_controls();
+  else
+    open_controls(column);
+  sample_controls();
+  recent_controls();
+  ImGui::Dummy({0, scaled(14)});
+  if (ImGui::SmallButton("keys: ?")) keys_shown_ = true;
+  ImGui::SameLine();
+  if (ImGui::SmallButton(theme_ == Theme::dark ? "light panels" : "dark panels"))
+    set_theme(theme_ == Theme::dark ? Theme::light : Theme::dark);
+  ImGui::EndChild();
+  ImGui::End();
+}
+
+void Viewer::open_controls(float width) {
+  if (ImGui::Button("open a model ...", {scaled(150), scaled(32)}))
+    tried(session_, [&] { ask_for_model(); });
+  ImGui::SameLine();
+  ImGui::AlignTextToFramePadding();
+  ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width - scaled(160));
+  ImGui::TextUnformatted("or drop files on this window: OBJ, PLY, glTF, GLB, a picture, or a folder of frames");
+  ImGui::PopTextWrapPos();
+}
+
+void Viewer::sample_controls() {
+  heading("samples to try");
+  ImGui::BeginDisabled(loader_.busy());
+  for (const SampleWords& sample : samples) {
+    if (ImGui::Button(sample.label, {scaled(100), 0}))
+      tried(session_, [&] { open_sample(sample.name); });
+    ImGui::SameLine();
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(sample.help);
+  }
+  ImGui::EndDisabled();
+}
+
+void Viewer::recent_controls() {
+  if (recent_.empty()) return;
+  heading("opened before");
+  ImGui::BeginDisabled(loader_.busy());
+  const std::vector<std::string> files = recent_;
+  for (const std::string& file : files) {
+    const fs::path path(file);
+    ImGui::PushID(file.c_str());
+    if (ImGui::Selectable(path.filename().string().c_str(), false, 0, {scaled(180), 0}))
+      tried(session_, [&] { open({file}); });
+    ImGui::SameLine();
+    ImGui::TextDisabled("%s", path.parent_path().string().c_str());
+    ImGui::PopID();
+  }
+  ImGui::EndDisabled();
+}
+
+/// By the desktop's dialog, or where there is none by a box in the window.
+void Viewer::ask_for_files(std::function<void(const Files&)> then) {
+  on_chosen_ = std::move(then);
+  if (FileChooser::there()) {
+    chooser_.ask();
+    return;
+  }
+  asking_path_ = true;
+  if (to_open_.empty()) {
+    const fs::path shown = session_.empty ? fs::path() : session_.scene->model.path.parent_path();
+    to_open_ = (shown.empty() ? fs::current_path() : fs::absolute(shown)).string() + "/";
+  }
+}
+
+void Viewer::take_chosen_files() {
+  const auto files = chooser_.chosen();
+  if (files && !files->empty() && on_chosen_) tried(session_, [&] { on_chosen_(*files); });
+}
+
+/// Cameras are for photographs; all else is opened.
+void Viewer::take_dropped(const Files& files) {
+  const bool cameras = std::ranges::all_of(
+      files, [](const std::string& file) { return fs::path(file).extension() == ".json"; });
+  if (!cameras || tool_name_ != "texture") return open(files);
+  std::vector<std::string> words = {"set", "cameras"};
+  words.insert(words.end(), files.begin(), files.end());
+  tool_->command(words);
+}
+
+/// A path, and what lies in its folder.
+void Viewer::path_question() {
+  constexpr const char* title = "open";
+  if (!asking_path_) {
+    if (ImGui::BeginPopupModal(title)) {  // a key ended it
+      ImGui::CloseCurrentPopup();
+      ImGui::EndPopup();
+    }
+    return;
+  }
+  const bool appears = !ImGui::IsPopupOpen(title);
+  if (appears) ImGui::OpenPopup(title);
+  const ImVec2 middle{float(display_.width()) / 2, float(display_.height()) / 2};
+  ImGui::SetNextWindowPos(middle, ImGuiCond_Always, {0.5F, 0.5F});
+  if (!ImGui::BeginPopupModal(title, &asking_path_,
+                              ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove))
+    return;
+  if (appears) ImGui::SetKeyboardFocusHere();
+  ImGui::SetNextItemWidth(scaled(480));
+  ImGui::InputText("##path", &to_open_);
+  bool open_it = false;
+  const fs::path named = fs::path(to_open_).parent_path(), folder = named.empty() ? "." : named;
+  ImGui::BeginChild("files", {scaled(480), scaled(260)}, true);
+  if (ImGui::Selectable("../", false, ImGuiSelectableFlags_DontClosePopups))
+    to_open_ = (folder.parent_path() / "").string();
+  for (const std::string& name : openable_in(folder))
+    if (ImGui::Selectable(name.c_str(), to_open_ == folder / name,
+                          ImGuiSelectableFlags_DontClosePopups |
+                              ImGuiSelectableFlags_AllowDoubleClick)) {
+      to_open_ = (folder / name).string();
+      open_it |= ImGui::IsMouseDoubleClicked(0) && !name.ends_with('/');
+    }
+  ImGui::EndChild();
+  open_it |= ImGui::Button("open", {scaled(100), 0});
+  ImGui::SameLine();
+  const bool leave = ImGui::Button("cancel");
+  if (open_it || leave) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
+  if (leave) asking_path_ = false;
+  if (open_it) tried(session_, [&] { take_path(); });
+}
+
+void Viewer::take_path() {
+  asking_path_ = false;
+  const Files files = parted(to_open_);
+  require(!files.empty(), "no file is named");
+  if (on_chosen_) on_chosen_(files);
+}
+
+/// What went wrong, over the panes until it is put away.
+void Viewer::show_refusal(float width) {
+  if (session_.refusal.empty()) return;
+  const float room = session_.empty ? width : float(surface_at_.width);
+  const float wide = std::min(scaled(560), room - scaled(30));
+  const float middle = session_.empty ? width / 2 : float(surface_at_.x) + float(surface_at_.width) / 2;
+  ImGui::SetNextWindowPos({middle, scaled(16)}, ImGuiCond_Always, {0.5F, 0});
+  ImGui::SetNextWindowSize({wide, 0});
+  ImGui::PushStyleColor(ImGuiCol_WindowBg, theme_ == Theme::dark ? ImVec4(0.35F, 0.16F, 0.12F, 1)
+                                                                 : ImVec4(1, 0.87F, 0.82F, 1));
+  ImGui::Begin("refused", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
+                   ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(session_.refusal.c_str());
+  ImGui::PopTextWrapPos();
+  if (ImGui::Button("all right")) session_.refusal.clear();
+  ImGui::End();
+  ImGui::PopStyleColor();
+}
+
+}  // namespace mq::view

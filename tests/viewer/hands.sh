@@ -1,0 +1,130 @@
+#!/bin/bash
+# hands.sh MARQUETRY: a person's hands at the window, by real mouse and keyboard on a screen of Xvfb: opens a
+# model in the empty window, paints on it, compares, saves, opens another one by a dialog, paints again, and
+# closes. Run by hands_test.cpp in a folder with sphere.obj and other.obj. Writes window.log, and pictures of the
+# screen where SHOTS names a folder.
+set -euo pipefail
+marquetry=$1
+mkdir bin  # the desktop's dialogs are looked for there
+PATH=$PWD/bin "$marquetry" view --size 900x460 --scale 1 --report report.json > window.log 2>&1 &
+viewer=$!
+trap 'kill $viewer 2> /dev/null || true' EXIT
+
+fail() {
+  echo "hands.sh: $1" >&2
+  cat window.log >&2
+  exit 1
+}
+# shot NAME
+shot() {
+  [ -z "${SHOTS:-}" ] ||
+    ffmpeg -v error -y -f x11grab -video_size 900x460 -i "$DISPLAY" -frames:v 1 "$SHOTS/$1.png"
+}
+# until WHAT COMMAND...: for twenty seconds at most
+until_true() {
+  local what=$1
+  shift
+  for _ in $(seq 200); do
+    if "$@" > /dev/null 2>&1; then return; fi
+    kill -0 $viewer 2> /dev/null || fail "the window closed before: $what"
+    sleep 0.1
+  done
+  fail "twenty seconds have gone, and not: $what"
+}
+# again_until TEST... -- COMMAND...: the command every other second until the test is true, ten times at most; a slow
+# machine may not have been ready for it
+again_until() {
+  local test=()
+  while [ "$1" != -- ]; do
+    test+=("$1")
+    shift
+  done
+  shift
+  for _ in $(seq 10); do
+    "$@"
+    for _ in $(seq 20); do
+      if "${test[@]}"; then return; fi
+      sleep 0.1
+    done
+  done
+  fail "ten times '$*', and not: ${test[*]}"
+}
+titled() { [ "$(xdotool getwindowname "$window")" = "$1" ]; }
+closed() { ! kill -0 $viewer 2> /dev/null; }
+key() {
+  xdotool key --window 0 "$1" 2> /dev/null || xdotool key "$1"
+  sleep 0.3
+}
+
+window=
+found() { window=$(xdotool search --onlyvisible --name marquetry | head -1) && [ -n "$window" ]; }
+until_true "there is a window" found
+xdotool windowmove "$window" 0 0
+xdotool windowfocus "$window" || true
+until_true "the empty window has its title" titled marquetry
+shot start
+
+# Open: there is no dialog here, so that the window asks for a path itself.
+open_by_path() {
+  key Escape  # what may have gone wrong before
+  key ctrl+o
+  sleep 1
+  shot path
+  xdotool type "$PWD/sphere.obj"  # in place of the folder, which is selected
+  sleep 0.5
+  shot typed
+  key Return
+}
+again_until titled "sphere.obj - marquetry" -- open_by_path
+
+# Paint: the model is in the middle of 300 to 658.
+xdotool mousemove 78 87 click 1
+sleep 1
+shot brush
+slow_stroke() {
+  xdotool mousemove 430 200 mousedown 1
+  for x in 450 480 520; do xdotool mousemove $x 215; sleep 0.05; done
+  xdotool mouseup 1
+}
+again_until titled "* sphere.obj - marquetry" -- slow_stroke
+sleep 1
+shot painted
+again_until titled "sphere.obj - marquetry" -- key ctrl+z
+key ctrl+y
+until_true "a stroke is done again" titled "* sphere.obj - marquetry"
+
+# A turn by the right button, compare, and back: nothing is lost.
+xdotool mousemove 460 300 mousedown 3 mousemove 420 280 mouseup 3
+key 2
+shot compared
+key 3
+key ctrl+s
+until_true "the texture is saved" test -s filtered.png
+until_true "the title says that it is saved" titled "sphere.obj - marquetry"
+
+# Another model, by the dialog of a desktop, which is a script here.
+cat > bin/zenity << 'END'
+#!/bin/sh
+echo "$PWD/other.obj"
+END
+chmod +x bin/zenity
+key ctrl+o
+until_true "the title is that of the other model" titled "other.obj - marquetry"
+
+# A stroke on it, fast, that is asked for when the window is to close.
+key 3
+fast_stroke() { xdotool mousemove 440 230 mousedown 1 mousemove 470 260 mousemove 500 250 mouseup 1; }
+again_until titled "* other.obj - marquetry" -- fast_stroke
+key ctrl+q
+sleep 0.5
+shot question
+closed && fail "the window closed without a question"
+key Return
+until_true "the second stroke is saved" test -s filtered_2.png
+for _ in $(seq 200); do
+  if closed; then break; fi
+  sleep 0.1
+done
+closed || fail "twenty seconds have gone, and the window is not closed"
+wait $viewer || fail "the viewer ended with status $?"
+trap - EXIT
