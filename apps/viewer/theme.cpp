@@ -3,29 +3,14 @@
 #include <imgui.h>
 
 #include <cmath>
-#include <filesystem>
+
+#include "mq/draw/font_file.h"
 
 namespace mq::view {
 namespace {
 
 /// Pixels of a line's letters on a common screen.
 constexpr double letters = 15;
-
-/// Where Debian, Fedora, Arch and others put the fonts that most of them have.
-std::string font_file() {
-  for (const char* file : {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
-                           "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-                           "/usr/share/fonts/dejavu/DejaVuSans.ttf",
-                           "/usr/share/fonts/TTF/DejaVuSans.ttf",
-                           "/usr/share/fonts/truetype/liberation2/LiberationSans-Regular.ttf",
-                           "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
-                           "/usr/share/fonts/liberation-sans/LiberationSans-Regular.ttf",
-                           "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf"}) {
-    std::error_code ignored;
-    if (std::filesystem::is_regular_file(file, ignored)) return file;
-  }
-  return {};
-}
 
 /// Latin, Greek and Cyrillic letters, punctuation, arrows and signs.
 constexpr ImWchar glyphs[] = {0x20,   0x24F,  0x370,  0x52F,  0x2000, 0x206F, 0x20A0,
@@ -35,7 +20,7 @@ constexpr ImWchar glyphs[] = {0x20,   0x24F,  0x370,  0x52F,  0x2000, 0x206F, 0x
 
 std::string set_sizes(double scale) {
   ImGuiIO& io = ImGui::GetIO();
-  const std::string file = font_file();
+  const std::string file = font_file().string();
   ImFontConfig config;
   if (file.empty()) {
     config.SizePixels = float(std::round(13 * scale));

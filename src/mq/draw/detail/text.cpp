@@ -1,134 +1,81 @@
-// The font: six lines of sixteen characters, ASCII 32 to 126 and the box for all others. Seven rows
-// of dots stand on the line, two hang below it.
-
 #include "mq/draw/detail/text.h"
 
 #include <algorithm>
-#include <array>
-#include <string_view>
+#include <vector>
 
 #include "mq/base/error.h"
+#include "mq/draw/detail/glyph.h"
 
 namespace mq {
 namespace {
 
-constexpr int columns = 5, rows = 9, per_line = 16, box = 95;
+/// Pixels above and below the line, times the scale.
+constexpr int above = 7, below = 2;
 
-// clang-format off
-constexpr std::array<std::string_view, 6 * rows> dots = {
-  "..... ..#.. .#.#. .#.#. ..#.. ##..# .##.. ..#.. ...#. .#... ..... ..... ..... ..... ..... .....",
-  "..... ..#.. .#.#. .#.#. .#### ##..# #..#. ..#.. ..#.. ..#.. ..#.. ..#.. ..... ..... ..... ....#",
-  "..... ..#.. .#.#. ##### #.#.. ...#. #.#.. .#... .#... ...#. #.#.# ..#.. ..... ..... ..... ...#.",
-  "..... ..#.. ..... .#.#. .###. ..#.. .#... ..... .#... ...#. .###. ##### ..... ##### ..... ..#..",
-  "..... ..#.. ..... ##### ..#.# .#... #.#.# ..... .#... ...#. #.#.# ..#.. ..... ..... ..... .#...",
-  "..... ..... ..... .#.#. ####. #..## #..#. ..... ..#.. ..#.. ..#.. ..#.. .##.. ..... .##.. #....",
-  "..... ..#.. ..... .#.#. ..#.. #..## .##.# ..... ...#. .#... ..... ..... .##.. ..... .##.. .....",
-  "..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..#.. ..... ..... .....",
-  "..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... .#... ..... ..... .....",
+constexpr char32_t damaged = 0xFFFD;
 
-  ".###. ..#.. .###. ##### ...#. ##### ..##. ##### .###. .###. ..... ..... ...#. ..... .#... .###.",
-  "#...# .##.. #...# ...#. ..##. #.... .#... ....# #...# #...# .##.. ..... ..#.. ..... ..#.. #...#",
-  "#..## ..#.. ....# ..#.. .#.#. ####. #.... ...#. #...# #...# .##.. .##.. .#... ##### ...#. ....#",
-  "#.#.# ..#.. ...#. ...#. #..#. ....# ####. ..#.. .###. .#### ..... .##.. #.... ..... ....# ...#.",
-  "##..# ..#.. ..#.. ....# ##### ....# #...# .#... #...# ....# .##.. ..... .#... ##### ...#. ..#..",
-  "#...# ..#.. .#... #...# ...#. #...# #...# .#... #...# ...#. .##.. .##.. ..#.. ..... ..#.. .....",
-  ".###. .###. ##### .###. ...#. .###. .###. .#... .###. .##.. ..... .##.. ...#. ..... .#... ..#..",
-  "..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..#.. ..... ..... ..... .....",
-  "..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... .#... ..... ..... ..... .....",
-
-  ".###. .###. ####. .###. ###.. ##### ##### .###. #...# .###. ..### #...# #.... #...# #...# .###.",
-  "#...# #...# #...# #...# #..#. #.... #.... #...# #...# ..#.. ...#. #..#. #.... ##.## #...# #...#",
-  "#.### #...# #...# #.... #...# #.... #.... #.... #...# ..#.. ...#. #.#.. #.... #.#.# ##..# #...#",
-  "#.#.# ##### ####. #.... #...# ####. ####. #.### ##### ..#.. ...#. ##... #.... #.#.# #.#.# #...#",
-  "#.### #...# #...# #.... #...# #.... #.... #...# #...# ..#.. ...#. #.#.. #.... #...# #..## #...#",
-  "#.... #...# #...# #...# #..#. #.... #.... #...# #...# ..#.. #..#. #..#. #.... #...# #...# #...#",
-  ".###. #...# ####. .###. ###.. ##### #.... .#### #...# .###. .##.. #...# ##### #...# #...# .###.",
-  "..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... .....",
-  "..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... .....",
-
-  "####. .###. ####. .#### ##### #...# #...# #...# #...# #...# ##### .###. #.... .###. ..#.. .....",
-  "#...# #...# #...# #.... ..#.. #...# #...# #...# #...# #...# ....# .#... #.... ...#. .#.#. .....",
-  "#...# #...# #...# #.... ..#.. #...# #...# #...# .#.#. #...# ...#. .#... .#... ...#. #...# .....",
-  "####. #...# ####. .###. ..#.. #...# #...# #.#.# ..#.. .#.#. ..#.. .#... ..#.. ...#. ..... .....",
-  "#.... #.#.# #.#.. ....# ..#.. #...# #...# #.#.# .#.#. ..#.. .#... .#... ...#. ...#. ..... .....",
-  "#.... #..#. #..#. ....# ..#.. #...# .#.#. #.#.# #...# ..#.. #.... .#... ....# ...#. ..... .....",
-  "#.... .##.# #...# ####. ..#.. .###. ..#.. .#.#. #...# ..#.. ##### .###. ....# .###. ..... #####",
-  "..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... .....",
-  "..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... ..... .....",
-
-  ".#... ..... #.... ..... ....# ..... ..##. ..... #.... ..#.. ...#. #.... .##.. ..... ..... .....",
-  "..#.. ..... #.... ..... ....# ..... .#... ..... #.... ..... ..... #.... ..#.. ..... ..... .....",
-  "..... .###. #.##. .###. .##.# .###. .#... .##.# #.##. .##.. ..##. #..#. ..#.. ##.#. #.##. .###.",
-  "..... ....# ##..# #.... #..## #...# ###.. #..## ##..# ..#.. ...#. #.#.. ..#.. #.#.# ##..# #...#",
-  "..... .#### #...# #.... #...# ##### .#... #...# #...# ..#.. ...#. ##... ..#.. #.#.# #...# #...#",
-  "..... #...# #...# #...# #...# #.... .#... #..## #...# ..#.. ...#. #.#.. ..#.. #.#.# #...# #...#",
-  "..... .#### ####. .###. .#### .###. .#... .##.# #...# .###. ...#. #..#. .###. #.#.# #...# .###.",
-  "..... ..... ..... ..... ..... ..... ..... ....# ..... ..... #..#. ..... ..... ..... ..... .....",
-  "..... ..... ..... ..... ..... ..... ..... .###. ..... ..... .##.. ..... ..... ..... ..... .....",
-
-  "..... ..... ..... ..... .#... ..... ..... ..... ..... ..... ..... ...#. ..#.. .#... ..... #####",
-  "..... ..... ..... ..... .#... ..... ..... ..... ..... ..... ..... ..#.. ..#.. ..#.. .#... #...#",
-  "#.##. .##.# #.##. .#### ###.. #...# #...# #...# #...# #...# ##### ..#.. ..#.. ..#.. #.#.# #...#",
-  "##..# #..## ##..# #.... .#... #...# #...# #...# .#.#. #...# ...#. .#... ..#.. ...#. ...#. #...#",
-  "#...# #...# #.... .###. .#... #...# #...# #.#.# ..#.. #...# ..#.. ..#.. ..#.. ..#.. ..... #...#",
-  "##..# #..## #.... ....# .#..# #..## .#.#. #.#.# .#.#. #..## .#... ..#.. ..#.. ..#.. ..... #...#",
-  "#.##. .##.# #.... ####. ..##. .##.# ..#.. .#.#. #...# .##.# ##### ...#. ..#.. .#... ..... #####",
-  "#.... ....# ..... ..... ..... ..... ..... ..... ..... ....# ..... ..... ..... ..... ..... .....",
-  "#.... ....# ..... ..... ..... ..... ..... ..... ..... .###. ..... ..... ..... ..... ..... .....",
-};
-// clang-format on
-
-bool is_dot(int glyph, int column, int row) {
-  const int line = glyph / per_line, place = glyph % per_line;
-  return dots[line * rows + row][place * (columns + 1) + column] == '#';
+/// The characters of UTF-8; bytes that are none become U+FFFD, one for each.
+std::vector<char32_t> characters_of(const std::string& text) {
+  std::vector<char32_t> found;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = [&](std::size_t k) -> unsigned {
+      return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0;
+    };
+    // How many bytes follow the first says it; these begin with 10.
+    const unsigned first = byte(0);
+    const std::size_t more = first < 0xC0 ? 0 : first < 0xE0 ? 1 : first < 0xF0 ? 2 : 3;
+    bool is_whole = first < 0x80 || (first >= 0xC0 && first < 0xF8);
+    char32_t character = more == 0 ? first : first & (0x3FU >> more);
+    for (std::size_t k = 1; k <= more; ++k) {
+      is_whole = is_whole && (byte(k) & 0xC0U) == 0x80;
+      character = character << 6U | (byte(k) & 0x3FU);
+    }
+    found.push_back(is_whole ? character : damaged);
+    i += is_whole ? more + 1 : 1;
+  }
+  return found;
 }
 
-/// The glyphs of a text; a byte that continues a UTF-8 character is none.
-std::string glyphs_of(const std::string& text) {
-  std::string glyphs;
-  for (const unsigned char c : text)
-    if (c >= 32 && c < 127)
-      glyphs += char(c - 32);
-    else if ((c & 0xC0) != 0x80)
-      glyphs += char(box);
-  return glyphs;
-}
-
-void fill_square(Image<float>& image, int x, int y, int side, const Colour& colour) {
+/// Draws a glyph whose pen is at (x, line).
+void draw_glyph(Image<float>& image, int x, int line, const Glyph& glyph, const Colour& colour) {
   const int colours = colour_channels(image.channels());
-  for (int row = std::max(y, 0); row < std::min(y + side, image.height()); ++row)
-    for (int column = std::max(x, 0); column < std::min(x + side, image.width()); ++column) {
+  const int left = x + glyph.left, top = line - glyph.top;
+  for (int row = std::max(top, 0); row < std::min(top + glyph.height, image.height()); ++row)
+    for (int column = std::max(left, 0); column < std::min(left + glyph.width, image.width()); ++column) {
+      const float share = float(glyph.coverage[std::size_t((row - top) * glyph.width + column - left)]) / 255;
+      if (share == 0) continue;
       const auto pixel = image.pixel(column, row);
-      for (int k = 0; k < int(pixel.size()); ++k)
-        pixel[k] = k >= colours  ? 1
-                   : colours < 3 ? (colour[0] + colour[1] + colour[2]) / 3
-                   : k < 3       ? colour[k]
-                                 : 0;
+      for (int k = 0; k < int(pixel.size()); ++k) {
+        const float ink = k >= colours  ? 1
+                          : colours < 3 ? (colour[0] + colour[1] + colour[2]) / 3
+                          : k < 3       ? colour[std::size_t(k)]
+                                        : 0;
+        float& value = pixel[std::size_t(k)];
+        value = k >= colours ? std::max(value, share) : value + share * (ink - value);
+      }
     }
 }
 
 }  // namespace
 
 int text_width(const std::string& text, int scale) {
-  const int count = int(glyphs_of(text).size());
-  return count == 0 ? 0 : ((columns + 1) * count - 1) * scale;
+  int width = 0;
+  for (const char32_t character : characters_of(text)) width += glyph(character, scale).advance;
+  return width;
 }
 
-int text_height(int scale) { return rows * scale; }
+int text_height(int scale) { return (above + below) * scale; }
 
 void draw_text(Image<float>& image, int x, int y, const std::string& text, const TextStyle& style) {
   require(style.scale >= 1, "the scale of a text is at least 1");
   const int width = text_width(text, style.scale);
-  int left = style.anchor == TextStyle::Anchor::left     ? x
-             : style.anchor == TextStyle::Anchor::centre ? x - width / 2
-                                                         : x - width;
-  for (const char glyph : glyphs_of(text)) {
-    for (int row = 0; row < rows; ++row)
-      for (int column = 0; column < columns; ++column)
-        if (is_dot(glyph, column, row))
-          fill_square(image, left + column * style.scale, y + row * style.scale, style.scale,
-                      style.colour);
-    left += (columns + 1) * style.scale;
+  int pen = style.anchor == TextStyle::Anchor::left     ? x
+            : style.anchor == TextStyle::Anchor::centre ? x - width / 2
+                                                        : x - width;
+  for (const char32_t character : characters_of(text)) {
+    const Glyph& drawn = glyph(character, style.scale);
+    draw_glyph(image, pen, y + above * style.scale, drawn, style.colour);
+    pen += drawn.advance;
   }
 }
 

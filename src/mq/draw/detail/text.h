@@ -1,6 +1,5 @@
 #pragma once
-/// Labels in pictures, in a font of 5 × 9 dots (two below the line) that belongs
-/// to the program.
+/// Labels in pictures, in the font that the machine has (font_file.h).
 
 #include <string>
 
@@ -11,17 +10,16 @@ namespace mq {
 
 struct TextStyle {
   Colour colour = {0.12f, 0.12f, 0.14f};
-  int scale = 2;                                                    ///< pixels per dot, at least 1
+  int scale = 2;  ///< a seventh of the height of capitals, pixels, at least 1
   enum class Anchor { left, centre, right } anchor = Anchor::left;  ///< what x is
 };
 
-/// Pixels a line of text takes: 6 · scale per character, less the last gap, by 9 · scale.
+/// Pixels that a line of text takes: 9 · scale high, two of nine below the line.
 int text_width(const std::string& text, int scale);
 int text_height(int scale);
 
-/// Draws one line with its top at row y into a picture of one channel or more; alpha, the last of
-/// two or four channels, becomes 1. What leaves the picture is cut off. Bytes outside ASCII 32 to
-/// 126 are drawn as boxes, one per character of UTF-8.
+/// Draws one line of UTF-8 with its top at row y into a picture of one channel or more; alpha, the last of two or four
+/// channels, becomes 1. What leaves the picture is cut off.
 void draw_text(Image<float>& image, int x, int y, const std::string& text,
                const TextStyle& style = {});
 
