@@ -138,8 +138,7 @@ void Viewer::take_chosen_files() {
   if (files && !files->empty() && on_chosen_) tried(session_, [&] { on_chosen_(*files); });
 }
 
-/// Cameras are for photographs; all else is opened.
-void Viewer::take_dropped(const Files& files) {
+void Viewer::drop(const Files& files) {
   const bool cameras = std::ranges::all_of(
       files, [](const std::string& file) { return fs::path(file).extension() == ".json"; });
   if (!cameras || tool_name_ != "texture") return open(files);
