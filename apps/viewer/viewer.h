@@ -157,7 +157,7 @@ class Viewer {
 
   // viewer_start.cpp
   void start_pane(float width, float height);
-  void open_controls(float width);
+  void open_controls();
   void sample_controls();
   void recent_controls();
   using Files = std::vector<std::string>;

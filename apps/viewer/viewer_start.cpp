@@ -67,7 +67,7 @@ void Viewer::start_pane(float width, float height) {
   if (loader_.busy())
     loading_controls();
   else
-    open_controls(column);
+    open_controls();
   sample_controls();
   recent_controls();
   ImGui::Dummy({0, scaled(14)});
@@ -79,13 +79,14 @@ void Viewer::start_pane(float width, float height) {
   ImGui::End();
 }
 
-void Viewer::open_controls(float width) {
+void Viewer::open_controls() {
   if (ImGui::Button("open a model ...", {scaled(150), scaled(32)}))
     tried(session_, [&] { ask_for_model(); });
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
-  ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width - scaled(160));
-  ImGui::TextUnformatted("or drop files on this window: OBJ, PLY, glTF, GLB, a picture, or a folder of frames");
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(
+      "or drop it on this window: OBJ, PLY, glTF, GLB, a picture, or a folder of frames");
   ImGui::PopTextWrapPos();
 }
 
