@@ -36,6 +36,8 @@ class Display {
   };
   /// All places of it since the last call, however few pictures there were meanwhile.
   virtual std::vector<Point> trail() { return {}; }
+  /// So large, or as large as the screen has room for.
+  virtual void resize(int, int) {}
   /// Of the window.
   virtual void set_title(const std::string&) {}
   /// Pixels of the screen for one of a common screen, 1 where nothing is known.

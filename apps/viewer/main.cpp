@@ -3,6 +3,7 @@
 
 #include <backends/imgui_impl_opengl3.h>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "shell/arguments.h"
@@ -79,6 +80,8 @@ app::Exit view(app::Run& run) {
                                                ? open_offscreen(size[0], size[1])
                                                : open_window(size[0], size[1], "marquetry");
   const double scale = options.given("scale") ? options.number("scale") : display->scale();
+  if (!options.given("size"))
+    display->resize(int(std::lround(size[0] * scale)), int(std::lround(size[1] * scale)));
   set_sizes(scale);
   const Drawing drawing;
   Session session(run, first_model(run, std::move(sequence), std::move(scene)));

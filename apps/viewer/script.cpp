@@ -214,7 +214,7 @@ class Player {
       wait_for_loading();
     } else if (words[0] == "drop") {
       viewer_.set_asking(Viewer::Asking::person);
-      viewer_.open({words.begin() + 1, words.end()});
+      viewer_.drop({words.begin() + 1, words.end()});
     } else if (words[0] == "answer") {
       answer(words[1]);
     } else if (words[0] == "close") {

@@ -218,7 +218,7 @@ void Viewer::work() {
   go_on_when_saved(failed);
   take_chosen_files();
   if (const std::vector<std::string> files = display_.dropped(); !files.empty())
-    tried(session_, [&] { take_dropped(files); });
+    tried(session_, [&] { drop(files); });
 }
 
 void Viewer::show_error(const std::string& text) {

@@ -65,6 +65,10 @@ class Viewer {
   /// of it is there. Throws `InvalidInput` where the files are not one model and its textures.
   void open(const std::vector<std::string>& files);
 
+  /// What files do that are dropped on the window: cameras are for the photographs of the tool in hand, all
+  /// else is opened.
+  void drop(const std::vector<std::string>& files);
+
   /// Begins to make a sample, which is then opened.
   void open_sample(const std::string& name);
 
@@ -153,7 +157,7 @@ class Viewer {
 
   // viewer_start.cpp
   void start_pane(float width, float height);
-  void open_controls(float width);
+  void open_controls();
   void sample_controls();
   void recent_controls();
   using Files = std::vector<std::string>;
@@ -162,7 +166,6 @@ class Viewer {
     ask_for_files([this](const Files& files) { open(files); });
   }
   void take_chosen_files();
-  void take_dropped(const Files& files);
   void path_question();
   void take_path();
   void show_refusal(float width);

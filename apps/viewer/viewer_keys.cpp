@@ -19,7 +19,7 @@ constexpr KeyWords key_words[] = {
     {"right button", "turns the model"},
     {"middle button, Shift + left", "moves the model"},
     {"wheel", "nearer, farther"},
-    {"1 to 8", "look, compare, paint, photographs, measure, play, picture, change all"},
+    {"1 to 8", "the tasks, in their order"},
     {"F", "the whole model, and the whole texture"},
     {"U", "the model's upright axis: y or z"},
     {"B", "before and after, or after alone"},
@@ -29,7 +29,7 @@ constexpr KeyWords key_words[] = {
     {"Ctrl + O, Ctrl + S", "opens a model, saves what was made"},
     {"Ctrl + Q", "closes the window"},
     {"D", "dark or light panels"},
-    {"Return, Escape", "save and stay, where it is asked what becomes of what is not saved"},
+    {"Return, Escape", "save it first, and stay, where the window asks"},
     {"Escape", "ends what is going on, and puts messages away"},
     {"? or F1", "this list"},
 };

@@ -67,7 +67,7 @@ void Viewer::start_pane(float width, float height) {
   if (loader_.busy())
     loading_controls();
   else
-    open_controls(column);
+    open_controls();
   sample_controls();
   recent_controls();
   ImGui::Dummy({0, scaled(14)});
@@ -79,13 +79,14 @@ void Viewer::start_pane(float width, float height) {
   ImGui::End();
 }
 
-void Viewer::open_controls(float width) {
+void Viewer::open_controls() {
   if (ImGui::Button("open a model ...", {scaled(150), scaled(32)}))
     tried(session_, [&] { ask_for_model(); });
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
-  ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width - scaled(160));
-  ImGui::TextUnformatted("or drop files on this window: OBJ, PLY, glTF, GLB, a picture, or a folder of frames");
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(
+      "or drop it on this window: OBJ, PLY, glTF, GLB, a picture, or a folder of frames");
   ImGui::PopTextWrapPos();
 }
 
@@ -138,8 +139,7 @@ void Viewer::take_chosen_files() {
   if (files && !files->empty() && on_chosen_) tried(session_, [&] { on_chosen_(*files); });
 }
 
-/// Cameras are for photographs; all else is opened.
-void Viewer::take_dropped(const Files& files) {
+void Viewer::drop(const Files& files) {
   const bool cameras = std::ranges::all_of(
       files, [](const std::string& file) { return fs::path(file).extension() == ".json"; });
   if (!cameras || tool_name_ != "texture") return open(files);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <utility>
 
 #include <epoxy/gl.h>
@@ -71,6 +72,12 @@ class Window : public Display {
   std::vector<std::string> dropped() override { return std::exchange(dropped_, {}); }
   std::vector<std::string> keys() override { return std::exchange(keys_, {}); }
   std::vector<Point> trail() override { return std::exchange(trail_, {}); }
+  void resize(int width, int height) override {
+    int left = 0, top = 0, wide = width, high = height;
+    if (GLFWmonitor* const monitor = glfwGetPrimaryMonitor(); monitor != nullptr)
+      glfwGetMonitorWorkarea(monitor, &left, &top, &wide, &high);
+    glfwSetWindowSize(window_, std::min(width, wide), std::min(height, high));
+  }
   void set_title(const std::string& title) override { glfwSetWindowTitle(window_, title.c_str()); }
   double scale() const override {
     float across = 1, down = 1;

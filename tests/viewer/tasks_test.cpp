@@ -121,6 +121,20 @@ TEST(Tasks, CompareWithAnotherTexture) {
   EXPECT_EQ(view(folder, "tool compare\nwith a.png b.png\n", {"sphere.obj"}).status, 2);
 }
 
+TEST(Tasks, TakeCamerasThatAreDropped) {
+  const Folder folder;
+  write_sphere(folder, "64");
+  ASSERT_EQ(marquetry(folder, {"render", "sphere.obj", "-o", "front.png", "--cameras", "front.json", "--view",
+                               "front", "--size", "200", "--unlit"})
+                .status,
+            0);
+  const Result result = view(folder, "task photographs\ndrop front.json\nwait\n", {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const auto tool = result.json()["result"]["tool"];
+  EXPECT_EQ(tool["name"], "texture");
+  EXPECT_EQ(tool["prepared"], 1);
+}
+
 TEST(Strokes, AreAListThatOneGoesAlong) {
   const Folder folder;
   write_sphere(folder, "64");

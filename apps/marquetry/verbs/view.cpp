@@ -89,7 +89,8 @@ Verb view_verb() {
              .wanted = "pixels, such as 1400x800: at least 640x400, at most 8192 a side",
              .metavar = "WxH",
              .group = "Window",
-             .help = "pixels of the window"});
+             .help = "pixels of the window",
+             .details = "The default is times --scale where the window is on a screen."});
   table.add({.name = "scale",
              .type = Type::number,
              .least = 0.5,
