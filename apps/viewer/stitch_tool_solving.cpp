@@ -14,9 +14,10 @@
 
 namespace mq::view {
 
-/// Not what makes another model, nor a page.
+/// Not what makes another model, nor a page, nor what is for work without a window.
 bool StitchTool::shows(const Option& option) const {
-  return !with_cameras_ || (option.name != "size" && option.name != "unwrap" && option.name != "picture");
+  return !with_cameras_ ||
+         (option.name != "size" && option.name != "unwrap" && option.name != "picture" && option.name != "resume");
 }
 
 nlohmann::ordered_json StitchTool::without(const OptionValues& options,
@@ -161,6 +162,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
     ready_ = false;
     return VerbTool::make(options, progress);
   }
+  if (with_cameras_) app::require_choosable(options);
   prepare(options, progress.step("prepare", 0.5));
   const TexelSpace& space = target_->space();
   if (other_labels_) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -138,6 +139,109 @@ TEST_F(PhotographedBust, ThreadsDoNotMatter) {
   ASSERT_EQ(call(one), 0);
   ASSERT_EQ(call(two), 0);
   EXPECT_EQ(file_bytes(folder->path() / "one.png"), file_bytes(folder->path() / "two.png"));
+}
+
+TEST_F(PhotographedBust, BlendsAreWhatTheySay) {
+  for (const std::string how : {"best", "mean", "detail"})
+    ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", how + ".png", "--blend", how})), 0);
+  ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "usual.png"})), 0);
+  EXPECT_EQ(file_bytes(*folder / "usual.png"), file_bytes(*folder / "detail.png"));
+  EXPECT_LT(difference("mean.png"), 1.1 * difference("best.png"));
+
+  // Noise goes where it is averaged.
+  spoil([](int k, Image<float>& picture) {
+    std::uint32_t random = 17 + std::uint32_t(k);
+    for (float& value : picture.values()) {
+      random = 1664525 * random + 1013904223;
+      value = std::clamp(value + 0.2F * (float(random >> 8) / float(1 << 24) - 0.5F), 0.0F, 1.0F);
+    }
+  });
+  std::vector<double> noisy;
+  for (const std::string how : {"best", "mean", "detail"}) {
+    ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "noisy.png", "--poses", "keep", "--blend", how})), 0);
+    noisy.push_back(difference("noisy.png"));
+  }
+  EXPECT_LT(noisy[1], noisy[0]);
+  EXPECT_LT(noisy[1], noisy[2]);
+  write_image(folder->path() / "labels.png", Image<float>(256, 256, 1, 0.0F));
+  EXPECT_THAT(marquetry(*folder, with_cameras({"texture", "bust.obj", "-o", "x.png", "--blend", "mean", "--labels",
+                                               "labels.png"}))
+                  .error,
+              HasSubstr("--blend mean takes all photographs of a place"));
+}
+
+TEST_F(PhotographedBust, WorkThatWasStoppedGoesOn) {
+  ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "whole.png"})), 0);
+  const auto go_on = [] {
+    return marquetry(*folder,
+                     with_cameras({"texture", "bust.obj", "-o", "gone_on.png", "--resume", "kept", "--overwrite"}));
+  };
+  // A last photograph that is damaged in the middle, which its head does not tell: the others are kept.
+  const std::string last = file_bytes(*folder / file(views - 1, "png"));
+  const auto time = std::filesystem::last_write_time(*folder / file(views - 1, "png"));
+  std::string damaged = last;
+  for (std::size_t k = 0; k < 64; ++k) damaged[damaged.size() / 2 + k] = char(damaged[damaged.size() / 2 + k] ^ 0x55);
+  write_bytes(*folder / file(views - 1, "png"), damaged);
+  std::filesystem::last_write_time(*folder / file(views - 1, "png"), time);
+  EXPECT_NE(go_on().status, 0);
+  EXPECT_FALSE(std::filesystem::exists(*folder / "gone_on.png"));
+  ASSERT_TRUE(std::filesystem::exists(*folder / "kept/align0.photograph"));
+  EXPECT_FALSE(std::filesystem::exists(*folder / "kept" / fmt::format("align{}.photograph", views - 1)));
+  write_bytes(*folder / file(views - 1, "png"), last);
+  std::filesystem::last_write_time(*folder / file(views - 1, "png"), time);
+
+  // One of those kept is damaged, one cut short.
+  std::string kept = file_bytes(*folder / "kept/align1.photograph");
+  kept[kept.size() / 2] = char(kept[kept.size() / 2] ^ 1);
+  write_bytes(*folder / "kept/align1.photograph", kept);
+  std::filesystem::resize_file(*folder / "kept/align2.photograph", 20);
+  const Result result = go_on();
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("align1.photograph: is cut short or damaged"));
+  EXPECT_THAT(result.error, HasSubstr("align2.photograph: is cut short or damaged"));
+  EXPECT_THAT(result.error, testing::Not(HasSubstr("align3.photograph")));
+  EXPECT_EQ(file_bytes(*folder / "gone_on.png"), file_bytes(*folder / "whole.png"));
+  EXPECT_FALSE(std::filesystem::exists(*folder / "kept"));
+}
+
+TEST_F(PhotographedBust, WhatWasKeptOfOthersIsNotTaken) {
+  std::filesystem::create_directory(*folder / "others");
+  write_bytes(*folder / "others/look0.photograph", "mqphot01 of something else");
+  write_bytes(*folder / "others/mine.txt", "stays");
+  ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "plain.png"})), 0);
+  const Result result =
+      marquetry(*folder, with_cameras({"texture", "bust.obj", "-o", "beside.png", "--resume", "others"}));
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(file_bytes(*folder / "beside.png"), file_bytes(*folder / "plain.png"));
+  EXPECT_EQ(file_bytes(*folder / "others/mine.txt"), "stays");
+  EXPECT_THAT(marquetry(*folder, with_cameras({"texture", "bust.obj", "-o", "x.png", "--resume", "bust.obj"})).error,
+              HasSubstr("bust.obj: cannot be made a folder to keep work in"));
+}
+
+/// One set of cameras, written as others write them, is the same cameras.
+TEST_F(PhotographedBust, FormatsOfCamerasDoNotMatter) {
+  ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "own.png", "--poses", "keep"})), 0);
+  const Image<float> own = read_texture(*folder / "own.png").pixels;
+  nlohmann::json all = nlohmann::json::parse(file_bytes(*folder / file(0, "json")));
+  for (int k = 1; k < views; ++k)
+    all["cameras"].push_back(nlohmann::json::parse(file_bytes(*folder / file(k, "json")))["cameras"][0]);
+  write_bytes(*folder / "all.json", all.dump());
+  for (const std::vector<std::string>& format :
+       std::vector<std::vector<std::string>>{{"transforms.json"}, {"colmap"},
+                                             {"colmap_binary", "--format", "colmap-binary"}}) {
+    std::vector<std::string> words = {"cameras", "all.json", "-o", format[0]};
+    words.insert(words.end(), format.begin() + 1, format.end());
+    ASSERT_EQ(call(words), 0) << format[0];
+    ASSERT_EQ(call({"texture", "bust.obj", "--cameras", format[0], "--images", ".", "-o", "other.png", "--poses",
+                    "keep"}),
+              0)
+        << format[0];
+    const Image<float> other = read_texture(*folder / "other.png").pixels;
+    float most = 0;
+    for (std::size_t i = 0; i < own.values().size(); ++i)
+      most = std::max(most, std::abs(own.values()[i] - other.values()[i]));
+    EXPECT_LE(255 * most, 1.001F) << format[0];
+  }
 }
 
 TEST_F(PhotographedBust, WhatCannotBeIsRefused) {

@@ -10,6 +10,7 @@
 #include "mq/io/image_file.h"
 #include "mq/model/bake_target.h"
 #include "mq/model/model_picture.h"
+#include "mq/model/photograph_store.h"
 #include "mq/model/photograph_texture.h"
 #include "mq/model/photographs.h"
 #include "mq/model/unwrapped_model.h"
@@ -107,16 +108,14 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
 
 Filtered put_together(Run& run, const TextureSignal& target, double weight, const PhotographTexture& found) {
   Filtered filtered;
-  const bool to_mean = run.options().text("blend") == "detail";
-  const Signal offset = to_mean ? found.offset : Signal(Signal::Zero(found.values.rows(), found.values.cols()));
   solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
     std::unique_ptr<Stitcher> stitcher;
     {
       const Step step(run, "prepare", shares.prepare / 2);
-      stitcher = std::make_unique<Stitcher>(target.space(), weight, found.labels, factory, step);
+      stitcher = std::make_unique<Stitcher>(target.space(), weight, found.regions, factory, step);
     }
     const Step step(run, "solve", shares.solve / 2);
-    filtered = stitcher->stitch(found.values, found.beyond, offset, step);
+    filtered = stitcher->stitch(found.values, found.beyond, found.offset, step);
     return filtered.report;
   });
   return filtered;
@@ -158,6 +157,7 @@ Exit texture(Run& run) {
     if (run.dry_run()) return Exit::done;
   }
   prepare_textures(run, photographs, scene);
+  if (!options.texts("labels").empty()) require_choosable(options);
   check_pictures(options, scene, {"labels"});
   if (keeps) {
     outputs.emplace(options.text("output"), scene.model, Outputs::Kind::pictures);
@@ -173,7 +173,9 @@ Exit texture(Run& run) {
       target = make_texture_signal(run, scene, {.values = value_space(options), .depth = asked_depth(options)}, step);
     }
     const Step step(run, "photographs", 0.4);
-    const PhotographTexturing work(scene, *target, photographs, asked_photograph_options(options), run.terminal(),
+    PhotographTextureOptions wanted_options = asked_photograph_options(options);
+    if (options.has("resume")) wanted_options.resume = options.text("resume");
+    const PhotographTexturing work(scene, *target, photographs, wanted_options, run.terminal(),
                                    step.progress().step("look", 0.6));
     std::vector<int> wanted;
     if (!options.texts("labels").empty())
@@ -199,6 +201,7 @@ Exit texture(Run& run) {
   if (options.has("picture")) draw_choice(run, scene, *target, *found);
   write_outputs(run, *outputs, std::move(scene.model), step);
   for (const std::filesystem::path& page : pages) run.result["outputs"].push_back(page.string());
+  if (options.has("resume")) forget_stored_photographs(options.text("resume"));
   return Exit::done;
 }
 
@@ -237,6 +240,13 @@ Verb texture_verb() {
              .help = "a picture per texture: the number of the photograph that texels are to come from",
              .details = "Counted from 0, the first channel as stored; the viewer's tool paints them. Where it is "
                         "transparent, and where that photograph does not show the texel, one is chosen."});
+  table.add({.name = "resume",
+             .type = Type::path,
+             .metavar = "FOLDER",
+             .group = "Photographs",
+             .help = "keep what is found of each photograph in this folder, and go on from what is there",
+             .details = "For many photographs: the same command goes on where it was stopped. What was found with "
+                        "others or other options is found again. Removed once the result is written."});
   table.add({.name = "picture",
              .type = Type::path,
              .group = "Texture",

@@ -105,12 +105,23 @@ struct Means {
   std::vector<int> count;
 };
 
-Means means_of(std::span<const SizedPhotograph> sized, std::span<const AlignedPhotograph> photographs,
+/// What photographs show of their places; nothing outside of them.
+using Values = std::vector<std::optional<SizedPhotograph::Value>>;
+
+std::vector<Values> values_of(std::span<const SizedPhotograph> sized, std::span<const AlignedPhotograph> photographs) {
+  std::vector<Values> values(sized.size());
+  parallel_for(std::ssize(sized), [&](std::int64_t v) {
+    for (std::size_t k = 0; k < sized[v].size(); ++k) values[v].push_back(sized[v].at(photographs[v].camera, k));
+  }, 1);
+  return values;
+}
+
+Means means_of(std::span<const Values> values, std::span<const AlignedPhotograph> photographs,
                std::span<const Tone> tones, std::size_t places) {
   Means means{std::vector<double>(places, 0.0), std::vector<double>(places, 0.0), std::vector<int>(places, 0)};
-  for (std::size_t v = 0; v < sized.size(); ++v)
-    for (std::size_t k = 0; k < sized[v].size(); ++k) {
-      const auto found = sized[v].at(photographs[v].camera, k);
+  for (std::size_t v = 0; v < values.size(); ++v)
+    for (std::size_t k = 0; k < values[v].size(); ++k) {
+      const auto& found = values[v][k];
       if (!found) continue;
       const std::size_t i = std::size_t(photographs[v].places[k]);
       const double w = photographs[v].weights[k];
@@ -126,11 +137,11 @@ Means means_of(std::span<const SizedPhotograph> sized, std::span<const AlignedPh
 constexpr std::size_t fewest_shared = 50;
 
 /// The tone that gives a photograph the mean and the spread of the others, where it shares places.
-Tone tone_of(const SizedPhotograph& sized, const AlignedPhotograph& photograph, const Means& means) {
+Tone tone_of(const Values& values, const AlignedPhotograph& photograph, const Means& means) {
   double n = 0, own = 0, own_squares = 0, others = 0, others_squares = 0;
-  for (std::size_t k = 0; k < sized.size(); ++k) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
     const std::size_t i = std::size_t(photograph.places[k]);
-    const auto found = sized.at(photograph.camera, k);
+    const auto& found = values[k];
     if (!found || means.count[i] < 2) continue;
     n += 1, own += found->value, own_squares += found->value * found->value;
     others += means.value[i], others_squares += means.value[i] * means.value[i];
@@ -150,13 +161,13 @@ struct Row {
 };
 
 /// Nothing where too little is shared. Weights are robust.
-std::vector<Row> rows_of(const SizedPhotograph& sized, const AlignedPhotograph& photograph, const Tone& tone,
+std::vector<Row> rows_of(const Values& values, const AlignedPhotograph& photograph, const Tone& tone,
                          const Means& means) {
   std::vector<Row> rows;
   std::vector<double> sizes;
-  for (std::size_t k = 0; k < sized.size(); ++k) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
     const std::size_t i = std::size_t(photograph.places[k]);
-    const auto found = sized.at(photograph.camera, k);
+    const auto& found = values[k];
     if (!found || means.count[i] < 2) continue;
     rows.push_back({k, tone.a * Eigen::RowVector2d(found->dx, found->dy),
                     tone.a * found->value + tone.b - means.value[i], photograph.weights[k]});
@@ -321,14 +332,16 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
     std::vector<SizedPhotograph> sized;
     for (const AlignedPhotograph& photograph : photographs) sized.emplace_back(photograph, places, divisor, !bends);
     if (stage == 0) {
-      const Means plain = means_of(sized, photographs, tones, places.size());
-      for (std::size_t v = 0; v < sized.size(); ++v) tones[v] = tone_of(sized[v], photographs[v], plain);
+      const std::vector<Values> values = values_of(sized, photographs);
+      const Means plain = means_of(values, photographs, tones, places.size());
+      for (std::size_t v = 0; v < sized.size(); ++v) tones[v] = tone_of(values[v], photographs[v], plain);
     }
     for (int round = 0; round < rounds; ++round) {
-      const Means means = means_of(sized, photographs, tones, places.size());
+      const std::vector<Values> values = values_of(sized, photographs);
+      const Means means = means_of(values, photographs, tones, places.size());
       parallel_for(std::ssize(photographs), [&](std::int64_t v) {
         AlignedPhotograph& one = photographs[v];
-        const std::vector<Row> rows = rows_of(sized[v], one, tones[v], means);
+        const std::vector<Row> rows = rows_of(values[v], one, tones[v], means);
         if (rows.empty()) return;
         if (bends && one.camera.correction.empty()) one.camera.correction = no_correction(one.camera, cells);
         if (bends)

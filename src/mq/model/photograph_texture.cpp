@@ -11,9 +11,13 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/base/words.h"
 #include "mq/draw/align_photographs.h"
-#include "mq/image/resample.h"
+#include "mq/io/photograph_file.h"
+#include "mq/model/detail/photograph_labels.h"
 #include "mq/model/detail/photograph_light.h"
+#include "mq/model/detail/photograph_pictures.h"
+#include "mq/model/detail/photograph_records.h"
 #include "mq/model/photographs.h"
 
 namespace mq {
@@ -21,61 +25,6 @@ namespace {
 
 constexpr int samples_of_patch = 5;
 constexpr double opaque = 0.5;    ///< the least alpha of a photograph that shows something
-constexpr int channels_of_look = 5;  ///< red, green, blue, detail, alpha
-
-/// |∇|² of display brightness, per texel, of a picture with `step` pixels per texel.
-Image<float> squared_detail(const Image<float>& light, double step) {
-  Image<float> grey(light.width(), light.height(), 1), result(light.width(), light.height(), 1);
-  parallel_for(light.height(), [&](std::int64_t y) {
-    for (int x = 0; x < light.width(); ++x) {
-      const auto pixel = light.pixel(x, int(y));
-      grey(x, int(y)) = float(srgb_from_linear((pixel[0] + pixel[1] + pixel[2]) / 3));
-    }
-  }, 64);
-  parallel_for(light.height(), [&](std::int64_t row) {
-    const int y = int(row), below = std::min(y + 1, light.height() - 1);
-    for (int x = 0; x < light.width(); ++x) {
-      const float v = grey(x, y);
-      const float dx = grey(std::min(x + 1, light.width() - 1), y) - v, dy = grey(x, below) - v;
-      result(x, y) = float(step * step) * (dx * dx + dy * dy);
-    }
-  }, 64);
-  return result;
-}
-
-Image<float> reduced(const Image<float>& image, double factor) {
-  const auto side = [&](int size) { return std::max(1, int(std::lround(size / factor))); };
-  if (factor <= 1) return image;
-  return area_scaled(image, side(image.width()), side(image.height()));
-}
-
-/// Display brightness, at no more than about a pixel per texel and so many pixels.
-Image<float> picture_to_align(const Image<float>& light, double pixels_per_texel, double most_pixels) {
-  const double size = double(light.width()) * light.height();
-  const Image<float> small = reduced(light, std::max({1.0, pixels_per_texel, std::sqrt(size / most_pixels)}));
-  Image<float> grey(small.width(), small.height(), 1);
-  for (int y = 0; y < small.height(); ++y)
-    for (int x = 0; x < small.width(); ++x)
-      grey(x, y) = float(srgb_from_linear((small(x, y, 0) + small(x, y, 1) + small(x, y, 2)) / 3));
-  return grey;
-}
-
-/// What is looked at to choose: means over about two texels.
-Image<float> picture_to_look_at(const Image<float>& light, double pixels_per_texel) {
-  const double fine = std::max(1.0, pixels_per_texel), coarse = std::max(1.0, 2 * pixels_per_texel);
-  const Image<float> at_texels = reduced(light, fine);
-  const double step = pixels_per_texel / std::max(1.0, double(light.width()) / at_texels.width());
-  const Image<float> colours = reduced(light, coarse);
-  const Image<float> detail = area_scaled(squared_detail(at_texels, step), colours.width(), colours.height());
-  Image<float> result(colours.width(), colours.height(), channels_of_look);
-  for (int y = 0; y < result.height(); ++y)
-    for (int x = 0; x < result.width(); ++x) {
-      for (int c = 0; c < 3; ++c) result(x, y, c) = colours(x, y, c);
-      result(x, y, 3) = detail(x, y);
-      result(x, y, 4) = colours.channels() > 3 ? std::clamp(colours(x, y, 3), 0.0F, 1.0F) : 1.0F;
-    }
-  return result;
-}
 
 /// Patches with the texels at which photographs are looked at.
 struct Looks {
@@ -98,9 +47,9 @@ std::vector<Observations::OfPatch> observe(const Looks& looks, const Partial& sh
     double weight = 0, detail = 0, radius = 0;
     std::array<double, 3> colour{};
     for (int k = looks.offsets[p]; k < looks.offsets[p + 1]; ++k) {
-      const double w = shown.confidence[std::size_t(k)] * shown.values(k, 4);
+      const double w = shown.confidence[std::size_t(k)] * shown.values(k, channel_of_alpha);
       if (!(w > 0)) continue;
-      weight += w, detail += w * shown.values(k, 3);
+      weight += w, detail += w * shown.values(k, channel_of_detail);
       if (const auto place = camera.project(points[std::size_t(looks.places[std::size_t(k)])]))
         radius += w * radius_in(camera.width, camera.height, *place);
       for (int c = 0; c < 3; ++c) colour[std::size_t(c)] += w * shown.values(k, c);
@@ -115,100 +64,23 @@ std::vector<Observations::OfPatch> observe(const Looks& looks, const Partial& sh
   return result;
 }
 
-/// The views of a patch in the order in which its texels ask them: the chosen one, then the best.
-std::vector<int> order_of_views(std::span<const Observation> views, int chosen) {
-  const std::vector<float> qualities = relative_qualities(views);
-  std::vector<int> order(views.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, [&](int a, int b) {
-    if ((a == chosen) != (b == chosen)) return a == chosen;
-    if (views[std::size_t(a)].rejected != views[std::size_t(b)].rejected) return views[std::size_t(b)].rejected;
-    return qualities[std::size_t(a)] > qualities[std::size_t(b)];
-  });
-  for (int& k : order) k = views[std::size_t(k)].view;
-  return order;
-}
-
-/// What its patch is asked of, or where none shows that, what patches beside it are.
-std::vector<std::vector<int>> views_to_ask(const Patches& patches, const Observations& observations,
-                                           std::span<const int> chosen) {
-  std::vector<std::vector<int>> orders(std::size_t(patches.count()));
-  for (int p = 0; p < patches.count(); ++p) orders[std::size_t(p)] = order_of_views(observations.of(p), chosen[p]);
-  std::vector<std::vector<int>> result = orders;
-  const auto lend = [&](int from, int to) {
-    if (!orders[std::size_t(to)].empty()) return;
-    for (const int view : orders[std::size_t(from)])
-      if (std::ranges::find(result[std::size_t(to)], view) == result[std::size_t(to)].end())
-        result[std::size_t(to)].push_back(view);
-  };
-  for (const Patches::Link& link : patches.links) lend(link.a, link.b), lend(link.b, link.a);
-  return result;
-}
-
-/// Gives open texels the photograph that is wanted where it shows them, else the first of those that their patch
-/// asks which does; `unseen` where none does.
-void find_labels(const Projector& projector, const Patches& patches, const std::vector<std::vector<int>>& asked,
-                 std::span<const int> wanted, std::span<const PinholeCamera> cameras, const PhotographOptions& options,
-                 std::vector<int> open, std::vector<int>& labels, const Progress& progress) {
-  constexpr int most_rounds = 16;
-  for (const int i : open) labels[std::size_t(i)] = unseen;
-  const auto view_asked = [&](int texel, int round) {
-    if (round < 0) return wanted.empty() ? unseen : wanted[std::size_t(texel)];
-    const std::vector<int>& views = asked[std::size_t(patches.of[texel])];
-    return round < std::ssize(views) ? views[std::size_t(round)] : unseen;
-  };
-  for (int round = wanted.empty() ? 0 : -1; round < most_rounds && !open.empty(); ++round) {
-    std::vector<std::vector<int>> of_view(cameras.size());
-    std::vector<int> still_open;
-    for (const int i : open)
-      if (const int view = view_asked(i, round); view != unseen)
-        of_view[std::size_t(view)].push_back(i);
-      else if (round < 0)
-        still_open.push_back(i);
-    open = std::move(still_open);
-    for (std::size_t v = 0; v < cameras.size(); ++v) {
-      const std::vector<double> confidences = projector.confidences(cameras[v], of_view[v], options, progress);
-      for (std::size_t k = 0; k < of_view[v].size(); ++k)
-        if (confidences[k] > 0)
-          labels[std::size_t(of_view[v][k])] = int(v);
-        else
-          open.push_back(of_view[v][k]);
+/// Weights times the squares of how sharp places are: root mean squares of gradients against the median of those
+/// that show the place, 0.05 to 1. `details`: of the places of each photograph |∇|² in brightness per texel.
+void weigh_by_sharpness(std::span<const std::vector<float>> details, std::size_t places,
+                        std::vector<AlignedPhotograph>& photographs) {
+  std::vector<std::vector<float>> of_place(places);
+  for (std::size_t v = 0; v < photographs.size(); ++v)
+    for (std::size_t k = 0; k < details[v].size(); ++k)
+      of_place[std::size_t(photographs[v].places[k])].push_back(details[v][k]);
+  for (std::vector<float>& found : of_place)
+    std::nth_element(found.begin(), found.begin() + std::ssize(found) / 2, found.end());
+  for (std::size_t v = 0; v < photographs.size(); ++v)
+    for (std::size_t k = 0; k < details[v].size(); ++k) {
+      constexpr float least = 0.05F * 0.05F;
+      const std::vector<float>& found = of_place[std::size_t(photographs[v].places[k])];
+      const float usual = found[found.size() / 2];
+      if (usual > 0) photographs[v].weights[k] *= std::clamp(details[v][k] / usual, least, 1.0F);
     }
-    std::ranges::sort(open);
-    progress.at(double(round + 1) / most_rounds);
-  }
-}
-
-/// Texels of patches that hold an unseen one, or lie beside such a patch.
-std::vector<int> beside_unseen(const Patches& patches, std::span<const int> labels) {
-  std::vector<char> holds(std::size_t(patches.count()), 0);
-  for (std::size_t i = 0; i < labels.size(); ++i)
-    if (labels[i] == unseen) holds[std::size_t(patches.of[i])] = 1;
-  std::vector<char> near = holds;
-  for (const Patches::Link& link : patches.links) {
-    if (holds[std::size_t(link.a)]) near[std::size_t(link.b)] = 1;
-    if (holds[std::size_t(link.b)]) near[std::size_t(link.a)] = 1;
-  }
-  std::vector<int> texels;
-  for (std::size_t i = 0; i < labels.size(); ++i)
-    if (near[std::size_t(patches.of[i])] && labels[i] != unseen) texels.push_back(int(i));
-  return texels;
-}
-
-/// Takes what was found with more distance from outlines, but where no texel of a patch and of those beside it would
-/// be left: what is thin is shown near its outlines or not at all.
-void take_surer(const Patches& patches, std::span<const int> texels, std::span<const int> surer,
-                std::vector<int>& labels) {
-  std::vector<std::int64_t> left(std::size_t(patches.count()), 0);
-  for (std::size_t i = 0; i < labels.size(); ++i) left[std::size_t(patches.of[i])] += surer[i] != unseen;
-  std::vector<char> keeps(left.size(), 0);
-  for (std::size_t p = 0; p < left.size(); ++p) keeps[p] = left[p] > 0;
-  for (const Patches::Link& link : patches.links) {
-    if (left[std::size_t(link.a)] > 0) keeps[std::size_t(link.b)] = 1;
-    if (left[std::size_t(link.b)] > 0) keeps[std::size_t(link.a)] = 1;
-  }
-  for (const int i : texels)
-    if (keeps[std::size_t(patches.of[i])]) labels[std::size_t(i)] = surer[std::size_t(i)];
 }
 
 /// A photograph that disagrees nearly everywhere is rejected altogether, and said so.
@@ -255,6 +127,21 @@ struct PhotographTexturing::Work {
         exposed(no_exposures(int(given.size()))),
         pixels_per_texel(given.size(), 0.0) {}
 
+  /// Weighted means per unknown; of none where they are not asked for.
+  struct Means {
+    Signal sum;
+    Vector weight;
+
+    Means(Eigen::Index unknowns, int channels)
+        : sum(Signal::Zero(unknowns, channels)), weight(Vector::Zero(unknowns)) {}
+
+    /// Where there is one, it becomes the value.
+    void put(PhotographTexture& result) const {
+      for (Eigen::Index i = 0; i < weight.size(); ++i)
+        if (weight[i] > 0 && result.labels[std::size_t(i)] != unseen) result.values.row(i) = sum.row(i) / weight[i];
+    }
+  };
+
   void align(const Looks& looks, Messages& messages, const Progress& progress) {
     constexpr double most_pixels = 1e6, most_of_all = 1e8;
     constexpr std::size_t most_places = 60'000;
@@ -262,23 +149,62 @@ struct PhotographTexturing::Work {
     for (std::size_t k = 0; k < looks.places.size(); k += 1 + looks.places.size() / most_places)
       places.push_back(looks.places[k]);
     std::vector<AlignedPhotograph> aligned;
+    std::vector<std::vector<float>> details;  ///< of the places of each
     for (std::size_t v = 0; v < photographs.size(); ++v) {
       const Progress step = step_of(v, 0.6, progress);
+      AlignedPhotograph& one = aligned.emplace_back();
+      one.camera = camera_of(v);
+      const std::string name = fmt::format("align{}", v);
+      if (const auto record = store.find(name)) {
+        read_to_align(*record, one, details.emplace_back());
+        continue;
+      }
       const PhotographLight photograph = PhotographLight::read(photographs[v]);
       const double fine = projector.pixels_per_spacing(photograph.camera, places);
-      AlignedPhotograph& one = aligned.emplace_back();
-      one.camera = photograph.camera;
       one.grey = picture_to_align(photograph.light, fine,
                                   std::min(most_pixels, most_of_all / double(photographs.size())));
       const std::vector<double> shown = projector.confidences(one.camera, places, options.projection, step);
       for (std::size_t k = 0; k < shown.size(); ++k)
         if (shown[k] > 0) one.places.push_back(places[k]), one.weights.push_back(float(shown[k]));
+      const double step_of_grey = fine * one.grey.width() / photograph.light.width();
+      const Image<float> squares = reduced(squared_detail(one.grey, step_of_grey), 2);
+      const Signal at_places = projector.sampled(one.camera, squares, one.places);
+      details.emplace_back(at_places.data(), at_places.data() + at_places.size());
+      if (store.keeps()) keep(name, record_to_align(one, details.back()), int(v) + 1, "read to be aligned", messages);
     }
+    weigh_by_sharpness(details, projector.places().size(), aligned);
     align_photographs(projector.places(), aligned, progress.step("align", 0.4));
     for (std::size_t v = 0; v < photographs.size(); ++v) {
-      constexpr double far = 10;
       cameras[v] = aligned[v].camera;
       moved[v] = aligned[v].moved;
+    }
+    if (store.keeps())
+      keep("aligned", record_of_poses(cameras, moved), int(photographs.size()), "aligned", messages);
+  }
+
+  /// As the photograph is, before it is aligned.
+  PinholeCamera camera_of(std::size_t view) const {
+    return fitted_camera(photographs[view], picture_info(photographs[view].picture)).camera;
+  }
+
+  /// Puts it and says so.
+  void keep(const std::string& name, std::span<const std::byte> record, int done, const char* what,
+            Messages& messages) const {
+    store.put(name, record);
+    messages.safe(fmt::format("{} of {} are {} and kept in {}", done,
+                              counted(std::ssize(photographs), "photograph"), what, options.resume.string()));
+  }
+
+  /// Aligned as they were before, else now.
+  void find_poses(const Looks& looks, Messages& messages, const Progress& progress) {
+    for (std::size_t v = 0; v < photographs.size(); ++v) cameras[v] = camera_of(v);
+    if (!options.align) return;
+    if (const auto record = store.find("aligned"))
+      read_poses(*record, cameras, moved);
+    else
+      align(looks, messages, progress);
+    for (std::size_t v = 0; v < photographs.size(); ++v) {
+      constexpr double far = 10;
       if (moved[v] > far)
         messages.warning(fmt::format("{}: alignment moved it by {:.0f} pixels: check its camera",
                                       photographs[v].picture.string(), moved[v]));
@@ -289,15 +215,22 @@ struct PhotographTexturing::Work {
     std::vector<std::vector<Observations::OfPatch>> of_view(photographs.size());
     for (std::size_t v = 0; v < photographs.size(); ++v) {
       const Progress step = step_of(v, 1, progress);
-      const PhotographLight photograph = PhotographLight::read(photographs[v]);
-      if (!options.align) cameras[v] = photograph.camera;
-      if (!photograph.remark.empty()) messages.remark(photograph.remark);
       pixels_per_texel[v] = projector.pixels_per_spacing(cameras[v], looks.places);
+      const std::string name = fmt::format("look{}", v);
+      if (const auto record = store.find(name)) {
+        of_view[v] = StoredReader(*record).list<Observations::OfPatch>();
+        continue;
+      }
+      const PhotographLight photograph = PhotographLight::read(photographs[v]);
+      if (!photograph.remark.empty()) messages.remark(photograph.remark);
       const Image<float> picture = picture_to_look_at(photograph.light, pixels_per_texel[v]);
       const Partial shown = projector.project(cameras[v], picture, looks.places, options.projection, step);
       of_view[v] = observe(looks, shown, projector.places(), cameras[v], int(v));
       if (of_view[v].empty())
         messages.warning(photographs[v].picture.string() + ": shows nothing of the model: check its camera");
+      StoredWriter record;
+      record.add(of_view[v]);
+      if (store.keeps()) keep(name, record.bytes, int(v) + 1, "looked at", messages);
     }
     observations = Observations::gather(patches.count(), of_view);
   }
@@ -330,6 +263,7 @@ struct PhotographTexturing::Work {
   /// Fills in `result.values` and `result.beyond`; what is masked by alpha becomes unseen.
   void take_colours(PhotographTexture& result, const Progress& progress) const {
     result.values = Signal::Zero(std::ssize(result.labels), signal.channels());
+    Means means(options.blend == PhotographBlend::mean ? std::ssize(result.labels) : 0, signal.channels());
     std::vector<std::vector<int>> own(photographs.size());
     for (std::size_t i = 0; i < result.labels.size(); ++i)
       if (result.labels[i] != unseen) own[std::size_t(result.labels[i])].push_back(int(i));
@@ -338,29 +272,85 @@ struct PhotographTexturing::Work {
       const Progress step = step_of(v, 1, progress);
       const std::span<const int> beyond = result.beyond.unknowns_of(int(v));
       result.views[v].texels = std::ssize(own[v]);
-      if (own[v].empty() && beyond.empty()) continue;
-      const Image<float> shown = picture(v);
-      const Signal sampled = projector.sampled(cameras[v], shown, own[v]);
-      const Signal own_values = values.with_alpha(sampled);
-      const bool masked = has_alpha(shown.channels());
+      const std::vector<int> to_blend = means.weight.size() > 0 ? agreed_texels(int(v)) : std::vector<int>();
+      if (own[v].empty() && beyond.empty() && to_blend.empty()) continue;
+      const TakenColours taken = colours_of(v, own[v], beyond, to_blend, means, step);
+      const Signal own_values = values.with_alpha(taken.own);
+      const bool masked = has_alpha(int(taken.own.cols()));
       for (std::size_t k = 0; k < own[v].size(); ++k) {
-        if (masked && sampled(Eigen::Index(k), sampled.cols() - 1) < opaque) {
-          result.labels[std::size_t(own[v][k])] = unseen;
+        if (masked && taken.own(Eigen::Index(k), taken.own.cols() - 1) < opaque) {
+          result.labels[std::size_t(own[v][k])] = result.regions[std::size_t(own[v][k])] = unseen;
           --result.views[v].texels;
           continue;
         }
         result.values.row(own[v][k]) = own_values.row(Eigen::Index(k));
         sum += own_values.row(Eigen::Index(k));
       }
-      const Partial others = projector.project(cameras[v], shown, beyond, plain_projection(), step);
-      const Signal other_values = values.with_alpha(others.values);
+      const Signal other_values = values.with_alpha(taken.beyond.values);
       for (std::size_t k = 0; k < beyond.size(); ++k)
-        if (others.confidence[k] > 0) result.beyond.put(int(v), beyond[k], other_values.row(Eigen::Index(k)));
+        if (taken.beyond.confidence[k] > 0) result.beyond.put(int(v), beyond[k], other_values.row(Eigen::Index(k)));
     }
+    means.put(result);
     const std::int64_t seen = std::ssize(result.labels) - std::ranges::count(result.labels, unseen);
     if (seen == 0) return;
     for (std::size_t i = 0; i < result.labels.size(); ++i)
       if (result.labels[i] == unseen) result.values.row(Eigen::Index(i)) = sum / double(seen);
+  }
+
+  /// Of one photograph, which is not read where they are kept. What all texels of many photographs show is more than
+  /// should be kept: with means they are read again.
+  TakenColours colours_of(std::size_t v, std::span<const int> own, std::span<const int> beyond,
+                          std::span<const int> to_blend, Means& means, const Progress& progress) const {
+    TakenColours taken;
+    StoredWriter asked;
+    if (store.keeps()) asked.add(own), asked.add(beyond), asked.add(exposed.gains[v]);
+    const std::uint64_t print = print_of(asked.bytes);
+    const std::string name = fmt::format("colours{}", v);
+    if (const auto record = to_blend.empty() ? store.find(name) : std::nullopt;
+        record && read_colours(*record, print, taken))
+      return taken;
+    const Image<float> shown = picture(v);
+    if (!to_blend.empty()) add_to_means(int(v), shown, to_blend, means, progress);
+    taken.own = projector.sampled(cameras[v], shown, own);
+    taken.beyond = projector.project(cameras[v], shown, beyond, plain_projection(), progress);
+    if (store.keeps() && to_blend.empty()) store.put(name, record_of_colours(print, taken));
+    return taken;
+  }
+
+  /// What is agreed on of a patch; all of it where nothing is.
+  static bool agrees(std::span<const Observation> views, const Observation& one) {
+    return !one.rejected || std::ranges::all_of(views, &Observation::rejected);
+  }
+
+  /// Texels of the patches that a photograph shows as others do.
+  std::vector<int> agreed_texels(int view) const {
+    std::vector<int> texels;
+    for (int p = 0; p < patches.count(); ++p) {
+      const auto views = observations.of(p);
+      const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
+      if (at != views.end() && at->view == view && agrees(views, *at))
+        texels.insert(texels.end(), patches.members.begin() + patches.offsets[p],
+                      patches.members.begin() + patches.offsets[p + 1]);
+    }
+    return texels;
+  }
+
+  void add_to_means(int view, const Image<float>& shown, std::span<const int> texels, Means& means,
+                    const Progress& progress) const {
+    const Partial part = projector.project(cameras[std::size_t(view)], shown, texels, options.projection, progress);
+    const Signal own = values.with_alpha(part.values);
+    int patch = -1;
+    double sharp = 1;
+    for (std::size_t k = 0; k < texels.size(); ++k) {
+      const int i = texels[k];
+      if (const int p = patches.of[std::size_t(i)]; p != patch) {
+        const auto views = observations.of(patch = p);
+        const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view) - views.begin();
+        sharp = sharpness(views)[std::size_t(at)];
+      }
+      means.sum.row(i) += sharp * part.confidence[k] * own.row(Eigen::Index(k));
+      means.weight[i] += sharp * part.confidence[k];
+    }
   }
 
   /// The part of `share` of the progress that one photograph has.
@@ -380,6 +370,7 @@ struct PhotographTexturing::Work {
   std::vector<double> moved;             ///< by alignment
   Exposures exposed;
   std::vector<double> pixels_per_texel;
+  PhotographStore store;
 };
 
 PhotographTexturing::PhotographTexturing(const TexturedModel& model, const TextureSignal& signal,
@@ -389,7 +380,12 @@ PhotographTexturing::PhotographTexturing(const TexturedModel& model, const Textu
   require(!photographs.empty(), "a texture of photographs needs one at least");
   work_ = std::make_unique<Work>(model, signal, photographs, options, progress.step("places", 0.15));
   const Looks looks(work_->patches);
-  if (options.align) work_->align(looks, messages, progress.step("align", 0.5));
+  if (!options.resume.empty())
+    work_->store = PhotographStore(options.resume,
+                                   print_of_setup(model.surface.mesh, work_->projector.places(), signal, photographs,
+                                                  options),
+                                   messages);
+  work_->find_poses(looks, messages, progress.step("align", 0.5));
   work_->look(looks, messages, progress.step("look", options.align ? 0.3 : 0.75));
   work_->choose(messages, progress.step("choose", 0.05));
 }
@@ -420,10 +416,14 @@ std::vector<int> PhotographTexturing::labels(std::span<const int> wanted, const 
 }
 
 PhotographTexture PhotographTexturing::make(std::span<const int> wanted, const Progress& progress) const {
-  std::vector<int> chosen = labels(wanted, progress.step("what is hidden", 0.3));
-  BeyondBorders beyond(work_->signal.space(), chosen, work_->signal.channels());
+  const PhotographBlend blend = work_->options.blend;
+  std::vector<int> chosen = labels(wanted, progress.step("what is hidden", 0.3)), regions = chosen;
+  if (blend == PhotographBlend::mean)
+    for (int& region : regions) region = region == unseen ? unseen : 0;
+  BeyondBorders beyond(work_->signal.space(), regions, work_->signal.channels());
   PhotographTexture result{.values = {},
                            .labels = std::move(chosen),
+                           .regions = std::move(regions),
                            .beyond = std::move(beyond),
                            .offset = {},
                            .falloff = work_->exposed.falloff,
@@ -434,7 +434,9 @@ PhotographTexture PhotographTexturing::make(std::span<const int> wanted, const P
     result.views[v].moved = work_->moved[v];
   }
   count_views(work_->patches, work_->observations, result);
-  result.offset = offset(result.labels);
+  result.offset = blend == PhotographBlend::detail
+                      ? offset(result.labels)
+                      : Signal(Signal::Zero(std::ssize(result.labels), work_->signal.channels()));
   work_->take_colours(result, progress.step("colours", 0.7));
   return result;
 }

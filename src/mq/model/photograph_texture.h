@@ -2,6 +2,7 @@
 /// A texture of many photographs with cameras, which are read one after another.
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <vector>
@@ -14,6 +15,14 @@
 
 namespace mq {
 
+/// What becomes of the values ψ_v that photographs v show at a place, over those that agree on its patch. q_v is how
+/// well they show it (`Projector`) times how sharp they are there (`sharpness`).
+enum class PhotographBlend {
+  best,    ///< near ψ of the one that was chosen, with its gradients: where two meet steps are spread
+  mean,    ///< Σ q_v ψ_v / Σ q_v, of each texel by itself: smooth, and blurred where poses are off
+  detail,  ///< near that mean, on patches, with the gradients of the one chosen: low frequencies of all, high of it
+};
+
 struct PhotographTextureOptions {
   PhotographOptions projection = {};
   ChooseOptions choice = {};
@@ -21,18 +30,21 @@ struct PhotographTextureOptions {
   bool align = true;           ///< move cameras a little and bend photographs, so that they agree
   bool match_exposure = true;  ///< even out how photographs were exposed; else their colours are kept
   bool reject_outliers = true;
+  PhotographBlend blend = PhotographBlend::detail;
+  std::filesystem::path resume = {};  ///< a folder in which what is found of each photograph is kept
   int patch = 8;  ///< texels, the side of the squares that photographs are chosen for
 };
 
 struct PhotographTexture {
-  Signal values;            ///< per unknown, of the photograph chosen for it; the mean where unseen
-  std::vector<int> labels;  ///< its number, or `unseen`
-  BeyondBorders beyond;     ///< what photographs show past their borders
-  Signal offset;            ///< per unknown: to the mean of all photographs that agree on its patch
+  Signal values;             ///< per unknown, as blended before it is stitched; anything where unseen
+  std::vector<int> labels;   ///< the photograph chosen for it, or `unseen`
+  std::vector<int> regions;  ///< what does not go on over borders: labels, or 0 where values are means, or `unseen`
+  BeyondBorders beyond;      ///< what photographs show past these
+  Signal offset;             ///< per unknown: to that which values are to be near, 0 but for `detail`
   int patches = 0;
 
   struct View {
-    std::int64_t texels = 0;    ///< that come from it
+    std::int64_t texels = 0;    ///< that it was chosen for
     std::int64_t patches = 0;   ///< that it shows
     std::int64_t rejected = 0;  ///< of these, where it does not agree with the others
     LightColour gain = {1, 1, 1};
@@ -47,7 +59,8 @@ struct PhotographTexture {
 ///
 ///     const PhotographTexturing work(model, signal, photographs, options, messages);
 ///     const PhotographTexture found = work.make();
-///     signal.put(..., Stitcher(signal.space(), weight, found.labels).stitch(found.values, found.beyond, found.offset));
+///     const Stitcher stitcher(signal.space(), weight, found.regions);
+///     signal.put(..., stitcher.stitch(found.values, found.beyond, found.offset));
 ///
 /// Every photograph is read twice, for looking and for colours, and forgotten; what is kept of each is a
 /// colour and two numbers per patch that it shows.
@@ -62,19 +75,24 @@ struct PhotographTexture {
 /// 4. Colours are taken from photographs that are reduced to about two pixels per texel, their exposure
 ///    evened out in light.
 ///
-/// Equal bits for any number of threads.
+/// With a folder to resume from, what was found of photographs there (photograph_store.h) is not found again, and what
+/// is found is kept: poses, what patches look like, and but for means colours. `forget_stored_photographs` is left to
+/// who has written the result.
+///
+/// Equal bits for any number of threads, and for work that goes on.
 class PhotographTexturing {
  public:
-  /// Steps 0 to 2. Model, signal and photographs must outlive it. Remarks on pictures of another size than their camera's,
-  /// warns of those that show nothing. Throws what `read_photograph` and `fitted_camera` throw, and `InvalidInput`
+  /// Steps 0 to 2. Model, signal and photographs must outlive it. Remarks on pictures of another size than their
+  /// camera's, warns of those that show nothing. Throws what `read_photograph` and `fitted_camera` throw, and `InvalidInput`
   /// for pictures of other channels than grey or colours, and where the signal's values are those stored and
   /// textures of the model do not store colours alike.
   PhotographTexturing(const TexturedModel& model, const TextureSignal& signal, std::span<const Photograph> photographs,
                       const PhotographTextureOptions& options, Messages& messages, const Progress& progress = {});
   ~PhotographTexturing();
 
-  /// Step 3: per unknown the number of a photograph, or `unseen`. Alpha of the photographs is not heeded yet. `wanted`: per unknown the number of the photograph that it is to come from where that shows
-  /// it, or `unseen` where it was chosen as above.
+  /// Step 3: per unknown the number of a photograph, or `unseen`. Alpha of the photographs is not heeded yet.
+  /// `wanted`: per unknown the number of the photograph that it is to come from where that shows it, or `unseen` where
+  /// it was chosen as above.
   std::vector<int> labels(std::span<const int> wanted = {}, const Progress& progress = {}) const;
 
   /// Steps 3 and 4.

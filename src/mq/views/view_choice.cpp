@@ -219,17 +219,23 @@ void reject(const Patches& patches, const RejectOptions& options, Observations& 
 
 // --------------------------------------------------------------------------------------------- choice
 
-std::vector<float> relative_qualities(std::span<const Observation> views) {
+std::vector<float> sharpness(std::span<const Observation> views) {
   std::vector<double> details;
   for (const Observation& o : views)
     if (!o.rejected) details.push_back(o.detail);
   const double usual = details.empty() ? 0 : median(details);
-  std::vector<float> qualities;
+  std::vector<float> sharp;
+  for (const Observation& o : views)
+    sharp.push_back(usual > 0 ? float(std::clamp(o.detail / usual, 0.05, 1.0)) : 1);
+  return sharp;
+}
+
+std::vector<float> relative_qualities(std::span<const Observation> views) {
+  std::vector<float> qualities = sharpness(views);
   float best = 0;
-  for (const Observation& o : views) {
-    const float sharp = usual > 0 ? float(std::clamp(o.detail / usual, 0.05, 1.0)) : 1;
-    qualities.push_back(o.quality * sharp);
-    if (!o.rejected) best = std::max(best, qualities.back());
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    qualities[k] *= views[k].quality;
+    if (!views[k].rejected) best = std::max(best, qualities[k]);
   }
   for (float& quality : qualities) quality = best > 0 ? std::min(quality / best, 1.0F) : 1;
   return qualities;

@@ -94,8 +94,10 @@ struct ChooseOptions {
   double rejected = 3;      ///< the cost of one that is rejected
 };
 
-/// How well a view shows a patch beside the best that is not rejected, 0 to 1: quality times how sharp
-/// it is, detail against the median of the views of the patch, at most 1.
+/// How sharp each view of a patch is: its detail against the median of those that are not rejected, 0.05 to 1.
+std::vector<float> sharpness(std::span<const Observation> views);
+
+/// How well a view shows a patch beside the best that is not rejected, 0 to 1: quality times sharpness.
 std::vector<float> relative_qualities(std::span<const Observation> views);
 
 /// Per patch the number of its observation, counted from 0 within the patch; −1 where it has none.

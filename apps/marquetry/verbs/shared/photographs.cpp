@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/image_file.h"
 #include "mq/io/photograph_file.h"
@@ -86,10 +88,11 @@ void add_photograph_options(OptionTable& table) {
   table.add({.name = "blend",
              .type = Type::choice,
              .default_value = "detail",
-             .choices = {"detail", "best"},
+             .choices = {"best", "mean", "detail"},
              .metavar = "HOW",
              .group = group,
-             .help = "fine detail of the best photograph and the colour of all that agree; or the best alone"});
+             .help = "of photographs that agree: the best; the mean, by how well they show a place; or fine detail of "
+                     "the best and the colour of the mean"});
 }
 
 std::vector<Photograph> read_photographs(Run& run) {
@@ -111,6 +114,22 @@ std::vector<Photograph> read_photographs(Run& run) {
   return photographs;
 }
 
+namespace {
+
+PhotographBlend asked_blend(const OptionValues& options) {
+  const std::string& how = options.text("blend");
+  if (how == "best") return PhotographBlend::best;
+  return how == "mean" ? PhotographBlend::mean : PhotographBlend::detail;
+}
+
+}  // namespace
+
+void require_choosable(const OptionValues& options) {
+  require(options.text("blend") != "mean",
+          fmt::format("{} mean takes all photographs of a place, and one cannot be chosen: take best or detail",
+                      option_name("blend")));
+}
+
 PhotographTextureOptions asked_photograph_options(const OptionValues& options) {
   PhotographTextureOptions wanted;
   wanted.projection.steepest = options.number("steepest");
@@ -120,6 +139,7 @@ PhotographTextureOptions asked_photograph_options(const OptionValues& options) {
   wanted.match_exposure = options.text("exposure") == "match";
   wanted.reject_outliers = options.text("outliers") == "reject";
   wanted.choice.smoothness = options.number("smoothness");
+  wanted.blend = asked_blend(options);
   return wanted;
 }
 

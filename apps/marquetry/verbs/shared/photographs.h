@@ -16,6 +16,9 @@ void add_photograph_options(OptionTable& table);
 /// their cameras, before any work. Throws `InvalidInput` or `IoError` naming the file.
 std::vector<Photograph> read_photographs(Run& run);
 
+/// Throws `InvalidInput` where the photographs of a place are blended so that none can be chosen for it.
+void require_choosable(const OptionValues& options);
+
 /// What the options say.
 PhotographTextureOptions asked_photograph_options(const OptionValues& options);
 

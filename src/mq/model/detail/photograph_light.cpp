@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "mq/base/error.h"
@@ -14,6 +15,29 @@
 
 namespace mq {
 
+namespace {
+
+/// Into light, in place. What 8 bits store is looked up: the curve takes longer than reading a photograph.
+void into_light(Texture& texture) {
+  if (transfer(texture) == TransferFunction::linear) return;
+  Image<float>& pixels = texture.pixels;
+  if (texture.format.depth != Depth::u8) {
+    pixels = decode(pixels, ColourSpace::linear, TransferFunction::srgb);
+    return;
+  }
+  constexpr int largest = 255;
+  std::array<float, largest + 1> light{};
+  for (int k = 0; k <= largest; ++k) light[std::size_t(k)] = float(linear_from_srgb(float(k) / float(largest)));
+  const int colours = colour_channels(pixels.channels());
+  parallel_for(pixels.height(), [&](std::int64_t y) {
+    for (int x = 0; x < pixels.width(); ++x)
+      for (float& v : pixels.pixel(x, int(y)).first(std::size_t(colours)))
+        v = light[std::size_t(std::lround(std::clamp(v, 0.0F, 1.0F) * float(largest)))];
+  }, 16);
+}
+
+}  // namespace
+
 PhotographLight PhotographLight::read(const Photograph& photograph) {
   const FittedCamera fitted = fitted_camera(photograph, picture_info(photograph.picture));
   Texture texture = read_photograph(photograph, fitted.turn);
@@ -22,7 +46,7 @@ PhotographLight PhotographLight::read(const Photograph& photograph) {
           fmt::format("{}: has {}, wanted grey or red, green and blue", photograph.picture.string(),
                       counted(colours, "colour channel")));
   PhotographLight result{.light = {}, .camera = fitted.camera, .remark = remark_on_size(photograph, fitted.camera)};
-  texture.pixels = decode(texture.pixels, ColourSpace::linear, transfer(texture));
+  into_light(texture);
   if (colours == 3) {
     result.light = std::move(texture.pixels);
     return result;

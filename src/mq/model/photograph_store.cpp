@@ -1,0 +1,99 @@
+#include "mq/model/photograph_store.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "mq/base/error.h"
+#include "mq/io/atomic_file.h"
+#include "mq/io/bytes.h"
+
+namespace mq {
+namespace {
+
+/// Another where the files, or what is found of photographs, change.
+constexpr std::string_view magic = "mqphot01", extension = ".photograph";
+
+struct Head {
+  std::array<char, 8> magic;
+  std::uint64_t setup, print, size;  ///< of what follows
+};
+
+bool has_magic(std::span<const std::byte> bytes) {
+  return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
+}
+
+std::filesystem::path file_in(const std::filesystem::path& folder, const std::string& name) {
+  return folder / (name + std::string(extension));
+}
+
+}  // namespace
+
+std::uint64_t print_of(std::span<const std::byte> bytes) {
+  std::uint64_t print = 0xcbf29ce484222325;
+  for (const std::byte byte : bytes) print = (print ^ std::uint64_t(byte)) * 0x100000001b3;
+  return print;
+}
+
+PhotographStore::PhotographStore(std::filesystem::path folder, std::uint64_t setup, Messages& messages)
+    : folder_(std::move(folder)), setup_(setup), messages_(&messages) {
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error || !std::filesystem::is_directory(folder_))
+    throw IoError(fmt::format("{}: cannot be made a folder to keep work in: {}; name another", folder_.string(),
+                              error ? error.message() : "it is a file"));
+}
+
+std::optional<StoredBytes> PhotographStore::find(const std::string& name) const {
+  if (!keeps()) return std::nullopt;
+  const std::filesystem::path file = file_in(folder_, name);
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  StoredBytes bytes = read_file(file);
+  Head head;
+  const bool whole = has_magic(bytes) && bytes.size() >= sizeof head;
+  if (whole) std::memcpy(&head, bytes.data(), sizeof head);
+  if (!whole || head.size != bytes.size() - sizeof head ||
+      head.print != print_of(std::span(bytes).subspan(sizeof head))) {
+    messages_->remark(file.string() + ": is cut short or damaged: that photograph is read again");
+    return std::nullopt;
+  }
+  if (head.setup != setup_) {
+    messages_->remark(file.string() + ": was found with other photographs, cameras, options or another model: begun "
+                                      "anew");
+    return std::nullopt;
+  }
+  bytes.erase(bytes.begin(), bytes.begin() + sizeof head);
+  return bytes;
+}
+
+void PhotographStore::put(const std::string& name, std::span<const std::byte> bytes) const {
+  if (!keeps()) return;
+  Head head{{}, setup_, print_of(bytes), bytes.size()};
+  std::ranges::copy(magic, head.magic.begin());
+  const auto first = std::as_bytes(std::span(&head, 1));
+  StoredBytes all(first.begin(), first.end());
+  all.insert(all.end(), bytes.begin(), bytes.end());
+  write_file(file_in(folder_, name), all);
+}
+
+void forget_stored_photographs(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+    if (entry.is_regular_file(ignored) && entry.path().extension() == extension)
+      std::filesystem::remove(entry.path(), ignored);
+  if (std::filesystem::is_empty(folder, ignored)) std::filesystem::remove(folder, ignored);
+}
+
+void StoredReader::require_left(std::uint64_t count, std::size_t size) const {
+  require(count <= bytes_.size() / size, "what was kept of a photograph ends too early: remove it");
+}
+
+void StoredReader::take(std::span<std::byte> to) {
+  require_left(to.size(), 1);
+  if (!to.empty()) std::memcpy(to.data(), bytes_.data(), to.size());
+  bytes_ = bytes_.subspan(to.size());
+}
+
+}  // namespace mq

@@ -1,0 +1,98 @@
+#pragma once
+/// What was found of photographs, as files in a folder, so that work that was stopped can go on.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "mq/model/messages.h"
+
+namespace mq {
+
+using StoredBytes = std::vector<std::byte>;
+
+/// FNV-1a, 64 bits: tells whether something is as it was, and keeps nobody out.
+std::uint64_t print_of(std::span<const std::byte> bytes);
+
+/// One file per name, each written whole or not at all, with the print of its contents and that of the set-up they
+/// were found with. Without a folder nothing is kept and nothing found.
+class PhotographStore {
+ public:
+  PhotographStore() = default;
+
+  /// Makes the folder. Throws `IoError` where that cannot be.
+  PhotographStore(std::filesystem::path folder, std::uint64_t setup, Messages& messages);
+
+  bool keeps() const { return !folder_.empty(); }
+
+  /// What was put by that name with this set-up. Nothing, with a remark, where it was found with another, or where the
+  /// file is damaged; nothing where there is none.
+  std::optional<StoredBytes> find(const std::string& name) const;
+
+  /// Throws `IoError`.
+  void put(const std::string& name, std::span<const std::byte> bytes) const;
+
+ private:
+  std::filesystem::path folder_;
+  std::uint64_t setup_ = 0;
+  Messages* messages_ = nullptr;
+};
+
+/// Removes what a store keeps there, and the folder where nothing else is in it.
+void forget_stored_photographs(const std::filesystem::path& folder);
+
+/// Numbers and lists of them, one after another.
+class StoredWriter {
+ public:
+  template <class Number>
+  void add(std::span<const Number> values) {
+    static_assert(std::is_trivially_copyable_v<Number>);
+    const std::uint64_t count = values.size();
+    const auto size = std::as_bytes(std::span(&count, 1)), all = std::as_bytes(values);
+    bytes.insert(bytes.end(), size.begin(), size.end());
+    bytes.insert(bytes.end(), all.begin(), all.end());
+  }
+  template <class Number>
+  void add(const std::vector<Number>& values) {
+    add(std::span<const Number>(values));
+  }
+  template <class Number>
+  void add(const Number& value) {
+    add(std::span<const Number>(&value, 1));
+  }
+  void add(const std::string& text) { add(std::span<const char>(text)); }
+
+  StoredBytes bytes;
+};
+
+/// In the order in which they were written; a store has told already that nothing is missing.
+class StoredReader {
+ public:
+  explicit StoredReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  template <class Number>
+  std::vector<Number> list() {
+    std::uint64_t count = 0;
+    take(std::as_writable_bytes(std::span(&count, 1)));
+    require_left(count, sizeof(Number));
+    std::vector<Number> values(count);
+    take(std::as_writable_bytes(std::span(values)));
+    return values;
+  }
+  template <class Number>
+  Number one() {
+    return list<Number>().at(0);
+  }
+
+ private:
+  void take(std::span<std::byte> to);
+  void require_left(std::uint64_t count, std::size_t size) const;
+
+  std::span<const std::byte> bytes_;
+};
+
+}  // namespace mq
