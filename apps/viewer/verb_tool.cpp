@@ -32,8 +32,10 @@ namespace fs = std::filesystem;
 constexpr std::int64_t most_texels_kept = 256 << 20;
 
 fs::path temporary_folder() {
-  std::string name = (fs::temp_directory_path() / "marquetry-view-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw IoError(name + ": no temporary folder can be made");
+  std::error_code error;
+  std::string name = (fs::temp_directory_path(error) / "marquetry-view-XXXXXX").string();
+  if (error || mkdtemp(name.data()) == nullptr)
+    throw IoError(name + ": no temporary folder can be made; TMPDIR names another place");
   return name;
 }
 

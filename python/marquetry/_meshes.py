@@ -24,11 +24,14 @@ class Mesh:
 
     def __init__(self, vertices: Any, faces: Any, uvs: Any = None, textures: Any = None, colors: Any = None,
                  pictures: Any = ()) -> None:
+        for name, value in (("vertices", vertices), ("faces", faces)):
+            if value is None:
+                raise TypeError(f"{name}: found None, wanted an array")
         self.vertices = np.asarray(vertices)
         self.faces = np.asarray(faces)
         self.uvs: Optional[Array] = None if uvs is None else np.asarray(uvs)
         self.textures: Optional[Array] = None if textures is None else np.asarray(textures)
-        self.colors: Optional[Array] = None if colors is None else np.asarray(colors)
+        self.colors: Optional[Array] = None if colors is None else _single(np.asarray(colors))
         given = list(pictures) if isinstance(pictures, (list, tuple)) else [pictures]
         self.pictures: list[Picture] = [as_picture(picture_array(one, "pictures")) for one in given]
         if self.uvs is not None and self.uvs.ndim == 2:
@@ -43,6 +46,11 @@ class Mesh:
         if self.pictures:
             parts.append(f"{len(self.pictures)} picture" + "s" * (len(self.pictures) > 1))
         return f"Mesh({', '.join(parts)})"
+
+
+def _single(values: Array) -> Array:
+    """Floats as float32, others as they are."""
+    return values.astype(np.float32) if values.dtype.kind == "f" and values.dtype != np.float32 else values
 
 
 def _corner_uvs(uvs: Array, faces: Array, vertices: int) -> Array:
@@ -83,7 +91,7 @@ def as_mesh(value: Any, name: str = "mesh") -> Mesh:
     if isinstance(value, (tuple, list)) and is_mesh(value):
         return Mesh(*value)
     if not is_mesh(value):
-        raise TypeError(f"{name}: found {type(value).__name__}, wanted a path, a Mesh, (vertices, faces), "
+        raise TypeError(f"{name}: found {type(value).__name__}, wanted a Mesh, (vertices, faces), "
                         "(vertices, faces, uvs) or an object that has vertices and faces")
     if hasattr(value, "faces"):
         return _of_trimesh(value)

@@ -25,6 +25,8 @@ log = logging.getLogger("marquetry")
 
 #: Results that are files by nature: videos, pages, stores of sequences.
 FILES_ALONE = {"track", "evolve", "export", "play", "relight"}
+#: Verbs that write nothing where no output is named, and give everything back here.
+GIVE_ALL = {"spectrum"}
 #: Options of the program that Python has other means for.
 LEFT_OUT = {"json", "progress", "quiet", "help"}
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".bmp", ".tga")
@@ -96,7 +98,8 @@ class _Inputs:
             return _path_text(value, option), []
         if option in SEQUENCES:
             if not is_sequence(value):
-                raise TypeError(f"{option}: found {type(value).__name__}, wanted a path, or a list or generator of meshes")
+                found = "an empty list" if isinstance(value, (list, tuple)) and not value else type(value).__name__
+                raise TypeError(f"{option}: found {found}, wanted a path, or a list or generator of meshes")
             self.frames.append(Frames(value, option))
             return self.frames[-1].path, []
         if is_mesh(value):
@@ -105,6 +108,9 @@ class _Inputs:
             with self._named(name):
                 self.held.put_model(name, mesh.vertices, mesh.faces, mesh.uvs, mesh.textures, mesh.colors)
             return self.held.path(name), list(mesh.pictures)
+        if option == "output" or not any(hasattr(value, has) for has in ("__array__", "__array_interface__", "convert")):
+            wanted = "a path" if option == "output" else "a path, a mesh, an array or a picture"
+            raise TypeError(f"{option}: found {type(value).__name__}, wanted {wanted}")
         name = self._free(option == "texture" and self.pictures or option, ".png", option)
         with self._named(name):
             self.held.put_picture(name, picture_array(value, option))
@@ -246,7 +252,7 @@ class _Words:
     def default_output(self) -> None:
         """A place in memory where no output is named."""
         row = self.rows.get("output")
-        if row is None or "output" in self.given or not row["required"]:
+        if row is None or "output" in self.given or not (row["required"] or self.verb in GIVE_ALL):
             return
         if self.verb in FILES_ALONE:
             raise Unsupported(f"output: {self.verb} writes files; name one: {row['help']}")

@@ -29,6 +29,13 @@ def _array(values: Any, name: str) -> Array:
     return array
 
 
+def _number(value: Any, name: str, remedy: str = "") -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"{name}: found {value!r}, wanted a number{remedy}") from None
+
+
 class Space:
     """What every signal space has."""
 
@@ -56,7 +63,7 @@ class Space:
     def weight(self, length: Union[str, float]) -> float:
         """The weight of the stiffness for a distance over which values spread, its square: 0.02 in model units,
         "1%" of the square root of the area, "8tx" in texels."""
-        return self._space.weight(length if isinstance(length, str) else repr(float(length)))
+        return self._space.weight(length if isinstance(length, str) else repr(_number(length, "length")))
 
     def mass(self) -> Any:
         """M."""
@@ -68,16 +75,16 @@ class Space:
 
     def system(self, a: float, b: float, progress: Progress = None) -> Any:
         """a M + b S."""
-        return self._space.system(a, b, progress)
+        return self._space.system(_number(a, "a"), _number(b, "b"), progress)
 
     def regularised_system(self, a: float, b: float, progress: Progress = None) -> Any:
         """What to solve with in place of a M + b S: with a trace of smoothness for unknowns that no point of the
         surface shows, and which the equations would leave arbitrary."""
-        return self._space.regularised_system(a, b, progress)
+        return self._space.regularised_system(_number(a, "a"), _number(b, "b"), progress)
 
     def weighted_system(self, a: float, b: float, conductivity: Any, progress: Progress = None) -> Any:
         """a M + b sum_e c_e S_e with a conductivity c_e >= 0 for each element, regularised as for solving."""
-        return self._space.weighted_system(a, b, _array(conductivity, "conductivity"), progress)
+        return self._space.weighted_system(_number(a, "a"), _number(b, "b"), _array(conductivity, "conductivity"), progress)
 
     def lumped_mass(self) -> Array:
         """M @ 1, the area around each unknown; sums to the area."""
@@ -267,6 +274,16 @@ class VertexSpace(Space):
         return made
 
 
+def _space_of(value: Any) -> _marquetry.Space:
+    if not isinstance(value, Space):
+        raise TypeError(f"space: found {type(value).__name__}, wanted a TexelSpace, a VertexSpace or an ImageSpace")
+    return value._space
+
+
+#: A length is no weight yet.
+_FROM_LENGTH = ', such as space.weight("3tx")'
+
+
 class _Equation:
     report: dict[str, Any]
     """How the last solve went: "method", "cycles", "residuals", "converged", ..."""
@@ -291,7 +308,8 @@ class ScreenedPoisson(_Equation):
                  tolerance: float = 1e-6, cycles: int = 0, progress: Progress = None) -> None:
         self.space = space
         values = None if screen is None else _array(screen, "screen")
-        self._own = _marquetry.ScreenedPoisson(space._space, weight, values, solver, tolerance, cycles, progress)
+        self._own = _marquetry.ScreenedPoisson(_space_of(space), _number(weight, "weight", _FROM_LENGTH), values,
+                                                     solver, tolerance, cycles, progress)
         self.report = {}
 
     @property
@@ -300,7 +318,7 @@ class ScreenedPoisson(_Equation):
 
     def set_weight(self, weight: float, progress: Progress = None) -> None:
         """Prepares for another weight."""
-        self._own.set_weight(weight, progress)
+        self._own.set_weight(_number(weight, "weight", _FROM_LENGTH), progress)
 
     def solve(self, psi: Any, beta: Any = 0.0, progress: Progress = None) -> Array:
         """phi."""
@@ -325,7 +343,7 @@ class GeodesicDistance(_Equation):
     def __init__(self, space: Space, time: float = 4.0, solver: str = "automatic", tolerance: float = 1e-6,
                  cycles: int = 0, progress: Progress = None) -> None:
         self.space = space
-        self._own = _marquetry.GeodesicDistance(space._space, time, solver, tolerance, cycles, progress)
+        self._own = _marquetry.GeodesicDistance(_space_of(space), _number(time, "time"), solver, tolerance, cycles, progress)
         self.report = {}
 
     def from_(self, unknowns: Union[int, Sequence[int], Array], distances: Any = None,
@@ -348,7 +366,7 @@ class Solver(_Equation):
     def __init__(self, matrix: Any, space: Optional[Space] = None, solver: str = "automatic", tolerance: float = 1e-6,
                  cycles: int = 0, progress: Progress = None) -> None:
         self.space = space
-        self._own = _marquetry.Solver(matrix, None if space is None else space._space, solver, tolerance, cycles,
+        self._own = _marquetry.Solver(matrix, None if space is None else _space_of(space), solver, tolerance, cycles,
                                       progress)
         self.report = {}
 
@@ -361,10 +379,12 @@ class Solver(_Equation):
 
 def smooth(space: Space, signal: Any, length: Union[str, float], progress: Progress = None) -> Array:
     """The signal without details smaller than about 2 pi times the length."""
+    _space_of(space)
     return ScreenedPoisson(space, space.weight(length), progress=progress).solve(signal, 0.0)
 
 
 def sharpen(space: Space, signal: Any, length: Union[str, float], beta: float,
             progress: Progress = None) -> Array:
     """The signal with details smaller than about 2 pi times the length amplified by up to beta."""
+    _space_of(space)
     return ScreenedPoisson(space, space.weight(length), progress=progress).solve(signal, beta)

@@ -339,6 +339,39 @@ TEST_F(UsdMaterials, FollowsThePictureToWhereItIsNamed) {
   EXPECT_TRUE(circle.pictures[0].values().empty());
 }
 
+TEST_F(UsdMaterials, TakesPathsInLists) {
+  const std::string text =
+      painted("asset inputs:file = @dot.png@\nfloat2 inputs:st.connect = [</root/look/r.outputs:result>]\n",
+              "def Shader \"r\" {\nuniform token info:id = \"UsdPrimvarReader_float2\"\n"
+              "string inputs:varname = \"map1\"\n}\n",
+              half_map)
+          .text();
+  for (const std::string path : {"</root/look>", "</root/look/p.outputs:rgb>"}) {
+    std::string listed = text;
+    listed.replace(listed.find(path), path.size(), "[" + path + "]");
+    const OpenAnimation opened = open_animation(put("listed.usda", listed));
+    EXPECT_FALSE(opened.pictures[0].values().empty()) << path;
+    EXPECT_DOUBLE_EQ(largest_u(opened), 0.5);
+    EXPECT_THAT(opened.notes, IsEmpty());
+  }
+}
+
+TEST_F(UsdMaterials, HeedsWhichBindingIsStronger) {
+  const UsdSquare own = painted("asset inputs:file = @dot.png@\n");
+  const auto opened = [&](const std::string& of_root) {
+    std::string text = own.text();
+    const std::string root = "def Xform \"root\" {\n";
+    text.replace(text.find(root), root.size(), root + of_root);
+    return open_animation(put("bound.usda", text));
+  };
+  EXPECT_FALSE(opened("rel material:binding = </root/none>\n").pictures[0].values().empty()) << "the inner one";
+  const OpenAnimation stronger =
+      opened("rel material:binding = </root/none> ( bindMaterialAs = \"strongerThanDescendants\" )\n");
+  EXPECT_TRUE(stronger.pictures[0].values().empty());
+  EXPECT_THAT(stronger.notes, ElementsAre(HasSubstr("the material /root/none is not there")));
+  EXPECT_TRUE(open(painted("", "")).pictures[0].values().empty());
+}
+
 TEST_F(UsdMaterials, SaysWhatOfThemIsNotFollowed) {
   const std::string file = "asset inputs:file = @dot.png@\n";
   const auto notes = [&](const std::string& more, const std::string& beside = "") {
@@ -347,6 +380,8 @@ TEST_F(UsdMaterials, SaysWhatOfThemIsNotFollowed) {
   EXPECT_THAT(notes("float4 inputs:scale = (1, 1, 1, 1)\nfloat4 inputs:bias = (0, 0, 0, 0)\n"
                     "token inputs:sourceColorSpace = \"auto\"\n"),
               IsEmpty());
+  EXPECT_THAT(notes("float4 inputs:scale.timeSamples = { 1: (1, 1, 1, 1), 2: (2, 2, 2, 1) }\n"),
+              ElementsAre(HasSubstr("changes the values of its picture")));
   EXPECT_THAT(notes("float4 inputs:scale = (0.5, 1, 1, 1)\n"), ElementsAre(HasSubstr("(scale (0.5, 1, 1, 1))")));
   EXPECT_THAT(notes("float4 inputs:bias = (0, 0, 0.1, 0)\n"), ElementsAre(HasSubstr("(bias (0, 0, 0.1, 0))")));
   EXPECT_THAT(notes("token inputs:sourceColorSpace = \"raw\"\n"), ElementsAre(HasSubstr("raw")));

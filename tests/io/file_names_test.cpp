@@ -25,6 +25,7 @@ TEST(ExtensionByContent, IsThatOfTheFormat) {
       {"RIFF", ""},
       {"PIEH", ".flo"},
       {"#usda 1.0\n(\n", ".usda"},
+      {"\xef\xbb\xbf#usda 1.0\n", ".usda"},
       {"PXR-USDC\0"sv, ".usdc"},
       {"PK\x03\x04", ".usdz"},
       {"very long ago", ""},

@@ -132,6 +132,10 @@ class SameValues(unittest.TestCase):
     def test_spectrum_gives_fields(self):
         made = mq.spectrum(mesh(), count=2, output=None)
         self.assertEqual(len(made.report["result"]["eigenvalues"]), 2)
+        self.assertEqual(len(made.fields), 2)
+        for field in made.fields.values():
+            self.assertEqual(field.shape, (len(mesh().faces), 3))
+            self.assertGreater(np.abs(field).max(), 0)
 
     def test_sample_is_a_mesh(self):
         made = mq.sample("cube", size=32)
@@ -266,6 +270,18 @@ class Words(unittest.TestCase):
         for size in ("512", (512.0, 512.0), None, True):
             with self.assertRaisesRegex(TypeError, r"^sizes: found .*, wanted a side, \(width, height\), a picture"):
                 mq.TexelSpace(mesh(), [size])
+        space = mq.VertexSpace(mesh())
+        for call, words in ((lambda: mq.ScreenedPoisson(space, "3tx"), r"^weight: found '3tx', wanted a number, such as"),
+                            (lambda: mq.GeodesicDistance(space.mass()), "^space: found csr_matrix, wanted a TexelSpace"),
+                            (lambda: mq.smooth(None, [1], "3tx"), "^space: found NoneType"),
+                            (lambda: space.system("a", 1), "^a: found 'a', wanted a number"),
+                            (lambda: mq.Mesh([[0, 0, 0]], None), "^faces: found None, wanted an array"),
+                            (lambda: mq.VertexSpace("bust.obj"), "^mesh: found str, wanted a Mesh"),
+                            (lambda: mq.evolve([], output="a.evolving"), "^sequence: found an empty list, wanted"),
+                            (lambda: mq.filter({}, beta=1), "^mesh: found dict, wanted a path, a mesh"),
+                            (lambda: mq.filter(mesh(), beta=1, output=io.BytesIO()), "^output: .*, wanted a path$")):
+            with self.assertRaisesRegex(TypeError, words):
+                call()
         with self.assertRaisesRegex(mq.InvalidInput, "^sizes: found an empty list, wanted a side"):
             mq.TexelSpace(mesh(), [])
 

@@ -184,7 +184,7 @@ std::string StandardStreams::read_input(const std::string& given, const std::str
   if (is_standard) standard_input_ = file.string();
   call(file.string(), given, words);
   call(name, given, words);
-  if (names_model(file)) {
+  if (names_model(file) || names_animation(file)) {
     show_current_folder();
     call(file.parent_path().string() + "/", "", "");
     call(file.parent_path().string(), ".", "the current folder");

@@ -58,11 +58,12 @@ std::string extension_by_content(std::string_view bytes) {
       {"v/1\x01"sv, ".exr"}, {"BM"sv, ".bmp"},           {"PIEH"sv, ".flo"}, {"ply\n"sv, ".ply"},
       {"ply\r"sv, ".ply"},   {"glTF"sv, ".glb"},         {"#usda"sv, ".usda"}, {"PXR-USDC"sv, ".usdc"},
       {"PK\x03\x04"sv, ".usdz"}};
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  if (bytes.starts_with(mark)) bytes.remove_prefix(mark.size());
   for (const auto& [beginning, extension] : beginnings)
     if (bytes.starts_with(beginning)) return extension;
   if (bytes.starts_with("RIFF") && bytes.substr(std::min<std::size_t>(8, bytes.size())).starts_with("WEBP"))
     return ".webp";
-  if (bytes.starts_with("\xef\xbb\xbf")) bytes.remove_prefix(3);
   const std::size_t word = bytes.find_first_not_of(" \t\r\n");
   if (word != std::string_view::npos && (bytes[word] == '{' || bytes[word] == '['))
     return bytes.find("\"asset\"") == std::string_view::npos ? ".json" : ".gltf";

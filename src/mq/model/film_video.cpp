@@ -4,6 +4,8 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <cstring>
+#include <cerrno>
 #include <cmath>
 #include <string_view>
 #include <system_error>
@@ -23,14 +25,28 @@ constexpr float untextured_grey = 0.8F;
 constexpr double same_rate = 1e-6;  // relative: rates of files are fractions
 constexpr std::string_view played_codecs[] = {"avc1", "avc3", "av01", "vp09", "vp08"};
 
+/// Without alpha: no opacity is followed, so that what lies under it is shown.
+Image<float> colours_of(const Image<float>& picture) {
+  const int channels = colour_channels(picture.channels());
+  if (channels == picture.channels()) return picture;
+  Image<float> colours(picture.width(), picture.height(), channels);
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      for (int c = 0; c < channels; ++c) colours(x, y, c) = picture(x, y, c);
+  return colours;
+}
+
 /// A folder of its own for as long as it is wanted.
 class WorkFolder {
  public:
   WorkFolder() {
-    std::string name = (fs::temp_directory_path() / "marquetry-play-XXXXXX").string();
-    if (!mkdtemp(name.data()))
-      throw IoError(
-          fmt::format("{}: no folder can be made there", fs::temp_directory_path().string()));
+    std::error_code error;
+    const fs::path place = fs::temp_directory_path(error);
+    std::string name = (place / "marquetry-play-XXXXXX").string();
+    if (error || !mkdtemp(name.data()))
+      throw IoError(fmt::format("no folder for the video can be made in {} ({}); TMPDIR names another",
+                                error ? "the folder for temporary files" : place.string(),
+                                error ? error.message() : std::strerror(errno)));
     path_ = name;
   }
   ~WorkFolder() {
@@ -122,7 +138,7 @@ FilmVideo picture_film_video(const std::vector<const Image<float>*>& pictures, c
   for (std::size_t f = 0; f < pictures.size(); ++f) {
     if (pictures[f] != last)
       scaled = pictures[f]->values().empty() ? Image<float>(width, height, 3, untextured_grey)
-                                             : area_scaled(*pictures[f], width, height);
+                                             : area_scaled(colours_of(*pictures[f]), width, height);
     last = pictures[f];
     video.write(scaled);
     progress.at(double(f + 1) / double(pictures.size()));

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <fstream>
+#include <string>
 
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
@@ -23,6 +25,11 @@ struct Head {
 
 bool has_magic(std::span<const std::byte> bytes) {
   return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
+}
+
+bool begins_with_magic(const std::filesystem::path& file) {
+  std::string begin(magic.size(), ' ');
+  return std::ifstream(file, std::ios::binary).read(begin.data(), std::streamsize(begin.size())) && begin == magic;
 }
 
 std::filesystem::path file_in(const std::filesystem::path& folder, const std::string& name) {
@@ -81,7 +88,7 @@ void PhotographStore::put(const std::string& name, std::span<const std::byte> by
 void forget_stored_photographs(const std::filesystem::path& folder) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-    if (entry.is_regular_file(ignored) && entry.path().extension() == extension)
+    if (entry.is_regular_file(ignored) && entry.path().extension() == extension && begins_with_magic(entry.path()))
       std::filesystem::remove(entry.path(), ignored);
   if (std::filesystem::is_empty(folder, ignored)) std::filesystem::remove(folder, ignored);
 }

@@ -42,7 +42,7 @@ class PhotographStore {
   Messages* messages_ = nullptr;
 };
 
-/// Removes what a store keeps there, and the folder where nothing else is in it.
+/// Removes what stores keep there, no files of others, and the folder where nothing else is in it.
 void forget_stored_photographs(const std::filesystem::path& folder);
 
 /// Numbers and lists of them, one after another.

@@ -18,6 +18,7 @@
 #include "mq/io/detail/animation_found.h"
 #include "mq/io/detail/gltf_scene.h"
 #include "mq/io/document.h"
+#include "mq/io/slots.h"
 
 namespace mq {
 namespace {
@@ -421,7 +422,10 @@ class GltfFinder {
 
   void add_picture(const MeshFile& read) {
     FoundPicture picture;
-    if (read.textures.size() == 1)
+    if (!read.textures.empty() && read.slot != base_slot)
+      found_.add_note(fmt::format("a mesh has no picture of its colours, but of others ({}), which is not shown",
+                                  read.slot));
+    else if (read.textures.size() == 1)
       picture = {read.textures[0].name, read.textures[0].picture};
     else if (read.textures.size() > 1)
       found_.add_note(fmt::format("a mesh has {}, wanted one, and is shown without: bake them into one",

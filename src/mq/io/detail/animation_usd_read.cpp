@@ -238,8 +238,8 @@ class UsdFinder {
   // ---- Segments ----
 
   void add_segment(const UsdMesh& mesh, std::string_view value) {
-    const UsdProperty* bound = mesh.inherited("material:binding");
-    const UsdPicture picture = bound ? usd_picture(text_, usd_unquoted(bound->value)) : UsdPicture{};
+    const std::string_view material = mesh.material(text_);
+    const UsdPicture picture = material.empty() ? UsdPicture{} : usd_picture(text_, material);
     UsdSurface surface = usd_surface(text_, mesh, mesh.positions(text_, value), picture.uv_set);
     for (const std::string& note : picture.notes) found_.add_note(note);
     for (const std::string& note : surface.notes) found_.add_note(note);

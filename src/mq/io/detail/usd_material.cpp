@@ -27,7 +27,11 @@ class MaterialReader {
     material_ = path;
     const UsdPrim* material = at(path);
     const UsdPrim* surface = material ? surface_in(*material) : nullptr;
-    if (!surface) return {};
+    if (!surface) {
+      note(material ? "has no UsdPreviewSurface, and is not read: bake it where it was made"
+                    : "is not there, and nothing is shown in its place: name it from the root, as </Looks/skin>");
+      return std::move(result_);
+    }
     const UsdPrim* texture = source(*surface, "inputs:diffuseColor").prim;
     if (!texture || texture == surface) return {};
     if (const std::string_view id = id_of(*texture); !id.empty() && id != "UsdUVTexture") {
@@ -36,7 +40,10 @@ class MaterialReader {
     }
     const Place file = source(*texture, "inputs:file");
     result_.file = file.property ? usd_unquoted(first_value(*file.property)) : "";
-    if (!file.property || result_.file.empty()) return std::move(result_);
+    if (!file.property || result_.file.empty()) {
+      note("has no picture where it names one (inputs:file), and shows none");
+      return std::move(result_);
+    }
     if (changes(*file.property)) note("shows another picture at other times; the first, {}, is taken",
                                       shown(result_.file));
     note_values(*texture);
@@ -45,7 +52,10 @@ class MaterialReader {
   }
 
  private:
+  void note(const char* text) { result_.notes.push_back(fmt::format("the material {} {}", material_, text)); }
+
   template <typename... Arguments>
+    requires(sizeof...(Arguments) > 0)
   void note(fmt::format_string<Arguments...> form, Arguments&&... arguments) {
     result_.notes.push_back(
         fmt::format("the material {} {}", material_, fmt::format(form, std::forward<Arguments>(arguments)...)));
@@ -110,6 +120,8 @@ class MaterialReader {
 
   /// Whether an input has these four numbers, or none.
   bool is_plain(const UsdPrim& prim, std::string_view name, double usual) const {
+    const Place place = source(prim, name);
+    if (place.property && changes(*place.property)) return false;
     const std::string_view value = value_of(prim, name);
     return value.empty() || std::ranges::all_of(text_.numbers(value), [&](double v) { return v == usual; });
   }

@@ -211,6 +211,22 @@ const UsdProperty* UsdMesh::inherited(std::string_view name) const {
   return nullptr;
 }
 
+std::string_view UsdMesh::material(const UsdText& text) const {
+  const UsdProperty* bound = nullptr;
+  for (const UsdPrim* prim : line) {
+    const UsdProperty* own = nullptr;
+    for (const char* name : {"material:binding:preview", "material:binding", "material:binding:full"})
+      if (const UsdProperty* found = prim->property(name); !own && found && !found->value.empty()) own = found;
+    if (!own) continue;
+    bound = own;
+    if (usd_unquoted(text.member(own->metadata, "bindMaterialAs")) == "strongerThanDescendants") break;
+  }
+  if (!bound) return {};
+  // A relationship may have its target in a list.
+  const auto targets = bound->value.starts_with('[') ? text.words(bound->value) : std::vector<std::string_view>();
+  return targets.empty() ? usd_unquoted(bound->value) : targets[0];
+}
+
 std::vector<Vector3> UsdMesh::positions(const UsdText& text, std::string_view value) const {
   const std::vector<double> numbers = text.tuples(value, 3);
   std::vector<Vector3> result(numbers.size() / 3);
