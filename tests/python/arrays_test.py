@@ -248,7 +248,7 @@ class Words(unittest.TestCase):
         with self.assertRaisesRegex(mq.IoError, "no_such.obj") as caught:
             mq.filter("no_such.obj", beta=1)
         self.assertIsInstance(caught.exception, OSError)
-        with self.assertRaisesRegex(mq.InvalidInput, "strength"):
+        with self.assertRaisesRegex(mq.InvalidInput, "strength 50% .*\n *marquetry filter .* --strength 50% -o "):
             mq.filter(mesh())
         with self.assertRaises(TypeError):
             mq.filter(mesh(), beta=1, lenght="1%")

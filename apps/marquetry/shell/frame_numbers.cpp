@@ -11,7 +11,7 @@ Option frames_option() {
   return {.name = "frames",
           .type = Option::Type::text,
           .accepts = [](const std::string& text) { return !parse_frames(text).empty(); },
-          .wanted = "a number, a range such as 1-100, or 1-100x2 for every second; at most a million of them",
+          .wanted = "a number, a range such as 1-100, or 1-100x2 for every second; the smaller number first, at most a million",
           .metavar = "RANGE"};
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/base/words.h"
 #include "mq/draw/lifespans.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/film_page.h"
@@ -154,8 +155,8 @@ Exit run_play(Run& run) {
   run.result["rate"] = rate;
   run.result["video_bytes"] = video.bytes.size();
   run.result["bytes"] = html.size();
-  run.print(fmt::format("{} frames in {} segments, {:.1f} MB; open {} in a browser\n",
-                        frames.size(), film.blocks.size(), double(html.size()) / 1e6,
+  run.print(fmt::format("{} in {}, {:.1f} MB; open {} in a browser\n", counted(std::ssize(frames), "frame"),
+                        counted(std::ssize(film.blocks), "segment"), double(html.size()) / 1e6,
                         page.string()));
   say_written(run, {page});
   return Exit::done;
