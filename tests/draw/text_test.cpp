@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include "mq/base/error.h"
 #include "mq/draw/detail/dot_font.h"
@@ -71,6 +72,16 @@ TEST(Text, IsCutOffAtTheSidesAndMakesItselfSeen) {
     for (int x = 0; x < 20; ++x) most = std::max(most, double(image(x, y, 3)));
   EXPECT_EQ(most, 1) << "alpha";
   EXPECT_THROW(draw_text(image, 0, 0, "a", {.scale = 0}), InvalidInput);
+}
+
+TEST(Text, HasDotsForEveryCharacterOfAscii) {
+  std::vector<Glyph> glyphs;
+  for (char32_t c = U' '; c < 127; ++c) {
+    const Glyph drawn = dot_glyph(c, 1);
+    EXPECT_EQ(std::ranges::count(drawn.coverage, 0) == 45, c == U' ') << int(c);
+    for (const Glyph& other : glyphs) EXPECT_NE(drawn.coverage, other.coverage) << int(c);
+    glyphs.push_back(drawn);
+  }
 }
 
 TEST(Text, HasDotsWhereThereIsNoFont) {

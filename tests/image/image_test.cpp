@@ -241,7 +241,7 @@ TEST(FalseColour, PutsRoundNumbersBesideTheLegend) {
   EXPECT_THAT(error_of([&] { legend({}, {.height = 20}); }), HasSubstr("height"));
 }
 
-// ---- Text and sheets ----
+// ---- Sheets ----
 
 int dark(const Image<float>& image) {
   int count = 0;
@@ -249,32 +249,6 @@ int dark(const Image<float>& image) {
     for (int x = 0; x < image.width(); ++x) count += image(x, y) < 0.5f;
   return count;
 }
-
-TEST(Text, DrawsEveryCharacterDifferently) {
-  std::vector<Image<float>> glyphs;
-  for (char c = ' '; c < 127; ++c) {
-    Image<float> image(5, 9, 1, 1);
-    draw_text(image, 0, 0, std::string(1, c), {{0, 0, 0}, 1});
-    if (c != ' ') {
-      EXPECT_GT(dark(image), 0) << c;
-    }
-    for (const auto& other : glyphs) EXPECT_NE(image, other) << c;
-    glyphs.push_back(image);
-  }
-}
-
-TEST(Text, ScalesAndIsCutAtTheBorder) {
-  Image<float> small(60, 9, 1, 1), large(180, 27, 1, 1);
-  draw_text(small, 0, 0, "seam 0.5", {{0, 0, 0}, 1});
-  draw_text(large, 0, 0, "seam 0.5", {{0, 0, 0}, 3});
-  EXPECT_EQ(dark(large), 9 * dark(small));
-  EXPECT_EQ(text_width("seam 0.5", 1), 47);
-  Image<float> tiny(3, 3, 4);
-  draw_text(tiny, -2, -2, "Q", {{1, 0, 0}, 2});
-  draw_text(tiny, 100, 100, "Q");
-}
-
-TEST(Text, CountsUtf8CharactersOnce) { EXPECT_EQ(text_width("ä€", 1), text_width("ab", 1)); }
 
 TEST(ContactSheet, HoldsEveryTileWhole) {
   const Image<float> a(20, 10, 3, 0.25f), b(10, 20, 1, 0.5f), c(20, 20, 4, 1.f);
