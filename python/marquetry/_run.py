@@ -283,10 +283,11 @@ def _plain(text: str, words: _Words) -> str:
     text = text.replace(words.inputs.held.path(""), "")
     for frames in words.inputs.frames:
         text = text.replace(frames.path + "/", "").replace(frames.path, "the sequence")
+    def keyword(found: re.Match[str]) -> str:
+        return keyword_of(found[1]) if found[1] in words.rows else found[0]
+
     # Commands are shown as they are typed.
-    return "\n".join(line if line.lstrip().startswith("marquetry ") else
-                     re.sub(r"--([a-z][a-z-]*)",
-                            lambda found: keyword_of(found[1]) if found[1] in words.rows else found[0], line)
+    return "\n".join(line if line.lstrip().startswith("marquetry ") else re.sub(r"--([a-z][a-z-]*)", keyword, line)
                      for line in text.split("\n"))
 
 

@@ -101,9 +101,9 @@ double usual_spread(const std::vector<Said>& all) {
 Vector gains_of(const Borders& borders, const Signal& psi, Eigen::Index channel, int count, LightLaw law) {
   std::vector<Said> all;
   for (const auto& [sides, border] : borders) all.push_back(said(border, psi, channel, law));
-  double squares = 0;
-  for (const Said& one : all) squares += one.median * one.median;
-  const double prior = 4 * squares / double(all.size()), usual = usual_spread(all);
+  double squares = 0, pairs = 0;
+  for (const Said& one : all) squares += one.pairs * one.median * one.median, pairs += one.pairs;
+  const double prior = pairs > 0 ? 4 * squares / pairs : 0, usual = usual_spread(all);
   if (!(prior > 0)) return Vector::Zero(count);  // no step anywhere
   std::vector<Eigen::Triplet<double>> entries;
   for (int a = 0; a < count; ++a) entries.emplace_back(a, a, 1 / prior);

@@ -8,11 +8,12 @@
 ///
 ///     Σ_ab (o_b − o_a + m_ab)² / σ_ab² + Σ_a o_a² / s²,
 ///
-/// σ_ab how sure the median is: the spread of the differences (1.4826 times their median absolute deviation, or that of
-/// all borders where it is less) over the root of the border's length in stretches of `border_stretch` pairs, as
-/// neighbouring pairs see the same things; s twice the root mean square of all m_ab. So a long border along which the
-/// same step is seen everywhere has its way, and one where two photographs show different things has little. A median,
-/// not a mean: what stands before one side of a border only is not light. `bench/stitch_rows` measures it.
+/// σ_ab how sure the median is: the spread of the differences (1.4826 times their median absolute deviation, or that
+/// of all borders where it is less) over the root of the border's length in stretches of `border_stretch` pairs, as
+/// neighbouring pairs see the same things; s twice the root mean square of m_ab, borders counted by their pairs. So a
+/// long border along which the same step is seen everywhere has its way, and one where two photographs show different
+/// things has little. A median, not a mean: what stands before one side of a border only is not light.
+/// `bench/stitch_rows` measures it.
 ///
 /// A gradient-domain solve that spreads corrections over the whole surface finds levels too, but from means, and
 /// believes all borders alike: over a row of photographs its errors add up.
