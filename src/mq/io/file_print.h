@@ -1,8 +1,10 @@
 #pragma once
-/// What tells whether a file is as it was.
+/// What tells whether a file, or bytes, are as they were.
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include "mq/io/model.h"
@@ -12,6 +14,10 @@ namespace mq {
 /// The files that a model was read from: its own, then its material libraries or buffers, then the
 /// pictures that were read. None of a model made in memory.
 std::vector<std::filesystem::path> files_of(const Model& model);
+
+/// 64 bits of these bytes, the same for any number of threads; never 0. For telling whether something
+/// was changed, not for keeping anybody out.
+std::uint64_t fingerprint(std::span<const std::byte> bytes);
 
 /// A file's length and the CRC-32 (IEEE 802.3) of its bytes.
 struct FilePrint {

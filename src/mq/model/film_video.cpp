@@ -4,9 +4,9 @@
 #include <stdlib.h>
 
 #include <algorithm>
-#include <cstring>
 #include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <string_view>
 #include <system_error>
 

@@ -11,6 +11,7 @@
 #include "mq/base/error.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
+#include "mq/io/file_print.h"
 
 namespace mq {
 namespace {
@@ -38,12 +39,6 @@ std::filesystem::path file_in(const std::filesystem::path& folder, const std::st
 
 }  // namespace
 
-std::uint64_t print_of(std::span<const std::byte> bytes) {
-  std::uint64_t print = 0xcbf29ce484222325;
-  for (const std::byte byte : bytes) print = (print ^ std::uint64_t(byte)) * 0x100000001b3;
-  return print;
-}
-
 PhotographStore::PhotographStore(std::filesystem::path folder, std::uint64_t setup, Messages& messages)
     : folder_(std::move(folder)), setup_(setup), messages_(&messages) {
   std::error_code error;
@@ -62,7 +57,7 @@ std::optional<StoredBytes> PhotographStore::find(const std::string& name) const 
   const bool whole = has_magic(bytes) && bytes.size() >= sizeof head;
   if (whole) std::memcpy(&head, bytes.data(), sizeof head);
   if (!whole || head.size != bytes.size() - sizeof head ||
-      head.print != print_of(std::span(bytes).subspan(sizeof head))) {
+      head.print != fingerprint(std::span(bytes).subspan(sizeof head))) {
     messages_->remark(file.string() + ": is cut short or damaged: that photograph is read again");
     return std::nullopt;
   }
@@ -77,7 +72,7 @@ std::optional<StoredBytes> PhotographStore::find(const std::string& name) const 
 
 void PhotographStore::put(const std::string& name, std::span<const std::byte> bytes) const {
   if (!keeps()) return;
-  Head head{{}, setup_, print_of(bytes), bytes.size()};
+  Head head{{}, setup_, fingerprint(bytes), bytes.size()};
   std::ranges::copy(magic, head.magic.begin());
   const auto first = std::as_bytes(std::span(&head, 1));
   StoredBytes all(first.begin(), first.end());

@@ -15,11 +15,8 @@ namespace mq {
 
 using StoredBytes = std::vector<std::byte>;
 
-/// FNV-1a, 64 bits: tells whether something is as it was, and keeps nobody out.
-std::uint64_t print_of(std::span<const std::byte> bytes);
-
-/// One file per name, each written whole or not at all, with the print of its contents and that of the set-up they
-/// were found with. Without a folder nothing is kept and nothing found.
+/// One file per name, each written whole or not at all, with the `fingerprint` of its contents and that of the set-up
+/// they were found with. Without a folder nothing is kept and nothing found.
 class PhotographStore {
  public:
   PhotographStore() = default;

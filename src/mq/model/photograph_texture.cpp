@@ -13,6 +13,7 @@
 #include "mq/base/parallel.h"
 #include "mq/base/words.h"
 #include "mq/draw/align_photographs.h"
+#include "mq/io/file_print.h"
 #include "mq/io/photograph_file.h"
 #include "mq/model/detail/photograph_labels.h"
 #include "mq/model/detail/photograph_light.h"
@@ -304,7 +305,7 @@ struct PhotographTexturing::Work {
     TakenColours taken;
     StoredWriter asked;
     if (store.keeps()) asked.add(own), asked.add(beyond), asked.add(exposed.gains[v]);
-    const std::uint64_t print = print_of(asked.bytes);
+    const std::uint64_t print = fingerprint(asked.bytes);
     const std::string name = fmt::format("colours{}", v);
     if (const auto record = to_blend.empty() ? store.find(name) : std::nullopt;
         record && read_colours(*record, print, taken))

@@ -5,13 +5,10 @@
 #include <cstdint>
 #include <span>
 
+#include "mq/io/file_print.h"
 #include "mq/io/model.h"
 
 namespace mq {
-
-/// 64 bits of these bytes, the same for any number of threads; never 0. For telling whether something
-/// was changed, not for keeping anybody out.
-std::uint64_t fingerprint(std::span<const std::byte> bytes);
 
 /// Of a texture's pixels, size and depth.
 std::uint64_t fingerprint(const Texture& texture);

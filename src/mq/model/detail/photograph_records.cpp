@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/io/file_print.h"
 
 namespace mq {
 namespace {
@@ -60,7 +61,7 @@ std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, 
     all.add(std::int64_t(written.time_since_epoch().count()));
     add_camera(photograph.camera, all);
   }
-  return print_of(all.bytes);
+  return fingerprint(all.bytes);
 }
 
 StoredBytes record_to_align(const AlignedPhotograph& photograph, std::span<const float> details) {
