@@ -63,8 +63,7 @@ class ShockTool : public VerbTool {
           session_.scene->surface, *session_.scene->atlas, space, before_,
           TextureShockOptions{.weights = app::shock_request(options).weights(space.scale()),
                               .time = app::asked_time(options),
-                              .longest_edge = app::asked_longest_edge(options, space.size()),
-                              .solver = vertex_solver(app::shock_request(options).solver)},
+                              .solver = texel_solver(app::shock_request(options).solver, space)},
           progress.step("prepare", 0.7));
     });
     prepared_for_ = asked(options);
@@ -76,7 +75,7 @@ class ShockTool : public VerbTool {
   /// The model with its textures at a time.
   Model at_time(const ShockTime& time, const OptionValues& options, const Progress& progress) {
     const ShockedTexture shocked = shock_->at(time, progress);
-    found_ = {{"time", shocked.time}, {"rate", shocked.rate}, {"vertices", shocked.vertices}};
+    found_ = {{"time", shocked.time}, {"rate", shocked.rate}};
     following_.push_back(shocked.path_seconds);
     Model model = session_.scene->model;
     target_->put(before_, shocked.signal, model);

@@ -349,7 +349,6 @@ TEST(ShockGeometry, SaysWhatItCannotDo) {
   EXPECT_THAT(error({"-o", "o.obj", "--vertices"}), HasSubstr("contradict"));
   EXPECT_THAT(error({"strip.png", "-o", "o.obj"}),
               HasSubstr("strip.obj: --geometry changes its shape, and 'strip.png' would not be"));
-  EXPECT_THAT(error({"-o", "o.obj", "--longest-edge", "2"}), HasSubstr("--longest-edge is for textures"));
   EXPECT_THAT(error({"-o", "o.obj", "--flipped", "keep"}), HasSubstr("--flipped is for charts"));
 }
 

@@ -185,18 +185,6 @@ TEST(Shock, StopsWhenAskedTo) {
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"strip.mtl", "strip.obj", "strip.png"}));
 }
 
-TEST(Shock, SaysBeforehandWhereMemoryIsTooSmall) {
-  const Folder folder;
-  write_strip(folder, 1500, 1100);
-  const double texels = 0.6 * 1500 * 1100, needed = texels * 760 * 1.3 * std::pow(1.4 / 0.25, 2);
-  if (double(available_memory()) > needed) GTEST_SKIP() << "this machine has enough";
-  const Result result =
-      marquetry(folder, {"shock", "strip.obj", "-o", "o.png", "--longest-edge", "0.25"});
-  EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.error, HasSubstr("following paths from"));
-  EXPECT_THAT(result.error, HasSubstr("allow longer edges (--longest-edge)"));
-}
-
 TEST(Shock, RefusesWhatDoesNotFit) {
   const Folder folder;
   write_strip(folder);

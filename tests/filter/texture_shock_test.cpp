@@ -4,6 +4,8 @@
 
 #include "atlas/atlas_fixtures.h"
 #include "mq/base/random.h"
+#include "mq/baseline/cut_texture_shock.h"
+#include "mq/trace/trace_atlas.h"
 
 namespace mq {
 namespace {
@@ -114,24 +116,27 @@ TEST(TextureShock, LeavesOutlinesAsSmoothAsTexelsAllow) {
   };
   Signal blurred(sheet.space.size(), 1);
   for (int i = 0; i < sheet.space.size(); ++i) blurred(i, 0) = 0.5 - 0.4 * std::tanh(beyond(i) / 2);
-  EXPECT_EQ(usual_longest_edge(sheet.space.size()), 0.7);
-  EXPECT_NEAR(usual_longest_edge(600'000), 1.01, 0.01);
-  EXPECT_EQ(usual_longest_edge(5'000'000), 1.4);
   /// How far from the outline texels have come to be on the other side of it.
-  const auto teeth = [&](double longest_edge) {
-    const Signal sharp = texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space,
-                                       blurred,
-                                       {.weights = {1e-5, 1e-5},
-                                        .time = {ShockTime::Unit::relative, 4},
-                                        .longest_edge = longest_edge})
-                             .signal;
+  const auto teeth = [&](const Signal& sharp) {
     double most = 0;
     for (int i = 0; i < sheet.space.size(); ++i)
       if ((sharp(i, 0) > 0.5) != (blurred(i, 0) > 0.5)) most = std::max(most, std::abs(beyond(i)));
     return most;
   };
-  EXPECT_LT(teeth(usual_longest_edge(sheet.space.size())), 0.35);
-  EXPECT_GT(teeth(1.4), 0.4);
+  const ShockWeights weights{1e-5, 1e-5};
+  const ShockTime time{ShockTime::Unit::relative, 4};
+  const auto cut = [&](double longest_edge) {
+    return teeth(cut_texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, blurred,
+                                   {.weights = weights, .time = time, .longest_edge = longest_edge})
+                     .signal);
+  };
+  const double found = teeth(texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, blurred,
+                                           {.weights = weights, .time = time})
+                                 .signal);
+  // Whether a texel is in or out is all that is left of the outline.
+  EXPECT_LT(found, 0.05);
+  EXPECT_GT(cut(0.7), 0.2);
+  EXPECT_GT(cut(1.4), 0.35);
 }
 
 TEST(TextureShock, DoesNotDependOnTheUnitOfLength) {
@@ -198,6 +203,65 @@ TEST(TextureShock, AgreesWithVerticesWhereTheMeshIsAsFine) {
     difference += std::abs(sheet.at(found.signal, t, Vector3(1, 0, 0)) -
                            expected.signal(surface.mesh.triangles[t][0], 0));
   EXPECT_LT(difference / surface.triangle_count(), 0.01);
+}
+
+TEST(TextureShock, DoesNotDependOnTheSizeOfTheTexture) {
+  const CutOptions options{.cells = 12, .parts = 3, .scale = 0.62, .angle = odd_angle};
+  const Sheet coarse(options, 256), fine(options, 512);
+  const auto shocked = [](const Sheet& sheet) {
+    return texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, sheet.signal,
+                         {.weights = {2e-4, 2e-4}, .time = {ShockTime::Unit::relative, 0.5}});
+  };
+  const ShockedTexture one = shocked(coarse), other = shocked(fine);
+  EXPECT_NEAR(one.rate, other.rate, 0.01 * other.rate);
+  EXPECT_NEAR(one.time, other.time, 0.01 * other.time);
+  double difference = 0, change = 0;
+  for (int t = 0; t < coarse.model->surface.triangle_count(); ++t)
+    for (const Vector3& b : {Vector3(1, 1, 1), Vector3(4, 1, 1), Vector3(1, 4, 1), Vector3(1, 1, 4)}) {
+      const Vector3 at = b / b.sum();
+      difference += std::abs(coarse.at(one.signal, t, at) - fine.at(other.signal, t, at));
+      change += std::abs(fine.at(other.signal, t, at) - fine.at(fine.signal, t, at));
+    }
+  EXPECT_LT(difference, 0.03 * change);
+}
+
+TEST(TextureShock, DoesNotDependOnHowTheSurfaceIsCutIntoTriangles) {
+  const auto shocked = [](int cells) {
+    const Sheet sheet({.cells = cells, .parts = 2, .jitter = 0, .scale = 0.5, .angle = odd_angle, .shape = sheared},
+                      128);
+    return sheet.shock(2);
+  };
+  const ShockedTexture one = shocked(4), other = shocked(16);
+  EXPECT_NEAR(one.rate, other.rate, 1e-6 * one.rate);
+  // On a ridge of the potential rounding decides.
+  ASSERT_EQ(one.signal.rows(), other.signal.rows());
+  const auto apart = ((one.signal - other.signal).cwiseAbs().array() > 1e-6).count();
+  EXPECT_LE(apart, one.signal.size() / 2000);
+}
+
+TEST(TextureShock, LeavesNoSeamWhereEdgesCrossOne) {
+  const Sheet sheet({.cells = 12, .parts = 3, .scale = 0.62, .angle = odd_angle}, 290);
+  const ShockedTexture shocked = sheet.shock(4);
+  const TraceAtlas domain(sheet.model->surface, sheet.model->atlas, sheet.space);
+  const auto across = [&](const Signal& signal) {
+    double sum = 0, length = 0;
+    domain.for_each_seam([&](double seam, const TraceAtlas::SeamPlaces& places) {
+      for (double s = 0.05; s < 1; s += 0.1) {
+        double difference = 0;
+        const auto [here, there] = places(s);
+        domain.for_each_corner(here, [&](int i, double w) { difference += w * signal(i, 0); });
+        domain.for_each_corner(there, [&](int i, double w) { difference -= w * signal(i, 0); });
+        sum += seam * difference * difference;
+        length += seam;
+      }
+    });
+    return std::sqrt(sum / length);
+  };
+  EXPECT_LT(across(shocked.signal), 0.005);
+  const Signal cut = cut_texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, sheet.signal,
+                                       {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::relative, 4}})
+                         .signal;
+  EXPECT_GT(across(cut), 0.01);
 }
 
 TEST(TextureShock, PreparedOnceGivesTheBitsOfEachTime) {

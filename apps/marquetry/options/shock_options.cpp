@@ -11,25 +11,18 @@ ShockTime asked_time(const OptionValues& options) {
 }
 
 ShockRequest shock_request(const OptionValues& options) {
-  using Kind = VertexSolverChoice::Kind;
+  using Kind = ShockSolverChoice::Kind;
   const std::string solver = options.text("solver");
-  ShockRequest request{.time = asked_time(options),
-                       .smooth = parse_length(options.text("smooth")),
-                       .smooth_potential = parse_length(options.text("smooth-potential")),
-                       .solver = {.kind = solver == "direct"      ? Kind::direct
-                                          : solver == "multigrid" ? Kind::multigrid
-                                                                  : Kind::automatic,
-                                  .tolerance = options.number("tolerance")},
-                       .longest_edge = {},
-                       .smooth_normals = parse_length(options.text("smooth-normals")),
-                       .fit_alpha = options.number("fit-weight"),
-                       .fit_steps = int(options.integer("fit-steps"))};
-  if (options.has("longest-edge")) request.longest_edge = options.number("longest-edge");
-  return request;
-}
-
-double asked_longest_edge(const OptionValues& options, int texels) {
-  return options.has("longest-edge") ? options.number("longest-edge") : usual_longest_edge(texels);
+  return {.time = asked_time(options),
+          .smooth = parse_length(options.text("smooth")),
+          .smooth_potential = parse_length(options.text("smooth-potential")),
+          .solver = {.kind = solver == "direct"      ? Kind::direct
+                             : solver == "multigrid" ? Kind::multigrid
+                                                     : Kind::automatic,
+                     .tolerance = options.number("tolerance")},
+          .smooth_normals = parse_length(options.text("smooth-normals")),
+          .fit_alpha = options.number("fit-weight"),
+          .fit_steps = int(options.integer("fit-steps"))};
 }
 
 }  // namespace mq::app

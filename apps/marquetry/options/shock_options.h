@@ -12,7 +12,4 @@ ShockRequest shock_request(const OptionValues& options);
 /// --time, or --absolute-time.
 ShockTime asked_time(const OptionValues& options);
 
-/// --longest-edge, or what is usual for so many texels.
-double asked_longest_edge(const OptionValues& options, int texels);
-
 }  // namespace mq::app

@@ -83,7 +83,7 @@ void refuse_for_pictures(const OptionValues& options, const std::filesystem::pat
   require(options.texts("texture").empty(),
           fmt::format("{}: is a picture, so nothing is read after it; found '{}'", path.string(),
                       options.texts("texture").empty() ? "" : options.texts("texture").front()));
-  for (const char* name : {"vertices", "weld", "flipped", "slot", "uv-set", "longest-edge", "solver",
+  for (const char* name : {"vertices", "weld", "flipped", "slot", "uv-set", "solver",
                            "tolerance"})
     require(!asks_for(options, name),
             fmt::format("{}: is a picture, and --{} is for models", path.string(), name));
@@ -187,10 +187,6 @@ Exit shock_model(Run& run) {
   TexturedModel scene = read_usable_model(run, MissingPictures::refuse, 0.15);
   const bool vertices = at_vertices(options, scene);
   if (vertices) refuse_pictures(options);
-  require(
-      !vertices || !asks_for(options, "longest-edge"),
-      "--longest-edge is for textures, whose triangles are cut; colours at vertices are taken as "
-      "they are");
   const Outputs outputs(options.text("output"), scene.model,
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
@@ -207,10 +203,6 @@ Exit shock_model(Run& run) {
     const Step step(run, "sharpen", vertices ? 0.7 : 0.5);
     shocked = shock_signal(scene, *target, before, shock_request(options), step);
   });
-  if (shocked.cut) {
-    run.result["longest_edge"] = shocked.cut->longest_edge;
-    run.result["vertices"] = shocked.cut->vertices;
-  }
   report_paths(run, shocked.rate, shocked.time, shocked.counts, shocked.path_seconds);
   report_solves(run, shocked.solves);
   run.result.update(change_json(before, shocked.signal, value_space(run.options()).space));
@@ -271,17 +263,6 @@ void add_path_options(OptionTable& table) {
              .default_value = as_typed(ShockRequest{}.smooth_potential),
              .group = "Shock",
              .help = "how far the strength of edges is spread; more leaves fewer, larger regions"});
-  table.add({.name = "longest-edge",
-             .type = Type::number,
-             .unit = "texels",
-             .least = 0.25,
-             .most = 64,
-             .group = "Shock",
-             .help = "triangles are cut until no edge is longer, for textures",
-             .details =
-                 "Without it 0.7 up to 290,000 texels in charts, more for more, and 1.4 from "
-                 "1.2 million. More than 0.7 is quicker, needs less memory and leaves edges "
-                 "serrated."});
 }
 
 void add_picture_options(OptionTable& table) {
@@ -324,10 +305,10 @@ void add_smoothing_options(OptionTable& table) {
        .metavar = "HOW",
        .group = "Solver",
        .help = "for smoothing on models: automatic, direct or multigrid",
-       .details = "automatic: direct up to 30,000 vertices, for textures of the triangles cut."});
+       .details = "automatic: direct up to 30,000 vertices or texels."});
   table.add({.name = "tolerance",
              .type = Type::number,
-             .default_value = as_typed(VertexSolverChoice{}.tolerance),
+             .default_value = as_typed(ShockSolverChoice{}.tolerance),
              .least = 1e-16,
              .most = 0.1,
              .group = "Solver",

@@ -350,6 +350,15 @@ class BandIntegrator {
     return band_.cut[kind - triangles_];
   }
 
+  void add_mean(const PendingPiece& pending, SeamBlocks::CellMean& mean) const {
+    const TexelMetric& metric = metrics_[pending.triangle];
+    const double area = pending.piece.area();
+    mean.surface += area * metric.density;
+    mean.metric[0] += area * metric.a;
+    mean.metric[1] += area * metric.b;
+    mean.metric[2] += area * metric.c;
+  }
+
   void add_seam_blocks() {
     if (pending_.empty()) return;
     const auto key = [](const PendingPiece& p) {
@@ -366,9 +375,11 @@ class BandIntegrator {
       const int number = grid_.cell(band_.texture, first.column, first.row);
       cell.start(band_.texture, first.column, first.row,
                  near_->cell(chart, first.row, first.column));
+      SeamBlocks::CellMean& mean = band_.blocks.means.emplace_back(SeamBlocks::CellMean{number});
       for (end = begin; end < pending_.size() && key(pending_[end]) == key(pending_[begin]);
            ++end) {
         bilinear.clear();
+        add_mean(pending_[end], mean);
         cell.add_piece(pending_[end].triangle, pending_[end].piece, bilinear);
         for (const SeamCell::Polygon& polygon : bilinear)
           add_integrals(bernstein_moments(polygon), metrics_[pending_[end].triangle],
@@ -406,6 +417,7 @@ void append(SeamBlocks& from, SeamBlocks& to) {
   to.texels.insert(to.texels.end(), from.texels.begin(), from.texels.end());
   to.mass.insert(to.mass.end(), from.mass.begin(), from.mass.end());
   to.stiffness.insert(to.stiffness.end(), from.stiffness.begin(), from.stiffness.end());
+  to.means.insert(to.means.end(), from.means.begin(), from.means.end());
   from = {};
 }
 

@@ -53,6 +53,15 @@ struct SeamBlocks {
   std::vector<int> texels;  ///< numbers of TexelGrid
   std::vector<double> mass, stiffness;
 
+  /// Of a cell near seams, whose matrices are not those of bilinear functions: what the pieces of a chart
+  /// there have together.
+  struct CellMean {
+    int cell;
+    double surface = 0;              ///< area on the surface
+    std::array<double, 3> metric{};  ///< Σ area in texels² · (a, b, c) of `TexelMetric`
+  };
+  std::vector<CellMean> means;
+
   static int index(int i, int j, int count) {  ///< of entry (i, j), i <= j, of an upper triangle
     return i * count - i * (i - 1) / 2 + (j - i);
   }

@@ -334,7 +334,7 @@ std::int64_t TexelSpace::bytes() const {
   const auto size = [](const auto& v) { return std::int64_t(v.capacity() * sizeof(v[0])); };
   return size(d.metrics) + size(d.cells.kind) + size(d.cells.cut) + size(d.cells.info) +
          size(d.cells.whole) + size(d.cells.seams.blocks) + size(d.cells.seams.texels) +
-         size(d.cells.seams.mass) + size(d.cells.seams.stiffness) + size(d.texels.places) +
+         size(d.cells.seams.mass) + size(d.cells.seams.stiffness) + size(d.cells.seams.means) + size(d.texels.places) +
          size(d.texels.positions) + size(d.texels.chart) + size(d.texels.interior) +
          size(d.unknown) + size(d.block_offsets) + size(d.parts) + size(d.row_offsets);
 }

@@ -47,6 +47,12 @@ struct TexelSamples {
 /// within a quarter of a texel of the cell; S vanishes on constants, per connected component.
 class TexelSpace : public SignalSpace {
  public:
+  /// g⁻¹ of a cell between texels, its mean over what charts cover there: the gradient of ψ has the parts
+  /// (xx·∂ψ/∂x + xy·∂ψ/∂y, xy·∂ψ/∂x + yy·∂ψ/∂y) in texels, texels²/length². 0 where no chart is.
+  struct CellMetric {
+    double xx = 0, xy = 0, yy = 0;
+  };
+
   /// Surface and atlas must outlive the space. Throws `InvalidInput` when the atlas holds refused
   /// defects (the message lists them) or nothing is left to integrate. O(texels + crossings).
   TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSpaceOptions& options = {},
@@ -76,10 +82,16 @@ class TexelSpace : public SignalSpace {
   /// Elements are the cells of all textures, then the strips within a quarter of a texel of a seam.
   int element_count() const override;
   std::vector<float> gradient_norms(const Signal& psi) const override;
+
+  /// ∫ f φ_t dA / ∫ φ_t dA of an f constant on each element: around each texel its mean.
+  Vector means_around(std::span<const float> elements) const;
   Signal weighted_stiffness_times(const Signal& psi,
                                   std::span<const float> conductivity) const override;
   SparseMatrix weighted_system(double a, double b, std::span<const float> conductivity,
                                const Progress& progress = {}) const override;
+
+  /// One per cell of `TexelGrid`. Does not depend on how the surface is cut into triangles.
+  std::vector<CellMetric> cell_metrics() const;
 
   /// Where the unknowns lie in the pictures and on the surface.
   const Texels& texels() const;
@@ -102,6 +114,10 @@ class TexelSpace : public SignalSpace {
 
   /// The triangle must have a chart.
   std::vector<BasisWeight> basis_at(int triangle, const Vector3& barycentric) const override;
+
+  /// The same at a place of a chart: in the cell at this column and row of its texture (wrapped or not where that
+  /// repeats), x and y from 0 to 1. Not within triangles of the chart too, where functions go on beside them.
+  std::vector<BasisWeight> basis_in(int chart, int column, int row, double x, double y) const;
 
   /// b_t = ∫ ⟨X, ∇φ_t⟩ dA for a field X constant on each triangle, one vector in space each (its
   /// normal part is ignored). The weak divergence: −∫ (div X) φ_t and flux through boundaries. Sums

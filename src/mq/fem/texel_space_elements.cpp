@@ -1,6 +1,7 @@
 // What is not linear in a signal, element by element: ψᵀS_eψ = Σ_{i<j} −S_ij (ψ_i − ψ_j)² of a cell
 // by its six couplings, of a seam block by all pairs of its texels.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -77,6 +78,65 @@ std::vector<float> TexelSpace::gradient_norms(const Signal& psi) const {
     });
   });
   return norms;
+}
+
+Vector TexelSpace::means_around(std::span<const float> elements) const {
+  require(std::ssize(elements) == element_count(), "one value per element is needed");
+  const Data& d = *data_;
+  Vector means(size());
+  parallel_for(size(), [&](std::int64_t i) {
+    double sum = 0, mass = 0, plain = 0;
+    int count = 0;
+    const auto add = [&](int element, double share) {
+      // Next to seams a share may be a little below 0.
+      sum += std::max(0.0, share) * elements[element];
+      mass += std::max(0.0, share);
+      plain += elements[element];
+      ++count;
+    };
+    d.for_each_cell(d.texels.places[i], [&](const Incidence& at) {
+      if (!d.active(at.cell)) return;
+      const CellIntegrals& cell = d.integrals(at.cell);
+      double share = 0;
+      for (int k = 0; k < 4; ++k) share += cell.mass[mass_at[at.corner][k]];
+      add(at.cell, share);
+    });
+    for (const Data::Part& part : d.blocks_of(int(i))) {
+      double share = 0;
+      d.visit_block(part, [&](int, double m, double) { share += m; });
+      add(d.element_of_block(part.block), share);
+    }
+    means[i] = mass > 0 ? sum / mass : count > 0 ? plain / count : 0;
+  });
+  return means;
+}
+
+/// From the matrices of a cell: x and y are bilinear, and ∫ √|g| ⟨∇x, ∇y⟩ says the mean of b.
+std::vector<TexelSpace::CellMetric> TexelSpace::cell_metrics() const {
+  const Data& d = *data_;
+  std::vector<CellMetric> metrics(d.grid.cell_count());
+  d.for_each_grid_cell([&](int id, const std::array<int, 4>&) {
+    const CellIntegrals& cell = d.integrals(id);
+    const double area = area_of(cell);
+    if (!(area > 0)) return;
+    const auto& [s01, s02, s03, s12, s13, s23] = cell.stiffness;
+    metrics[id] = {-(s01 + s03 + s12 + s23) / area, -(s03 - s12) / area, -(s02 + s03 + s12 + s13) / area};
+  });
+  std::vector<SeamBlocks::CellMean> means = d.cells.seams.means;
+  std::ranges::stable_sort(means, {}, &SeamBlocks::CellMean::cell);
+  for (std::size_t k = 0; k < means.size();) {
+    const int id = means[k].cell;
+    double area = 0;
+    CellMetric sum;
+    for (; k < means.size() && means[k].cell == id; ++k) {
+      area += means[k].surface;
+      sum.xx += means[k].metric[0];
+      sum.xy += means[k].metric[1];
+      sum.yy += means[k].metric[2];
+    }
+    if (area > 0) metrics[id] = {sum.xx / area, sum.xy / area, sum.yy / area};
+  }
+  return metrics;
 }
 
 Signal TexelSpace::weighted_stiffness_times(const Signal& psi,

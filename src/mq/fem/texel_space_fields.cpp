@@ -113,10 +113,24 @@ std::vector<BasisWeight> TexelSpace::basis_at(int triangle, const Vector3& baryc
     y += barycentric[k] * double(corners[k].y - row0 * TexelPoint::one) / double(TexelPoint::one);
   }
   const int column = column0 + int(std::floor(x)), row = row0 + int(std::floor(y));
+  return basis_in(d.atlas.chart[triangle], column, row, x - std::floor(x), y - std::floor(y));
+}
+
+std::vector<BasisWeight> TexelSpace::basis_in(int chart, int column, int row, double x, double y) const {
+  const Data& d = *data_;
+  const int texture = d.atlas.charts[chart].texture;
+  const TextureSize& size = d.grid.texture(texture);
   SeamCell cell(d.atlas, *d.seams, d.grid);
-  cell.start(d.surface.mesh.texture(triangle), column, row,
-             NearSeams::cell(d.near_row(triangle, row), column));
-  cell.add_point(triangle, x - std::floor(x), y - std::floor(y), 0);
+  cell.start(texture, column, row, {});
+  // Of a chart that runs over the border of a texture that repeats, the tile is not known.
+  const int tiles = d.near && size.wrap == Wrap::repeat ? 1 : 0;
+  for (int j = -tiles; d.near && j <= tiles; ++j)
+    for (int i = -tiles; i <= tiles; ++i) {
+      const int tile_column = column + i * size.width, tile_row = row + j * size.height;
+      const auto near = NearSeams::cell(d.near->row(chart, tile_row), tile_column);
+      if (!near.empty()) cell.start(texture, tile_column, tile_row, near);
+    }
+  cell.add_point(-1, x, y, 0);
   BasisSamples samples;
   cell.evaluate(samples);
   std::vector<BasisWeight> result;

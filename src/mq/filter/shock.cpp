@@ -11,6 +11,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
+#include "mq/filter/texture_shock.h"
 
 namespace mq {
 namespace {
@@ -32,31 +33,64 @@ Vector at_vertices(const VertexSpace& space, const std::vector<double>& per_tria
 
 }  // namespace
 
+namespace {
+
+/// Signals of one space smoothed by some weight; where weights are equal the solver is made once.
+class Smoothing {
+ public:
+  Smoothing(const SignalSpace& space, const SolverFactory& factory, std::vector<SolveReport>* reports)
+      : space_(space), factory_(factory), reports_(reports) {}
+
+  Signal operator()(const Signal& values, double weight, const Progress& progress) {
+    if (weight == 0) return values;
+    if (!equation_)
+      equation_.emplace(space_, weight, factory_, progress.step("prepare", 0.7));
+    else if (equation_->weight() != weight)
+      equation_->set_weight(weight, progress.step("prepare", 0.7));
+    Filtered filtered = equation_->solve(values, 0.0, progress);
+    if (reports_) reports_->push_back(filtered.report);
+    return std::move(filtered.signal);
+  }
+
+ private:
+  const SignalSpace& space_;
+  const SolverFactory& factory_;
+  std::vector<SolveReport>* reports_;
+  std::optional<ScreenedPoisson> equation_;
+};
+
+void require_signal(const SignalSpace& space, const Signal& phi, const char* unknowns) {
+  require(phi.rows() == space.size(),
+          fmt::format("a signal of {} rows was given for {} {}", phi.rows(), space.size(), unknowns));
+  require(phi.allFinite(), "the signal has values that are not finite");
+}
+
+}  // namespace
+
 Vector shock_potential(const VertexSpace& space, const Signal& phi, const ShockWeights& weights,
                        const SolverFactory& factory, std::vector<SolveReport>* reports,
                        const Progress& progress) {
-  require(phi.rows() == space.size(),
-          fmt::format("a signal of {} rows was given for {} vertices", phi.rows(), space.size()));
-  require(phi.allFinite(), "the signal has values that are not finite");
-  std::optional<ScreenedPoisson> equation;
-  const auto smoothed = [&](const Signal& values, double weight, const Progress& step) -> Signal {
-    if (weight == 0) return values;
-    if (!equation)
-      equation.emplace(space, weight, factory, step.step("prepare", 0.7));
-    else if (equation->weight() != weight)
-      equation->set_weight(weight, step.step("prepare", 0.7));
-    Filtered filtered = equation->solve(values, 0.0, step);
-    if (reports) reports->push_back(filtered.report);
-    return filtered.signal;
-  };
+  require_signal(space, phi, "vertices");
+  Smoothing smoothed(space, factory, reports);
   const Signal gradient =
       space.gradient(smoothed(phi, weights.signal, progress.step("smooth signal", 0.6)));
   std::vector<double> energy(space.triangle_count());
   parallel_for(space.triangle_count(), [&](std::int64_t t) {
     energy[t] = 0.5 * (gradient.row(2 * t).squaredNorm() + gradient.row(2 * t + 1).squaredNorm());
   });
-  return smoothed(at_vertices(space, energy), weights.potential,
-                  progress.step("smooth potential", 0.4));
+  return smoothed(at_vertices(space, energy), weights.potential, progress.step("smooth potential", 0.4));
+}
+
+Vector shock_potential(const TexelSpace& space, const Signal& phi, const ShockWeights& weights,
+                       const SolverFactory& factory, std::vector<SolveReport>* reports,
+                       const Progress& progress) {
+  require_signal(space, phi, "texels");
+  const SolverFactory solver = solver_or_own(factory, space);
+  Smoothing smoothed(space, solver, reports);
+  std::vector<float> energy =
+      space.gradient_norms(smoothed(phi, weights.signal, progress.step("smooth signal", 0.6)));
+  for (float& e : energy) e *= 0.5F * e;
+  return smoothed(space.means_around(energy), weights.potential, progress.step("smooth potential", 0.4));
 }
 
 double potential_rate(const SignalSpace& space, const Vector& potential) {

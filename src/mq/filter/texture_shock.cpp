@@ -1,5 +1,3 @@
-/// Until paths can be followed in the texture itself, they run on triangles no larger than texels.
-
 #include "mq/filter/texture_shock.h"
 
 #include <algorithm>
@@ -10,117 +8,96 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
-#include "mq/base/memory.h"
-#include "mq/base/option_names.h"
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
-#include "mq/filter/refined_texture.h"
+#include "mq/filter/seam_agreement.h"
+#include "mq/trace/atlas_flow.h"
 
 namespace mq {
 namespace {
 
-/// At the peak, while the potential is smoothed by multigrid, for a vertex of the triangles cut:
-/// beside what is there before, and beside that and the triangles themselves. Measured:
-/// docs/measurements/paths.md.
-constexpr double bytes_per_vertex = 760, bytes_per_vertex_once_cut = 640;
-
-void require_memory_for(double bytes, int texels) {
-  require_memory(std::int64_t(bytes), fmt::format("following paths from {} texels", texels),
-                 fmt::format("use a smaller texture, or allow longer edges ({})",
-                             option_name("longest_edge")));
+bool same(const TexelPlace& a, const TexelPlace& b) {
+  return a.chart == b.chart && a.cell == b.cell && a.x == b.x && a.y == b.y;
 }
 
 /// Where the texel's own value is not the signal's at the start of its path, as outside charts, the
 /// difference fades over the first texel of the way.
-void look_up(const RefinedTexture& refined, const TexelSpace& space, const Signal& signal,
-             const std::vector<SurfacePoint>& starts, const std::vector<SurfacePoint>& ends,
-             Signal& result) {
-  const double side = space.scale().texel_spacing;
+/// Returns per texel what is left of that: from 1, where its path rests, down to 0.
+Vector look_up(const TraceAtlas& domain, const Signal& signal, const std::vector<TexelPlace>& starts,
+               const std::vector<TexelPlace>& ends, Signal& result) {
+  const double side = domain.space().scale().texel_spacing;
+  Vector kept = Vector::Ones(signal.rows());
   parallel_for(signal.rows(), [&](std::int64_t i) {
-    const SurfacePoint &from = starts[i], &to = ends[i];
-    if (to.triangle == from.triangle && to.barycentric == from.barycentric) return;
+    const TexelPlace &from = starts[std::size_t(i)], &to = ends[std::size_t(i)];
+    if (same(from, to)) return;
     auto row = result.middleRows(i, 1);
-    refined.value(signal, to, row);
-    const double left = 1 - (refined.place(to) - refined.place(from)).norm() / side;
-    if (!(left > 0)) return;
+    domain.value(signal, to, row);
+    const double left = std::max(0.0, 1 - (domain.position(to) - domain.position(from)).norm() / side);
+    kept[i] = left;
+    if (left == 0) return;
     Signal before(1, signal.cols());
-    refined.value(signal, from, before);
+    domain.value(signal, from, before);
     for (Eigen::Index c = 0; c < signal.cols(); ++c) {
       const double own = signal(i, c), found = row(0, c);
       const auto [low, high] = std::minmax(own, found);
       row(0, c) = std::clamp(found + left * (own - before(0, c)), low, high);
     }
   });
+  return kept;
 }
 
 }  // namespace
 
-double usual_longest_edge(int texels) {
-  constexpr double vertices = 1.5e6;
-  return std::clamp(std::sqrt(expected_vertices(texels, 1) / vertices), 0.7, 1.4);
-}
-
 struct TextureShock::Data {
-  Data(const Surface& surface, const Atlas& atlas, const TexelSpace& texels, Signal values,
-       double longest_edge, const Progress& progress)
-      : space(texels),
-        signal(std::move(values)),
-        refined(surface, atlas, texels, longest_edge, progress) {}
+  Data(const Surface& surface, const Atlas& atlas, const TexelSpace& space, Signal values,
+       const Progress& progress)
+      : signal(std::move(values)), domain(surface, atlas, space, progress) {}
 
-  const TexelSpace& space;
   Signal signal;
-  RefinedTexture refined;
+  TraceAtlas domain;
   double rate = 0, area = 0;
   std::vector<SolveReport> solves;
-  std::optional<TraceMesh> mesh;
-  std::optional<SurfaceFlow> flow;
-  std::vector<SurfacePoint> starts;
+  std::optional<AtlasFlow> flow;
+  std::vector<TexelPlace> starts;
+  std::vector<char> outside;  ///< 1: of texels whose centre no chart covers
 };
 
 TextureShock::TextureShock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
-                           Signal signal, const TextureShockOptions& options,
-                           const Progress& progress) {
+                           Signal signal, const TextureShockOptions& options, const Progress& progress) {
   require(signal.rows() == space.size(),
           fmt::format("a signal of {} rows was given for {} texels", signal.rows(), space.size()));
   require(signal.allFinite(), "the texture has values that are not finite");
-  require_memory_for(bytes_per_vertex * expected_vertices(space.size(), options.longest_edge),
-                     space.size());
-  data_ = std::make_unique<Data>(surface, atlas, space, std::move(signal), options.longest_edge,
-                                 progress.step("cut triangles", 0.15));
-  const Surface& fine = data_->refined.fine().surface;
-  require_memory_for(bytes_per_vertex_once_cut * fine.mesh.vertex_count(), space.size());
-  Vector P;
-  {
-    const VertexSpace vertices(fine);
-    P = shock_potential(vertices, data_->refined.at_vertices(data_->signal), options.weights,
-                        options.solver(fine.mesh.positions), &data_->solves,
-                        progress.step("potential", 0.35));
-    data_->rate = potential_rate(vertices, P);
-    data_->area = vertices.scale().area;
-  }
-  // Ordered only now: the solver needs more memory than all else.
-  data_->mesh.emplace(fine, progress.step("order triangles", 0.1));
-  data_->flow.emplace(SurfaceFlow::downhill(*data_->mesh, P));
-  data_->starts = data_->refined.starts(progress.step("place texels", 0.15));
+  std::vector<SolveReport> solves;
+  // First: the solver needs more memory than all else.
+  const Vector P = shock_potential(space, signal, options.weights, options.solver, &solves,
+                                   progress.step("potential", 0.8));
+  data_ = std::make_unique<Data>(surface, atlas, space, std::move(signal), progress.step("order cells", 0.1));
+  data_->solves = std::move(solves);
+  data_->rate = potential_rate(space, P);
+  data_->area = space.scale().area;
+  data_->flow.emplace(AtlasFlow::downhill(data_->domain, P));
+  data_->starts = data_->domain.starts();
+  data_->outside = data_->domain.outside();
+  progress.at(1);
 }
 
 TextureShock::~TextureShock() = default;
 
 ShockedTexture TextureShock::at(const ShockTime& time, const Progress& progress) const {
   ShockedTexture shocked;
-  shocked.vertices = data_->refined.fine().surface.mesh.vertex_count();
   shocked.rate = data_->rate;
   shocked.solves = data_->solves;
   shocked.time = time_from(time, data_->rate, data_->area);
   const Stopwatch watch;
-  const Traced traced =
+  const TracedTexels traced =
       data_->flow->trace(data_->starts, shocked.time, progress.step("follow paths", 0.2));
   shocked.counts = traced.counts;
   shocked.path_seconds = watch.seconds();
   shocked.signal = data_->signal;
-  if (shocked.time > 0)
-    look_up(data_->refined, data_->space, data_->signal, data_->starts, traced.ends,
-            shocked.signal);
+  if (shocked.time > 0) {
+    const Vector kept = look_up(data_->domain, data_->signal, data_->starts, traced.ends, shocked.signal);
+    shocked.signal = agree_at_seams(data_->domain, shocked.signal, data_->signal, kept, data_->outside);
+  }
   progress.at(1);
   return shocked;
 }

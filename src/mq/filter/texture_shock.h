@@ -1,60 +1,48 @@
 #pragma once
 /// Shock filters on textures: sharpened on the surface, across seams.
 
-#include <functional>
 #include <memory>
-#include <span>
 
 #include "mq/atlas/atlas.h"
 #include "mq/fem/texel_space.h"
-#include "mq/fem/vertex_multigrid.h"
 #include "mq/filter/shock.h"
 
 namespace mq {
 
-/// Makes a solver for systems of vertices at these places.
-using VertexSolver = std::function<SolverFactory(std::span<const Vector3> positions)>;
-
-/// A longest edge for textures of so many texels: 0.7, with which the outline of a blurred disc becomes
-/// as smooth as texels allow (at 1.4 it has teeth of half a texel more), as long as that is 1.5 million
-/// vertices, and otherwise what is, but 1.4 at most.
-double usual_longest_edge(int texels);
+/// P = ½ Σ_c |∇φ_c|² of all channels, its mean over each cell between texels (and each strip along a seam), then its mean
+/// around each texel; smoothed: thesis 3.3.1 on texels. φ is smoothed before. One value per texel, (unit of φ)²/length².
+/// The rest is as for vertices.
+Vector shock_potential(const TexelSpace& space, const Signal& phi, const ShockWeights& weights,
+                       const SolverFactory& factory = {}, std::vector<SolveReport>* reports = nullptr,
+                       const Progress& progress = {});
 
 struct TextureShockOptions {
   ShockWeights weights;
   ShockTime time;
-  double longest_edge = 1.4;  ///< of the mesh on which paths run, texels
-  VertexSolver solver = [](std::span<const Vector3> places) {
-    return vertex_multigrid_solver(places);
-  };
+  SolverFactory solver = {};  ///< of systems of texels; empty: `SignalSpace::solver`
 };
 
 /// A sharpened texture and how it came about.
 struct ShockedTexture {
   Signal signal;
-  int vertices = 0;  ///< of the mesh on which paths ran
-  double rate = 0;   ///< Λ
+  double rate = 0;  ///< Λ
   double time = 0;
   PathCounts counts;
   double path_seconds = 0;
   std::vector<SolveReport> solves;
 };
 
-/// `transport_shock` for a signal of texels. Triangles are cut until no edge is longer than
-/// `longest_edge` in their chart (`refine`); the potential is that of the signal's values at the
-/// vertices so made. Paths begin at the centres of texels, and values are those of the texture
-/// itself where they end: what the filter leaves in place loses nothing to a mesh. Texels whose
-/// centre lies outside their chart begin at the nearest point of the surface, which is across a
-/// seam where there is one, so that lookups on both sides agree. Their own value, which need not be
-/// the signal's there, fades over a mean texel's side of the way: a value lies between its own and
-/// the one found, and moves no further than its path does. A time of 0 leaves all values as they
-/// are, bit for bit; texels whose path rests at once keep theirs. No value leaves the range of its
-/// channel.
+/// `transport_shock` for a signal of texels, in the texture itself: the potential is one of texels, and paths run over
+/// the cells between them and over seams (`AtlasFlow`). No triangle is cut; the result does not depend on how the
+/// surface is cut into triangles, and by no more than interpolation on the size of the texture. Paths begin at the
+/// centres of texels, and values are those of the texture where they end. Texels whose centre lies outside their chart
+/// begin where the straight way over the border leads, on the other side of a seam, so that lookups on both sides agree.
+/// Their own value, which need not be the signal's there, fades over a mean texel's side of the way: a value lies between
+/// its own and the one found, and moves no further than its path does. A time of 0 leaves all values as they are, bit for
+/// bit; texels whose path rests at once keep theirs. No value leaves the range of its channel.
 ///
-/// Triangles without chart take no part: paths end there as at a boundary. The solver is for the
-/// mesh made, 1.3 vertices per texel, 2 where charts are scraps; systems are well conditioned while
-/// weights are small. `signal` is space.size() × channels. 760 bytes per vertex at the peak; throws
-/// `OutOfMemory` before it starts, and once more when the triangles are cut, where there is less.
+/// Triangles without chart take no part: paths end there as at a boundary. `signal` is space.size() × channels. Beside
+/// the space and its solver about 130 bytes per texel; throws what `shock_potential` and `AtlasFlow` throw.
 ShockedTexture texture_shock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
                              const Signal& signal, const TextureShockOptions& options,
                              const Progress& progress = {});

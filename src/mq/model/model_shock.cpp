@@ -5,8 +5,8 @@
 
 namespace mq {
 
-VertexSolver vertex_solver(const VertexSolverChoice& choice) {
-  using Kind = VertexSolverChoice::Kind;
+VertexSolver vertex_solver(const ShockSolverChoice& choice) {
+  using Kind = ShockSolverChoice::Kind;
   return [choice](std::span<const Vector3> places) {
     const bool few = std::ssize(places) <= most_for_factorisation;
     if (choice.kind == Kind::direct || (choice.kind == Kind::automatic && few))
@@ -15,6 +15,17 @@ VertexSolver vertex_solver(const VertexSolverChoice& choice) {
     when.tolerance = choice.tolerance;
     return vertex_multigrid_solver(places, when);
   };
+}
+
+SolverFactory texel_solver(const ShockSolverChoice& choice, const TexelSpace& space) {
+  using Kind = ShockSolverChoice::Kind;
+  const StoppingRule stop{.tolerance = choice.tolerance};
+  switch (choice.kind) {
+    case Kind::direct: return direct_solver();
+    case Kind::multigrid: return space.multigrid(stop);
+    case Kind::automatic: break;
+  }
+  return space.solver(stop);
 }
 
 ShockWeights ShockRequest::weights(const SurfaceScale& scale) const {
@@ -33,16 +44,14 @@ ShockedModel shock_signal(const TexturedModel& model, const ModelSignal& signal,
                                     solver(model.surface.mesh.positions),
                                     progress.step("filter", 0.9));
     return {std::move(found.signal), found.rate,   found.time, found.counts,
-            found.path_seconds,      found.solves, {}};
+            found.path_seconds,      found.solves};
   }
   const TexelSpace& space = *signal.texel_space();
-  const double edge = request.longest_edge.value_or(usual_longest_edge(space.size()));
   ShockedTexture found = texture_shock(
       model.surface, *signal.texel_atlas(), space, values,
-      {.weights = weights, .time = request.time, .longest_edge = edge, .solver = solver}, progress);
-  return {std::move(found.signal), found.rate,   found.time,
-          found.counts,            found.path_seconds, found.solves,
-          ShockedModel::Cut{edge, found.vertices}};
+      {.weights = weights, .time = request.time, .solver = texel_solver(request.solver, space)}, progress);
+  return {std::move(found.signal), found.rate,         found.time,
+          found.counts,            found.path_seconds, std::move(found.solves)};
 }
 
 SharpenedShape shock_shape(const TexturedModel& model, const ShockRequest& request,

@@ -1,7 +1,8 @@
 #pragma once
 /// Shock filters of what a model shows, and of its shape.
 
-#include <optional>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "mq/base/length.h"
@@ -11,25 +12,28 @@
 
 namespace mq {
 
-/// How systems of vertices are solved.
-struct VertexSolverChoice {
+/// How systems of vertices and texels are solved.
+struct ShockSolverChoice {
   enum class Kind {
-    automatic,  ///< a factorisation up to `most_for_factorisation` vertices, multigrid above
+    automatic,  ///< a factorisation up to `most_for_factorisation` unknowns, multigrid above
     direct,
     multigrid
   } kind = Kind::automatic;
   double tolerance = 1e-4;  ///< relative residual of multigrid: of the field to follow, not of values
 };
-VertexSolver vertex_solver(const VertexSolverChoice& choice = {});
+
+/// Makes a solver for systems of vertices at these places.
+using VertexSolver = std::function<SolverFactory(std::span<const Vector3> positions)>;
+VertexSolver vertex_solver(const ShockSolverChoice& choice = {});
+
+/// A solver for systems of this space.
+SolverFactory texel_solver(const ShockSolverChoice& choice, const TexelSpace& space);
 
 struct ShockRequest {
   ShockTime time = {ShockTime::Unit::relative, 2};
   Length smooth = {0.3, Length::Unit::percent};            ///< of the signal, before edges are found
   Length smooth_potential = {0.3, Length::Unit::percent};  ///< of their strength
-  VertexSolverChoice solver;
-
-  /// Of the triangles that textures are sharpened on; nothing: `usual_longest_edge`.
-  std::optional<double> longest_edge;
+  ShockSolverChoice solver;
 
   /// Of shapes, see `GeometryShockOptions`.
   Length smooth_normals;
@@ -47,13 +51,6 @@ struct ShockedModel {
   PathCounts counts;
   double path_seconds = 0;
   std::vector<SolveReport> solves;
-
-  /// The cut of textures' triangles; nothing at vertices.
-  struct Cut {
-    double longest_edge = 0;  ///< texels
-    int vertices = 0;
-  };
-  std::optional<Cut> cut;
 };
 
 /// Values of this signal of the model sharpened: `texture_shock`, or `transport_shock` of colours at

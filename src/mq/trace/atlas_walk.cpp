@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mq/mesh/geometry.h"
+
 namespace mq {
 namespace {
 
 constexpr int most_crossed = 4096;
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// A triangle's edges from a corner, in its texture and in space.
 struct Sides {

@@ -44,9 +44,6 @@ void add_shock_geometry_options(OptionTable& table) {
 
 Exit shock_geometry(Run& run, const ShockRequest& request) {
   const OptionValues& options = run.options();
-  require(!asks_for(options, "longest-edge"),
-          "--longest-edge is for textures, whose triangles are cut; those of a shape are taken as they "
-          "are: leave it out");
   refuse_pictures_of_shape(options);
   TexturedModel scene = read_shape(run, 0.15);
   const Outputs outputs = shape_outputs(options, scene);

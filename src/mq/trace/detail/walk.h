@@ -65,13 +65,13 @@ template <class Field>
 void put_on_edge(const Field& field, Path& path, int k) {
   path.corner = k;
   const double here = field.rates(path.triangle)[k];
-  const int across = field.across(path.triangle, k);
+  const std::int64_t across = field.across(path.triangle, k);
   path.on = Path::On::edge;
   const bool in_here = here > 0;
   bool in_there = false;
   if (across >= 0) {
-    const int there = across >> 2;
-    in_there = field.rates(there)[across & 3] > 0;
+    const int there = int(across >> 2);
+    in_there = field.rates(there)[std::size_t(across & 3)] > 0;
     if (in_here && in_there) {
       const double speed = field.speed(path.triangle), other = field.speed(there);
       in_there = faster(other, speed) || (!faster(speed, other) && there < path.triangle);
@@ -81,8 +81,8 @@ void put_on_edge(const Field& field, Path& path, int k) {
   path.on = Path::On::face;
   if (!in_there) return;
   const double first = path.b[after(k)], second = path.b[before(k)];
-  path.triangle = across >> 2;
-  path.corner = across & 3;
+  path.triangle = int(across >> 2);
+  path.corner = int(across & 3);
   path.b[path.corner] = 0;
   path.b[after(path.corner)] = second;
   path.b[before(path.corner)] = first;
@@ -144,13 +144,13 @@ bool advance_on_face(const Field& field, Path& path, PathCounts& counts) {
   path.b[i] = first;
   path.b[j] = second;
   path.corner = k;
-  const int across = field.leave(path.triangle, k);
+  const std::int64_t across = field.leave(path.triangle, k);
   if (across < 0) {
     path.on = Path::On::edge;
     return true;
   }
-  path.triangle = across >> 2;
-  const int l = across & 3;
+  path.triangle = int(across >> 2);
+  const int l = int(across & 3);
   path.b[l] = 0;
   path.b[after(l)] = second;
   path.b[before(l)] = first;
@@ -234,8 +234,9 @@ inline bool leave_turns_out(Path& path, Path& mark) {
 
 /// Follows paths begin to end − 1, several at a time so that one waits for memory while others go
 /// on; a path that ends makes room for the next. start(path) places the path of `path.id`,
-/// finish(path) takes its end. Each path is by itself: what it does depends on no other.
-template <class Field, class Start, class Finish>
+/// finish(path) takes its end. Each path is by itself: what it does depends on no other. `Path` may be
+/// derived, with an `advance` and `leave_turns_out` of its own.
+template <class Path = walk::Path, class Field, class Start, class Finish>
 PathCounts follow(const Field& field, std::int64_t begin, std::int64_t end, double time,
                   const Start& start, const Finish& finish, const Progress& progress) {
   constexpr int most_lanes = 16;

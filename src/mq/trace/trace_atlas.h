@@ -1,0 +1,113 @@
+#pragma once
+/// An atlas made ready to be walked: the cells between texels, each cut in two, and what lies where a chart ends in one.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "mq/atlas/atlas.h"
+#include "mq/base/progress.h"
+#include "mq/fem/texel_space.h"
+#include "mq/mesh/surface.h"
+
+namespace mq {
+
+class AtlasBorders;
+
+/// A place of a chart: a cell of `TraceAtlas`, and where in it, both from 0 to 1.
+struct TexelPlace {
+  int chart = -1;  ///< none: nowhere
+  int cell = 0;
+  double x = 0, y = 0;  ///< to the right and down
+};
+
+/// The domain of `AtlasFlow`. A texel is a node; every cell between four is cut into two triangles along a diagonal
+/// whose direction alternates like a chess board, as in `GridFlow`. No triangle is stored, nor is the mesh cut: of the
+/// mesh nothing remains but the mean metric of each cell (`TexelSpace::cell_metrics`), so that how the surface is cut
+/// into triangles does not matter, and the half-edges where charts end, in the cells they run through.
+///
+/// Cells have one numbering for all textures: with w texels in a row, cell (i, j) with −1 ≤ i, j is number
+/// first + (j + 1)·(w + 2) + i + 1, and so is the node at its upper left corner. About 32 bytes per texel of the
+/// textures, and 120 for each cell that a border runs through.
+class TraceAtlas {
+ public:
+  /// All must outlive the object.
+  TraceAtlas(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
+             const Progress& progress = {});
+  ~TraceAtlas();
+  TraceAtlas(TraceAtlas&&) noexcept;
+
+  const TexelSpace& space() const { return *space_; }
+  const AtlasBorders& borders() const { return *borders_; }
+
+  /// One more than the largest number of a cell or node.
+  int node_count() const { return int(unknowns_.size()); }
+  /// The unknown at a node; −1: none.
+  int unknown(int node) const { return unknowns_[std::size_t(node)]; }
+  const TexelSpace::CellMetric& metric(int cell) const { return metrics_[std::size_t(cell)]; }
+  /// Whether a chart covers some of it.
+  bool covered(int cell) const { return metrics_[std::size_t(cell)].xx > 0; }
+  /// From a cell's upper left node to its lower left one.
+  int stride(int cell) const { return textures_[std::size_t(texture_of(cell))].stride; }
+
+  enum class Side { left, top, right, bottom };
+  /// The cell beyond a side; −1: the texture ends there.
+  int beyond(int cell, Side side) const;
+  /// 0: the diagonal runs from the upper left to the lower right; 1: the other one.
+  int diagonal(int cell) const { return flags_[std::size_t(cell)] & 1; }
+  /// Whether borders of charts run through the cell.
+  bool bordered(int cell) const { return (flags_[std::size_t(cell)] & border_flag) != 0; }
+
+  /// The cell at a place of a texture in texels, wrapped or clamped as the texture is, and the place in it.
+  TexelPlace place(int chart, int texture, const Vector2& texel) const;
+  /// The same with a column and row of cells given, and where in this cell.
+  int cell(int texture, int column, int row) const;
+
+  /// Where paths of texels begin, one per unknown: at the centre where a chart covers it; otherwise straight on over
+  /// the border of its chart (`AtlasWalk`), or, where the surface ends there, at the border.
+  std::vector<TexelPlace> starts() const;
+  /// 1 for the unknowns whose centre no chart covers.
+  std::vector<char> outside() const;
+
+  /// A signal of texels there, as `TexelSpace` has it: bilinear, and next to seams the same from both sides. Within the
+  /// values it is made of.
+  void value(const Signal& signal, const TexelPlace& at, Eigen::Ref<Signal> row) const;
+  /// visit(unknown, weight) for the corners of its cell, as hardware looks them up.
+  void for_each_corner(const TexelPlace& at, const std::function<void(int, double)>& visit) const;
+
+  /// Both places of a point of a seam, from 0 to 1 along it.
+  using SeamPlaces = std::function<std::pair<TexelPlace, TexelPlace>(double)>;
+  /// visit(length, places) for all seams, with the length of their longer side in texels.
+  void for_each_seam(const std::function<void(double, const SeamPlaces&)>& visit) const;
+
+  /// In space, to the accuracy of single precision.
+  Vector3 position(const TexelPlace& at) const;
+
+ private:
+  static constexpr unsigned char left_flag = 2, top_flag = 4, right_flag = 8, bottom_flag = 16, border_flag = 32,
+                                 seam_flag = 64;
+  struct Texture {
+    int first = 0, width = 0, height = 0, stride = 0;
+    bool repeats = false;
+  };
+  int texture_of(int cell) const;
+  void number_nodes(const Atlas& atlas);
+  void mark_ends(const Texture& texture);
+  void mark_borders();
+  TexelPlace start(int unknown, int triangle) const;
+  template <class Visit>
+  void for_each_weight(const TexelPlace& at, const Visit& visit) const;
+
+  const Surface* surface_;
+  const Atlas* atlas_;
+  const TexelSpace* space_;
+  std::vector<Texture> textures_;
+  std::vector<int> unknowns_;                      ///< per node
+  std::vector<TexelSpace::CellMetric> metrics_;    ///< per cell
+  std::vector<unsigned char> flags_;               ///< per cell
+  std::unique_ptr<AtlasBorders> borders_;
+};
+
+}  // namespace mq
