@@ -16,15 +16,19 @@
 #include "mq/io/animation_read.h"
 #include "mq/io/bytes.h"
 #include "mq/io/film.h"
+#include "mq/io/image_file.h"
+#include "mq/io/model.h"
 #include "mq/io/uri.h"
 
 namespace mq {
 namespace {
 
 using testing::AllOf;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 /// A strip of six quads in two charts that waves over six frames, 10, 12, ..., 20; from the fourth on its last quad
 /// is gone.
@@ -437,6 +441,67 @@ TEST_F(AnimationRead, SaysWhatOfGltfIsNotSeen) {
   EXPECT_THAT(found.notes,
               ElementsAre(AllOf(HasSubstr("2 of 3 frames"), HasSubstr("the first at second 0.5, the last at 1"))));
   EXPECT_THAT(found.remarks, ElementsAre(HasSubstr("1 camera")));
+}
+
+/// `text` with the accessor of a visibility at two keys, shown and then not, as the last one.
+std::string with_visibility(std::string text) {
+  const std::string last = R"({"bufferView":0,"byteOffset":96,"componentType":5126,"count":2,"type":"VEC4"})";
+  // Bytes 15 and 16: the highest of 1.F, 0x3f, and the lowest of 0.F.
+  return text.replace(text.find(last), last.size(),
+                      last + R"(,{"bufferView":0,"byteOffset":15,"componentType":5121,"count":2,"type":"SCALAR"})");
+}
+
+std::string pointing(const std::string& pointer, int sampler) {
+  return R"({"sampler":)" + std::to_string(sampler) +
+         R"(,"target":{"path":"pointer","extensions":{"KHR_animation_pointer":{"pointer":")" + pointer + R"("}}}})";
+}
+
+TEST_F(AnimationRead, LeavesOutWhatIsHidden) {
+  const std::string hidden = R"({"mesh":0},{"extensions":{"KHR_node_visibility":{"visible":false}},"children":[2]},)"
+                             R"({"mesh":0})";
+  std::string text = morphing_gltf(hidden, weights_channel, weights_sampler);
+  const std::string nodes = R"("nodes":[0])";
+  text.replace(text.find(nodes), nodes.size(), R"("nodes":[0,1])");
+  const OpenAnimation found = open_animation(put("hidden.gltf", text));
+  EXPECT_THAT(found.notes, IsEmpty());
+  EXPECT_THAT(found.remarks, ElementsAre(AllOf(HasSubstr("nodes[2] is hidden"), HasSubstr("KHR_node_visibility"))));
+  EXPECT_THAT(read_model(folder / "hidden.gltf").notes, Contains(HasSubstr("KHR_node_visibility")));
+  EXPECT_EQ(read_model(folder / "hidden.gltf").mesh.triangle_count(), 1);
+}
+
+TEST_F(AnimationRead, FollowsPointersToNodes) {
+  const std::string both = weights_sampler + std::string(R"(,{"input":4,"output":6,"interpolation":"STEP"})");
+  const OpenAnimation found = open_animation(put(
+      "points.gltf",
+      with_visibility(morphing_gltf(
+          R"({"mesh":0})",
+          pointing("/nodes/0/weights", 0) + "," + pointing("/nodes/0/extensions/KHR_node_visibility/visible", 1),
+          both))));
+  EXPECT_EQ(found.reader.frames().size(), 1U);
+  EXPECT_THAT(found.notes, ElementsAre(HasSubstr("2 of 3 frames show nothing")));
+  EXPECT_THAT(open_animation(put("paints.gltf", morphing_gltf(R"({"mesh":0})",
+                                                              weights_channel + std::string(",") +
+                                                                  pointing("/materials/0/alphaCutoff", 0),
+                                                              weights_sampler)))
+                  .notes,
+              ElementsAre(AllOf(HasSubstr("\"/materials/0/alphaCutoff\""), HasSubstr("KHR_animation_pointer"))));
+}
+
+TEST_F(AnimationRead, SaysThatAPictureIsMultiplied) {
+  std::string text = morphing_gltf(R"({"mesh":0})", weights_channel, weights_sampler);
+  const std::string attributes = R"("targets":)";
+  text.replace(text.find(attributes), attributes.size(), R"("material":0,"targets":)");
+  write_texture(folder / "dot.png", Texture{.pixels = Image<float>(2, 2, 3, 0.5F)});
+  const auto opened = [&](const std::string& factor) {
+    return open_animation(put("tinted.gltf",
+                              R"({"materials":[{"pbrMetallicRoughness":{)" + factor +
+                                  R"("baseColorTexture":{"index":0}}}],"textures":[{"source":0}],)"
+                                  R"("images":[{"uri":"dot.png"}],)" +
+                                  text.substr(1)));
+  };
+  EXPECT_THAT(opened("").notes, Not(Contains(HasSubstr("baseColorFactor"))));
+  EXPECT_THAT(opened(R"("baseColorFactor":[1,0.5,1,1],)").notes,
+              Contains(AllOf(HasSubstr("materials[0]"), HasSubstr("1, 0.5, 1, 1 (baseColorFactor)"))));
 }
 
 }  // namespace
