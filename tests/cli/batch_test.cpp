@@ -90,6 +90,11 @@ TEST(Batch, SaysWhereAJobIsNone) {
   }
 }
 
+TEST(Batch, NamesTheJobWhoseReportAnotherOneWrites) {
+  const Jobs folder(R"([["check", "strip.obj", "--report", "r.json"], ["check", "strip.obj", "--report", "r.json"]])");
+  EXPECT_THAT(refusal(folder, {"batch", "jobs.json"}, "r.json"), HasSubstr("job 2 of 2: r.json: job 1 writes it too"));
+}
+
 const char* const one_fails = R"([["filter", "strip.obj", "--beta", "2", "-o", "a.png"],
   ["filter", "missing.obj", "--beta", "2", "-o", "b.png"], ["filter", "strip.obj", "--beta", "2", "-o", "c.png"]])";
 

@@ -186,7 +186,7 @@ class Batch {
     if (options.given("report")) enter_report(options);
     for (const Job& job : jobs_) {
       ledger_.begin(fmt::format("job {}", job.number));
-      if (job.options.given("report")) enter_report(job.options);
+      if (job.options.given("report")) enter_report_of(job);
     }
   }
 
@@ -213,6 +213,14 @@ class Batch {
  private:
   void enter_report(const OptionValues& options) {
     ledger_.enter({options.text("report")}, OutputLedger::Replacing::refused);
+  }
+
+  void enter_report_of(const Job& job) {
+    try {
+      enter_report(job.options);
+    } catch (const IoError& error) {
+      throw IoError(fmt::format("{}: {}", title(job), error.what()));
+    }
   }
 
   std::string title(const Job& job) const { return fmt::format("job {} of {}", job.number, jobs_.size()); }
