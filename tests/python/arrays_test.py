@@ -166,6 +166,11 @@ class Inputs(unittest.TestCase):
         vertices, faces, uvs, picture = arrays()
         wanted = mq.filter(mesh(), beta=2).picture
         np.testing.assert_array_equal(mq.filter(arrays()[:3], Image.fromarray(picture), beta=2).picture, wanted)
+        image = Image.fromarray(picture)
+        for mode, plain in (("PA", "RGBA"), ("RGBa", "RGBA"), ("La", "LA"), ("RGBX", "RGB")):
+            odd = image.convert("P").convert(mode) if mode == "PA" else image.convert(plain).convert(mode)
+            np.testing.assert_array_equal(mq.filter(arrays()[:3], odd, beta=2).picture,
+                                          mq.filter(arrays()[:3], odd.convert(plain), beta=2).picture, mode)
         interface = types.SimpleNamespace(__array_interface__=np.ascontiguousarray(picture).__array_interface__)
         np.testing.assert_array_equal(mq.filter(arrays()[:3], interface, beta=2).picture, wanted)
         np.testing.assert_array_equal(mq.filter(vertices, faces, uvs, picture, beta=2).picture, wanted)
