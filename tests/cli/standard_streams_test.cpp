@@ -172,6 +172,7 @@ TEST(StandardStreams, AreToldOfAFormatThatTheVerbMakes) {
   write_strip(folder);
   EXPECT_THAT(refused(folder, {"play", "strip.evolving", "-o", "-"}, "strip.png"),
               AllOf(HasSubstr("html:-"), Not(HasSubstr("png:-"))));
+  EXPECT_THAT(refused(folder, {"evolve", "strip_%04d.ply", "-o", "-"}, "strip.png"), HasSubstr("is two files"));
 }
 
 TEST(StandardStreams, TakeOneFileAndNothingElse) {
@@ -180,7 +181,7 @@ TEST(StandardStreams, TakeOneFileAndNothingElse) {
   EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "-"}, "strip.png"),
               HasSubstr("png:-"));
   EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "obj:-"}, "strip.png"),
-              HasSubstr("standard output takes one"));
+              AllOf(HasSubstr("standard output takes one"), HasSubstr("glb:-")));
   EXPECT_THAT(refused(folder, {"filter", "-", "-", "-o", "-"}, "strip.png"), HasSubstr("taken already"));
   EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--report", "-", "-o", "png:-"}, "strip.png"),
               HasSubstr("./-"));

@@ -211,6 +211,9 @@ std::string StandardStreams::choose_output(const std::string& format, const Opti
           "--output: standard output is a terminal; send it to a file or a pipe");
   std::string extension = "." + format;
   if (format.empty()) {
+    const std::string& verb = options.table().verb();
+    require(verb != "track" && verb != "evolve",
+            "--output: an evolving mesh is two files, and standard output takes one; name it, such as walk.evolving");
     extension.clear();
     for (const Option& option : options.table().options())
       if (option.place == Option::Place::positional && extension.empty() && options.given(option.name))
@@ -218,7 +221,7 @@ std::string StandardStreams::choose_output(const std::string& format, const Opti
           extension = lower_extension(first);
     require(!extension.empty(),
             "--output: name the format that standard output is to take, such as " +
-                formats_for(options.table().verb()));
+                formats_for(verb));
   }
   output_ = folder() / (standard_output_stem + extension);
   call(output_.string(), options.text("output"), "standard output");
