@@ -351,6 +351,8 @@ def _run_words(verb: str, arguments: dict[str, Any], words: _Words, progress: An
             continue
         value = arguments[key]
         if row["positional"]:
+            if value is None and row["required"]:
+                raise TypeError(f"{key}: found None, wanted {row['help']}")
             positional.extend(_flat(value) if row["many"] else [value] if value is not None else [])
         elif name in exclusive or not _is_default(value, row):
             words.add(name, value)

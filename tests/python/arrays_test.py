@@ -406,6 +406,17 @@ class Words(unittest.TestCase):
             mq.react(mesh("bust", 256), time=1000000)
         self.assertLess(time.monotonic() - started, 20)
 
+    def test_sequences_have_no_alpha(self):
+        vertices, faces = arrays()[:2]
+        colours = np.random.default_rng(3).integers(0, 255, (len(vertices), 4), np.uint8)
+        made = []
+        for count in (3, 4):
+            frames = [mq.Mesh(vertices, faces, colors=colours[:, :count])] * 2
+            made.append(mq.track(frames, output=folder() / f"of_{count}.evolving"))
+        self.assertEqual(*(result.files[1].read_bytes() for result in made))
+        with self.assertRaisesRegex(mq.InvalidInput, r"sequence\[0\]: found colors of shape .*, 2\)"):
+            mq.track([mq.Mesh(vertices, faces, colors=colours[:, :2])], output=folder() / "of_2.evolving")
+
     def test_what_is_safe_after_ctrl_c(self):
         vertices, faces = arrays()[:2]
         frames = [(vertices + [0.01 * k, 0, 0], faces) for k in range(6)]
@@ -418,6 +429,10 @@ class Words(unittest.TestCase):
             mq.track(frames, output=made, progress=stop)
         report = mq.track(frames, output=made, resume=True).report
         self.assertEqual([one["frame"] for one in report["result"]["frames"]], list(range(6)))
+
+    def test_none_is_no_model(self):
+        with self.assertRaisesRegex(TypeError, "^mesh: found None, wanted the model"):
+            mq.inspect(None)
 
     def test_frames_want_a_place_for_each(self):
         with self.assertRaisesRegex(mq.InvalidInput, "^output: found none.*out_%04d.png"):
