@@ -99,7 +99,8 @@ def as_mesh(value: Any, name: str = "mesh") -> Mesh:
 
 
 def _of_trimesh(value: Any) -> Mesh:
-    """vertices, faces; visual.uv at vertices; visual.material with image or baseColorTexture."""
+    """vertices, faces; visual.uv at vertices; visual.material with image or baseColorTexture; visual.vertex_colors
+    where it says that its kind is these."""
     visual = getattr(value, "visual", None)
     uvs = getattr(value, "uvs", None)
     if uvs is None:
@@ -108,7 +109,13 @@ def _of_trimesh(value: Any) -> Mesh:
     image = getattr(material, "image", None)
     if image is None:
         image = getattr(material, "baseColorTexture", None)
-    return Mesh(value.vertices, value.faces, uvs, pictures=() if image is None else (image,))
+    # Where none were given, trimesh makes up grey ones.
+    colors = getattr(visual, "vertex_colors", None) if getattr(visual, "kind", None) == "vertex" else None
+    if colors is not None:
+        colors = np.asarray(colors)
+        if colors.ndim == 2 and colors.shape[1] == 4 and colors.dtype == np.uint8 and (colors[:, 3] == 255).all():
+            colors = colors[:, :3]  # trimesh adds an alpha that says nothing
+    return Mesh(value.vertices, value.faces, uvs, colors=colors, pictures=() if image is None else (image,))
 
 
 def _of_open3d(value: Any) -> Mesh:

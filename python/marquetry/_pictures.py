@@ -64,12 +64,14 @@ def png_bytes(array: Any) -> bytes:
 
 
 def _of_pil(image: Any) -> Any:
-    """A picture of PIL whose values are not what they look like as an array: palettes, single bits."""
+    """A picture of PIL whose values are not what they look like as an array: palettes, single bits, colours that are
+    multiplied by alpha, a channel that is none."""
     mode = image.mode
     if mode == "P":
         return image.convert("RGBA" if "transparency" in image.info else "RGB")
-    if mode == "1":
-        return image.convert("L")
+    others = {"1": "L", "PA": "RGBA", "La": "LA", "RGBa": "RGBA", "RGBX": "RGB"}
+    if mode in others:
+        return image.convert(others[mode])
     if mode in ("CMYK", "YCbCr", "LAB", "HSV"):
         raise InvalidInput(f"a picture of mode {mode}: convert it to RGB first")
     return image

@@ -199,6 +199,17 @@ def _several(value: Any, row: dict[str, Any]) -> list[Any]:
     return [value]
 
 
+def _flat(values: Any) -> list[Any]:
+    """Arguments of a place that takes several; lists of pictures stand for what is in them."""
+    flat: list[Any] = []
+    for value in values:
+        is_list = isinstance(value, list) and value and all(
+            is_path(one) or (hasattr(one, "__array__") or hasattr(one, "__array_interface__"))
+            and getattr(one, "ndim", 2) > 1 for one in value)
+        flat.extend(value if is_list else [value])
+    return flat
+
+
 def _stem_of_model(output: Any) -> str:
     """scan of out/scan.obj: two models in one folder each have their pictures. Empty: no model is named."""
     if not is_path(output):
@@ -256,6 +267,9 @@ class _Words:
             return
         if self.verb in FILES_ALONE:
             raise Unsupported(f"output: {self.verb} writes files; name one: {row['help']}")
+        if "frames" in self.given:
+            raise InvalidInput("output: found none, and with frames there is a file for each: name one with a place "
+                               "for the number, such as out_%04d.png")
         self.given["output"] = [self.inputs.held.path(self._output_name(row))]
 
     def _output_name(self, row: dict[str, Any]) -> str:
@@ -337,7 +351,9 @@ def _run_words(verb: str, arguments: dict[str, Any], words: _Words, progress: An
             continue
         value = arguments[key]
         if row["positional"]:
-            positional.extend(value if row["many"] else [value] if value is not None else [])
+            if value is None and row["required"]:
+                raise TypeError(f"{key}: found None, wanted {row['help']}")
+            positional.extend(_flat(value) if row["many"] else [value] if value is not None else [])
         elif name in exclusive or not _is_default(value, row):
             words.add(name, value)
     first = next(iter(words.rows))
@@ -349,8 +365,9 @@ def _run_words(verb: str, arguments: dict[str, Any], words: _Words, progress: An
 
     try:
         _, text = _marquetry.run_verb(verb, words.given, progress, lambda said: log.info(_plain(said, words)), warn)
-    except Error as error:
-        error.args = (_plain(str(error), words),)
+    except (Error, KeyboardInterrupt) as error:
+        if error.args:
+            error.args = (_plain(str(error), words),)
         raise
     report = json.loads(text.replace(words.inputs.held.path(""), ""))
     in_memory = words.given.get("output", [""])[0].startswith(words.inputs.held.path(""))

@@ -60,8 +60,10 @@ def write_ply(path: pathlib.Path, mesh: Mesh, name: str) -> None:
     columns = list(vertices.T)
     if mesh.colors is not None:
         colors = np.asarray(mesh.colors)
-        if colors.shape != (len(vertices), 3):
-            raise InvalidInput(f"{name}: found colors of shape {colors.shape}, wanted ({len(vertices)}, 3)")
+        if colors.shape not in ((len(vertices), 3), (len(vertices), 4)):
+            raise InvalidInput(f"{name}: found colors of shape {colors.shape}, wanted ({len(vertices)}, 3), or 4 with "
+                               "alpha, which is left out")
+        colors = colors[:, :3]
         most = {"uint8": 255.0, "uint16": 65535.0}.get(str(colors.dtype), 1.0)
         bytes_of_colors = np.clip(np.rint(colors / most * 255), 0, 255)
         fields += [("red", "u1"), ("green", "u1"), ("blue", "u1")]

@@ -127,19 +127,29 @@ py::tuple run_verb(const std::string& name, const std::map<std::string, std::vec
                    const py::object& progress, const py::object& remark, const py::object& warning) {
   const Verb& verb = find_verb(name);
   app::VerbOutcome outcome;
-  call({progress, remark, warning}, [&](const Progress& inner, Mailbox& mail) {
-    std::unique_lock lock(one_at_a_time(), std::defer_lock);
-    while (!lock.try_lock()) {
-      inner.check();
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    at_work = &verb;
-    const std::shared_ptr<void> after(nullptr, [](void*) { at_work = nullptr; });
-    const OptionValues options = values_of(verb, given);
-    MailTerminal terminal(name, mail);
-    outcome = app::run_as_asked(verb, options, terminal, inner);
-    if (!options.flag("dry-run")) app::write_report(options, outcome.report);
-  });
+  std::string safe;
+  try {
+    call({progress, remark, warning}, [&](const Progress& inner, Mailbox& mail) {
+      std::unique_lock lock(one_at_a_time(), std::defer_lock);
+      while (!lock.try_lock()) {
+        inner.check();
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+      at_work = &verb;
+      MailTerminal terminal(name, mail);
+      const std::shared_ptr<void> after(nullptr, [&](void*) {
+        at_work = nullptr;
+        safe = terminal.what_is_safe();
+      });
+      const OptionValues options = values_of(verb, given);
+      outcome = app::run_as_asked(verb, options, terminal, inner);
+      if (!options.flag("dry-run")) app::write_report(options, outcome.report);
+    });
+  } catch (const py::error_already_set& error) {
+    if (safe.empty() || !error.matches(PyExc_KeyboardInterrupt)) throw;
+    PyErr_SetObject(PyExc_KeyboardInterrupt, shown_text(safe).ptr());
+    throw py::error_already_set();
+  }
   return py::make_tuple(int(outcome.exit), shown_text(app::json_text(outcome.report)));
 }
 

@@ -90,6 +90,23 @@ TEST(Batch, SaysWhereAJobIsNone) {
   }
 }
 
+TEST(Batch, WaitsForWhatJobsThatWaitWouldWrite) {
+  const Jobs folder(R"([["filter", "strip.obj", "--beta", "2", "-o", "a.obj"],
+    ["filter", "a.obj", "--beta", "2", "-o", "made/b.obj"], ["check", "made/b.obj"], ["check", "made/none.obj"],
+    ["check", "c.obj"]])");
+  const Result result = marquetry(folder, {"batch", "jobs.json", "--dry-run", "--keep-going"});
+  for (const char* name : {"job 2: a.obj", "job 3: made/b.obj"})
+    EXPECT_THAT(result.error, HasSubstr(std::string(name) + " is not there yet"));
+  EXPECT_THAT(result.error, HasSubstr("job 4: cannot read made/none.obj"));
+  EXPECT_THAT(result.error, HasSubstr("job 5: cannot read c.obj"));
+  EXPECT_EQ(result.status, 2);
+}
+
+TEST(Batch, NamesTheJobWhoseReportAnotherOneWrites) {
+  const Jobs folder(R"([["check", "strip.obj", "--report", "r.json"], ["check", "strip.obj", "--report", "r.json"]])");
+  EXPECT_THAT(refusal(folder, {"batch", "jobs.json"}, "r.json"), HasSubstr("job 2 of 2: r.json: job 1 writes it too"));
+}
+
 const char* const one_fails = R"([["filter", "strip.obj", "--beta", "2", "-o", "a.png"],
   ["filter", "missing.obj", "--beta", "2", "-o", "b.png"], ["filter", "strip.obj", "--beta", "2", "-o", "c.png"]])";
 

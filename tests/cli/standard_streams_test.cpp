@@ -153,13 +153,35 @@ TEST(StandardStreams, AreNamedInMessages) {
   EXPECT_THAT(refused(folder, {"filter", "-", "-o", "-"}, "words"), HasSubstr("obj:-"));
 }
 
+TEST(StandardStreams, BringAStoreWhoseBlocksLieHere) {
+  const Folder folder;
+  const std::vector<std::string> sample{"sample", "merging", "-o", "balls/", "--triangles", "1200", "--frames", "28-30"};
+  ASSERT_EQ(marquetry(folder, sample).status, 0);
+  ASSERT_EQ(marquetry(folder, {"track", "balls", "-o", "balls.evolving"}).status, 0);
+  const Result told = piped(folder, {"export", "-"}, "balls.evolving");
+  EXPECT_EQ(told.status, 0) << told.error;
+  EXPECT_THAT(told.output, HasSubstr("3 frames"));
+  std::filesystem::remove(folder / "balls.blocks");
+  const std::string said = refused(folder, {"export", "-"}, "balls.evolving");
+  EXPECT_THAT(said, HasSubstr("balls.blocks"));
+  EXPECT_THAT(said, Not(HasSubstr("/tmp")));
+}
+
+TEST(StandardStreams, AreToldOfAFormatThatTheVerbMakes) {
+  const Folder folder;
+  write_strip(folder);
+  EXPECT_THAT(refused(folder, {"play", "strip.evolving", "-o", "-"}, "strip.png"),
+              AllOf(HasSubstr("html:-"), Not(HasSubstr("png:-"))));
+  EXPECT_THAT(refused(folder, {"evolve", "strip_%04d.ply", "-o", "-"}, "strip.png"), HasSubstr("is two files"));
+}
+
 TEST(StandardStreams, TakeOneFileAndNothingElse) {
   const Folder folder;
   write_strip(folder);
   EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "-"}, "strip.png"),
               HasSubstr("png:-"));
   EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--beta", "2", "-o", "obj:-"}, "strip.png"),
-              HasSubstr("standard output takes one"));
+              AllOf(HasSubstr("standard output takes one"), HasSubstr("glb:-")));
   EXPECT_THAT(refused(folder, {"filter", "-", "-", "-o", "-"}, "strip.png"), HasSubstr("taken already"));
   EXPECT_THAT(refused(folder, {"filter", "strip.obj", "--report", "-", "-o", "png:-"}, "strip.png"),
               HasSubstr("./-"));

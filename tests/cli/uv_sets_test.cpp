@@ -116,5 +116,19 @@ TEST(UvSets, ATransformIsOfTheSetThatItNames) {
   EXPECT_NEAR(area({"inspect", "moved.gltf", "--json", "--uv-set", "0"}), 0.81 * 4096, 0.01);
 }
 
+TEST(UvSets, AreMissedInWordsThatNameTheFileOnce) {
+  const Folder folder;
+  write_bytes(folder / "square.gltf",
+              square_gltf({"light.png"}, {{"pbrMetallicRoughness",
+                                           {{"baseColorTexture", {{"index", 0}, {"texCoord", 5}}}}}})
+                  .dump());
+  write_image(folder / "light.png", busy_picture(8, 8));
+  for (const char* verb : {"inspect", "export"}) {
+    const Result result = marquetry(folder, {verb, "square.gltf"});
+    EXPECT_THAT(result.error, HasSubstr("square.gltf, materials[0] names UV set 5")) << verb << result.error;
+    EXPECT_THAT(result.error, testing::Not(HasSubstr("square.gltf: square.gltf"))) << verb;
+  }
+}
+
 }  // namespace
 }  // namespace mq::test

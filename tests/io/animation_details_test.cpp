@@ -12,6 +12,8 @@
 #include "mq/image/image.h"
 #include "mq/io/animation.h"
 #include "mq/io/animation_read.h"
+#include "mq/io/bytes.h"
+#include "mq/io/detail/stored_zip.h"
 #include "mq/io/film.h"
 #include "mq/io/image_file.h"
 
@@ -372,6 +374,67 @@ TEST_F(UsdMaterials, HeedsWhichBindingIsStronger) {
   EXPECT_TRUE(open(painted("", "")).pictures[0].values().empty());
 }
 
+TEST_F(UsdMaterials, FollowsPathsFromThePrimThatNamesThem) {
+  std::string text = painted("asset inputs:file.connect = <../.inputs:picture>\nfloat2 inputs:st.connect = "
+                             "<../r.outputs:result>\n",
+                             "def Shader \"r\" {\nuniform token info:id = \"UsdPrimvarReader_float2\"\n"
+                             "string inputs:varname.connect = <../.inputs:set>\n}\n",
+                             half_map)
+                         .text();
+  for (const auto& [whole, relative] : {std::pair{"binding = </root/look>", "binding = <../look>"},
+                                        {"</root/look/p.outputs:rgb>", "<../p.outputs:rgb>"}})
+    text.replace(text.find(whole), std::string(whole).size(), relative);
+  const OpenAnimation opened = open_animation(put("relative.usda", text));
+  EXPECT_FALSE(opened.pictures[0].values().empty());
+  EXPECT_DOUBLE_EQ(largest_u(opened), 0.5);
+  EXPECT_THAT(opened.notes, IsEmpty());
+}
+
+TEST_F(UsdMaterials, FindsMeshesInCollections) {
+  const auto opened = [&](const std::string& of_root) {
+    std::string text = painted("asset inputs:file = @dot.png@\n").text();
+    const std::string direct = "rel material:binding = </root/look>\n", root = "def Xform \"root\" {\n";
+    text.erase(text.find(direct), direct.size());
+    text.replace(text.find(root), root.size(), root + of_root);
+    return open_animation(put("collected.usda", text));
+  };
+  const auto has_picture = [&](const std::string& of_root) {
+    const OpenAnimation found = opened(of_root);
+    EXPECT_THAT(found.notes, IsEmpty()) << of_root;
+    return !found.pictures[0].values().empty();
+  };
+  const std::string binding = "rel material:binding:collection:skin = [</root.collection:skin>, <look>]\n";
+  const std::string none = "rel material:binding = </root/none>\n";
+  EXPECT_TRUE(has_picture(binding + "rel collection:skin:includes = </root/square>\n"));
+  EXPECT_TRUE(has_picture(binding + "rel collection:skin:includes = [</other>, </root>]\n"));
+  EXPECT_TRUE(has_picture(none + binding + "bool collection:skin:includeRoot = true\n")) << "before a direct one";
+  EXPECT_FALSE(has_picture(binding + "rel collection:skin:includes = </roo>\n"));
+  EXPECT_FALSE(has_picture(binding + "rel collection:skin:includes = </root>\nrel collection:skin:excludes = "
+                                     "<square>\n"));
+  EXPECT_FALSE(has_picture(binding + "rel collection:skin:includes = </root>\nuniform token "
+                                     "collection:skin:expansionRule = \"explicitOnly\"\n"));
+  EXPECT_THAT(opened(binding + "rel collection:skin:includes = </root.collection:other>\n").notes,
+              ElementsAre(AllOf(HasSubstr("\"/root.collection:skin\""), HasSubstr("includes another collection"))));
+  EXPECT_THAT(opened(binding + "pathExpression collection:skin:membershipExpression = \"//square\"\n").notes,
+              ElementsAre(HasSubstr("membershipExpression")));
+  EXPECT_THAT(opened(binding).notes, ElementsAre(HasSubstr("is not there")));
+}
+
+TEST_F(UsdMaterials, TakesTwoOfThreeCoordinates) {
+  std::string text = UsdSquare().text();
+  const auto put_in = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  put_in("texCoord2f[]", "texCoord3f[]");
+  put_in("[(0, 0), (1, 0), (1, 1), (0, 1)] (", "[(0, 0, 9), (0.5, 0, 9), (0.5, 1, 9), (0, 1, 9)] (");
+  const OpenAnimation opened = open_animation(put("three.usda", text));
+  EXPECT_DOUBLE_EQ(largest_u(opened), 0.5);
+  EXPECT_THAT(opened.remarks, ElementsAre(AllOf(HasSubstr("primvars:st of /root/square"), HasSubstr("first two"))));
+  put_in("texCoord3f[]", "color4f[]");
+  EXPECT_THAT(open_animation(put("four.usda", text)).notes,
+              ElementsAre(AllOf(HasSubstr("primvars:st of /root/square"), HasSubstr("\"color4f[]\""))));
+}
+
 TEST_F(UsdMaterials, SaysWhatOfThemIsNotFollowed) {
   const std::string file = "asset inputs:file = @dot.png@\n";
   const auto notes = [&](const std::string& more, const std::string& beside = "") {
@@ -389,6 +452,25 @@ TEST_F(UsdMaterials, SaysWhatOfThemIsNotFollowed) {
                     "def Shader \"t\" {\nuniform token info:id = \"UsdTransform2d\"\n"
                     "float2 inputs:scale = (2, 2)\n}\n"),
               ElementsAre(HasSubstr("UsdTransform2d")));
+}
+
+TEST_F(AnimationDetails, NamesTheFirstFileOfAPackageThatIsNoLayer) {
+  const auto said = [&](const std::vector<OutputFile>& files) -> std::string {
+    const Bytes zip = stored_zip(files);
+    try {
+      open_animation(put("odd.usdz", std::string(text_of(zip))));
+    } catch (const IoError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string png = "\x89PNG\r\n\x1a\n", layer = UsdSquare().text();
+  EXPECT_THAT(said({{"skin.png", to_bytes(png)}, {"square.usda", to_bytes(layer)}}),
+              AllOf(HasSubstr("odd.usdz: its first file, \"skin.png\", is no layer"), HasSubstr("usdzip")));
+  EXPECT_THAT(said({{"square.usda", {}}}), HasSubstr("\"square.usda\", is empty"));
+  // A picture that is called a layer: its bytes are not shown as they are.
+  EXPECT_THAT(said({{"skin.usda", to_bytes(png)}}), HasSubstr("found \"?PNG????\", wanted #usda"));
+  EXPECT_EQ(said({{"square.usda", to_bytes(layer)}}), "");
 }
 
 TEST_F(AnimationDetails, RefusesAnAxisThatUsdDoesNotHave) {

@@ -16,7 +16,6 @@
 #include "mq/io/animation_read.h"
 #include "mq/io/bytes.h"
 #include "mq/io/film.h"
-#include "mq/io/uri.h"
 
 namespace mq {
 namespace {
@@ -345,98 +344,6 @@ TEST_F(AnimationRead, SurvivesWhatIsDamaged) {
       survive(folder / ("bad" + std::filesystem::path(name).extension().string()), get(name), 100, change);
   }
   survive(folder / "foreign.usda", foreign_usda(), 200, edited_text);
-}
-
-// ---- glTF of other programs ----
-
-/// A triangle that morphs over half a second and a second, with its numbers in the file.
-std::string morphing_gltf(const std::string& nodes, const std::string& channels, const std::string& samplers) {
-  Bytes bytes;
-  for (const float value : {0.F, 0.F,  0.F, 1.F, 0.F, 0.F,  0.F, 1.F, 0.F,  // positions
-                            0.F, 0.F,  1.F, 0.F, 0.F, 1.F,  0.F, 0.F, 2.F,  // differences
-                            0.F, 0.5F, 1.F, 0.F, 1.F, 0.5F,                 // times, weights
-                            0.F, 0.F,  0.F, 1.F, 0.F, 0.F,  1.F, 0.F})      // rotations
-    append_raw(bytes, value);
-  const std::string size = std::to_string(bytes.size());
-  return R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[)" + nodes +
-         R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"targets":[{"POSITION":1}]}]}],
-    "animations":[{"channels":[)" +
-         channels + R"(],"samplers":[)" + samplers + R"(]}],
-    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
-      {"bufferView":0,"byteOffset":36,"componentType":5126,"count":3,"type":"VEC3"},
-      {"bufferView":0,"byteOffset":72,"componentType":5126,"count":3,"type":"SCALAR"},
-      {"bufferView":0,"byteOffset":84,"componentType":5126,"count":3,"type":"SCALAR"},
-      {"bufferView":0,"byteOffset":72,"componentType":5126,"count":2,"type":"SCALAR"},
-      {"bufferView":0,"byteOffset":96,"componentType":5126,"count":2,"type":"VEC4"}],
-    "bufferViews":[{"buffer":0,"byteLength":)" +
-         size + R"(}],"buffers":[{"byteLength":)" + size + R"(,"uri":")" +
-         data_uri("application/octet-stream", bytes) + R"("}]})";
-}
-
-constexpr const char* weights_channel = R"({"sampler":0,"target":{"node":0,"path":"weights"}})";
-constexpr const char* weights_sampler = R"({"input":2,"output":3})";
-
-TEST_F(AnimationRead, TakesMorphingGltfOfOtherPrograms) {
-  const OpenAnimation found =
-      open_animation(put("morph.gltf", morphing_gltf(R"({"mesh":0,"translation":[0,0,5],"scale":[2,2,2]})",
-                                                     weights_channel, weights_sampler)));
-  ASSERT_EQ(found.reader.frames().size(), 3U);
-  EXPECT_EQ(found.frames_per_second, 2);
-  EXPECT_THAT(found.notes, IsEmpty());
-  EXPECT_EQ(found.reader.positions(0)[2], Vector3(0, 2, 5));
-  EXPECT_EQ(found.reader.positions(1)[2], Vector3(0, 2, 9));
-  EXPECT_EQ(found.reader.positions(2)[2], Vector3(0, 2, 7));  // half of the difference
-  EXPECT_EQ(found.reader.frames()[2].number, 2);
-}
-
-TEST_F(AnimationRead, LeavesOutWhatStandsStillInGltf) {
-  const std::string turned =
-      weights_channel + std::string(R"(,{"sampler":1,"target":{"node":1,"path":"rotation"}})");
-  const std::string samplers = weights_sampler + std::string(R"(,{"input":4,"output":5})");
-  std::string text = morphing_gltf(R"({"mesh":0},{"camera":0})", turned, samplers);
-  EXPECT_THAT(open_animation(put("camera.gltf", text)).notes, IsEmpty());  // nothing that is seen turns
-  const std::string nodes = R"("nodes":[0])";
-  text = morphing_gltf(R"({"mesh":0},{"mesh":0})", weights_channel, weights_sampler);
-  EXPECT_THAT(
-      open_animation(put("two.gltf", text.replace(text.find(nodes), nodes.size(), R"("nodes":[0,1])"))).notes,
-      ElementsAre(HasSubstr("1 mesh")));
-}
-
-TEST_F(AnimationRead, SaysWhatOfGltfItDoesNotTake) {
-  const std::string turned = R"({"sampler":0,"target":{"node":0,"path":"rotation"}})";
-  EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"mesh":0})", turned, R"({"input":4,"output":5})")),
-              AllOf(HasSubstr("rotation"), HasSubstr("nodes[0]"), HasSubstr("morph targets")));
-  EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"mesh":0,"skin":0})", weights_channel, weights_sampler)),
-              AllOf(HasSubstr("bones"), HasSubstr("frame_%04d.ply")));
-  EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"mesh":0})", weights_channel,
-                                              R"({"input":2,"output":3,"interpolation":"CUBICSPLINE"})")),
-              AllOf(HasSubstr("a.gltf, animations[0].channels[0]"), HasSubstr("CUBICSPLINE")));
-  EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"mesh":0})", weights_channel, R"({"input":4,"output":3})")),
-              HasSubstr("3 values at 2 times"));
-  EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"camera":0})", "", "")), HasSubstr("no mesh"));
-  const std::string twice = weights_channel + std::string(",") + weights_channel;
-  EXPECT_THAT(refusal("a.gltf", morphing_gltf(R"({"mesh":0})", twice, weights_sampler)),
-              AllOf(HasSubstr("a.gltf, animations[0].channels[1]"), HasSubstr("\"weights\" of nodes[0]"),
-                    HasSubstr("animations[0].channels[0] does")));
-}
-
-TEST_F(AnimationRead, SaysWhatOfGltfIsNotSeen) {
-  // A scale that steps from 1 to 0 after a second.
-  std::string text =
-      morphing_gltf(R"({"mesh":0},{"camera":0})",
-                    weights_channel + std::string(R"(,{"sampler":1,"target":{"node":0,"path":"scale"}})"),
-                    weights_sampler + std::string(R"(,{"input":4,"output":6,"interpolation":"STEP"})"));
-  const std::string last = R"({"bufferView":0,"byteOffset":96,"componentType":5126,"count":2,"type":"VEC4"})";
-  // Bytes 12 to 35: (1, 0, 0) and (0, 1, 0), of which x is what is looked at.
-  text.replace(text.find(last), last.size(),
-               last + R"(,{"bufferView":0,"byteOffset":12,"componentType":5126,"count":2,"type":"VEC3"})");
-  const std::string nodes = R"("nodes":[0])";
-  text.replace(text.find(nodes), nodes.size(), R"("nodes":[0,1])");
-  const OpenAnimation found = open_animation(put("hides.gltf", text));
-  EXPECT_EQ(found.reader.frames().size(), 1U);
-  EXPECT_THAT(found.notes,
-              ElementsAre(AllOf(HasSubstr("2 of 3 frames"), HasSubstr("the first at second 0.5, the last at 1"))));
-  EXPECT_THAT(found.remarks, ElementsAre(HasSubstr("1 camera")));
 }
 
 }  // namespace

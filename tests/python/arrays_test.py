@@ -166,6 +166,11 @@ class Inputs(unittest.TestCase):
         vertices, faces, uvs, picture = arrays()
         wanted = mq.filter(mesh(), beta=2).picture
         np.testing.assert_array_equal(mq.filter(arrays()[:3], Image.fromarray(picture), beta=2).picture, wanted)
+        image = Image.fromarray(picture)
+        for mode, plain in (("PA", "RGBA"), ("RGBa", "RGBA"), ("La", "LA"), ("RGBX", "RGB")):
+            odd = image.convert("P").convert(mode) if mode == "PA" else image.convert(plain).convert(mode)
+            np.testing.assert_array_equal(mq.filter(arrays()[:3], odd, beta=2).picture,
+                                          mq.filter(arrays()[:3], odd.convert(plain), beta=2).picture, mode)
         interface = types.SimpleNamespace(__array_interface__=np.ascontiguousarray(picture).__array_interface__)
         np.testing.assert_array_equal(mq.filter(arrays()[:3], interface, beta=2).picture, wanted)
         np.testing.assert_array_equal(mq.filter(vertices, faces, uvs, picture, beta=2).picture, wanted)
@@ -178,6 +183,28 @@ class Inputs(unittest.TestCase):
                                        textures=[picture[::-1]], vertex_colors=np.zeros((0, 3)),
                                        triangle_material_ids=np.zeros(len(faces), int))
         np.testing.assert_array_equal(mq.filter(opened, beta=2).picture, wanted)
+
+    def test_colours_at_vertices_of_trimesh(self):
+        vertices, faces = arrays()[:2]
+        colours = np.random.default_rng(7).integers(0, 255, (len(vertices), 3), np.uint8)
+        wanted = mq.filter(mq.Mesh(vertices, faces, colors=colours), vertices=True, beta=0).mesh.colors
+        opaque = np.concatenate([colours, np.full((len(vertices), 1), 255, np.uint8)], axis=1)
+
+        def scene(kind):
+            visual = types.SimpleNamespace(kind=kind, vertex_colors=opaque)
+            return types.SimpleNamespace(vertices=vertices, faces=faces, visual=visual)
+        np.testing.assert_array_equal(mq.filter(scene("vertex"), vertices=True, beta=0).mesh.colors, wanted)
+        with self.assertRaises(mq.InvalidInput):  # those that it makes up where there are none
+            mq.filter(scene(None), vertices=True, beta=0)
+
+    def test_pictures_and_textures_are_counted(self):
+        vertices, faces, uvs, picture = arrays()
+        with self.assertRaisesRegex(mq.InvalidInput, "mesh has 1 texture, but 3 pictures are given"):
+            mq.filter(mq.Mesh(vertices, faces, uvs, pictures=[picture] * 3), beta=2)
+        with self.assertRaisesRegex(mq.InvalidInput, "has 1 texture.*but 3 pictures are given"):
+            mq.filter(sample() / "bust.obj", [picture] * 3, beta=2)
+        np.testing.assert_array_equal(mq.filter(sample() / "bust.obj", [picture], beta=2).picture,
+                                      mq.filter(sample() / "bust.obj", picture, beta=2).picture)
 
     def test_files_and_arrays_mixed(self):
         made = sample()
@@ -378,6 +405,38 @@ class Words(unittest.TestCase):
         with self.assertRaises(KeyboardInterrupt):
             mq.react(mesh("bust", 256), time=1000000)
         self.assertLess(time.monotonic() - started, 20)
+
+    def test_sequences_have_no_alpha(self):
+        vertices, faces = arrays()[:2]
+        colours = np.random.default_rng(3).integers(0, 255, (len(vertices), 4), np.uint8)
+        made = []
+        for count in (3, 4):
+            frames = [mq.Mesh(vertices, faces, colors=colours[:, :count])] * 2
+            made.append(mq.track(frames, output=folder() / f"of_{count}.evolving"))
+        self.assertEqual(*(result.files[1].read_bytes() for result in made))
+        with self.assertRaisesRegex(mq.InvalidInput, r"sequence\[0\]: found colors of shape .*, 2\)"):
+            mq.track([mq.Mesh(vertices, faces, colors=colours[:, :2])], output=folder() / "of_2.evolving")
+
+    def test_what_is_safe_after_ctrl_c(self):
+        vertices, faces = arrays()[:2]
+        frames = [(vertices + [0.01 * k, 0, 0], faces) for k in range(6)]
+        made = folder() / "stopped.evolving"
+
+        def stop(fraction, step):
+            if made.exists() and made.read_text().count('"frame"') >= 2:
+                raise KeyboardInterrupt
+        with self.assertRaisesRegex(KeyboardInterrupt, r"stopped\.evolving has \d of 6 frames, and resume goes on"):
+            mq.track(frames, output=made, progress=stop)
+        report = mq.track(frames, output=made, resume=True).report
+        self.assertEqual([one["frame"] for one in report["result"]["frames"]], list(range(6)))
+
+    def test_none_is_no_model(self):
+        with self.assertRaisesRegex(TypeError, "^mesh: found None, wanted the model"):
+            mq.inspect(None)
+
+    def test_frames_want_a_place_for_each(self):
+        with self.assertRaisesRegex(mq.InvalidInput, "^output: found none.*out_%04d.png"):
+            mq.filter(mesh(), frames=(1, 3), beta=2)
 
     def test_other_threads_go_on(self):
         count = [0]

@@ -78,8 +78,9 @@ void Run::will_write(const std::vector<std::filesystem::path>& paths,
             path.string() + ": two outputs have this name; choose another for one");
   if (paths.size() > 1 && std::ranges::any_of(paths, names_standard_output))
     throw IoError(fmt::format("--output: {} files would be written, and standard output takes one: name a folder, or a "
-                              "file for the first of them",
-                              paths.size()));
+                              "file for the first of them{}",
+                              paths.size(),
+                              names_model(paths[0]) || names_animation(paths[0]) ? "; glb:- holds all in one" : ""));
   for (const auto& path : paths)
     if (options_.flag("no-clobber") && fs::exists(path, failure))
       throw IoError(

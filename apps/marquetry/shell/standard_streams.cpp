@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -108,6 +109,18 @@ void keep(const std::string& begin, const Stream& stream, const fs::path& path) 
                     path.parent_path().string()));
 }
 
+/// What standard output may be told to take, where a verb does not make pictures and models alike.
+std::string formats_for(const std::string& verb) {
+  static const std::map<std::string, std::string> others = {{"play", "html:-"},
+                                                            {"export", "usdz:- or glb:-"},
+                                                            {"relight", "mp4:-"},
+                                                            {"render", "png:- or exr:-"},
+                                                            {"remesh", "ply:- or glb:-"},
+                                                            {"unwrap", "ply:- or glb:-"}};
+  const auto found = others.find(verb);
+  return found == others.end() ? "png:- or glb:-" : found->second;
+}
+
 /// The folder for temporary files; an empty TMPDIR names none.
 fs::path temporary_folder() {
   const char* named = std::getenv("TMPDIR");
@@ -184,7 +197,7 @@ std::string StandardStreams::read_input(const std::string& given, const std::str
   if (is_standard) standard_input_ = file.string();
   call(file.string(), given, words);
   call(name, given, words);
-  if (names_model(file) || names_animation(file)) {
+  if (names_model(file) || names_animation(file) || extension == ".evolving") {
     show_current_folder();
     call(file.parent_path().string() + "/", "", "");
     call(file.parent_path().string(), ".", "the current folder");
@@ -198,13 +211,17 @@ std::string StandardStreams::choose_output(const std::string& format, const Opti
           "--output: standard output is a terminal; send it to a file or a pipe");
   std::string extension = "." + format;
   if (format.empty()) {
+    const std::string& verb = options.table().verb();
+    require(verb != "track" && verb != "evolve",
+            "--output: an evolving mesh is two files, and standard output takes one; name it, such as walk.evolving");
     extension.clear();
     for (const Option& option : options.table().options())
       if (option.place == Option::Place::positional && extension.empty() && options.given(option.name))
         if (const fs::path first = options.texts(option.name).front(); names_picture(first))
           extension = lower_extension(first);
     require(!extension.empty(),
-            "--output: name the format that standard output is to take, such as png:- or glb:-");
+            "--output: name the format that standard output is to take, such as " +
+                formats_for(verb));
   }
   output_ = folder() / (standard_output_stem + extension);
   call(output_.string(), options.text("output"), "standard output");

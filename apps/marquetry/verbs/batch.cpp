@@ -186,7 +186,7 @@ class Batch {
     if (options.given("report")) enter_report(options);
     for (const Job& job : jobs_) {
       ledger_.begin(fmt::format("job {}", job.number));
-      if (job.options.given("report")) enter_report(job.options);
+      if (job.options.given("report")) enter_report_of(job);
     }
   }
 
@@ -213,6 +213,14 @@ class Batch {
  private:
   void enter_report(const OptionValues& options) {
     ledger_.enter({options.text("report")}, OutputLedger::Replacing::refused);
+  }
+
+  void enter_report_of(const Job& job) {
+    try {
+      enter_report(job.options);
+    } catch (const IoError& error) {
+      throw IoError(fmt::format("{}: {}", title(job), error.what()));
+    }
   }
 
   std::string title(const Job& job) const { return fmt::format("job {} of {}", job.number, jobs_.size()); }
@@ -248,16 +256,31 @@ class Batch {
   }
 
   /// With --dry-run, whether it would read what is not there yet.
-  bool waits_for_others(const Job& job) const {
+  bool waits_for_others(const Job& job) {
     if (!job.options.flag("dry-run")) return false;
     std::error_code ignored;
     for (const std::string& name : names_in(job.options, Names::of_inputs))
-      if (ledger_.has(name) && !std::filesystem::exists(name, ignored)) {
+      if ((ledger_.has(name) || is_awaited(name)) && !std::filesystem::exists(name, ignored)) {
         run_.terminal().remark(name +
                                " is not there yet, as an earlier job would write it: not looked at further");
+        const bool has_output = std::ranges::count(job.options.table().options(), "output", &Option::name) > 0;
+        if (has_output && job.options.given("output")) awaited_.insert(without_slash(job.options.text("output")));
         return true;
       }
     return false;
+  }
+
+  /// Whether a job that was not looked at further names it as its output, a folder that it lies in, or a file in it.
+  bool is_awaited(const std::string& name) const {
+    const std::filesystem::path path = without_slash(name);
+    return std::ranges::any_of(awaited_, [&](const std::filesystem::path& output) {
+      return path == output || path.parent_path() == output || path == output.parent_path();
+    });
+  }
+
+  /// The full name, also of a folder with / at its end.
+  static std::filesystem::path without_slash(const std::filesystem::path& path) {
+    return (full_name(path) / "").parent_path();
   }
 
   /// What went wrong with it, if anything did; `Cancelled` is passed on.
@@ -285,6 +308,7 @@ class Batch {
   Run& run_;
   std::vector<Job> jobs_;
   OutputLedger ledger_;
+  std::set<std::filesystem::path> awaited_;  ///< outputs of jobs that --dry-run did not look at further
   Json reports_ = Json::array();
   Exit exit_ = Exit::done;
   int failed_ = 0;

@@ -65,6 +65,7 @@ std::string extension_by_content(std::string_view bytes) {
   if (bytes.starts_with("RIFF") && bytes.substr(std::min<std::size_t>(8, bytes.size())).starts_with("WEBP"))
     return ".webp";
   const std::size_t word = bytes.find_first_not_of(" \t\r\n");
+  if (bytes.find("\"marquetry evolving mesh\"") != std::string_view::npos) return ".evolving";
   if (word != std::string_view::npos && (bytes[word] == '{' || bytes[word] == '['))
     return bytes.find("\"asset\"") == std::string_view::npos ? ".json" : ".gltf";
   return begins_as_obj(bytes) ? ".obj" : "";

@@ -141,9 +141,9 @@ void take_pictures(const fs::path& path, const ReadModelOptions& options, const 
   const std::size_t given = options.textures.size(), count = std::size_t(counted_textures(model.mesh));
   if (given == 0) return;
   if (given != count)
-    throw IoError(fmt::format("{} has {}, but {} given; give one for each", path.string(),
-                              counted(std::int64_t(count), "texture"),
-                              given == 1 ? "1 picture is" : fmt::format("{} pictures are", given)));
+    throw InvalidInput(fmt::format("{} has {}, but {} given; give one for each", path.string(),
+                                   counted(std::int64_t(count), "texture"),
+                                   given == 1 ? "1 picture is" : fmt::format("{} pictures are", given)));
   if (count == 1) model.mesh.textures.clear();
   for (const fs::path& file : options.textures) {
     if (options.pictures == ReadModelOptions::Pictures::skip) {

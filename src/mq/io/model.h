@@ -174,7 +174,8 @@ struct ReadModelOptions {
 /// libraries are looked for where they are named, then beside the mesh.
 /// A picture whose name says tiles (tiles.h) is read as a texture for each tile that triangles use.
 /// Throws `IoError` naming the file, the place and the remedy, `InvalidInput` for a slot or a set that
-/// is not there, `Unsupported` for what a format has and cannot be read (a later version of a compression).
+/// is not there and another number of pictures than of textures, `Unsupported` for what a format has and
+/// cannot be read (a later version of a compression).
 Model read_model(const std::filesystem::path& path, const ReadModelOptions& options = {},
                  const Progress& progress = {});
 

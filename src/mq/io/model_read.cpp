@@ -369,7 +369,7 @@ class ModelReader {
   [[noreturn]] void refuse_count(const std::vector<TextureSlot>& slots, bool named) const {
     std::string names;
     for (const TextureSlot& slot : slots) names += (names.empty() ? ": " : ", ") + shown(slot.name);
-    throw IoError(fmt::format(
+    throw InvalidInput(fmt::format(
         "{} has {}{}, but {} given; give one for each", model_.path.string(),
         counted(std::max<std::int64_t>(std::ssize(slots), 1), "texture"), named ? names : "",
         options_.textures.size() == 1 ? "1 picture is"

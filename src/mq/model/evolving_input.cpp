@@ -30,8 +30,8 @@ EvolvingInput open_evolving(const std::filesystem::path& path, Messages& message
     return input;
   }
   OpenAnimation opened = open_animation(path, progress);
-  for (const std::string& note : opened.notes) messages.warning(path.string() + ": " + note);
-  for (const std::string& remark : opened.remarks) messages.remark(path.string() + ": " + remark);
+  for (const std::string& note : opened.notes) messages.warning(note_on(path.string(), note));
+  for (const std::string& remark : opened.remarks) messages.remark(note_on(path.string(), remark));
   return {std::move(opened.reader), opened.frames_per_second, opened.numbers_per_second, std::move(opened.pictures),
           std::move(opened.files)};
 }

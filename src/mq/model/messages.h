@@ -22,4 +22,7 @@ class Messages {
   virtual void safe(const std::string& text);
 };
 
+/// "FILE: NOTE", or the note as it is where it begins with the file already.
+std::string note_on(const std::string& file, const std::string& note);
+
 }  // namespace mq

@@ -182,7 +182,7 @@ RemeshInput remesh_input(Model model, Messages& messages, const Mesh* of_templat
   RemeshInput input{std::move(model), {}, {}};
   input.frames = file_frames(input.model);
   const std::string file = input.model.path.string();
-  for (const std::string& note : input.model.notes) messages.remark(file + ": " + note);
+  for (const std::string& note : input.model.notes) messages.remark(note_on(file, note));
   require(input.model.mesh.triangle_count() > 0,
           fmt::format("{}: has {} and no faces, so no surface: check that it is a mesh, not a "
                       "point cloud or curves, and not cut short",

@@ -189,7 +189,7 @@ TexturedModel textured_model(Model model, const LoadOptions& options, Messages& 
   if (options.side)
     for (Texture& texture : all.model.textures) texture.pixels = {};
   const std::string file = all.model.path.string();
-  for (const std::string& note : all.model.notes) messages.remark(file + ": " + note);
+  for (const std::string& note : all.model.notes) messages.remark(note_on(file, note));
   for (const Texture& texture : all.model.textures)
     for (const std::string& note : texture.notes) messages.remark(note);
   require(all.model.mesh.triangle_count() > 0,

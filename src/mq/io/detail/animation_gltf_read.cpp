@@ -1,11 +1,12 @@
 // A frame is a key of an animation: of weights w, which move a mesh's vertices by
 //   x = x₀ + Σ w_k Δ_k,
-// or of a scale that steps between 0 and 1, which shows it or hides it. glTF splits vertices where texture
-// coordinates differ; those that are in one place in x₀ and all Δ are one here.
+// or of a scale that steps between 0 and 1 or a visibility (KHR_node_visibility), which show it or hide it. glTF splits
+// vertices where texture coordinates differ; those that are in one place in x₀ and all Δ are one here.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -16,6 +17,8 @@
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/detail/animation_found.h"
+#include "mq/io/detail/gltf_keys.h"
+#include "mq/io/detail/gltf_material.h"
 #include "mq/io/detail/gltf_scene.h"
 #include "mq/io/document.h"
 #include "mq/io/slots.h"
@@ -25,31 +28,6 @@ namespace {
 
 constexpr int most_node_levels = 256;
 
-/// GltfKeys of one property over time.
-struct GltfKeys {
-  std::vector<double> times, values;
-  std::size_t size = 0;  ///< values to a key
-  bool steps = false;
-
-  bool empty() const { return times.empty(); }
-
-  /// The key at or before a time, or the first.
-  std::size_t before(double time) const {
-    const auto next = std::ranges::upper_bound(times, time);
-    return next == times.begin() ? 0 : std::size_t(next - times.begin()) - 1;
-  }
-
-  std::vector<double> at(double time) const {
-    const std::size_t key = before(time);
-    std::vector<double> result(values.begin() + std::ptrdiff_t(key * size),
-                               values.begin() + std::ptrdiff_t((key + 1) * size));
-    if (steps || key + 1 >= times.size() || time <= times[key]) return result;
-    const double share = (time - times[key]) / (times[key + 1] - times[key]);
-    for (std::size_t k = 0; k < size; ++k) result[k] += share * (values[(key + 1) * size + k] - result[k]);
-    return result;
-  }
-};
-
 /// A node with a mesh, and what its animation says.
 struct MovingMesh {
   std::int64_t node = 0, mesh = 0;
@@ -57,11 +35,12 @@ struct MovingMesh {
   std::vector<const GltfKeys*> presences;  ///< of it and what it lies in
   const GltfKeys* weights = nullptr;
   std::string moved = {};  ///< "rotation of FILE, nodes[3]": what else moves it
+  bool is_hidden = false;  ///< at all times
 
   bool moves() const { return weights || !presences.empty(); }
   bool shown(double time) const {
-    return std::ranges::all_of(presences,
-                               [&](const GltfKeys* keys) { return keys->values[keys->before(time) * 3] != 0; });
+    return std::ranges::all_of(
+        presences, [&](const GltfKeys* keys) { return keys->values[keys->before(time) * keys->size] != 0; });
   }
 };
 
@@ -81,7 +60,7 @@ struct GltfShape {
 struct MovingScene {
   Document document;
   std::unique_ptr<GltfFile> file;
-  std::map<std::int64_t, GltfKeys> presences, weights;  ///< of nodes
+  std::map<std::int64_t, GltfKeys> presences, visibilities, weights;  ///< of nodes
   std::vector<MovingMesh> meshes;
   std::vector<GltfShape> shapes;                ///< of segments
   std::vector<std::vector<double>> weights_of;  ///< of frames
@@ -149,19 +128,20 @@ class GltfFinder {
   void read_channel(const Json& animation, const Json& channel, const std::string& place) {
     const Json* target = channel.is_object() ? json_object(channel, "target") : nullptr;
     if (!target) file_.fail(place, "it has no target");
-    const std::int64_t node = json_count(*target, "node", -1, place);
+    const auto [node, path] = animated(*target, place);
     if (node < 0) return;
     const Json& of = file_.item("nodes", node);
-    const std::string path = json_text_of(*target, "path");
     if (const auto [first, is_new] = channel_of_.try_emplace({node, path}, place); !is_new)
       file_.fail(place,
                  fmt::format("it animates the {} of nodes[{}], as {} does; wanted one channel for each: take one "
                              "out, or write the file again",
                              shown(path), node, first->second));
-    if (path == "weights") {
-      if (of.contains("mesh")) scene_->weights[node] = keys(animation, channel, place, 0);
+    if (path == "visible") {
+      scene_->visibilities[node] = gltf_keys(file_, animation, channel, place, 1);
+    } else if (path == "weights") {
+      if (of.contains("mesh")) scene_->weights[node] = gltf_keys(file_, animation, channel, place, 0);
     } else if (path == "scale" || path == "translation" || path == "rotation") {
-      GltfKeys found = keys(animation, channel, place, path == "rotation" ? 4 : 3);
+      GltfKeys found = gltf_keys(file_, animation, channel, place, path == "rotation" ? 4 : 3);
       const bool is_switch = path == "scale" && found.steps &&
                              std::ranges::all_of(found.values, [](double v) { return v == 0 || v == 1; });
       if (is_switch)
@@ -173,38 +153,24 @@ class GltfFinder {
     }
   }
 
-  GltfKeys keys(const Json& animation, const Json& channel, const std::string& place, int components) const {
-    const Json& samplers = json_array(animation, "samplers", place);
-    const std::int64_t id = json_count(channel, "sampler", -1, place);
-    if (id < 0 || id >= std::ssize(samplers) || !samplers[std::size_t(id)].is_object())
-      file_.fail(place, fmt::format("its sampler {} is not there", id));
-    const Json& sampler = samplers[std::size_t(id)];
-    const std::string how = json_text_of(sampler, "interpolation");
-    if (how == "CUBICSPLINE")
-      refuse(place +
-             ": found an animation by splines (CUBICSPLINE), wanted LINEAR or STEP: sample it where it was made, "
-             "frame by frame");
-    GltfKeys found;
-    found.steps = how == "STEP";
-    found.times = file_.values(json_count(sampler, "input", -1, place), {1}).values;
-    found.values =
-        file_.values(json_count(sampler, "output", -1, place), {components == 0 ? 1 : components}).values;
-    const bool whole = !found.times.empty() && found.values.size() % found.times.size() == 0;
-    found.size = whole ? found.values.size() / found.times.size() : 0;
-    if (found.size == 0 || (components > 0 && found.size != std::size_t(components)))
-      file_.fail(place, fmt::format("found {} values at {} times, wanted {} at each; write the file again",
-                                    found.values.size(), found.times.size(),
-                                    components > 0 ? std::to_string(components) : "as many"));
-    for (std::size_t i = 0; i < found.times.size(); ++i)
-      if (!std::isfinite(found.times[i]) || (i > 0 && !(found.times[i] > found.times[i - 1])))
-        file_.fail(place,
-                   fmt::format("time {} of its keys is {} s after {} s, wanted increasing ones; write the file again",
-                               i, found.times[i], i > 0 ? found.times[i - 1] : 0));
-    for (std::size_t i = 0; i < found.values.size(); ++i)
-      if (!std::isfinite(found.values[i]))
-        file_.fail(place, fmt::format("value {} of its keys is {}, wanted a finite one; write the file again", i,
-                                      found.values[i]));
-    return found;
+  /// The node and which of its properties a channel animates, by names or by a pointer; −1: nothing that is read.
+  std::pair<std::int64_t, std::string> animated(const Json& target, const std::string& place) {
+    const std::string path = json_text_of(target, "path");
+    if (path != "pointer") return {json_count(target, "node", -1, place), path};
+    const Json* extensions = json_object(target, "extensions");
+    const Json* extension = extensions ? json_object(*extensions, "KHR_animation_pointer") : nullptr;
+    const std::string pointer = extension ? json_text_of(*extension, "pointer") : "";
+    static constexpr std::string_view nodes = "/nodes/";
+    std::int64_t node = -1;
+    if (pointer.starts_with(nodes)) {
+      const char* end = pointer.data() + pointer.size();
+      const std::string of = std::from_chars(pointer.data() + nodes.size(), end, node).ptr;
+      for (const char* read : {"/weights", "/scale", "/translation", "/rotation"})
+        if (of == read) return {node, of.substr(1)};
+      if (of == "/extensions/KHR_node_visibility/visible") return {node, "visible"};
+    }
+    found_.add_note(fmt::format("an animation of {} (KHR_animation_pointer) is not read", shown(pointer)));
+    return {-1, ""};
   }
 
   /// Whether keys only say what the node says anyway.
@@ -247,6 +213,10 @@ class GltfFinder {
         here.presences.push_back(&found->second);
         still.erase("scale");
       }
+      if (const auto found = scene_->visibilities.find(visit.node); found != scene_->visibilities.end())
+        here.presences.push_back(&found->second);
+      else
+        here.is_hidden = here.is_hidden || gltf_node_is_hidden(node);
       here.matrix =
           (visit.level == 0 ? Eigen::Matrix4d::Identity() : visit.above.matrix) * gltf_node_matrix(still, place);
       if (const auto moved = moved_.find(visit.node); moved != moved_.end())
@@ -264,6 +234,10 @@ class GltfFinder {
 
   void add_mesh(MovingMesh mesh, const Json& node, const std::string& place) {
     if (mesh.matrix.topLeftCorner<3, 3>().isZero(0)) return;  // nothing of it is seen
+    if (mesh.is_hidden) {
+      found_.add_remark(fmt::format("nodes[{}] is hidden (KHR_node_visibility), and is left out", mesh.node));
+      return;
+    }
     if (node.contains("skin"))
       refuse(fmt::format("found a mesh that bones move (nodes[{}]), wanted morph targets: bake it into these, or {}",
                          mesh.node, frames_instead));
@@ -374,6 +348,7 @@ class GltfFinder {
     read.file.mesh.positions.resize(scene_->shapes.back().kept.size());
     found_.segments.push_back(segment_of(read.file.mesh));
     add_picture(read.file);
+    say_factors(read);
     for (const std::string& note : read.file.notes) found_.add_note(note);
   }
 
@@ -418,6 +393,20 @@ class GltfFinder {
       vertex_of.push_back(place->second);
     }
     return vertex_of;
+  }
+
+  /// What materials do to the picture that is shown.
+  void say_factors(const GltfScene& read) {
+    if (found_.pictures.back().name.empty()) return;
+    for (const GltfTriangles& part : read.triangles) {
+      if (part.material < 0) continue;
+      const auto factor = gltf_material(file_, part.material).base_colour;
+      if (factor != Material().base_colour)
+        found_.add_note(
+            fmt::format("materials[{}] multiplies its picture by {:g}, {:g}, {:g}, {:g} (baseColorFactor); the picture "
+                        "is taken as it is: bake that into it",
+                        part.material, factor[0], factor[1], factor[2], factor[3]));
+    }
   }
 
   void add_picture(const MeshFile& read) {

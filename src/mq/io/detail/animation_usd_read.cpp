@@ -13,6 +13,7 @@
 #include "mq/base/words.h"
 #include "mq/io/detail/animation_found.h"
 #include "mq/io/detail/stored_zip.h"
+#include "mq/io/detail/usd_binding.h"
 #include "mq/io/detail/usd_material.h"
 #include "mq/io/detail/usd_mesh.h"
 #include "mq/io/document.h"
@@ -238,9 +239,10 @@ class UsdFinder {
   // ---- Segments ----
 
   void add_segment(const UsdMesh& mesh, std::string_view value) {
-    const std::string_view material = mesh.material(text_);
-    const UsdPicture picture = material.empty() ? UsdPicture{} : usd_picture(text_, material);
+    const UsdBinding binding = usd_binding(text_, mesh);
+    const UsdPicture picture = binding.material.empty() ? UsdPicture{} : usd_picture(text_, binding.material);
     UsdSurface surface = usd_surface(text_, mesh, mesh.positions(text_, value), picture.uv_set);
+    for (const std::string& note : binding.notes) found_.add_note(note);
     for (const std::string& note : picture.notes) found_.add_note(note);
     for (const std::string& note : surface.notes) found_.add_note(note);
     for (const std::string& remark : surface.remarks) found_.add_remark(remark);
@@ -274,6 +276,11 @@ FoundAnimation find_usdz_animation(const std::string& name, Bytes bytes) {
   const std::vector<StoredFile> files = stored_files(bytes, name);
   if (files.empty()) throw IoError(name + ": it is empty");
   // The layer that a package opens is its first file.
+  const std::string first = lower_extension(files[0].name);
+  if (files[0].bytes.empty() || (first != ".usda" && first != ".usd" && first != ".usdc"))
+    throw IoError(fmt::format("{}: its first file, {}, {}; wanted the layer that a package opens, .usda: pack it "
+                              "first, as usdzip does",
+                              name, shown(files[0].name), files[0].bytes.empty() ? "is empty" : "is no layer"));
   const std::string layer = fmt::format("{}[{}]", name, files[0].name);
   const std::size_t begin = std::size_t(files[0].bytes.data() - bytes.data()), size = files[0].bytes.size();
   std::map<std::string, Bytes> pictures;

@@ -80,7 +80,8 @@ class SceneReader {
     constexpr const char* known[] = {"KHR_texture_transform",      "KHR_mesh_quantization",
                                      "KHR_draco_mesh_compression", "EXT_meshopt_compression",
                                      "KHR_meshopt_compression",    "EXT_texture_webp",
-                                     "KHR_texture_basisu"};
+                                     "KHR_texture_basisu",         "KHR_node_visibility",
+                                     "KHR_animation_pointer"};
     for (const Json& name : json_array(file_.json(), "extensionsRequired", file_.name())) {
       if (!name.is_string()) continue;
       const std::string text = name.get<std::string>();
@@ -132,6 +133,10 @@ class SceneReader {
         throw Unsupported(place +
                           " is drawn many times by EXT_mesh_gpu_instancing; write it "
                           "without instances first");
+    if (gltf_node_is_hidden(node)) {
+      note("nodes that are hidden (KHR_node_visibility), and what lies in them, are left out");
+      return;
+    }
     const Eigen::Matrix4d matrix = visit.matrix * gltf_node_matrix(node, place);
     const Json& children = json_array(node, "children", place);
     for (std::size_t c = children.size(); c-- > 0;) stack.push_back({index(children[c]), matrix});
@@ -455,6 +460,12 @@ Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place) {
   matrix.topLeftCorner<3, 3>() = turn.toRotationMatrix() * Vector3(s[0], s[1], s[2]).asDiagonal();
   matrix.topRightCorner<3, 1>() = Vector3(t[0], t[1], t[2]);
   return matrix;
+}
+
+bool gltf_node_is_hidden(const Json& node) {
+  const Json* extensions = json_object(node, "extensions");
+  const Json* visibility = extensions ? json_object(*extensions, "KHR_node_visibility") : nullptr;
+  return visibility && visibility->contains("visible") && (*visibility)["visible"] == Json(false);
 }
 
 GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice) {

@@ -41,6 +41,9 @@ struct GltfScene {
 /// A node's transform, from its axes to its parent's. Throws `IoError` beginning with `place`.
 Eigen::Matrix4d gltf_node_matrix(const Json& node, const std::string& place);
 
+/// Whether it says that nothing of it and of what lies in it is seen (KHR_node_visibility).
+bool gltf_node_is_hidden(const Json& node);
+
 GltfScene read_gltf_scene(const GltfFile& file, const ReadChoice& choice);
 
 /// One mesh alone, seen through a matrix.

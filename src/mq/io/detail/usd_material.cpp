@@ -14,22 +14,22 @@ namespace {
 constexpr int most_connections = 32;  ///< one after another; files may lead in a circle
 
 /// A property and the prim that has it.
-struct Place {
+struct UsdPlace {
   const UsdPrim* prim = nullptr;
   const UsdProperty* property = nullptr;
 };
 
-class MaterialReader {
+class UsdMaterialReader {
  public:
-  explicit MaterialReader(const UsdText& text) : text_(text) {}
+  explicit UsdMaterialReader(const UsdText& text) : text_(text) {}
 
   UsdPicture read(std::string_view path) {
     material_ = path;
-    const UsdPrim* material = at(path);
+    const UsdPrim* material = text_.prim_at(path);
     const UsdPrim* surface = material ? surface_in(*material) : nullptr;
     if (!surface) {
       note(material ? "has no UsdPreviewSurface, and is not read: bake it where it was made"
-                    : "is not there, and nothing is shown in its place: name it from the root, as </Looks/skin>");
+                    : "is not there, and nothing is shown in its place: bind one that is");
       return std::move(result_);
     }
     const UsdPrim* texture = source(*surface, "inputs:diffuseColor").prim;
@@ -38,7 +38,7 @@ class MaterialReader {
       note("takes its colour from a {}, which is not read", shown(id));
       return std::move(result_);
     }
-    const Place file = source(*texture, "inputs:file");
+    const UsdPlace file = source(*texture, "inputs:file");
     result_.file = file.property ? usd_unquoted(first_value(*file.property)) : "";
     if (!file.property || result_.file.empty()) {
       note("has no picture where it names one (inputs:file), and shows none");
@@ -61,18 +61,6 @@ class MaterialReader {
         fmt::format("the material {} {}", material_, fmt::format(form, std::forward<Arguments>(arguments)...)));
   }
 
-  const UsdPrim* at(std::string_view path) const {
-    const UsdPrim* prim = path.starts_with('/') ? &text_.layer() : nullptr;
-    path = path.substr(0, path.find('.'));
-    while (prim && path.size() > 1) {
-      path.remove_prefix(1);
-      const std::string_view name = path.substr(0, path.find('/'));
-      prim = prim->child(name);
-      path.remove_prefix(name.size());
-    }
-    return prim;
-  }
-
   static std::string_view id_of(const UsdPrim& prim) {
     const UsdProperty* id = prim.property("info:id");
     return id ? usd_unquoted(id->value) : "";
@@ -86,17 +74,25 @@ class MaterialReader {
     return nullptr;
   }
 
+  /// Where a prim lies; empty: not in `above`.
+  static std::string path_of(const UsdPrim& prim, const UsdPrim& above) {
+    for (const UsdPrim& child : above.children) {
+      const std::string path = fmt::format("/{}", child.name);
+      if (&child == &prim) return path;
+      if (const std::string below = path_of(prim, child); !below.empty()) return path + below;
+    }
+    return "";
+  }
+
   /// What an input is connected to in the end: an output of a shader, or an input that has a value of its own.
-  Place source(const UsdPrim& prim, std::string_view name) const {
-    Place place{&prim, prim.property(name)};
+  UsdPlace source(const UsdPrim& prim, std::string_view name) const {
+    UsdPlace place{&prim, prim.property(name)};
     for (int k = 0; k < most_connections && place.property && !place.property->connection.empty(); ++k) {
-      // A connection may stand in a list of one.
-      std::string_view path = place.property->connection;
-      if (path.starts_with('['))
-        if (const auto all = text_.words(path); !all.empty()) path = all[0];
-      path = usd_unquoted(path);
+      const std::string_view written = place.property->connection;
+      const std::vector<std::string> paths = text_.targets(written, path_of(*place.prim, text_.layer()));
+      const std::string path = paths.empty() ? "" : paths[0];
       const std::size_t dot = path.find('.');
-      place.prim = at(path);
+      place.prim = text_.prim_at(path);
       place.property = place.prim && dot != path.npos ? place.prim->property(path.substr(dot + 1)) : nullptr;
     }
     return place;
@@ -114,13 +110,13 @@ class MaterialReader {
   }
 
   std::string_view value_of(const UsdPrim& prim, std::string_view name) const {
-    const Place place = source(prim, name);
+    const UsdPlace place = source(prim, name);
     return place.property ? first_value(*place.property) : "";
   }
 
   /// Whether an input has these four numbers, or none.
   bool is_plain(const UsdPrim& prim, std::string_view name, double usual) const {
-    const Place place = source(prim, name);
+    const UsdPlace place = source(prim, name);
     if (place.property && changes(*place.property)) return false;
     const std::string_view value = value_of(prim, name);
     return value.empty() || std::ranges::all_of(text_.numbers(value), [&](double v) { return v == usual; });
@@ -154,6 +150,8 @@ class MaterialReader {
 
 }  // namespace
 
-UsdPicture usd_picture(const UsdText& text, std::string_view material) { return MaterialReader(text).read(material); }
+UsdPicture usd_picture(const UsdText& text, std::string_view material) {
+  return UsdMaterialReader(text).read(material);
+}
 
 }  // namespace mq

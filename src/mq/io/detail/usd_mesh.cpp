@@ -121,14 +121,22 @@ class SurfaceReader {
     }
   }
 
+  /// How many numbers each has; 0: they are no texture coordinates.
+  static int uv_size(const UsdProperty& property) {
+    for (const auto& [begin, size] : {std::pair{"texCoord2", 2}, {"float2", 2}, {"double2", 2}, {"half2", 2},
+                                      {"texCoord3", 3}, {"float3", 3}, {"double3", 3}, {"half3", 3}})
+      if (property.type.starts_with(begin)) return size;
+    return 0;
+  }
+
   const UsdProperty* uv_set() const {
     if (!wanted_set_.empty())
       if (const UsdProperty* wanted = prim_.property(fmt::format("primvars:{}", wanted_set_))) return wanted;
     if (const UsdProperty* st = prim_.property("primvars:st")) return st;
-    const auto found = std::ranges::find_if(prim_.properties, [](const UsdProperty& p) {
-      return p.type.starts_with("texCoord2") && p.name.starts_with("primvars:");
-    });
-    return found == prim_.properties.end() ? nullptr : &*found;
+    for (const char* type : {"texCoord2", "texCoord3"})
+      for (const UsdProperty& property : prim_.properties)
+        if (property.type.starts_with(type) && property.name.starts_with("primvars:")) return &property;
+    return nullptr;
   }
 
   void find_uvs() {
@@ -148,8 +156,17 @@ class SurfaceReader {
                       set->name, mesh_.path, how.empty() ? "not set" : shown(how)));
       return;
     }
-    const std::vector<double> numbers = text_.tuples(value, 2);
-    for (std::size_t i = 0; i < numbers.size(); i += 2) uvs_.pool.emplace_back(numbers[i], numbers[i + 1]);
+    const std::size_t size = std::size_t(uv_size(*set));
+    if (size == 0) {
+      result_.notes.push_back(fmt::format("{} of {} is of the type {}, wanted texCoord2f[], and is left out", set->name,
+                                          mesh_.path, shown(set->type)));
+      return;
+    }
+    if (size == 3)
+      result_.remarks.push_back(fmt::format("{} of {} has three numbers a corner ({}): the first two are taken",
+                                            set->name, mesh_.path, set->type));
+    const std::vector<double> numbers = text_.tuples(value, int(size));
+    for (std::size_t i = 0; i < numbers.size(); i += size) uvs_.pool.emplace_back(numbers[i], numbers[i + 1]);
     const std::string_view indices = constant(std::string(set->name) + ":indices");
     std::vector<int> places;
     if (indices.empty())
@@ -209,22 +226,6 @@ const UsdProperty* UsdMesh::inherited(std::string_view name) const {
   for (std::size_t i = line.size(); i-- > 0;)
     if (const UsdProperty* property = line[i]->property(name); property && !property->value.empty()) return property;
   return nullptr;
-}
-
-std::string_view UsdMesh::material(const UsdText& text) const {
-  const UsdProperty* bound = nullptr;
-  for (const UsdPrim* prim : line) {
-    const UsdProperty* own = nullptr;
-    for (const char* name : {"material:binding:preview", "material:binding", "material:binding:full"})
-      if (const UsdProperty* found = prim->property(name); !own && found && !found->value.empty()) own = found;
-    if (!own) continue;
-    bound = own;
-    if (usd_unquoted(text.member(own->metadata, "bindMaterialAs")) == "strongerThanDescendants") break;
-  }
-  if (!bound) return {};
-  // A relationship may have its target in a list.
-  const auto targets = bound->value.starts_with('[') ? text.words(bound->value) : std::vector<std::string_view>();
-  return targets.empty() ? usd_unquoted(bound->value) : targets[0];
 }
 
 std::vector<Vector3> UsdMesh::positions(const UsdText& text, std::string_view value) const {

@@ -27,10 +27,6 @@ struct UsdMesh {
   /// The innermost of its line that has the property; null: none has.
   const UsdProperty* inherited(std::string_view name) const;
 
-  /// The path of the material that is bound to it or to what it lies in, for previews or for all purposes: of the
-  /// innermost, or of the outermost that says to be stronger (UsdShadeMaterialBindingAPI); empty: none is.
-  std::string_view material(const UsdText& text) const;
-
   /// Where it stands, of the text of a value.
   std::vector<Vector3> positions(const UsdText& text, std::string_view value) const;
 };

@@ -354,9 +354,12 @@ const UsdPrim* UsdPrim::child(std::string_view name_) const {
 
 UsdText::UsdText(std::string file, std::string_view text) : file_(std::move(file)), text_(text) {
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
-  if (!text.starts_with(usda_head))
+  if (!text.starts_with(usda_head)) {
+    std::string begin(text.substr(0, 12));
+    std::ranges::replace_if(begin, [](char c) { return (c & 0x80) != 0; }, '?');  // it may be no text
     fail(text, fmt::format("found {}, wanted {}0, the first line of USD as text in UTF-8; write it again",
-                           shown(text.substr(0, 12)), usda_head));
+                           shown(begin), usda_head));
+  }
   layer_ = LayerParser(*this, text).parse();
 }
 
@@ -386,6 +389,24 @@ std::vector<std::string_view> UsdText::words(std::string_view value) const {
   return found;
 }
 
+std::vector<std::string> UsdText::targets(std::string_view value, const std::string& prim) const {
+  std::vector<std::string> found;
+  for (const std::string_view word : words(value)) found.push_back(usd_absolute(word, prim));
+  return found;
+}
+
+const UsdPrim* UsdText::prim_at(std::string_view path) const {
+  const UsdPrim* prim = path.starts_with('/') ? &layer_ : nullptr;
+  path = path.substr(0, path.find('.'));
+  while (prim && path.size() > 1) {
+    path.remove_prefix(1);
+    const std::string_view name = path.substr(0, path.find('/'));
+    prim = prim->child(name);
+    path.remove_prefix(name.size());
+  }
+  return prim;
+}
+
 std::string_view UsdText::member(std::string_view metadata, std::string_view name) const {
   if (metadata.size() < 2) return {};
   UsdCursor cursor(*this, metadata.substr(1, metadata.size() - 2));
@@ -406,6 +427,16 @@ std::string_view UsdText::member(std::string_view metadata, std::string_view nam
 void UsdText::fail(std::string_view place, const std::string& what) const {
   const std::size_t offset = place.data() ? std::size_t(place.data() - text_.data()) : text_.size();
   throw IoError(fmt::format("{}, line {}: {}", file_, Scanner::line(text_, offset), what));
+}
+
+std::string usd_absolute(std::string_view path, std::string prim) {
+  if (path.starts_with('/')) return std::string(path);
+  while (path.starts_with("..")) {
+    prim.resize(std::min(prim.size(), prim.rfind('/')));
+    path.remove_prefix(path.starts_with("../") ? 3 : 2);
+  }
+  if (path.empty() || path == ".") return prim.empty() ? "/" : prim;
+  return prim + (path.starts_with('.') ? "" : "/") + std::string(path);
 }
 
 std::string_view usd_unquoted(std::string_view value) {

@@ -60,6 +60,13 @@ class UsdText {
   /// The unquoted items of a list of words, such as ["a", "b"].
   std::vector<std::string_view> words(std::string_view value) const;
 
+  /// The paths that a relationship or a connection of the prim at `prim` leads to, from the root on: as they are
+  /// written, </Looks/skin>, or from the prim, <../Looks/skin> and <.inputs:set>; one, or a list.
+  std::vector<std::string> targets(std::string_view value, const std::string& prim) const;
+
+  /// The prim at a path from the root, of a property that it has it; null: there is none.
+  const UsdPrim* prim_at(std::string_view path) const;
+
   /// What metadata, of a prim or a property, say by that name; empty: nothing.
   std::string_view member(std::string_view metadata, std::string_view name) const;
 
@@ -71,6 +78,9 @@ class UsdText {
   std::string_view text_;
   UsdPrim layer_;
 };
+
+/// A path as it is written by the prim at `prim`, from the root on.
+std::string usd_absolute(std::string_view path, std::string prim);
 
 /// "word" of `"word"`, `'word'`, `@word@` and `<word>`, with their longer marks (""", @@@); as it is otherwise.
 std::string_view usd_unquoted(std::string_view value);
