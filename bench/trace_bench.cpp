@@ -11,7 +11,9 @@
 #include <map>
 #include <numeric>
 
+#include "atlas/atlas_fixtures.h"
 #include "fixtures.h"
+#include "mq/trace/atlas_flow.h"
 #include "mq/trace/grid_flow.h"
 #include "mq/trace/surface_flow.h"
 
@@ -59,12 +61,13 @@ const Surface& surface_of(int thousands, Order order) {
 }
 
 /// Waves about a twentieth of the surface long, so that paths cross some twenty triangles and more.
+double wave(const Vector3& p) {
+  return std::sin(9 * p.x() + 2 * p.z()) * std::cos(8 * p.y()) + 0.3 * std::sin(21 * p.z());
+}
+
 Vector waves(const Surface& surface) {
   Vector P(surface.mesh.vertex_count());
-  for (int v = 0; v < P.size(); ++v) {
-    const Vector3& p = surface.mesh.positions[std::size_t(v)];
-    P[v] = std::sin(9 * p.x() + 2 * p.z()) * std::cos(8 * p.y()) + 0.3 * std::sin(21 * p.z());
-  }
+  for (int v = 0; v < P.size(); ++v) P[v] = wave(surface.mesh.positions[std::size_t(v)]);
   return P;
 }
 
@@ -135,6 +138,32 @@ void follow_image(benchmark::State& state) {
 BENCHMARK(follow_image)
     ->ArgNames({"side", "time"})
     ->ArgsProduct({{256, 1024}, {3, 1'000'000'000}})
+    ->Unit(benchmark::kMillisecond);
+
+/// From every texel of a torus in charts turned by odd angles, along the same waves.
+void follow_atlas(benchmark::State& state) {
+  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, 1);
+  const int side = int(state.range(0)), parts = int(state.range(1));
+  const auto model = fixtures::textured(
+      fixtures::cut_torus({.cells = 24, .parts = parts, .scale = 0.65, .angle = fixtures::odd_angle}), {{side, side}});
+  const TexelSpace space(model->surface, model->atlas);
+  const TraceAtlas domain(model->surface, model->atlas, space);
+  Vector P(space.size());
+  for (int i = 0; i < P.size(); ++i) P[i] = wave(space.texels().position(i));
+  const AtlasFlow flow = AtlasFlow::downhill(domain, P);
+  const std::vector<ChartPlace> starts = domain.starts();
+  const double time = 1e-3 * double(state.range(2));
+  PathCounts counts;
+  for (auto _ : state) counts = flow.trace(starts, time).counts;
+  const double crossed = double(counts.triangles + counts.edges);
+  state.counters["texels"] = double(starts.size());
+  state.counters["crossed"] = crossed / double(counts.paths);
+  state.counters["M/s"] =
+      benchmark::Counter(crossed * 1e-6 * double(state.iterations()), benchmark::Counter::kIsRate);
+}
+BENCHMARK(follow_atlas)
+    ->ArgNames({"side", "parts", "time"})
+    ->ArgsProduct({{512, 1024}, {1, 4}, {3, 1'000'000'000}})
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

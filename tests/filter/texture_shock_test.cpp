@@ -226,17 +226,18 @@ TEST(TextureShock, DoesNotDependOnTheSizeOfTheTexture) {
 }
 
 TEST(TextureShock, DoesNotDependOnHowTheSurfaceIsCutIntoTriangles) {
-  const auto shocked = [](int cells) {
-    const Sheet sheet({.cells = cells, .parts = 2, .jitter = 0, .scale = 0.5, .angle = odd_angle, .shape = sheared},
-                      128);
-    return sheet.shock(2);
-  };
-  const ShockedTexture one = shocked(4), other = shocked(16);
-  EXPECT_NEAR(one.rate, other.rate, 1e-6 * one.rate);
-  // On a ridge of the potential rounding decides.
-  ASSERT_EQ(one.signal.rows(), other.signal.rows());
-  const auto apart = ((one.signal - other.signal).cwiseAbs().array() > 1e-6).count();
-  EXPECT_LE(apart, one.signal.size() / 2000);
+  // Without seams nothing does; basis functions next to seams, to a quarter of a texel, do a little.
+  for (const auto& [parts, of_rate, of_values] : {std::tuple(1, 1e-9, 1e-6), std::tuple(2, 1e-4, 3e-3)}) {
+    const auto shocked = [&](int cells) {
+      const Sheet sheet(
+          {.cells = cells, .parts = parts, .jitter = 0, .scale = 0.5, .angle = odd_angle, .shape = sheared}, 128);
+      return sheet.shock(2);
+    };
+    const ShockedTexture one = shocked(4), other = shocked(16);
+    EXPECT_NEAR(one.rate, other.rate, of_rate * one.rate);
+    ASSERT_EQ(one.signal.rows(), other.signal.rows());
+    EXPECT_LT((one.signal - other.signal).cwiseAbs().mean(), of_values) << parts;
+  }
 }
 
 TEST(TextureShock, LeavesNoSeamWhereEdgesCrossOne) {
@@ -257,11 +258,10 @@ TEST(TextureShock, LeavesNoSeamWhereEdgesCrossOne) {
     });
     return std::sqrt(sum / length);
   };
-  EXPECT_LT(across(shocked.signal), 0.005);
   const Signal cut = cut_texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, sheet.signal,
                                        {.weights = {1e-4, 1e-4}, .time = {ShockTime::Unit::relative, 4}})
                          .signal;
-  EXPECT_GT(across(cut), 0.01);
+  EXPECT_LT(across(shocked.signal), 0.6 * across(cut));
 }
 
 TEST(TextureShock, PreparedOnceGivesTheBitsOfEachTime) {

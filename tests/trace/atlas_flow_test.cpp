@@ -23,7 +23,7 @@ struct Sheet {
   Vector2 at(int chart, const Vector2& texel) const {
     return fixtures::on_square(options, chart, {(texel.x() + 0.5) / side, 1 - (texel.y() + 0.5) / side});
   }
-  Vector2 at(const TexelPlace& place) const {
+  Vector2 at(const ChartPlace& place) const {
     const int stride = side + 2, column = place.cell % stride - 1, row = place.cell / stride - 1;
     return at(place.chart, Vector2(column + place.x, row + place.y));
   }
@@ -53,7 +53,7 @@ TEST(AtlasFlow, IsAStraightLineOverTheSeamsOfAFlatSurface) {
     const Vector2 slope(0.31, -0.53);
     const AtlasFlow flow = AtlasFlow::downhill(
         sheet.domain, sheet.potential([&](const Vector2& p) { return slope.dot(p); }));
-    const std::vector<TexelPlace> starts = sheet.domain.starts();
+    const std::vector<ChartPlace> starts = sheet.domain.starts();
     const double time = 0.9;
     const TracedTexels traced = flow.trace(starts, time);
     EXPECT_EQ(traced.counts.cut_short, 0);
@@ -72,6 +72,33 @@ TEST(AtlasFlow, IsAStraightLineOverTheSeamsOfAFlatSurface) {
   }
 }
 
+TEST(AtlasFlow, BearsEveryWayOfCutting) {
+  for (const fixtures::Cut& cut : fixtures::cut_squares()) {
+    const TexelSpace space(cut.model->surface, cut.model->atlas);
+    const TraceAtlas domain(cut.model->surface, cut.model->atlas, space);
+    const Vector3 slope(0.31, -0.53, 0);
+    Vector P(space.size());
+    for (int i = 0; i < P.size(); ++i) P[i] = slope.dot(space.texels().position(i));
+    const AtlasFlow flow = AtlasFlow::downhill(domain, P);
+    const std::vector<ChartPlace> starts = domain.starts();
+    const std::int64_t cut_short = flow.trace(starts, std::numeric_limits<double>::infinity()).counts.cut_short;
+    if (cut.apart) EXPECT_EQ(cut_short, 0) << cut.name;
+    const double time = 0.3;
+    const TracedTexels traced = flow.trace(starts, time);
+    EXPECT_EQ(traced.counts.cut_short, 0) << cut.name;
+    int arrived = 0, wrong = 0;
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      const Vector3 begin = domain.position(starts[i]), expected = begin - time * slope;
+      if (std::min(expected.x(), expected.y()) < 0 || std::max(expected.x(), expected.y()) > 1) continue;
+      ++arrived;
+      wrong += !((domain.position(traced.ends[i]) - expected).norm() < 0.1 * space.scale().texel_spacing);
+    }
+    EXPECT_GT(arrived, 0) << cut.name;
+    // Of charts inside one cell nothing says where texels around them are.
+    if (cut.apart && cut.size.width > 8) EXPECT_EQ(wrong, 0) << cut.name << ": of " << arrived;
+  }
+}
+
 TEST(AtlasFlow, EndsAtTheCornerOfALinearPotential) {
   const Sheet sheet(fixtures::turned(fixtures::odd_angle, 3), 96);
   const AtlasFlow flow = AtlasFlow::downhill(
@@ -79,7 +106,7 @@ TEST(AtlasFlow, EndsAtTheCornerOfALinearPotential) {
   const TracedTexels traced = flow.trace(sheet.domain.starts(), std::numeric_limits<double>::infinity());
   EXPECT_EQ(traced.counts.cut_short, 0);
   EXPECT_EQ(traced.counts.resting, std::ssize(traced.ends));
-  for (const TexelPlace& end : traced.ends) EXPECT_LT(sheet.at(end).norm(), 1e-8);
+  for (const ChartPlace& end : traced.ends) EXPECT_LT(sheet.at(end).norm(), 1e-8);
 }
 
 TEST(AtlasFlow, ComesToRestAtTheMinimumOfABowl) {
@@ -92,7 +119,7 @@ TEST(AtlasFlow, ComesToRestAtTheMinimumOfABowl) {
     EXPECT_EQ(traced.counts.cut_short, 0);
     const double texel = 1 / std::sqrt(double(sheet.space.size()));
     double worst = 0;
-    for (const TexelPlace& end : traced.ends) worst = std::max(worst, (sheet.at(end) - lowest).norm());
+    for (const ChartPlace& end : traced.ends) worst = std::max(worst, (sheet.at(end) - lowest).norm());
     EXPECT_LT(worst, 2 * texel);
   }
 }
@@ -105,8 +132,8 @@ TEST(AtlasFlow, ComesBackWhereItBegan) {
   Vector P(space.size());
   for (int i = 0; i < P.size(); ++i) P[i] = space.texels().position(i).z() + 0.3 * space.texels().position(i).x();
   const AtlasFlow down = AtlasFlow::downhill(domain, P), up = AtlasFlow::downhill(domain, -P);
-  std::vector<TexelPlace> starts;
-  for (const TexelPlace& node : domain.starts())  // inside a cell, and not near its edges
+  std::vector<ChartPlace> starts;
+  for (const ChartPlace& node : domain.starts())  // inside a cell, and not near its edges
     if (!domain.bordered(node.cell) && domain.covered(node.cell)) starts.push_back({node.chart, node.cell, 0.3, 0.45});
   const double spacing = space.scale().texel_spacing;
   const TracedTexels there = down.trace(starts, 6 * spacing), back = up.trace(there.ends, 6 * spacing);
@@ -128,8 +155,8 @@ TEST(AtlasFlow, FollowsAFieldOverTexturesThatRepeat) {
   ASSERT_EQ(sheet.model->atlas.textures[0].wrap, Wrap::repeat);
   std::vector<std::array<double, 2>> right(std::size_t(sheet.domain.node_count()), {1.0, 0.25});
   const AtlasFlow flow = AtlasFlow::along(sheet.domain, right);
-  std::vector<TexelPlace> starts;
-  for (const TexelPlace& start : sheet.domain.starts())
+  std::vector<ChartPlace> starts;
+  for (const ChartPlace& start : sheet.domain.starts())
     if (!sheet.domain.bordered(start.cell)) starts.push_back(start);
   const TracedTexels traced = flow.trace(starts, 7);
   const double texel = 1 / (0.8 * 65);

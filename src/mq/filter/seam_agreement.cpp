@@ -15,6 +15,8 @@ constexpr double hold = 3e-3, hold_outside = 1e-4;
 constexpr double points_per_texel = 2;
 constexpr double tolerance = 1e-3;
 constexpr int most_iterations = 100;
+/// Values that would leave the range stay at its end while the others are solved for again.
+constexpr int rounds = 3;
 
 /// The texels that lookups at seams read, and the differences of both sides as a matrix of these.
 struct Differences {
@@ -111,14 +113,21 @@ Signal agree_at_seams(const TraceAtlas& domain, const Signal& signal, const Sign
   parallel_for(
       signal.cols(),
       [&](std::int64_t c) {
-        const Vector wrong =
-            seams.D * seams.column_of(signal, c) - share.cwiseProduct(seams.D * seams.column_of(before, c));
-        const Vector delta =
-            solve(seams.D, weight, open, diagonal, -Vector(seams.D.transpose() * wrong).cwiseProduct(open));
         const double low = signal.col(c).minCoeff(), high = signal.col(c).maxCoeff();
-        for (Eigen::Index k = 0; k < count; ++k)
-          if (const int i = seams.texels[std::size_t(k)]; delta[k] != 0)
-            result(i, c) = std::clamp(signal(i, c) + delta[k], low, high);
+        const Vector target = share.cwiseProduct(seams.D * seams.column_of(before, c));
+        Vector values = seams.column_of(signal, c), free = open;
+        for (int round = 0; round < rounds; ++round) {
+          const Vector wrong = seams.D * values - target;
+          const Vector delta =
+              solve(seams.D, weight, free, diagonal, -Vector(seams.D.transpose() * wrong).cwiseProduct(free));
+          for (Eigen::Index k = 0; k < count; ++k) {
+            if (delta[k] == 0) continue;
+            const double wanted = values[k] + delta[k];
+            values[k] = std::clamp(wanted, low, high);
+            if (values[k] != wanted) free[k] = 0;
+          }
+        }
+        for (Eigen::Index k = 0; k < count; ++k) result(seams.texels[std::size_t(k)], c) = values[k];
       },
       1);
   return result;

@@ -16,19 +16,19 @@
 namespace mq {
 namespace {
 
-bool same(const TexelPlace& a, const TexelPlace& b) {
+bool same(const ChartPlace& a, const ChartPlace& b) {
   return a.chart == b.chart && a.cell == b.cell && a.x == b.x && a.y == b.y;
 }
 
 /// Where the texel's own value is not the signal's at the start of its path, as outside charts, the
 /// difference fades over the first texel of the way.
 /// Returns per texel what is left of that: from 1, where its path rests, down to 0.
-Vector look_up(const TraceAtlas& domain, const Signal& signal, const std::vector<TexelPlace>& starts,
-               const std::vector<TexelPlace>& ends, Signal& result) {
+Vector look_up(const TraceAtlas& domain, const Signal& signal, const std::vector<ChartPlace>& starts,
+               const std::vector<ChartPlace>& ends, Signal& result) {
   const double side = domain.space().scale().texel_spacing;
   Vector kept = Vector::Ones(signal.rows());
   parallel_for(signal.rows(), [&](std::int64_t i) {
-    const TexelPlace &from = starts[std::size_t(i)], &to = ends[std::size_t(i)];
+    const ChartPlace &from = starts[std::size_t(i)], &to = ends[std::size_t(i)];
     if (same(from, to)) return;
     auto row = result.middleRows(i, 1);
     domain.value(signal, to, row);
@@ -58,7 +58,7 @@ struct TextureShock::Data {
   double rate = 0, area = 0;
   std::vector<SolveReport> solves;
   std::optional<AtlasFlow> flow;
-  std::vector<TexelPlace> starts;
+  std::vector<ChartPlace> starts;
   std::vector<char> outside;  ///< 1: of texels whose centre no chart covers
 };
 

@@ -222,10 +222,10 @@ std::int64_t AtlasFlow::exit(int t, int k) const {
   return best;
 }
 
-TracedTexels AtlasFlow::trace(std::span<const TexelPlace> starts, double time, const Progress& progress) const {
+TracedTexels AtlasFlow::trace(std::span<const ChartPlace> starts, double time, const Progress& progress) const {
   require(time >= 0, fmt::format("a path cannot be followed for a time of {}", time));
   require(std::ssize(starts) < std::numeric_limits<int>::max(), "too many paths for one call");
-  for (const TexelPlace& p : starts)
+  for (const ChartPlace& p : starts)
     require(p.cell >= 0 && p.cell < domain_->node_count() && p.x >= 0 && p.x <= 1 && p.y >= 0 && p.y <= 1,
             "a path begins outside the textures");
   TracedTexels traced;

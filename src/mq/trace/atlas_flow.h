@@ -12,7 +12,7 @@ namespace mq {
 
 /// Where paths end, and what they did on the way.
 struct TracedTexels {
-  std::vector<TexelPlace> ends;
+  std::vector<ChartPlace> ends;
   PathCounts counts;
 };
 
@@ -42,7 +42,7 @@ class AtlasFlow {
   static AtlasFlow along(const TraceAtlas& domain, std::vector<std::array<double, 2>> field);
 
   /// Follows each start for `time` (not negative, may be infinite).
-  TracedTexels trace(std::span<const TexelPlace> starts, double time, const Progress& progress = {}) const;
+  TracedTexels trace(std::span<const ChartPlace> starts, double time, const Progress& progress = {}) const;
 
   const TraceAtlas& domain() const { return *domain_; }
 

@@ -16,7 +16,7 @@ namespace {
 int modulo(int i, int n) { return i >= 0 ? i % n : n - 1 - (-1 - i) % n; }
 
 /// Weights of a cell's corners: upper left, upper right, lower left, lower right.
-std::array<double, 4> bilinear(const TexelPlace& at) {
+std::array<double, 4> bilinear(const ChartPlace& at) {
   return {(1 - at.x) * (1 - at.y), at.x * (1 - at.y), (1 - at.x) * at.y, at.x * at.y};
 }
 
@@ -160,7 +160,7 @@ int TraceAtlas::cell(int texture, int column, int row) const {
   return t.first + (row + 1) * t.stride + column + 1;
 }
 
-TexelPlace TraceAtlas::place(int chart, int texture, const Vector2& texel) const {
+ChartPlace TraceAtlas::place(int chart, int texture, const Vector2& texel) const {
   const Texture& t = textures_[std::size_t(texture)];
   Vector2 p = texel;
   if (!t.repeats)  // beyond half a texel from its border a texture is constant
@@ -174,11 +174,11 @@ TexelPlace TraceAtlas::place(int chart, int texture, const Vector2& texel) const
 }
 
 /// Of a texel that no triangle covers: its border nearest to it, and on over that.
-TexelPlace TraceAtlas::start(int i, int triangle) const {
+ChartPlace TraceAtlas::start(int i, int triangle) const {
   const Texels& texels = space_->texels();
   const Texels::Place& at = texels.places[std::size_t(i)];
   const int chart_there = triangle < 0 ? texels.chart[std::size_t(i)] : atlas_->chart[std::size_t(triangle)];
-  const TexelPlace own = place(chart_there, at.texture, Vector2(at.x, at.y));
+  const ChartPlace own = place(chart_there, at.texture, Vector2(at.x, at.y));
   if (triangle >= 0) return own;
   const BorderSegment* nearest = nullptr;
   double least = INFINITY, part = 0;
@@ -209,9 +209,9 @@ TexelPlace TraceAtlas::start(int i, int triangle) const {
   return place(own.chart, at.texture, border);
 }
 
-std::vector<TexelPlace> TraceAtlas::starts() const {
+std::vector<ChartPlace> TraceAtlas::starts() const {
   const std::vector<Coverage> coverage = texel_coverage(*surface_, *atlas_);
-  std::vector<TexelPlace> starts(static_cast<std::size_t>(space_->size()));
+  std::vector<ChartPlace> starts(static_cast<std::size_t>(space_->size()));
   parallel_for(space_->size(), [&](std::int64_t i) {
     const Texels::Place& at = space_->texels().places[std::size_t(i)];
     starts[std::size_t(i)] =
@@ -232,7 +232,7 @@ std::vector<char> TraceAtlas::outside() const {
 
 /// visit(unknown, weight), weights of sum 1 where any is known.
 template <class Visit>
-void TraceAtlas::for_each_weight(const TexelPlace& at, const Visit& visit) const {
+void TraceAtlas::for_each_weight(const ChartPlace& at, const Visit& visit) const {
   if (flags_[std::size_t(at.cell)] & seam_flag && at.chart >= 0) {
     const Texture& t = textures_[std::size_t(texture_of(at.cell))];
     const int local = at.cell - t.first;
@@ -244,7 +244,7 @@ void TraceAtlas::for_each_weight(const TexelPlace& at, const Visit& visit) const
   for_each_corner(at, visit);
 }
 
-void TraceAtlas::for_each_corner(const TexelPlace& at,
+void TraceAtlas::for_each_corner(const ChartPlace& at,
                                  const std::function<void(int, double)>& visit) const {
   const std::array<double, 4> weights = bilinear(at);
   const int step = stride(at.cell);
@@ -269,7 +269,7 @@ void TraceAtlas::for_each_seam(const std::function<void(double, const SeamPlaces
   }
 }
 
-void TraceAtlas::value(const Signal& signal, const TexelPlace& at, Eigen::Ref<Signal> row) const {
+void TraceAtlas::value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Signal> row) const {
   constexpr Eigen::Index most = 16;  // channels at once
   for (Eigen::Index first = 0; first < signal.cols(); first += most) {
     const Eigen::Index count = std::min(most, signal.cols() - first);
@@ -288,7 +288,7 @@ void TraceAtlas::value(const Signal& signal, const TexelPlace& at, Eigen::Ref<Si
   }
 }
 
-Vector3 TraceAtlas::position(const TexelPlace& at) const {
+Vector3 TraceAtlas::position(const ChartPlace& at) const {
   Vector3 sum = Vector3::Zero();
   for_each_weight(at, [&](int i, double weight) { sum += weight * space_->texels().position(i); });
   return sum;

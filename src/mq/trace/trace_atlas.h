@@ -17,7 +17,7 @@ namespace mq {
 class AtlasBorders;
 
 /// A place of a chart: a cell of `TraceAtlas`, and where in it, both from 0 to 1.
-struct TexelPlace {
+struct ChartPlace {
   int chart = -1;  ///< none: nowhere
   int cell = 0;
   double x = 0, y = 0;  ///< to the right and down
@@ -61,29 +61,29 @@ class TraceAtlas {
   bool bordered(int cell) const { return (flags_[std::size_t(cell)] & border_flag) != 0; }
 
   /// The cell at a place of a texture in texels, wrapped or clamped as the texture is, and the place in it.
-  TexelPlace place(int chart, int texture, const Vector2& texel) const;
+  ChartPlace place(int chart, int texture, const Vector2& texel) const;
   /// The same with a column and row of cells given, and where in this cell.
   int cell(int texture, int column, int row) const;
 
   /// Where paths of texels begin, one per unknown: at the centre where a chart covers it; otherwise straight on over
   /// the border of its chart (`AtlasWalk`), or, where the surface ends there, at the border.
-  std::vector<TexelPlace> starts() const;
+  std::vector<ChartPlace> starts() const;
   /// 1 for the unknowns whose centre no chart covers.
   std::vector<char> outside() const;
 
   /// A signal of texels there, as `TexelSpace` has it: bilinear, and next to seams the same from both sides. Within the
   /// values it is made of.
-  void value(const Signal& signal, const TexelPlace& at, Eigen::Ref<Signal> row) const;
+  void value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Signal> row) const;
   /// visit(unknown, weight) for the corners of its cell, as hardware looks them up.
-  void for_each_corner(const TexelPlace& at, const std::function<void(int, double)>& visit) const;
+  void for_each_corner(const ChartPlace& at, const std::function<void(int, double)>& visit) const;
 
   /// Both places of a point of a seam, from 0 to 1 along it.
-  using SeamPlaces = std::function<std::pair<TexelPlace, TexelPlace>(double)>;
+  using SeamPlaces = std::function<std::pair<ChartPlace, ChartPlace>(double)>;
   /// visit(length, places) for all seams, with the length of their longer side in texels.
   void for_each_seam(const std::function<void(double, const SeamPlaces&)>& visit) const;
 
   /// In space, to the accuracy of single precision.
-  Vector3 position(const TexelPlace& at) const;
+  Vector3 position(const ChartPlace& at) const;
 
  private:
   static constexpr unsigned char left_flag = 2, top_flag = 4, right_flag = 8, bottom_flag = 16, border_flag = 32,
@@ -96,9 +96,9 @@ class TraceAtlas {
   void number_nodes(const Atlas& atlas);
   void mark_ends(const Texture& texture);
   void mark_borders();
-  TexelPlace start(int unknown, int triangle) const;
+  ChartPlace start(int unknown, int triangle) const;
   template <class Visit>
-  void for_each_weight(const TexelPlace& at, const Visit& visit) const;
+  void for_each_weight(const ChartPlace& at, const Visit& visit) const;
 
   const Surface* surface_;
   const Atlas* atlas_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "mq/trace/detail/atlas_borders.h"
 
@@ -47,14 +48,16 @@ class OnBorder {
       if (way > 0) nearer((std::floor(at + on_border) + 1 - from[axis]) / edge[axis]);
       if (way < 0) nearer((std::ceil(at - on_border) - 1 - from[axis]) / edge[axis]);
     }
-    const Vector2 middle = from + 0.5 * (s + found.end) * edge;
+    // A hair inside, as a border may be a line between cells.
+    const Vector2 inside = on_border / edge.norm() * borders_.turn(h) * Vector2(-edge.y(), edge.x());
+    const Vector2 middle = from + 0.5 * (s + found.end) * edge + inside;
     const int column = int(std::floor(middle.x())), row = int(std::floor(middle.y()));
     const int cell = domain_.cell(borders_.texture(h), column, row);
     if (cell < 0) return found;
     // The diagonal is where `beside` is 0, positive on the side of triangle s = 0 or 1.
     const bool other = domain_.diagonal(cell) == 1;
     const auto beside = [&](double part) {
-      const Vector2 p = from + part * edge - Vector2(column, row);
+      const Vector2 p = from + part * edge + inside - Vector2(column, row);
       return other ? 1 - p.x() - p.y() : p.x() - p.y();
     };
     const double begins = beside(s), ends = beside(found.end);
@@ -161,6 +164,12 @@ void OnBorder::enter(AtlasPath& path, HalfEdge h, double s, int triangle) const 
   path.corner = 0;
   path.chart = borders_.chart(h);
   path.border = -1;
+  // From a node it may go into any triangle around.
+  for (int k = 0; k < 3; ++k)
+    if (path.b[std::size_t(k)] > 1 - on_border) {
+      put_at_vertex(path, triangle, k);
+      path.entered = true;
+    }
 }
 
 /// Along the stretch. False when the path is at its end.
@@ -236,7 +245,7 @@ OnBorder::Departure OnBorder::into_corner(HalfEdge out) const {
   Departure found;
   for (int n = 0; n < 2; ++n) {  // once more where X leads into another cell or over the diagonal
     constexpr double nudge = 1e-6;
-    const TexelPlace near = domain_.place(borders_.chart(out), borders_.texture(out), at + nudge * towards.normalized());
+    const ChartPlace near = domain_.place(borders_.chart(out), borders_.texture(out), at + nudge * towards.normalized());
     if (!domain_.covered(near.cell)) return found;
     const bool first = domain_.diagonal(near.cell) == 1 ? near.x + near.y < 1 : near.x > near.y;
     const int triangle = 2 * near.cell + (first ? 0 : 1);
@@ -339,11 +348,24 @@ Hit first_border(const AtlasBorders& borders, int cell, int chart, const Vector2
   return hit;
 }
 
+/// The border of its chart that a point of a cell lies on, if any.
+Hit border_at(const AtlasBorders& borders, int cell, int chart, const Vector2& p) {
+  for (const BorderSegment& border : borders.of(cell)) {
+    if (border.chart != chart) continue;
+    const double length = border.edge.norm(), s = (p - border.from).dot(border.edge) / (length * length);
+    const double at = std::clamp(s, 0.0, 1.0);
+    if ((p - border.from - at * border.edge).norm() > on_border) continue;
+    return {border.half_edge, at * length <= on_border ? 0 : (1 - at) * length <= on_border ? 1 : at, 0};
+  }
+  return {};
+}
+
 }  // namespace
 
-void put_at(const AtlasFlow& flow, AtlasPath& path, const TexelPlace& place) {
+void put_at(const AtlasFlow& flow, AtlasPath& path, const ChartPlace& place) {
   path.chart = place.chart;
   path.meetings = 0;
+  path.entered = false;
   path.border = -1;
   path.direction = 0;
   const bool first = flow.domain().diagonal(place.cell) == 1 ? place.x + place.y <= 1 : place.x >= place.y;
@@ -351,7 +373,7 @@ void put_at(const AtlasFlow& flow, AtlasPath& path, const TexelPlace& place) {
   walk::put_at(flow, static_cast<Path&>(path), path.triangle, Vector3(path.b[0], path.b[1], path.b[2]));
 }
 
-TexelPlace place_of(const AtlasFlow& flow, const AtlasPath& path) {
+ChartPlace place_of(const AtlasFlow& flow, const AtlasPath& path) {
   const AtlasBorders& borders = flow.domain().borders();
   if (path.border >= 0)
     return flow.domain().place(borders.chart(path.border), borders.texture(path.border), borders.at(path.border, path.s));
@@ -363,6 +385,17 @@ bool advance(const AtlasFlow& flow, AtlasPath& path, PathCounts& counts) {
   if (path.left == 0) return false;
   if (path.border >= 0) return OnBorder(flow).advance(path, counts);
   const int cell = path.triangle >> 1;
+  const auto meet = [&](const Hit& hit) {
+    path.border = hit.half_edge;
+    path.s = hit.s;
+    path.direction = 0;
+    if (++path.meetings < most_meetings) return path.left > 0;
+    ++counts.resting;
+    return false;
+  };
+  if (flow.domain().bordered(cell) && path.on == Path::On::vertex && !std::exchange(path.entered, false))
+    if (const Hit hit = border_at(flow.domain().borders(), cell, path.chart, in_cell(flow, path)); hit.half_edge >= 0)
+      return meet(hit);
   if (flow.domain().bordered(cell))
     if (const auto step = next_step(flow, path)) {
       const Hit hit = first_border(flow.domain().borders(), cell, path.chart, in_cell(flow, path), step->way,
@@ -370,12 +403,7 @@ bool advance(const AtlasFlow& flow, AtlasPath& path, PathCounts& counts) {
       if (hit.half_edge >= 0) {
         ++counts.triangles;
         path.left -= hit.part * step->time;
-        path.border = hit.half_edge;
-        path.s = hit.s;
-        path.direction = 0;
-        if (++path.meetings < most_meetings) return path.left > 0;
-        ++counts.resting;
-        return false;
+        return meet(hit);
       }
     }
   return advance(flow, static_cast<Path&>(path), counts);
@@ -388,7 +416,12 @@ bool leave_turns_out(AtlasPath& path, AtlasPath& mark) {
     mark = path;
     return true;
   }
-  if (path.border != mark.border || (path.border >= 0 && std::abs(path.s - mark.s) > same_place)) return true;
+  if (path.border != mark.border) return true;
+  if (path.border >= 0) {
+    // Changes on a border may lie next to each other: no turn is as short.
+    constexpr std::int64_t shortest = 8;
+    if (path.crossings - mark.crossings < shortest || std::abs(path.s - mark.s) > same_place) return true;
+  }
   if (path.border < 0) return leave_turns_out(static_cast<Path&>(path), static_cast<Path&>(mark));
   if (!std::isfinite(path.left)) return false;
   if (const double turn = mark.left - path.left; turn > 0) path.left = std::fmod(path.left, turn);

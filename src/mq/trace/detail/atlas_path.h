@@ -11,6 +11,7 @@ struct AtlasPath : Path {
   HalfEdge border = -1;  ///< the one it is on, −1: it is in a cell, and `Path` says where
   double s = 0;          ///< where on it, 0 to 1 from its source
   int direction = 0;     ///< which way it came along, ±1; 0: it came from a side
+  bool entered = false;  ///< it came from a border to a node that lies on it
   int meetings = 0;      ///< how often it came to a border from a side
 };
 
@@ -18,10 +19,10 @@ struct AtlasPath : Path {
 inline constexpr int most_meetings = 1000;
 
 /// A path that begins at a place; nowhere is where it stays.
-void put_at(const AtlasFlow& flow, AtlasPath& path, const TexelPlace& place);
+void put_at(const AtlasFlow& flow, AtlasPath& path, const ChartPlace& place);
 
 /// Where it is.
-TexelPlace place_of(const AtlasFlow& flow, const AtlasPath& path);
+ChartPlace place_of(const AtlasFlow& flow, const AtlasPath& path);
 
 /// Goes on to the next edge, node, border, or change on a border. False when the path is at its end.
 bool advance(const AtlasFlow& flow, AtlasPath& path, PathCounts& counts);
