@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "cli/program.h"
+#include "io/foreign_cameras.h"
 #include "mq/image/colour.h"
 #include "mq/io/image_file.h"
 #include "mq/io/model.h"
@@ -222,25 +223,35 @@ TEST_F(PhotographedBust, WhatWasKeptOfOthersIsNotTaken) {
 TEST_F(PhotographedBust, FormatsOfCamerasDoNotMatter) {
   ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "own.png", "--poses", "keep"})), 0);
   const Image<float> own = read_texture(*folder / "own.png").pixels;
-  nlohmann::json all = nlohmann::json::parse(file_bytes(*folder / file(0, "json")));
-  for (int k = 1; k < views; ++k)
-    all["cameras"].push_back(nlohmann::json::parse(file_bytes(*folder / file(k, "json")))["cameras"][0]);
-  write_bytes(*folder / "all.json", all.dump());
-  for (const std::vector<std::string>& format :
-       std::vector<std::vector<std::string>>{{"transforms.json"}, {"colmap"},
-                                             {"colmap_binary", "--format", "colmap-binary"}}) {
-    std::vector<std::string> words = {"cameras", "all.json", "-o", format[0]};
-    words.insert(words.end(), format.begin() + 1, format.end());
-    ASSERT_EQ(call(words), 0) << format[0];
-    ASSERT_EQ(call({"texture", "bust.obj", "--cameras", format[0], "--images", ".", "-o", "other.png", "--poses",
-                    "keep"}),
-              0)
-        << format[0];
+  ForeignCameras foreign;
+  for (int k = 0; k < views; ++k) {
+    foreign.set.push_back(read_cameras(*folder / file(k, "json")).at(0));
+    foreign.set.back().picture = file(k, "png");
+  }
+  write_cameras(*folder / "all.json", foreign.set);
+  for (const std::string path : {"transforms.json", "colmap"})
+    ASSERT_EQ(call({"cameras", "all.json", "-o", path}), 0) << path;
+  ASSERT_EQ(call({"cameras", "all.json", "-o", "colmap_binary", "--format", "colmap-binary"}), 0);
+  std::string pictures;
+  for (const Photograph& photograph : foreign.set) pictures += photograph.picture.string() + "\n";
+  write_bytes(*folder / "bundle.out", foreign.bundler()), write_bytes(*folder / "list.txt", pictures);
+  write_bytes(*folder / "metashape.xml", foreign.metashape());
+  std::filesystem::create_directory(*folder / "xmp");
+  for (std::size_t k = 0; k < foreign.set.size(); ++k)
+    write_bytes(*folder / fmt::format("xmp/view{}.xmp", k), foreign.xmp(k, "brown3"));
+  write_bytes(*folder / "scene.gltf", foreign.gltf());
+  write_bytes(*folder / "scene.mvs", std::string(text_of(foreign.openmvs(7))));
+
+  for (const std::string format : {"transforms.json", "colmap", "colmap_binary", "bundle.out", "metashape.xml", "xmp",
+                                   "scene.gltf", "scene.mvs"}) {
+    const Result result = marquetry(*folder, {"texture", "bust.obj", "--cameras", format, "--images", ".", "-o",
+                                              "other.png", "--poses", "keep", "--overwrite"});
+    ASSERT_EQ(result.status, 0) << format << result.error;
     const Image<float> other = read_texture(*folder / "other.png").pixels;
     float most = 0;
     for (std::size_t i = 0; i < own.values().size(); ++i)
       most = std::max(most, std::abs(own.values()[i] - other.values()[i]));
-    EXPECT_LE(255 * most, 1.001F) << format[0];
+    EXPECT_LE(255 * most, 1.001F) << format;
   }
 }
 
