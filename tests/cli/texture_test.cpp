@@ -255,6 +255,31 @@ TEST_F(PhotographedBust, FormatsOfCamerasDoNotMatter) {
   }
 }
 
+TEST_F(PhotographedBust, GoesOnWithoutWhatIsMissingWhereAsked) {
+  nlohmann::json all = nlohmann::json::parse(file_bytes(*folder / file(0, "json")));
+  for (const char* name : {"gone.png", "empty.png"}) {
+    all["cameras"].push_back(all["cameras"][0]);
+    all["cameras"].back()["image"] = name;
+  }
+  write_bytes(*folder / "gaps.json", all.dump());
+  write_bytes(*folder / "empty.png", "");
+  std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "gaps.json", "-o", "gaps.png", "--overwrite"};
+  EXPECT_THAT(marquetry(*folder, words).error, HasSubstr("or go on without them (--missing skip)"));
+  words.insert(words.end(), {"--missing", "skip", "--json"});
+  const Result result = marquetry(*folder, words);
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["views"].size(), 1U);
+  EXPECT_THAT(result.error, HasSubstr("gaps.json: 1 picture is not there and left out: gone.png"));
+  EXPECT_THAT(result.error, HasSubstr("empty.png: the file is empty; a picture was expected: left out"));
+  ASSERT_EQ(call({"texture", "bust.obj", "--cameras", file(0, "json"), "-o", "one.png"}), 0);
+  EXPECT_EQ(file_bytes(*folder / "gaps.png"), file_bytes(*folder / "one.png"));
+  std::filesystem::create_directory(*folder / "nothing");
+  EXPECT_THAT(marquetry(*folder, {"texture", "bust.obj", "--cameras", "gaps.json", "--images", "nothing", "-o", "x.png",
+                                  "--missing", "skip"})
+                  .error,
+              HasSubstr("none of the photographs is there"));
+}
+
 TEST_F(PhotographedBust, WhatCannotBeIsRefused) {
   const auto error = [](std::vector<std::string> words) {
     return marquetry(*folder, words).error;
@@ -267,7 +292,7 @@ TEST_F(PhotographedBust, WhatCannotBeIsRefused) {
       << R"({"cameras": [{"image": "view0.png", "width": 240, "height": 240, "fx": 300,
              "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "translation": [0, 0, -1e6]}]})";
   EXPECT_THAT(error({"texture", "bust.obj", "--cameras", "away.json", "-o", "x.png"}),
-              HasSubstr("no photograph shows any of it"));
+              HasSubstr("no photograph shows any of it: most cameras stand"));
   EXPECT_FALSE(std::filesystem::exists(folder->path() / "x.png"));
 }
 
