@@ -30,7 +30,7 @@ class TabledCurve {
 /// `srgb_from_linear` to a part in a million of white: over the root of light it is nearly straight.
 inline float display_of_light(float light) {
   constexpr double end = 2;
-  static const TabledCurve curve([](double root) { return srgb_from_linear(root * root); }, end, 1 << 12);
+  static const TabledCurve curve([](double root) { return srgb_from_linear(root * root); }, end, 1 << 14);
   if (!(light >= 0 && light < end * end)) return float(srgb_from_linear(light));
   return curve(std::sqrt(light));
 }
