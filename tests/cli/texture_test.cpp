@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "cli/program.h"
+#include "io/foreign_cameras.h"
 #include "mq/image/colour.h"
 #include "mq/io/image_file.h"
 #include "mq/io/model.h"
@@ -222,26 +223,61 @@ TEST_F(PhotographedBust, WhatWasKeptOfOthersIsNotTaken) {
 TEST_F(PhotographedBust, FormatsOfCamerasDoNotMatter) {
   ASSERT_EQ(call(with_cameras({"texture", "bust.obj", "-o", "own.png", "--poses", "keep"})), 0);
   const Image<float> own = read_texture(*folder / "own.png").pixels;
-  nlohmann::json all = nlohmann::json::parse(file_bytes(*folder / file(0, "json")));
-  for (int k = 1; k < views; ++k)
-    all["cameras"].push_back(nlohmann::json::parse(file_bytes(*folder / file(k, "json")))["cameras"][0]);
-  write_bytes(*folder / "all.json", all.dump());
-  for (const std::vector<std::string>& format :
-       std::vector<std::vector<std::string>>{{"transforms.json"}, {"colmap"},
-                                             {"colmap_binary", "--format", "colmap-binary"}}) {
-    std::vector<std::string> words = {"cameras", "all.json", "-o", format[0]};
-    words.insert(words.end(), format.begin() + 1, format.end());
-    ASSERT_EQ(call(words), 0) << format[0];
-    ASSERT_EQ(call({"texture", "bust.obj", "--cameras", format[0], "--images", ".", "-o", "other.png", "--poses",
-                    "keep"}),
-              0)
-        << format[0];
+  ForeignCameras foreign;
+  for (int k = 0; k < views; ++k) {
+    foreign.set.push_back(read_cameras(*folder / file(k, "json")).at(0));
+    foreign.set.back().picture = file(k, "png");
+  }
+  write_cameras(*folder / "all.json", foreign.set);
+  for (const std::string path : {"transforms.json", "colmap"})
+    ASSERT_EQ(call({"cameras", "all.json", "-o", path}), 0) << path;
+  ASSERT_EQ(call({"cameras", "all.json", "-o", "colmap_binary", "--format", "colmap-binary"}), 0);
+  std::string pictures;
+  for (const Photograph& photograph : foreign.set) pictures += photograph.picture.string() + "\n";
+  write_bytes(*folder / "bundle.out", foreign.bundler()), write_bytes(*folder / "list.txt", pictures);
+  write_bytes(*folder / "metashape.xml", foreign.metashape());
+  std::filesystem::create_directory(*folder / "xmp");
+  for (std::size_t k = 0; k < foreign.set.size(); ++k)
+    write_bytes(*folder / fmt::format("xmp/view{}.xmp", k), foreign.xmp(k, "brown3"));
+  write_bytes(*folder / "scene.gltf", foreign.gltf());
+  write_bytes(*folder / "scene.mvs", std::string(text_of(foreign.openmvs(7))));
+
+  for (const std::string format : {"transforms.json", "colmap", "colmap_binary", "bundle.out", "metashape.xml", "xmp",
+                                   "scene.gltf", "scene.mvs"}) {
+    const Result result = marquetry(*folder, {"texture", "bust.obj", "--cameras", format, "--images", ".", "-o",
+                                              "other.png", "--poses", "keep", "--overwrite"});
+    ASSERT_EQ(result.status, 0) << format << result.error;
     const Image<float> other = read_texture(*folder / "other.png").pixels;
     float most = 0;
     for (std::size_t i = 0; i < own.values().size(); ++i)
       most = std::max(most, std::abs(own.values()[i] - other.values()[i]));
-    EXPECT_LE(255 * most, 1.001F) << format[0];
+    EXPECT_LE(255 * most, 1.001F) << format;
   }
+}
+
+TEST_F(PhotographedBust, GoesOnWithoutWhatIsMissingWhereAsked) {
+  nlohmann::json all = nlohmann::json::parse(file_bytes(*folder / file(0, "json")));
+  for (const char* name : {"gone.png", "empty.png"}) {
+    all["cameras"].push_back(all["cameras"][0]);
+    all["cameras"].back()["image"] = name;
+  }
+  write_bytes(*folder / "gaps.json", all.dump());
+  write_bytes(*folder / "empty.png", "");
+  std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "gaps.json", "-o", "gaps.png", "--overwrite"};
+  EXPECT_THAT(marquetry(*folder, words).error, HasSubstr("or go on without them (--missing skip)"));
+  words.insert(words.end(), {"--missing", "skip", "--json"});
+  const Result result = marquetry(*folder, words);
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["views"].size(), 1U);
+  EXPECT_THAT(result.error, HasSubstr("gaps.json: 1 picture is not there and left out: gone.png"));
+  EXPECT_THAT(result.error, HasSubstr("empty.png: the file is empty; a picture was expected: left out"));
+  ASSERT_EQ(call({"texture", "bust.obj", "--cameras", file(0, "json"), "-o", "one.png"}), 0);
+  EXPECT_EQ(file_bytes(*folder / "gaps.png"), file_bytes(*folder / "one.png"));
+  std::filesystem::create_directory(*folder / "nothing");
+  EXPECT_THAT(marquetry(*folder, {"texture", "bust.obj", "--cameras", "gaps.json", "--images", "nothing", "-o", "x.png",
+                                  "--missing", "skip"})
+                  .error,
+              HasSubstr("none of the photographs is there"));
 }
 
 TEST_F(PhotographedBust, WhatCannotBeIsRefused) {
@@ -256,7 +292,7 @@ TEST_F(PhotographedBust, WhatCannotBeIsRefused) {
       << R"({"cameras": [{"image": "view0.png", "width": 240, "height": 240, "fx": 300,
              "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "translation": [0, 0, -1e6]}]})";
   EXPECT_THAT(error({"texture", "bust.obj", "--cameras", "away.json", "-o", "x.png"}),
-              HasSubstr("no photograph shows any of it"));
+              HasSubstr("no photograph shows any of it: most cameras stand"));
   EXPECT_FALSE(std::filesystem::exists(folder->path() / "x.png"));
 }
 

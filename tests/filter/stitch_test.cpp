@@ -191,6 +191,28 @@ TEST(Stitcher, StitchesAroundWhatIsUnseen) {
   EXPECT_LT(rms_up_to_constants(space, found, truth), 1.0 / 255);
 }
 
+/// What both make is the same, bit for bit, with a hole and without.
+TEST(Stitcher, OneSystemAtATimeMakesTheSame) {
+  const Surface surface = make_surface(fixtures::flat_square(30));
+  const VertexSpace space(surface);
+  const std::vector<Vector3>& places = surface.mesh.positions;
+  const Signal psi = test::random_signal(space.size(), 2), offset = 0.1 * test::random_signal(space.size(), 2);
+  for (const double hole : {0.0, 0.15}) {
+    std::vector<int> labels;
+    for (const Vector3& p : places)
+      labels.push_back((p - Vector3(0.5, 0.5, 0)).norm() < hole ? unseen : p.x() > 0.51);
+    BeyondBorders beyond(space, labels, 2);
+    ASSERT_FALSE(beyond.unknowns_of(0).empty());
+    for (const int i : beyond.unknowns_of(0)) beyond.put(0, i, psi.row(i) + Eigen::RowVector2d(0.2, -0.1));
+    const Stitcher kept(space, 1e-2, labels);
+    const Stitcher once(space, 1e-2, labels, {}, {}, Stitcher::Systems::one_each);
+    const Signal both = kept.stitch(psi, beyond, offset).signal;
+    EXPECT_GT((both - psi).cwiseAbs().maxCoeff(), 0.01);
+    EXPECT_EQ(both, once.stitch(psi, beyond, offset).signal) << hole;
+    EXPECT_EQ(kept.stitch(psi).signal, once.stitch(psi).signal) << hole;
+  }
+}
+
 /// How far a change of unknown i goes beyond those of its neighbours in the same region, and
 /// whether it has less than a hundredth of their stiffness.
 struct Outlier {

@@ -139,6 +139,25 @@ TEST(ViewChoice, BlurredAndRejectedViewsAreNotChosenAndSmoothnessJoins) {
   EXPECT_EQ(single[25], 0);
 }
 
+/// Where a surface is plain all views have the same detail, that of noise.
+TEST(ViewChoice, WhatIsBlurredIsKnownOnPlainPatchesByThoseAround) {
+  const Patches patches = grid_of_patches(12, 12);
+  Observations observations = seen_by(144, std::vector<LightColour>(4, {1, 1, 1}));
+  for (int p = 0; p < 144; ++p)
+    for (Observation& o : observations.of(p)) {
+      const bool plain = p % 3 != 0 || p / 12 % 3 != 0;
+      o.detail = plain ? 0.02F : o.view == 2 ? 0.1F : 0.4F;
+      o.quality = o.view == 2 ? 1 : o.view == 1 ? 0.6F : 0.5F;
+    }
+  EXPECT_GT(std::ranges::count(choose_views(patches, observations), 2), 100) << "wanted something to get right";
+  pool_details(patches, observations);
+  for (int p = 0; p < 144; ++p) {
+    EXPECT_LT(sharpness(observations.of(p))[2], 0.35F) << p;
+    EXPECT_FLOAT_EQ(sharpness(observations.of(p))[1], 1) << p;
+  }
+  EXPECT_EQ(choose_views(patches, observations), std::vector<int>(144, 1));
+}
+
 TEST(ViewChoice, OffsetsLeadToTheMeanOfWhatAgrees) {
   Observations observations = seen_by(4, std::vector<LightColour>{{1, 1, 1}, {1.2F, 1.2F, 1.2F}, {9, 9, 9}});
   for (int p = 0; p < 4; ++p) observations.of(p)[2].rejected = true;

@@ -8,6 +8,7 @@
 #include "mq/base/words.h"
 #include "mq/io/cameras.h"
 #include "mq/io/image_file.h"
+#include "mq/mesh/geometry.h"
 #include "mq/model/bake_target.h"
 #include "mq/model/model_picture.h"
 #include "mq/model/photograph_store.h"
@@ -109,13 +110,9 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
 Filtered put_together(Run& run, const TextureSignal& target, double weight, const PhotographTexture& found) {
   Filtered filtered;
   solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
-    std::unique_ptr<Stitcher> stitcher;
-    {
-      const Step step(run, "prepare", shares.prepare / 2);
-      stitcher = std::make_unique<Stitcher>(target.space(), weight, found.regions, factory, step);
-    }
-    const Step step(run, "solve", shares.solve / 2);
-    filtered = stitcher->stitch(found.values, found.beyond, found.offset, step);
+    const Step step(run, "solve", (shares.prepare + shares.solve) / 2);
+    const Stitcher stitcher(target.space(), weight, found.regions, factory, {}, Stitcher::Systems::one_each);
+    filtered = stitcher.stitch(found.values, found.beyond, found.offset, step);
     return filtered.report;
   });
   return filtered;
@@ -131,6 +128,22 @@ void draw_choice(Run& run, const TexturedModel& scene, const TextureSignal& targ
   page.render.light = RenderOptions::Light::none;
   page.sheet.title = "photographs chosen, and the texture";
   write_image(run.options().text("picture"), ModelRenderer(numbers).draw(page, scene.model.textures));
+}
+
+/// Why no photograph shows anything, as far as places tell.
+std::string why_nothing_is_seen(const Surface& surface, std::span<const Photograph> photographs) {
+  constexpr double far = 30;  // model's diagonals
+  const Box box = bounding_box(surface.mesh);
+  std::vector<double> distances;
+  for (const Photograph& photograph : photographs)
+    distances.push_back((photograph.camera.center() - (box.low + box.high) / 2).norm());
+  std::ranges::nth_element(distances, distances.begin() + std::ssize(distances) / 2);
+  const double times = distances[distances.size() / 2] / box.diagonal();
+  if (times > far || times < 1 / far)
+    return fmt::format("most cameras stand {:.3g} times its size from its middle: export both in the same units and "
+                       "coordinates",
+                       times);
+  return "check the cameras with the verb cameras, alpha of the photographs, and --steepest, --bias and --outline";
 }
 
 Exit texture(Run& run) {
@@ -184,9 +197,8 @@ Exit texture(Run& run) {
   });
   report_photographs(run, photographs, *found);
   require(std::ranges::any_of(found->labels, [](int label) { return label != unseen; }),
-          scene.model.path.string() +
-              ": no photograph shows any of it: check the cameras with the verb cameras, alpha of the "
-              "photographs, and --steepest, --bias and --outline");
+          scene.model.path.string() + ": no photograph shows any of it: " +
+              why_nothing_is_seen(scene.surface, photographs));
   const SurfaceScale scale = target->space().scale();
   const double weight = spread_weight(options, scale);
   Filtered filtered;

@@ -290,26 +290,32 @@ Eigen::RowVectorXd products(const Signal& a, const Signal& b) {
 }  // namespace
 
 Stitcher::Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
-                   const SolverFactory& factory, const Progress& progress)
+                   const SolverFactory& factory, const Progress& progress, Systems systems)
     : space_(space),
+      weight_(weight),
+      factory_(factory),
       stiffness_(space.stiffness()),
       positions_(space.positions()),
       labels_(std::move(labels)) {
   require(std::ssize(labels_) == space.size(),
           fmt::format("stitching: {} labels, wanted one for each of {} unknowns", labels_.size(),
                       space.size()));
-  if (std::ranges::count(labels_, unseen) == 0) {
-    equation_ = std::make_unique<ScreenedPoisson>(space, weight, factory, progress);
-    return;
-  }
-  mass_ = space.lumped_mass();
+  const bool all = std::ranges::count(labels_, unseen) == 0;
+  if (!all) mass_ = space.lumped_mass();
+  if (systems == Systems::one_each) return;
+  if (!all) filler_ = prepared(fill_weight(space), progress.step("fill", 0.5));
+  equation_ = prepared(weight, progress.step("stitch", all ? 1 : 0.5));
+}
+
+Stitcher::System Stitcher::prepared(double weight, const Progress& progress) const {
+  if (sees_all()) return std::make_shared<ScreenedPoisson>(space_, weight, factory_, progress);
   std::vector<double> seen(labels_.size());
-  std::ranges::transform(labels_, seen.begin(),
-                         [](int label) { return label == unseen ? 0.0 : 1.0; });
-  filler_ = std::make_unique<ScreenedPoisson>(space, fill_weight(space), seen, factory,
-                                              progress.step("fill", 0.5));
-  equation_ = std::make_unique<ScreenedPoisson>(space, weight, std::move(seen), factory,
-                                                progress.step("stitch", 0.5));
+  std::ranges::transform(labels_, seen.begin(), [](int label) { return label == unseen ? 0.0 : 1.0; });
+  return std::make_shared<ScreenedPoisson>(space_, weight, std::move(seen), factory_, progress);
+}
+
+Stitcher::System Stitcher::equation(const Progress& progress) const {
+  return equation_ ? equation_ : prepared(weight_, progress);
 }
 
 void Stitcher::regroup(std::vector<int> labels) {
@@ -327,8 +333,9 @@ Signal Stitcher::fill(const Signal& psi, const Progress& progress) const {
   require(psi.rows() == space_.size(),
           fmt::format("stitching: a signal of {} rows, wanted one for each of {} unknowns",
                       psi.rows(), space_.size()));
-  if (!filler_) return psi;
-  const Signal smooth = filler_->solve(psi, 0, progress).signal;
+  if (sees_all()) return psi;
+  const System filler = filler_ ? filler_ : prepared(fill_weight(space_), progress.step("prepare", 0.5));
+  const Signal smooth = filler->solve(psi, 0, progress.step("solve", 0.5)).signal;
   Signal result = psi;
   for (std::size_t i = 0; i < labels_.size(); ++i)
     if (labels_[i] == unseen) result.row(Eigen::Index(i)) = smooth.row(Eigen::Index(i));
@@ -359,27 +366,28 @@ Filtered Stitcher::solve(const Signal& psi, const Signal& change, const Progress
     bound_weak(stiffness_, labels_, bounded);
     return psi + bounded;
   };
-  if (!filler_ || equation_->weight() == 0) {
-    Filtered result = equation_->solve_change(zero, change, progress);
+  const System equation = this->equation(progress);
+  if (sees_all() || weight_ == 0) {
+    Filtered result = equation->solve_change(zero, change, progress);
     result.signal = changed(result.signal);
     return result;
   }
   constexpr int most_rounds = 8;
   constexpr double enough = 1e-4;
   const SeenBorder border(space_, labels_);
-  Filtered result = equation_->solve_change(zero, change, progress.step("round 1", 0.3));
+  Filtered result = equation->solve_change(zero, change, progress.step("round 1", 0.3));
   Signal x = zero, r = change, p = result.signal;
   Eigen::RowVectorXd rz = products(r, p);
   const double aim = enough * enough * r.squaredNorm();
   for (int round = 2; round <= most_rounds && r.squaredNorm() > aim; ++round) {
-    const Signal q = seen_only(stiffness_, border, mass_, equation_->weight(), labels_, p);
+    const Signal q = seen_only(stiffness_, border, mass_, weight_, labels_, p);
     const Eigen::RowVectorXd pq = products(p, q);
     const auto ratio = [](double a, double b) { return a > 0 && b > 0 ? a / b : 0; };
     const Eigen::RowVectorXd step = rz.binaryExpr(pq, ratio);
     x += p * step.asDiagonal();
     r -= q * step.asDiagonal();
     const Signal z =
-        equation_->solve_change(zero, r, progress.step("round " + std::to_string(round), 0.1))
+        equation->solve_change(zero, r, progress.step("round " + std::to_string(round), 0.1))
             .signal;
     const Eigen::RowVectorXd next = products(r, z);
     p = z + p * next.binaryExpr(rz, ratio).asDiagonal();
@@ -421,7 +429,8 @@ Filtered Stitcher::stitch(const Signal& psi, const BeyondBorders& beyond, const 
     for (SparseMatrix::InnerIterator it(stiffness_, i); it; ++it)
       if (it.col() != i) asked.row(i) -= it.value() * (d.row(it.col()) - d.row(i));
   });
-  Filtered result = equation_->solve_change(Signal::Zero(psi.rows(), channels), asked, progress.step("stitch", 0.6));
+  Filtered result = equation(progress.step("prepare", 0.3))
+                        ->solve_change(Signal::Zero(psi.rows(), channels), asked, progress.step("stitch", 0.3));
   bound_weak(stiffness_, labels_, result.signal);
   result.signal += filled + d;
   return result;

@@ -118,10 +118,16 @@ class BeyondBorders {
 ///     const Filtered result = Stitcher(space, weight, labels).stitch(psi);
 class Stitcher {
  public:
-  /// Assembles the stiffness, and throws what `ScreenedPoisson` throws. `space` must outlive the
-  /// object. Where something is unseen, two systems are prepared instead of one.
+  /// Where something is unseen, two systems are solved instead of one.
+  enum class Systems {
+    kept,     ///< prepared once
+    one_each  ///< prepared whenever they are needed and then forgotten: for one signal, in half the memory
+  };
+
+  /// Assembles the stiffness, and throws what `ScreenedPoisson` throws, which `one_each` leaves to the others.
+  /// `space` must outlive the object.
   Stitcher(const SignalSpace& space, double weight, std::vector<int> labels,
-           const SolverFactory& factory = {}, const Progress& progress = {});
+           const SolverFactory& factory = {}, const Progress& progress = {}, Systems systems = Systems::kept);
 
   /// Other regions of the same signal; the systems stay. Throws `InvalidInput` where something else
   /// is unseen.
@@ -160,13 +166,19 @@ class Stitcher {
   const SparseMatrix& stiffness() const { return stiffness_; }
 
  private:
+  using System = std::shared_ptr<const ScreenedPoisson>;
+  System prepared(double weight, const Progress& progress) const;
+  System equation(const Progress& progress) const;
+  bool sees_all() const { return mass_.size() == 0; }
+
   const SignalSpace& space_;
+  const double weight_;
+  const SolverFactory factory_;
   SparseMatrix stiffness_;
   std::vector<Vector3> positions_;
   std::vector<int> labels_;
   Vector mass_;  ///< lumped, where something is unseen
-  std::unique_ptr<ScreenedPoisson> equation_;
-  std::unique_ptr<ScreenedPoisson> filler_;  ///< null: all is seen
+  System equation_, filler_;  ///< null: are prepared when they are needed; `filler_`: or all is seen
 };
 
 /// The largest change, over the channels, of the mean over the part of the surface that is seen; 0

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "mq/base/error.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/bytes.h"
@@ -141,11 +142,12 @@ class Resolver {
   std::vector<std::string> places;
   for (const fs::path& folder : finder.folders())
     places.push_back(folder.empty() ? "." : folder.lexically_normal().string());
-  throw IoError(fmt::format("{}: of {} {} not there: {}; looked in {}: move them, or give the folder with "
-                            "the pictures",
+  throw IoError(fmt::format("{}: of {} {} not there: {}; looked in {}: move them, give the folder with the "
+                            "pictures ({}), or go on without them ({} skip)",
                             path.string(), counted(std::int64_t(all), "picture"),
                             set.missing.size() == 1 ? "1 is" : fmt::format("{} are", set.missing.size()),
-                            fmt::join(names, ", "), fmt::join(places, ", ")));
+                            fmt::join(names, ", "), fmt::join(places, ", "), option_name("images"),
+                            option_name("missing")));
 }
 
 nlohmann::ordered_json camera_json(const Photograph& photograph) {

@@ -250,6 +250,7 @@ struct PhotographTexturing::Work {
       reject(patches, options.rejection, observations);
       leave_out_strangers(photographs, observations, messages);
     }
+    pool_details(patches, observations);
     chosen = choose_views(patches, observations, options.choice, progress);
   }
 

@@ -167,6 +167,22 @@ std::vector<double> distances_from_median(std::span<const Observation> views) {
   return distances;
 }
 
+/// The number of the view's observation of a patch, or −1.
+std::int64_t number_of(const Observations& observations, int patch, int view) {
+  const auto views = observations.of(patch);
+  const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
+  return at != views.end() && at->view == view ? observations.offsets[patch] + (at - views.begin()) : -1;
+}
+
+/// visit(k, beside, weight) for observations of one view on patches that touch, once each.
+void for_each_pair(const Patches& patches, const Observations& observations, const auto& visit) {
+  for (const Patches::Link& link : patches.links)
+    for (std::int64_t k = observations.offsets[link.a]; k < observations.offsets[link.a + 1]; ++k) {
+      const std::int64_t beside = number_of(observations, link.b, observations.all[std::size_t(k)].view);
+      if (beside >= 0) visit(std::size_t(k), std::size_t(beside), link.weight);
+    }
+}
+
 }  // namespace
 
 void reject(const Patches& patches, const RejectOptions& options, Observations& observations) {
@@ -185,28 +201,18 @@ void reject(const Patches& patches, const RejectOptions& options, Observations& 
           excess[observations.offsets[p] + std::int64_t(k)] = float(distances[k] / limit);
       },
       256);
-  const auto number_of = [&](int patch, int view) -> std::int64_t {
-    const auto views = std::as_const(observations).of(patch);
-    const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
-    return at != views.end() && at->view == view ? observations.offsets[patch] + (at - views.begin()) : -1;
-  };
   std::vector<char> far(observations.all.size(), 0);
   for (std::size_t k = 0; k < far.size(); ++k) far[k] = excess[k] > 1;
-  /// visit(k, beside) for observations of one view on patches that share most of a side.
-  const auto for_each_pair = [&](const auto& visit) {
+  const auto for_both = [&](const auto& visit) {
     constexpr float most_of_a_side = 0.3F;
-    for (const Patches::Link& link : patches.links) {
-      if (link.weight < most_of_a_side) continue;
-      for (std::int64_t k = observations.offsets[link.a]; k < observations.offsets[link.a + 1]; ++k) {
-        const std::int64_t beside = number_of(link.b, observations.all[k].view);
-        if (beside >= 0) visit(k, beside), visit(beside, k);
-      }
-    }
+    for_each_pair(patches, observations, [&](std::size_t k, std::size_t beside, float side) {
+      if (side >= most_of_a_side) visit(k, beside), visit(beside, k);
+    });
   };
   std::vector<char> neighbours(far.size(), 0);  // that are far too
-  for_each_pair([&](std::int64_t k, std::int64_t beside) { neighbours[k] = char(neighbours[k] + far[beside]); });
+  for_both([&](std::size_t k, std::size_t beside) { neighbours[k] = char(neighbours[k] + far[beside]); });
   std::vector<char> marked = far;
-  for_each_pair([&](std::int64_t k, std::int64_t beside) {
+  for_both([&](std::size_t k, std::size_t beside) {
     if (far[k] && (excess[beside] > 0.5F || neighbours[k] >= 2)) marked[beside] = 1;
   });
   for (int p = 0; p < patches.count(); ++p) {
@@ -219,11 +225,56 @@ void reject(const Patches& patches, const RejectOptions& options, Observations& 
 
 // --------------------------------------------------------------------------------------------- choice
 
-std::vector<float> sharpness(std::span<const Observation> views) {
-  std::vector<double> details;
+namespace {
+
+/// What a quarter of those that are not rejected surpass; 0 of nothing.
+double usual_detail(std::span<const Observation> views) {
+  std::vector<float> details;
   for (const Observation& o : views)
     if (!o.rejected) details.push_back(o.detail);
-  const double usual = details.empty() ? 0 : median(details);
+  if (details.empty()) return 0;
+  const auto quarter = details.begin() + (3 * std::ssize(details) - 1) / 4;
+  std::nth_element(details.begin(), quarter, details.end());
+  return *quarter;
+}
+
+}  // namespace
+
+void pool_details(const Patches& patches, Observations& observations, int rounds) {
+  require(patches.count() == observations.patches(), "observations of these patches are needed");
+  struct Sum {
+    float own = 0, usual = 0;  ///< squares
+  };
+  std::vector<Sum> sums(observations.all.size());
+  std::vector<float> usual(std::size_t(patches.count()), 0.0F);
+  parallel_for(
+      patches.count(),
+      [&](std::int64_t p) {
+        const float m = usual[std::size_t(p)] = float(usual_detail(observations.of(int(p))));
+        for (std::int64_t k = observations.offsets[p]; k < observations.offsets[p + 1]; ++k) {
+          const Observation& o = observations.all[std::size_t(k)];
+          if (!o.rejected) sums[std::size_t(k)] = {o.detail * o.detail, m * m};
+        }
+      },
+      256);
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<Sum> next = sums;
+    const auto add = [](const Sum& from, float side, Sum& to) {
+      to.own += side * from.own, to.usual += side * from.usual;
+    };
+    for_each_pair(patches, observations, [&](std::size_t k, std::size_t beside, float side) {
+      add(sums[beside], side, next[k]), add(sums[k], side, next[beside]);
+    });
+    sums = std::move(next);
+  }
+  for (int p = 0; p < patches.count(); ++p)
+    for (std::int64_t k = observations.offsets[p]; k < observations.offsets[p + 1]; ++k)
+      if (const Sum& sum = sums[std::size_t(k)]; sum.usual > 0)
+        observations.all[std::size_t(k)].detail = usual[std::size_t(p)] * std::sqrt(sum.own / sum.usual);
+}
+
+std::vector<float> sharpness(std::span<const Observation> views) {
+  const double usual = usual_detail(views);
   std::vector<float> sharp;
   for (const Observation& o : views)
     sharp.push_back(usual > 0 ? float(std::clamp(o.detail / usual, 0.05, 1.0)) : 1);

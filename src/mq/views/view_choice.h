@@ -3,7 +3,8 @@
 ///
 /// Per patch (patches.h) and photograph that shows it there is an `Observation`. Then, in this order:
 /// `exposures` evens out how photographs were exposed, `reject` finds what does not agree with the others,
-/// and `choose_views` gives every patch a photograph so that neighbours mostly have the same one.
+/// `pool_details` how sharp they are, and `choose_views` gives every patch a photograph so that neighbours
+/// mostly have the same one.
 
 #include <array>
 #include <optional>
@@ -88,13 +89,20 @@ struct RejectOptions {
 /// most views of a patch would be marked, none is.
 void reject(const Patches& patches, const RejectOptions& options, Observations& observations);
 
+/// Sharpens no picture, but knows better how sharp views are: `detail` of each becomes what it is over its surroundings,
+/// a plain patch telling nothing of focus, all views' noise being alike there. With d_v the detail of view v and m that
+/// which a quarter of those that are not rejected surpass, d_v becomes m · √(Σ d_v² / Σ m²) over the patches within about `rounds` sides
+/// that v shows too, nearer ones counting more.
+void pool_details(const Patches& patches, Observations& observations, int rounds = 6);
+
 struct ChooseOptions {
   double smoothness = 0.5;  ///< the cost of another view across a full side of a patch; 1: of a view that
                             ///< shows nothing of it rather than the best
   double rejected = 3;      ///< the cost of one that is rejected
 };
 
-/// How sharp each view of a patch is: its detail against the median of those that are not rejected, 0.05 to 1.
+/// How sharp each view of a patch is: its detail against that which a quarter of those that are not rejected surpass,
+/// 0.05 to 1. (The largest may be of something that does not belong.)
 std::vector<float> sharpness(std::span<const Observation> views);
 
 /// How well a view shows a patch beside the best that is not rejected, 0 to 1: quality times sharpness.

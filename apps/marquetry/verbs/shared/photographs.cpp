@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <span>
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
@@ -14,10 +15,12 @@
 
 namespace mq::app {
 
-void add_photograph_options(OptionTable& table) {
+namespace {
+
+const std::string group = "Photographs";
+
+void add_files(OptionTable& table) {
   using Type = Option::Type;
-  const PhotographTextureOptions usual;
-  const std::string group = "Photographs";
   table.add({.name = "cameras",
              .type = Type::path,
              .count = Option::Count::many,
@@ -30,6 +33,21 @@ void add_photograph_options(OptionTable& table) {
              .group = group,
              .help = "folders with the photographs",
              .details = "Without it they are looked for beside the cameras, and where COLMAP's projects have them."});
+  table.add({.name = "missing",
+             .type = Type::choice,
+             .default_value = "refuse",
+             .choices = {"refuse", "skip"},
+             .metavar = "HOW",
+             .group = group,
+             .help = "stop where photographs are not there or cannot be read, or go on without them"});
+}
+
+}  // namespace
+
+void add_photograph_options(OptionTable& table) {
+  using Type = Option::Type;
+  const PhotographTextureOptions usual;
+  add_files(table);
   table.add({.name = "steepest",
              .type = Type::number,
              .default_value = as_typed(usual.projection.steepest),
@@ -95,8 +113,44 @@ void add_photograph_options(OptionTable& table) {
                      "the best and the colour of the mean"});
 }
 
+namespace {
+
+/// Those whose heads can be read; of the others a warning, or what that throws.
+std::vector<Photograph> readable(Run& run, std::vector<Photograph> photographs, bool skip) {
+  std::vector<Photograph> result;
+  for (Photograph& photograph : photographs) {
+    run.will_read(photograph.picture);
+    PictureInfo info;
+    try {
+      info = picture_info(photograph.picture);
+    } catch (const IoError& error) {
+      if (!skip) throw;
+      run.terminal().warning(std::string(error.what()) + ": left out");
+      continue;
+    }
+    fitted_camera(photograph, info);
+    result.push_back(std::move(photograph));
+  }
+  return result;
+}
+
+/// That pictures are not there, of which the first few are named.
+std::string warning_of_missing(const std::string& file, std::span<const Photograph> missing) {
+  constexpr std::size_t most_named = 5;
+  std::string names;
+  for (const Photograph& photograph : missing.first(std::min(most_named, missing.size())))
+    names += (names.empty() ? "" : ", ") + photograph.picture.string();
+  return fmt::format("{}: {} not there and left out: {}{}", file,
+                     missing.size() == 1 ? "1 picture is" : fmt::format("{} pictures are", missing.size()), names,
+                     missing.size() > most_named ? ", ..." : "");
+}
+
+}  // namespace
+
 std::vector<Photograph> read_photographs(Run& run) {
   CamerasOptions where;
+  const bool skip = run.options().text("missing") == "skip";
+  if (skip) where.missing = CamerasOptions::Missing::list;
   for (const std::string& folder : run.options().texts("images")) where.images.emplace_back(folder);
   std::vector<Photograph> photographs;
   for (const std::string& file : run.options().texts("cameras")) {
@@ -105,12 +159,11 @@ std::vector<Photograph> read_photographs(Run& run) {
     if (cameras.without_pose > 0)
       run.terminal().warning(fmt::format("{}: {} without a place are left out", file,
                                          counted(cameras.without_pose, "photograph")));
+    if (!cameras.missing.empty()) run.terminal().warning(warning_of_missing(file, cameras.missing));
     std::ranges::move(cameras.photographs, std::back_inserter(photographs));
   }
-  for (const Photograph& photograph : photographs) {
-    run.will_read(photograph.picture);
-    fitted_camera(photograph, picture_info(photograph.picture));
-  }
+  photographs = readable(run, std::move(photographs), skip);
+  require(!photographs.empty(), "none of the photographs is there and can be read: give their folder by --images");
   return photographs;
 }
 

@@ -12,8 +12,8 @@ namespace mq::app {
 /// Adds --cameras, --images and all that says what photographs show and which are chosen.
 void add_photograph_options(OptionTable& table);
 
-/// Those that --cameras names; remarks on what is left out. Refuses pictures that cannot be read or do not fit
-/// their cameras, before any work. Throws `InvalidInput` or `IoError` naming the file.
+/// Those that --cameras names; remarks on what is left out. Refuses pictures that cannot be read, unless they are to be
+/// skipped, or do not fit their cameras, before any work. Throws `InvalidInput` or `IoError` naming the file.
 std::vector<Photograph> read_photographs(Run& run);
 
 /// Throws `InvalidInput` where the photographs of a place are blended so that none can be chosen for it.

@@ -11,6 +11,7 @@
 #include "mq/base/words.h"
 #include "mq/io/image_file.h"
 #include "mq/io/photograph_file.h"
+#include "mq/model/detail/tabled_curve.h"
 #include "mq/model/photographs.h"
 
 namespace mq {
@@ -25,14 +26,14 @@ void into_light(Texture& texture) {
     pixels = decode(pixels, ColourSpace::linear, TransferFunction::srgb);
     return;
   }
-  constexpr int largest = 255;
-  std::array<float, largest + 1> light{};
-  for (int k = 0; k <= largest; ++k) light[std::size_t(k)] = float(linear_from_srgb(float(k) / float(largest)));
+  constexpr float largest = 255;
+  std::array<float, 256> light{};
+  for (std::size_t k = 0; k < light.size(); ++k) light[k] = float(linear_from_srgb(float(k) / largest));
   const int colours = colour_channels(pixels.channels());
   parallel_for(pixels.height(), [&](std::int64_t y) {
     for (int x = 0; x < pixels.width(); ++x)
       for (float& v : pixels.pixel(x, int(y)).first(std::size_t(colours)))
-        v = light[std::size_t(std::lround(std::clamp(v, 0.0F, 1.0F) * float(largest)))];
+        v = light[std::size_t(std::clamp(v, 0.0F, 1.0F) * largest + 0.5F)];
   }, 16);
 }
 
@@ -70,31 +71,47 @@ PhotographValues::PhotographValues(const TexturedModel& model, const TextureSign
   if (space_ == ColourSpace::stored) transfer_ = common_transfer(model.model);
 }
 
-Image<float> PhotographValues::worked(const Image<float>& light) const {
-  if (space_ == ColourSpace::stored) return encode(light, ColourSpace::linear, transfer_);
-  return decode(light, space_, TransferFunction::linear);
+Image<float> PhotographValues::worked(Image<float> light) const {
+  if (space_ != ColourSpace::stored) return decode(light, space_, TransferFunction::linear);
+  if (transfer_ == TransferFunction::linear) return light;
+  const auto colours = std::size_t(colour_channels(light.channels()));
+  parallel_for(light.height(), [&](std::int64_t y) {
+    for (int x = 0; x < light.width(); ++x)
+      for (float& v : light.pixel(x, int(y)).first(colours)) v = display_of_light(v);
+  }, 16);
+  return light;
 }
 
+namespace {
+
+double squared_radius_in(int width, int height, const Vector2& place) {
+  return (2 * place - Vector2(width, height)).squaredNorm() / Vector2(width, height).squaredNorm();
+}
+
+}  // namespace
+
 double radius_in(int width, int height, const Vector2& place) {
-  return (2 * place - Vector2(width, height)).norm() / std::hypot(width, height);
+  return std::sqrt(squared_radius_in(width, height, place));
 }
 
 Image<float> PhotographValues::of(const PhotographLight& photograph, const Exposures& exposures, int number) const {
   const Image<float>& light = photograph.light;
   const int colours = colour_channels(channels_), alpha = light.channels() > 3 ? 1 : 0;
   Image<float> result(light.width(), light.height(), colours + alpha);
+  const LightColour gain = exposures.gains[std::size_t(number)];
+  const TabledCurve corners([&](double square) { return exposures.falloff.correction(std::sqrt(square)); }, 1, 1 << 12);
   parallel_for(light.height(), [&](std::int64_t row) {
     const int y = int(row);
     for (int x = 0; x < light.width(); ++x) {
       const auto pixel = light.pixel(x, y);
-      const LightColour gain = exposures.of(number, radius_in(light.width(), light.height(), {x + 0.5, y + 0.5}));
-      const std::array<float, 3> rgb = {pixel[0] * gain[0], pixel[1] * gain[1], pixel[2] * gain[2]};
+      const float by = corners(float(squared_radius_in(light.width(), light.height(), {x + 0.5, y + 0.5})));
+      const std::array<float, 3> rgb = {pixel[0] * gain[0] * by, pixel[1] * gain[1] * by, pixel[2] * gain[2] * by};
       if (colours == 1) result(x, y, 0) = (rgb[0] + rgb[1] + rgb[2]) / 3;
       for (int c = 0; c < colours && colours == 3; ++c) result(x, y, c) = rgb[std::size_t(c)];
       if (alpha) result(x, y, colours) = pixel[3];
     }
   }, 16);
-  return worked(result);
+  return worked(std::move(result));
 }
 
 Signal PhotographValues::of_colours(std::span<const LightColour> colours) const {
@@ -110,7 +127,7 @@ Signal PhotographValues::of_colours(std::span<const LightColour> colours) const 
       for (int channel = 0; channel < wanted && wanted == 3; ++channel)
         light(int(k), 0, channel) = c[std::size_t(channel)];
     }
-    const Image<float> values = worked(light);
+    const Image<float> values = worked(std::move(light));
     for (std::size_t k = 0; k < count; ++k)
       for (int c = 0; c < wanted; ++c) result(Eigen::Index(begin + k), c) = values(int(k), 0, c);
   }

@@ -40,7 +40,7 @@ class PhotographValues {
   Signal with_alpha(const Signal& values) const;
 
  private:
-  Image<float> worked(const Image<float>& light) const;
+  Image<float> worked(Image<float> light) const;
 
   ColourSpace space_;
   TransferFunction transfer_;  ///< of what the model's textures store

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "mq/base/parallel.h"
-#include "mq/image/colour.h"
 #include "mq/image/resample.h"
+#include "mq/model/detail/tabled_curve.h"
 
 namespace mq {
 namespace {
@@ -15,7 +15,7 @@ Image<float> display_brightness(const Image<float>& light) {
   parallel_for(light.height(), [&](std::int64_t y) {
     for (int x = 0; x < light.width(); ++x) {
       const auto pixel = light.pixel(x, int(y));
-      grey(x, int(y)) = float(srgb_from_linear((pixel[0] + pixel[1] + pixel[2]) / 3));
+      grey(x, int(y)) = display_of_light((pixel[0] + pixel[1] + pixel[2]) / 3);
     }
   }, 64);
   return grey;

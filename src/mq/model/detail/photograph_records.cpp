@@ -43,6 +43,7 @@ void add_places(std::span<const Vector3> places, StoredWriter& to) {
 std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, const TextureSignal& signal,
                              std::span<const Photograph> photographs, const PhotographTextureOptions& options) {
   StoredWriter all;
+  all.add(std::string(MARQUETRY_VERSION));
   add_places(mesh.positions, all);
   all.add(std::span<const int>(mesh.triangles.empty() ? nullptr : mesh.triangles[0].data(), 3 * mesh.triangles.size()));
   add_places(places, all);

@@ -11,8 +11,8 @@
 
 namespace mq {
 
-/// Of all that what is found of photographs depends on: the surface, the places on it, the signal's values, options,
-/// and of each photograph its name, size, time and camera. Throws `IoError` where one is not there any more.
+/// Of all that what is found of photographs depends on: the version of this library, the surface, the places on it,
+/// the signal's values, options, and of each photograph its name, size, time and camera. Throws `IoError` where one is not there any more.
 std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, const TextureSignal& signal,
                              std::span<const Photograph> photographs, const PhotographTextureOptions& options);
 
