@@ -115,29 +115,13 @@ void TraceAtlas::mark_borders() {
   }
 }
 
-int TraceAtlas::texture_of(int cell) const {
-  if (textures_.size() == 1) return 0;
+int TraceAtlas::find_texture(int cell) const {
   const auto after = std::upper_bound(textures_.begin(), textures_.end(), cell,
                                       [](int c, const Texture& t) { return c < t.first; });
   return int(after - textures_.begin()) - 1;
 }
 
-int TraceAtlas::beyond(int cell, Side side) const {
-  const unsigned char flags = flags_[std::size_t(cell)];
-  switch (side) {
-    case Side::left:
-      if (!(flags & left_flag)) return cell - 1;
-      break;
-    case Side::right:
-      if (!(flags & right_flag)) return cell + 1;
-      break;
-    case Side::top:
-      if (!(flags & top_flag)) return cell - stride(cell);
-      break;
-    case Side::bottom:
-      if (!(flags & bottom_flag)) return cell + stride(cell);
-      break;
-  }
+int TraceAtlas::beyond_end(int cell, Side side) const {
   const Texture& t = textures_[std::size_t(texture_of(cell))];
   if (!t.repeats) return -1;
   switch (side) {

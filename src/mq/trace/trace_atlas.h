@@ -54,7 +54,11 @@ class TraceAtlas {
 
   enum class Side { left, top, right, bottom };
   /// The cell beyond a side; −1: the texture ends there.
-  int beyond(int cell, Side side) const;
+  int beyond(int cell, Side side) const {
+    if (flags_[std::size_t(cell)] & (left_flag << int(side))) return beyond_end(cell, side);
+    const int step = side == Side::left || side == Side::right ? 1 : stride(cell);
+    return side == Side::left || side == Side::top ? cell - step : cell + step;
+  }
   /// 0: the diagonal runs from the upper left to the lower right; 1: the other one.
   int diagonal(int cell) const { return flags_[std::size_t(cell)] & 1; }
   /// Whether borders of charts run through the cell.
@@ -92,7 +96,9 @@ class TraceAtlas {
     int first = 0, width = 0, height = 0, stride = 0;
     bool repeats = false;
   };
-  int texture_of(int cell) const;
+  int texture_of(int cell) const { return textures_.size() == 1 ? 0 : find_texture(cell); }
+  int find_texture(int cell) const;
+  int beyond_end(int cell, Side side) const;
   void number_nodes(const Atlas& atlas);
   void mark_ends(const Texture& texture);
   void mark_borders();
