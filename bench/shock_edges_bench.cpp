@@ -4,8 +4,8 @@
 //
 // Four bands of 40 rows of 160 pixels, rounded to 8 bits, with an edge from 0.1 to 0.9 each:
 // 0.5 + 0.4 tanh(d/s), d from the edge in pixels, s as the columns say. What is given is the
-// largest difference between neighbours as a share of the edge, 100 being a jump; smoothing is the
-// verb's 0.3 %.
+// largest difference between neighbours as a share of the edge, 100 being a jump; smoothing is over
+// 0.3 % of the side of the picture.
 
 #include <fmt/format.h>
 #include "mq/baseline/osher_rudin.h"

@@ -10,12 +10,21 @@ ShockTime asked_time(const OptionValues& options) {
   return {ShockTime::Unit::relative, options.number("time")};
 }
 
+namespace {
+
+std::optional<Length> asked_length(const OptionValues& options, const char* name) {
+  if (!options.has(name)) return {};
+  return parse_length(options.text(name));
+}
+
+}  // namespace
+
 ShockRequest shock_request(const OptionValues& options) {
   using Kind = ShockSolverChoice::Kind;
   const std::string solver = options.text("solver");
   return {.time = asked_time(options),
-          .smooth = parse_length(options.text("smooth")),
-          .smooth_potential = parse_length(options.text("smooth-potential")),
+          .smooth = asked_length(options, "smooth"),
+          .smooth_potential = asked_length(options, "smooth-potential"),
           .solver = {.kind = solver == "direct"      ? Kind::direct
                              : solver == "multigrid" ? Kind::multigrid
                                                      : Kind::automatic,

@@ -253,16 +253,16 @@ void add_path_options(OptionTable& table) {
   table.add({.name = "smooth",
              .letter = 's',
              .type = Type::length,
-             .default_value = as_typed(ShockRequest{}.smooth),
              .group = "Shock",
-             .help = "how far values are spread before it is asked where edges are",
+             .help = "how far values are spread before it is asked where edges are [default 1.5tx; where there are no "
+                     "texels, 0.3%]",
              .details = "0.02 in model units (of a picture: pixels), 1% of sqrt(area), 8tx in "
                         "texels. What is looked up are the values as they were."});
   table.add({.name = "smooth-potential",
              .type = Type::length,
-             .default_value = as_typed(ShockRequest{}.smooth_potential),
              .group = "Shock",
-             .help = "how far the strength of edges is spread; more leaves fewer, larger regions"});
+             .help = "how far the strength of edges is spread; more leaves fewer, larger regions [default as for "
+                     "--smooth]"});
 }
 
 void add_picture_options(OptionTable& table) {

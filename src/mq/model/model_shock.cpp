@@ -28,9 +28,15 @@ SolverFactory texel_solver(const ShockSolverChoice& choice, const TexelSpace& sp
   return space.solver(stop);
 }
 
+Length usual_shock_smoothing(const SurfaceScale& scale) {
+  if (scale.texel_spacing > 0) return {1.5, Length::Unit::texels};
+  return {0.3, Length::Unit::percent};
+}
+
 ShockWeights ShockRequest::weights(const SurfaceScale& scale) const {
-  return {.signal = weight_from_length(smooth, scale),
-          .potential = weight_from_length(smooth_potential, scale)};
+  const Length usual = usual_shock_smoothing(scale);
+  return {.signal = weight_from_length(smooth.value_or(usual), scale),
+          .potential = weight_from_length(smooth_potential.value_or(usual), scale)};
 }
 
 ShockedModel shock_signal(const TexturedModel& model, const ModelSignal& signal,
@@ -56,8 +62,9 @@ ShockedModel shock_signal(const TexturedModel& model, const ModelSignal& signal,
 
 SharpenedShape shock_shape(const TexturedModel& model, const ShockRequest& request,
                            const Progress& progress) {
-  const auto alpha = [&](const Length& length) {
-    return alpha_from_length(length, {.area = model.surface.area});
+  const SurfaceScale scale{.area = model.surface.area};
+  const auto alpha = [&](const std::optional<Length>& length) {
+    return alpha_from_length(length.value_or(usual_shock_smoothing(scale)), scale);
   };
   return sharpen_shape(model.surface,
                        {.normal_alpha = alpha(request.smooth_normals),

@@ -2,6 +2,7 @@
 /// Shock filters of what a model shows, and of its shape.
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,10 +30,14 @@ VertexSolver vertex_solver(const ShockSolverChoice& choice = {});
 /// A solver for systems of this space.
 SolverFactory texel_solver(const ShockSolverChoice& choice, const TexelSpace& space);
 
+/// How far to smooth where nobody says: 1.5 texels, as what is narrower than three times that may go, print above all;
+/// 0.3 % where there are no texels.
+Length usual_shock_smoothing(const SurfaceScale& scale);
+
 struct ShockRequest {
   ShockTime time = {ShockTime::Unit::relative, 2};
-  Length smooth = {0.3, Length::Unit::percent};            ///< of the signal, before edges are found
-  Length smooth_potential = {0.3, Length::Unit::percent};  ///< of their strength
+  std::optional<Length> smooth;            ///< of the signal, before edges are found; none: `usual_shock_smoothing`
+  std::optional<Length> smooth_potential;  ///< of their strength; the same
   ShockSolverChoice solver;
 
   /// Of shapes, see `GeometryShockOptions`.
