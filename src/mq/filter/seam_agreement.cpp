@@ -1,7 +1,6 @@
 #include "mq/filter/seam_agreement.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "mq/base/error.h"

@@ -31,10 +31,6 @@ Vector at_vertices(const VertexSpace& space, const std::vector<double>& per_tria
   return sum;
 }
 
-}  // namespace
-
-namespace {
-
 /// Signals of one space smoothed by some weight; where weights are equal the solver is made once.
 class Smoothing {
  public:

@@ -21,7 +21,7 @@ struct Stretch {
   double end = 0;
 };
 
-double determinant(const TexelSpace::CellMetric& G) { return double(G.xx) * G.yy - double(G.xy) * G.xy; }
+double determinant(const TexelSpace::CellMetric& G) { return G.xx * G.yy - G.xy * G.xy; }
 
 /// What happens on one side of a border.
 struct Beside {
