@@ -151,7 +151,7 @@ void follow_atlas(benchmark::State& state) {
   Vector P(space.size());
   for (int i = 0; i < P.size(); ++i) P[i] = wave(space.texels().position(i));
   const AtlasFlow flow = AtlasFlow::downhill(domain, P);
-  const std::vector<ChartPlace> starts = domain.starts();
+  const std::vector<ChartPlace> starts = domain.starts().places;
   const double time = 1e-3 * double(state.range(2));
   PathCounts counts;
   for (auto _ : state) counts = flow.trace(starts, time).counts;

@@ -142,10 +142,10 @@ TEST(VerbFlow, TakesLengthsInTexelsOnTheTrianglesCut) {
   Strip strip;
   run(strip.folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "out", "--largest", "8tx",
                      "--longest-edge", "3", "--space", "linear", "--gradients", "1"});
-  TextureFlowOptions options;
+  ModelFlowOptions options;
   options.longest_edge = 3;
-  options.flow.largest = {8, Length::Unit::texels};
-  options.flow.gradient_weight = 1;
+  options.largest = {8, Length::Unit::texels};
+  options.gradient_weight = 1;
   const ModelPair pair = strip.pair({.space = ColourSpace::linear});
   write_vector_field(strip.folder / "ours.vf", strip.model.surface.mesh,
                      pair.align(options).field());
@@ -177,8 +177,8 @@ TEST(VerbInterpolate, MixesColoursAtVertices) {
   const TexturedModel model = load_textured_model(folder / "a.ply", {}, messages);
   const ModelPair pair(model, read_model(folder / "b.ply"), messages);
   EXPECT_TRUE(pair.at_vertices());
-  TextureFlowOptions options;
-  options.flow.detail = {};
+  ModelFlowOptions options;
+  options.detail = {};
   const ModelPairFlow flow = pair.align(options);
   write_model(folder / "ours.ply", pair.with(flow.between(0.25), 0.25));
   EXPECT_EQ(bytes(folder, "ours.ply"), bytes(folder, "out.ply"));

@@ -53,7 +53,7 @@ TEST(AtlasFlow, IsAStraightLineOverTheSeamsOfAFlatSurface) {
     const Vector2 slope(0.31, -0.53);
     const AtlasFlow flow = AtlasFlow::downhill(
         sheet.domain, sheet.potential([&](const Vector2& p) { return slope.dot(p); }));
-    const std::vector<ChartPlace> starts = sheet.domain.starts();
+    const std::vector<ChartPlace> starts = sheet.domain.starts().places;
     const double time = 0.9;
     const TracedTexels traced = flow.trace(starts, time);
     EXPECT_EQ(traced.counts.cut_short, 0);
@@ -80,7 +80,7 @@ TEST(AtlasFlow, BearsEveryWayOfCutting) {
     Vector P(space.size());
     for (int i = 0; i < P.size(); ++i) P[i] = slope.dot(space.texels().position(i));
     const AtlasFlow flow = AtlasFlow::downhill(domain, P);
-    const std::vector<ChartPlace> starts = domain.starts();
+    const std::vector<ChartPlace> starts = domain.starts().places;
     const std::int64_t cut_short = flow.trace(starts, std::numeric_limits<double>::infinity()).counts.cut_short;
     if (cut.apart) EXPECT_EQ(cut_short, 0) << cut.name;
     const double time = 0.3;
@@ -103,7 +103,7 @@ TEST(AtlasFlow, EndsAtTheCornerOfALinearPotential) {
   const Sheet sheet(fixtures::turned(fixtures::odd_angle, 3), 96);
   const AtlasFlow flow = AtlasFlow::downhill(
       sheet.domain, sheet.potential([](const Vector2& p) { return p.x() + 0.7 * p.y(); }));
-  const TracedTexels traced = flow.trace(sheet.domain.starts(), std::numeric_limits<double>::infinity());
+  const TracedTexels traced = flow.trace(sheet.domain.starts().places, std::numeric_limits<double>::infinity());
   EXPECT_EQ(traced.counts.cut_short, 0);
   EXPECT_EQ(traced.counts.resting, std::ssize(traced.ends));
   for (const ChartPlace& end : traced.ends) EXPECT_LT(sheet.at(end).norm(), 1e-8);
@@ -115,7 +115,7 @@ TEST(AtlasFlow, ComesToRestAtTheMinimumOfABowl) {
     const Vector2 lowest(0.47, 0.58);
     const AtlasFlow flow = AtlasFlow::downhill(
         sheet.domain, sheet.potential([&](const Vector2& p) { return (p - lowest).squaredNorm(); }));
-    const TracedTexels traced = flow.trace(sheet.domain.starts(), std::numeric_limits<double>::infinity());
+    const TracedTexels traced = flow.trace(sheet.domain.starts().places, std::numeric_limits<double>::infinity());
     EXPECT_EQ(traced.counts.cut_short, 0);
     const double texel = 1 / std::sqrt(double(sheet.space.size()));
     double worst = 0;
@@ -133,7 +133,7 @@ TEST(AtlasFlow, ComesBackWhereItBegan) {
   for (int i = 0; i < P.size(); ++i) P[i] = space.texels().position(i).z() + 0.3 * space.texels().position(i).x();
   const AtlasFlow down = AtlasFlow::downhill(domain, P), up = AtlasFlow::downhill(domain, -P);
   std::vector<ChartPlace> starts;
-  for (const ChartPlace& node : domain.starts())  // inside a cell, and not near its edges
+  for (const ChartPlace& node : domain.starts().places)  // inside a cell, and not near its edges
     if (!domain.bordered(node.cell) && domain.covered(node.cell)) starts.push_back({node.chart, node.cell, 0.3, 0.45});
   const double spacing = space.scale().texel_spacing;
   const TracedTexels there = down.trace(starts, 6 * spacing), back = up.trace(there.ends, 6 * spacing);
@@ -153,10 +153,10 @@ TEST(AtlasFlow, FollowsAFieldOverTexturesThatRepeat) {
   options.shift = [](int) { return Vector2(0.35, 0.2); };
   const Sheet sheet(options, 65);
   ASSERT_EQ(sheet.model->atlas.textures[0].wrap, Wrap::repeat);
-  std::vector<std::array<double, 2>> right(std::size_t(sheet.domain.node_count()), {1.0, 0.25});
+  std::vector<std::array<double, 2>> right(std::size_t(sheet.domain.grid_cell_count()), {1.0, 0.25});
   const AtlasFlow flow = AtlasFlow::along(sheet.domain, right);
   std::vector<ChartPlace> starts;
-  for (const ChartPlace& start : sheet.domain.starts())
+  for (const ChartPlace& start : sheet.domain.starts().places)
     if (!sheet.domain.bordered(start.cell)) starts.push_back(start);
   const TracedTexels traced = flow.trace(starts, 7);
   const double texel = 1 / (0.8 * 65);

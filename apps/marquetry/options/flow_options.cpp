@@ -156,22 +156,23 @@ void add_options_for_models(OptionTable& table) {
   using Type = Option::Type;
   table.add({.name = "basis",
              .type = Type::choice,
-             .default_value = "vertex",
              .choices = {"vertex", "triangle", "gradient", "whitney"},
              .metavar = "BASIS",
              .group = "Models",
-             .help = "of fields: vertex, triangle, gradient or whitney",
-             .details = "All but vertex are solved by factorisations at the full resolution."});
+             .help = "of fields on triangles: vertex, triangle, gradient or whitney [default a vector per texel for "
+                     "textures, vertex for colours of vertices]",
+             .details = "All but vertex are solved by factorisations at the full resolution. Of textures triangles are "
+                        "cut for them."});
   table.add({.name = "longest-edge",
              .type = Type::number,
              .unit = "texels",
              .least = 0.25,
              .most = 64,
              .group = "Models",
-             .help = fmt::format("triangles are cut until no edge is longer, for textures [default "
-                                 "{}, more where that makes more than {:g} million vertices]",
-                                 as_typed(TextureFlowOptions{}.longest_edge),
-                                 ModelPair::quick_vertices * 1e-6)});
+             .help = fmt::format("of textures: triangles are cut until no edge is longer, and the field is found on "
+                                 "them [default with --basis, --scales full or --preset thesis {}, more where that "
+                                 "makes more than {:g} million vertices]",
+                                 as_typed(usual_longest_edge), ModelPair::quick_vertices * 1e-6)});
 }
 
 }  // namespace
@@ -227,20 +228,19 @@ void require_scales(const OptionValues& options, const ImageFlowOptions& flow, i
                       smallest, largest));
 }
 
-TextureFlowOptions texture_flow_options(const OptionValues& options) {
+ModelFlowOptions model_flow_options(const OptionValues& options) {
   refuse(options, "paths", "pictures; on a model they always follow the field");
   refuse(options, "flow", "pictures; on a model the field is always looked for");
   refuse(options, "light",
          "pictures; on a model --detail leaves light out, and each signal has variance 1");
-  const std::string name = options.text("basis");
+  const std::string name = options.has("basis") ? options.text("basis") : "vertex";
   const FlowBasis basis = name == "triangle"   ? FlowBasis::triangle
                           : name == "gradient" ? FlowBasis::gradient
                           : name == "whitney"  ? FlowBasis::whitney
                                                : FlowBasis::vertex;
-  TextureFlowOptions all;
-  MeshFlowOptions& flow = all.flow;
+  ModelFlowOptions flow;
   const bool thesis = options.text("preset") == "thesis";
-  if (thesis) flow = thesis_flow(basis);
+  if (thesis) static_cast<MeshFlowOptions&>(flow) = thesis_flow(basis);
   flow.basis = basis;
   const std::string scales = options.has("scales") ? options.text("scales") : "";
   require(scales != "single",
@@ -254,8 +254,11 @@ TextureFlowOptions texture_flow_options(const OptionValues& options) {
     flow.solver = scales == "full" ? FlowSolver::direct : FlowSolver::hierarchical;
   }
   take_common(options, flow);
-  if (options.has("longest-edge")) all.longest_edge = options.number("longest-edge");
-  return all;
+  if (options.has("longest-edge"))
+    flow.longest_edge = options.number("longest-edge");
+  else if (flow.solver == FlowSolver::direct || flow.thesis || options.has("basis"))
+    flow.longest_edge = usual_longest_edge;
+  return flow;
 }
 
 Json flow_json(const ImageFlow& flow) {

@@ -3,7 +3,7 @@
 
 #include "mq/base/options.h"
 #include "mq/flow/image_flow.h"
-#include "mq/flow/texture_flow.h"
+#include "mq/model/signal_pair.h"
 #include "shell/run.h"
 
 namespace mq::app {
@@ -19,7 +19,7 @@ void require_scales(const OptionValues& options, const ImageFlowOptions& flow, i
                     int height);
 
 /// What they say of models. Throws `InvalidInput` where one is for pictures only.
-TextureFlowOptions texture_flow_options(const OptionValues& options);
+ModelFlowOptions model_flow_options(const OptionValues& options);
 
 /// `error`, `levels` and the largest and mean length of the field, for the result.
 Json flow_json(const ImageFlow& flow);

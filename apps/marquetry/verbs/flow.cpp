@@ -209,7 +209,7 @@ Exit flow_model(Run& run) {
   require(!asks_for(options, "format"),
           "--format is for pictures; on a model fields are .vf files");
   require(!options.has("truth"), "--truth is for pictures");
-  const TextureFlowOptions how = texture_flow_options(options);
+  const ModelFlowOptions how = model_flow_options(options);
   const fs::path folder = folder_of(options);
   const AskedModels asked(run);
   const ModelPair& pair = asked.pair();
@@ -246,7 +246,7 @@ Exit flow_model(Run& run) {
         "along the field the two differ by more than mixed as they lie ({:.4g}, {:.4g}): "
         "{}",
         mean_after, mean_before,
-        vertices ? "try another --largest, or --detail 0" : "give a smaller --longest-edge"));
+        "try another --largest, or --detail 0"));
   write_vector_field(paths[0], asked.surface().mesh, flow.field());
   halfway.write(pair.with(0.5 * (met.source + met.target), 0.5),
                 step.progress().step("halfway", 0.2));
@@ -301,7 +301,7 @@ Verb flow_verb() {
                      "found is from it"});
   add_frames_option(table);
   return {table, run_flow,
-          {{.what = "optical flow", .textures = "yes, on triangles cut to the size of texels"}}};
+          {{.what = "optical flow", .textures = "yes, across seams"}}};
 }
 
 }  // namespace mq::app

@@ -145,7 +145,7 @@ Exit interpolate_pictures(Run& run) {
 
 Exit interpolate_model(Run& run) {
   const OptionValues& options = run.options();
-  const TextureFlowOptions how = texture_flow_options(options);
+  const ModelFlowOptions how = model_flow_options(options);
   const AskedModels asked(run);
   const ModelPair& pair = asked.pair();
   Results results(run, asked.model(),
@@ -208,7 +208,7 @@ Verb interpolate_verb() {
   table.exclusive({"time", "frames"});
   add_depth_option(table);
   return {table, run_interpolate,
-          {{.what = "what lies between two", .textures = "yes, on triangles cut to the size of texels"}}};
+          {{.what = "what lies between two", .textures = "yes, across seams"}}};
 }
 
 }  // namespace mq::app

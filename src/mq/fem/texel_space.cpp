@@ -209,32 +209,20 @@ SparseMatrix TexelSpace::system(double a, double b, const Progress& progress) co
 }
 
 void TexelSpace::Data::hold_weak(double a, double b, SparseMatrix& A) const {
-  constexpr double tau = 1e-4;
-  std::vector<double> area_of_weak(texels.size(), 0);  // else 0
-  for (const Weak& one : weak) area_of_weak[one.unknown] = one.texel_area;
   const auto entry_of = [&](int i, int j) {
     const int* const columns = A.innerIndexPtr();
     const int* const end = columns + A.outerIndexPtr()[i + 1];
     const int* const at = std::lower_bound(columns + A.outerIndexPtr()[i], end, j);
     return at != end && *at == j ? A.valuePtr() + (at - columns) : nullptr;
   };
-  for (const Weak& one : weak) {
-    const int i = one.unknown;
-    const Texels::Place& place = texels.places[i];
-    for (int n = 0; n < 9; ++n) {
-      const int j = unknown[grid.texel(place.texture, place.x + n % 3 - 1, place.y + n / 3 - 1)];
-      if (j < 0 || j == i || (area_of_weak[j] > 0 && j < i)) continue;
-      double* const coupling = entry_of(i, j);
-      if (!coupling) continue;
-      const double area =
-          area_of_weak[j] > 0 ? (one.texel_area + area_of_weak[j]) / 2 : one.texel_area;
-      const double weight = tau * (a * area + b);
-      *coupling -= weight;
-      *entry_of(j, i) -= weight;
-      *entry_of(i, i) += weight;
-      *entry_of(j, j) += weight;
-    }
-  }
+  for_each_held(a, b, [&](int i, int j, double weight) {
+    double* const coupling = entry_of(i, j);
+    if (!coupling) return;
+    *coupling -= weight;
+    *entry_of(j, i) -= weight;
+    *entry_of(i, i) += weight;
+    *entry_of(j, j) += weight;
+  });
 }
 
 SparseMatrix TexelSpace::regularised_system(double a, double b, const Progress& progress) const {

@@ -51,6 +51,11 @@ class TexelSpace : public SignalSpace {
   /// (xx·∂ψ/∂x + xy·∂ψ/∂y, xy·∂ψ/∂x + yy·∂ψ/∂y) in texels, texels²/length². 0 where no chart is.
   struct CellMetric {
     double xx = 0, xy = 0, yy = 0;
+
+    /// ⟨a, b⟩ on the surface, length², of two ways in texels.
+    double product(const Vector2& a, const Vector2& b) const {
+      return (yy * a.x() * b.x() - xy * (a.x() * b.y() + a.y() * b.x()) + xx * a.y() * b.y()) / (xx * yy - xy * xy);
+    }
   };
 
   /// Surface and atlas must outlive the space. Throws `InvalidInput` when the atlas holds refused
@@ -152,6 +157,7 @@ class TexelSpace : public SignalSpace {
   std::int64_t bytes() const;
 
  private:
+  friend class TexelVectorSpace;
   struct Data;
   std::unique_ptr<Data> data_;
 };

@@ -16,10 +16,6 @@
 namespace mq {
 namespace {
 
-bool same(const ChartPlace& a, const ChartPlace& b) {
-  return a.chart == b.chart && a.cell == b.cell && a.x == b.x && a.y == b.y;
-}
-
 /// Where the texel's own value is not the signal's at the start of its path, as outside charts, the
 /// difference fades over the first texel of the way.
 /// Returns per texel what is left of that: from 1, where its path rests, down to 0.
@@ -29,7 +25,7 @@ Vector look_up(const TraceAtlas& domain, const Signal& signal, const std::vector
   Vector kept = Vector::Ones(signal.rows());
   parallel_for(signal.rows(), [&](std::int64_t i) {
     const ChartPlace &from = starts[std::size_t(i)], &to = ends[std::size_t(i)];
-    if (same(from, to)) return;
+    if (from == to) return;
     auto row = result.middleRows(i, 1);
     domain.value(signal, to, row);
     const double left = std::max(0.0, 1 - (domain.position(to) - domain.position(from)).norm() / side);
@@ -58,8 +54,7 @@ struct TextureShock::Data {
   double rate = 0, area = 0;
   std::vector<SolveReport> solves;
   std::optional<AtlasFlow> flow;
-  std::vector<ChartPlace> starts;
-  std::vector<char> outside;  ///< 1: of texels whose centre no chart covers
+  TraceAtlas::Starts starts;
 };
 
 TextureShock::TextureShock(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
@@ -77,7 +72,6 @@ TextureShock::TextureShock(const Surface& surface, const Atlas& atlas, const Tex
   data_->area = space.scale().area;
   data_->flow.emplace(AtlasFlow::downhill(data_->domain, P));
   data_->starts = data_->domain.starts();
-  data_->outside = data_->domain.outside();
   progress.at(1);
 }
 
@@ -90,13 +84,13 @@ ShockedTexture TextureShock::at(const ShockTime& time, const Progress& progress)
   shocked.time = time_from(time, data_->rate, data_->area);
   const Stopwatch watch;
   const TracedTexels traced =
-      data_->flow->trace(data_->starts, shocked.time, progress.step("follow paths", 0.2));
+      data_->flow->trace(data_->starts.places, shocked.time, progress.step("follow paths", 0.2));
   shocked.counts = traced.counts;
   shocked.path_seconds = watch.seconds();
   shocked.signal = data_->signal;
   if (shocked.time > 0) {
-    const Vector kept = look_up(data_->domain, data_->signal, data_->starts, traced.ends, shocked.signal);
-    shocked.signal = agree_at_seams(data_->domain, shocked.signal, data_->signal, kept, data_->outside);
+    const Vector kept = look_up(data_->domain, data_->signal, data_->starts.places, traced.ends, shocked.signal);
+    shocked.signal = agree_at_seams(data_->domain, shocked.signal, data_->signal, kept, data_->starts.outside);
   }
   progress.at(1);
   return shocked;

@@ -14,16 +14,14 @@
 #include "mq/base/stopwatch.h"
 #include "mq/flow/detail/coarse_to_fine.h"
 #include "mq/flow/detail/surface_aligner.h"
+#include "mq/flow/detail/surface_scales.h"
 #include "mq/flow/surface_levels.h"
 
 namespace mq {
 
 namespace {
 
-constexpr double spacings_of_last =
-    2;  // ℓ of the last scale; docs/measurements/flow.md, "The last scale"
 constexpr int coarsest_vertices = 200;
-constexpr int halvings = 2;  // of α*, before a correction is given up
 
 void require_signals(const Surface& surface, const Signal& source, const Signal& target) {
   require(source.rows() == surface.mesh.vertex_count() && target.rows() == source.rows() &&
@@ -37,29 +35,6 @@ void require_signals(const Surface& surface, const Signal& source, const Signal&
       require(signal->row(v).allFinite(),
               fmt::format("the {} holds a value that is not finite at vertex {}",
                           signal == &source ? "source" : "target", v));
-}
-
-double positive_length(const Length& length, const SurfaceScale& scale, const char* what) {
-  require(std::isfinite(length.value) && length.value >= 0,
-          fmt::format("{} of {} was given; a length that is not negative was wanted", what,
-                      length.value));
-  return std::sqrt(weight_from_length(length, scale));
-}
-
-std::vector<FlowScale> scales_of(const MeshFlowOptions& options, const FlowMesh& finest) {
-  const SurfaceScale scale = finest.space().scale();
-  const double largest = positive_length(options.largest, scale, "a largest length");
-  require(largest > 0, "the largest length must be positive");
-  double smallest = positive_length(options.smallest, scale, "a smallest length");
-  require(
-      smallest <= largest,
-      fmt::format("the smallest length, {:.4g}, is above the largest, {:.4g}", smallest, largest));
-  if (smallest == 0) smallest = spacings_of_last * finest.spacing();
-  if (options.levels > 0) return halved_scales(largest, 0, options.levels);
-  const double shown = std::max(1.5 * smallest, 2.5 * finest.spacing());
-  std::vector<FlowScale> scales = halved_scales(largest, shown);
-  scales.push_back({std::min(largest, smallest), FlowScale::Signals::unsmoothed});
-  return scales;
 }
 
 }  // namespace
@@ -87,14 +62,7 @@ std::vector<double> MeshFlow::errors() const {
 MeshFlowFinder::MeshFlowFinder(const Surface& surface, const MeshFlowOptions& options,
                                const Progress& progress)
     : options_(options) {
-  require(options.levels >= 0 && options.levels <= 64 && options.steps > 0,
-          fmt::format("{} levels of {} steps were wanted; 0 to 64 levels of at least one step are "
-                      "possible",
-                      options.levels, options.steps));
-  for (const double value :
-       {options.robust_data, options.robust_smoothness, options.gradient_weight})
-    require(value >= 0 && std::isfinite(value),
-            fmt::format("a weight of {} was given; one that is not negative was wanted", value));
+  require_options(options);
   const bool hierarchical = options.solver == FlowSolver::hierarchical;
   if (hierarchical && options.basis != FlowBasis::vertex)
     throw Unsupported(
@@ -115,14 +83,14 @@ MeshFlow MeshFlowFinder::operator()(const Signal& source, const Signal& target,
   require_signals(finest().surface(), source, target);
   const SurfaceScale scale = finest().space().scale();
   SurfaceAligner aligner(*meshes_, options_, source, target,
-                         positive_length(options_.detail, scale, "a length of details"));
-  const std::vector<FlowScale> scales = scales_of(options_, finest());
+                         flow_length(options_.detail, scale, "a length of details"));
+  const std::vector<FlowScale> scales = surface_scales(options_, scale, finest().spacing());
   MeshFlow flow;
   flow.prepare_seconds = watch.seconds();
   aligner.begin(scales);
   const std::vector<double> errors = coarse_to_fine(
       aligner, scales, options_,
-      {.halvings = halvings, .after_worse = FlowPolicy::AfterWorse::better}, progress);
+      {.halvings = surface_halvings, .after_worse = FlowPolicy::AfterWorse::better}, progress);
   flow.blend_error = errors.front();
   flow.levels = aligner.take_levels();
   for (std::size_t l = 0; l < flow.levels.size(); ++l) flow.levels[l].error = errors[l + 1];

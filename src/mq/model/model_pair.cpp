@@ -87,24 +87,28 @@ double ModelPair::quick_edge(double longest_edge) const {
                                    : longest_edge;
 }
 
-ModelPairFlow ModelPair::align(const TextureFlowOptions& options, const Progress& progress) const {
+ModelPairFlow ModelPair::align(const ModelFlowOptions& options, const Progress& progress) const {
   ModelPairFlow found(*this);
   about(model_.model, [&] {
     if (at_vertices()) {
-      found.flow_ = mesh_flow(model_.surface, first_, second_, options.flow,
-                              progress.step("align", 0.95));
+      found.flow_ = mesh_flow(model_.surface, first_, second_, options, progress.step("align", 0.95));
       found.mesh_ =
           std::make_unique<TraceMesh>(model_.surface, progress.step("order triangles", 0.05));
       return;
     }
-    TextureFlowOptions on_cut = options;
+    const TexelSpace& space = *target_->texel_space();
+    if (!options.longest_edge) {
+      found.textures_ = std::make_unique<TextureFlow>(model_.surface, *model_.atlas, space, first_, second_, options,
+                                                      progress);
+      return;
+    }
+    MeshFlowOptions on_cut = options;
     // The cut mesh that flow works on has no texels.
-    for (Length* length : {&on_cut.flow.largest, &on_cut.flow.smallest, &on_cut.flow.detail})
+    for (Length* length : {&on_cut.largest, &on_cut.smallest, &on_cut.detail})
       if (length->unit == Length::Unit::texels)
         *length = {length->value * target_->space().scale().texel_spacing, Length::Unit::model};
-    found.textures_ =
-        std::make_unique<TextureFlow>(model_.surface, *model_.atlas, *target_->texel_space(),
-                                      first_, second_, on_cut, progress);
+    found.cut_ = std::make_unique<CutTextureFlow>(model_.surface, *model_.atlas, space, first_, second_, on_cut,
+                                                  *options.longest_edge, progress);
   });
   return found;
 }
@@ -144,13 +148,13 @@ Model ModelPair::with(const Signal& values, double t) const {
 }
 
 int ModelPairFlow::vertices() const {
-  return textures_ ? textures_->vertices() : pair_->target().space().size();
+  return cut_ ? cut_->vertices() : pair_->target().space().size();
 }
 
 WarpedPair ModelPairFlow::warp_pair(double t, const Progress& progress) const {
-  return textures_
-             ? textures_->warp_pair(pair_->first(), pair_->second(), t, progress)
-             : mq::warp_pair(*mesh_, flow_.field, pair_->first(), pair_->second(), t, progress);
+  if (textures_) return textures_->warp_pair(pair_->first(), pair_->second(), t, progress);
+  if (cut_) return cut_->warp_pair(pair_->first(), pair_->second(), t, progress);
+  return mq::warp_pair(*mesh_, flow_.field, pair_->first(), pair_->second(), t, progress);
 }
 
 Signal ModelPairFlow::between(double t, const Progress& progress) const {
@@ -161,7 +165,9 @@ Signal ModelPairFlow::between(double t, const Progress& progress) const {
 }
 
 TangentField ModelPairFlow::field() const {
-  return textures_ ? textures_->field() : field_in_space(pair_->model().surface, flow_.field);
+  return textures_ ? textures_->field()
+         : cut_    ? cut_->field()
+                   : field_in_space(pair_->model().surface, flow_.field);
 }
 
 }  // namespace mq

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mq/flow/image_flow.h"
+#include "mq/flow/cut_texture_flow.h"
 #include "mq/flow/texture_flow.h"
 #include "mq/model/model_signal.h"
 
@@ -65,12 +66,21 @@ class PicturePair {
 
 class ModelPair;
 
+/// Of triangles cut for flow, in texels, where nobody says otherwise.
+inline constexpr double usual_longest_edge = 2;
+
+struct ModelFlowOptions : MeshFlowOptions {
+  /// Of textures: the flow is found on triangles cut until no edge is longer, in texels (`CutTextureFlow`); without it
+  /// in the texels themselves (`TextureFlow`), which only the vertices' basis, solved by multigrid, has.
+  std::optional<double> longest_edge;
+};
+
 /// The flow of a `ModelPair`, which must outlive it.
 class ModelPairFlow {
  public:
-  const MeshFlow& flow() const { return textures_ ? textures_->flow() : flow_; }
+  const MeshFlow& flow() const { return textures_ ? textures_->flow() : cut_ ? cut_->flow() : flow_; }
 
-  /// Of the mesh that it was found on.
+  /// Of the mesh that it was found on, or texels.
   int vertices() const;
 
   /// Both signals as they meet at time t between 0 and 1.
@@ -87,9 +97,10 @@ class ModelPairFlow {
   explicit ModelPairFlow(const ModelPair& pair) : pair_(&pair) {}
 
   const ModelPair* pair_;
-  std::unique_ptr<TextureFlow> textures_;  ///< nothing at vertices, where there are
-  MeshFlow flow_;                          ///< this ...
-  std::unique_ptr<TraceMesh> mesh_;        ///< ... and what it is followed on
+  std::unique_ptr<TextureFlow> textures_;  ///< one of these ...
+  std::unique_ptr<CutTextureFlow> cut_;
+  MeshFlow flow_;                    ///< ... or at vertices this
+  std::unique_ptr<TraceMesh> mesh_;  ///< and what it is followed on
 };
 
 /// Two textures, or two colourings, of one model, which must outlive it.
@@ -120,9 +131,8 @@ class ModelPair {
   double quick_edge(double longest_edge) const;
   static constexpr double quick_vertices = 0.75e6;
 
-  /// The flow on the model, or for textures on its triangles cut (`TextureFlow`). Lengths in texels
-  /// are for textures only.
-  ModelPairFlow align(const TextureFlowOptions& options = {}, const Progress& progress = {}) const;
+  /// Lengths in texels are for textures only.
+  ModelPairFlow align(const ModelFlowOptions& options = {}, const Progress& progress = {}) const;
 
   /// The model with values at time t. What no triangle shows (texels outside all charts, colours of
   /// vertices without faces) is mixed (1 − t) : t as it lies; at t = 1 all is the second's.

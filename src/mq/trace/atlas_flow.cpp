@@ -68,14 +68,15 @@ AtlasFlow AtlasFlow::downhill(const TraceAtlas& domain, const Vector& potential)
   return flow;
 }
 
-AtlasFlow AtlasFlow::along(const TraceAtlas& domain, std::vector<std::array<double, 2>> field) {
-  require(std::ssize(field) == domain.node_count(), "a field needs two values for each cell");
-  for (int cell = 0; cell < domain.node_count(); ++cell)
-    require(!domain.covered(cell) || (std::isfinite(field[std::size_t(cell)][0]) &&
-                                      std::isfinite(field[std::size_t(cell)][1])),
-            "a field needs finite values in each cell that a chart covers");
+AtlasFlow AtlasFlow::along(const TraceAtlas& domain, const std::vector<std::array<double, 2>>& field) {
+  require(std::ssize(field) == domain.grid_cell_count(), "a field needs two values for each cell");
   AtlasFlow flow(domain);
-  flow.field_ = std::move(field);
+  flow.field_ = domain.by_cell(field);
+  for (int cell = 0; cell < domain.node_count(); ++cell) {
+    const auto& [x, y] = flow.field_[std::size_t(cell)];
+    require(!domain.covered(cell) || (std::isfinite(x) && std::isfinite(y)),
+            "a field needs finite values in each cell that a chart covers");
+  }
   return flow;
 }
 
@@ -132,12 +133,6 @@ Vector2 AtlasFlow::velocity(int t) const {
   return rate[1] * (corner(t, 1) - origin) + rate[2] * (corner(t, 2) - origin);
 }
 
-double AtlasFlow::edge_length_squared(int cell, const Vector2& edge) const {
-  const TexelSpace::CellMetric& G = domain_->metric(cell);
-  const double det = double(G.xx) * G.yy - double(G.xy) * G.xy;
-  return (G.yy * edge.x() * edge.x() - 2 * G.xy * edge.x() * edge.y() + G.xx * edge.y() * edge.y()) / det;
-}
-
 /// Of the weight of corner k + 2 on the edge opposite k, from this side alone.
 double AtlasFlow::slide_rate_from(int t, int k) const {
   const Vector2 edge = corner(t, before(k)) - corner(t, after(k));
@@ -154,7 +149,7 @@ double AtlasFlow::slide_rate(int t, int k) const {
     double square = 0, sides = 0;
     for (const int side : {cell, other})
       if (side >= 0 && domain_->covered(side)) {
-        square += edge_length_squared(side, edge);
+        square += domain_->metric(side).product(edge, edge);
         ++sides;
       }
     return sides > 0 ? (P(first) - P(first + edge)) * sides / square : 0;
@@ -169,7 +164,8 @@ double AtlasFlow::slide_rate(int t, int k) const {
 }
 
 double AtlasFlow::speed(int t) const {
-  return domain_->covered(t >> 1) ? std::sqrt(edge_length_squared(t >> 1, velocity(t))) : 0;
+  const Vector2 X = velocity(t);
+  return domain_->covered(t >> 1) ? std::sqrt(domain_->metric(t >> 1).product(X, X)) : 0;
 }
 
 /// The fastest way on from the node at corner k of triangle t.
@@ -193,7 +189,8 @@ std::int64_t AtlasFlow::exit(int t, int k) const {
     const std::array<double, 3> rate = rates(u);
     if (rate[std::size_t(next)] >= 0 && rate[std::size_t(previous)] >= 0) offer(speed(u), u, c, walk::Way::face);
     const auto length = [&](int e) {
-      return std::sqrt(edge_length_squared(u >> 1, corner(u, before(e)) - corner(u, after(e))));
+      const Vector2 edge = corner(u, before(e)) - corner(u, after(e));
+      return std::sqrt(domain_->metric(u >> 1).product(edge, edge));
     };
     const auto presses = [&](int e) { return rate[std::size_t(e)] <= 0 && leave(u, e) < 0; };
     if (presses(previous)) offer(slide_rate(u, previous) * length(previous), u, c, walk::Way::edge_to_next);

@@ -37,9 +37,9 @@ class AtlasFlow {
   /// the flow. Throws `InvalidInput` where P has the wrong size or is not finite.
   static AtlasFlow downhill(const TraceAtlas& domain, const Vector& potential);
 
-  /// Any field, constant on each cell: texels per unit of time to the right and down, one per number of a cell
-  /// (`TraceAtlas::node_count`); those of cells that no chart covers are not looked at.
-  static AtlasFlow along(const TraceAtlas& domain, std::vector<std::array<double, 2>> field);
+  /// Any field, constant on each cell: texels per unit of time to the right and down, one per cell of `TexelGrid`, as
+  /// `TexelVectorSpace::velocities` has them; those of cells that no chart covers are not looked at.
+  static AtlasFlow along(const TraceAtlas& domain, const std::vector<std::array<double, 2>>& field);
 
   /// Follows each start for `time` (not negative, may be infinite).
   TracedTexels trace(std::span<const ChartPlace> starts, double time, const Progress& progress = {}) const;
@@ -64,7 +64,6 @@ class AtlasFlow {
  private:
   explicit AtlasFlow(const TraceAtlas& domain) : domain_(&domain) {}
   double slide_rate_from(int t, int k) const;
-  double edge_length_squared(int cell, const Vector2& edge) const;
 
   const TraceAtlas* domain_;
   std::vector<double> potential_;             ///< per node; empty where a field is given

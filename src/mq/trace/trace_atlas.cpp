@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "mq/atlas/coverage.h"
-#include "mq/atlas/texel_grid.h"
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/trace/atlas_walk.h"
@@ -27,19 +26,14 @@ TraceAtlas::TraceAtlas(const Surface& surface, const Atlas& atlas, const TexelSp
     : surface_(&surface), atlas_(&atlas), space_(&space) {
   number_nodes(atlas);
   progress.at(0.3);
-  const TexelGrid grid(atlas.textures);
-  const std::vector<TexelSpace::CellMetric> metrics = space.cell_metrics();
-  metrics_.resize(unknowns_.size());
+  metrics_ = by_cell(space.cell_metrics());
   flags_.resize(unknowns_.size());
-  for (int k = 0; k < int(textures_.size()); ++k) {
-    const Texture& texture = textures_[std::size_t(k)];
+  for (const Texture& texture : textures_) {
     parallel_for(
         texture.height + 1,
         [&](std::int64_t j) {
           for (int i = 0; i <= texture.width; ++i) {
-            const std::size_t at = std::size_t(texture.first) + std::size_t(j) * texture.stride + i;
-            metrics_[at] = metrics[std::size_t(grid.first_cell(k) + int(j) * (texture.width + 1) + i)];
-            flags_[at] = (i + int(j)) & 1;
+            flags_[std::size_t(texture.first) + std::size_t(j) * texture.stride + i] = (i + int(j)) & 1;
           }
         },
         64);
@@ -193,25 +187,18 @@ ChartPlace TraceAtlas::start(int i, int triangle) const {
   return place(own.chart, at.texture, border);
 }
 
-std::vector<ChartPlace> TraceAtlas::starts() const {
+TraceAtlas::Starts TraceAtlas::starts() const {
   const std::vector<Coverage> coverage = texel_coverage(*surface_, *atlas_);
-  std::vector<ChartPlace> starts(static_cast<std::size_t>(space_->size()));
+  Starts starts;
+  starts.places.resize(std::size_t(space_->size()));
+  starts.outside.resize(std::size_t(space_->size()));
   parallel_for(space_->size(), [&](std::int64_t i) {
     const Texels::Place& at = space_->texels().places[std::size_t(i)];
-    starts[std::size_t(i)] =
-        start(int(i), coverage[std::size_t(at.texture)].triangle(at.x, at.y));
+    const int triangle = coverage[std::size_t(at.texture)].triangle(at.x, at.y);
+    starts.places[std::size_t(i)] = start(int(i), triangle);
+    starts.outside[std::size_t(i)] = triangle < 0;
   });
   return starts;
-}
-
-std::vector<char> TraceAtlas::outside() const {
-  const std::vector<Coverage> coverage = texel_coverage(*surface_, *atlas_);
-  std::vector<char> outside(std::size_t(space_->size()));
-  for (std::size_t i = 0; i < outside.size(); ++i) {
-    const Texels::Place& at = space_->texels().places[i];
-    outside[i] = coverage[std::size_t(at.texture)].triangle(at.x, at.y) < 0;
-  }
-  return outside;
 }
 
 /// visit(unknown, weight), weights of sum 1 where any is known.
@@ -238,6 +225,16 @@ void TraceAtlas::for_each_corner(const ChartPlace& at,
     if (unknown(nodes[k]) >= 0) sum += weights[k];
   for (std::size_t k = 0; k < 4; ++k)
     if (weights[k] > 0 && unknown(nodes[k]) >= 0) visit(unknown(nodes[k]), weights[k] / sum);
+}
+
+void TraceAtlas::for_each_read(const ChartPlace& at, const std::function<void(int, double)>& visit) const {
+  for_each_weight(at, visit);
+}
+
+Vector2 TraceAtlas::texel(const ChartPlace& at) const {
+  const Texture& t = textures_[std::size_t(texture_of(at.cell))];
+  const int local = at.cell - t.first;
+  return Vector2(local % t.stride - 1 + at.x, local / t.stride - 1 + at.y);
 }
 
 void TraceAtlas::for_each_seam(const std::function<void(double, const SeamPlaces&)>& visit) const {

@@ -1,6 +1,7 @@
 #pragma once
 /// An atlas made ready to be walked: the cells between texels, each cut in two, and what lies where a chart ends in one.
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -21,6 +22,8 @@ struct ChartPlace {
   int chart = -1;  ///< none: nowhere
   int cell = 0;
   double x = 0, y = 0;  ///< to the right and down
+
+  bool operator==(const ChartPlace&) const = default;
 };
 
 /// The domain of `AtlasFlow`. A texel is a node; every cell between four is cut into two triangles along a diagonal
@@ -29,7 +32,7 @@ struct ChartPlace {
 /// into triangles does not matter, and the half-edges where charts end, in the cells they run through.
 ///
 /// Cells have one numbering for all textures: with w texels in a row, cell (i, j) with −1 ≤ i, j is number
-/// first + (j + 1)·(w + 2) + i + 1, and so is the node at its upper left corner. About 32 bytes per texel of the
+/// first + (j + 1)·(w + 2) + i + 1, and so is the node at its upper left corner. 29 bytes per texel of the
 /// textures, and 120 for each cell that a border runs through.
 class TraceAtlas {
  public:
@@ -69,11 +72,14 @@ class TraceAtlas {
   /// The same with a column and row of cells given, and where in this cell.
   int cell(int texture, int column, int row) const;
 
-  /// Where paths of texels begin, one per unknown: at the centre where a chart covers it; otherwise straight on over
-  /// the border of its chart (`AtlasWalk`), or, where the surface ends there, at the border.
-  std::vector<ChartPlace> starts() const;
-  /// 1 for the unknowns whose centre no chart covers.
-  std::vector<char> outside() const;
+  /// Where paths of texels begin, one per unknown.
+  struct Starts {
+    /// At the centre where a chart covers it; otherwise straight on over the border of its chart (`AtlasWalk`), or,
+    /// where the surface ends there, at the border.
+    std::vector<ChartPlace> places;
+    std::vector<char> outside;  ///< 1 where no chart covers the centre
+  };
+  Starts starts() const;
 
   /// A signal of texels there, as `TexelSpace` has it: bilinear, and next to seams the same from both sides. Within the
   /// values it is made of.
@@ -86,8 +92,32 @@ class TraceAtlas {
   /// visit(length, places) for all seams, with the length of their longer side in texels.
   void for_each_seam(const std::function<void(double, const SeamPlaces&)>& visit) const;
 
+  /// visit(unknown, weight) for what a lookup (`value`) reads, weights of sum 1 where any is known.
+  void for_each_read(const ChartPlace& at, const std::function<void(int, double)>& visit) const;
+
+  /// The texture of a cell, and the place in texels of its picture.
+  int texture(int cell) const { return texture_of(cell); }
+  Vector2 texel(const ChartPlace& at) const;
+
   /// In space, to the accuracy of single precision.
   Vector3 position(const ChartPlace& at) const;
+
+  /// Cells of all textures, as `TexelGrid` counts them.
+  std::int64_t grid_cell_count() const {
+    std::int64_t count = 0;
+    for (const Texture& t : textures_) count += std::int64_t(t.width + 1) * (t.height + 1);
+    return count;
+  }
+  /// Values per cell of `TexelGrid`, as a texel space has them, by the numbers of cells here; what no cell has is 0.
+  template <class Value>
+  std::vector<Value> by_cell(const std::vector<Value>& of_grid) const {
+    std::vector<Value> result(unknowns_.size());
+    std::size_t from = 0;
+    for (const Texture& t : textures_)
+      for (int j = 0; j <= t.height; ++j, from += std::size_t(t.width) + 1)
+        std::copy_n(of_grid.begin() + std::ptrdiff_t(from), t.width + 1, result.begin() + t.first + j * t.stride);
+    return result;
+  }
 
  private:
   static constexpr unsigned char left_flag = 2, top_flag = 4, right_flag = 8, bottom_flag = 16, border_flag = 32,

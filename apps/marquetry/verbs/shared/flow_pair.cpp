@@ -151,7 +151,7 @@ AskedModels::AskedModels(Run& run) {
                   "{}",
                   name, counted(std::ssize(others), "picture")));
   const auto middle = others.begin() + (models ? 0 : std::ssize(others) / 2);
-  factors_ = texture_flow_options(options).flow.solver == FlowSolver::direct;
+  factors_ = model_flow_options(options).solver == FlowSolver::direct;
   const double share = factors_ ? 0.01 : 0.15;
   scene_ = read_usable_model(run, models ? MissingPictures::unneeded : MissingPictures::refuse,
                              share, std::vector<std::filesystem::path>(others.begin(), middle));
@@ -205,13 +205,12 @@ double AskedModels::edge_for(Run& run, double longest_edge) const {
   return edge;
 }
 
-ModelPairFlow AskedModels::align(Run& run, const TextureFlowOptions& given,
-                                 const Progress& progress) const {
-  TextureFlowOptions options = given;
-  const bool textures = !pair_->at_vertices();
-  if (textures) options.longest_edge = edge_for(run, given.longest_edge);
+ModelPairFlow AskedModels::align(Run& run, const ModelFlowOptions& given, const Progress& progress) const {
+  ModelFlowOptions options = given;
+  const bool cut = !pair_->at_vertices() && given.longest_edge;
+  if (cut) options.longest_edge = edge_for(run, *given.longest_edge);
   Json foreseen;
-  options.flow.foresee = [&](const FlowForecast& forecast) {
+  options.foresee = [&](const FlowForecast& forecast) {
     warn_of_cost(run, forecast);
     foreseen = {{"unknowns", forecast.unknowns},
                 {"factorisations", forecast.factorisations},
@@ -223,7 +222,7 @@ ModelPairFlow AskedModels::align(Run& run, const TextureFlowOptions& given,
     run.result = flow_json(found.flow());
     if (!foreseen.is_null()) run.result["forecast"] = foreseen;
     run.result["vertices"] = found.vertices();
-    if (textures) run.result["longest_edge"] = options.longest_edge;
+    if (cut) run.result["longest_edge"] = *options.longest_edge;
     warn_of_little(run, pair_->likeness());
     return found;
   } catch (const OutOfMemory& error) {

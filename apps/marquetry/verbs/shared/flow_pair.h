@@ -47,7 +47,7 @@ class AskedModels {
   const ModelPair& pair() const { return *pair_; }
 
   /// Puts `run.result` as well.
-  ModelPairFlow align(Run& run, const TextureFlowOptions& options, const Progress& progress) const;
+  ModelPairFlow align(Run& run, const ModelFlowOptions& options, const Progress& progress) const;
 
  private:
   void read_textures(Run& run, const std::vector<std::string>& second, const Progress& progress);

@@ -132,6 +132,9 @@ struct TexelSpace::Data {
                            const OfBlock& of_block) const;
   SparseMatrix assemble(double a, double b, std::span<const float> conductivity,
                         const Progress& progress) const;
+  /// visit(i, j, weight) for the pairs that `regularised_system` couples besides, of those that A has.
+  template <class Visit>
+  void for_each_held(double a, double b, const Visit& visit) const;
   void hold_weak(double a, double b, SparseMatrix& A) const;
 
   // Elements: the cells of the grid, then the seam blocks.
@@ -236,6 +239,24 @@ Signal TexelSpace::Data::stiffness_product(std::span<const int> rows, const Sign
     });
   });
   return result;
+}
+
+template <class Visit>
+void TexelSpace::Data::for_each_held(double a, double b, const Visit& visit) const {
+  constexpr double tau = 1e-4;
+  std::vector<double> area_of_weak(texels.size(), 0);  // else 0
+  for (const Weak& one : weak) area_of_weak[one.unknown] = one.texel_area;
+  for (const Weak& one : weak) {
+    const int i = one.unknown;
+    const Texels::Place& place = texels.places[i];
+    for (int n = 0; n < 9; ++n) {
+      const int j = unknown[grid.texel(place.texture, place.x + n % 3 - 1, place.y + n / 3 - 1)];
+      if (j < 0 || j == i || (area_of_weak[j] > 0 && j < i)) continue;
+      const double area =
+          area_of_weak[j] > 0 ? (one.texel_area + area_of_weak[j]) / 2 : one.texel_area;
+      visit(i, j, tau * (a * area + b));
+    }
+  }
 }
 
 /// visit(cell, corners) for every cell that a chart meets, in parallel over rows of cells.

@@ -21,8 +21,6 @@ struct Stretch {
   double end = 0;
 };
 
-double determinant(const TexelSpace::CellMetric& G) { return G.xx * G.yy - G.xy * G.xy; }
-
 /// What happens on one side of a border.
 struct Beside {
   int triangle = -1;
@@ -72,18 +70,13 @@ class OnBorder {
     if (triangle < 0 || !domain_.covered(triangle >> 1)) return found;
     found.triangle = triangle;
     const TexelSpace::CellMetric& G = domain_.metric(triangle >> 1);
-    const double det = determinant(G);
     const Vector2 X = flow_.velocity(triangle), edge = borders_.edge(h);
     const Vector2 normal = borders_.turn(h) * Vector2(-edge.y(), edge.x());
     const double length = borders_.length(h);
     found.inward = normal.dot(X) / std::sqrt(G.xx * normal.x() * normal.x() + 2 * G.xy * normal.x() * normal.y() +
                                              G.yy * normal.y() * normal.y());
-    // ⟨X, edge⟩ in the surface's metric, whose matrix is G's inverse.
-    const auto product = [&](const Vector2& a, const Vector2& b) {
-      return (G.yy * a.x() * b.x() - G.xy * (a.x() * b.y() + a.y() * b.x()) + G.xx * a.y() * b.y()) / det;
-    };
-    found.forward = product(X, edge) / (length * length);
-    found.speed = std::sqrt(std::max(0.0, product(X, X)));
+    found.forward = G.product(X, edge) / (length * length);
+    found.speed = std::sqrt(std::max(0.0, G.product(X, X)));
     return found;
   }
 

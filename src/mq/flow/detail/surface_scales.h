@@ -1,0 +1,23 @@
+#pragma once
+/// The scales of flow on surfaces, at vertices and at texels.
+
+#include <vector>
+
+#include "mq/flow/detail/coarse_to_fine.h"
+#include "mq/flow/surface_optical_flow.h"
+
+namespace mq {
+
+/// How often α* is halved on surfaces before a correction is given up.
+inline constexpr int surface_halvings = 2;
+
+/// Throws `InvalidInput` where numbers of options make no sense.
+void require_options(const MeshFlowOptions& options);
+
+/// A length in model units. Throws `InvalidInput` where it is negative or not finite; `what` names it.
+double flow_length(const Length& length, const SurfaceScale& scale, const char* what);
+
+/// From the largest length on halved, down to the smallest, on a domain whose unknowns lie so far apart.
+std::vector<FlowScale> surface_scales(const MeshFlowOptions& options, const SurfaceScale& scale, double spacing);
+
+}  // namespace mq

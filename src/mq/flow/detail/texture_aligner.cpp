@@ -1,0 +1,351 @@
+/// As `SurfaceAligner`, with texels for vertices: signals are averaged onto textures of half the size, fields are
+/// interpolated from them, carried from plane to plane; paths run over the cells between texels (`AtlasFlow`).
+
+#include "mq/flow/detail/texture_aligner.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "mq/base/parallel.h"
+#include "mq/base/stopwatch.h"
+#include "mq/flow/detail/surface_warp.h"
+#include "mq/linear/conjugate_gradients.h"
+#include "mq/trace/atlas_flow.h"
+
+namespace mq {
+namespace {
+
+constexpr double texels_per_length = 1.3;  // of the texture a scale is solved on, at least
+constexpr double texels_per_light = 2;     // of the texture on which light is found, at least
+
+/// Signals at the places, or as they are where there are none.
+Signal looked_up(const TraceAtlas& domain, const Signal& signal, const std::vector<ChartPlace>& places) {
+  Signal values = places.empty() ? signal : Signal(std::ssize(places), signal.cols());
+  parallel_for(std::ssize(places), [&](std::int64_t i) {
+    domain.value(signal, places[std::size_t(i)], values.middleRows(i, 1));
+  });
+  return values;
+}
+
+}  // namespace
+
+TextureAligner::TextureAligner(const FlowTextures& textures, const MeshFlowOptions& options, const Signal& source,
+                               const Signal& target, double detail)
+    : textures_(textures), options_(options) {
+  Signal both(source.rows(), 2 * source.cols());
+  both << textures_[0].shown(source), textures_[0].shown(target);
+  both = without_light(both, detail);
+  raw_.push_back({both.leftCols(source.cols()), both.rightCols(source.cols())});
+  auto& [first, second] = raw_[0];
+  const Vector& mass = textures_[0].lumped_mass();
+  const Eigen::RowVectorXd mean = mass.transpose() * (first + second) / (2 * mass.sum());
+  for (Signal* signal : {&first, &second}) {
+    const Eigen::RowVectorXd own = mass.transpose() * *signal / mass.sum();
+    const double variance = (mass.transpose() * (signal->rowwise() - own).array().square().matrix()).mean() / mass.sum();
+    signal->rowwise() -= mean;
+    if (variance > 0) *signal /= std::sqrt(variance);
+  }
+  for (int m = 0; m + 1 < textures_.count(); ++m)
+    raw_.push_back({textures_.restricted(m, raw_[std::size_t(m)].source),
+                    textures_.restricted(m, raw_[std::size_t(m)].target)});
+}
+
+void TextureAligner::begin(const std::vector<FlowScale>& scales) {
+  at_ = texture_for(scales.front());
+  now_ = Vector::Zero(2 * std::int64_t(texture().size()));
+  best_ = now_;
+  blend_error_ = error_of(0, raw_[0], {});
+  if (at_ > 0) place_probes();
+}
+
+std::string TextureAligner::name(const FlowScale& scale) const { return fmt::format("length {:.3g}", scale.length); }
+
+double TextureAligner::work(const FlowScale& scale) const { return textures_[texture_for(scale)].size(); }
+
+/// The smallest texture on which a level shows.
+int TextureAligner::texture_for(const FlowScale& scale) const {
+  int m = 0;
+  while (scale.smoothed() && m + 1 < textures_.count() &&
+         textures_[m + 1].spacing() * texels_per_length <= scale.length)
+    ++m;
+  return m;
+}
+
+/// (M + weight·S)⁻¹·M·φ.
+Signal TextureAligner::smoothed(int m, const Signal& signal, double weight) const {
+  if (!(weight > 0)) return signal;
+  const FlowTexture& texture = textures_[m];
+  const TexelSpace& space = texture.space();
+  const SparseMatrix A = space.regularised_system(1, weight);
+  const Signal change = -weight * space.stiffness_times(signal);
+  Signal correction = Signal::Zero(signal.rows(), signal.cols());
+  if (weight > 100 * texture.spacing() * texture.spacing())
+    space.solver({.tolerance = 1e-3})(A, {})->solve(change, correction);
+  else
+    conjugate_gradients(A, change, correction, jacobi_preconditioner(A), {.tolerance = 1e-3});
+  return signal + correction;
+}
+
+/// φ − Smooth(φ, detail²), found at the smallest size that shows it.
+Signal TextureAligner::without_light(const Signal& signal, double detail) const {
+  if (!(detail > 0)) return signal;
+  int m = 0;
+  while (m + 1 < textures_.count() && textures_[m + 1].spacing() * texels_per_light <= detail) ++m;
+  Signal low = signal;
+  for (int k = 0; k < m; ++k) low = textures_.restricted(k, low);
+  low = smoothed(m, low, detail * detail);
+  for (int k = m; k > 0; --k) low = textures_.prolongated_signal(k - 1, low);
+  return signal - low;
+}
+
+TexelEnds TextureAligner::ends_along(int m, const Vector& z, const std::vector<ChartPlace>& starts) const {
+  const TraceAtlas& domain = textures_[m].domain();
+  std::vector<std::array<double, 2>> velocities = textures_[m].vectors().velocities(z);
+  TexelEnds ends;
+  if (options_.alignment == FlowAlignment::forward) {
+    ends.target = AtlasFlow::along(domain, velocities).trace(starts, 1).ends;
+    return ends;
+  }
+  ends.target = AtlasFlow::along(domain, velocities).trace(starts, 0.5).ends;
+  for (auto& [x, y] : velocities) x = -x, y = -y;
+  ends.source = AtlasFlow::along(domain, velocities).trace(starts, 0.5).ends;
+  return ends;
+}
+
+TextureAligner::Pair TextureAligner::warped(int m, const Pair& pair, const TexelEnds& ends) const {
+  const TraceAtlas& domain = textures_[m].domain();
+  return {looked_up(domain, pair.source, ends.source), looked_up(domain, pair.target, ends.target)};
+}
+
+double TextureAligner::error_of(int m, const Pair& pair, const TexelEnds& ends) const {
+  const Pair met = warped(m, pair, ends);
+  return mean_square_difference(textures_[m].lumped_mass(), met.source, met.target);
+}
+
+/// Every n-th texel.
+void TextureAligner::place_probes() {
+  const FlowTexture& finest = textures_[0];
+  const int step = finest.size() / std::max(1, options_.probes);
+  if (step < 2) return;
+  std::vector<double> mass;
+  for (int i = step / 2; i < finest.size(); i += step) {
+    if (finest.starts().outside[std::size_t(i)]) continue;
+    probes_.starts.push_back(finest.starts().places[std::size_t(i)]);
+    mass.push_back(finest.lumped_mass()[i]);
+  }
+  probes_.mass = Eigen::Map<const Vector>(mass.data(), std::ssize(mass));
+  probes_.blend_error = probe({});
+}
+
+double TextureAligner::probe(const TexelEnds& ends) const {
+  const auto at = [&](const Signal& signal, const std::vector<ChartPlace>& places) {
+    return looked_up(textures_[0].domain(), signal, places.empty() ? probes_.starts : places);
+  };
+  return mean_square_difference(probes_.mass, at(raw_[0].source, ends.source), at(raw_[0].target, ends.target));
+}
+
+/// The error on the finest texture of a field on a coarser one: of the blend's, the share that is left at the probes.
+double TextureAligner::error_from_coarse(Vector z) const {
+  for (int m = at_; m > 0; --m) z = textures_.prolongated(m - 1, z);
+  if (probes_.starts.empty()) return error_of(0, raw_[0], ends_along(0, z, textures_[0].starts().places));
+  const double left = probe(ends_along(0, z, probes_.starts));
+  return probes_.blend_error > 0 ? left / probes_.blend_error * blend_error_ : left;
+}
+
+/// Both fields on a finer texture.
+void TextureAligner::move_to(int m) {
+  for (; at_ > m; --at_)
+    for (Vector* X : {&now_, &best_}) *X = textures_.prolongated(at_ - 1, *X);
+}
+
+FlowLevel& TextureAligner::enter(const FlowScale& scale) {
+  MeshFlowLevel& level = levels_.emplace_back();
+  length_ = scale.length;
+  const int before = at_;
+  move_to(texture_for(scale));
+  level.vertices = texture().size();
+  const Stopwatch watch;
+  const Pair& raw = raw_[std::size_t(at_)];
+  const Eigen::Index channels = raw.source.cols();
+  Signal both(raw.source.rows(), 2 * channels);
+  both << raw.source, raw.target;
+  both = smoothed(at_, both, scale.smoothed() ? length_ * length_ / 2 : 0);
+  signals_ = {both.leftCols(channels), both.rightCols(channels)};
+  if (options_.gradient_weight > 0)
+    for (Signal* signal : {&signals_.source, &signals_.target}) {
+      const Signal gradient = texture().vectors().gradient(*signal);
+      Signal with(signal->rows(), 2 * channels);
+      with.leftCols(channels) = *signal;
+      for (Eigen::Index i = 0; i < with.rows(); ++i)
+        with.row(i).tail(channels) =
+            std::sqrt(options_.gradient_weight) * length_ * gradient.middleRows(2 * i, 2).colwise().norm();
+      *signal = std::move(with);
+    }
+  level.smooth_seconds = watch.seconds();
+  if (!multigrid_ || before != at_) {
+    smoothness_ = texture().vectors().regularised_system(0, 1);
+    multigrid_.emplace(texture().transfers(), BlockMultigridOptions{.tolerance = options_.tolerance});
+  }
+  return level;
+}
+
+void TextureAligner::go_back_if_better() {
+  const Stopwatch watch;
+  const auto error_along = [&](const Vector& X) {
+    return error_of(at_, signals_, ends_along(at_, X, texture().starts().places));
+  };
+  same_ = error_along(best_) <= error_along(now_);
+  if (same_) now_ = best_;
+  levels_.back().warp_seconds += watch.seconds();
+}
+
+void TextureAligner::look_up() {
+  const Stopwatch watch;
+  ends_ = ends_along(at_, now_, texture().starts().places);
+  met_ = warped(at_, signals_, ends_);
+  error_ = mean_square_difference(texture().lumped_mass(), met_.source, met_.target);
+  levels_.back().warp_seconds += watch.seconds();
+}
+
+/// With a Y, differences count less the larger they are there: 1/√(1 + (δ_c + ⟨Y, ∇μ_c⟩)²/ϵ²).
+TextureAligner::TexelTerms TextureAligner::terms(const Signal& difference, const Signal& gradients,
+                                                 const Vector* Y) const {
+  TexelTerms result;
+  result.texels.resize(std::size_t(difference.rows()));
+  const Vector& mass = texture().lumped_mass();
+  const double robust = options_.robust_data;
+  result.trace = parallel_sum(difference.rows(), 0.0, [&](std::int64_t begin, std::int64_t end) {
+    double trace = 0;
+    for (std::int64_t i = begin; i < end; ++i) {
+      TexelTerms::Texel& texel = result.texels[std::size_t(i)];
+      for (Eigen::Index c = 0; c < difference.cols(); ++c) {
+        const double x = gradients(2 * i, c), y = gradients(2 * i + 1, c), d = difference(i, c);
+        double weight = mass[i];
+        if (Y && robust > 0) {
+          const double left = (d + (*Y)[2 * i] * x + (*Y)[2 * i + 1] * y) / robust;
+          weight /= std::sqrt(1 + left * left);
+        }
+        texel.xx += weight * x * x;
+        texel.xy += weight * x * y;
+        texel.yy += weight * y * y;
+        texel.x += weight * d * x;
+        texel.y += weight * d * y;
+      }
+      trace += texel.xx + texel.yy;
+    }
+    return trace;
+  });
+  return result;
+}
+
+/// (G + weight·L)·Y = −g, held as `DataTerms::held` does.
+Vector TextureAligner::corrected(const TexelTerms& terms, double weight, const std::vector<float>& shares,
+                                 const Progress& progress) {
+  MeshFlowLevel& level = levels_.back();
+  const Stopwatch building;
+  constexpr double hold = 1e-3;
+  const double held = hold * terms.trace / texture().area();
+  BlockMatrix<double> A = shares.empty() ? *smoothness_ : texture().vectors().regularised_system(0, 1, shares);
+  const Vector& mass = texture().lumped_mass();
+  Vector b(2 * std::int64_t(texture().size()));
+  parallel_for(texture().size(), [&](std::int64_t i) {
+    const TexelTerms::Texel& texel = terms.texels[std::size_t(i)];
+    for (int e = A.starts[std::size_t(i)]; e < A.starts[std::size_t(i) + 1]; ++e) {
+      std::array<double, 4>& block = A.blocks[std::size_t(e)];
+      for (double& value : block) value *= weight;
+      if (A.columns[std::size_t(e)] != i) continue;
+      block[0] += texel.xx + held * mass[i];
+      block[1] += texel.xy;
+      block[2] += texel.xy;
+      block[3] += texel.yy + held * mass[i];
+    }
+    b[2 * i] = -texel.x;
+    b[2 * i + 1] = -texel.y;
+  });
+  level.build_seconds += building.seconds();
+  const Stopwatch solving;
+  multigrid_->set_matrix(std::move(A), progress.step("levels", 0.3));
+  Vector Y = Vector::Zero(b.size());
+  level.cycles += multigrid_->solve(b, Y, progress.step("solve", 0.7)).cycles;
+  level.solve_seconds += solving.seconds();
+  level.unknowns = int(Y.size());
+  return Y;
+}
+
+double TextureAligner::correct(const Progress& progress, double share) {
+  const Progress step = progress.step("step", share);
+  const Signal difference = met_.target - met_.source;
+  const Signal gradients = texture().vectors().gradient(
+      options_.alignment == FlowAlignment::forward ? met_.target : Signal(0.5 * (met_.source + met_.target)));
+  TexelTerms data = terms(difference, gradients, nullptr);
+  if (!(data.trace > 0)) return 0;
+  const double weight = length_ * length_ * data.trace / texture().area();
+  const bool robust = options_.robust_data > 0 || options_.robust_smoothness > 0;
+  const int times = robust ? std::max(1, options_.reweightings) : 1;
+  std::vector<float> shares;
+  Y_ = Vector::Zero(2 * std::int64_t(texture().size()));
+  for (int k = 0; k < times; ++k) {
+    if (options_.robust_data > 0) data = terms(difference, gradients, &Y_);
+    if (k > 0 && options_.robust_smoothness > 0) {
+      shares = texture().vectors().gradient_norms(Y_);
+      for (float& s : shares) s = float(1 / std::sqrt(1 + std::pow(s / options_.robust_smoothness, 2)));
+    }
+    Y_ = corrected(data, weight, shares, step.step("solve", 1.0 / times));
+  }
+  double linear = 0, quadratic = 0;
+  for (std::size_t i = 0; i < data.texels.size(); ++i) {
+    const TexelTerms::Texel& texel = data.texels[i];
+    const double x = Y_[2 * Eigen::Index(i)], y = Y_[2 * Eigen::Index(i) + 1];
+    linear += texel.x * x + texel.y * y;
+    quadratic += texel.xx * x * x + 2 * texel.xy * x * y + texel.yy * y * y;
+  }
+  const double scale = quadratic > 0 ? -linear / quadratic : 0;
+  if (scale > 0) levels_.back().scale = scale;
+  return scale;
+}
+
+FlowErrorChange TextureAligner::attempt(double factor) {
+  const Stopwatch watch;
+  factor_ = factor;
+  now_ += factor * Y_;
+  next_ends_ = ends_along(at_, now_, texture().starts().places);
+  next_ = warped(at_, signals_, next_ends_);
+  next_error_ = mean_square_difference(texture().lumped_mass(), next_.source, next_.target);
+  levels_.back().warp_seconds += watch.seconds();
+  return {error_, next_error_};
+}
+
+void TextureAligner::take() {
+  error_ = next_error_;
+  met_ = std::move(next_);
+  ends_ = std::move(next_ends_);
+}
+
+double TextureAligner::measure() {
+  const Stopwatch watch;
+  const double error = at_ == 0 ? error_of(0, raw_[0], ends_) : error_from_coarse(now_);
+  same_ = false;
+  levels_.back().warp_seconds += watch.seconds();
+  return error;
+}
+
+void TextureAligner::keep() {
+  best_ = now_;
+  same_ = true;
+  estimated_ = at_ > 0 && !probes_.starts.empty();
+}
+
+std::optional<double> TextureAligner::settled_error() {
+  if (at_ > 0 || !estimated_) return {};
+  estimated_ = false;
+  return error_of(0, raw_[0], same_ ? ends_ : ends_along(0, best_, textures_[0].starts().places));
+}
+
+void TextureAligner::finish() {
+  move_to(0);
+  same_ = false;
+}
+
+}  // namespace mq

@@ -1,0 +1,152 @@
+#include "mq/flow/texture_levels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mq/base/parallel.h"
+
+namespace mq {
+namespace {
+
+/// A texture of which fewer texels lie inside charts would hardly be continuous over its seams.
+constexpr double least_interior = 0.4;
+
+double share_inside(const TexelSpace& space) {
+  const std::vector<char>& interior = space.texels().interior;
+  return double(std::ranges::count(interior, 1)) / double(std::max<std::size_t>(1, interior.size()));
+}
+
+double weight_of(const BlockTransfer::Entry& entry) { return std::hypot(double(entry.cosine), double(entry.sine)); }
+
+/// Per chart of an atlas the one of another size; −1: there is none.
+std::vector<int> same_charts(const Atlas& from, const Atlas& to) {
+  std::vector<int> result(from.charts.size(), -1);
+  for (std::size_t t = 0; t < from.chart.size(); ++t)
+    if (from.chart[t] >= 0 && to.chart[t] >= 0 && result[std::size_t(from.chart[t])] < 0)
+      result[std::size_t(from.chart[t])] = to.chart[t];
+  return result;
+}
+
+std::shared_ptr<const BlockTransfer> transfer_between(const FlowTexture& fine, const FlowTexture& coarse) {
+  const std::vector<int> charts = same_charts(fine.atlas(), coarse.atlas());
+  const int rows = fine.size();
+  std::vector<std::vector<BlockTransfer::Entry>> parts(std::size_t((rows + 4095) / 4096));
+  std::vector<int> counts(std::size_t(rows), 0);
+  parallel_blocks(rows, 4096, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<BlockTransfer::Entry>& part = parts[std::size_t(begin / 4096)];
+    for (std::int64_t i = begin; i < end; ++i) {
+      const ChartPlace& place = fine.starts().places[std::size_t(i)];
+      const int chart = place.chart < 0 ? -1 : charts[std::size_t(place.chart)];
+      if (chart < 0) continue;
+      const int texture = fine.domain().texture(place.cell);
+      const TextureSize &from = fine.atlas().textures[std::size_t(texture)],
+                        &to = coarse.atlas().textures[std::size_t(texture)];
+      const Vector2 scale(double(to.width) / from.width, double(to.height) / from.height);
+      const Vector2 texel = (fine.domain().texel(place) + Vector2(0.5, 0.5)).cwiseProduct(scale) - Vector2(0.5, 0.5);
+      const TangentPlane plane = fine.vectors().plane(int(i));
+      const std::size_t before = part.size();
+      coarse.domain().for_each_read(coarse.domain().place(chart, texture, texel), [&](int j, double weight) {
+        const std::complex<double> turn = weight * coarse.vectors().plane(j).turn(plane);
+        part.push_back({j, float(turn.real()), float(turn.imag())});
+      });
+      counts[std::size_t(i)] = int(part.size() - before);
+    }
+  });
+  auto P = std::make_shared<BlockTransfer>();
+  P->columns = coarse.size();
+  for (const int count : counts) P->starts.push_back(P->starts.back() + count);
+  for (const auto& part : parts) P->entries.insert(P->entries.end(), part.begin(), part.end());
+  P->finish();
+  return P;
+}
+
+}  // namespace
+
+FlowTexture::FlowTexture(const Surface& surface, const Atlas& atlas, const TexelSpace& space, const Progress& progress)
+    : atlas_(&atlas),
+      space_(&space),
+      vectors_(surface, atlas, space),
+      domain_(surface, atlas, space, progress),
+      starts_(domain_.starts()),
+      mass_(space.lumped_mass().cwiseMax(0)) {}
+
+const std::vector<std::shared_ptr<const BlockTransfer>>& FlowTexture::transfers() const {
+  // Fields are as smooth as two texels at least.
+  if (transfers_.empty()) transfers_ = vectors_.transfers(1, 4 * spacing() * spacing());
+  return transfers_;
+}
+
+Signal FlowTexture::shown(const Signal& signal) const {
+  Signal result = signal;
+  parallel_for(size(), [&](std::int64_t i) {
+    if (starts_.outside[std::size_t(i)]) domain_.value(signal, starts_.places[std::size_t(i)], result.middleRows(i, 1));
+  });
+  return result;
+}
+
+FlowTextures::FlowTextures(const Surface& surface, const Atlas& atlas, const TexelSpace& space, int coarsest,
+                           const Progress& progress) {
+  textures_.push_back(std::make_unique<FlowTexture>(surface, atlas, space, progress.step("order cells", 0.5)));
+  while (textures_.back()->size() > coarsest) {
+    const FlowTexture& fine = *textures_.back();
+    std::vector<TextureSize> sizes = fine.atlas().textures;
+    for (TextureSize& size : sizes) size.width = (size.width + 1) / 2, size.height = (size.height + 1) / 2;
+    auto coarse_atlas = std::make_unique<const Atlas>(make_atlas(surface, sizes, {.flipped = AtlasOptions::Flipped::keep}));
+    auto coarse_space = std::make_unique<const TexelSpace>(surface, *coarse_atlas, TexelSpaceOptions{},
+                                                           progress.step("coarser textures", 0.3));
+    if (share_inside(*coarse_space) < least_interior) break;
+    auto coarse = std::make_unique<FlowTexture>(surface, *coarse_atlas, *coarse_space);
+    coarse->own_atlas_ = std::move(coarse_atlas);
+    coarse->own_space_ = std::move(coarse_space);
+    transfers_.push_back(transfer_between(fine, *coarse));
+    textures_.push_back(std::move(coarse));
+  }
+  progress.at(1);
+}
+
+Signal FlowTextures::restricted(int m, const Signal& signal) const {
+  const BlockTransfer& P = *transfers_[std::size_t(m)];
+  const FlowTexture& fine = *textures_[std::size_t(m)];
+  Signal coarse = Signal::Zero(P.columns, signal.cols());
+  std::vector<char> empty(std::size_t(P.columns), 0);
+  parallel_for(P.columns, [&](std::int64_t j) {
+    double sum = 0;
+    for (int c = P.child_starts[std::size_t(j)]; c < P.child_starts[std::size_t(j) + 1]; ++c) {
+      const int i = P.children[std::size_t(c)].column;
+      if (fine.starts().outside[std::size_t(i)]) continue;
+      const double weight = fine.lumped_mass()[i] * weight_of(P.children[std::size_t(c)]);
+      coarse.row(j) += weight * signal.row(i);
+      sum += weight;
+    }
+    if (sum > 0)
+      coarse.row(j) /= sum;
+    else
+      empty[std::size_t(j)] = 1;
+  });
+  // Texels that no centre of a finer one is next to: the mean of what they are coupled to.
+  const SparseMatrix pattern = textures_[std::size_t(m) + 1]->space().stiffness();
+  const Signal known = coarse;
+  for (int j = 0; j < P.columns; ++j) {
+    if (!empty[std::size_t(j)]) continue;
+    double count = 0;
+    for (SparseMatrix::InnerIterator entry(pattern, j); entry; ++entry)
+      if (!empty[std::size_t(entry.col())]) {
+        coarse.row(j) += known.row(entry.col());
+        ++count;
+      }
+    if (count > 0) coarse.row(j) /= count;
+  }
+  return coarse;
+}
+
+Signal FlowTextures::prolongated_signal(int m, const Signal& signal) const {
+  const BlockTransfer& P = *transfers_[std::size_t(m)];
+  Signal fine = Signal::Zero(P.rows(), signal.cols());
+  parallel_for(P.rows(), [&](std::int64_t i) {
+    for (int e = P.starts[std::size_t(i)]; e < P.starts[std::size_t(i) + 1]; ++e)
+      fine.row(i) += weight_of(P.entries[std::size_t(e)]) * signal.row(P.entries[std::size_t(e)].column);
+  });
+  return fine;
+}
+
+}  // namespace mq
