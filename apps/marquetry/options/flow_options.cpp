@@ -69,7 +69,7 @@ void add_scale_options(OptionTable& table, const std::string& group) {
              .type = Type::length,
              .group = group,
              .help = fmt::format(
-                 "the last scale [default {} for pictures, two mean edges for models]",
+                 "the last scale [default {} for pictures, four texels for textures, two mean edges for models]",
                  as_typed(ImageFlowOptions{}.smallest))});
   table.add({.name = "detail",
              .type = Type::length,

@@ -338,7 +338,7 @@ Verb shock_verb() {
   add_frames_option(table);
   return {table,
           run_shock,
-          {{.what = "shock filters", .textures = "yes, on triangles cut to the size of texels"},
+          {{.what = "shock filters", .textures = "yes, across seams"},
            {.what = "shapes: their edges sharpened",
             .with = "--geometry",
             .textures = "",

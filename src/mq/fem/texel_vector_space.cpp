@@ -206,6 +206,26 @@ BlockMatrix<double> TexelVectorSpace::regularised_system(double a, double b,
   return A;
 }
 
+std::vector<float> TexelVectorSpace::bounded(double stretch) const {
+  const TexelSpace::Data& d = *space_->data_;
+  std::vector<float> result(std::size_t(space_->element_count()), 1.0F);
+  const double most = 4.0 / 3 * (stretch + 1 / stretch);  // the trace of a whole cell's matrix
+  const auto bound = [most](double trace) { return trace > most ? float(most / trace) : 1.0F; };
+  d.for_each_grid_cell([&](int id, const std::array<int, 4>&) {
+    double trace = 0;
+    for (const double s : d.integrals(id).stiffness) trace -= 2 * s;
+    result[std::size_t(id)] = bound(trace);
+  });
+  for (std::size_t b = 0; b < d.cells.seams.blocks.size(); ++b) {
+    const SeamBlocks::Block& block = d.cells.seams.blocks[b];
+    double trace = 0;
+    for (int i = 0; i < block.count; ++i)
+      trace += d.cells.seams.stiffness[std::size_t(block.first_value + SeamBlocks::index(i, i, block.count))];
+    result[std::size_t(d.element_of_block(int(b)))] = bound(trace);
+  }
+  return result;
+}
+
 std::vector<float> TexelVectorSpace::gradient_norms(const Vector& z) const {
   require(z.size() == 2 * std::int64_t(size()), "two components per texel are needed");
   const TexelSpace::Data& d = *space_->data_;

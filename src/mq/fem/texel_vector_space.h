@@ -64,6 +64,10 @@ class TexelVectorSpace {
   /// that hardly any point of the surface shows, between vectors carried to each other.
   BlockMatrix<double> regularised_system(double a, double b, std::span<const float> conductivity = {}) const;
 
+  /// Conductivities with which no element couples its texels more than a square cell stretched so many times to one would:
+  /// 1 for most.
+  std::vector<float> bounded(double stretch) const;
+
   /// Per element √(∫_e |∇X|² dA / area_e).
   std::vector<float> gradient_norms(const Vector& z) const;
 

@@ -21,6 +21,7 @@ namespace mq {
 
 namespace {
 
+constexpr double spacings_of_last = 2;  // ℓ of the last scale; docs/measurements/flow.md, "The last scale"
 constexpr int coarsest_vertices = 200;
 
 void require_signals(const Surface& surface, const Signal& source, const Signal& target) {
@@ -84,7 +85,7 @@ MeshFlow MeshFlowFinder::operator()(const Signal& source, const Signal& target,
   const SurfaceScale scale = finest().space().scale();
   SurfaceAligner aligner(*meshes_, options_, source, target,
                          flow_length(options_.detail, scale, "a length of details"));
-  const std::vector<FlowScale> scales = surface_scales(options_, scale, finest().spacing());
+  const std::vector<FlowScale> scales = surface_scales(options_, scale, finest().spacing(), spacings_of_last);
   MeshFlow flow;
   flow.prepare_seconds = watch.seconds();
   aligner.begin(scales);

@@ -16,17 +16,19 @@
 namespace mq {
 namespace {
 
+/// ℓ of the last scale: less would follow the noise of photographs (docs/measurements/flow.md, "Textures").
+constexpr double texels_of_last = 4;
 constexpr int coarsest_texels = 500;
 
 /// At the peak for a texel, three channels aligned (docs/measurements/flow.md).
-constexpr double bytes_per_texel = 2000;
+constexpr double bytes_per_texel = 3300;
 
 MeshFlow aligned(const FlowTextures& textures, const Signal& source, const Signal& target,
                  const MeshFlowOptions& options, const Progress& progress) {
   const Stopwatch watch;
   const SurfaceScale scale = textures[0].space().scale();
   TextureAligner aligner(textures, options, source, target, flow_length(options.detail, scale, "a length of details"));
-  const std::vector<FlowScale> scales = surface_scales(options, scale, textures[0].spacing());
+  const std::vector<FlowScale> scales = surface_scales(options, scale, textures[0].spacing(), texels_of_last);
   MeshFlow flow;
   flow.prepare_seconds = watch.seconds();
   aligner.begin(scales);
@@ -78,8 +80,8 @@ Signal TextureFlow::looked_up(const Signal& signal, double time, const Progress&
     const ChartPlace &from = starts[std::size_t(i)], &to = traced.ends[std::size_t(i)];
     if (from == to) return;
     Signal change(2, signal.cols());
-    finest.domain().value(signal, to, change.row(0));
-    finest.domain().value(signal, from, change.row(1));
+    finest.domain().sharp_value(signal, to, change.row(0));
+    finest.domain().sharp_value(signal, from, change.row(1));
     values.row(i) = (signal.row(i) + change.row(0) - change.row(1)).cwiseMax(low).cwiseMin(high);
   });
   return values;

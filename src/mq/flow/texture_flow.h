@@ -10,13 +10,13 @@ namespace mq {
 
 /// The flow of two signals of texels: `mesh_flow` with a vector per texel (`TexelVectorSpace`) in place of one per
 /// vertex, on the texture and on smaller and smaller ones of the same atlas; no triangle is cut. Levels, steps and errors
-/// are those of `MeshFlow`; lengths may be in texels. Values between the two are found by following the field from the
-/// centre of each texel over cells and seams (`AtlasFlow`) and looking the textures up at the ends, so that what does not
-/// move loses nothing: a texel both of whose paths rest keeps its values bit for bit. Texels whose centre lies outside
-/// their chart follow the path of the nearest point of the surface, so that lookups agree across seams, and change by as
-/// much as the texture changes along it: what they hold beside it, such as the dark ground of an atlas, stays. While
-/// textures are aligned such texels are what lookups find where their paths begin. No value leaves the range of the
-/// textures.
+/// are those of `MeshFlow`; lengths may be in texels, and `smallest` is four texels where none is given. Values between
+/// the two are found by following the field from the centre of each texel over cells and seams (`AtlasFlow`) and looking
+/// the textures up at the ends (`TraceAtlas::sharp_value`), so that what does not move loses nothing: a texel both of
+/// whose paths rest keeps its values bit for bit. Texels whose centre lies outside their chart follow the path of the
+/// nearest point of the surface, so that lookups agree across seams, and change by as much as the texture changes along
+/// it: what they hold beside it, such as the dark ground of an atlas, stays. While textures are aligned such texels are
+/// what lookups find where their paths begin. No value leaves the range of the textures.
 ///
 /// Where charts lie upon each other, mirrored halves for example, both move along the field that the one of the earliest
 /// turn has (`Texels::chart`).

@@ -11,6 +11,9 @@ namespace {
 /// A texture of which fewer texels lie inside charts would hardly be continuous over its seams.
 constexpr double least_interior = 0.4;
 
+/// What is stretched more is a sliver; smoothness over it would be all that single precision sees.
+constexpr double most_stretch = 16;
+
 double share_inside(const TexelSpace& space) {
   const std::vector<char>& interior = space.texels().interior;
   return double(std::ranges::count(interior, 1)) / double(std::max<std::size_t>(1, interior.size()));
@@ -68,7 +71,8 @@ FlowTexture::FlowTexture(const Surface& surface, const Atlas& atlas, const Texel
       vectors_(surface, atlas, space),
       domain_(surface, atlas, space, progress),
       starts_(domain_.starts()),
-      mass_(space.lumped_mass().cwiseMax(0)) {}
+      mass_(space.lumped_mass().cwiseMax(0)),
+      limits_(vectors_.bounded(most_stretch)) {}
 
 const std::vector<std::shared_ptr<const BlockTransfer>>& FlowTexture::transfers() const {
   // Fields are as smooth as two texels at least.

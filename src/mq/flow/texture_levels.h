@@ -25,6 +25,8 @@ class FlowTexture {
   const TraceAtlas& domain() const { return domain_; }
   const TraceAtlas::Starts& starts() const { return starts_; }
   const Vector& lumped_mass() const { return mass_; }
+  /// Conductivities of smoothness: 1, but less for elements that are stretched more than 16 : 1, such as slivers.
+  const std::vector<float>& limits() const { return limits_; }
 
   /// P of the multigrid cycles that solve for fields; made when first asked for.
   const std::vector<std::shared_ptr<const BlockTransfer>>& transfers() const;
@@ -43,6 +45,7 @@ class FlowTexture {
   TraceAtlas domain_;
   TraceAtlas::Starts starts_;
   Vector mass_;
+  std::vector<float> limits_;
   mutable std::vector<std::shared_ptr<const BlockTransfer>> transfers_;
 };
 

@@ -269,6 +269,38 @@ void TraceAtlas::value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Si
   }
 }
 
+namespace {
+
+/// Weights of the values at −1, 0, 1, 2 for the one at x from 0 to 1.
+std::array<double, 4> catmull_rom(double x) {
+  return {0.5 * x * (x * (2 - x) - 1), 0.5 * (x * x * (3 * x - 5) + 2), 0.5 * x * (x * (4 - 3 * x) + 1),
+          0.5 * x * x * (x - 1)};
+}
+
+}  // namespace
+
+void TraceAtlas::sharp_value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Signal> row) const {
+  const int step = stride(at.cell);
+  constexpr unsigned char ends = left_flag | top_flag | right_flag | bottom_flag;
+  bool inside = !(flags_[std::size_t(at.cell)] & ends);
+  for (int j = -1; j <= 1 && inside; ++j)
+    for (int i = -1; i <= 1 && inside; ++i)
+      inside = !bordered(at.cell + i + j * step) && covered(at.cell + i + j * step);
+  if (!inside) return value(signal, at, row);
+  const std::array<double, 4> along = catmull_rom(at.x), down = catmull_rom(at.y);
+  for (Eigen::Index c = 0; c < signal.cols(); ++c) {
+    double sum = 0, low = INFINITY, high = -INFINITY;
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 4; ++i) {
+        const double here = signal(unknown(at.cell + i - 1 + (j - 1) * step), c);
+        sum += along[std::size_t(i)] * down[std::size_t(j)] * here;
+        low = std::min(low, here);
+        high = std::max(high, here);
+      }
+    row(0, c) = std::clamp(sum, low, high);
+  }
+}
+
 Vector3 TraceAtlas::position(const ChartPlace& at) const {
   Vector3 sum = Vector3::Zero();
   for_each_weight(at, [&](int i, double weight) { sum += weight * space_->texels().position(i); });

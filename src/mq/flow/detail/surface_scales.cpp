@@ -9,12 +9,6 @@
 
 namespace mq {
 
-namespace {
-
-constexpr double spacings_of_last = 2;  // ℓ of the last scale; docs/measurements/flow.md, "The last scale"
-
-}  // namespace
-
 void require_options(const MeshFlowOptions& options) {
   require(options.levels >= 0 && options.levels <= 64 && options.steps > 0,
           fmt::format("{} levels of {} steps were wanted; 0 to 64 levels of at least one step are "
@@ -33,14 +27,15 @@ double flow_length(const Length& length, const SurfaceScale& scale, const char* 
   return std::sqrt(weight_from_length(length, scale));
 }
 
-std::vector<FlowScale> surface_scales(const MeshFlowOptions& options, const SurfaceScale& scale, double spacing) {
+std::vector<FlowScale> surface_scales(const MeshFlowOptions& options, const SurfaceScale& scale, double spacing,
+                                      double last) {
   const double largest = flow_length(options.largest, scale, "a largest length");
   require(largest > 0, "the largest length must be positive");
   double smallest = flow_length(options.smallest, scale, "a smallest length");
   require(
       smallest <= largest,
       fmt::format("the smallest length, {:.4g}, is above the largest, {:.4g}", smallest, largest));
-  if (smallest == 0) smallest = spacings_of_last * spacing;
+  if (smallest == 0) smallest = last * spacing;
   if (options.levels > 0) return halved_scales(largest, 0, options.levels);
   const double shown = std::max(1.5 * smallest, 2.5 * spacing);
   std::vector<FlowScale> scales = halved_scales(largest, shown);

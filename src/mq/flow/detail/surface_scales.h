@@ -17,7 +17,9 @@ void require_options(const MeshFlowOptions& options);
 /// A length in model units. Throws `InvalidInput` where it is negative or not finite; `what` names it.
 double flow_length(const Length& length, const SurfaceScale& scale, const char* what);
 
-/// From the largest length on halved, down to the smallest, on a domain whose unknowns lie so far apart.
-std::vector<FlowScale> surface_scales(const MeshFlowOptions& options, const SurfaceScale& scale, double spacing);
+/// From the largest length on halved, down to the smallest, where none is given to so many spacings, on a domain whose
+/// unknowns lie so far apart.
+std::vector<FlowScale> surface_scales(const MeshFlowOptions& options, const SurfaceScale& scale, double spacing,
+                                      double last);
 
 }  // namespace mq

@@ -185,7 +185,7 @@ FlowLevel& TextureAligner::enter(const FlowScale& scale) {
     }
   level.smooth_seconds = watch.seconds();
   if (!multigrid_ || before != at_) {
-    smoothness_ = texture().vectors().regularised_system(0, 1);
+    smoothness_ = texture().vectors().regularised_system(0, 1, texture().limits());
     multigrid_.emplace(texture().transfers(), BlockMultigridOptions{.tolerance = options_.tolerance});
   }
   return level;
@@ -274,6 +274,18 @@ Vector TextureAligner::corrected(const TexelTerms& terms, double weight, const s
   return Y;
 }
 
+/// α* of (4.8).
+double TextureAligner::scale_of(const TexelTerms& terms, const Vector& Y) const {
+  double linear = 0, quadratic = 0;
+  for (std::size_t i = 0; i < terms.texels.size(); ++i) {
+    const TexelTerms::Texel& texel = terms.texels[i];
+    const double x = Y[2 * Eigen::Index(i)], y = Y[2 * Eigen::Index(i) + 1];
+    linear += texel.x * x + texel.y * y;
+    quadratic += texel.xx * x * x + 2 * texel.xy * x * y + texel.yy * y * y;
+  }
+  return quadratic > 0 ? -linear / quadratic : 0;
+}
+
 double TextureAligner::correct(const Progress& progress, double share) {
   const Progress step = progress.step("step", share);
   const Signal difference = met_.target - met_.source;
@@ -281,7 +293,7 @@ double TextureAligner::correct(const Progress& progress, double share) {
       options_.alignment == FlowAlignment::forward ? met_.target : Signal(0.5 * (met_.source + met_.target)));
   TexelTerms data = terms(difference, gradients, nullptr);
   if (!(data.trace > 0)) return 0;
-  const double weight = length_ * length_ * data.trace / texture().area();
+  const double weight = weight_of(data);
   const bool robust = options_.robust_data > 0 || options_.robust_smoothness > 0;
   const int times = robust ? std::max(1, options_.reweightings) : 1;
   std::vector<float> shares;
@@ -290,18 +302,12 @@ double TextureAligner::correct(const Progress& progress, double share) {
     if (options_.robust_data > 0) data = terms(difference, gradients, &Y_);
     if (k > 0 && options_.robust_smoothness > 0) {
       shares = texture().vectors().gradient_norms(Y_);
-      for (float& s : shares) s = float(1 / std::sqrt(1 + std::pow(s / options_.robust_smoothness, 2)));
+      for (std::size_t e = 0; e < shares.size(); ++e)
+        shares[e] = float(texture().limits()[e] / std::sqrt(1 + std::pow(shares[e] / options_.robust_smoothness, 2)));
     }
     Y_ = corrected(data, weight, shares, step.step("solve", 1.0 / times));
   }
-  double linear = 0, quadratic = 0;
-  for (std::size_t i = 0; i < data.texels.size(); ++i) {
-    const TexelTerms::Texel& texel = data.texels[i];
-    const double x = Y_[2 * Eigen::Index(i)], y = Y_[2 * Eigen::Index(i) + 1];
-    linear += texel.x * x + texel.y * y;
-    quadratic += texel.xx * x * x + 2 * texel.xy * x * y + texel.yy * y * y;
-  }
-  const double scale = quadratic > 0 ? -linear / quadratic : 0;
+  const double scale = scale_of(data, Y_);
   if (scale > 0) levels_.back().scale = scale;
   return scale;
 }

@@ -82,6 +82,8 @@ class TextureAligner final : public FlowDomain {
   Signal smoothed(int m, const Signal& signal, double weight) const;
   Signal without_light(const Signal& signal, double detail) const;
   TexelTerms terms(const Signal& difference, const Signal& gradients, const Vector* Y) const;
+  double weight_of(const TexelTerms& terms) const { return length_ * length_ * terms.trace / texture().area(); }
+  double scale_of(const TexelTerms& terms, const Vector& Y) const;
   Vector corrected(const TexelTerms& terms, double weight, const std::vector<float>& shares, const Progress& progress);
 
   const FlowTextures& textures_;
