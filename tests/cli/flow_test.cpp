@@ -126,8 +126,7 @@ TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
   const auto error = result.json()["result"]["error"].get<std::vector<double>>();
   for (std::size_t i = 1; i < error.size(); ++i) EXPECT_LE(error[i], error[i - 1]);
   EXPECT_LT(error.back(), 0.1 * error.front());
-  EXPECT_EQ(result.json()["result"]["longest_edge"], 2);
-  EXPECT_THAT(result.error, Not(HasSubstr("triangles are cut to")));
+  EXPECT_FALSE(result.json()["result"].contains("longest_edge"));
   for (const char* name : {"field.vf", "report.json", "halfway/a.png", "error/a.png"})
     EXPECT_TRUE(std::filesystem::exists(folder / (std::string("out/") + name))) << name;
   const Image<float> halfway = read_texture(folder / "out/halfway/a.png").pixels,
@@ -144,6 +143,17 @@ TEST(Flow, FindsHowTexturesMoveOverTheirSeam) {
   // The two sides of the seam are moved alike.
   for (int y = 10; y < 38; ++y)
     EXPECT_NEAR(halfway(28, y) - truth(28, y), halfway(35, y) - truth(35, y), 0.03) << y;
+}
+
+TEST(Flow, CutsTrianglesForTheirBases) {
+  const Folder folder;
+  write_strip(folder);
+  write_image(folder / "a.png", wave_over_strip(0));
+  write_image(folder / "b.png", wave_over_strip(2));
+  const Result result = marquetry(folder, {"flow", "strip.obj", "a.png", "b.png", "-o", "out", "--json", "--basis", "vertex"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["longest_edge"], 2);
+  EXPECT_THAT(result.error, Not(HasSubstr("triangles are cut to")));
 }
 
 TEST(Flow, TakesLengthsInTexels) {

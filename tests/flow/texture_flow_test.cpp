@@ -98,6 +98,22 @@ TEST(TextureFlow, SwappedTexturesMoveTheOtherWay) {
   EXPECT_LT((there + back).norm(), 1e-3 * there.norm());
 }
 
+TEST(TextureFlow, FindsTheSameByItsOtherWays) {
+  const auto cut = fixtures::turned(fixtures::odd_angle);
+  const double angle = 0.05;
+  const MovedTexture moved(fixtures::cut_sphere(24, cut), {150, 100}, 2, fixtures::rotation(angle, Vector3::UnitZ()));
+  const auto error_with = [&](const auto& change) {
+    MeshFlowOptions options = up_to(8);
+    change(options);
+    const TextureFlow flow(moved.model->surface, moved.model->atlas, moved.space, moved.source, moved.target, options);
+    return moved.end_point_error(flow.flow().field, fixtures::rotation(-angle, Vector3::UnitZ()));
+  };
+  EXPECT_LT(error_with([](MeshFlowOptions& o) { o.alignment = FlowAlignment::forward; }), 0.15);
+  EXPECT_LT(error_with([](MeshFlowOptions& o) { o.robust_data = o.robust_smoothness = 0.5; }), 0.15);
+  EXPECT_LT(error_with([](MeshFlowOptions& o) { o.gradient_weight = 1; }), 0.15);
+  EXPECT_LT(error_with([](MeshFlowOptions& o) { o.detail = {20, Length::Unit::percent}; }), 0.15);
+}
+
 TEST(TextureFlow, RefusesWhatOnlyTrianglesHave) {
   const auto cut = fixtures::turned(fixtures::odd_angle);
   const MovedTexture still(fixtures::cut_sphere(6, cut), {48, 32}, 2, [](const Vector3& p) { return p; });
