@@ -297,6 +297,10 @@ def _plain(text: str, words: _Words) -> str:
     text = text.replace(words.inputs.held.path(""), "")
     for frames in words.inputs.frames:
         text = text.replace(frames.path + "/", "").replace(frames.path, "the sequence")
+    for row in words.rows.values():  # the program calls what stands in a place MESH
+        if row["positional"]:
+            text = re.sub(rf"^({re.escape(row['value'])}|{row['name'].upper()})(?=:| is )", keyword_of(row["name"]), text)
+
     def keyword(found: re.Match[str]) -> str:
         return keyword_of(found[1]) if found[1] in words.rows else found[0]
 

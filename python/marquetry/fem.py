@@ -13,6 +13,7 @@ from typing import Any, Optional, Sequence, Union
 import numpy as np
 
 from . import _marquetry
+from ._arrays import plain_array
 from ._errors import InvalidInput
 from ._meshes import as_mesh
 from ._pictures import Picture, as_picture, picture_array
@@ -23,7 +24,7 @@ __all__ = ["Space", "TexelSpace", "VertexSpace", "ImageSpace", "ScreenedPoisson"
 
 
 def _array(values: Any, name: str) -> Array:
-    array = np.asarray(values)
+    array = plain_array(values, name)
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name}: found an array of {array.dtype}, wanted numbers")
     return array
@@ -122,7 +123,7 @@ class Space:
         """A matrix (points, size) of the basis functions at points: B @ psi are the values of a signal there.
 
         faces (points,) whole numbers; barycentric (points, 3), the weights of the corners, of sum 1."""
-        return self._own.basis_at(np.asarray(faces), _array(barycentric, "barycentric"))
+        return self._own.basis_at(plain_array(faces, "faces"), _array(barycentric, "barycentric"))
 
     def gradient(self) -> Any:
         """The gradient as a matrix; divergence() @ gradient() is S."""
@@ -265,7 +266,7 @@ class VertexSpace(Space):
 
     def scatter(self, signal: Any, values: Any) -> Array:
         """The values at the mesh's vertices with the signal's in their place; vertices of no face keep theirs."""
-        made, given = np.array(values), _array(signal, "signal")
+        made, given = plain_array(values, "values").copy(), _array(signal, "signal")
         point = self._own.vertex_from_source()
         if len(made) != len(point) or given.shape != (self.size, *made.shape[1:]):
             raise InvalidInput(f"signal: found an array of shape {given.shape} for values of shape {made.shape}, wanted "
@@ -350,7 +351,7 @@ class GeodesicDistance(_Equation):
               progress: Progress = None) -> Array:
         """The distance of every unknown from the nearest of these, whose own are 0 or as given; model units,
         infinite where no path leads."""
-        sources = np.atleast_1d(np.asarray(unknowns))
+        sources = np.atleast_1d(plain_array(unknowns, "unknowns"))
         known = None if distances is None else np.atleast_1d(_array(distances, "distances"))
         distance, self.report = self._own.from_(sources, known, progress)
         return distance  # type: ignore[no-any-return]
