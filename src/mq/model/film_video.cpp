@@ -1,19 +1,16 @@
 #include "mq/model/film_video.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <string_view>
-#include <system_error>
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
 #include "mq/image/resample.h"
 #include "mq/io/mp4.h"
+#include "mq/io/temporary_folder.h"
 
 namespace mq {
 namespace {
@@ -36,31 +33,7 @@ Image<float> colours_of(const Image<float>& picture) {
   return colours;
 }
 
-/// A folder of its own for as long as it is wanted.
-class WorkFolder {
- public:
-  WorkFolder() {
-    std::error_code error;
-    const fs::path place = fs::temp_directory_path(error);
-    std::string name = (place / "marquetry-play-XXXXXX").string();
-    if (error || !mkdtemp(name.data()))
-      throw IoError(fmt::format("no folder for the video can be made in {} ({}); TMPDIR names another",
-                                error ? "the folder for temporary files" : place.string(),
-                                error ? error.message() : std::strerror(errno)));
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-
-  fs::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+TemporaryFolder work_folder() { return {"marquetry-play-", "the video"}; }
 
 void warn_of_codec(const std::string& name, const std::string& codec, Messages& messages) {
   if (codec == "hvc1" || codec == "hev1")
@@ -115,7 +88,7 @@ FilmVideo read_film_video(const fs::path& path, const FilmVideoOptions& options,
 
 CapturedFilmVideo captured_film_video(CapturedTextures& captured, const VideoOptions& options,
                                       Messages& messages, const Progress& progress) {
-  const WorkFolder work;
+  const TemporaryFolder work = work_folder();
   const fs::path path = work / "textures.mp4";
   CapturedFilmVideo made;
   made.figures = write_captured(captured, path.string(), options, Compression::none, messages, progress);
@@ -131,7 +104,7 @@ FilmVideo picture_film_video(const std::vector<const Image<float>*>& pictures, c
     width = std::max(width, picture->width() + picture->width() % 2);
     height = std::max(height, picture->height() + picture->height() % 2);
   }
-  const WorkFolder work;
+  const TemporaryFolder work = work_folder();
   VideoWriter video(work / "textures.mp4", width, height, options, progress);
   const Image<float>* last = nullptr;
   Image<float> scaled(width, height, 3, untextured_grey);
