@@ -15,6 +15,5 @@ def plain_array(values: Any, name: str) -> Array:
     hidden = int(np.count_nonzero(values.mask)) if isinstance(values, np.ma.MaskedArray) else 0
     if hidden > 0:
         raise InvalidInput(f"{name}: found {hidden} of {values.size} values masked, wanted an array without a mask: "
-                           ".filled(value) says what they are; verbs with a keyword mask leave texels out by a picture "
-                           "of their own")
+                           ".filled(value) says what they are")
     return np.asarray(values)
