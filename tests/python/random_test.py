@@ -153,6 +153,24 @@ class RandomCalls(unittest.TestCase):
         backward = np.ascontiguousarray(psi[::-1])[::-1]
         np.testing.assert_array_equal(self.space.stiffness_times(backward), self.space.stiffness_times(psi))
 
+    def test_columns_of_records_are_taken(self):
+        """Whose values begin at any byte."""
+        colours = np.random.default_rng(9).integers(0, 65535, (len(self.vertices), 3), np.uint16)
+        records = np.zeros(len(self.vertices), [("kind", "u1"), ("position", "f8", 3), ("colour", "u2", 3)])
+        records["position"], records["colour"] = self.vertices, colours
+        corners = np.zeros(len(self.faces), [("kind", "u1"), ("corners", "i4", 3)])
+        corners["corners"] = self.faces
+        pixels = np.zeros(self.picture.shape[:2], [("kind", "u1"), ("values", "f4", 3)])
+        pixels["values"] = self.picture
+        packed = mq.Mesh(records["position"], corners["corners"], self.uvs, colors=records["colour"])
+        plain = mq.Mesh(self.vertices, self.faces, self.uvs, colors=colours)
+        np.testing.assert_array_equal(mq.filter(packed, beta=2, vertices=True).mesh.colors,
+                                      mq.filter(plain, beta=2, vertices=True).mesh.colors)
+        np.testing.assert_array_equal(mq.filter(packed, pixels["values"], beta=2).picture,
+                                      mq.filter(plain, self.picture, beta=2).picture)
+        space = mq.TexelSpace(packed, 16)
+        np.testing.assert_array_equal(space.gather(pixels["values"]), self.space.gather(self.picture))
+
     def test_wrong_numbers_are_refused(self):
         nan, infinite = float("nan"), float("inf")
         for wrong in (nan, -1.0, "far", None, 1j):
