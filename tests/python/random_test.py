@@ -7,6 +7,7 @@ import numpy as np
 
 import marquetry as mq
 
+VERBS = 2
 COUNT = int(os.environ.get("MARQUETRY_RANDOM_CALLS", "1000"))
 
 
@@ -80,7 +81,7 @@ class RandomCalls(unittest.TestCase):
         self.equation = mq.ScreenedPoisson(self.space, 0.1)
 
     def calls(self):
-        """Functions of arrays, each with good ones."""
+        """Functions of arrays, each with good ones; VERBS of them, and then those of spaces."""
         psi = self.space.gather(self.picture)
         faces, weights = np.array([0, 1]), np.full((2, 3), 1 / 3)
         ones = np.ones(self.space.element_count)
@@ -130,9 +131,16 @@ class RandomCalls(unittest.TestCase):
                     function(*arguments)
                 except (mq.Error, TypeError, ValueError):
                     continue
+                if at < VERBS and self.is_picture(bad, good[place]):
+                    continue  # of any size
                 if not self.is_right_as_well(bad, good[place]):
                     accepted.append((seed, at, place, getattr(bad, "shape", bad), getattr(bad, "dtype", type(bad))))
         self.assertEqual(accepted, [])
+
+    @staticmethod
+    def is_picture(bad, good):
+        return (isinstance(bad, np.ndarray) and bad.dtype == good.dtype == np.float32 and bad.ndim in (2, 3)
+                and bad.size > 0 and np.isfinite(bad).all())
 
     @staticmethod
     def is_right_as_well(bad, good):
