@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
+#include "mq/image/colour.h"
 #include "mq/image/resample.h"
 #include "mq/io/mp4.h"
 #include "mq/io/temporary_folder.h"
@@ -17,21 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// H.264, AV1, VP9 and VP8 as MP4 calls them.
 constexpr float untextured_grey = 0.8F;
 constexpr double same_rate = 1e-6;  // relative: rates of files are fractions
+/// H.264, AV1, VP9 and VP8 as MP4 calls them.
 constexpr std::string_view played_codecs[] = {"avc1", "avc3", "av01", "vp09", "vp08"};
-
-/// Without alpha: no opacity is followed, so that what lies under it is shown.
-Image<float> colours_of(const Image<float>& picture) {
-  const int channels = colour_channels(picture.channels());
-  if (channels == picture.channels()) return picture;
-  Image<float> colours(picture.width(), picture.height(), channels);
-  for (int y = 0; y < picture.height(); ++y)
-    for (int x = 0; x < picture.width(); ++x)
-      for (int c = 0; c < channels; ++c) colours(x, y, c) = picture(x, y, c);
-  return colours;
-}
 
 TemporaryFolder work_folder() { return {"marquetry-play-", "the video"}; }
 
@@ -109,9 +100,9 @@ FilmVideo picture_film_video(const std::vector<const Image<float>*>& pictures, c
   const Image<float>* last = nullptr;
   Image<float> scaled(width, height, 3, untextured_grey);
   for (std::size_t f = 0; f < pictures.size(); ++f) {
-    if (pictures[f] != last)
+    if (pictures[f] != last)  // videos have no opacity: what lies under alpha is shown
       scaled = pictures[f]->values().empty() ? Image<float>(width, height, 3, untextured_grey)
-                                             : area_scaled(colours_of(*pictures[f]), width, height);
+                                             : area_scaled(as_rgb(*pictures[f], std::nullopt), width, height);
     last = pictures[f];
     video.write(scaled);
     progress.at(double(f + 1) / double(pictures.size()));
