@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mq/base/error.h"
+#include "mq/io/temporary_folder.h"
 #include "mq/model/model_paints.h"
 #include "mq/sample/moving.h"
 #include "shell/verb.h"
@@ -83,7 +84,7 @@ std::filesystem::path cache() {
     return named;
   const char* const home = std::getenv("HOME");
   return home != nullptr && *home != 0 ? std::filesystem::path(home) / ".cache"
-                                       : std::filesystem::temp_directory_path();
+                                       : temporary_place();
 }
 
 }  // namespace

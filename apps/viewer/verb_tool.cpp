@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <imgui.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <array>
@@ -26,18 +25,8 @@
 namespace mq::view {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Of all stages of a run together, at 4 or 16 bytes each; the first ones are let go.
 constexpr std::int64_t most_texels_kept = 256 << 20;
-
-fs::path temporary_folder() {
-  std::error_code error;
-  std::string name = (fs::temp_directory_path(error) / "marquetry-view-XXXXXX").string();
-  if (error || mkdtemp(name.data()) == nullptr)
-    throw IoError(name + ": no temporary folder can be made; TMPDIR names another place");
-  return name;
-}
 
 app::Verb verb_named(const std::string& name) {
   std::vector<app::Verb> verbs = app::all_verbs();
@@ -57,7 +46,6 @@ constexpr std::array<std::string_view, 8> of_textures = {
 
 VerbTool::VerbTool(const std::string& verb, Session& session)
     : session_(session), options_(options_for(verb, session)), verb_(verb) {
-  folder_ = temporary_folder();
   const TexturedModel& scene = *session.scene;
   if (!session.before) {
     const bool of_shape = std::ranges::count(verbs_of_shape, verb) > 0;
@@ -83,22 +71,12 @@ void VerbTool::refuse_as_the_verb() const {
   app::Terminal silence("view");
   silence.set_voice(app::Terminal::Voice::quiet);
   app::Run run(trying, silence, {});
-  try {
-    verb_named(verb_).run(run);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-    throw;
-  }
+  verb_named(verb_).run(run);
   throw InvalidInput(fmt::format("{}: has no textures for the tool {} to work on",
                                  session_.scene->model.path.string(), verb_));
 }
 
-VerbTool::~VerbTool() {
-  background_.stop();
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
-}
+VerbTool::~VerbTool() { background_.stop(); }
 
 /// Those that say what is computed, in the order of the table.
 std::vector<std::string> VerbTool::shown_options() const {

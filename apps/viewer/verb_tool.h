@@ -10,6 +10,7 @@
 #include <string>
 
 #include "background.h"
+#include "mq/io/temporary_folder.h"
 #include "session.h"
 #include "tool.h"
 
@@ -70,7 +71,7 @@ class VerbTool : public Tool {
   /// thread.
   void save_behind(const std::string& path, Work work, std::function<void()> written = {});
   virtual std::string command_words(const OptionValues& options) const;
-  const std::filesystem::path& folder() const { return folder_; }
+  const std::filesystem::path& folder() const { return folder_.path(); }
   /// Whether all is there that the verb wants.
   virtual bool complete() const;
   /// Throws `InvalidInput` where it is not.
@@ -106,7 +107,7 @@ class VerbTool : public Tool {
 
   std::string verb_;
   bool at_vertices_ = false;
-  std::filesystem::path folder_;  ///< for results on their way to the window
+  TemporaryFolder folder_{"marquetry-view-", "results"};  ///< for results on their way to the window
   bool stale_ = false, stopped_ = false;
   bool has_run_ = false;
   std::string failure_;  ///< of the last run, if it failed

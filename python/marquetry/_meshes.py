@@ -6,6 +6,7 @@ from typing import Any, Optional, Sequence
 
 import numpy as np
 
+from ._arrays import plain_array
 from ._errors import InvalidInput
 from ._pictures import Picture, as_picture, picture_array
 from ._types import Array
@@ -27,11 +28,11 @@ class Mesh:
         for name, value in (("vertices", vertices), ("faces", faces)):
             if value is None:
                 raise TypeError(f"{name}: found None, wanted an array")
-        self.vertices = np.asarray(vertices)
-        self.faces = np.asarray(faces)
-        self.uvs: Optional[Array] = None if uvs is None else np.asarray(uvs)
-        self.textures: Optional[Array] = None if textures is None else np.asarray(textures)
-        self.colors: Optional[Array] = None if colors is None else _single(np.asarray(colors))
+        self.vertices = plain_array(vertices, "vertices")
+        self.faces = plain_array(faces, "faces")
+        self.uvs: Optional[Array] = None if uvs is None else plain_array(uvs, "uvs")
+        self.textures: Optional[Array] = None if textures is None else plain_array(textures, "textures")
+        self.colors: Optional[Array] = None if colors is None else _single(plain_array(colors, "colors"))
         given = list(pictures) if isinstance(pictures, (list, tuple)) else [pictures]
         self.pictures: list[Picture] = [as_picture(picture_array(one, "pictures")) for one in given]
         if self.uvs is not None and self.uvs.ndim == 2:
@@ -145,5 +146,5 @@ def joined_arrays(arguments: Sequence[Any]) -> list[Any]:
     if rest and not is_path(rest[0]) and not is_mesh(rest[0]):
         third = np.asarray(rest[0])
         if third.dtype.kind == "f" and (third.shape == (len(second), 3, 2) or third.shape == (len(first), 2)):
-            uvs, rest = third, rest[1:]
-    return [Mesh(first, second, uvs), *rest]
+            uvs, rest = rest[0], rest[1:]
+    return [Mesh(given[0], given[1], uvs), *rest]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ._arrays import plain_array
 from ._errors import InvalidInput
 from ._types import Array
 
@@ -93,7 +94,7 @@ def picture_array(value: Any, name: str) -> Array:
         value = _of_pil(value)
     if not (isinstance(value, np.ndarray) or hasattr(value, "__array_interface__") or hasattr(value, "__array__")):
         raise TypeError(f"{name}: found {type(value).__name__}, wanted a path, an array or a picture")
-    array = np.asarray(value)
+    array = plain_array(value, name)
     if array.ndim == 3 and array.shape[2] == 1:
         array = array[:, :, 0]
     if array.dtype.kind == "f" and array.dtype != np.float32:

@@ -10,7 +10,7 @@ import re
 import warnings
 from contextlib import contextmanager
 from functools import lru_cache
-from typing import Any, Callable, Iterator, Optional
+from typing import Any, Iterator
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from . import _marquetry
 from ._errors import Error, InvalidInput, Unsupported, Warning
 from ._meshes import as_mesh, is_mesh, is_path, joined_arrays
 from ._pictures import picture_array
+from ._progress import listener
 from ._results import Result, result_of
 from ._sequences import SEQUENCES, Frames, is_sequence
 
@@ -297,6 +298,10 @@ def _plain(text: str, words: _Words) -> str:
     text = text.replace(words.inputs.held.path(""), "")
     for frames in words.inputs.frames:
         text = text.replace(frames.path + "/", "").replace(frames.path, "the sequence")
+    for row in words.rows.values():  # the program calls what stands in a place MESH
+        if row["positional"]:
+            text = re.sub(rf"^({re.escape(row['value'])}|{row['name'].upper()})(?=:| is )", keyword_of(row["name"]), text)
+
     def keyword(found: re.Match[str]) -> str:
         return keyword_of(found[1]) if found[1] in words.rows else found[0]
 
@@ -305,38 +310,11 @@ def _plain(text: str, words: _Words) -> str:
                      for line in text.split("\n"))
 
 
-@contextmanager
-def _listener(progress: Any) -> Iterator[Optional[Callable[[float, str], None]]]:
-    """A callable as it is; True: a bar of tqdm, which is full where the work was done, and stays where it ended
-    otherwise."""
-    if progress is None or progress is False:
-        yield None
-        return
-    if progress is not True:
-        if not callable(progress):
-            raise TypeError("progress: wanted a callable of a fraction and a step, True, or None")
-        yield progress
-        return
-    try:
-        from tqdm.auto import tqdm  # type: ignore[import]
-    except ImportError as error:
-        raise ImportError("progress=True shows a bar of tqdm, which is not installed (Debian: python3-tqdm); install "
-                          "it, or give a callable of a fraction and a step") from error
-
-    with tqdm(total=1.0, bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}") as bar:
-        def show(fraction: float, step: str) -> None:
-            bar.set_description_str(step, refresh=False)
-            bar.update(fraction - bar.n)
-
-        yield show
-        show(1.0, "done")
-
-
 def run(verb: str, arguments: dict[str, Any]) -> Result:
     """Runs the verb with the arguments of its function, by name."""
     words = _Words(verb, arguments.get("output"))
     try:
-        with _listener(arguments.pop("progress")) as progress:
+        with listener(arguments.pop("progress")) as progress:
             return _run_words(verb, arguments, words, progress)
     finally:
         words.inputs.close()

@@ -13,9 +13,11 @@ from typing import Any, Optional, Sequence, Union
 import numpy as np
 
 from . import _marquetry
+from ._arrays import plain_array
 from ._errors import InvalidInput
 from ._meshes import as_mesh
 from ._pictures import Picture, as_picture, picture_array
+from ._progress import told
 from ._types import Array, Progress
 
 __all__ = ["Space", "TexelSpace", "VertexSpace", "ImageSpace", "ScreenedPoisson", "GeodesicDistance", "Solver",
@@ -23,7 +25,7 @@ __all__ = ["Space", "TexelSpace", "VertexSpace", "ImageSpace", "ScreenedPoisson"
 
 
 def _array(values: Any, name: str) -> Array:
-    array = np.asarray(values)
+    array = plain_array(values, name)
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name}: found an array of {array.dtype}, wanted numbers")
     return array
@@ -75,16 +77,17 @@ class Space:
 
     def system(self, a: float, b: float, progress: Progress = None) -> Any:
         """a M + b S."""
-        return self._space.system(_number(a, "a"), _number(b, "b"), progress)
+        return told(progress, self._space.system, _number(a, "a"), _number(b, "b"))
 
     def regularised_system(self, a: float, b: float, progress: Progress = None) -> Any:
         """What to solve with in place of a M + b S: with a trace of smoothness for unknowns that no point of the
         surface shows, and which the equations would leave arbitrary."""
-        return self._space.regularised_system(_number(a, "a"), _number(b, "b"), progress)
+        return told(progress, self._space.regularised_system, _number(a, "a"), _number(b, "b"))
 
     def weighted_system(self, a: float, b: float, conductivity: Any, progress: Progress = None) -> Any:
         """a M + b sum_e c_e S_e with a conductivity c_e >= 0 for each element, regularised as for solving."""
-        return self._space.weighted_system(_number(a, "a"), _number(b, "b"), _array(conductivity, "conductivity"), progress)
+        return told(progress, self._space.weighted_system, _number(a, "a"), _number(b, "b"),
+                    _array(conductivity, "conductivity"))
 
     def lumped_mass(self) -> Array:
         """M @ 1, the area around each unknown; sums to the area."""
@@ -122,7 +125,7 @@ class Space:
         """A matrix (points, size) of the basis functions at points: B @ psi are the values of a signal there.
 
         faces (points,) whole numbers; barycentric (points, 3), the weights of the corners, of sum 1."""
-        return self._own.basis_at(np.asarray(faces), _array(barycentric, "barycentric"))
+        return self._own.basis_at(plain_array(faces, "faces"), _array(barycentric, "barycentric"))
 
     def gradient(self) -> Any:
         """The gradient as a matrix; divergence() @ gradient() is S."""
@@ -220,8 +223,8 @@ class TexelSpace(_Texels):
         if sizes is None and not self.mesh.pictures:
             raise InvalidInput("sizes: the mesh has no pictures, so say how large its textures are")
         wanted = _sizes(list(self.mesh.pictures) if sizes is None else sizes)
-        self._own = _marquetry.TexelSpace(self.mesh.vertices, self.mesh.faces, self.mesh.uvs, self.mesh.textures,
-                                          wanted, weld, flipped, progress)
+        self._own = told(progress, _marquetry.TexelSpace, self.mesh.vertices, self.mesh.faces, self.mesh.uvs,
+                         self.mesh.textures, wanted, weld, flipped)
         self._space = self._own.space
 
 
@@ -233,7 +236,7 @@ class ImageSpace(_Texels):
 
     def __init__(self, width: Any, height: Optional[int] = None, progress: Progress = None) -> None:
         size = _sizes(width if height is None else (width, height))[0]
-        self._own = _marquetry.TexelSpace.of_image(size[0], size[1], progress)
+        self._own = told(progress, _marquetry.TexelSpace.of_image, size[0], size[1])
         self._space = self._own.space
 
 
@@ -265,7 +268,7 @@ class VertexSpace(Space):
 
     def scatter(self, signal: Any, values: Any) -> Array:
         """The values at the mesh's vertices with the signal's in their place; vertices of no face keep theirs."""
-        made, given = np.array(values), _array(signal, "signal")
+        made, given = plain_array(values, "values").copy(), _array(signal, "signal")
         point = self._own.vertex_from_source()
         if len(made) != len(point) or given.shape != (self.size, *made.shape[1:]):
             raise InvalidInput(f"signal: found an array of shape {given.shape} for values of shape {made.shape}, wanted "
@@ -304,12 +307,14 @@ class ScreenedPoisson(_Equation):
     0 where it is filled in.
     """
 
+    _own: _marquetry.ScreenedPoisson
+
     def __init__(self, space: Space, weight: float, screen: Any = None, solver: str = "automatic",
                  tolerance: float = 1e-6, cycles: int = 0, progress: Progress = None) -> None:
         self.space = space
         values = None if screen is None else _array(screen, "screen")
-        self._own = _marquetry.ScreenedPoisson(_space_of(space), _number(weight, "weight", _FROM_LENGTH), values,
-                                                     solver, tolerance, cycles, progress)
+        self._own = told(progress, _marquetry.ScreenedPoisson, _space_of(space),
+                         _number(weight, "weight", _FROM_LENGTH), values, solver, tolerance, cycles)
         self.report = {}
 
     @property
@@ -318,19 +323,19 @@ class ScreenedPoisson(_Equation):
 
     def set_weight(self, weight: float, progress: Progress = None) -> None:
         """Prepares for another weight."""
-        self._own.set_weight(_number(weight, "weight", _FROM_LENGTH), progress)
+        told(progress, self._own.set_weight, _number(weight, "weight", _FROM_LENGTH))
 
     def solve(self, psi: Any, beta: Any = 0.0, progress: Progress = None) -> Array:
         """phi."""
         factor = beta if isinstance(beta, (int, float)) else _array(beta, "beta")
         if isinstance(factor, np.ndarray) and factor.ndim == 0:
             factor = float(factor)
-        signal, self.report = self._own.solve(_array(psi, "psi"), factor, progress)
+        signal, self.report = told(progress, self._own.solve, _array(psi, "psi"), factor)
         return signal  # type: ignore[no-any-return]
 
     def solve_towards(self, psi: Any, moments: Any, progress: Progress = None) -> Array:
         """phi for any gradient X to come near to, given by its moments, the integrals of <X, grad phi_i>."""
-        signal, self.report = self._own.solve_towards(_array(psi, "psi"), _array(moments, "moments"), progress)
+        signal, self.report = told(progress, self._own.solve_towards, _array(psi, "psi"), _array(moments, "moments"))
         return signal  # type: ignore[no-any-return]
 
 
@@ -343,16 +348,17 @@ class GeodesicDistance(_Equation):
     def __init__(self, space: Space, time: float = 4.0, solver: str = "automatic", tolerance: float = 1e-6,
                  cycles: int = 0, progress: Progress = None) -> None:
         self.space = space
-        self._own = _marquetry.GeodesicDistance(_space_of(space), _number(time, "time"), solver, tolerance, cycles, progress)
+        self._own = told(progress, _marquetry.GeodesicDistance, _space_of(space), _number(time, "time"), solver,
+                         tolerance, cycles)
         self.report = {}
 
     def from_(self, unknowns: Union[int, Sequence[int], Array], distances: Any = None,
               progress: Progress = None) -> Array:
         """The distance of every unknown from the nearest of these, whose own are 0 or as given; model units,
         infinite where no path leads."""
-        sources = np.atleast_1d(np.asarray(unknowns))
+        sources = np.atleast_1d(plain_array(unknowns, "unknowns"))
         known = None if distances is None else np.atleast_1d(_array(distances, "distances"))
-        distance, self.report = self._own.from_(sources, known, progress)
+        distance, self.report = told(progress, self._own.from_, sources, known)
         return distance  # type: ignore[no-any-return]
 
 
@@ -366,14 +372,14 @@ class Solver(_Equation):
     def __init__(self, matrix: Any, space: Optional[Space] = None, solver: str = "automatic", tolerance: float = 1e-6,
                  cycles: int = 0, progress: Progress = None) -> None:
         self.space = space
-        self._own = _marquetry.Solver(matrix, None if space is None else _space_of(space), solver, tolerance, cycles,
-                                      progress)
+        self._own = told(progress, _marquetry.Solver, matrix, None if space is None else _space_of(space), solver,
+                         tolerance, cycles)
         self.report = {}
 
     def solve(self, b: Any, guess: Any = None, progress: Progress = None) -> Array:
         """X for right-hand sides B, (size,) or (size, channels)."""
         first = None if guess is None else _array(guess, "guess")
-        solution, self.report = self._own.solve(_array(b, "b"), first, progress)
+        solution, self.report = told(progress, self._own.solve, _array(b, "b"), first)
         return solution  # type: ignore[no-any-return]
 
 

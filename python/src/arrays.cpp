@@ -41,8 +41,8 @@ py::array_t<double, py::array::c_style | py::array::forcecast> as_doubles(const 
 
 void require_finite(std::span<const double> values, const char* name) {
   for (std::size_t i = 0; i < values.size(); ++i)
-    require(std::isfinite(values[i]),
-            fmt::format("{}: found {} as value {}, wanted finite numbers", name, values[i], i));
+    if (!std::isfinite(values[i]))
+      throw InvalidInput(fmt::format("{}: found {} as value {}, wanted finite numbers", name, values[i], i));
 }
 
 /// Whole numbers, row by row.
@@ -56,8 +56,8 @@ py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> as_integers
 }
 
 int index_in(std::int64_t value, std::int64_t least, std::int64_t most, const char* name) {
-  require(value >= least && value < most,
-          fmt::format("{}: found {}, wanted {} to {}", name, value, least, most - 1));
+  if (value < least || value >= most)
+    throw InvalidInput(fmt::format("{}: found {}, wanted {} to {}", name, value, least, most - 1));
   return int(value);
 }
 

@@ -149,6 +149,7 @@ void call(const Listeners& listeners, const std::function<void(const Progress&, 
   }
   if (stopped) std::rethrow_exception(stopped);
   if (failure) std::rethrow_exception(failure);
+  if (!listeners.progress.is_none()) listeners.progress(1.0, "done");
 }
 
 void call(const py::object& progress, const std::function<void(const Progress&)>& work) {

@@ -23,7 +23,7 @@ class Mailbox {
 
 /// Whom to tell: callables of Python, or None.
 struct Listeners {
-  py::object progress = py::none();  ///< (fraction, step)
+  py::object progress = py::none();  ///< (fraction, step); (1, "done") where the work was
   py::object remark = py::none();    ///< (text)
   py::object warning = py::none();   ///< (text)
 };

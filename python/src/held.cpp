@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "arrays.h"
 #include "mq/base/error.h"
@@ -63,6 +64,14 @@ class HeldArrays {
   }
 
  private:
+  /// Columns of a table of records begin at any byte.
+  template <class Value>
+  static Value stored(const std::byte* at) {
+    Value value;
+    std::memcpy(&value, at, sizeof value);
+    return value;
+  }
+
   /// (V, C) as a picture of V rows with one pixel each.
   static VertexSignal colours_from(const py::array& array, py::ssize_t vertices) {
     if (array.ndim() != 2 || array.shape(0) != vertices || array.shape(1) < 1 || array.shape(1) > 4)
@@ -72,9 +81,9 @@ class HeldArrays {
     for (py::ssize_t v = 0; v < vertices; ++v)
       for (py::ssize_t c = 0; c < colours.channels; ++c) {
         const auto* at = static_cast<const std::byte*>(view.values) + v * view.pixel_step + c * view.channel_step;
-        const float value = view.depth == Depth::u8    ? float(*reinterpret_cast<const std::uint8_t*>(at)) / 255
-                            : view.depth == Depth::u16 ? float(*reinterpret_cast<const std::uint16_t*>(at)) / 65535
-                                                       : *reinterpret_cast<const float*>(at);
+        const float value = view.depth == Depth::u8    ? float(stored<std::uint8_t>(at)) / 255
+                            : view.depth == Depth::u16 ? float(stored<std::uint16_t>(at)) / 65535
+                                                       : stored<float>(at);
         require(std::isfinite(value), "colors: wanted finite numbers");
         colours.values.push_back(value);
       }

@@ -16,6 +16,7 @@
 #include "mq/base/option_words.h"
 #include "parts.h"
 #include "shell/run.h"
+#include "shell/standard_streams.h"
 #include "shell/verb.h"
 #include "shell/verb_run.h"
 
@@ -111,8 +112,10 @@ class MailTerminal final : public app::Terminal {
 OptionValues values_of(const Verb& verb, const std::map<std::string, std::vector<std::string>>& given) {
   OptionValues values(verb.table);
   for (const auto& [name, texts] : given) values.set(name, texts);
+  app::refuse_standard_streams(values);  // before one is opened
   values.set("json", {"true"});  // nothing is printed
   if (values.given("config")) app::read_config(values.text("config"), values);
+  app::refuse_standard_streams(values);
   values.check();
   return values;
 }

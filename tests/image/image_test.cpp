@@ -71,7 +71,8 @@ TEST(ColourSpace, LeavesAlphaAlone) {
 TEST(ColourSpace, BlendsAlphaAndSpreadsGrey) {
   Image<float> image(1, 1, 2);
   image(0, 0, 0) = 0.5f, image(0, 0, 1) = 0.25f;
-  EXPECT_THAT(as_rgb(image, {1, 0, 0}).values(), ElementsAre(0.875f, 0.125f, 0.125f));
+  EXPECT_THAT(as_rgb(image, Colour{1, 0, 0}).values(), ElementsAre(0.875f, 0.125f, 0.125f));
+  EXPECT_THAT(as_rgb(image, std::nullopt).values(), ElementsAre(0.5f, 0.5f, 0.5f));
 }
 
 // ---- Sampling ----

@@ -1,12 +1,7 @@
 // glTF of other programs that moves: what of it is taken, and what is said of the rest.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <string>
 
-#include "io/folder.h"
-#include "mq/base/error.h"
-#include "mq/io/animation_read.h"
+#include "io/animations.h"
 #include "mq/io/bytes.h"
 #include "mq/io/image_file.h"
 #include "mq/io/model.h"
@@ -15,25 +10,7 @@
 namespace mq {
 namespace {
 
-using testing::AllOf;
-using testing::Contains;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
-
-class GltfAnimation : public FolderTest {
- protected:
-  /// What is wrong with a file, in words; empty: nothing.
-  std::string refusal(const std::string& name, const std::string& text) const {
-    try {
-      open_animation(put(name, text));
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  }
-};
+class GltfAnimation : public AnimationTest {};
 
 /// A triangle that morphs over half a second and a second, with its numbers in the file.
 std::string morphing_gltf(const std::string& nodes, const std::string& channels, const std::string& samplers) {

@@ -1,7 +1,4 @@
 // Files that move, read as evolving meshes: those that were written here, and those of other programs.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,20 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "io/folder.h"
-#include "mq/base/error.h"
+#include "io/animations.h"
 #include "mq/io/animation.h"
-#include "mq/io/animation_read.h"
 #include "mq/io/bytes.h"
 #include "mq/io/film.h"
 
 namespace mq {
 namespace {
-
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 /// A strip of six quads in two charts that waves over six frames, 10, 12, ..., 20; from the fourth on its last quad
 /// is gone.
@@ -54,22 +44,12 @@ EvolvingMesh two_chart_strip() {
   return evolving;
 }
 
-class AnimationRead : public FolderTest {
+class AnimationRead : public AnimationTest {
  protected:
   AnimationRead() { write_evolving(folder / "strip.evolving", two_chart_strip(), step); }
 
   EvolvingReader store() const { return EvolvingReader(folder / "strip.evolving"); }
   static Image<float> picture(int frame) { return Image<float>(4, 4, 3, float(frame) / 10); }
-
-  /// What is wrong with a file, in words; empty: nothing.
-  std::string refusal(const std::string& name, const std::string& text) const {
-    try {
-      open_animation(put(name, text));
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  }
 
   static constexpr double step = 0x1p-20;
 };

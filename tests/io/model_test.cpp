@@ -405,6 +405,9 @@ TEST_F(ModelFile, IsKnownByItsContentNotItsExtension) {
   EXPECT_THAT(refusal("stl.obj"), HasSubstr("is an STL mesh"));
   put("a.usd", "#usda 1.0\n");
   EXPECT_THAT(refusal("a.usd"), HasSubstr("is a USD scene; convert it"));
+  EXPECT_THAT(refusal("a.usd"), HasSubstr("by export where it moves"));
+  put("a.usdz", std::string("PK\x03\x04", 4));
+  EXPECT_THAT(refusal("a.usdz"), HasSubstr("by export where it moves"));
   put("m.mtl", "newmtl x\n");
   EXPECT_THAT(refusal("m.mtl"), HasSubstr("a material library, not the mesh"));
   for (const std::string name : {"x.obj", "x.ply", "x.glb", "x.gltf", "x"}) {

@@ -30,6 +30,18 @@ TEST(Slots, GoByOneNameInAllFormats) {
   EXPECT_EQ(slot_from_text("what"), "what");
 }
 
+TEST(Slots, OfPicturesWithoutMaterialsAreThoseThatFormatsKnow) {
+  EXPECT_EQ(known_slot("albedo", "mesh"), "base-colour");
+  EXPECT_EQ(known_slot("sheenColorTexture", "mesh"), "sheen-colour");
+  EXPECT_EQ(known_slot("map_Ns", "mesh"), "shininess");
+  try {
+    known_slot("oclusion", "mesh");
+    FAIL() << "no material has such a slot";
+  } catch (const InvalidInput& error) {
+    EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("mesh: "), HasSubstr("did you mean 'occlusion'?")));
+  }
+}
+
 TEST(Slots, SayWhatTheirValuesAre) {
   EXPECT_EQ(meaning_of_slot("base-colour"), TextureMeaning::colours);
   EXPECT_EQ(meaning_of_slot("specular-colour"), TextureMeaning::colours);

@@ -349,6 +349,7 @@ class Words(unittest.TestCase):
         mq.filter(mesh("bust", 256), beta=3, progress=lambda fraction, step: events.append((fraction, step)))
         self.assertTrue(events)
         self.assertEqual([one for one, _ in events], sorted(one for one, _ in events))
+        self.assertEqual(events[-1], (1.0, "done"))
         with self.assertRaisesRegex(RuntimeError, "enough"):
             def stop(fraction, step):
                 raise RuntimeError("enough")
@@ -365,6 +366,10 @@ class Words(unittest.TestCase):
         self.assertRegex(said.getvalue(), r"done 100%\|[█#]+\|")
         self.assertTrue(said.getvalue().endswith("\n"), "the bar is closed")
         said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            mq.TexelSpace(mesh("bust", 128), progress=True)
+        self.assertRegex(said.getvalue(), r"done 100%\|[█#]+\|")
+        said = io.StringIO()
         with contextlib.redirect_stderr(said), self.assertRaises(mq.InvalidInput):
             mq.unwrap(np.zeros((3, 3)), np.array([[0, 1, 2]]), progress=True)
         self.assertNotIn("100%", said.getvalue())
@@ -373,6 +378,20 @@ class Words(unittest.TestCase):
         with unittest.mock.patch.dict(sys.modules, {"tqdm": None, "tqdm.auto": None}):
             with self.assertRaisesRegex(ImportError, "python3-tqdm"):
                 mq.filter(mesh("bust", 128), beta=3, progress=True)
+            with self.assertRaisesRegex(ImportError, "python3-tqdm"):
+                mq.ImageSpace(9, 9).system(1.0, 1.0, progress=True)
+            mq.ImageSpace(9, 9, progress=False)
+
+    def test_progress_of_spaces(self):
+        events = []
+
+        def hear(fraction, step):
+            events.append((fraction, step))
+        space = mq.TexelSpace(mesh("bust", 128), progress=hear)
+        self.assertEqual(events[-1], (1.0, "done"))
+        del events[:]
+        mq.ScreenedPoisson(space, 0.1, progress=hear).solve(np.ones(space.size), 0.0, progress=hear)
+        self.assertEqual([one for one in events if one[0] == 1][-1], (1.0, "done"))
 
     def test_pictures_of_other_kinds_are_refused_with_those_that_are_taken(self):
         vertices, faces, uvs, picture = arrays("bust", 128)

@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,6 +21,7 @@
 #include "mq/base/error.h"
 #include "mq/io/file_names.h"
 #include "mq/io/held_files.h"
+#include "mq/io/temporary_folder.h"
 #include "shell/interrupt.h"
 
 namespace mq::app {
@@ -121,12 +121,6 @@ std::string formats_for(const std::string& verb) {
   return found == others.end() ? "png:- or glb:-" : found->second;
 }
 
-/// The folder for temporary files; an empty TMPDIR names none.
-fs::path temporary_folder() {
-  const char* named = std::getenv("TMPDIR");
-  return named != nullptr && *named != '\0' ? named : "/tmp";
-}
-
 }  // namespace
 
 void refuse_standard_streams(const OptionValues& options) {
@@ -138,20 +132,12 @@ void refuse_standard_streams(const OptionValues& options) {
                             display_name(option), name));
 }
 
-StandardStreams::~StandardStreams() {
-  std::error_code ignored;
-  if (!folder_.empty()) fs::remove_all(folder_, ignored);
-}
-
 const fs::path& StandardStreams::folder() {
-  if (!folder_.empty()) return folder_;
-  std::string name = (temporary_folder() / (std::string(pipe_folder_begin) + "XXXXXX")).string();
-  if (::mkdtemp(name.data()) == nullptr)
-    throw IoError(
-        fmt::format("{}: no folder for standard input and output can be made here ({}); TMPDIR names another",
-                    temporary_folder().string(), std::strerror(errno)));
-  std::signal(SIGPIPE, SIG_IGN);  // who reads no more may not keep the folder from being removed
-  return folder_ = name;
+  if (!folder_) {
+    folder_.emplace(pipe_folder_begin, "standard input and output");
+    std::signal(SIGPIPE, SIG_IGN);  // who reads no more may not keep the folder from being removed
+  }
+  return folder_->path();
 }
 
 void StandardStreams::call(const std::string& file, const std::string& given, const std::string& words) {

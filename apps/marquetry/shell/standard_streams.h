@@ -9,11 +9,13 @@
 /// before the hyphen; what goes is written to one first, so that nothing goes where the work fails.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "mq/base/options.h"
+#include "mq/io/temporary_folder.h"
 #include "shell/run.h"
 #include "shell/terminal.h"
 
@@ -23,7 +25,6 @@ class StandardStreams {
  public:
   /// The terminal says "standard input" and "standard output" for the files.
   explicit StandardStreams(Terminal& terminal) : terminal_(terminal) {}
-  ~StandardStreams();
   StandardStreams(const StandardStreams&) = delete;
   StandardStreams& operator=(const StandardStreams&) = delete;
 
@@ -51,7 +52,8 @@ class StandardStreams {
   void call(const std::string& file, const std::string& given, const std::string& words);
 
   Terminal& terminal_;
-  std::filesystem::path folder_, output_;
+  std::optional<TemporaryFolder> folder_;
+  std::filesystem::path output_;
   std::string standard_input_;  ///< the file with what came by it
   bool shows_current_folder_ = false;
   std::vector<std::pair<std::string, std::string>> given_;  ///< texts of reports, and what stands for them

@@ -58,7 +58,9 @@ const ReadModelOptions shape_and_slots{.textures = {},
 bool gives_a_new_slot(const OptionValues& options, const std::string& slot) {
   if (slot.empty() || options.texts("texture").empty()) return false;
   const Model source = read_model(options.text("source"), shape_and_slots);
-  return std::ranges::count(source.slots, slot, &MaterialSlot::name) == 0;
+  if (std::ranges::count(source.slots, slot, &MaterialSlot::name) > 0) return false;
+  known_slot(slot, source.path.string());
+  return true;
 }
 
 /// Gives the pictures the meaning that they have in a slot.

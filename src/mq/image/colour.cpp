@@ -78,18 +78,20 @@ Colour colour_of(double lightness, double chroma, double hue) {
   return colour;
 }
 
-Image<float> as_rgb(const Image<float>& image, const Colour& behind) {
+Image<float> as_rgb(const Image<float>& image, const std::optional<Colour>& behind) {
   const int channels = image.channels();
-  const bool alpha = channels == 2 || channels == 4;
+  const bool blends = behind && has_alpha(channels);
   Image<float> rgb(image.width(), image.height(), 3);
   parallel_for(
       image.height(),
       [&](std::int64_t y) {
         for (int x = 0; x < image.width(); ++x) {
           const auto from = image.pixel(x, int(y));
-          const float cover = alpha ? from[channels - 1] : 1;
-          for (int k = 0; k < 3; ++k)
-            rgb(x, int(y), k) = cover * from[channels >= 3 ? k : 0] + (1 - cover) * behind[k];
+          const float cover = from[channels - 1];
+          for (int k = 0; k < 3; ++k) {
+            const float own = from[channels >= 3 ? k : 0];
+            rgb(x, int(y), k) = blends ? cover * own + (1 - cover) * (*behind)[k] : own;
+          }
         }
       },
       16);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "mq/image/image.h"
 
@@ -68,8 +69,9 @@ Image<float> encode(const Image<float>& image, ColourSpace space, TransferFuncti
 /// chroma, with the most it can.
 Colour colour_of(double lightness, double chroma, double hue);
 
-/// The picture in red, green and blue as it looks in front of `behind`: grey is spread over the
-/// three, alpha blends, further channels are left out.
-Image<float> as_rgb(const Image<float>& image, const Colour& behind = {1, 1, 1});
+/// The picture in red, green and blue: grey is spread over the three, further channels are left out. It is as it looks
+/// in front of `behind`, with which alpha blends; where there is nothing behind, alpha is left out as well, and what
+/// lies under it is shown.
+Image<float> as_rgb(const Image<float>& image, const std::optional<Colour>& behind = Colour{1, 1, 1});
 
 }  // namespace mq

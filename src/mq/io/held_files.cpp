@@ -138,6 +138,7 @@ int counted_textures(const Mesh& mesh) {
 /// whole mesh.
 void take_pictures(const fs::path& path, const ReadModelOptions& options, const Progress& progress,
                    Model& model) {
+  const std::string slot = options.slot.empty() ? "" : known_slot(options.slot, path.string());
   const std::size_t given = options.textures.size(), count = std::size_t(counted_textures(model.mesh));
   if (given == 0) return;
   if (given != count)
@@ -152,8 +153,7 @@ void take_pictures(const fs::path& path, const ReadModelOptions& options, const 
     }
     model.textures.push_back(read_texture(file, progress.step("read picture", 1.0 / double(given)),
                                           options.not_finite, options.layer));
-    if (options.slot.empty()) continue;
-    model.textures.back().meaning = meaning_of_slot(slot_from_text(options.slot));
+    if (!slot.empty()) model.textures.back().meaning = meaning_of_slot(slot);
   }
 }
 
@@ -202,9 +202,12 @@ bool names_standard_output(const fs::path& path) {
   return path.stem() == standard_output_stem && path.parent_path().filename().string().starts_with(pipe_folder_begin);
 }
 
-std::optional<Texture> held_texture(const fs::path& path, NotFinite not_finite, const Progress& progress) {
+std::optional<Texture> held_texture(const fs::path& path, NotFinite not_finite, const std::string& layer,
+                                    const Progress& progress) {
   const std::optional<HeldName> held = held_name(path);
   if (!held) return {};
+  require(layer.empty(), fmt::format("{}: has no layer {}, as an array has none; leave {} out", path.string(),
+                                     shown(layer), option_name("layer")));
   const PictureView view = view_of(*held, path);
   Texture texture;
   texture.name = path.filename().string();

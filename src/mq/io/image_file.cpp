@@ -120,7 +120,7 @@ EncodedPicture texture_bytes(const Texture& texture, const std::string& file_for
 
 Texture read_texture(const std::filesystem::path& path, const Progress& progress,
                      NotFinite not_finite, const std::string& layer) {
-  if (auto held = held_texture(path, not_finite, progress)) return std::move(*held);
+  if (auto held = held_texture(path, not_finite, layer, progress)) return std::move(*held);
   const std::vector<std::byte> bytes = read_bytes(path);
   Texture texture = read_texture_bytes(bytes, path.string(), progress, not_finite, layer);
   texture.name = path.filename().string();

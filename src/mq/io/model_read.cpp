@@ -53,8 +53,11 @@ Document::Format format_of(const fs::path& path, ByteView bytes) {
   if (text.starts_with("glTF")) return Document::Format::glb;
   for (const auto& [beginning, what] : other_formats)
     if (text.starts_with(beginning))
-      throw IoError(
-          fmt::format("{} is {}; convert it to OBJ, PLY, glTF or GLB first, as Blender does", path.string(), what));
+      throw IoError(fmt::format("{} is {}; convert it to OBJ, PLY, glTF or GLB first, as Blender does{}", path.string(),
+                                what,
+                                text.starts_with("#usda") || lower_extension(path) == ".usdz"
+                                    ? ", or by export where it moves: -o frame_%04d.ply"
+                                    : ""));
   if (lower_extension(path) == ".evolving")
     throw IoError(path.string() + " is an evolving mesh: marquetry export says what it holds, and writes its frames");
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);

@@ -33,6 +33,12 @@ constexpr std::array<std::pair<const char*, const char*>, 5> gltf_keywords{
      {"occlusionTexture", "occlusion"},
      {"emissiveTexture", "emissive"}}};
 
+/// Slots that extensions of glTF's materials bring, beside those that MTL has as well.
+constexpr std::array<const char*, 12> extension_slots{
+    "clearcoat-normal", "sheen-colour",  "sheen-roughness",       "specular",
+    "transmission",     "thickness",     "iridescence",           "iridescence-thickness",
+    "anisotropy",       "specular-glossiness", "diffuse-transmission", "diffuse-transmission-colour"};
+
 /// What other programs call slots.
 constexpr std::array<std::pair<const char*, const char*>, 15> synonyms{
     {{"basecolour", base_slot},
@@ -204,6 +210,17 @@ std::string chosen_slot(const std::vector<MaterialSlot>& slots, const std::strin
       "{}: {} {}: its materials name no picture for it{}; {}", file, option_name("slot"), shown(asked),
       did_you_mean(name, names),
       slots.empty() ? std::string("they name none at all") : "they have " + names_of(slots)));
+}
+
+std::string known_slot(const std::string& asked, const std::string& file) {
+  const std::string name = slot_from_text(asked);
+  std::set<std::string> known(extension_slots.begin(), extension_slots.end());
+  for (const auto& [keyword, slot] : mtl_keywords) known.insert(slot);
+  for (const auto& [keyword, slot] : gltf_keywords) known.insert(slot);
+  if (known.contains(name)) return name;
+  throw InvalidInput(fmt::format("{}: {} {}: no material has such a slot{}; for colours it is {}, for normals normal",
+                                 file, option_name("slot"), shown(asked),
+                                 did_you_mean(name, {known.begin(), known.end()}), base_slot));
 }
 
 void add_to_slots(std::vector<MaterialSlot>& slots, const std::string& slot,

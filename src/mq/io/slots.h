@@ -82,6 +82,10 @@ TextureMeaning meaning_of_slot(const std::string& slot);
 std::string chosen_slot(const std::vector<MaterialSlot>& slots, const std::string& asked,
                         const std::string& file);
 
+/// The slot of pictures that are given for a model whose materials do not name it: any that formats have a word
+/// for, extensions of glTF too. Throws `InvalidInput` for others, with the nearest.
+std::string known_slot(const std::string& asked, const std::string& file);
+
 /// Notes that a picture is named for a slot, with a set of texture coordinates.
 void add_to_slots(std::vector<MaterialSlot>& slots, const std::string& slot,
                   const std::string& picture, int uv_set);

@@ -306,7 +306,7 @@ void VideoWriter::write(const Image<float>& picture) {
   require(picture.width() == width_ && picture.height() == height_,
           fmt::format("a frame has {} x {} pixels, and those before have {} x {}", picture.width(),
                       picture.height(), width_, height_));
-  const Image<float> rgb = as_rgb(picture, {0, 0, 0});
+  const Image<float> rgb = as_rgb(picture, Colour{0, 0, 0});
   std::vector<std::uint8_t> bytes(rgb.values().size());
   std::ranges::transform(rgb.values(), bytes.begin(), [](float v) {
     return std::uint8_t(std::lround(255 * std::clamp(v, 0.0F, 1.0F)));

@@ -1,66 +1,30 @@
 #include "mq/model/film_video.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
+#include <optional>
 #include <string_view>
-#include <system_error>
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
+#include "mq/image/colour.h"
 #include "mq/image/resample.h"
 #include "mq/io/mp4.h"
+#include "mq/io/temporary_folder.h"
 
 namespace mq {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// H.264, AV1, VP9 and VP8 as MP4 calls them.
 constexpr float untextured_grey = 0.8F;
 constexpr double same_rate = 1e-6;  // relative: rates of files are fractions
+/// H.264, AV1, VP9 and VP8 as MP4 calls them.
 constexpr std::string_view played_codecs[] = {"avc1", "avc3", "av01", "vp09", "vp08"};
 
-/// Without alpha: no opacity is followed, so that what lies under it is shown.
-Image<float> colours_of(const Image<float>& picture) {
-  const int channels = colour_channels(picture.channels());
-  if (channels == picture.channels()) return picture;
-  Image<float> colours(picture.width(), picture.height(), channels);
-  for (int y = 0; y < picture.height(); ++y)
-    for (int x = 0; x < picture.width(); ++x)
-      for (int c = 0; c < channels; ++c) colours(x, y, c) = picture(x, y, c);
-  return colours;
-}
-
-/// A folder of its own for as long as it is wanted.
-class WorkFolder {
- public:
-  WorkFolder() {
-    std::error_code error;
-    const fs::path place = fs::temp_directory_path(error);
-    std::string name = (place / "marquetry-play-XXXXXX").string();
-    if (error || !mkdtemp(name.data()))
-      throw IoError(fmt::format("no folder for the video can be made in {} ({}); TMPDIR names another",
-                                error ? "the folder for temporary files" : place.string(),
-                                error ? error.message() : std::strerror(errno)));
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-
-  fs::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+TemporaryFolder work_folder() { return {"marquetry-play-", "the video"}; }
 
 void warn_of_codec(const std::string& name, const std::string& codec, Messages& messages) {
   if (codec == "hvc1" || codec == "hev1")
@@ -115,7 +79,7 @@ FilmVideo read_film_video(const fs::path& path, const FilmVideoOptions& options,
 
 CapturedFilmVideo captured_film_video(CapturedTextures& captured, const VideoOptions& options,
                                       Messages& messages, const Progress& progress) {
-  const WorkFolder work;
+  const TemporaryFolder work = work_folder();
   const fs::path path = work / "textures.mp4";
   CapturedFilmVideo made;
   made.figures = write_captured(captured, path.string(), options, Compression::none, messages, progress);
@@ -131,14 +95,14 @@ FilmVideo picture_film_video(const std::vector<const Image<float>*>& pictures, c
     width = std::max(width, picture->width() + picture->width() % 2);
     height = std::max(height, picture->height() + picture->height() % 2);
   }
-  const WorkFolder work;
+  const TemporaryFolder work = work_folder();
   VideoWriter video(work / "textures.mp4", width, height, options, progress);
   const Image<float>* last = nullptr;
   Image<float> scaled(width, height, 3, untextured_grey);
   for (std::size_t f = 0; f < pictures.size(); ++f) {
-    if (pictures[f] != last)
+    if (pictures[f] != last)  // videos have no opacity: what lies under alpha is shown
       scaled = pictures[f]->values().empty() ? Image<float>(width, height, 3, untextured_grey)
-                                             : area_scaled(colours_of(*pictures[f]), width, height);
+                                             : area_scaled(as_rgb(*pictures[f], std::nullopt), width, height);
     last = pictures[f];
     video.write(scaled);
     progress.at(double(f + 1) / double(pictures.size()));

@@ -12,7 +12,7 @@ namespace mq {
 /// What is held under the name; nothing where the name is a file's. Throws `IoError` where nothing is
 /// held under such a name, or something else; and what the functions that read files throw.
 std::optional<Texture> held_texture(const std::filesystem::path& path, NotFinite not_finite,
-                                    const Progress& progress);
+                                    const std::string& layer, const Progress& progress);
 std::optional<PictureInfo> held_picture_info(const std::filesystem::path& path);
 std::optional<Model> held_model(const std::filesystem::path& path, const ReadModelOptions& options,
                                 const Progress& progress);

@@ -1,3 +1,8 @@
+// What is bound for a purpose anywhere on the line goes before all that is bound for all purposes. For one purpose
+// the innermost binding counts, unless one further out is stronger than descendants; on one prim a collection goes
+// before a direct binding (UsdShadeMaterialBindingAPI, "Material Resolution"). Beyond that, and as a picture says
+// more than none, what is bound for full renders alone is taken where nothing else is.
+//
 // A collection has what its includes lead to and its excludes do not: of the paths of both that a
 // prim lies in, the longest decides. "explicitOnly" takes the paths alone, not what lies in them.
 #include "mq/io/detail/usd_binding.h"
@@ -13,47 +18,61 @@ namespace mq {
 namespace {
 
 constexpr std::string_view usd_bound = "material:binding",
-                           usd_bound_collection = "material:binding:collection:";
+                           usd_bound_collection = "material:binding:collection";
 
 class UsdBindingReader {
  public:
   UsdBindingReader(const UsdText& text, const UsdMesh& mesh) : text_(text), mesh_(mesh) {}
 
   UsdBinding read() {
-    std::string path;
-    for (const UsdPrim* prim : mesh_.line) {
-      path += fmt::format("/{}", prim->name);
-      const auto [property, material] = bound_by(*prim, path);
-      if (!property) continue;
-      result_.material = material;
-      if (usd_unquoted(text_.member(property->metadata, "bindMaterialAs")) ==
-          "strongerThanDescendants")
-        break;
-    }
+    for (const char* purpose : {"preview", "", "full"})
+      if (bind_for(purpose)) break;
     return std::move(result_);
   }
 
  private:
-  struct UsdBound {
-    const UsdProperty* property = nullptr;
-    std::string material = {};
-  };
-
-  UsdBound bound_by(const UsdPrim& prim, const std::string& path) {
-    for (const UsdProperty& property : prim.properties) {
-      if (!property.name.starts_with(usd_bound_collection) || property.value.empty()) continue;
-      const std::vector<std::string> targets = text_.targets(property.value, path);
-      const std::string_view name = property.name.substr(usd_bound_collection.size());
-      if (name.starts_with("full:") || targets.size() != 2) continue;
-      const bool turned = targets[1].find('.') != std::string::npos;
-      if (has_mesh(targets[turned ? 1 : 0])) return {&property, targets[turned ? 0 : 1]};
+  /// Looks for what is bound for one purpose, "" for all, from the mesh outwards.
+  bool bind_for(std::string_view purpose) {
+    const UsdPrim* binder = nullptr;
+    std::string path = mesh_.path;
+    for (auto prim = mesh_.line.rbegin(); prim != mesh_.line.rend(); ++prim, path.resize(path.rfind('/'))) {
+      const auto bind = [&](std::string material) {
+        result_.material = std::move(material);
+        binder = *prim;
+      };
+      const UsdProperty* own = (*prim)->property(joined(usd_bound, purpose));
+      if (own && !own->value.empty() && (!binder || is_stronger(*own)))
+        if (const auto targets = text_.targets(own->value, path); !targets.empty()) bind(targets[0]);
+      for (const UsdProperty* property : collections_of(**prim, purpose)) {
+        if (binder && binder != *prim && !is_stronger(*property)) continue;
+        const std::vector<std::string> targets = text_.targets(property->value, path);
+        if (targets.size() != 2) continue;
+        const bool turned = targets[1].find('.') != std::string::npos;
+        if (!has_mesh(targets[turned ? 1 : 0])) continue;
+        bind(targets[turned ? 0 : 1]);
+        break;
+      }
     }
-    for (const char* purpose : {":preview", "", ":full"})
-      if (const UsdProperty* own = prim.property(fmt::format("{}{}", usd_bound, purpose));
-          own && !own->value.empty())
-        if (const auto targets = text_.targets(own->value, path); !targets.empty())
-          return {own, targets[0]};
-    return {};
+    return binder != nullptr;
+  }
+
+  static std::string joined(std::string_view name, std::string_view purpose) {
+    return purpose.empty() ? std::string(name) : fmt::format("{}:{}", name, purpose);
+  }
+
+  bool is_stronger(const UsdProperty& property) const {
+    return usd_unquoted(text_.member(property.metadata, "bindMaterialAs")) == "strongerThanDescendants";
+  }
+
+  /// Those for a purpose: material:binding:collection:NAME, material:binding:collection:PURPOSE:NAME.
+  static std::vector<const UsdProperty*> collections_of(const UsdPrim& prim, std::string_view purpose) {
+    const std::string begin = joined(usd_bound_collection, purpose) + ":";
+    std::vector<const UsdProperty*> all;
+    for (const UsdProperty& property : prim.properties)
+      if (property.name.starts_with(begin) && property.name.find(':', begin.size()) == property.name.npos &&
+          !property.value.empty())
+        all.push_back(&property);
+    return all;
   }
 
   void note(const std::string& collection, const char* what) {

@@ -13,10 +13,11 @@ struct UsdBinding {
   std::vector<std::string> notes;  ///< what of bindings is not followed
 };
 
-/// For previews or for all purposes: that of the innermost prim of the mesh's line, or of the
-/// outermost that says to be stronger. Of one prim the first collection that has the mesh in it
-/// goes before what is bound directly (UsdCollectionAPI: includes, excludes and expansionRule; not
-/// what includes other collections, nor expressions).
+/// That for previews (material:binding:preview), wherever on the mesh's line it is; else that for all purposes; else
+/// that for full renders. For one purpose it is that of the innermost prim, or of the outermost that says to be
+/// stronger than descendants. Of one prim the first collection that has the mesh in it goes before what is bound
+/// directly (UsdCollectionAPI: includes, excludes and expansionRule; not what includes other collections, nor
+/// expressions). A material that is not there counts as bound, so that it is told; USD would look on.
 UsdBinding usd_binding(const UsdText& text, const UsdMesh& mesh);
 
 }  // namespace mq
