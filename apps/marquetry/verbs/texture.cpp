@@ -80,6 +80,7 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
                      {"rejected", view.rejected},
                      {"gain", {view.gain[0], view.gain[1], view.gain[2]}},
                      {"moved", view.moved}});
+    if (!view.left_out.empty()) views.back()["left_out"] = view.left_out;
   }
   const double all = double(found.labels.size());
   const auto share = [&](std::size_t from, std::size_t to) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "mq/draw/photograph.h"
@@ -23,6 +24,12 @@ enum class PhotographBlend {
   detail,  ///< near that mean, on patches, with the gradients of the one chosen: low frequencies of all, high of it
 };
 
+/// What becomes of photographs that cannot be read, in the middle perhaps, which their heads do not tell.
+enum class UnreadablePhotographs {
+  refuse,  ///< throws
+  skip,    ///< they are left out, with a warning, whenever it turns out
+};
+
 struct PhotographTextureOptions {
   PhotographOptions projection = {};
   ChooseOptions choice = {};
@@ -31,6 +38,7 @@ struct PhotographTextureOptions {
   bool match_exposure = true;  ///< even out how photographs were exposed; else their colours are kept
   bool reject_outliers = true;
   PhotographBlend blend = PhotographBlend::detail;
+  UnreadablePhotographs unreadable = UnreadablePhotographs::refuse;
   std::filesystem::path resume = {};  ///< a folder in which what is found of each photograph is kept
   int patch = 8;  ///< texels, the side of the squares that photographs are chosen for
 };
@@ -48,7 +56,8 @@ struct PhotographTexture {
     std::int64_t patches = 0;   ///< that it shows
     std::int64_t rejected = 0;  ///< of these, where it does not agree with the others
     LightColour gain = {1, 1, 1};
-    double moved = 0;  ///< by alignment, pixels
+    double moved = 0;         ///< by alignment, pixels
+    std::string left_out = {};  ///< why it could not be read; empty where it was
   };
   Falloff falloff;  ///< of light towards the pictures' corners, which is taken out
   std::vector<View> views;
@@ -82,7 +91,7 @@ struct PhotographTexture {
 /// Equal bits for any number of threads, and for work that goes on.
 class PhotographTexturing {
  public:
-  /// Steps 0 to 2. Model, signal and photographs must outlive it. Remarks on pictures of another size than their
+  /// Steps 0 to 2. Model, signal, photographs and messages must outlive it. Remarks on pictures of another size than their
   /// camera's, warns of those that show nothing. Throws what `read_photograph` and `fitted_camera` throw, and `InvalidInput`
   /// for pictures of other channels than grey or colours, and where the signal's values are those stored and
   /// textures of the model do not store colours alike.

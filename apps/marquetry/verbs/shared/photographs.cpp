@@ -1,6 +1,7 @@
 #include "verbs/shared/photographs.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <iterator>
@@ -115,23 +116,30 @@ void add_photograph_options(OptionTable& table) {
 
 namespace {
 
-/// Those whose heads can be read; of the others a warning, or what that throws.
+/// Those whose heads can be read. Of the others a warning each, or an error that names them all.
 std::vector<Photograph> readable(Run& run, std::vector<Photograph> photographs, bool skip) {
+  constexpr std::size_t most_named = 20;
   std::vector<Photograph> result;
+  std::vector<std::string> unreadable;
   for (Photograph& photograph : photographs) {
     run.will_read(photograph.picture);
     PictureInfo info;
     try {
       info = picture_info(photograph.picture);
     } catch (const IoError& error) {
-      if (!skip) throw;
-      run.terminal().warning(std::string(error.what()) + ": left out");
+      unreadable.emplace_back(error.what());
+      if (skip) run.terminal().warning(unreadable.back() + ": left out");
       continue;
     }
     fitted_camera(photograph, info);
     result.push_back(std::move(photograph));
   }
-  return result;
+  if (unreadable.empty() || skip) return result;
+  const std::size_t named = std::min(most_named, unreadable.size());
+  std::string all = fmt::format("{}", fmt::join(unreadable.begin(), unreadable.begin() + std::ptrdiff_t(named), "\n"));
+  if (named < unreadable.size()) all += fmt::format("\nand {} more", unreadable.size() - named);
+  throw IoError(fmt::format("{}; or go on without {} ({} skip)", all, unreadable.size() == 1 ? "it" : "them",
+                            option_name("missing")));
 }
 
 /// That pictures are not there, of which the first few are named.
@@ -192,6 +200,7 @@ PhotographTextureOptions asked_photograph_options(const OptionValues& options) {
   wanted.match_exposure = options.text("exposure") == "match";
   wanted.reject_outliers = options.text("outliers") == "reject";
   wanted.choice.smoothness = options.number("smoothness");
+  if (options.text("missing") == "skip") wanted.unreadable = UnreadablePhotographs::skip;
   wanted.blend = asked_blend(options);
   return wanted;
 }
