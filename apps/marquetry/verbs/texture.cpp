@@ -79,6 +79,7 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
                      {"patches", view.patches},
                      {"rejected", view.rejected},
                      {"gain", {view.gain[0], view.gain[1], view.gain[2]}},
+                     {"exponent", view.exponent},
                      {"moved", view.moved}});
     if (!view.left_out.empty()) views.back()["left_out"] = view.left_out;
   }

@@ -21,6 +21,7 @@
 #include "mq/model/detail/photograph_reader.h"
 #include "mq/model/detail/photograph_records.h"
 #include "mq/model/photographs.h"
+#include "mq/views/tones.h"
 
 namespace mq {
 namespace {
@@ -161,8 +162,10 @@ struct PhotographTexturing::Work {
   }
 
   void choose(Messages& messages, const Progress& progress) {
-    if (options.match_exposure) exposed = exposures(observations, int(photographs.size()));
-    multiply_light(exposed, observations);
+    const int count = int(photographs.size());
+    if (options.exposure == PhotographExposure::match) exposed = exposures(observations, count);
+    if (options.exposure == PhotographExposure::tone) exposed = tones(observations, count);
+    even_out(exposed, observations);
     if (options.reject_outliers) {
       reject(patches, options.rejection, observations);
       leave_out_strangers(photographs, observations, messages);
@@ -224,7 +227,7 @@ struct PhotographTexturing::Work {
                                          std::span<const int> to_blend, Means& means, const Progress& progress) {
     TakenColours taken;
     StoredWriter asked;
-    if (store.keeps()) asked.add(own), asked.add(beyond), asked.add(exposed.gains[v]);
+    if (store.keeps()) asked.add(own), asked.add(beyond), asked.add(exposed.gains[v]), asked.add(exposed.exponents[v]);
     const std::uint64_t print = fingerprint(asked.bytes);
     const std::string name = fmt::format("colours{}", v);
     if (const auto record = to_blend.empty() ? store.find(name) : std::nullopt;
@@ -354,6 +357,7 @@ PhotographTexture PhotographTexturing::make(std::span<const int> wanted, const P
                            .seen_by = {}};
   for (std::size_t v = 0; v < result.views.size(); ++v) {
     result.views[v].gain = work_->exposed.gains[v];
+    result.views[v].exponent = work_->exposed.exponents[v];
     result.views[v].moved = work_->moved[v];
   }
   count_views(work_->patches, work_->observations, result);

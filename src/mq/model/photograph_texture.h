@@ -24,6 +24,13 @@ enum class PhotographBlend {
   detail,  ///< near that mean, on patches, with the gradients of the one chosen: low frequencies of all, high of it
 };
 
+/// Whether it is evened out how photographs were exposed.
+enum class PhotographExposure {
+  keep,   ///< their colours are taken as they are
+  match,  ///< each channel of each is multiplied, and falloff divided out (`exposures`)
+  tone,   ///< an exponent of each besides (`tones`)
+};
+
 /// What becomes of photographs that cannot be read, in the middle perhaps, which their heads do not tell.
 enum class UnreadablePhotographs {
   refuse,  ///< throws
@@ -35,7 +42,7 @@ struct PhotographTextureOptions {
   ChooseOptions choice = {};
   RejectOptions rejection = {};
   bool align = true;           ///< move cameras a little and bend photographs, so that they agree
-  bool match_exposure = true;  ///< even out how photographs were exposed; else their colours are kept
+  PhotographExposure exposure = PhotographExposure::match;
   bool reject_outliers = true;
   PhotographBlend blend = PhotographBlend::detail;
   UnreadablePhotographs unreadable = UnreadablePhotographs::refuse;
@@ -56,6 +63,7 @@ struct PhotographTexture {
     std::int64_t patches = 0;   ///< that it shows
     std::int64_t rejected = 0;  ///< of these, where it does not agree with the others
     LightColour gain = {1, 1, 1};
+    double exponent = 1;  ///< of light, before the gain
     double moved = 0;         ///< by alignment, pixels
     std::string left_out = {};  ///< why it could not be read; empty where it was
   };

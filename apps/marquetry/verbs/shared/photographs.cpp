@@ -85,10 +85,12 @@ void add_photograph_options(OptionTable& table) {
   table.add({.name = "exposure",
              .type = Type::choice,
              .default_value = "match",
-             .choices = {"match", "keep"},
+             .choices = {"match", "tone", "keep"},
              .metavar = "HOW",
              .group = group,
-             .help = "even out exposure, white balance and dark corners of the photographs, or keep them"});
+             .help = "even out exposure, white balance and dark corners of the photographs; tone: their contrast too; "
+                     "or keep them",
+             .details = "tone is for photographs of several cameras, or developed in several ways."});
   table.add({.name = "outliers",
              .type = Type::choice,
              .default_value = "reject",
@@ -183,6 +185,12 @@ PhotographBlend asked_blend(const OptionValues& options) {
   return how == "mean" ? PhotographBlend::mean : PhotographBlend::detail;
 }
 
+PhotographExposure asked_exposure(const OptionValues& options) {
+  const std::string& how = options.text("exposure");
+  if (how == "keep") return PhotographExposure::keep;
+  return how == "tone" ? PhotographExposure::tone : PhotographExposure::match;
+}
+
 }  // namespace
 
 void require_choosable(const OptionValues& options) {
@@ -197,7 +205,7 @@ PhotographTextureOptions asked_photograph_options(const OptionValues& options) {
   wanted.projection.bias = options.number("bias") / 100;
   wanted.projection.outline = options.number("outline");
   wanted.align = options.text("poses") == "align";
-  wanted.match_exposure = options.text("exposure") == "match";
+  wanted.exposure = asked_exposure(options);
   wanted.reject_outliers = options.text("outliers") == "reject";
   wanted.choice.smoothness = options.number("smoothness");
   if (options.text("missing") == "skip") wanted.unreadable = UnreadablePhotographs::skip;
