@@ -172,7 +172,6 @@ Exit texture(Run& run) {
     if (run.dry_run()) return Exit::done;
   }
   prepare_textures(run, photographs, scene);
-  if (!options.texts("labels").empty()) require_choosable(options);
   check_pictures(options, scene, {"labels"});
   if (keeps) {
     outputs.emplace(options.text("output"), scene.model, Outputs::Kind::pictures);

@@ -54,10 +54,13 @@ struct PhotographTexturing::Work {
     Means(Eigen::Index unknowns, int channels)
         : sum(Signal::Zero(unknowns, channels)), weight(Vector::Zero(unknowns)) {}
 
-    /// Where there is one, it becomes the value.
-    void put(PhotographTexture& result) const {
+    /// Where there is one, it becomes the value of what has the region `number`, and what lies beyond its border.
+    void put(int number, PhotographTexture& result) const {
+      if (weight.size() == 0) return;
       for (Eigen::Index i = 0; i < weight.size(); ++i)
-        if (weight[i] > 0 && result.labels[std::size_t(i)] != unseen) result.values.row(i) = sum.row(i) / weight[i];
+        if (weight[i] > 0 && result.regions[std::size_t(i)] == number) result.values.row(i) = sum.row(i) / weight[i];
+      for (const int i : result.beyond.unknowns_of(number))
+        if (weight[i] > 0) result.beyond.put(number, i, sum.row(i) / weight[i]);
     }
   };
 
@@ -214,7 +217,7 @@ struct PhotographTexturing::Work {
       for (std::size_t k = 0; k < beyond.size(); ++k)
         if (taken->beyond.confidence[k] > 0) result.beyond.put(int(v), beyond[k], other_values.row(Eigen::Index(k)));
     }
-    means.put(result);
+    means.put(int(photographs.size()), result);
     const std::int64_t seen = std::ssize(result.labels) - std::ranges::count(result.labels, unseen);
     if (seen == 0) return;
     for (std::size_t i = 0; i < result.labels.size(); ++i)
@@ -235,7 +238,11 @@ struct PhotographTexturing::Work {
       return taken;
     const std::optional<Image<float>> shown = picture(v);
     if (!shown) return std::nullopt;
-    if (!to_blend.empty()) add_to_means(int(v), *shown, to_blend, means, progress);
+    if (!to_blend.empty()) {
+      Partial part = projector.project(cameras[v], *shown, to_blend, options.projection, progress);
+      part.values = values.with_alpha(part.values);
+      add_to_means(int(v), part, to_blend, [](std::size_t k) { return k; }, means);
+    }
     taken.own = projector.sampled(cameras[v], *shown, own);
     taken.beyond = projector.project(cameras[v], *shown, beyond, plain_projection(), progress);
     if (store.keeps() && to_blend.empty()) store.put(name, record_of_colours(print, taken));
@@ -260,10 +267,9 @@ struct PhotographTexturing::Work {
     return texels;
   }
 
-  void add_to_means(int view, const Image<float>& shown, std::span<const int> texels, Means& means,
-                    const Progress& progress) const {
-    const Partial part = projector.project(cameras[std::size_t(view)], shown, texels, options.projection, progress);
-    const Signal own = values.with_alpha(part.values);
+  /// `row_of(k)`: where in the part the k-th texel is.
+  void add_to_means(int view, const Partial& part, std::span<const int> texels, const auto& row_of,
+                    Means& means) const {
     int patch = -1;
     double sharp = 1;
     for (std::size_t k = 0; k < texels.size(); ++k) {
@@ -273,8 +279,9 @@ struct PhotographTexturing::Work {
         const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view) - views.begin();
         sharp = sharpness(views)[std::size_t(at)];
       }
-      means.sum.row(i) += sharp * part.confidence[k] * own.row(Eigen::Index(k));
-      means.weight[i] += sharp * part.confidence[k];
+      const std::size_t row = row_of(k);
+      means.sum.row(i) += sharp * part.confidence[row] * part.values.row(Eigen::Index(row));
+      means.weight[i] += sharp * part.confidence[row];
     }
   }
 
@@ -345,7 +352,10 @@ PhotographTexture PhotographTexturing::make(std::span<const int> wanted, const P
   const PhotographBlend blend = work_->options.blend;
   std::vector<int> chosen = labels(wanted, progress.step("what is hidden", 0.3)), regions = chosen;
   if (blend == PhotographBlend::mean)
-    for (int& region : regions) region = region == unseen ? unseen : 0;
+    for (std::size_t i = 0; i < regions.size(); ++i) {
+      const bool by_hand = !wanted.empty() && wanted[i] == regions[i];
+      if (regions[i] != unseen && !by_hand) regions[i] = int(work_->photographs.size());
+    }
   BeyondBorders beyond(work_->signal.space(), regions, work_->signal.channels());
   PhotographTexture result{.values = {},
                            .labels = std::move(chosen),
@@ -382,6 +392,30 @@ Partial PhotographTexturing::partial(int photograph, const Progress& progress) c
       work_->projector.project(work_->cameras[view], *picture, all, work_->options.projection, progress);
   shown.values = work_->values.with_alpha(shown.values);
   return shown;
+}
+
+Partial PhotographTexturing::mean(std::span<const Partial> partials, std::span<const int> labels) const {
+  const auto unknowns = std::size_t(work_->signal.space().size());
+  require(partials.size() == work_->photographs.size() && labels.size() == unknowns,
+          fmt::format("the mean of {} photographs at {} unknowns needs a part and a label of each, found {} and {}",
+                      work_->photographs.size(), unknowns, partials.size(), labels.size()));
+  Work::Means means(Eigen::Index(unknowns), work_->signal.channels());
+  for (std::size_t v = 0; v < partials.size(); ++v) {
+    const std::vector<int> texels = work_->agreed_texels(int(v));
+    work_->add_to_means(int(v), partials[v], texels, [&](std::size_t k) { return std::size_t(texels[k]); }, means);
+  }
+  Partial result{Signal::Zero(Eigen::Index(unknowns), work_->signal.channels()), std::vector<double>(unknowns, 0.0)};
+  for (std::size_t i = 0; i < unknowns; ++i) {
+    const auto row = Eigen::Index(i);
+    result.confidence[i] = means.weight[row];
+    if (means.weight[row] > 0)
+      result.values.row(row) = means.sum.row(row) / means.weight[row];
+    else if (labels[i] != unseen) {
+      result.values.row(row) = partials[std::size_t(labels[i])].values.row(row);
+      result.confidence[i] = partials[std::size_t(labels[i])].confidence[i];
+    }
+  }
+  return result;
 }
 
 Signal PhotographTexturing::offset(std::span<const int> labels) const {

@@ -53,7 +53,8 @@ struct PhotographTextureOptions {
 struct PhotographTexture {
   Signal values;             ///< per unknown, as blended before it is stitched; anything where unseen
   std::vector<int> labels;   ///< the photograph chosen for it, or `unseen`
-  std::vector<int> regions;  ///< what does not go on over borders: labels, or 0 where values are means, or `unseen`
+  std::vector<int> regions;  ///< what does not go on over borders: labels, or the number of photographs where values
+                             ///< are means, or `unseen`
   BeyondBorders beyond;      ///< what photographs show past these
   Signal offset;             ///< per unknown: to that which values are to be near, 0 but for `detail`
   int patches = 0;
@@ -109,7 +110,7 @@ class PhotographTexturing {
 
   /// Step 3: per unknown the number of a photograph, or `unseen`. Alpha of the photographs is not heeded yet.
   /// `wanted`: per unknown the number of the photograph that it is to come from where that shows it, or `unseen` where
-  /// it was chosen as above.
+  /// it was chosen as above. With `PhotographBlend::mean` it is of that photograph alone there.
   std::vector<int> labels(std::span<const int> wanted = {}, const Progress& progress = {}) const;
 
   /// Steps 3 and 4.
@@ -117,6 +118,10 @@ class PhotographTexturing {
 
   /// What one photograph shows of all unknowns, aligned and exposed, for choosing by hand.
   Partial partial(int photograph, const Progress& progress = {}) const;
+
+  /// Of what `partial` gives of all photographs the mean as of `PhotographBlend::mean`, as one more photograph; where
+  /// there is none what the photograph of its label shows.
+  Partial mean(std::span<const Partial> partials, std::span<const int> labels) const;
 
   /// Per unknown: what to add to what the photograph of this number shows, to come to the mean of all that agree on
   /// its patch.

@@ -193,12 +193,6 @@ PhotographExposure asked_exposure(const OptionValues& options) {
 
 }  // namespace
 
-void require_choosable(const OptionValues& options) {
-  require(options.text("blend") != "mean",
-          fmt::format("{} mean takes all photographs of a place, and one cannot be chosen: take best or detail",
-                      option_name("blend")));
-}
-
 PhotographTextureOptions asked_photograph_options(const OptionValues& options) {
   PhotographTextureOptions wanted;
   wanted.projection.steepest = options.number("steepest");
