@@ -104,7 +104,7 @@ class StitchTool : public VerbTool {
   const char* photographs_option() const { return with_cameras_ ? "cameras" : "partial"; }
   void prepare(const OptionValues& options, const Progress& progress);
   void read_photographs(const OptionValues& options, const Progress& progress);
-  Composite chosen(const std::vector<int>& choice) const;
+  Composite chosen(const OptionValues& options, const std::vector<int>& choice);
   Filtered stitched(const OptionValues& options, const Model& model, const Composite& composite,
                     const Progress& progress) const;
   void solve(const OptionValues& options, const Composite& composite, Model& model,
@@ -135,7 +135,7 @@ class StitchTool : public VerbTool {
   std::vector<Photograph> photographs_;             ///< with their cameras
   std::unique_ptr<PhotographTexturing> texturing_;  ///< of these
   std::vector<int> by_itself_;                      ///< which of them the verb takes
-  std::vector<Partial> partials_;
+  std::vector<Partial> partials_;  ///< of photographs, and where it is asked for the mean of those with cameras
   std::vector<std::string> names_;
   Signal before_;
   std::unique_ptr<Stitcher> stitcher_;

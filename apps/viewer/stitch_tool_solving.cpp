@@ -84,11 +84,12 @@ void StitchTool::read_photographs(const OptionValues& options, const Progress& p
     return;
   }
   partials_.clear();
-  texturing_.reset();
+  texturing_.reset();  // together with the mean, which comes last and must not move the others under the mouse
   photographs_ = app::read_photographs(*run_);
   texturing_ = std::make_unique<PhotographTexturing>(scene, *target_, photographs_,
                                                      app::asked_photograph_options(options), silence_,
                                                      progress.step("look", 0.5));
+  partials_.reserve(photographs_.size() + 1);
   for (std::size_t v = 0; v < photographs_.size(); ++v)
     partials_.push_back(texturing_->partial(
         int(v), progress.step(photographs_[v].picture.filename().string(), 0.4 / double(photographs_.size()))));
@@ -96,15 +97,17 @@ void StitchTool::read_photographs(const OptionValues& options, const Progress& p
 }
 
 /// What is chosen where that photograph shows it; else what the verb takes by itself, also nothing where cameras are
-/// given and no photograph shows it well.
-Composite StitchTool::chosen(const std::vector<int>& choice) const {
+/// given and no photograph shows it well. The mean of all is one more photograph.
+Composite StitchTool::chosen(const OptionValues& options, const std::vector<int>& choice) {
   if (!with_cameras_) return best_of(partials_, choice);
+  const bool means = options.text("blend") == "mean";
+  if (means && partials_.size() == photographs_.size()) partials_.push_back(texturing_->mean(partials_, by_itself_));
   const auto shows = [&](int photograph, std::size_t i) {
     return photograph != unseen && partials_[std::size_t(photograph)].confidence[i] > 0;
   };
   std::vector<int> labels = choice;
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (!shows(labels[i], i)) labels[i] = by_itself_[i];
+    if (!shows(labels[i], i)) labels[i] = means && by_itself_[i] != unseen ? int(photographs_.size()) : by_itself_[i];
     if (!shows(labels[i], i)) labels[i] = unseen;
   }
   return composite_of(partials_, std::move(labels));
@@ -162,13 +165,12 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
     ready_ = false;
     return VerbTool::make(options, progress);
   }
-  if (with_cameras_) app::require_choosable(options);
   prepare(options, progress.step("prepare", 0.5));
   const TexelSpace& space = target_->space();
   if (other_labels_) {
     std::vector<int> asked(std::size_t(space.size()), unseen);
     if (!options.texts("labels").empty())
-      asked = app::asked_photographs(options, *session_.scene, *target_, int(partials_.size()));
+      asked = app::asked_photographs(options, *session_.scene, *target_, int(names_.size()));
     const std::lock_guard lock(choice_mutex_);
     choice_ = saved_choice_ = std::move(asked);
     other_labels_ = false;
@@ -179,7 +181,7 @@ void StitchTool::make(const OptionValues& options, const Progress& progress) {
     const std::lock_guard lock(choice_mutex_);
     choice = choice_;
   }
-  const Composite composite = chosen(choice);
+  const Composite composite = chosen(options, choice);
   Model model;
   model.textures = session_.scene->model.textures;
   target_->put(before_, composite.values, model);

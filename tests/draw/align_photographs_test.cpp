@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "mq/draw/detail/parts_that_agree.h"
+
 namespace mq {
 namespace {
 
@@ -124,6 +126,66 @@ TEST(AlignPhotographs, PhotographsOfAMeshThatIsOffAreBentTogether) {
   EXPECT_GT(before, 0.9);
   EXPECT_LT(disagreement(places, truth, photographs), 0.5 * before);
   EXPECT_FALSE(photographs[0].camera.correction.empty());
+}
+
+/// Chequered, a third of what is seen wide and two thirds high.
+void paste_passer_by(Image<float>& picture, double column, double row) {
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x)
+      if (std::pow((x - column) / 24, 2) + std::pow((y - row) / 45, 2) < 1)
+        picture(x, y) = (x / 7 + y / 11) % 2 == 0 ? 0.9F : 0.15F;
+}
+
+TEST(AlignPhotographs, PassersByMoveLittle) {
+  std::mt19937 random(5);
+  std::vector<Vector3> places;
+  for (int k = 0; k < 3000; ++k)
+    places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
+  std::vector<PinholeCamera> truth;
+  std::vector<AlignedPhotograph> clean;
+  for (int v = 0; v < 7; ++v) {
+    truth.push_back(camera_from(0.9 * v, 0.15 + 0.05 * (v % 3)));
+    clean.push_back({shaken(truth.back(), random), photograph(truth.back(), 0.8 + 0.07 * v), {}, {}});
+    for (int i = 0; i < int(places.size()); ++i) clean.back().places.push_back(i), clean.back().weights.push_back(1);
+  }
+  std::vector<AlignedPhotograph> spoilt = clean;
+  std::vector<Vector3> in_sight;  // of what is not behind any of them
+  const std::vector<Vector2> stand = {{90, 130}, {150, 110}, {120, 140}};
+  for (int v = 0; v < 7; v += 3)
+    paste_passer_by(spoilt[std::size_t(v)].grey, stand[std::size_t(v / 3)].x(), stand[std::size_t(v / 3)].y());
+  for (const Vector3& place : places) {
+    bool hidden = false;
+    for (int v = 0; v < 7; v += 3) {
+      const Vector2 at = *truth[std::size_t(v)].project(place), from = at - stand[std::size_t(v / 3)];
+      hidden = hidden || std::pow(from.x() / 34, 2) + std::pow(from.y() / 55, 2) < 1;
+    }
+    if (!hidden) in_sight.push_back(place);
+  }
+  ASSERT_GT(in_sight.size(), 500U);
+  align_photographs(places, clean);
+  align_photographs(places, spoilt);
+  EXPECT_LT(disagreement(in_sight, truth, clean), 0.05);
+  EXPECT_LT(disagreement(in_sight, truth, spoilt), 0.3);  // 0.7 where all that photographs show is believed alike
+}
+
+TEST(PartsThatAgree, AreToldFromOthersWhateverTheBrightness) {
+  constexpr int columns = 12, rows = 10;
+  std::vector<Compared> compared;
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const auto other = [](int cell) { return cell % columns >= 7 && cell / columns >= 5; };
+  const auto plain = [](int cell) { return cell / columns < 3; };
+  for (int k = 0; k < 6000; ++k) {
+    const int cell = int(random() % (columns * rows));
+    const double agreed = plain(cell) ? 0.5 : 0.2 + 0.5 * uniform(random);
+    compared.push_back({cell, other(cell) ? uniform(random) : 0.1 + 0.6 * agreed, agreed, 1});
+  }
+  const std::vector<float> found = parts_that_agree(compared, columns, rows, 0.02);
+  for (int cell = 0; cell < columns * rows; ++cell) {
+    const int column = cell % columns, row = cell / columns;
+    if (column >= 8 && row >= 6) EXPECT_EQ(found[std::size_t(cell)], 0) << cell;
+    if (column < 6 || row < 4) EXPECT_EQ(found[std::size_t(cell)], 1) << cell;
+  }
 }
 
 TEST(AlignPhotographs, OneThatSharesNothingStays) {

@@ -204,6 +204,20 @@ TEST(StitchTool, PaintsWhichPhotographTheVerbTextureTakes) {
   ASSERT_EQ(view(folder, "screenshot of_labels.png atlas\n", {"sphere.obj", "labelled.png"}).status, 0);
   expect_nearly_equal(picture(folder, "painted.png"), picture(folder, "of_labels.png"), 0);
   EXPECT_FALSE(file_bytes(folder / "labelled.png") == file_bytes(folder / "verb.png"));
+
+  // The mean of all, and one of them in place of it.
+  const Result means = view(folder,
+                            "tool texture\nset cameras" + cameras + "\nset blend mean\nwait\n"
+                            "screenshot mean.png atlas\nphotograph 1\nsize 40%\nstroke 0,0,1 0.5,0,0.86\nwait\n"
+                            "screenshot in_mean.png atlas\nsave-labels in_mean_labels.png\n",
+                            {"sphere.obj"});
+  ASSERT_EQ(means.status, 0) << means.error;
+  words[3] = "in_mean_verb.png", words.back() = "in_mean_labels.png";
+  words.insert(words.end(), {"--blend", "mean"});
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  ASSERT_EQ(view(folder, "screenshot in_mean_of_verb.png atlas\n", {"sphere.obj", "in_mean_verb.png"}).status, 0);
+  expect_nearly_equal(picture(folder, "in_mean.png"), picture(folder, "in_mean_of_verb.png"), 0);
+  EXPECT_FALSE(file_bytes(folder / "mean.png") == file_bytes(folder / "in_mean.png"));
 }
 
 TEST(StitchTool, SaysWhatItWants) {

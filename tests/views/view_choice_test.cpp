@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "mq/views/tones.h"
+
 namespace mq {
 namespace {
 
@@ -83,9 +85,72 @@ TEST(ViewChoice, FalloffIsFoundWhereViewsShowAPatchAtSeveralRadii) {
   for (std::size_t v = 1; v < 4; ++v)
     EXPECT_NEAR(found.gains[v][0] * gains[v][0], found.gains[0][0] * gains[0][0], 0.015);
 
-  multiply_light(found, observations);
+  even_out(found, observations);
   for (int p = 0; p < 400; ++p)
     for (const Observation& o : observations.of(p)) EXPECT_NEAR(o.colour[1], observations.of(p)[0].colour[1], 0.01);
+}
+
+/// Of truth(p) in other contrast: light ^ exponent · gain.
+Observations toned(int patches, std::span<const double> exponents, std::span<const LightColour> gains, double noise) {
+  Observations observations = seen_by(patches, gains);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0, noise);
+  for (int p = 0; p < patches; ++p)
+    for (Observation& o : observations.of(p)) {
+      o.radius = float(std::abs(std::sin(0.7 * p + 2 * o.view)));
+      for (std::size_t c = 0; c < 3; ++c)
+        o.colour[c] = float(std::pow(truth(p)[c], exponents[std::size_t(o.view)]) * gains[std::size_t(o.view)][c] *
+                            std::exp(normal(random)));
+    }
+  return observations;
+}
+
+TEST(Tones, ExponentsAndGainsAreThoseThatViewsWereGiven) {
+  const std::vector<double> exponents = {0.8, 1.25, 1, 0.9, 1.1};
+  const std::vector<LightColour> gains = {{1.3F, 1.1F, 0.9F}, {0.9F, 1, 0.8F}, {1, 1.1F, 1.2F}, {1.1F, 0.9F, 1}, {1, 1, 1}};
+  Observations observations = toned(2000, exponents, gains, 0.01);
+  for (int p = 300; p < 500; ++p) observations.of(p)[3].colour = {0.05F, 0.6F, 0.1F};  // a passer-by
+  const Exposures found = tones(observations, 5);
+  double mean = 0;
+  for (std::size_t v = 0; v < 5; ++v) mean += exponents[v] / 5;
+  for (std::size_t v = 0; v < 5; ++v) EXPECT_NEAR(found.exponents[v] * exponents[v] / mean, 1, 0.02) << v;
+  even_out(found, observations);
+  double sum = 0, count = 0;
+  for (int p = 500; p < 2000; ++p)
+    for (const Observation& o : observations.of(p))
+      for (std::size_t c = 0; c < 3; ++c, ++count)
+        sum += std::pow(std::log(o.colour[c] / observations.of(p)[4].colour[c]), 2);
+  EXPECT_LT(std::sqrt(sum / count), 0.02);  // of noise 0.014
+}
+
+TEST(Tones, ViewsOfOneContrastKeepIt) {
+  const std::vector<LightColour> gains = {{1.3F, 1.1F, 0.9F}, {0.9F, 1, 0.8F}, {1, 1.1F, 1.2F}, {1.1F, 0.9F, 1}};
+  const Observations observations = toned(1000, std::vector<double>(4, 1), gains, 0.03);
+  const Exposures with = tones(observations, 4), without = exposures(observations, 4);
+  for (std::size_t v = 0; v < 4; ++v) {
+    EXPECT_NEAR(with.exponents[v], 1, 0.015) << v;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double middle = 0.25;  // where the exponent's error costs nothing
+      EXPECT_NEAR(with.evened(int(v), 0, {float(middle), float(middle), float(middle)})[c],
+                  middle * without.gains[v][c], 0.01 * middle);
+      EXPECT_EQ(without.exponents[v], 1);
+    }
+  }
+}
+
+TEST(Tones, WhatTellsNothingOfContrastLeavesIt) {
+  std::vector<std::vector<Observations::OfPatch>> views(3);
+  for (int p = 0; p < 200; ++p) {  // one colour, and a view that shares nothing
+    views[0].push_back({p, {0, 1, 1, {0.2F, 0.2F, 0.2F}}});
+    views[1].push_back({p, {1, 1, 1, {0.4F, 0.4F, 0.4F}}});
+    views[2].push_back({p + 200, {2, 1, 1, {0.9F, 0.9F, 0.9F}}});
+  }
+  const Exposures found = tones(Observations::gather(400, views), 3);
+  EXPECT_NEAR(found.exponents[0], 1, 0.02);
+  EXPECT_NEAR(found.exponents[1], 1, 0.02);
+  EXPECT_NEAR(found.evened(0, 0, {0.2F, 0.2F, 0.2F})[0], found.evened(1, 0, {0.4F, 0.4F, 0.4F})[0], 0.005);
+  EXPECT_EQ(found.exponents[2], 1);
+  EXPECT_EQ(found.gains[2], (LightColour{1, 1, 1}));
 }
 
 TEST(ViewChoice, AViewThatSharesNothingKeepsItsLight) {

@@ -79,7 +79,9 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
                      {"patches", view.patches},
                      {"rejected", view.rejected},
                      {"gain", {view.gain[0], view.gain[1], view.gain[2]}},
+                     {"exponent", view.exponent},
                      {"moved", view.moved}});
+    if (!view.left_out.empty()) views.back()["left_out"] = view.left_out;
   }
   const double all = double(found.labels.size());
   const auto share = [&](std::size_t from, std::size_t to) {
@@ -170,7 +172,6 @@ Exit texture(Run& run) {
     if (run.dry_run()) return Exit::done;
   }
   prepare_textures(run, photographs, scene);
-  if (!options.texts("labels").empty()) require_choosable(options);
   check_pictures(options, scene, {"labels"});
   if (keeps) {
     outputs.emplace(options.text("output"), scene.model, Outputs::Kind::pictures);

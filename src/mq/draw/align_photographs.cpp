@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "mq/base/parallel.h"
+#include "mq/draw/detail/parts_that_agree.h"
 #include "mq/image/resample.h"
 
 namespace mq {
@@ -100,6 +101,12 @@ struct Tone {
   double a = 1, b = 0;
 };
 
+/// Reorders the values.
+double middle_of(std::vector<double>& values) {
+  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
+  return values[values.size() / 2];
+}
+
 struct Means {
   std::vector<double> value, weight;
   std::vector<int> count;
@@ -116,35 +123,74 @@ std::vector<Values> values_of(std::span<const SizedPhotograph> sized, std::span<
   return values;
 }
 
+/// What one photograph says of a place.
+struct Said {
+  double value, weight;
+};
+
+/// The value that has half of the weights on each side; sorts.
+double weighted_median(std::span<Said> said) {
+  std::ranges::sort(said, {}, &Said::value);
+  double all = 0, below = 0;
+  for (const Said& one : said) all += one.weight;
+  for (std::size_t k = 0; k + 1 < said.size(); ++k) {
+    below += said[k].weight;
+    if (below > all / 2) return said[k].value;
+    if (below == all / 2) return (said[k].value + said[k + 1].value) / 2;
+  }
+  return said.back().value;
+}
+
+/// Robust: weights are Cauchy's, of the distance from the median of those that show the place, on the scale of what
+/// most are apart. `trust`: of each photograph's places, times their weights.
 Means means_of(std::span<const Values> values, std::span<const AlignedPhotograph> photographs,
-               std::span<const Tone> tones, std::size_t places) {
+               std::span<const Tone> tones, std::span<const std::vector<float>> trust, std::size_t places) {
   Means means{std::vector<double>(places, 0.0), std::vector<double>(places, 0.0), std::vector<int>(places, 0)};
-  for (std::size_t v = 0; v < values.size(); ++v)
-    for (std::size_t k = 0; k < values[v].size(); ++k) {
-      const auto& found = values[v][k];
-      if (!found) continue;
-      const std::size_t i = std::size_t(photographs[v].places[k]);
-      const double w = photographs[v].weights[k];
-      means.value[i] += w * (tones[v].a * found->value + tones[v].b);
-      means.weight[i] += w;
-      ++means.count[i];
+  const auto for_each = [&](const auto& visit) {
+    for (std::size_t v = 0; v < values.size(); ++v)
+      for (std::size_t k = 0; k < values[v].size(); ++k)
+        if (const auto& found = values[v][k])
+          visit(std::size_t(photographs[v].places[k]),
+                Said{tones[v].a * found->value + tones[v].b, double(photographs[v].weights[k]) * trust[v][k]});
+  };
+  for_each([&](std::size_t i, const Said&) { ++means.count[i]; });
+  std::vector<std::size_t> offsets(places + 1, 0);
+  for (std::size_t i = 0; i < places; ++i) offsets[i + 1] = offsets[i] + std::size_t(means.count[i]);
+  std::vector<Said> said(offsets.back());
+  std::vector<std::size_t> next(offsets.begin(), offsets.end() - 1);
+  for_each([&](std::size_t i, const Said& one) { said[next[i]++] = one; });
+  const auto of = [&](std::size_t i) { return std::span(said).subspan(offsets[i], offsets[i + 1] - offsets[i]); };
+  std::vector<double> medians(places, 0.0), apart;
+  for (std::size_t i = 0; i < places; ++i) {
+    if (of(i).empty()) continue;
+    medians[i] = weighted_median(of(i));
+    if (of(i).size() > 2)
+      for (const Said& one : of(i)) apart.push_back(std::abs(one.value - medians[i]));
+  }
+  const double scale = apart.empty() ? 1 : std::max(1e-3, 3 * middle_of(apart));
+  for (std::size_t i = 0; i < places; ++i) {
+    for (const Said& one : of(i)) {
+      const double w = one.weight / (1 + std::pow((one.value - medians[i]) / scale, 2));
+      means.value[i] += w * one.value, means.weight[i] += w;
     }
-  for (std::size_t i = 0; i < places; ++i)
-    if (means.weight[i] > 0) means.value[i] /= means.weight[i];
+    means.value[i] = means.weight[i] > 0 ? means.value[i] / means.weight[i] : medians[i];
+  }
   return means;
 }
 
-constexpr std::size_t fewest_shared = 50;
+constexpr double fewest_shared = 50;
 
 /// The tone that gives a photograph the mean and the spread of the others, where it shares places.
-Tone tone_of(const Values& values, const AlignedPhotograph& photograph, const Means& means) {
+Tone tone_of(const Values& values, const AlignedPhotograph& photograph, std::span<const float> trust,
+             const Means& means) {
   double n = 0, own = 0, own_squares = 0, others = 0, others_squares = 0;
   for (std::size_t k = 0; k < values.size(); ++k) {
     const std::size_t i = std::size_t(photograph.places[k]);
     const auto& found = values[k];
     if (!found || means.count[i] < 2) continue;
-    n += 1, own += found->value, own_squares += found->value * found->value;
-    others += means.value[i], others_squares += means.value[i] * means.value[i];
+    const double w = trust[k], mean = means.value[i];
+    n += w, own += w * found->value, own_squares += w * found->value * found->value;
+    others += w * mean, others_squares += w * mean * mean;
   }
   if (n < fewest_shared) return {};
   const double spread = own_squares / n - std::pow(own / n, 2);
@@ -162,7 +208,7 @@ struct Row {
 
 /// Nothing where too little is shared. Weights are robust.
 std::vector<Row> rows_of(const Values& values, const AlignedPhotograph& photograph, const Tone& tone,
-                         const Means& means) {
+                         std::span<const float> trust, const Means& means) {
   std::vector<Row> rows;
   std::vector<double> sizes;
   for (std::size_t k = 0; k < values.size(); ++k) {
@@ -170,12 +216,11 @@ std::vector<Row> rows_of(const Values& values, const AlignedPhotograph& photogra
     const auto& found = values[k];
     if (!found || means.count[i] < 2) continue;
     rows.push_back({k, tone.a * Eigen::RowVector2d(found->dx, found->dy),
-                    tone.a * found->value + tone.b - means.value[i], photograph.weights[k]});
-    sizes.push_back(std::abs(rows.back().residual));
+                    tone.a * found->value + tone.b - means.value[i], double(photograph.weights[k]) * trust[k]});
+    if (trust[k] > 0.5F) sizes.push_back(std::abs(rows.back().residual));
   }
-  if (rows.size() < fewest_shared) return {};
-  std::nth_element(sizes.begin(), sizes.begin() + std::ssize(sizes) / 2, sizes.end());
-  const double scale = std::max(1e-4, 2 * sizes[sizes.size() / 2]);
+  if (double(sizes.size()) < fewest_shared) return {};
+  const double scale = std::max(1e-4, 2 * middle_of(sizes));
   for (Row& row : rows) row.weight /= 1 + std::pow(row.residual / scale, 2);
   return rows;
 }
@@ -295,6 +340,22 @@ void bend(std::span<const Vector3> places, const AlignedPhotograph& photograph, 
   for (int i = 0; i < points; ++i) correction.offsets[std::size_t(i)] += step.segment<2>(2 * i);
 }
 
+/// Of a photograph's places, how far they are to be believed: by the parts of the picture that they lie in.
+std::vector<float> trust_in(const Values& values, const AlignedPhotograph& photograph, const Tone& tone,
+                            std::span<const int> cells, const Correction& lattice, const Means& means) {
+  constexpr double noise = 0.02;  // of brightness
+  std::vector<Compared> compared;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const std::size_t i = std::size_t(photograph.places[k]);
+    if (const auto& found = values[k]; found && means.count[i] >= 2)
+      compared.push_back({cells[k], tone.a * found->value + tone.b, means.value[i], photograph.weights[k]});
+  }
+  const std::vector<float> of_cells = parts_that_agree(compared, lattice.columns - 1, lattice.rows - 1, noise);
+  std::vector<float> result(values.size());
+  for (std::size_t k = 0; k < result.size(); ++k) result[k] = of_cells[std::size_t(cells[k])];
+  return result;
+}
+
 /// A lattice of square cells, so many along the longer side.
 Correction no_correction(const PinholeCamera& camera, int cells) {
   const double cell = double(std::max(camera.width, camera.height)) / cells;
@@ -303,6 +364,20 @@ Correction no_correction(const PinholeCamera& camera, int cells) {
   correction.rows = std::max(2, int(std::lround(camera.height / cell)) + 1);
   correction.offsets.assign(std::size_t(correction.columns) * std::size_t(correction.rows), Vector2::Zero());
   return correction;
+}
+
+/// The cells of a lattice that places lie in.
+std::vector<int> cells_of(const AlignedPhotograph& photograph, const Correction& lattice,
+                          std::span<const Vector3> places) {
+  std::vector<int> cells;
+  for (const int i : photograph.places) {
+    const auto place = photograph.camera.project(places[std::size_t(i)]);
+    const auto at = [&](double part, int points) { return std::clamp(int(part * (points - 1)), 0, points - 2); };
+    cells.push_back(!place ? 0
+                           : at(place->y() / photograph.camera.height, lattice.rows) * (lattice.columns - 1) +
+                                 at(place->x() / photograph.camera.width, lattice.columns));
+  }
+  return cells;
 }
 
 double moved_by(const AlignedPhotograph& photograph, const PinholeCamera& before, std::span<const Vector3> places) {
@@ -325,25 +400,34 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
   constexpr std::array<Stage, 5> stages = {{{4, false}, {2, false}, {1, false}, {2, true}, {1, true}}};
   constexpr int rounds = 10, cells = 24;
   std::vector<PinholeCamera> before;
-  for (const AlignedPhotograph& photograph : photographs) before.push_back(photograph.camera);
+  std::vector<Correction> lattices;
+  std::vector<std::vector<int>> parts;
+  std::vector<std::vector<float>> trust;
+  for (const AlignedPhotograph& photograph : photographs) {
+    before.push_back(photograph.camera);
+    lattices.push_back(no_correction(photograph.camera, cells));
+    parts.push_back(cells_of(photograph, lattices.back(), places));
+    trust.emplace_back(photograph.places.size(), 1.0F);
+  }
   std::vector<Tone> tones(photographs.size());
   for (std::size_t stage = 0; stage < stages.size(); ++stage) {
     const auto [divisor, bends] = stages[stage];
     std::vector<SizedPhotograph> sized;
     for (const AlignedPhotograph& photograph : photographs) sized.emplace_back(photograph, places, divisor, !bends);
-    if (stage == 0) {
+    {  // by what is known by now of what to believe
       const std::vector<Values> values = values_of(sized, photographs);
-      const Means plain = means_of(values, photographs, tones, places.size());
-      for (std::size_t v = 0; v < sized.size(); ++v) tones[v] = tone_of(values[v], photographs[v], plain);
+      const Means plain = means_of(values, photographs, std::vector<Tone>(photographs.size()), trust, places.size());
+      for (std::size_t v = 0; v < sized.size(); ++v) tones[v] = tone_of(values[v], photographs[v], trust[v], plain);
     }
     for (int round = 0; round < rounds; ++round) {
       const std::vector<Values> values = values_of(sized, photographs);
-      const Means means = means_of(values, photographs, tones, places.size());
+      const Means means = means_of(values, photographs, tones, trust, places.size());
       parallel_for(std::ssize(photographs), [&](std::int64_t v) {
         AlignedPhotograph& one = photographs[v];
-        const std::vector<Row> rows = rows_of(values[v], one, tones[v], means);
+        trust[std::size_t(v)] = trust_in(values[v], one, tones[v], parts[v], lattices[v], means);
+        const std::vector<Row> rows = rows_of(values[v], one, tones[v], trust[v], means);
         if (rows.empty()) return;
-        if (bends && one.camera.correction.empty()) one.camera.correction = no_correction(one.camera, cells);
+        if (bends && one.camera.correction.empty()) one.camera.correction = lattices[v];
         if (bends)
           bend(places, one, rows, one.camera);
         else

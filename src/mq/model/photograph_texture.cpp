@@ -14,112 +14,30 @@
 #include "mq/base/words.h"
 #include "mq/draw/align_photographs.h"
 #include "mq/io/file_print.h"
-#include "mq/io/photograph_file.h"
 #include "mq/model/detail/photograph_labels.h"
 #include "mq/model/detail/photograph_light.h"
+#include "mq/model/detail/photograph_looks.h"
 #include "mq/model/detail/photograph_pictures.h"
+#include "mq/model/detail/photograph_reader.h"
 #include "mq/model/detail/photograph_records.h"
 #include "mq/model/photographs.h"
+#include "mq/views/tones.h"
 
 namespace mq {
 namespace {
 
-constexpr int samples_of_patch = 5;
-constexpr double opaque = 0.5;    ///< the least alpha of a photograph that shows something
-
-/// Patches with the texels at which photographs are looked at.
-struct Looks {
-  std::vector<int> offsets{0};
-  std::vector<int> places;
-
-  explicit Looks(const Patches& patches) {
-    for (int p = 0; p < patches.count(); ++p) {
-      const std::vector<int> some = patches.samples(p, samples_of_patch);
-      places.insert(places.end(), some.begin(), some.end());
-      offsets.push_back(int(places.size()));
-    }
-  }
-};
-
-std::vector<Observations::OfPatch> observe(const Looks& looks, const Partial& shown, std::span<const Vector3> points,
-                                           const PinholeCamera& camera, int view) {
-  std::vector<Observations::OfPatch> result;
-  for (std::size_t p = 0; p + 1 < looks.offsets.size(); ++p) {
-    double weight = 0, detail = 0, radius = 0;
-    std::array<double, 3> colour{};
-    for (int k = looks.offsets[p]; k < looks.offsets[p + 1]; ++k) {
-      const double w = shown.confidence[std::size_t(k)] * shown.values(k, channel_of_alpha);
-      if (!(w > 0)) continue;
-      weight += w, detail += w * shown.values(k, channel_of_detail);
-      if (const auto place = camera.project(points[std::size_t(looks.places[std::size_t(k)])]))
-        radius += w * radius_in(camera.width, camera.height, *place);
-      for (int c = 0; c < 3; ++c) colour[std::size_t(c)] += w * shown.values(k, c);
-    }
-    if (!(weight > 0)) continue;
-    Observation o{view, float(weight / (looks.offsets[p + 1] - looks.offsets[p])),
-                  float(std::sqrt(detail / weight)), {}};
-    for (std::size_t c = 0; c < 3; ++c) o.colour[c] = float(colour[c] / weight);
-    o.radius = float(radius / weight);
-    result.push_back({int(p), o});
-  }
-  return result;
-}
-
-/// Weights times the squares of how sharp places are: root mean squares of gradients against the median of those
-/// that show the place, 0.05 to 1. `details`: of the places of each photograph |∇|² in brightness per texel.
-void weigh_by_sharpness(std::span<const std::vector<float>> details, std::size_t places,
-                        std::vector<AlignedPhotograph>& photographs) {
-  std::vector<std::vector<float>> of_place(places);
-  for (std::size_t v = 0; v < photographs.size(); ++v)
-    for (std::size_t k = 0; k < details[v].size(); ++k)
-      of_place[std::size_t(photographs[v].places[k])].push_back(details[v][k]);
-  for (std::vector<float>& found : of_place)
-    std::nth_element(found.begin(), found.begin() + std::ssize(found) / 2, found.end());
-  for (std::size_t v = 0; v < photographs.size(); ++v)
-    for (std::size_t k = 0; k < details[v].size(); ++k) {
-      constexpr float least = 0.05F * 0.05F;
-      const std::vector<float>& found = of_place[std::size_t(photographs[v].places[k])];
-      const float usual = found[found.size() / 2];
-      if (usual > 0) photographs[v].weights[k] *= std::clamp(details[v][k] / usual, least, 1.0F);
-    }
-}
-
-/// A photograph that disagrees nearly everywhere is rejected altogether, and said so.
-void leave_out_strangers(std::span<const Photograph> photographs, Observations& observations, Messages& messages) {
-  constexpr double nearly_everywhere = 0.7;
-  std::vector<double> all(photographs.size(), 0.0), rejected(photographs.size(), 0.0);
-  for (const Observation& o : observations.all) {
-    all[std::size_t(o.view)] += 1;
-    rejected[std::size_t(o.view)] += o.rejected;
-  }
-  for (std::size_t v = 0; v < photographs.size(); ++v)
-    if (rejected[v] > nearly_everywhere * all[v])
-      messages.warning(fmt::format("{}: disagrees with the other photographs on {:.0f} % of what it shows and is left "
-                                   "out where others show that: check it and its camera",
-                                   photographs[v].picture.string(), 100 * rejected[v] / all[v]));
-  for (Observation& o : observations.all)
-    if (rejected[std::size_t(o.view)] > nearly_everywhere * all[std::size_t(o.view)]) o.rejected = true;
-}
-
-void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result) {
-  result.patches = patches.count();
-  for (const Observation& o : observations.all) {
-    ++result.views[std::size_t(o.view)].patches;
-    result.views[std::size_t(o.view)].rejected += o.rejected;
-  }
-  result.seen_by.assign(result.views.size() + 1, 0);
-  for (int p = 0; p < patches.count(); ++p) result.seen_by[observations.of(p).size()] += patches.size(p);
-}
+constexpr double opaque = 0.5;  ///< the least alpha of a photograph that shows something
 
 }  // namespace
 
 /// What is known of one set of photographs.
 struct PhotographTexturing::Work {
   Work(const TexturedModel& model, const TextureSignal& from, std::span<const Photograph> given,
-       const PhotographTextureOptions& wanted, const Progress& progress)
+       const PhotographTextureOptions& wanted, Messages& messages, const Progress& progress)
       : signal(from),
         photographs(given),
         options(wanted),
+        reader(given, wanted.unreadable, messages),
         values(model, from),
         projector(model.surface, from.space().positions(), model.atlas->texel_spacing(), progress),
         patches(make_patches(from.space().texels(), from.space().stiffness(), wanted.patch)),
@@ -136,10 +54,13 @@ struct PhotographTexturing::Work {
     Means(Eigen::Index unknowns, int channels)
         : sum(Signal::Zero(unknowns, channels)), weight(Vector::Zero(unknowns)) {}
 
-    /// Where there is one, it becomes the value.
-    void put(PhotographTexture& result) const {
+    /// Where there is one, it becomes the value of what has the region `number`, and what lies beyond its border.
+    void put(int number, PhotographTexture& result) const {
+      if (weight.size() == 0) return;
       for (Eigen::Index i = 0; i < weight.size(); ++i)
-        if (weight[i] > 0 && result.labels[std::size_t(i)] != unseen) result.values.row(i) = sum.row(i) / weight[i];
+        if (weight[i] > 0 && result.regions[std::size_t(i)] == number) result.values.row(i) = sum.row(i) / weight[i];
+      for (const int i : result.beyond.unknowns_of(number))
+        if (weight[i] > 0) result.beyond.put(number, i, sum.row(i) / weight[i]);
     }
   };
 
@@ -154,20 +75,24 @@ struct PhotographTexturing::Work {
     for (std::size_t v = 0; v < photographs.size(); ++v) {
       const Progress step = step_of(v, 0.6, progress);
       AlignedPhotograph& one = aligned.emplace_back();
-      one.camera = camera_of(v);
+      one.camera = cameras[v];
       const std::string name = fmt::format("align{}", v);
       if (const auto record = store.find(name)) {
         read_to_align(*record, one, details.emplace_back());
         continue;
       }
-      const PhotographLight photograph = PhotographLight::read(photographs[v]);
-      const double fine = projector.pixels_per_spacing(photograph.camera, places);
-      one.grey = picture_to_align(photograph.light, fine,
+      const auto photograph = reader.read(v);
+      if (!photograph) {
+        one.grey = Image<float>(1, 1, 1), details.emplace_back();
+        continue;
+      }
+      const double fine = projector.pixels_per_spacing(photograph->camera, places);
+      one.grey = picture_to_align(photograph->light, fine,
                                   std::min(most_pixels, most_of_all / double(photographs.size())));
       const std::vector<double> shown = projector.confidences(one.camera, places, options.projection, step);
       for (std::size_t k = 0; k < shown.size(); ++k)
         if (shown[k] > 0) one.places.push_back(places[k]), one.weights.push_back(float(shown[k]));
-      const double step_of_grey = fine * one.grey.width() / photograph.light.width();
+      const double step_of_grey = fine * one.grey.width() / photograph->light.width();
       const Image<float> squares = reduced(squared_detail(one.grey, step_of_grey), 2);
       const Signal at_places = projector.sampled(one.camera, squares, one.places);
       details.emplace_back(at_places.data(), at_places.data() + at_places.size());
@@ -183,11 +108,6 @@ struct PhotographTexturing::Work {
       keep("aligned", record_of_poses(cameras, moved), int(photographs.size()), "aligned", messages);
   }
 
-  /// As the photograph is, before it is aligned.
-  PinholeCamera camera_of(std::size_t view) const {
-    return fitted_camera(photographs[view], picture_info(photographs[view].picture)).camera;
-  }
-
   /// Puts it and says so.
   void keep(const std::string& name, std::span<const std::byte> record, int done, const char* what,
             Messages& messages) const {
@@ -198,7 +118,7 @@ struct PhotographTexturing::Work {
 
   /// Aligned as they were before, else now.
   void find_poses(const Looks& looks, Messages& messages, const Progress& progress) {
-    for (std::size_t v = 0; v < photographs.size(); ++v) cameras[v] = camera_of(v);
+    for (std::size_t v = 0; v < photographs.size(); ++v) cameras[v] = reader.camera(v);
     if (!options.align) return;
     if (const auto record = store.find("aligned"))
       read_poses(*record, cameras, moved);
@@ -222,9 +142,10 @@ struct PhotographTexturing::Work {
         of_view[v] = StoredReader(*record).list<Observations::OfPatch>();
         continue;
       }
-      const PhotographLight photograph = PhotographLight::read(photographs[v]);
-      if (!photograph.remark.empty()) messages.remark(photograph.remark);
-      const Image<float> picture = picture_to_look_at(photograph.light, pixels_per_texel[v]);
+      const auto photograph = reader.read(v);
+      if (!photograph) continue;
+      if (!photograph->remark.empty()) messages.remark(photograph->remark);
+      const Image<float> picture = picture_to_look_at(photograph->light, pixels_per_texel[v]);
       const Partial shown = projector.project(cameras[v], picture, looks.places, options.projection, step);
       of_view[v] = observe(looks, shown, projector.places(), cameras[v], int(v));
       if (of_view[v].empty())
@@ -244,8 +165,10 @@ struct PhotographTexturing::Work {
   }
 
   void choose(Messages& messages, const Progress& progress) {
-    if (options.match_exposure) exposed = exposures(observations, int(photographs.size()));
-    multiply_light(exposed, observations);
+    const int count = int(photographs.size());
+    if (options.exposure == PhotographExposure::match) exposed = exposures(observations, count);
+    if (options.exposure == PhotographExposure::tone) exposed = tones(observations, count);
+    even_out(exposed, observations);
     if (options.reject_outliers) {
       reject(patches, options.rejection, observations);
       leave_out_strangers(photographs, observations, messages);
@@ -255,15 +178,16 @@ struct PhotographTexturing::Work {
   }
 
   /// The photograph as colours are taken from it, in the signal's values: at about two pixels per texel, between which
-  /// they are interpolated, so that a texel is a mean over about its own size.
-  Image<float> picture(std::size_t view) const {
-    PhotographLight photograph = PhotographLight::read(photographs[view]);
-    photograph.light = reduced(photograph.light, std::floor(pixels_per_texel[view] / 2 + 0.25));
-    return values.of(photograph, exposed, int(view));
+  /// they are interpolated, so that a texel is a mean over about its own size. Nothing where it is left out.
+  std::optional<Image<float>> picture(std::size_t view) {
+    auto photograph = reader.read(view);
+    if (!photograph) return std::nullopt;
+    photograph->light = reduced(photograph->light, std::floor(pixels_per_texel[view] / 2 + 0.25));
+    return values.of(*photograph, exposed, int(view));
   }
 
-  /// Fills in `result.values` and `result.beyond`; what is masked by alpha becomes unseen.
-  void take_colours(PhotographTexture& result, const Progress& progress) const {
+  /// Fills in `result.values` and `result.beyond`; what is masked by alpha, or cannot be read any more, becomes unseen.
+  void take_colours(PhotographTexture& result, const Progress& progress) {
     result.values = Signal::Zero(std::ssize(result.labels), signal.channels());
     Means means(options.blend == PhotographBlend::mean ? std::ssize(result.labels) : 0, signal.channels());
     std::vector<std::vector<int>> own(photographs.size());
@@ -276,11 +200,11 @@ struct PhotographTexturing::Work {
       result.views[v].texels = std::ssize(own[v]);
       const std::vector<int> to_blend = means.weight.size() > 0 ? agreed_texels(int(v)) : std::vector<int>();
       if (own[v].empty() && beyond.empty() && to_blend.empty()) continue;
-      const TakenColours taken = colours_of(v, own[v], beyond, to_blend, means, step);
-      const Signal own_values = values.with_alpha(taken.own);
-      const bool masked = has_alpha(int(taken.own.cols()));
+      const std::optional<TakenColours> taken = colours_of(v, own[v], beyond, to_blend, means, step);
+      const Signal own_values = taken ? values.with_alpha(taken->own) : Signal();
+      const bool masked = taken && has_alpha(int(taken->own.cols()));
       for (std::size_t k = 0; k < own[v].size(); ++k) {
-        if (masked && taken.own(Eigen::Index(k), taken.own.cols() - 1) < opaque) {
+        if (!taken || (masked && taken->own(Eigen::Index(k), taken->own.cols() - 1) < opaque)) {
           result.labels[std::size_t(own[v][k])] = result.regions[std::size_t(own[v][k])] = unseen;
           --result.views[v].texels;
           continue;
@@ -288,11 +212,12 @@ struct PhotographTexturing::Work {
         result.values.row(own[v][k]) = own_values.row(Eigen::Index(k));
         sum += own_values.row(Eigen::Index(k));
       }
-      const Signal other_values = values.with_alpha(taken.beyond.values);
+      if (!taken) continue;
+      const Signal other_values = values.with_alpha(taken->beyond.values);
       for (std::size_t k = 0; k < beyond.size(); ++k)
-        if (taken.beyond.confidence[k] > 0) result.beyond.put(int(v), beyond[k], other_values.row(Eigen::Index(k)));
+        if (taken->beyond.confidence[k] > 0) result.beyond.put(int(v), beyond[k], other_values.row(Eigen::Index(k)));
     }
-    means.put(result);
+    means.put(int(photographs.size()), result);
     const std::int64_t seen = std::ssize(result.labels) - std::ranges::count(result.labels, unseen);
     if (seen == 0) return;
     for (std::size_t i = 0; i < result.labels.size(); ++i)
@@ -300,21 +225,26 @@ struct PhotographTexturing::Work {
   }
 
   /// Of one photograph, which is not read where they are kept. What all texels of many photographs show is more than
-  /// should be kept: with means they are read again.
-  TakenColours colours_of(std::size_t v, std::span<const int> own, std::span<const int> beyond,
-                          std::span<const int> to_blend, Means& means, const Progress& progress) const {
+  /// should be kept: with means they are read again. Nothing where it cannot be read and is left out.
+  std::optional<TakenColours> colours_of(std::size_t v, std::span<const int> own, std::span<const int> beyond,
+                                         std::span<const int> to_blend, Means& means, const Progress& progress) {
     TakenColours taken;
     StoredWriter asked;
-    if (store.keeps()) asked.add(own), asked.add(beyond), asked.add(exposed.gains[v]);
+    if (store.keeps()) asked.add(own), asked.add(beyond), asked.add(exposed.gains[v]), asked.add(exposed.exponents[v]);
     const std::uint64_t print = fingerprint(asked.bytes);
     const std::string name = fmt::format("colours{}", v);
     if (const auto record = to_blend.empty() ? store.find(name) : std::nullopt;
         record && read_colours(*record, print, taken))
       return taken;
-    const Image<float> shown = picture(v);
-    if (!to_blend.empty()) add_to_means(int(v), shown, to_blend, means, progress);
-    taken.own = projector.sampled(cameras[v], shown, own);
-    taken.beyond = projector.project(cameras[v], shown, beyond, plain_projection(), progress);
+    const std::optional<Image<float>> shown = picture(v);
+    if (!shown) return std::nullopt;
+    if (!to_blend.empty()) {
+      Partial part = projector.project(cameras[v], *shown, to_blend, options.projection, progress);
+      part.values = values.with_alpha(part.values);
+      add_to_means(int(v), part, to_blend, [](std::size_t k) { return k; }, means);
+    }
+    taken.own = projector.sampled(cameras[v], *shown, own);
+    taken.beyond = projector.project(cameras[v], *shown, beyond, plain_projection(), progress);
     if (store.keeps() && to_blend.empty()) store.put(name, record_of_colours(print, taken));
     return taken;
   }
@@ -337,10 +267,9 @@ struct PhotographTexturing::Work {
     return texels;
   }
 
-  void add_to_means(int view, const Image<float>& shown, std::span<const int> texels, Means& means,
-                    const Progress& progress) const {
-    const Partial part = projector.project(cameras[std::size_t(view)], shown, texels, options.projection, progress);
-    const Signal own = values.with_alpha(part.values);
+  /// `row_of(k)`: where in the part the k-th texel is.
+  void add_to_means(int view, const Partial& part, std::span<const int> texels, const auto& row_of,
+                    Means& means) const {
     int patch = -1;
     double sharp = 1;
     for (std::size_t k = 0; k < texels.size(); ++k) {
@@ -350,8 +279,9 @@ struct PhotographTexturing::Work {
         const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view) - views.begin();
         sharp = sharpness(views)[std::size_t(at)];
       }
-      means.sum.row(i) += sharp * part.confidence[k] * own.row(Eigen::Index(k));
-      means.weight[i] += sharp * part.confidence[k];
+      const std::size_t row = row_of(k);
+      means.sum.row(i) += sharp * part.confidence[row] * part.values.row(Eigen::Index(row));
+      means.weight[i] += sharp * part.confidence[row];
     }
   }
 
@@ -363,6 +293,7 @@ struct PhotographTexturing::Work {
   const TextureSignal& signal;
   std::span<const Photograph> photographs;
   const PhotographTextureOptions options;
+  PhotographReader reader;
   PhotographValues values;
   Projector projector;
   Patches patches;
@@ -380,7 +311,7 @@ PhotographTexturing::PhotographTexturing(const TexturedModel& model, const Textu
                                          const PhotographTextureOptions& options, Messages& messages,
                                          const Progress& progress) {
   require(!photographs.empty(), "a texture of photographs needs one at least");
-  work_ = std::make_unique<Work>(model, signal, photographs, options, progress.step("places", 0.15));
+  work_ = std::make_unique<Work>(model, signal, photographs, options, messages, progress.step("places", 0.15));
   const Looks looks(work_->patches);
   if (!options.resume.empty())
     work_->store = PhotographStore(options.resume,
@@ -421,7 +352,10 @@ PhotographTexture PhotographTexturing::make(std::span<const int> wanted, const P
   const PhotographBlend blend = work_->options.blend;
   std::vector<int> chosen = labels(wanted, progress.step("what is hidden", 0.3)), regions = chosen;
   if (blend == PhotographBlend::mean)
-    for (int& region : regions) region = region == unseen ? unseen : 0;
+    for (std::size_t i = 0; i < regions.size(); ++i) {
+      const bool by_hand = !wanted.empty() && wanted[i] == regions[i];
+      if (regions[i] != unseen && !by_hand) regions[i] = int(work_->photographs.size());
+    }
   BeyondBorders beyond(work_->signal.space(), regions, work_->signal.channels());
   PhotographTexture result{.values = {},
                            .labels = std::move(chosen),
@@ -433,6 +367,7 @@ PhotographTexture PhotographTexturing::make(std::span<const int> wanted, const P
                            .seen_by = {}};
   for (std::size_t v = 0; v < result.views.size(); ++v) {
     result.views[v].gain = work_->exposed.gains[v];
+    result.views[v].exponent = work_->exposed.exponents[v];
     result.views[v].moved = work_->moved[v];
   }
   count_views(work_->patches, work_->observations, result);
@@ -440,6 +375,7 @@ PhotographTexture PhotographTexturing::make(std::span<const int> wanted, const P
                       ? offset(result.labels)
                       : Signal(Signal::Zero(std::ssize(result.labels), work_->signal.channels()));
   work_->take_colours(result, progress.step("colours", 0.7));
+  for (std::size_t v = 0; v < result.views.size(); ++v) result.views[v].left_out = work_->reader.why_left_out(v);
   return result;
 }
 
@@ -449,10 +385,37 @@ Partial PhotographTexturing::partial(int photograph, const Progress& progress) c
           fmt::format("found photograph {} of {}", photograph, work_->photographs.size()));
   std::vector<int> all(std::size_t(work_->signal.space().size()));
   std::iota(all.begin(), all.end(), 0);
-  Partial shown = work_->projector.project(work_->cameras[view], work_->picture(view), all,
-                                           work_->options.projection, progress);
+  const std::optional<Image<float>> picture = work_->picture(view);
+  if (!picture)
+    return {Signal::Zero(std::ssize(all), work_->signal.channels()), std::vector<double>(all.size(), 0.0)};
+  Partial shown =
+      work_->projector.project(work_->cameras[view], *picture, all, work_->options.projection, progress);
   shown.values = work_->values.with_alpha(shown.values);
   return shown;
+}
+
+Partial PhotographTexturing::mean(std::span<const Partial> partials, std::span<const int> labels) const {
+  const auto unknowns = std::size_t(work_->signal.space().size());
+  require(partials.size() == work_->photographs.size() && labels.size() == unknowns,
+          fmt::format("the mean of {} photographs at {} unknowns needs a part and a label of each, found {} and {}",
+                      work_->photographs.size(), unknowns, partials.size(), labels.size()));
+  Work::Means means(Eigen::Index(unknowns), work_->signal.channels());
+  for (std::size_t v = 0; v < partials.size(); ++v) {
+    const std::vector<int> texels = work_->agreed_texels(int(v));
+    work_->add_to_means(int(v), partials[v], texels, [&](std::size_t k) { return std::size_t(texels[k]); }, means);
+  }
+  Partial result{Signal::Zero(Eigen::Index(unknowns), work_->signal.channels()), std::vector<double>(unknowns, 0.0)};
+  for (std::size_t i = 0; i < unknowns; ++i) {
+    const auto row = Eigen::Index(i);
+    result.confidence[i] = means.weight[row];
+    if (means.weight[row] > 0)
+      result.values.row(row) = means.sum.row(row) / means.weight[row];
+    else if (labels[i] != unseen) {
+      result.values.row(row) = partials[std::size_t(labels[i])].values.row(row);
+      result.confidence[i] = partials[std::size_t(labels[i])].confidence[i];
+    }
+  }
+  return result;
 }
 
 Signal PhotographTexturing::offset(std::span<const int> labels) const {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "mq/draw/photograph.h"
@@ -23,14 +24,28 @@ enum class PhotographBlend {
   detail,  ///< near that mean, on patches, with the gradients of the one chosen: low frequencies of all, high of it
 };
 
+/// Whether it is evened out how photographs were exposed.
+enum class PhotographExposure {
+  keep,   ///< their colours are taken as they are
+  match,  ///< each channel of each is multiplied, and falloff divided out (`exposures`)
+  tone,   ///< an exponent of each besides (`tones`)
+};
+
+/// What becomes of photographs that cannot be read, in the middle perhaps, which their heads do not tell.
+enum class UnreadablePhotographs {
+  refuse,  ///< throws
+  skip,    ///< they are left out, with a warning, whenever it turns out
+};
+
 struct PhotographTextureOptions {
   PhotographOptions projection = {};
   ChooseOptions choice = {};
   RejectOptions rejection = {};
   bool align = true;           ///< move cameras a little and bend photographs, so that they agree
-  bool match_exposure = true;  ///< even out how photographs were exposed; else their colours are kept
+  PhotographExposure exposure = PhotographExposure::match;
   bool reject_outliers = true;
   PhotographBlend blend = PhotographBlend::detail;
+  UnreadablePhotographs unreadable = UnreadablePhotographs::refuse;
   std::filesystem::path resume = {};  ///< a folder in which what is found of each photograph is kept
   int patch = 8;  ///< texels, the side of the squares that photographs are chosen for
 };
@@ -38,7 +53,8 @@ struct PhotographTextureOptions {
 struct PhotographTexture {
   Signal values;             ///< per unknown, as blended before it is stitched; anything where unseen
   std::vector<int> labels;   ///< the photograph chosen for it, or `unseen`
-  std::vector<int> regions;  ///< what does not go on over borders: labels, or 0 where values are means, or `unseen`
+  std::vector<int> regions;  ///< what does not go on over borders: labels, or the number of photographs where values
+                             ///< are means, or `unseen`
   BeyondBorders beyond;      ///< what photographs show past these
   Signal offset;             ///< per unknown: to that which values are to be near, 0 but for `detail`
   int patches = 0;
@@ -48,7 +64,9 @@ struct PhotographTexture {
     std::int64_t patches = 0;   ///< that it shows
     std::int64_t rejected = 0;  ///< of these, where it does not agree with the others
     LightColour gain = {1, 1, 1};
-    double moved = 0;  ///< by alignment, pixels
+    double exponent = 1;  ///< of light, before the gain
+    double moved = 0;         ///< by alignment, pixels
+    std::string left_out = {};  ///< why it could not be read; empty where it was
   };
   Falloff falloff;  ///< of light towards the pictures' corners, which is taken out
   std::vector<View> views;
@@ -82,7 +100,7 @@ struct PhotographTexture {
 /// Equal bits for any number of threads, and for work that goes on.
 class PhotographTexturing {
  public:
-  /// Steps 0 to 2. Model, signal and photographs must outlive it. Remarks on pictures of another size than their
+  /// Steps 0 to 2. Model, signal, photographs and messages must outlive it. Remarks on pictures of another size than their
   /// camera's, warns of those that show nothing. Throws what `read_photograph` and `fitted_camera` throw, and `InvalidInput`
   /// for pictures of other channels than grey or colours, and where the signal's values are those stored and
   /// textures of the model do not store colours alike.
@@ -92,7 +110,7 @@ class PhotographTexturing {
 
   /// Step 3: per unknown the number of a photograph, or `unseen`. Alpha of the photographs is not heeded yet.
   /// `wanted`: per unknown the number of the photograph that it is to come from where that shows it, or `unseen` where
-  /// it was chosen as above.
+  /// it was chosen as above. With `PhotographBlend::mean` it is of that photograph alone there.
   std::vector<int> labels(std::span<const int> wanted = {}, const Progress& progress = {}) const;
 
   /// Steps 3 and 4.
@@ -100,6 +118,10 @@ class PhotographTexturing {
 
   /// What one photograph shows of all unknowns, aligned and exposed, for choosing by hand.
   Partial partial(int photograph, const Progress& progress = {}) const;
+
+  /// Of what `partial` gives of all photographs the mean as of `PhotographBlend::mean`, as one more photograph; where
+  /// there is none what the photograph of its label shows.
+  Partial mean(std::span<const Partial> partials, std::span<const int> labels) const;
 
   /// Per unknown: what to add to what the photograph of this number shows, to come to the mean of all that agree on
   /// its patch.

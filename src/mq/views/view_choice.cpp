@@ -8,21 +8,15 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/views/detail/readings.h"
 #include "mq/views/smooth_labels.h"
 
 namespace mq {
 namespace {
 
-constexpr float black = 0.01F, clipped = 0.98F;  // in light
-constexpr double floor_of_logarithms = 0.02;     // differences between dark colours are noise
+constexpr double floor_of_logarithms = 0.02;  // differences between dark colours are noise
 
 double logarithm(float light) { return std::log(std::max(double(light), 0.0) + floor_of_logarithms); }
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -43,9 +37,6 @@ Observations Observations::gather(int patches, std::span<const std::vector<OfPat
 
 namespace {
 
-/// What falloff is made of, at a radius.
-Eigen::Vector2d bases(double radius) { return {radius * radius, std::pow(radius, 4)}; }
-
 /// What observations on one patch say.
 struct Readings {
   std::vector<double> x;  ///< logarithms
@@ -57,11 +48,11 @@ struct Readings {
   template <class Logarithm>
   Readings(std::span<const Observation> observations, const Logarithm& logarithm) {
     for (const Observation& o : observations) {
-      if (std::ranges::min(o.colour) < black || std::ranges::max(o.colour) > clipped) continue;
+      if (!tells_exposure(o)) continue;
       x.push_back(logarithm(o));
       w.push_back(double(o.quality) * o.quality);
       view.push_back(o.view);
-      basis.push_back(bases(o.radius));
+      basis.push_back(falloff_bases(o.radius));
     }
   }
 };
@@ -87,7 +78,7 @@ Eigen::VectorXd fitted_exposures(const Observations& observations, int views, bo
       for (std::size_t k = 0; k < count; ++k)
         residuals[k] = of.x[k] - theta[of.view[k]] - of.basis[k].dot(theta.tail<2>());
       std::vector<double> levels = residuals;
-      const double level = median(levels);
+      const double level = median_of(levels);
       double sum = 0, mean = 0;
       Eigen::Vector2d middle = Eigen::Vector2d::Zero();
       for (std::size_t k = 0; k < count; ++k) {
@@ -119,12 +110,15 @@ Eigen::VectorXd fitted_exposures(const Observations& observations, int views, bo
 
 }  // namespace
 
-double Falloff::correction(double radius) const { return std::exp(-bases(radius).dot(Eigen::Vector2d(k1, k2))); }
+double Falloff::correction(double radius) const { return std::exp(-falloff_bases(radius).dot(Eigen::Vector2d(k1, k2))); }
 
-LightColour Exposures::of(int view, double radius) const {
-  LightColour gain = gains[std::size_t(view)];
-  for (float& channel : gain) channel *= float(falloff.correction(radius));
-  return gain;
+LightColour Exposures::evened(int view, double radius, const LightColour& light) const {
+  LightColour result = light;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (exponents[std::size_t(view)] != 1) result[c] = std::pow(std::max(result[c], 0.0F), exponents[std::size_t(view)]);
+    result[c] *= gains[std::size_t(view)][c] * float(falloff.correction(radius));
+  }
+  return result;
 }
 
 Exposures exposures(const Observations& observations, int views) {
@@ -142,13 +136,14 @@ Exposures exposures(const Observations& observations, int views) {
   return result;
 }
 
-Exposures no_exposures(int views) { return {std::vector<LightColour>(std::size_t(views), LightColour{1, 1, 1}), {}}; }
+Exposures no_exposures(int views) {
+  return {std::vector<LightColour>(std::size_t(views), LightColour{1, 1, 1}),
+          std::vector<float>(std::size_t(views), 1.0F),
+          {}};
+}
 
-void multiply_light(const Exposures& exposures, Observations& observations) {
-  for (Observation& o : observations.all) {
-    const LightColour gain = exposures.of(o.view, o.radius);
-    for (std::size_t c = 0; c < 3; ++c) o.colour[c] *= gain[c];
-  }
+void even_out(const Exposures& exposures, Observations& observations) {
+  for (Observation& o : observations.all) o.colour = exposures.evened(o.view, o.radius, o.colour);
 }
 
 // ------------------------------------------------------------------------------------------ rejection
@@ -160,7 +155,7 @@ std::vector<double> distances_from_median(std::span<const Observation> views) {
   std::vector<double> distances(views.size(), 0.0), values(views.size());
   for (std::size_t c = 0; c < 3; ++c) {
     std::ranges::transform(views, values.begin(), [&](const Observation& o) { return logarithm(o.colour[c]); });
-    const double middle = median(values);
+    const double middle = median_of(values);
     for (std::size_t k = 0; k < views.size(); ++k)
       distances[k] = std::max(distances[k], std::abs(logarithm(views[k].colour[c]) - middle));
   }
@@ -196,7 +191,7 @@ void reject(const Patches& patches, const RejectOptions& options, Observations& 
         if (views.size() < fewest) return;
         const std::vector<double> distances = distances_from_median(views);
         std::vector<double> sorted = distances;
-        const double limit = std::max(options.least, options.times * 1.4826 * median(sorted));
+        const double limit = std::max(options.least, options.times * 1.4826 * median_of(sorted));
         for (std::size_t k = 0; k < views.size(); ++k)
           excess[observations.offsets[p] + std::int64_t(k)] = float(distances[k] / limit);
       },

@@ -56,12 +56,13 @@ struct Falloff {
   double correction(double radius) const;
 };
 
-/// What the light of each view is to be multiplied by so that all show a patch alike.
+/// What the light of each view becomes so that all show a patch alike: light ^ exponent · gain, without falloff.
 struct Exposures {
   std::vector<LightColour> gains;  ///< per channel
+  std::vector<float> exponents;    ///< 1 but of `tones` (tones.h)
   Falloff falloff;                 ///< divided out besides
 
-  LightColour of(int view, double radius) const;
+  LightColour evened(int view, double radius, const LightColour& light) const;
 };
 
 /// Gains are exp(−g), with log c_pv = L_p + g_v + f(ρ_pv) + residual over patches p and views v, by least squares
@@ -75,8 +76,8 @@ Exposures exposures(const Observations& observations, int views);
 /// No change.
 Exposures no_exposures(int views);
 
-/// Multiplies the colours by them.
-void multiply_light(const Exposures& exposures, Observations& observations);
+/// Colours become what they are evened out.
+void even_out(const Exposures& exposures, Observations& observations);
 
 struct RejectOptions {
   double least = 0.15;  ///< in logarithms of light: what is nearer to the others is never rejected

@@ -1,6 +1,7 @@
 #include "verbs/shared/photographs.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <iterator>
@@ -84,10 +85,12 @@ void add_photograph_options(OptionTable& table) {
   table.add({.name = "exposure",
              .type = Type::choice,
              .default_value = "match",
-             .choices = {"match", "keep"},
+             .choices = {"match", "tone", "keep"},
              .metavar = "HOW",
              .group = group,
-             .help = "even out exposure, white balance and dark corners of the photographs, or keep them"});
+             .help = "even out exposure, white balance and dark corners of the photographs; tone: their contrast too; "
+                     "or keep them",
+             .details = "tone is for photographs of several cameras, or developed in several ways."});
   table.add({.name = "outliers",
              .type = Type::choice,
              .default_value = "reject",
@@ -115,23 +118,30 @@ void add_photograph_options(OptionTable& table) {
 
 namespace {
 
-/// Those whose heads can be read; of the others a warning, or what that throws.
+/// Those whose heads can be read. Of the others a warning each, or an error that names them all.
 std::vector<Photograph> readable(Run& run, std::vector<Photograph> photographs, bool skip) {
+  constexpr std::size_t most_named = 20;
   std::vector<Photograph> result;
+  std::vector<std::string> unreadable;
   for (Photograph& photograph : photographs) {
     run.will_read(photograph.picture);
     PictureInfo info;
     try {
       info = picture_info(photograph.picture);
     } catch (const IoError& error) {
-      if (!skip) throw;
-      run.terminal().warning(std::string(error.what()) + ": left out");
+      unreadable.emplace_back(error.what());
+      if (skip) run.terminal().warning(unreadable.back() + ": left out");
       continue;
     }
     fitted_camera(photograph, info);
     result.push_back(std::move(photograph));
   }
-  return result;
+  if (unreadable.empty() || skip) return result;
+  const std::size_t named = std::min(most_named, unreadable.size());
+  std::string all = fmt::format("{}", fmt::join(unreadable.begin(), unreadable.begin() + std::ptrdiff_t(named), "\n"));
+  if (named < unreadable.size()) all += fmt::format("\nand {} more", unreadable.size() - named);
+  throw IoError(fmt::format("{}; or go on without {} ({} skip)", all, unreadable.size() == 1 ? "it" : "them",
+                            option_name("missing")));
 }
 
 /// That pictures are not there, of which the first few are named.
@@ -175,13 +185,13 @@ PhotographBlend asked_blend(const OptionValues& options) {
   return how == "mean" ? PhotographBlend::mean : PhotographBlend::detail;
 }
 
-}  // namespace
-
-void require_choosable(const OptionValues& options) {
-  require(options.text("blend") != "mean",
-          fmt::format("{} mean takes all photographs of a place, and one cannot be chosen: take best or detail",
-                      option_name("blend")));
+PhotographExposure asked_exposure(const OptionValues& options) {
+  const std::string& how = options.text("exposure");
+  if (how == "keep") return PhotographExposure::keep;
+  return how == "tone" ? PhotographExposure::tone : PhotographExposure::match;
 }
+
+}  // namespace
 
 PhotographTextureOptions asked_photograph_options(const OptionValues& options) {
   PhotographTextureOptions wanted;
@@ -189,9 +199,10 @@ PhotographTextureOptions asked_photograph_options(const OptionValues& options) {
   wanted.projection.bias = options.number("bias") / 100;
   wanted.projection.outline = options.number("outline");
   wanted.align = options.text("poses") == "align";
-  wanted.match_exposure = options.text("exposure") == "match";
+  wanted.exposure = asked_exposure(options);
   wanted.reject_outliers = options.text("outliers") == "reject";
   wanted.choice.smoothness = options.number("smoothness");
+  if (options.text("missing") == "skip") wanted.unreadable = UnreadablePhotographs::skip;
   wanted.blend = asked_blend(options);
   return wanted;
 }

@@ -16,9 +16,6 @@ void add_photograph_options(OptionTable& table);
 /// skipped, or do not fit their cameras, before any work. Throws `InvalidInput` or `IoError` naming the file.
 std::vector<Photograph> read_photographs(Run& run);
 
-/// Throws `InvalidInput` where the photographs of a place are blended so that none can be chosen for it.
-void require_choosable(const OptionValues& options);
-
 /// What the options say.
 PhotographTextureOptions asked_photograph_options(const OptionValues& options);
 

@@ -94,18 +94,42 @@ double radius_in(int width, int height, const Vector2& place) {
   return std::sqrt(squared_radius_in(width, height, place));
 }
 
+namespace {
+
+/// Light ^ an exponent; over the root of light it is smooth enough to be tabled.
+class TonedLight {
+ public:
+  explicit TonedLight(float exponent)
+      : exponent_(exponent),
+        curve_([&](double root) { return std::pow(root, 2 * double(exponent)); }, end, exponent == 1 ? 1 : 1 << 14) {}
+
+  float operator()(float light) const {
+    if (exponent_ == 1) return light;
+    return light >= 0 && light < end * end ? curve_(std::sqrt(light)) : std::pow(std::max(light, 0.0F), exponent_);
+  }
+
+ private:
+  static constexpr float end = 2;
+  float exponent_;
+  TabledCurve curve_;
+};
+
+}  // namespace
+
 Image<float> PhotographValues::of(const PhotographLight& photograph, const Exposures& exposures, int number) const {
   const Image<float>& light = photograph.light;
   const int colours = colour_channels(channels_), alpha = light.channels() > 3 ? 1 : 0;
   Image<float> result(light.width(), light.height(), colours + alpha);
   const LightColour gain = exposures.gains[std::size_t(number)];
+  const TonedLight toned(exposures.exponents[std::size_t(number)]);
   const TabledCurve corners([&](double square) { return exposures.falloff.correction(std::sqrt(square)); }, 1, 1 << 12);
   parallel_for(light.height(), [&](std::int64_t row) {
     const int y = int(row);
     for (int x = 0; x < light.width(); ++x) {
       const auto pixel = light.pixel(x, y);
       const float by = corners(float(squared_radius_in(light.width(), light.height(), {x + 0.5, y + 0.5})));
-      const std::array<float, 3> rgb = {pixel[0] * gain[0] * by, pixel[1] * gain[1] * by, pixel[2] * gain[2] * by};
+      std::array<float, 3> rgb;
+      for (std::size_t c = 0; c < 3; ++c) rgb[c] = toned(pixel[c]) * gain[c] * by;
       if (colours == 1) result(x, y, 0) = (rgb[0] + rgb[1] + rgb[2]) / 3;
       for (int c = 0; c < colours && colours == 3; ++c) result(x, y, c) = rgb[std::size_t(c)];
       if (alpha) result(x, y, colours) = pixel[3];

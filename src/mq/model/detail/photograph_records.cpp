@@ -47,7 +47,7 @@ std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, 
   add_places(mesh.positions, all);
   all.add(std::span<const int>(mesh.triangles.empty() ? nullptr : mesh.triangles[0].data(), 3 * mesh.triangles.size()));
   add_places(places, all);
-  all.add(std::vector<int>{signal.channels(), int(signal.value_space().space), options.align, options.match_exposure,
+  all.add(std::vector<int>{signal.channels(), int(signal.value_space().space), options.align, int(options.exposure),
                            options.reject_outliers, options.patch});
   const PhotographOptions& projection = options.projection;
   all.add(std::vector<double>{projection.steepest, projection.bias, projection.outline, projection.doubtful,
