@@ -22,7 +22,7 @@ struct Aligned {
     silence.set_voice(app::Terminal::Voice::quiet);
     asked = std::make_unique<app::AskedModels>(run);
     const app::Step step(run, "align", 0.6);
-    flow.emplace(asked->align(run, app::texture_flow_options(options), step));
+    flow.emplace(asked->align(run, app::model_flow_options(options), step));
   }
 
   app::Terminal silence{"view"};

@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Geometry>
-
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/detail/texel_space_data.h"
+#include "mq/fem/detail/triangle_map.h"
 #include "mq/fem/texel_hierarchy.h"
 
 namespace mq {
@@ -59,27 +58,6 @@ class Turns {
 };
 
 Complex at(const Vector& z, int i) { return {z[2 * i], z[2 * i + 1]}; }
-
-/// Of a triangle in its texture: from ways on the surface to ways in texels and back.
-struct TriangleMap {
-  Eigen::Matrix<double, 3, 2> edges;  ///< on the surface
-  Eigen::Matrix2d in_texels, gram_inverse;
-
-  TriangleMap(const Surface& surface, const Atlas& atlas, int t) {
-    const auto& p = atlas.corners[t];
-    in_texels << p[1].column() - p[0].column(), p[2].column() - p[0].column(), p[1].row() - p[0].row(),
-        p[2].row() - p[0].row();
-    edges.col(0) = surface.mesh.position(t, 1) - surface.mesh.position(t, 0);
-    edges.col(1) = surface.mesh.position(t, 2) - surface.mesh.position(t, 0);
-    gram_inverse = (edges.transpose() * edges).inverse();
-  }
-  Vector3 normal() const { return edges.col(0).cross(edges.col(1)); }
-  Vector2 texels(const Vector3& way) const { return in_texels * (gram_inverse * (edges.transpose() * way)); }
-  /// ∇ of a function with these derivatives per texel.
-  Vector3 gradient(const Vector2& derivatives) const {
-    return edges * (gram_inverse * (in_texels.transpose() * derivatives));
-  }
-};
 
 }  // namespace
 

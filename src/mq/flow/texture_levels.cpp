@@ -96,6 +96,7 @@ FlowTextures::FlowTextures(const Surface& surface, const Atlas& atlas, const Tex
     std::vector<TextureSize> sizes = fine.atlas().textures;
     for (TextureSize& size : sizes) size.width = (size.width + 1) / 2, size.height = (size.height + 1) / 2;
     auto coarse_atlas = std::make_unique<const Atlas>(make_atlas(surface, sizes, {.flipped = AtlasOptions::Flipped::keep}));
+    if (refused(coarse_atlas->defects)) break;  // so few texels that charts vanish
     auto coarse_space = std::make_unique<const TexelSpace>(surface, *coarse_atlas, TexelSpaceOptions{},
                                                            progress.step("coarser textures", 0.3));
     if (share_inside(*coarse_space) < least_interior) break;

@@ -1,0 +1,103 @@
+// Divergence, curl and Hodge energy of fields with a vector per texel.
+
+#include "mq/fem/texel_vector_calculus.h"
+
+#include <gtest/gtest.h>
+
+#include "fem/cut_squares.h"
+#include "mq/linear/eigen.h"
+
+namespace mq {
+namespace {
+
+struct TexelFields {
+  explicit TexelFields(const Mesh& mesh, const TextureSize& size)
+      : model(fixtures::textured(mesh, {size})), space(model->surface, model->atlas), vectors(model->surface, model->atlas, space) {}
+
+  Vector divergence(const Vector& z) const { return divergence_moments(model->surface, model->atlas, vectors, z); }
+  Vector curl(const Vector& z) const { return curl_moments(model->surface, model->atlas, vectors, z); }
+  SparseMatrix hodge() const { return scalar_matrix(hodge_laplacian(model->surface, model->atlas, vectors)); }
+  SparseMatrix matrix(double a, double b) const { return scalar_matrix(vectors.system(a, b)); }
+  /// Away from the boundary.
+  std::vector<int> inner() const {
+    const std::vector<int> boundary = space.boundary();
+    std::vector<int> result;
+    for (int i = 0; i < space.size(); ++i)
+      if (!std::ranges::binary_search(boundary, i)) result.push_back(i);
+    return result;
+  }
+
+  std::unique_ptr<fixtures::Textured> model;
+  TexelSpace space;
+  TexelVectorSpace vectors;
+};
+
+Vector seen(const TexelVectorSpace& vectors, int i, const Vector3& X) {
+  const TangentPlane plane = vectors.plane(i);
+  return Vector2(plane.first.dot(X), plane.second.dot(X));
+}
+
+TEST(TexelVectorCalculus, LinearFieldsHaveTheirDivergenceAndCurlOverSeams) {
+  for (const fixtures::CutOptions& options : {fixtures::turned(fixtures::odd_angle), fixtures::slanted()}) {
+    const TextureSize size{64, 64};
+    const TexelFields flat(fixtures::cut_square(options), size);
+    const std::vector<Vector2> points = fixtures::texels_on_square(options, size, flat.space.texels());
+    Vector out(2 * std::int64_t(flat.space.size())), round = out;
+    for (int i = 0; i < flat.space.size(); ++i) {
+      const Vector2& p = points[std::size_t(i)];
+      out.segment<2>(2 * i) = seen(flat.vectors, i, {p.x(), p.y(), 0});
+      round.segment<2>(2 * i) = seen(flat.vectors, i, {-p.y(), p.x(), 0});
+    }
+    const Vector mass = flat.space.lumped_mass();
+    const Vector divergence = flat.divergence(out), curl = flat.curl(round), none = flat.curl(out), no = flat.divergence(round);
+    EXPECT_NEAR(divergence.sum(), 0, 1e-10);
+    for (const int i : flat.inner()) {
+      EXPECT_NEAR(divergence[i], -2 * mass[i], 1e-10);
+      EXPECT_NEAR(curl[i], -2 * mass[i], 1e-10);
+      EXPECT_NEAR(none[i], 0, 1e-10);
+      EXPECT_NEAR(no[i], 0, 1e-10);
+    }
+    // ∫ div² + curl² = 4 of each, ∫ |∇X|² = 2.
+    EXPECT_NEAR(out.dot(flat.hodge() * out), 4, 1e-9);
+    EXPECT_NEAR(round.dot(flat.hodge() * round), 4, 1e-9);
+  }
+}
+
+TEST(TexelVectorCalculus, TheDivergenceOfAGradientIsTheStiffness) {
+  const fixtures::CutOptions options = fixtures::turned(fixtures::odd_angle);
+  fixtures::Cut cut = fixtures::cut("", options, {64, 64});
+  const TexelFields flat(fixtures::cut_square(options), {64, 64});
+  const Signal psi = fixtures::sample(cut, flat.space, [](const Vector2& p) { return 0.3 * p.x() - 1.1 * p.y(); });
+  const Vector gradient = flat.vectors.gradient(psi).col(0);
+  EXPECT_LT((flat.divergence(gradient) - flat.space.stiffness_times(psi).col(0)).cwiseAbs().maxCoeff(), 1e-10);
+  const Vector curl = flat.curl(gradient);
+  for (const int i : flat.inner()) EXPECT_NEAR(curl[i], 0, 1e-11);
+}
+
+TEST(TexelVectorCalculus, WithoutCurvatureAndBoundaryHodgeIsTheConnectionLaplacian) {
+  Mesh mesh = fixtures::flat_square(5);
+  for (Vector2& uv : mesh.uvs) uv += Vector2(0.31, 0.17);
+  const TexelFields torus(mesh, {24, 24, Wrap::repeat});
+  const SparseMatrix L = torus.matrix(0, 1);
+  EXPECT_LT(SparseMatrix(torus.hodge() - L).norm(), 1e-10 * L.norm());
+}
+
+TEST(TexelVectorCalculus, ATorusHasTwoHarmonicFieldsAndThenAGap) {
+  const auto cut = fixtures::turned(fixtures::odd_angle);
+  const TexelFields torus(fixtures::cut_torus({.cells = 40, .jitter = 0, .scale = cut.scale, .angle = cut.angle, .shift = cut.shift}),
+                          {96, 96});
+  const SparseMatrix H = torus.hodge();
+  EXPECT_LT(SparseMatrix(H - SparseMatrix(H.transpose())).norm(), 1e-12 * H.norm());
+  const Vector values = smallest_eigenpairs(H, torus.matrix(1, 0), {.count = 4}).values;
+  EXPECT_GT(values[0], 0);
+  EXPECT_LT(values[1], 5e-3 * values[2]);
+}
+
+TEST(TexelVectorCalculus, FieldsOfASphereAreGradientsAndTurnedGradients) {
+  const TexelFields sphere(fixtures::cut_sphere(24, fixtures::turned(fixtures::odd_angle)), {3 * 24, 2 * 24});
+  const Vector values = smallest_eigenpairs(sphere.hodge(), sphere.matrix(1, 0), {.count = 16}).values;
+  for (int k = 0; k < 16; ++k) EXPECT_NEAR(values[k], k < 6 ? 2 : 6, k < 6 ? 0.03 : 0.15) << k;  // l(l + 1)
+}
+
+}  // namespace
+}  // namespace mq
