@@ -6,8 +6,8 @@
 namespace mq {
 
 /// ∫ ⟨X, ∇φ_t⟩ dA per texel: the weak form of −div X, with the flux through boundaries. Sums to 0. By the rule that is
-/// exact for products of two bilinear functions; of a linear field on a flat surface exact. Of ∇ψ, where it is in the
-/// space, it is S·ψ.
+/// exact for products of two bilinear functions: of a linear field on a flat surface exact but for texels next to seams,
+/// where it is off by about a hundredth of ∫ |∇φ_t|. Of ∇ψ, where it is in the space, it is S·ψ.
 Vector divergence_moments(const Surface& surface, const Atlas& atlas, const TexelVectorSpace& vectors, const Vector& z);
 
 /// ∫ ⟨X, J∇φ_t⟩ dA: the weak form of −curl X, J the quarter turn counter-clockwise seen from outside. Sums to 0.
