@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "mq/base/parallel.h"
+#include "mq/flow/detail/transfer_weights.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/norm.h"
 
@@ -70,10 +71,6 @@ std::vector<double> reaches(const Mesh& mesh) {
   std::vector<double> result(parent.size());
   for (int v = 0; v < mesh.vertex_count(); ++v) result[v] = 2 * boxes[root(v)].diagonal().norm();
   return result;
-}
-
-double weight_of(const BlockTransfer::Entry& entry) {
-  return std::hypot(double(entry.cosine), double(entry.sine));
 }
 
 }  // namespace
@@ -175,13 +172,7 @@ Signal FlowMeshes::restricted(int m, const Signal& signal) const {
 }
 
 Signal FlowMeshes::prolongated(int m, const Signal& signal) const {
-  const BlockTransfer& P = *transfers_[m];
-  Signal fine = Signal::Zero(P.rows(), signal.cols());
-  parallel_for(P.rows(), [&](std::int64_t i) {
-    for (int e = P.starts[i]; e < P.starts[i + 1]; ++e)
-      fine.row(i) += weight_of(P.entries[e]) * signal.row(P.entries[e].column);
-  });
-  return fine;
+  return prolongated_by_weights(*transfers_[m], signal);
 }
 
 std::vector<int> FlowMeshes::on_finest(int m) const {

@@ -12,7 +12,6 @@
 
 #include "mq/base/error.h"
 #include "mq/base/stopwatch.h"
-#include "mq/flow/detail/coarse_to_fine.h"
 #include "mq/flow/detail/surface_aligner.h"
 #include "mq/flow/detail/surface_scales.h"
 #include "mq/flow/surface_levels.h"
@@ -86,16 +85,9 @@ MeshFlow MeshFlowFinder::operator()(const Signal& source, const Signal& target,
   SurfaceAligner aligner(*meshes_, options_, source, target,
                          flow_length(options_.detail, scale, "a length of details"));
   const std::vector<FlowScale> scales = surface_scales(options_, scale, finest().spacing(), spacings_of_last);
-  MeshFlow flow;
-  flow.prepare_seconds = watch.seconds();
-  aligner.begin(scales);
-  const std::vector<double> errors = coarse_to_fine(
-      aligner, scales, options_,
-      {.halvings = surface_halvings, .after_worse = FlowPolicy::AfterWorse::better}, progress);
-  flow.blend_error = errors.front();
-  flow.levels = aligner.take_levels();
-  for (std::size_t l = 0; l < flow.levels.size(); ++l) flow.levels[l].error = errors[l + 1];
-  flow.field = aligner.take_field();
+  const double prepared = watch.seconds();
+  MeshFlow flow = surface_flow(aligner, scales, options_, progress);
+  flow.prepare_seconds = prepared;
   flow.seconds = watch.seconds();
   return flow;
 }

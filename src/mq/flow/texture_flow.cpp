@@ -29,16 +29,9 @@ MeshFlow aligned(const FlowTextures& textures, const Signal& source, const Signa
   const SurfaceScale scale = textures[0].space().scale();
   TextureAligner aligner(textures, options, source, target, flow_length(options.detail, scale, "a length of details"));
   const std::vector<FlowScale> scales = surface_scales(options, scale, textures[0].spacing(), texels_of_last);
-  MeshFlow flow;
-  flow.prepare_seconds = watch.seconds();
-  aligner.begin(scales);
-  const std::vector<double> errors =
-      coarse_to_fine(aligner, scales, options,
-                     {.halvings = surface_halvings, .after_worse = FlowPolicy::AfterWorse::better}, progress);
-  flow.blend_error = errors.front();
-  flow.levels = aligner.take_levels();
-  for (std::size_t l = 0; l < flow.levels.size(); ++l) flow.levels[l].error = errors[l + 1];
-  flow.field = aligner.take_field();
+  const double prepared = watch.seconds();
+  MeshFlow flow = surface_flow(aligner, scales, options, progress);
+  flow.prepare_seconds = prepared;
   flow.seconds = watch.seconds();
   return flow;
 }

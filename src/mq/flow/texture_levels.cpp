@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mq/base/parallel.h"
+#include "mq/flow/detail/transfer_weights.h"
 
 namespace mq {
 namespace {
@@ -18,8 +19,6 @@ double share_inside(const TexelSpace& space) {
   const std::vector<char>& interior = space.texels().interior;
   return double(std::ranges::count(interior, 1)) / double(std::max<std::size_t>(1, interior.size()));
 }
-
-double weight_of(const BlockTransfer::Entry& entry) { return std::hypot(double(entry.cosine), double(entry.sine)); }
 
 /// Per chart of an atlas the one of another size; −1: there is none.
 std::vector<int> same_charts(const Atlas& from, const Atlas& to) {
@@ -128,6 +127,7 @@ Signal FlowTextures::restricted(int m, const Signal& signal) const {
     else
       empty[std::size_t(j)] = 1;
   });
+  if (std::ranges::count(empty, 1) == 0) return coarse;
   // Texels that no centre of a finer one is next to: the mean of what they are coupled to.
   const SparseMatrix pattern = textures_[std::size_t(m) + 1]->space().stiffness();
   const Signal known = coarse;
@@ -145,13 +145,7 @@ Signal FlowTextures::restricted(int m, const Signal& signal) const {
 }
 
 Signal FlowTextures::prolongated_signal(int m, const Signal& signal) const {
-  const BlockTransfer& P = *transfers_[std::size_t(m)];
-  Signal fine = Signal::Zero(P.rows(), signal.cols());
-  parallel_for(P.rows(), [&](std::int64_t i) {
-    for (int e = P.starts[std::size_t(i)]; e < P.starts[std::size_t(i) + 1]; ++e)
-      fine.row(i) += weight_of(P.entries[std::size_t(e)]) * signal.row(P.entries[std::size_t(e)].column);
-  });
-  return fine;
+  return prolongated_by_weights(*transfers_[std::size_t(m)], signal);
 }
 
 }  // namespace mq

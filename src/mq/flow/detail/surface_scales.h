@@ -22,4 +22,20 @@ double flow_length(const Length& length, const SurfaceScale& scale, const char* 
 std::vector<FlowScale> surface_scales(const MeshFlowOptions& options, const SurfaceScale& scale, double spacing,
                                       double last);
 
+/// What `coarse_to_fine` makes of an aligner on a surface: its field and levels, with the errors that these have.
+template <class Aligner>
+MeshFlow surface_flow(Aligner& aligner, const std::vector<FlowScale>& scales, const FlowOptions& options,
+                      const Progress& progress) {
+  aligner.begin(scales);
+  const std::vector<double> errors =
+      coarse_to_fine(aligner, scales, options,
+                     {.halvings = surface_halvings, .after_worse = FlowPolicy::AfterWorse::better}, progress);
+  MeshFlow flow;
+  flow.blend_error = errors.front();
+  flow.levels = aligner.take_levels();
+  for (std::size_t l = 0; l < flow.levels.size(); ++l) flow.levels[l].error = errors[l + 1];
+  flow.field = aligner.take_field();
+  return flow;
+}
+
 }  // namespace mq
