@@ -81,6 +81,7 @@ constexpr Command commands[] = {
     {"redo", 0, 0, "redo"},
     {"save-texture", 1, 2, "save-texture FILE [behind]"},
     {"save-mask", 1, 1, "save-mask FILE"},
+    {"save-strokes", 1, 1, "save-strokes FILE"},
     {"copy-command", 0, 1, "copy-command [FILE]"},
 };
 

@@ -24,7 +24,7 @@ const std::vector<std::string>& first_options(const std::string& verb) {
       {"denoise", {"method", "length"}},
       {"seams", {"weight"}},
       {"shock", {"time", "smooth"}},
-      {"lic", {"field", "length", "over"}},
+      {"lic", {"field", "length", "by", "over"}},
       {"react", {"preset", "scale", "time", "ink"}},
       {"interpolate", {"time"}},
       {"geodesic", {"isolines"}},

@@ -24,6 +24,7 @@ std::unique_ptr<Tool> make_tool(const std::string& name, Session& session) {
   if (name == "filter" && can_be_painted(session)) return std::make_unique<FilterTool>(session);
   if (name == "compare") return make_compare_tool(session);
   if (name == "geodesic") return make_geodesic_tool(session);
+  if (name == "lic") return make_comb_tool(session);
   if (name == "shock") return make_shock_tool(session);
   if (name == "stitch" || name == "texture") return make_stitch_tool(name, session);
   if (name == "interpolate") return make_interpolate_tool(session);

@@ -146,6 +146,9 @@ class VerbTool : public Tool {
 /// Distances from where the mouse is.
 std::unique_ptr<Tool> make_geodesic_tool(Session& session);
 
+/// Lines of a field, by strokes of the mouse.
+std::unique_ptr<Tool> make_comb_tool(Session& session);
+
 /// Shock filters, one time after the other.
 std::unique_ptr<Tool> make_shock_tool(Session& session);
 

@@ -274,7 +274,7 @@ class _Words:
         self.given["output"] = [self.inputs.held.path(self._output_name(row))]
 
     def _output_name(self, row: dict[str, Any]) -> str:
-        if row["value"] in ("DIR", "FOLDER") or self.verb == "mask":
+        if row["value"] in ("DIR", "FOLDER") or self.verb in {"mask", "fields"}:
             return "out/"
         if row["value"] == "FILE":
             return "out.png"

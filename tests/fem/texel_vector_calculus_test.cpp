@@ -14,9 +14,9 @@ struct TexelFields {
   explicit TexelFields(const Mesh& mesh, const TextureSize& size)
       : model(fixtures::textured(mesh, {size})), space(model->surface, model->atlas), vectors(model->surface, model->atlas, space) {}
 
-  Vector divergence(const Vector& z) const { return divergence_moments(model->surface, model->atlas, vectors, z); }
-  Vector curl(const Vector& z) const { return curl_moments(model->surface, model->atlas, vectors, z); }
-  SparseMatrix hodge() const { return scalar_matrix(hodge_laplacian(model->surface, model->atlas, vectors)); }
+  Vector divergence(const Vector& z) const { return divergence_moments(vectors, z); }
+  Vector curl(const Vector& z) const { return curl_moments(vectors, z); }
+  SparseMatrix hodge() const { return scalar_matrix(hodge_laplacian(vectors)); }
   SparseMatrix matrix(double a, double b) const { return scalar_matrix(vectors.system(a, b)); }
   /// visit(texel, bound) of those away from the boundary: next to seams, where functions are no polynomials, the rule
   /// is off by a hundredth or so of ∫ |∇φ|.

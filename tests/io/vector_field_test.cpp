@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 
 #include "fixtures.h"
@@ -83,6 +84,22 @@ TEST_F(VectorFieldFile, IsFoundAmongTheProperties) {
   EXPECT_EQ(faces.vectors[0], Vector3(-1, 0.5, 2));
   EXPECT_THAT([&] { write(head + "end_header\n0 0 0\n1 0 0\n0 1 0\n"); },
               ThrowsMessage<IoError>(HasSubstr("has no vectors")));
+}
+
+TEST_F(VectorFieldFile, HasValuesAtVerticesAsQuality) {
+  const Mesh mesh = fixtures::one_triangle();
+  const std::vector<double> values = {0.25, -3, 1e-9};
+  write_vertex_values(folder / "values.ply", mesh, values);
+  const std::string bytes(text_of(read_file(folder / "values.ply")));
+  EXPECT_THAT(bytes, HasSubstr("property double quality\n"));
+  const std::size_t data = bytes.find("end_header\n") + 11;
+  for (std::size_t v = 0; v < 3; ++v) {
+    double value = 0;
+    std::memcpy(&value, bytes.data() + data + (4 * v + 3) * sizeof(double), sizeof value);
+    EXPECT_EQ(value, values[v]);
+  }
+  EXPECT_EQ(read_model(folder / "values.ply").mesh.positions, mesh.positions);
+  EXPECT_THROW(write_vertex_values(folder / "few.ply", mesh, std::vector<double>{1}), InvalidInput);
 }
 
 }  // namespace

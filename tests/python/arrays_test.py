@@ -137,6 +137,13 @@ class SameValues(unittest.TestCase):
             self.assertEqual(field.shape, (len(mesh().faces), 3))
             self.assertGreater(np.abs(field).max(), 0)
 
+    def test_fields_are_taken_apart(self):
+        made = mq.fields(mesh(), field="max-curvature")
+        parts = {name.rsplit("_", 1)[-1].removesuffix(".ply"): field for name, field in made.fields.items()}
+        self.assertEqual(set(parts), {"whole", "gradient", "curl", "harmonic"})
+        np.testing.assert_allclose(parts["gradient"] + parts["curl"] + parts["harmonic"], parts["whole"],
+                                   atol=1e-9 * np.abs(parts["whole"]).max())
+
     def test_sample_is_a_mesh(self):
         made = mq.sample("cube", size=32)
         self.assertEqual(made.mesh.pictures[0].shape, (32, 32, 3))

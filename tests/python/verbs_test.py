@@ -111,6 +111,9 @@ class Program(unittest.TestCase):
     def test_spectrum(self):
         self.compare("spectrum", [self.model], {"output": "out/", "count": 2})
 
+    def test_fields(self):
+        self.compare("fields", [self.model], {"output": "out/", "field": "min-curvature"})
+
     def test_unwrap(self):
         self.compare("unwrap", [self.model], {"output": "out.obj", "size": 256})
 

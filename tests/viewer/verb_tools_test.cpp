@@ -67,6 +67,31 @@ TEST(VerbTool, ShowsWhatTheVerbWrites) {
   expect_nearly_equal(picture(folder, "none.png"), picture(folder, "plain.png"), 0);
 }
 
+TEST(CombTool, DrawsLinesAlongTheStrokesOfTheMouse) {
+  const Folder folder;
+  write_sphere(folder, "128");
+  const Result result = view(folder,
+                             "view front\ntool lic\ndrag surface 120 220 180 215 240 220\nhover surface 5 5\nwait\n"
+                             "screenshot one.png atlas\ndrag surface 170 120 180 330\nhover surface 5 5\nwait\n"
+                             "screenshot two.png atlas\nundo\nwait\nscreenshot again.png atlas\nredo\nwait\n"
+                             "screenshot shown.png atlas\nsave-strokes combed.json\ncopy-command command.txt\n",
+                             {"sphere.obj"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["tool"]["strokes"], 2);
+  expect_nearly_equal(picture(folder, "one.png"), picture(folder, "again.png"), 0);
+  expect_nearly_equal(picture(folder, "two.png"), picture(folder, "shown.png"), 0);
+  EXPECT_FALSE(picture(folder, "one.png") == picture(folder, "two.png"));
+  EXPECT_EQ(file_bytes(folder / "command.txt"),
+            "marquetry lic --output=out.png --field=combed.json --by=paths sphere.obj\n");
+  ASSERT_EQ(marquetry(folder, {"lic", "--output=out.png", "--field=combed.json", "--by=paths", "sphere.obj"}).status, 0);
+  ASSERT_EQ(view(folder, "screenshot verb.png atlas\n", {"sphere.obj", "out.png"}).status, 0);
+  expect_nearly_equal(picture(folder, "shown.png"), picture(folder, "verb.png"), 0);
+
+  const Result unsaved = view(folder, "tool lic\ndrag surface 120 220 240 220\nwait\ncopy-command c.txt\n", {"sphere.obj"});
+  EXPECT_EQ(unsaved.status, 2);
+  EXPECT_THAT(unsaved.error, HasSubstr("save them first"));
+}
+
 TEST(InterpolateTool, ShowsTheMomentsThatTheVerbWrites) {
   const Folder folder;
   write_sphere(folder, "128");

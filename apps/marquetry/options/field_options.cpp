@@ -1,81 +1,129 @@
 #include "options/field_options.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "mq/io/file_names.h"
 
 namespace mq::app {
 namespace {
 
-bool names_file(const std::string& name) { return name.ends_with(".vf") || name.ends_with(".ply"); }
+bool names_strokes(const std::string& name) { return name.ends_with(".json"); }
+bool names_file(const std::string& name) {
+  return name.ends_with(".vf") || name.ends_with(".ply") || names_strokes(name) || names_picture(name);
+}
 
 constexpr const char* known[] = {"max-curvature", "min-curvature", "harmonic", "gradient"};
 
-}  // namespace
-
-void add_field_options(OptionTable& table) {
+/// --field, with a default or without, and what goes with it.
+void add_naming_options(OptionTable& table, const std::string& usual, const std::string& group, const std::string& help) {
   using Type = Option::Type;
   table.add(
       {.name = "field",
-       .letter = 'f',
+       .letter = usual.empty() ? '\0' : 'f',
        .type = Type::text,
-       .default_value = "max-curvature",
+       .default_value = usual,
        .choices = {std::begin(known), std::end(known)},
        .accepts =
            [](const std::string& text) {
              return names_file(text) || std::ranges::count(known, text) > 0;
            },
-       .wanted = "max-curvature, min-curvature, harmonic, gradient, or a file .vf or .ply",
+       .wanted = "max-curvature, min-curvature, harmonic, gradient, a file .vf, .ply or .json, or a map: a picture",
        .metavar = "FIELD",
-       .group = "Field",
-       .help = "max-curvature, min-curvature, harmonic, gradient, or a file",
+       .group = group,
+       .help = help,
        .details =
            "Curvatures: the principal directions, as strong as the two differ. harmonic: "
            "a field without curl and divergence, see --number. gradient: of the textures' "
            "brightness, or of that of the colours at vertices; turned it is the default for a picture. A .vf file holds a 32-bit count "
            "of triangles and two doubles for each, along its first two edges from its first "
-           "corner; a .ply file has vx, vy, vz at its vertices or faces."});
+           "corner; a .ply file has vx, vy, vz at its vertices or faces. A .json file holds strokes, "
+           "{\"strokes\": [{\"points\": [[x, y, z], ...]}]} or \"uv\": [[u, v], ...]: the field is the smoothest "
+           "along them. A picture is a map of directions in tangent space, as fields writes it."});
   table.add({.name = "number",
              .type = Type::integer,
              .default_value = "1",
              .least = 1,
              .most = 100000,
-             .group = "Field",
+             .group = group,
              .help = "which of the harmonic fields, of which there are twice the genus"});
-  table.add({.name = "turned", .group = "Field", .help = "the field turned by 90 degrees"});
-  table.add({.name = "strength",
-             .type = Type::choice,
-             .default_value = "scaled",
-             .choices = {"scaled", "unit"},
-             .group = "Field",
-             .help = "scaled: lines fade where the field is weak; unit: equally clear everywhere"});
+  table.add({.name = "turned", .group = group, .help = "the field turned by 90 degrees"});
 }
 
-FieldRequest asked_request(const OptionValues& options, const TexturedModel& model) {
+/// What --field, --number and --turned say.
+FieldRequest named_request(const OptionValues& options) {
   using Kind = FieldRequest::Kind;
   const std::string name = options.text("field");
   FieldRequest request{.kind = name == "max-curvature"   ? Kind::max_curvature
                                : name == "min-curvature" ? Kind::min_curvature
                                : name == "harmonic"      ? Kind::harmonic
                                : name == "gradient"      ? Kind::gradient
+                               : names_strokes(name)     ? Kind::strokes
+                               : names_picture(name)     ? Kind::map
                                                          : Kind::file,
                        .number = int(options.integer("number"))};
-  if (request.kind == Kind::file) request.file = name;
+  if (names_file(name)) request.file = name;
   if (options.flag("turned")) request.turn = FieldRequest::Turn::quarter;
-  // A picture is flat: without --field its lines run along its edges.
-  if (model.is_picture && !options.given("field")) {
-    request.kind = Kind::gradient;
-    request.turn = options.flag("turned") ? FieldRequest::Turn::none : FieldRequest::Turn::quarter;
-  }
-  if (options.text("strength") == "unit") request.strength = FieldRequest::Strength::unit;
   return request;
 }
 
-TangentField asked_field(Run& run, const TexturedModel& model, const ModelSignal& signal,
-                         const Progress& progress) {
+}  // namespace
+
+void add_field_options(OptionTable& table, const std::string& strength) {
+  add_naming_options(table, "max-curvature", "Field", "max-curvature, min-curvature, harmonic, gradient, or a file");
+  const bool kept = strength == "kept";
+  table.add({.name = "strength",
+             .type = Option::Type::choice,
+             .default_value = strength,
+             .choices = kept ? std::vector<std::string>{"kept", "scaled", "unit"} : std::vector<std::string>{"scaled", "unit"},
+             .group = "Field",
+             .help = kept ? "kept: as it is; scaled: its strongest tenth becomes 1; unit: 1 everywhere"
+                          : "scaled: lines fade where the field is weak; unit: equally clear everywhere"});
+}
+
+void add_direction_options(OptionTable& table, const std::string& group, const std::string& what, const std::string& kappa) {
+  add_naming_options(table, "", group, what + " along a field: max-curvature, min-curvature, harmonic, gradient, or a file");
+  table.add({.name = "kappa",
+             .type = Option::Type::number,
+             .default_value = kappa,
+             .least = 0,
+             .most = 10000,
+             .group = group,
+             .help = "how many times less far across the field, where that is strong"});
+}
+
+std::unique_ptr<SignalSpace> asked_space_along(Run& run, const TexturedModel& model, const ModelSignal& signal,
+                                               const Progress& progress) {
+  const OptionValues& options = run.options();
+  if (!options.has("field")) {
+    for (const char* name : {"number", "turned", "kappa"})
+      require(!options.given(name), fmt::format("--{} is of a field: name one with --field", name));
+    return nullptr;
+  }
+  const ModelField found = model_field(model, signal, named_request(options), progress.step("field", 0.4));
+  if (found.harmonic_fields) run.result["harmonic_fields"] = *found.harmonic_fields;
+  return signal.space_across(found.field, options.number("kappa"), progress.step("metric", 0.6));
+}
+
+FieldRequest asked_request(const OptionValues& options, const TexturedModel& model) {
+  FieldRequest request = named_request(options);
+  // A picture is flat: without --field its lines run along its edges.
+  if (model.is_picture && !options.given("field")) {
+    request.kind = FieldRequest::Kind::gradient;
+    request.turn = options.flag("turned") ? FieldRequest::Turn::none : FieldRequest::Turn::quarter;
+  }
+  const std::string strength = options.text("strength");
+  if (strength == "unit") request.strength = FieldRequest::Strength::unit;
+  if (strength == "kept") request.strength = FieldRequest::Strength::kept;
+  return request;
+}
+
+ModelField asked_model_field(Run& run, const TexturedModel& model, const ModelSignal& signal, const Progress& progress) {
   ModelField found = model_field(model, signal, asked_request(run.options(), model), progress);
   if (found.harmonic_fields) run.result["harmonic_fields"] = *found.harmonic_fields;
-  return std::move(found.field);
+  return found;
 }
 
 }  // namespace mq::app

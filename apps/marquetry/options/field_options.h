@@ -6,13 +6,19 @@
 
 namespace mq::app {
 
-/// Adds --field, --number, --turned and --strength.
-void add_field_options(OptionTable& table);
+/// Adds --field, --number, --turned and --strength; `strength` is the default.
+void add_field_options(OptionTable& table, const std::string& strength = "scaled");
+
+/// Adds --field, which is nothing by default, --number, --turned and --kappa with this default; "`what` along a field".
+void add_direction_options(OptionTable& table, const std::string& group, const std::string& what, const std::string& kappa);
+
+/// The signal's unknowns with distances across that field made longer (`ModelSignal::space_across`); null: none was named.
+std::unique_ptr<SignalSpace> asked_space_along(Run& run, const TexturedModel& model, const ModelSignal& signal,
+                                               const Progress& progress);
 
 FieldRequest asked_request(const OptionValues& options, const TexturedModel& model);
 
 /// `model_field` of the request, with what the report should say of it.
-TangentField asked_field(Run& run, const TexturedModel& model, const ModelSignal& signal,
-                         const Progress& progress);
+ModelField asked_model_field(Run& run, const TexturedModel& model, const ModelSignal& signal, const Progress& progress);
 
 }  // namespace mq::app

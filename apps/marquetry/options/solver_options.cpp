@@ -90,14 +90,14 @@ SolveReport solve_as_asked(Run& run, const ModelSignal& signal, const TimedAttem
   return outcome.report;
 }
 
-Solution solve_poisson(Run& run, const ModelSignal& signal, double weight,
+Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& space, double weight,
                        const PoissonSolve& solve) {
   Solution solution;
   solve_as_asked(run, signal, [&](const SolverFactory& factory, const SolvingShares& shares) {
     std::unique_ptr<ScreenedPoisson> equation;
     {
       const Step step(run, "prepare", shares.prepare);
-      equation = std::make_unique<ScreenedPoisson>(signal.space(), weight, factory, step);
+      equation = std::make_unique<ScreenedPoisson>(space, weight, factory, step);
     }
     const Step step(run, "solve", shares.solve);
     if (solution.before.size() == 0) solution.before = signal.values();

@@ -42,9 +42,10 @@ struct Solution {
 using PoissonSolve = std::function<Filtered(const ScreenedPoisson& equation, const Signal& before,
                                             const Progress& progress)>;
 
-/// `solve_as_asked` of a screened Poisson equation. The signal is taken once the solver stands,
-/// whose making needs most memory.
-Solution solve_poisson(Run& run, const ModelSignal& signal, double weight, const PoissonSolve& solve);
+/// `solve_as_asked` of a screened Poisson equation on a space with the signal's unknowns, its own or one in which
+/// distances are others. The signal is taken once the solver stands, whose making needs most memory.
+Solution solve_poisson(Run& run, const ModelSignal& signal, const SignalSpace& space, double weight,
+                       const PoissonSolve& solve);
 
 /// What `smooth_at_seams`, which chooses its own solver, did, in `run.solve`; warns where it fell short.
 void report_solve_at_seams(Run& run, const SolveReport& report);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "verbs/shared/geometry.h"
+#include "options/field_options.h"
 #include "options/mask_options.h"
 #include "mq/base/error.h"
 #include "mq/filter/geometry_filter.h"
@@ -163,10 +164,12 @@ Exit filter(Run& run) {
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> target;
+  std::unique_ptr<SignalSpace> along;
   std::optional<std::vector<double>> mask;
   {
     const Step step(run, "assemble", 0.2);
-    target = make_signal(run, scene, step.progress().step("space", 0.9));
+    target = make_signal(run, scene, step.progress().step("space", 0.5));
+    about(scene.model, [&] { along = asked_space_along(run, scene, *target, step.progress().step("along the field", 0.4)); });
     mask = asked_mask(run, scene, *target, step.progress().step("mask", 0.1));
   }
   const SurfaceScale scale = target->space().scale();
@@ -178,7 +181,7 @@ Exit filter(Run& run) {
   double halo = 0;
   about(scene.model, [&] {
     solution = solve_poisson(
-        run, *target, weight,
+        run, *target, along ? *along : target->space(), weight,
         [&](const ScreenedPoisson& equation, const Signal& before, const Progress& progress) {
           halo = asked_halo(options, scene.model, before);
           if (!by_luminance(options, scene.model))
@@ -199,6 +202,27 @@ Exit filter(Run& run) {
   set_depth(options, scene.model);
   write_outputs(run, outputs, std::move(scene.model), step);
   return Exit::done;
+}
+
+void add_shape_options(OptionTable& table) {
+  table.add({.name = "geometry",
+             .letter = 'g',
+             .group = "Shape",
+             .help = "filter the shape: the positions of the vertices, or with --normals its normals",
+             .details = "With --normals normals are filtered and vertices fitted to them, which "
+                        "keeps more of the size of things."});
+  table.add({.name = "by-curvature",
+             .type = Option::Type::length,
+             .group = "Shape",
+             .help = "keep creases: distances across them count for more",
+             .details = "A direction in which the surface curves with radius r is stretched by "
+                        "sqrt(1 + (LENGTH/r)^2)."});
+  table.add({.name = "smooth-normals",
+             .type = Option::Type::length,
+             .default_value = "1%",
+             .group = "Shape",
+             .help = "how far normals are spread before creases are looked for in them"});
+  add_fit_options(table, "Shape");
 }
 
 }  // namespace
@@ -244,27 +268,11 @@ Verb filter_verb() {
   add_spread_options(table, {1e-3, Length::Unit::alpha}, "Filter",
                      "how far it reaches: weight of gradients on the surface scaled to unit area",
                      true);
+  add_direction_options(table, "Along a field", "filter", "10");
   table.exclusive({"strength", "beta"});
   table.exclusive({"radius", "alpha", "length"});
   table.exclusive({"strength", "alpha"});
-  table.add({.name = "geometry",
-             .letter = 'g',
-             .group = "Shape",
-             .help = "filter the shape: the positions of the vertices, or with --normals its normals",
-             .details = "With --normals normals are filtered and vertices fitted to them, which "
-                        "keeps more of the size of things."});
-  table.add({.name = "by-curvature",
-             .type = Option::Type::length,
-             .group = "Shape",
-             .help = "keep creases: distances across them count for more",
-             .details = "A direction in which the surface curves with radius r is stretched by "
-                        "sqrt(1 + (LENGTH/r)^2)."});
-  table.add({.name = "smooth-normals",
-             .type = Option::Type::length,
-             .default_value = "1%",
-             .group = "Shape",
-             .help = "how far normals are spread before creases are looked for in them"});
-  add_fit_options(table, "Shape");
+  add_shape_options(table);
   add_solver_options(table);
   add_space_option(table);
   add_normals_option(table);
@@ -273,12 +281,13 @@ Verb filter_verb() {
   table.exclusive({"normals", "vertices"});
   table.exclusive({"normal-space", "vertices"});
   table.exclusive({"normals", "luminance"});
-  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance", "halo"})
+  for (const char* name : {"space", "normal-space", "vertices", "depth", "luminance", "halo", "field"})
     table.exclusive({"geometry", name});
   add_frames_option(table);
   return {table, filter,
           {{.what = "smooth, sharpen"},
            {.what = "the same here and not there", .with = "--mask, --spot"},
+           {.what = "along a vector field", .with = "--field"},
            {.what = "shapes: positions, normals", .with = "--geometry", .textures = "", .pictures = ""}},
           {},
           Slots::several};

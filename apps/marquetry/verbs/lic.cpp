@@ -7,6 +7,7 @@
 #include "mq/base/error.h"
 #include "mq/base/length.h"
 #include "mq/filter/line_integral.h"
+#include "mq/filter/path_convolution.h"
 #include "mq/image/colour.h"
 #include "mq/model/field_lines.h"
 #include "options/field_options.h"
@@ -41,6 +42,28 @@ bool shows_colours(const OptionValues& options, const TexturedModel& scene, bool
   });
 }
 
+/// Lines by paths through the texels, of one column.
+Signal lines_by_paths(Run& run, const TexturedModel& scene, const ModelSignal& domain, const Signal& noise,
+                      double length, const Progress& progress) {
+  const TexelVectorSpace vectors(scene.surface, *domain.texel_atlas(), *domain.texel_space());
+  const TraceAtlas atlas(scene.surface, *domain.texel_atlas(), *domain.texel_space(), progress.step("order cells", 0.1));
+  const ModelField field = asked_model_field(run, scene, domain, progress.step("field", 0.3));
+  const Vector z = field.texels.size() > 0 ? field.texels : vectors.from_triangles(field.field);
+  ConvolvedPaths lines = PathConvolution(vectors, atlas, z).draw(noise, length, progress.step("follow paths", 0.6));
+  run.result["paths"] = lines.counts.paths;
+  return std::move(lines.signal);
+}
+
+/// Curvatures have no sign: where neighbours point opposite ways there is nothing to follow.
+bool follows_paths(const OptionValues& options, const FieldRequest& request, bool vertices) {
+  if (options.text("by") != "paths") return false;
+  require(!vertices, "--by paths: follows a field from texel to texel, and there are none: leave it out at vertices");
+  require(request.kind != FieldRequest::Kind::max_curvature && request.kind != FieldRequest::Kind::min_curvature,
+          "--by paths: directions of curvature have no sign, so there are no paths to follow; leave it out, or name "
+          "another --field");
+  return true;
+}
+
 Exit lic(Run& run) {
   const OptionValues& options = run.options();
   TexturedModel scene =
@@ -50,6 +73,7 @@ Exit lic(Run& run) {
                         vertices ? Outputs::Kind::model : Outputs::Kind::pictures);
   run.will_write(outputs.paths(), outputs.folders());
   check_field(scene, asked_request(options, scene));
+  const bool paths = follows_paths(options, asked_request(options, scene), vertices);
   if (run.dry_run()) return Exit::done;
 
   const bool over = shows_colours(options, scene, vertices);
@@ -64,10 +88,9 @@ Exit lic(Run& run) {
                                over ? Pictures::read : Pictures::replaced);
     about(scene.model, [&] {
       grain = asked_grain(options, domain->scale());
-      const TangentField field =
-          asked_field(run, scene, *domain, step.progress().step("field", 0.2));
-      across =
-          domain->space_across(field, options.number("kappa"), step.progress().step("metric", 0.4));
+      if (paths) return;
+      const ModelField found = asked_model_field(run, scene, *domain, step.progress().step("field", 0.2));
+      across = domain->space_across(found.field, options.number("kappa"), step.progress().step("metric", 0.4));
     });
   }
   const SurfaceScale scale = domain->space().scale();
@@ -77,6 +100,11 @@ Exit lic(Run& run) {
   about(scene.model, [&] {
     const Signal noise =
         solid_noise(domain->space().positions(), grain, std::uint64_t(options.integer("seed")));
+    if (paths) {
+      const Step step(run, "follow", 0.6);
+      lines.signal = lines_by_paths(run, scene, *domain, noise, 2 * std::sqrt(wanted.weight), step);
+      return;
+    }
     if (run.onlooker) {
       const Step step(run, "form", 0.05);
       Model forming;
@@ -128,6 +156,14 @@ Verb lic_verb() {
   add_field_options(table);
   add_spread_options(table, {FieldLinesOptions{}.alpha, Length::Unit::alpha}, "Lines",
                      "how far values spread along the field: on the surface scaled to unit area");
+  table.add({.name = "by",
+             .type = Type::choice,
+             .default_value = "diffusion",
+             .choices = {"diffusion", "paths"},
+             .group = "Lines",
+             .help = "diffusion in a metric, or paths through the texels, twice --length both ways: finer",
+             .details = "Paths see a field texel by texel, so that strokes and maps may be finer than triangles; they "
+                        "want one with a sign, not curvatures, and have no use for --kappa and --sharpen."});
   table.add({.name = "kappa",
              .type = Type::number,
              .default_value = as_typed(FieldLinesOptions{}.kappa),

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "shell/arguments.h"
+#include "options/field_options.h"
 #include "options/signal_options.h"
 #include "mq/base/error.h"
 #include "mq/base/length.h"
@@ -134,26 +135,29 @@ Exit react(Run& run) {
   if (run.dry_run()) return Exit::done;
 
   std::unique_ptr<ModelSignal> domain;
+  std::unique_ptr<SignalSpace> along;
   std::unique_ptr<ReactionDiffusion> process;
   const GrayScottPreset preset = asked_preset(options);
   double wave_length = 0;
   {
     const Step step(run, "assemble", 0.1);
-    domain = make_field_signal(run, scene, step.progress().step("space", 0.6));
+    domain = make_field_signal(run, scene, step.progress().step("space", 0.4));
     about(scene.model, [&] {
+      along = asked_space_along(run, scene, *domain, step.progress().step("along the field", 0.3));
       wave_length = std::sqrt(
           weight_from_length(parse_length(options.text("scale")), domain->space().scale()));
       require(wave_length > 0, "--scale must be more than 0");
       process =
-          std::make_unique<ReactionDiffusion>(domain->space(), diffusivities(preset, wave_length),
-                                              1, step.progress().step("weights", 0.4));
+          std::make_unique<ReactionDiffusion>(along ? *along : domain->space(), diffusivities(preset, wave_length),
+                                              1, step.progress().step("weights", 0.3));
     });
   }
   const double spacing = domain->scale().texel_spacing;
-  if (wave_length < 6 * spacing)
+  const double shortest = along ? wave_length / std::hypot(1, options.number("kappa")) : wave_length;
+  if (shortest < 6 * spacing)
     run.terminal().warning(
-        fmt::format("--scale: a wave is {:.1f} texels long; below 6 the grid shows in the pattern",
-                    wave_length / spacing));
+        fmt::format("--scale: a wave is {:.1f} texels long{}; below 6 the grid shows in the pattern",
+                    shortest / spacing, along ? " across the field" : ""));
   const int steps = asked_steps(options, process->time_step());
   Substances state =
       seeded_substances(domain->space().positions(), wave_length, std::uint64_t(options.integer("seed")));
@@ -237,6 +241,7 @@ Verb react_verb() {
   };
   colour("ground", "#e8c88a", "colour between spots or stripes");
   colour("ink", "#2b1a12", "colour of spots or stripes");
+  add_direction_options(table, "Along a field", "waves of this length", "2");
   add_vertices_option(table, "grow it at vertices, though there are textures");
   add_frames_option(table);
   return {table, react,

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "mq/base/error.h"
+#include "mq/fem/detail/returning_fields.h"
 #include "mq/fem/exterior.h"
 #include "mq/fem/intrinsic_delaunay.h"
 #include "mq/fem/vector_basis.h"
@@ -76,11 +77,6 @@ void require_unknowns(std::int64_t unknowns, int count) {
                       unknowns));
 }
 
-Vector2 turned_by(double angle, const Vector2& v) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  return {c * v.x() - s * v.y(), s * v.x() + c * v.y()};
-}
-
 class Spectrum {
  public:
   Spectrum(const Surface& surface, const FieldSpectrumOptions& options, const Progress& progress)
@@ -133,7 +129,7 @@ class Spectrum {
     }
     const IntrinsicTriangulation delaunay = intrinsic_delaunay(surface_, shapes_);
     found_.flips = delaunay.flips;
-    const Returning back(surface_, shapes_, delaunay);
+    const ReturningFields back(surface_, shapes_, delaunay);
     solve(vector_differences(delaunay.surface, delaunay.shapes, options_.centre),
           triangle_mass(delaunay.shapes), Kept(each_twice(with_area(delaunay.shapes))),
           [&](const Vector& x) { return delaunay.flips == 0 ? x : back.from_triangles(x); });
@@ -152,7 +148,7 @@ class Spectrum {
   void of_vertices() {
     const IntrinsicTriangulation delaunay = intrinsic_delaunay(surface_, shapes_);
     found_.flips = delaunay.flips;
-    const Returning back(surface_, shapes_, delaunay);
+    const ReturningFields back(surface_, shapes_, delaunay);
     const Surface& flipped = delaunay.surface;
     const HodgeStars stars =
         hodge_stars(make_edges(flipped, delaunay.shapes), flipped.mesh.triangles, delaunay.shapes,
@@ -230,52 +226,6 @@ class Spectrum {
       ++at;
     }
   }
-
-  /// From an intrinsic triangulation back to the surface's triangles, by way of its vertices.
-  class Returning {
-   public:
-    Returning(const Surface& surface, const std::vector<FlatTriangle>& shapes,
-              const IntrinsicTriangulation& delaunay)
-        : delaunay_(delaunay),
-          frames_(vertex_frames(delaunay.surface, delaunay.shapes)),
-          turn_(surface.mesh.positions.size(), 0.0),
-          prolongation_(vertex_prolongation(surface, shapes, vertex_frames(surface, shapes))) {
-      for (HalfEdge h = 0; h < HalfEdge(delaunay.directions.size()); ++h)
-        if (!delaunay.shapes[h / 3].empty())
-          turn_[source(h)] = delaunay.directions[h] - frames_.at_source[h];
-    }
-
-    Vector from_vertices(Vector z) const {
-      for (std::size_t v = 0; v < turn_.size(); ++v) {
-        const auto i = 2 * Eigen::Index(v);
-        z.segment<2>(i) = turned_by(turn_[v], z.segment<2>(i));
-      }
-      return prolongation_ * z;
-    }
-
-    Vector from_triangles(const Vector& x) const {
-      Vector z = Vector::Zero(2 * Eigen::Index(turn_.size()));
-      std::vector<double> area(turn_.size(), 0.0);
-      for (HalfEdge h = 0; h < HalfEdge(delaunay_.directions.size()); ++h) {
-        const double share = delaunay_.shapes[h / 3].area();
-        if (!(share > 0)) continue;
-        z.segment<2>(2 * source(h)) +=
-            share * turned_by(-frames_.into_triangle[h], x.segment<2>(2 * (h / 3)));
-        area[source(h)] += share;
-      }
-      for (std::size_t v = 0; v < area.size(); ++v)
-        if (area[v] > 0) z.segment<2>(2 * Eigen::Index(v)) /= area[v];
-      return from_vertices(std::move(z));
-    }
-
-   private:
-    int source(HalfEdge h) const { return delaunay_.surface.mesh.triangles[h / 3][h % 3]; }
-
-    const IntrinsicTriangulation& delaunay_;
-    VertexFrames frames_;
-    std::vector<double> turn_;  ///< per vertex from the triangulation's frame to the surface's
-    SparseMatrix prolongation_;
-  };
 
   const Surface& surface_;
   const FieldSpectrumOptions& options_;

@@ -12,9 +12,6 @@
 
 namespace mq {
 
-namespace {
-
-/// The frame of a triangle in space: two orthonormal columns, 0 where it is degenerate.
 Eigen::Matrix<double, 3, 2> frame_in_space(const Surface& surface, int t) {
   Eigen::Matrix<double, 3, 2> frame = Eigen::Matrix<double, 3, 2>::Zero();
   if (surface.degenerate[t]) return frame;
@@ -25,8 +22,6 @@ Eigen::Matrix<double, 3, 2> frame_in_space(const Surface& surface, int t) {
   frame.col(1) = normal.cross(Vector3(frame.col(0)));
   return frame;
 }
-
-}  // namespace
 
 Vector2 FlatTriangle::gradient(int k) const {
   return turned(edge((k + 1) % 3)) / (base * height);

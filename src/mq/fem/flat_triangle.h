@@ -47,6 +47,9 @@ FlatTriangle flat_triangle(double uu, double uv, double vv);
 /// The triangles of a surface; empty where it says degenerate.
 std::vector<FlatTriangle> flat_triangles(const Surface& surface);
 
+/// The frame of a triangle in space: two orthonormal columns, 0 where it is degenerate.
+Eigen::Matrix<double, 3, 2> frame_in_space(const Surface& surface, int triangle);
+
 /// A vector field constant per triangle: rows 2t and 2t + 1 are its components in triangle t's frame.
 /// As vectors in space, and back (the part tangent to each triangle); 0 in degenerate triangles.
 std::vector<Vector3> field_in_space(const Surface& surface, const Eigen::VectorXd& field);

@@ -249,7 +249,7 @@ std::vector<TangentField> harmonic_fields(const Surface& surface, const Progress
   return fields;
 }
 
-TangentField scaled_to_one(const Surface& surface, TangentField field, double quantile) {
+double strength_of(const Surface& surface, const TangentField& field, double quantile) {
   std::vector<std::pair<double, double>> lengths;  // with areas
   double area = 0, none = 0;
   for (std::size_t t = 0; t < field.size(); ++t) {
@@ -266,6 +266,11 @@ TangentField scaled_to_one(const Surface& surface, TangentField field, double qu
     below += share;
     if (below >= wanted && one > 0) break;
   }
+  return one;
+}
+
+TangentField scaled_to_one(const Surface& surface, TangentField field, double quantile) {
+  const double one = strength_of(surface, field, quantile);
   if (!(one > 0)) return field;
   for (Vector3& v : field) v /= std::max(one, v.norm());
   return field;

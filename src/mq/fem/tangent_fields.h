@@ -38,9 +38,11 @@ TangentField field_from_vertices(const Surface& surface, const std::vector<Vecto
 /// A triangle that degenerates to a line cuts the surface open.
 std::vector<TangentField> harmonic_fields(const Surface& surface, const Progress& progress = {});
 
-/// Y / q with q the given quantile of |Y| by area, and vectors longer than 1 cut to 1. Where Y
-/// vanishes on so much of the surface that q is 0, it is the quantile on the rest. A field that
-/// vanishes everywhere stays.
+/// The given quantile of |Y| by area. Where Y vanishes on so much of the surface that this is 0, it is the quantile on
+/// the rest; 0 where it vanishes everywhere.
+double strength_of(const Surface& surface, const TangentField& field, double quantile = 0.9);
+
+/// Y / q with q its `strength_of`, and vectors longer than 1 cut to 1. A field that vanishes everywhere stays.
 TangentField scaled_to_one(const Surface& surface, TangentField field, double quantile = 0.9);
 
 /// Y / |Y|, and 0 where |Y| is less than 10⁻⁶ of its mean.

@@ -4,15 +4,17 @@
 #include <complex>
 
 #include "mq/base/error.h"
-#include "mq/fem/detail/triangle_map.h"
+#include "mq/atlas/triangle_map.h"
 
 namespace mq {
 namespace {
 
 /// visit(samples, map, plane, density) for the pieces of all triangles; `density` is area on the surface per texel².
 template <class Visit>
-void for_each_mapped_piece(const Surface& surface, const Atlas& atlas, const TexelSpace& space, const Visit& visit) {
-  space.for_each_piece([&](const TexelSamples& samples) {
+void for_each_mapped_piece(const TexelVectorSpace& vectors, const Visit& visit) {
+  const Surface& surface = vectors.surface();
+  const Atlas& atlas = vectors.atlas();
+  vectors.space().for_each_piece([&](const TexelSamples& samples) {
     const TriangleMap map(surface, atlas, samples.triangle);
     visit(samples, map, TangentPlane(map.normal()), texel_metric(surface, atlas, samples.triangle).density);
   });
@@ -20,11 +22,10 @@ void for_each_mapped_piece(const Surface& surface, const Atlas& atlas, const Tex
 
 /// ∫ ⟨turned(X), ∇φ_t⟩ dA.
 template <class Turned>
-Vector moments(const Surface& surface, const Atlas& atlas, const TexelVectorSpace& vectors, const Vector& z,
-               const Turned& turned) {
+Vector moments(const TexelVectorSpace& vectors, const Vector& z, const Turned& turned) {
   require(z.size() == 2 * std::int64_t(vectors.size()), "two components per texel are needed");
   Vector result = Vector::Zero(vectors.size());
-  for_each_mapped_piece(surface, atlas, vectors.space(), [&](const TexelSamples& samples, const TriangleMap& map,
+  for_each_mapped_piece(vectors, [&](const TexelSamples& samples, const TriangleMap& map,
                                                              const TangentPlane& plane, double density) {
     const std::size_t count = samples.texels.size();
     std::vector<std::complex<double>> here(count);
@@ -47,20 +48,19 @@ Vector moments(const Surface& surface, const Atlas& atlas, const TexelVectorSpac
 
 }  // namespace
 
-Vector divergence_moments(const Surface& surface, const Atlas& atlas, const TexelVectorSpace& vectors,
-                          const Vector& z) {
-  return moments(surface, atlas, vectors, z, [](std::complex<double> X) { return X; });
+Vector divergence_moments(const TexelVectorSpace& vectors, const Vector& z) {
+  return moments(vectors, z, [](std::complex<double> X) { return X; });
 }
 
-Vector curl_moments(const Surface& surface, const Atlas& atlas, const TexelVectorSpace& vectors, const Vector& z) {
+Vector curl_moments(const TexelVectorSpace& vectors, const Vector& z) {
   // ⟨X, JY⟩ = ⟨−JX, Y⟩
-  return moments(surface, atlas, vectors, z, [](std::complex<double> X) { return std::complex<double>(0, -1) * X; });
+  return moments(vectors, z, [](std::complex<double> X) { return std::complex<double>(0, -1) * X; });
 }
 
-BlockMatrix<double> hodge_laplacian(const Surface& surface, const Atlas& atlas, const TexelVectorSpace& vectors) {
+BlockMatrix<double> hodge_laplacian(const TexelVectorSpace& vectors) {
   BlockMatrix<double> H = vectors.system(0, 0);  // its pattern
   std::vector<std::complex<double>> turns, slopes;
-  for_each_mapped_piece(surface, atlas, vectors.space(), [&](const TexelSamples& samples, const TriangleMap& map,
+  for_each_mapped_piece(vectors, [&](const TexelSamples& samples, const TriangleMap& map,
                                                              const TangentPlane& plane, double density) {
     const std::size_t count = samples.texels.size();
     turns.resize(count);

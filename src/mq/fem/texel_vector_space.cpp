@@ -9,7 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/detail/texel_space_data.h"
-#include "mq/fem/detail/triangle_map.h"
+#include "mq/atlas/triangle_map.h"
 #include "mq/fem/texel_hierarchy.h"
 
 namespace mq {
@@ -243,8 +243,12 @@ std::vector<float> TexelVectorSpace::gradient_norms(const Vector& z) const {
   return norms;
 }
 
+TangentPlane TexelVectorSpace::plane_of(int triangle) const {
+  return TangentPlane(TriangleMap(*surface_, *atlas_, triangle).normal());
+}
+
 Vector3 TexelVectorSpace::value(const Vector& z, int triangle, const Vector3& barycentric) const {
-  const TangentPlane here(TriangleMap(*surface_, *atlas_, triangle).normal());
+  const TangentPlane here = plane_of(triangle);
   Complex sum = 0;
   for (const BasisWeight& w : space_->basis_at(triangle, barycentric))
     sum += w.weight * plane(w.unknown).turn(here) * at(z, w.unknown);
@@ -268,6 +272,60 @@ TangentField TexelVectorSpace::on_triangles(const Vector& z) const {
       }
   });
   return field;
+}
+
+template <class Counts>
+Vector TexelVectorSpace::mean_around(const TangentField& field, const Counts& counts) const {
+  require(field.size() == atlas_->chart.size(), "one vector per triangle is needed");
+  Vector sums = Vector::Zero(2 * std::int64_t(size())), weights = Vector::Zero(size());
+  space_->for_each_piece([&](const TexelSamples& samples) {
+    const TangentPlane here = plane_of(samples.triangle);
+    const Vector3& X = field[std::size_t(samples.triangle)];
+    const Complex vector(here.first.dot(X), here.second.dot(X));
+    const double density = texel_metric(*surface_, *atlas_, samples.triangle).density;
+    for (std::size_t k = 0; k < samples.texels.size(); ++k) {
+      const int i = samples.texels[k];
+      if (!counts(samples.triangle, i)) continue;
+      const double weight = density * samples.weights.dot(samples.values.col(Eigen::Index(k)));
+      if (!(weight > 0)) continue;
+      const Complex carried = weight * here.turn(plane(i)) * vector;
+      sums.segment<2>(2 * i) += Vector2(carried.real(), carried.imag());
+      weights[i] += weight;
+    }
+  });
+  for (int i = 0; i < size(); ++i)
+    if (weights[i] > 0) sums.segment<2>(2 * i) /= weights[i];
+  return sums;
+}
+
+Vector TexelVectorSpace::from_triangles(const TangentField& field) const {
+  return mean_around(field, [](int, int) { return true; });
+}
+
+std::vector<Complex> TexelVectorSpace::rightward() const {
+  TangentField along(atlas_->chart.size(), Vector3::Zero());
+  std::vector<int> first(atlas_->charts.size(), -1);  // triangle of each chart, for texels that none of it reaches
+  for (std::size_t t = along.size(); t-- > 0;)
+    if (atlas_->chart[t] >= 0) first[std::size_t(atlas_->chart[t])] = int(t);
+  parallel_for(std::ssize(along), [&](std::int64_t t) {
+    if (atlas_->chart[std::size_t(t)] < 0) return;
+    const TriangleMap map(*surface_, *atlas_, int(t));
+    const Vector3 way = map.way({1, 0});
+    along[std::size_t(t)] = way.normalized();
+  });
+  const std::vector<int>& chart = space_->texels().chart;
+  const Vector mean = mean_around(
+      along, [&](int triangle, int i) { return atlas_->chart[std::size_t(triangle)] == chart[std::size_t(i)]; });
+  std::vector<Complex> result(std::size_t(size()), Complex(1, 0));
+  for (int i = 0; i < size(); ++i)
+    if (const double length = std::abs(at(mean, i)); length > 1e-12) {
+      result[std::size_t(i)] = at(mean, i) / length;
+    } else if (const int own = chart[std::size_t(i)]; own >= 0 && first[std::size_t(own)] >= 0) {
+      const TangentPlane there = plane_of(first[std::size_t(own)]);
+      const Vector3& X = along[std::size_t(first[std::size_t(own)])];
+      result[std::size_t(i)] = there.turn(plane(i)) * Complex(there.first.dot(X), there.second.dot(X));
+    }
+  return result;
 }
 
 std::vector<std::array<double, 2>> TexelVectorSpace::velocities(const Vector& z) const {
@@ -327,6 +385,7 @@ std::vector<std::shared_ptr<const BlockTransfer>> TexelVectorSpace::transfers(do
   std::vector<std::shared_ptr<const BlockTransfer>> result;
   for (const auto& level : hierarchy.multigrid().levels) {
     const LevelTransfer& scalar = *level->transfer;
+    if (std::size_t(scalar.coarse_rows()) >= normals.size()) break;  // charts of a few texels: no coarser level
     std::vector<Vector3> coarse(std::size_t(scalar.coarse_rows()), Vector3::Zero());
     parallel_for(std::ssize(coarse), [&](std::int64_t j) {
       std::vector<WeightedIndex> children;

@@ -48,8 +48,11 @@ class TexelVectorSpace {
   TexelVectorSpace(const Surface& surface, const Atlas& atlas, const TexelSpace& space);
 
   const TexelSpace& space() const { return *space_; }
+  const Surface& surface() const { return *surface_; }
+  const Atlas& atlas() const { return *atlas_; }
   int size() const { return space_->size(); }
   TangentPlane plane(int texel) const;
+  TangentPlane plane_of(int triangle) const;  ///< of a triangle of a chart
 
   /// a·M + b·L by blocks, Hermitian as a matrix of complex numbers, with the pattern of S:
   ///
@@ -77,6 +80,12 @@ class TexelVectorSpace {
   /// A vector per triangle, in space: the mean of X over points about a texel apart; 0 without a chart.
   TangentField on_triangles(const Vector& z) const;
 
+  /// The other way: around each texel the mean of the vectors of triangles, by ∫ φ_t dA; at seams those of both sides.
+  Vector from_triangles(const TangentField& field) const;
+
+  /// Per texel the unit complex number in its plane along which u grows in its chart, the pictures' way to the right.
+  std::vector<std::complex<double>> rightward() const;
+
   /// A vector per cell of `TexelGrid` in its chart, texels per unit of time to the right and down: X in its middle,
   /// in the chart of the triangle that covers most of it. 0 where no chart is. What `AtlasFlow::along` follows.
   std::vector<std::array<double, 2>> velocities(const Vector& z) const;
@@ -91,6 +100,9 @@ class TexelVectorSpace {
   std::vector<std::shared_ptr<const BlockTransfer>> transfers(double a, double b, const Progress& progress = {}) const;
 
  private:
+  template <class Counts>
+  Vector mean_around(const TangentField& field, const Counts& counts) const;
+
   const Surface* surface_;
   const Atlas* atlas_;
   const TexelSpace* space_;

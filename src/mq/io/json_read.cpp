@@ -205,8 +205,19 @@ std::vector<double> JsonObject::rows(const std::string& name, std::size_t count,
   const std::string wanted = fmt::format("{} rows of {} numbers", count, columns);
   const Json& value = member(name, wanted);
   if (!value.is_array() || value.size() != count) refuse({name}, value, wanted);
+  return rows_of(name, value, columns);
+}
+
+std::vector<double> JsonObject::rows(const std::string& name, std::size_t columns) const {
+  const std::string wanted = fmt::format("a list of rows of {} numbers", columns);
+  const Json& value = member(name, wanted);
+  if (!value.is_array()) refuse({name}, value, wanted);
+  return rows_of(name, value, columns);
+}
+
+std::vector<double> JsonObject::rows_of(const std::string& name, const Json& value, std::size_t columns) const {
   std::vector<double> found;
-  for (std::size_t r = 0; r < count; ++r) {
+  for (std::size_t r = 0; r < value.size(); ++r) {
     if (!value[r].is_array() || value[r].size() != columns)
       refuse({name, r}, value[r], fmt::format("a row of {} numbers", columns));
     for (std::size_t c = 0; c < columns; ++c) {

@@ -66,6 +66,9 @@ class JsonObject {
   std::vector<double> numbers(const std::string& name, std::size_t count) const;
   std::vector<double> rows(const std::string& name, std::size_t count, std::size_t columns) const;
 
+  /// As many rows as there are.
+  std::vector<double> rows(const std::string& name, std::size_t columns) const;
+
   /// A list of objects.
   std::vector<JsonObject> objects(const std::string& name) const;
 
@@ -74,6 +77,7 @@ class JsonObject {
 
  private:
   JsonObject(const JsonFile& file, const nlohmann::json& value, std::vector<JsonStep> steps);
+  std::vector<double> rows_of(const std::string& name, const nlohmann::json& value, std::size_t columns) const;
   const nlohmann::json& member(const std::string& name, const std::string& wanted) const;
   [[noreturn]] void refuse(const std::vector<JsonStep>& below, const nlohmann::json& found,
                            const std::string& wanted) const;

@@ -128,25 +128,44 @@ void write_edge_frames(const std::filesystem::path& path, const Mesh& mesh,
   write_file(path, bytes);
 }
 
+/// A binary PLY as it grows.
+class PlyText {
+ public:
+  explicit PlyText(const std::string& header) : text_(header) {}
+  template <class Value>
+  void add(const Value& value) {
+    text_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  void add_vector(const Vector3& v) {
+    for (int k = 0; k < 3; ++k) add(v[k]);
+  }
+  void add_triangle(const Triangle& triangle) {
+    add(std::uint8_t(3));
+    for (const int v : triangle) add(std::int32_t(v));
+  }
+  void write(const std::filesystem::path& path) const { write_file(path, to_bytes(text_)); }
+
+ private:
+  std::string text_;
+};
+
+std::string ply_header(const Mesh& mesh, const std::string& of_vertices, const std::string& of_faces) {
+  return fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
+      "property double x\nproperty double y\nproperty double z\n{}"
+      "element face {}\nproperty list uchar int vertex_indices\n{}end_header\n",
+      mesh.vertex_count(), of_vertices, mesh.triangle_count(), of_faces);
+}
+
 void write_properties(const std::filesystem::path& path, const Mesh& mesh,
                       const std::vector<Vector3>& field) {
-  std::string text = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
-      "property double x\nproperty double y\nproperty double z\n"
-      "element face {}\nproperty list uchar int vertex_indices\n"
-      "property double vx\nproperty double vy\nproperty double vz\nend_header\n",
-      mesh.vertex_count(), mesh.triangle_count());
-  const auto add = [&](const auto& value) {
-    text.append(reinterpret_cast<const char*>(&value), sizeof value);
-  };
-  for (const Vector3& p : mesh.positions)
-    for (int k = 0; k < 3; ++k) add(p[k]);
+  PlyText ply(ply_header(mesh, "", "property double vx\nproperty double vy\nproperty double vz\n"));
+  for (const Vector3& p : mesh.positions) ply.add_vector(p);
   for (int t = 0; t < mesh.triangle_count(); ++t) {
-    add(std::uint8_t(3));
-    for (const int v : mesh.triangles[t]) add(std::int32_t(v));
-    for (int k = 0; k < 3; ++k) add(field[t][k]);
+    ply.add_triangle(mesh.triangles[t]);
+    ply.add_vector(field[t]);
   }
-  write_file(path, to_bytes(text));
+  ply.write(path);
 }
 
 }  // namespace
@@ -167,6 +186,17 @@ void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,
     write_properties(path, mesh, field);
   else
     throw IoError(path.string() + ": a vector field is written as .vf or .ply");
+}
+
+void write_vertex_values(const std::filesystem::path& path, const Mesh& mesh, std::span<const double> values) {
+  require(std::ssize(values) == mesh.vertex_count(), "one value per vertex is needed");
+  PlyText ply(ply_header(mesh, "property double quality\n", ""));
+  for (int v = 0; v < mesh.vertex_count(); ++v) {
+    ply.add_vector(mesh.positions[std::size_t(v)]);
+    ply.add(values[std::size_t(v)]);
+  }
+  for (const Triangle& triangle : mesh.triangles) ply.add_triangle(triangle);
+  ply.write(path);
 }
 
 }  // namespace mq

@@ -2,6 +2,7 @@
 /// Vector fields on a mesh, from files and into files.
 
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include "mq/mesh/mesh.h"
@@ -23,6 +24,10 @@ struct VectorField {
 /// Throws `IoError` naming the file, what was found and the remedy: another count than that of the
 /// mesh, values that are not finite, no such properties, faces that are not triangles.
 VectorField read_vector_field(const std::filesystem::path& path, const Mesh& mesh);
+
+/// Writes values at vertices as .ply with its mesh, doubles throughout, as `quality`, which MeshLab shows as colours.
+/// Throws `IoError`.
+void write_vertex_values(const std::filesystem::path& path, const Mesh& mesh, std::span<const double> values);
 
 /// Writes a field of triangles as .vf, or as .ply with its mesh, doubles throughout. Throws `IoError`.
 void write_vector_field(const std::filesystem::path& path, const Mesh& mesh,

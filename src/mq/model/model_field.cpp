@@ -7,8 +7,13 @@
 
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/fem/smoothest_field.h"
+#include "mq/io/field_strokes.h"
+#include "mq/io/image_file.h"
 #include "mq/io/vector_field.h"
 #include "mq/mesh/geometry.h"
+#include "mq/model/field_map.h"
+#include "mq/model/stroke_wishes.h"
 
 namespace mq {
 namespace {
@@ -21,7 +26,7 @@ ModelField harmonic(const TexturedModel& model, int number, const Progress& prog
   require(number >= 1 && number <= std::ssize(fields),
           fmt::format("harmonic field {}: there are {}", number,
                       counted(std::ssize(fields), "harmonic field")));
-  return {std::move(fields[std::size_t(number - 1)]), int(fields.size())};
+  return {std::move(fields[std::size_t(number - 1)]), {}, int(fields.size())};
 }
 
 /// ∇ψ, 0 in triangles where ψ varies by no more than what it is rounded to.
@@ -54,17 +59,38 @@ TangentField from_file(const TexturedModel& model, const std::filesystem::path& 
   return field_from_vertices(surface, vertices);
 }
 
+ModelField along_strokes(const TexturedModel& model, const ModelSignal& signal, const std::filesystem::path& file,
+                         const Progress& progress) {
+  const std::vector<WishedVector> wishes =
+      stroke_wishes(model, signal.texel_atlas(), read_field_strokes(file), signal.scale().texel_spacing / 2);
+  if (!signal.texel_space()) return {smoothest_field(model.surface, wishes, {}, progress), {}, {}};
+  const TexelVectorSpace vectors(model.surface, *signal.texel_atlas(), *signal.texel_space());
+  SmoothestTexels found = smoothest_field(vectors, wishes, {}, progress);
+  require(found.report.converged, "the smoothest field along the strokes was not found: multigrid stopped at a "
+                                  "residual above its tolerance; at vertices a factorisation finds one");
+  TangentField field = vectors.on_triangles(found.field);
+  return {std::move(field), std::move(found.field), {}};
+}
+
+/// Each vector by `one`, or by its length where that is more; what has hardly any stays.
+void scale_texels(Vector& texels, double one) {
+  for (Eigen::Index i = 0; i < texels.size(); i += 2)
+    if (const double length = std::max(one, texels.segment<2>(i).norm()); length > 1e-12) texels.segment<2>(i) /= length;
+}
+
 ModelField unscaled(const TexturedModel& model, const ModelSignal& signal,
                     const FieldRequest& request, const Progress& progress) {
   using Kind = FieldRequest::Kind;
   switch (request.kind) {
     case Kind::max_curvature:
-      return {curvature_field(model.surface, Principal::max, 2, progress), {}};
+      return {curvature_field(model.surface, Principal::max, 2, progress), {}, {}};
     case Kind::min_curvature:
-      return {curvature_field(model.surface, Principal::min, 2, progress), {}};
+      return {curvature_field(model.surface, Principal::min, 2, progress), {}, {}};
     case Kind::harmonic: return harmonic(model, request.number, progress);
-    case Kind::gradient: return {gradient(model.surface, signal.brightness()), {}};
-    case Kind::file: return {from_file(model, request.file), {}};
+    case Kind::gradient: return {gradient(model.surface, signal.brightness()), {}, {}};
+    case Kind::file: return {from_file(model, request.file), {}, {}};
+    case Kind::map: return field_of_map(model, signal, request.file);
+    case Kind::strokes: return along_strokes(model, signal, request.file, progress);
   }
   return {};
 }
@@ -73,21 +99,34 @@ ModelField unscaled(const TexturedModel& model, const ModelSignal& signal,
 
 void check_field(const TexturedModel& model, const FieldRequest& request) {
   if (request.kind == FieldRequest::Kind::file) read_vector_field(request.file, model.model.mesh);
+  if (request.kind == FieldRequest::Kind::strokes) read_field_strokes(request.file);
+  if (request.kind == FieldRequest::Kind::map) picture_info(request.file);
 }
 
 ModelField model_field(const TexturedModel& model, const ModelSignal& signal,
                        const FieldRequest& request, const Progress& progress) {
+  using Strength = FieldRequest::Strength;
   const Surface& surface = model.surface;
   ModelField found = unscaled(model, signal, request, progress);
   TangentField& field = found.field;
-  if (request.turn == FieldRequest::Turn::quarter)
+  if (request.turn == FieldRequest::Turn::quarter) {
     for (int t = 0; t < surface.triangle_count(); ++t)
       field[t] = triangle_normal(surface.mesh, t).cross(field[t]);
+    for (Eigen::Index i = 0; i < found.texels.size(); i += 2)
+      found.texels.segment<2>(i) = turned(Vector2(found.texels.segment<2>(i)));
+  }
   require(std::ranges::any_of(field, [](const Vector3& v) { return !v.isZero(0); }),
           "the field is 0 everywhere: choose another");
-  field = request.strength == FieldRequest::Strength::unit
-              ? normalised(surface, std::move(field))
-              : scaled_to_one(surface, std::move(field));
+  switch (request.strength) {
+    case Strength::kept: break;
+    case Strength::unit:
+      field = normalised(surface, std::move(field));
+      scale_texels(found.texels, 0);
+      break;
+    case Strength::scaled:
+      scale_texels(found.texels, strength_of(surface, field));
+      field = scaled_to_one(surface, std::move(field));
+  }
   return found;
 }
 

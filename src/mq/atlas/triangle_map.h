@@ -24,6 +24,8 @@ struct TriangleMap {
     gram_inverse = (edges.transpose() * edges).inverse();
   }
   Vector3 normal() const { return edges.col(0).cross(edges.col(1)); }
+  /// The way on the surface of one in texels, to the right and down.
+  Vector3 way(const Vector2& texels) const { return edges * (in_texels.inverse() * texels); }
   Vector2 texels(const Vector3& way) const { return in_texels * (gram_inverse * (edges.transpose() * way)); }
   /// ∇ of a function with these derivatives per texel.
   Vector3 gradient(const Vector2& derivatives) const {

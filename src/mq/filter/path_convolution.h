@@ -1,0 +1,40 @@
+#pragma once
+/// A vector field on a texture made visible by paths along it: line integral convolution as Cabral and Leedom
+/// [cabral1993imaging] have it, over chart seams.
+
+#include <span>
+
+#include "mq/base/progress.h"
+#include "mq/fem/texel_vector_space.h"
+#include "mq/trace/atlas_flow.h"
+
+namespace mq {
+
+/// What came of it, and what all steps of all paths did.
+struct ConvolvedPaths {
+  Signal signal;
+  PathCounts counts;
+};
+
+/// Means of a signal along the integral curves of a field with a vector per texel: at each texel
+///
+///     Σ_k w_k ψ(p(k·h)) / Σ_k w_k,    dp/dt = X(p),  k = −K, ..., K,  K·h = length,  w_k = 1 + cos(πk/(K + 1)),
+///
+/// with steps h of about a texel. X has no unit: of length 1 paths are as long as said, both ways, of less they are
+/// shorter, until nothing is smeared where X vanishes. Fields are seen cell by cell of the texture, so that details are as
+/// fine as texels whatever the triangles, and nothing is diffused across the field but by bilinear lookups.
+class PathConvolution {
+ public:
+  /// All must outlive the object. z: two components per texel of the space.
+  PathConvolution(const TexelVectorSpace& vectors, const TraceAtlas& domain, const Vector& z);
+
+  /// `length` in model units, above 0. A constant comes back as it is.
+  ConvolvedPaths draw(const Signal& signal, double length, const Progress& progress = {}) const;
+
+ private:
+  const TraceAtlas& domain_;
+  double spacing_;
+  AtlasFlow forward_, backward_;
+};
+
+}  // namespace mq
