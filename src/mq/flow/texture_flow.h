@@ -1,7 +1,6 @@
 #pragma once
 /// Optical flow between two textures of one atlas: in the texture itself, across seams.
 
-#include <optional>
 
 #include "mq/flow/surface_optical_flow.h"
 #include "mq/flow/texture_levels.h"
