@@ -13,6 +13,7 @@
 #include "mq/base/option_names.h"
 #include "mq/base/parallel.h"
 #include "mq/base/words.h"
+#include "mq/io/bytes.h"
 #include "mq/io/detail/held.h"
 #include "mq/io/detail/picture_values.h"
 #include "mq/io/slots.h"
