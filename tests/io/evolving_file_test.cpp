@@ -372,6 +372,26 @@ TEST_F(EvolvingFile, CanGoOnFromAnEarlierFrameOrFromNone) {
   EXPECT_EQ(EvolvingReader(manifest_).broken(), "");
 }
 
+TEST_F(EvolvingFile, GoesOnWithinAGroupAndWhereOneEnds) {
+  const int count = 2 * store_group_frames + 2;
+  const EvolvingMesh strip = waving_strip(6, count);
+  write_evolving(manifest_, strip, test_step);
+  const Bytes blocks = read_file(blocks_), lines = read_file(manifest_);
+  for (const int kept : {store_group_frames - 1, store_group_frames, store_group_frames + 1, count - 3, count - 1}) {
+    {
+      EvolvingWriter writer(EvolvingReader(manifest_), kept);
+      int open = strip.frames[std::size_t(kept) - 1].segment;
+      for (int f = kept; f < count; ++f) {
+        const EvolvingFrame& frame = strip.frames[std::size_t(f)];
+        if (frame.segment != open) writer.add_segment(strip.segments[std::size_t(open = frame.segment)]);
+        writer.add_frame(frame.number, frame.positions);
+      }
+    }
+    EXPECT_EQ(read_file(blocks_), blocks) << kept;
+    EXPECT_EQ(read_file(manifest_), lines) << kept;
+  }
+}
+
 TEST_F(EvolvingFile, StaysUntilTheNextHasAFrame) {
   const EvolvingMesh strip = waving_strip(2, 2);
   write_evolving(manifest_, strip, test_step);
