@@ -28,7 +28,7 @@ charts; finds distances and optical flow; unwraps, remeshes and tracks. With a v
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmarquetry-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-set(depends libeigen3-dev libtbb-dev libfmt-dev libembree-dev libfreetype-dev nlohmann-json3-dev libpng-dev zlib1g-dev
+set(depends libeigen3-dev libtbb-dev libfmt-dev libembree-dev libfreetype-dev nlohmann-json3-dev libpng-dev zlib1g-dev libzstd-dev
   libdraco-dev libmeshoptimizer-dev libpugixml-dev
   pkg-config)
 if(MARQUETRY_CHOLMOD AND CHOLMOD_INCLUDE AND CHOLMOD_LIBRARY)

@@ -9,6 +9,7 @@
 #include "mq/io/evolving_file.h"
 #include "mq/io/frame_files.h"
 #include "mq/io/model.h"
+#include "mq/mesh/geometry.h"
 #include "mq/model/sequence_tracker.h"
 #include "mq/model/stored_frames.h"
 
@@ -139,6 +140,29 @@ TEST(Track, GoesOnWhereItWasStopped) {
   EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
   const EvolvingMesh again = EvolvingReader(folder / "body.evolving").read();
   for (int f = 0; f < 4; ++f) EXPECT_EQ(again.frames[f].positions, whole.frames[f].positions);
+}
+
+TEST(Track, RoundsPositionsAsItIsAskedToAndGoesOnWithThem) {
+  const Folder folder;
+  make_body(folder, "bending", 3);
+  const std::vector<std::string> words = {"track", "body", "-o", "body.evolving", "--nodes", "10", "--error", "0.1"};
+  ASSERT_EQ(marquetry(folder, words).status, 0);
+  const std::string blocks = file_bytes(folder / "body.blocks");
+  const EvolvingReader reader(folder / "body.evolving");
+  const double diagonal = bounding_box(read_model(folder / "body/frame_0000.ply").mesh).diagonal();
+  EXPECT_DOUBLE_EQ(reader.step(), step_within(diagonal / 1000));
+  const std::vector<Vector3> first = reader.positions(0);
+  EXPECT_EQ(rounded(first, reader.step()), first);
+  const std::int64_t cut = reader.frames()[2].offset + 5;
+  write_bytes(folder / "body.blocks", blocks.substr(0, std::size_t(cut)));
+  std::vector<std::string> resumed = words;
+  resumed.push_back("--resume");
+  ASSERT_EQ(marquetry(folder, resumed).status, 0);
+  EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
+  resumed[7] = "0.2";
+  const Result refused = marquetry(folder, resumed);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("--error"));
 }
 
 TEST(Track, StoppedByTheUserKeepsTheFramesItHas) {

@@ -88,7 +88,8 @@ TEST(Unwrap, RefusesWhatItCannotDo) {
       HasSubstr("smaller gutter"));
   for (const std::vector<std::string>& option : {std::vector<std::string>{"--coherence", "3"},
                                                  {"--renew", "frames"},
-                                                 {"--look-ahead", "2"}}) {
+                                                 {"--look-ahead", "2"},
+                                                 {"--uv-error", "0"}}) {
     std::vector<std::string> words = {"unwrap", "corner.obj", "-o", "flat.obj"};
     words.insert(words.end(), option.begin(), option.end());
     EXPECT_THAT(refusal(folder, words, "flat.obj"),
@@ -130,6 +131,29 @@ TEST(Unwrap, GivesAnEvolvingMeshOneAtlas) {
   // The frames that are exported have it.
   ASSERT_EQ(marquetry(folder, {"export", "atlas.evolving", "-o", "frame_%04d.obj"}).status, 0);
   EXPECT_EQ(marquetry(folder, {"check", "frame_0003.obj"}).status, 0);
+}
+
+TEST(Unwrap, RoundsTextureCoordinatesOfAnEvolvingMeshAsItIsAskedTo) {
+  const Folder folder;
+  write_evolving(folder / "sheet.evolving", patched_sheet(6, 3, 5), store_step(6));
+  const auto uvs = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"unwrap", "sheet.evolving", "-o", "atlas.evolving", "--size", "64",
+                                      "--trials", "1", "--overwrite"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = marquetry(folder, words);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return EvolvingReader(folder / "atlas.evolving").segment(0).uvs;
+  };
+  const std::vector<Vector2> exact = uvs({"--uv-error", "0"}), coarse = uvs({"--uv-error", "0.4"}), usual = uvs({});
+  ASSERT_EQ(exact.size(), coarse.size());
+  ASSERT_EQ(exact.size(), usual.size());
+  double farthest = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    EXPECT_LE(64 * (usual[i] - exact[i]).cwiseAbs().maxCoeff(), store_uv_error);
+    farthest = std::max(farthest, 64 * (coarse[i] - exact[i]).cwiseAbs().maxCoeff());
+  }
+  EXPECT_LE(farthest, 0.4);
+  EXPECT_GT(farthest, 0.1);
 }
 
 TEST(Unwrap, ForgetsWhereItIsToldTo) {

@@ -1,50 +1,24 @@
 #include "mq/io/evolving_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "io/evolving_strip.h"
+#include "io/evolving_version_1.h"
 #include "mq/base/error.h"
-#include "mq/base/random.h"
 #include "mq/io/atomic_file.h"
 #include "mq/io/detail/evolving_blocks.h"
+#include "mq/io/detail/evolving_change.h"
+#include "mq/io/detail/evolving_uvs.h"
 
 namespace mq {
 namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-constexpr double test_step = 0x1p-20;
-
-/// A strip of n quads that waves over `count` frames; in the middle its last quad is made anew.
-EvolvingMesh waving_strip(int n, int count) {
-  Mesh mesh;
-  for (int i = 0; i <= n; ++i)
-    for (int j = 0; j < 2; ++j) {
-      mesh.positions.emplace_back(i, j, 0);
-      mesh.uvs.emplace_back(double(i) / n, j);
-    }
-  for (int i = 0; i < n; ++i) {
-    mesh.triangles.push_back({2 * i, 2 * i + 2, 2 * i + 3});
-    mesh.triangles.push_back({2 * i, 2 * i + 3, 2 * i + 1});
-  }
-  mesh.corner_uvs = mesh.triangles;
-  EvolvingMesh evolving;
-  evolving.segments = {segment_of(mesh), segment_of(mesh)};
-  evolving.segments[1].triangle_ids[2 * n - 2] = 2 * n;
-  evolving.segments[1].triangle_ids[2 * n - 1] = 2 * n + 1;
-  evolving.segments[1].uvs.clear();
-  evolving.segments[1].corner_uvs.clear();
-  for (int f = 0; f < count; ++f) {
-    EvolvingFrame frame{10 + 2 * f, f < count / 2 ? 0 : 1, mesh.positions};
-    for (Vector3& p : frame.positions) p.z() = std::sin(p.x() + 0.3 * f);
-    frame.positions = rounded(frame.positions, test_step);
-    evolving.frames.push_back(std::move(frame));
-  }
-  return evolving;
-}
 
 void expect_equal(const EvolvingMesh& a, const EvolvingMesh& b) {
   ASSERT_EQ(a.segments.size(), b.segments.size());
@@ -63,12 +37,6 @@ void expect_equal(const EvolvingMesh& a, const EvolvingMesh& b) {
   }
 }
 
-/// Another value for one byte somewhere.
-void spoil(Bytes& bytes, const Random& random, std::uint64_t& draw) {
-  const double place = random.uniform(draw++), value = random.uniform(draw++);
-  bytes[std::size_t(double(bytes.size()) * place)] = std::byte(int(256 * value));
-}
-
 class EvolvingFile : public testing::Test {
  protected:
   void SetUp() override { fs::create_directories(folder_); }
@@ -79,44 +47,6 @@ class EvolvingFile : public testing::Test {
   fs::path manifest_ = folder_ / "strip.evolving";
   fs::path blocks_ = folder_ / "strip.blocks";
 };
-
-TEST(EvolvingBlocks, HaveTheChecksumOfTheStandard) {
-  EXPECT_EQ(crc32(bytes_of("123456789")), 0xCBF43926U);
-}
-
-TEST(EvolvingBlocks, OfASegmentRefuseRandomBytes) {
-  const Random random(1);
-  std::uint64_t draw = 0;
-  int refused = 0;
-  for (int round = 0; round < 2000; ++round) {
-    Bytes bytes(std::size_t(64 * random.uniform(draw++)));
-    for (std::byte& byte : bytes) byte = std::byte(int(256 * random.uniform(draw++)));
-    try {
-      check(decode_segment(bytes, "noise").segment);
-    } catch (const IoError&) {
-      ++refused;
-    }
-  }
-  EXPECT_GT(refused, 1900);
-}
-
-TEST(EvolvingBlocks, WithChangedBytesAreRefusedOrSayASegment) {
-  const EvolvingMesh strip = waving_strip(5, 2);
-  const Bytes sound =
-      encode_segment(strip.segments[0], in_steps(strip.frames[0].positions, test_step));
-  const Random random(2);
-  std::uint64_t draw = 0;
-  for (int round = 0; round < 3000; ++round) {
-    Bytes bytes = sound;
-    spoil(bytes, random, draw);
-    try {
-      check(decode_segment(bytes, "noise").segment);
-    } catch (const IoError&) {
-    }
-  }
-  for (std::size_t size = 0; size < sound.size(); ++size)
-    EXPECT_THROW(decode_segment(ByteView(sound).first(size), "cut"), IoError);
-}
 
 TEST_F(EvolvingFile, GivesBackWhatWasWritten) {
   const EvolvingMesh strip = waving_strip(20, 8);
@@ -131,6 +61,25 @@ TEST_F(EvolvingFile, ReadsFramesInAnyOrder) {
   write_evolving(manifest_, strip, test_step);
   const EvolvingReader reader(manifest_);
   for (const int f : {7, 0, 5, 1}) EXPECT_EQ(reader.positions(f), strip.frames[f].positions);
+}
+
+TEST_F(EvolvingFile, BeginsAGroupInTimeAndReadsFramesOfGroupsInAnyOrder) {
+  const int count = 2 * store_group_frames + 3;
+  const EvolvingMesh strip = waving_strip(20, count);
+  write_evolving(manifest_, strip, test_step);
+  const EvolvingReader reader(manifest_);
+  for (const int f : {count - 1, 0, store_group_frames, store_group_frames - 1, 5, count / 2, count / 2 - 1})
+    EXPECT_EQ(reader.positions(f), strip.frames[f].positions) << f;
+  EXPECT_EQ(reader.segment(1).triangle_ids, strip.segments[1].triangle_ids);
+  EXPECT_EQ(reader.segment(0).triangle_ids, strip.segments[0].triangle_ids);
+  const std::string text(text_of(read_file(manifest_)));
+  EXPECT_THAT(text, HasSubstr("\"group\":2"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("\"group\":3")));
+  // The last frame needs nothing before its group.
+  Bytes bytes = read_file(blocks_);
+  std::fill_n(bytes.begin(), reader.frames()[2 * store_group_frames - 1].offset, std::byte(0));
+  write_file(blocks_, bytes);
+  EXPECT_EQ(EvolvingReader(manifest_).positions(count - 1), strip.frames[std::size_t(count) - 1].positions);
 }
 
 TEST_F(EvolvingFile, RoundsToHalfAStep) {
@@ -148,6 +97,110 @@ TEST_F(EvolvingFile, TakesLessThanHalfOfFloats) {
   write_evolving(manifest_, strip, test_step);
   const EvolvingReader reader(manifest_);
   EXPECT_LT(reader.frames()[1].bytes, 4002 * 12 / 2);
+}
+
+TEST_F(EvolvingFile, IsOffByNoMoreThanIsAskedFor) {
+  EvolvingMesh strip = waving_strip(50, 3);
+  const Random random(7);
+  std::uint64_t draw = 0;
+  for (EvolvingFrame& frame : strip.frames)
+    for (Vector3& p : frame.positions)
+      for (double& x : p) x += random.uniform(draw++);
+  for (const double error : {1e-6, 0.0123, 1.0, 77.0}) {
+    const double step = step_within(error);
+    EXPECT_GT(step * std::sqrt(3.0) / 2, error * 0.99);
+    write_evolving(manifest_, strip, step);
+    const EvolvingMesh found = EvolvingReader(manifest_).read();
+    for (std::size_t f = 0; f < 3; ++f) {
+      for (std::size_t v = 0; v < found.frames[f].positions.size(); ++v)
+        EXPECT_LE((found.frames[f].positions[v] - strip.frames[f].positions[v]).norm(), error);
+      EXPECT_EQ(found.frames[f].positions, rounded(strip.frames[f].positions, step));
+    }
+  }
+  EXPECT_THROW(step_within(0), InvalidInput);
+}
+
+TEST_F(EvolvingFile, RoundsTextureCoordinatesWhereItIsAskedTo) {
+  EvolvingMesh strip = waving_strip(50, 4);
+  strip.segments[1].uvs = strip.segments[0].uvs;
+  strip.segments[1].corner_uvs = strip.segments[0].corner_uvs;
+  strip.segments[1].uvs.emplace_back(1 / 3.0, -1 / 7.0);
+  write_evolving(manifest_, strip, test_step, "{}", {}, 0x1p-12);
+  const EvolvingReader rounded_store(manifest_);
+  EXPECT_EQ(rounded_store.uv_step(), 0x1p-12);
+  for (int s = 0; s < 2; ++s) {
+    const EvolvingSegment found = rounded_store.segment(s), &wanted = strip.segments[std::size_t(s)];
+    EXPECT_EQ(found.corner_uvs, wanted.corner_uvs);
+    EXPECT_EQ(found.uvs, rounded_uvs(wanted.uvs, 0x1p-12));
+    for (std::size_t i = 0; i < wanted.uvs.size(); ++i)
+      EXPECT_LE((found.uvs[i] - wanted.uvs[i]).cwiseAbs().maxCoeff(), 0x1p-13);
+  }
+  // To the bit without: doubles, and floats, and where they are too far for steps.
+  write_evolving(manifest_, strip, test_step);
+  expect_equal(EvolvingReader(manifest_).read(), strip);
+  for (EvolvingSegment& segment : strip.segments)
+    for (Vector2& uv : segment.uvs) uv = uv.cast<float>().cast<double>();
+  write_evolving(manifest_, strip, test_step);
+  expect_equal(EvolvingReader(manifest_).read(), strip);
+  strip.segments[0].uvs[3] = {1e300, -1e300};
+  write_evolving(manifest_, strip, test_step, "{}", {}, 0x1p-12);
+  EXPECT_EQ(EvolvingReader(manifest_).segment(0).uvs, strip.segments[0].uvs);
+  EXPECT_THROW(write_evolving(manifest_, strip, test_step, "{}", {}, 0.3), InvalidInput);
+}
+
+/// Triangles and vertices that go, come, change their order and their corners.
+TEST_F(EvolvingFile, TellsSegmentsByWhatIsNewInThem) {
+  EvolvingMesh strip = waving_strip(400, 6);
+  EvolvingSegment& first = strip.segments[0];
+  EvolvingSegment& second = strip.segments[1];
+  second = first;
+  second.vertex_ids[7] = 5000;
+  second.vertex_ids.push_back(5001);
+  std::rotate(second.triangles.begin(), second.triangles.begin() + 300, second.triangles.end());
+  std::rotate(second.triangle_ids.begin(), second.triangle_ids.begin() + 300, second.triangle_ids.end());
+  std::rotate(second.corner_uvs.begin(), second.corner_uvs.begin() + 300, second.corner_uvs.end());
+  second.triangles[10] = {second.triangles[10][1], second.triangles[10][2], second.triangles[10][0]};
+  second.triangles.push_back({0, 1, 802});
+  second.triangle_ids.push_back(9000);
+  second.uvs.emplace_back(0.123, 0.456);
+  second.corner_uvs.push_back({-1, 3, 802});
+  second.corner_uvs[20][1] = -1;
+  for (std::size_t f = 3; f < 6; ++f) strip.frames[f].positions.emplace_back(1, 2, 3);
+  write_evolving(manifest_, strip, test_step);
+  const EvolvingReader reader(manifest_);
+  expect_equal(reader.read(), strip);
+  EXPECT_LT(reader.segments()[1].bytes, reader.segments()[0].bytes / 4);
+}
+
+TEST_F(EvolvingFile, OfVersion1IsRead) {
+  const EvolvingMesh strip = waving_strip(20, 8);
+  version_1::write_store(manifest_, strip, -20);
+  const EvolvingReader reader(manifest_);
+  EXPECT_EQ(reader.broken(), "");
+  EXPECT_EQ(reader.step(), test_step);
+  EXPECT_EQ(reader.about(), R"({"by":"version 1"})");
+  EXPECT_TRUE(reader.damaged().empty());
+  expect_equal(reader.read(), strip);
+  for (const int f : {7, 0, 5, 1}) EXPECT_EQ(reader.positions(f), strip.frames[f].positions);
+  Bytes bytes = read_file(blocks_);
+  bytes[std::size_t(reader.frames()[2].offset)] ^= std::byte(1);
+  write_file(blocks_, bytes);
+  EXPECT_EQ(EvolvingReader(manifest_).damaged(), std::vector<int>{2});
+  EXPECT_EQ(EvolvingReader(manifest_).positions(3), strip.frames[3].positions);
+}
+
+TEST_F(EvolvingFile, OfVersion1IsGoneOnWithInThatOfToday) {
+  const EvolvingMesh strip = waving_strip(20, 8);
+  version_1::write_store(manifest_, strip, -20);
+  {
+    EvolvingWriter writer(EvolvingReader(manifest_), 5);
+    for (std::size_t f = 5; f < 8; ++f) writer.add_frame(strip.frames[f].number, strip.frames[f].positions);
+  }
+  const EvolvingReader reader(manifest_);
+  expect_equal(reader.read(), strip);
+  EXPECT_EQ(reader.about(), R"({"by":"version 1"})");
+  EXPECT_EQ(reader.frames()[4].measured, fmt::format("{{\"seen\":{}}}", strip.frames[4].number));
+  EXPECT_THAT(std::string(text_of(read_file(manifest_))), HasSubstr("\"version\":2"));
 }
 
 TEST_F(EvolvingFile, CutAnywhereGivesWhatIsBeforeTheCut) {
@@ -188,7 +241,7 @@ TEST_F(EvolvingFile, WithAManifestCutAnywhereGivesWhatIsBeforeTheCut) {
 }
 
 TEST_F(EvolvingFile, SaysWhichBlockHasOtherBytes) {
-  const EvolvingMesh strip = waving_strip(6, 6);
+  const EvolvingMesh strip = waving_strip(6, store_group_frames + 6);
   write_evolving(manifest_, strip, test_step);
   const EvolvingReader whole(manifest_);
   Bytes bytes = read_file(blocks_);
@@ -196,13 +249,19 @@ TEST_F(EvolvingFile, SaysWhichBlockHasOtherBytes) {
   write_file(blocks_, bytes);
   const EvolvingReader reader(manifest_);
   EXPECT_EQ(reader.positions(1), strip.frames[1].positions);
-  EXPECT_EQ(reader.positions(3), strip.frames[3].positions);
-  try {
-    reader.positions(2);
-    FAIL();
-  } catch (const IoError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("frame 14"));
+  EXPECT_EQ(reader.positions(store_group_frames), strip.frames[store_group_frames].positions);
+  std::vector<int> rest_of_group;
+  for (int f = 2; f < store_group_frames; ++f) rest_of_group.push_back(f);
+  EXPECT_EQ(reader.damaged(), rest_of_group);
+  for (const int f : {2, 3}) {
+    try {
+      reader.positions(f);
+      FAIL();
+    } catch (const IoError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("frame 14"));
+    }
   }
+  EXPECT_EQ(reader.positions(0), strip.frames[0].positions);
 }
 
 TEST_F(EvolvingFile, WithNoiseInTheManifestIsRefusedOrCutShort) {
@@ -304,7 +363,7 @@ TEST_F(EvolvingFile, CanGoOnFromAnEarlierFrameOrFromNone) {
   {
     EvolvingWriter writer(EvolvingReader(manifest_), 2);
     writer.add_frame(strip.frames[2].number, strip.frames[2].positions);
-    writer.add_segment(strip.segments[1], strip.frames[3].positions);
+    writer.add_segment(strip.segments[1]);
     for (int f = 3; f < 6; ++f) writer.add_frame(strip.frames[f].number, strip.frames[f].positions);
   }
   EXPECT_EQ(read_file(blocks_), blocks);
@@ -313,19 +372,39 @@ TEST_F(EvolvingFile, CanGoOnFromAnEarlierFrameOrFromNone) {
   EXPECT_EQ(EvolvingReader(manifest_).broken(), "");
 }
 
+TEST_F(EvolvingFile, GoesOnWithinAGroupAndWhereOneEnds) {
+  const int count = 2 * store_group_frames + 2;
+  const EvolvingMesh strip = waving_strip(6, count);
+  write_evolving(manifest_, strip, test_step);
+  const Bytes blocks = read_file(blocks_), lines = read_file(manifest_);
+  for (const int kept : {store_group_frames - 1, store_group_frames, store_group_frames + 1, count - 3, count - 1}) {
+    {
+      EvolvingWriter writer(EvolvingReader(manifest_), kept);
+      int open = strip.frames[std::size_t(kept) - 1].segment;
+      for (int f = kept; f < count; ++f) {
+        const EvolvingFrame& frame = strip.frames[std::size_t(f)];
+        if (frame.segment != open) writer.add_segment(strip.segments[std::size_t(open = frame.segment)]);
+        writer.add_frame(frame.number, frame.positions);
+      }
+    }
+    EXPECT_EQ(read_file(blocks_), blocks) << kept;
+    EXPECT_EQ(read_file(manifest_), lines) << kept;
+  }
+}
+
 TEST_F(EvolvingFile, StaysUntilTheNextHasAFrame) {
   const EvolvingMesh strip = waving_strip(2, 2);
   write_evolving(manifest_, strip, test_step);
   const Bytes lines = read_file(manifest_), blocks = read_file(blocks_);
   {
     EvolvingWriter writer(manifest_, test_step);
-    writer.add_segment(strip.segments[0], strip.frames[0].positions);
+    writer.add_segment(strip.segments[0]);
     EXPECT_EQ(read_file(manifest_), lines);
   }
   EXPECT_EQ(read_file(manifest_), lines);
   EXPECT_EQ(read_file(blocks_), blocks);
   EvolvingWriter writer(manifest_, test_step);
-  writer.add_segment(strip.segments[0], strip.frames[0].positions);
+  writer.add_segment(strip.segments[0]);
   writer.add_frame(7, strip.frames[0].positions);
   ASSERT_EQ(EvolvingReader(manifest_).frames().size(), 1U);
   writer.add_frame(8, strip.frames[1].positions);
@@ -335,7 +414,7 @@ TEST_F(EvolvingFile, StaysUntilTheNextHasAFrame) {
 TEST_F(EvolvingFile, KeepsWhatItsMakerMeasured) {
   const EvolvingMesh strip = waving_strip(2, 2);
   EvolvingWriter writer(manifest_, test_step, R"({"by":"a test"})");
-  writer.add_segment(strip.segments[0], strip.frames[0].positions);
+  writer.add_segment(strip.segments[0]);
   writer.add_frame(1, strip.frames[0].positions, R"({"distance_mean":0.5})");
   const EvolvingReader reader(manifest_);
   EXPECT_EQ(reader.about(), R"({"by":"a test"})");
@@ -345,7 +424,7 @@ TEST_F(EvolvingFile, KeepsWhatItsMakerMeasured) {
 TEST_F(EvolvingFile, RefusesOtherFilesAndLaterVersions) {
   write_file(manifest_, bytes_of("{\"format\": 1}\n"));
   EXPECT_THROW(EvolvingReader{manifest_}, IoError);
-  write_file(manifest_, bytes_of("{\"format\":\"marquetry evolving mesh\",\"version\":2}\n"));
+  write_file(manifest_, bytes_of("{\"format\":\"marquetry evolving mesh\",\"version\":3}\n"));
   EXPECT_THROW(EvolvingReader{manifest_}, IoError);
   write_file(manifest_, bytes_of("{\"format\":\"marquetry evolving mesh\",\"version\":1,\"blocks\":"
                                  "\"../../etc/passwd\",\"step_exponent\":-20}\n"));

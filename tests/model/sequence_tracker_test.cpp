@@ -316,7 +316,7 @@ TEST(SequenceTracker, RefusesAStoreThatDoesNotSayHowItWasFollowed) {
   MemoryStore whole, store;
   SequenceTracker(MemoryFrames(made), whole).run();
   store.begin(whole.step());
-  store.add_segment(whole.mesh().segments[0], whole.mesh().frames[0].positions);
+  store.add_segment(whole.mesh().segments[0]);
   store.add_frame(followed_frame(0, ""), whole.mesh().frames[0].positions);
   EXPECT_THAT(refusal(MemoryFrames(made), store, {.resume = Resume::where_possible}),
               HasSubstr("does not say how its frame 0 was followed"));

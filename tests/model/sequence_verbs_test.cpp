@@ -111,7 +111,7 @@ TEST(VerbUnwrap, GivesAllFramesOfAStoreOneAtlas) {
     lay_out_stored(bare, evolving, options);
     // Beside the blocks the manifest has the name of its own and what the verb's options were.
     write_laid_out(bare, evolving, sheet.folder / "ours.evolving",
-                   sheet.reader("out.evolving").about());
+                   sheet.reader("out.evolving").about(), uv_step_within(store_uv_error / 64));
     sheet.expect_same("ours.blocks", "out.blocks");
     std::string manifest = file_bytes(sheet.folder / "ours.evolving");
     const std::size_t at = manifest.find("ours.blocks");
@@ -143,7 +143,7 @@ TEST(VerbEvolve, FollowsRemeshesAndLaysOut) {
   const EvolvingReader followed(ours);
   EvolvingMesh evolving = read_frames(followed);
   lay_out_stored(followed, evolving, small_atlas());
-  write_laid_out(followed, evolving, ours);
+  write_laid_out(followed, evolving, ours, "{}", uv_step_within(store_uv_error / 64));
   EXPECT_EQ(file_bytes(folder / "ours.blocks"), file_bytes(folder / "body.blocks"));
   EXPECT_EQ(EvolvingReader(ours).step(), EvolvingReader(folder / "body.evolving").step());
   EXPECT_FALSE(EvolvingReader(ours).frames()[2].measured.empty());

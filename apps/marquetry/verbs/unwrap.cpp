@@ -85,7 +85,7 @@ Exit unwrap(Run& run) {
   }
   require(!options.has("picture"),
           "--picture: it is for an evolving mesh; draw a model with the verb render");
-  for (const char* name : {"coherence", "look-ahead", "renew", "view"})
+  for (const char* name : {"coherence", "look-ahead", "uv-error", "renew", "view"})
     require(!asks_for(options, name),
             fmt::format("--{}: it is for an evolving mesh, whose frames come one after the other",
                         name));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <array>
 #include <limits>
 #include <map>
@@ -18,6 +19,8 @@ namespace {
 void check_ids(const std::vector<int>& ids, std::size_t count, const char* what) {
   require(ids.size() == count,
           fmt::format("a segment has {} {} and {} ids of them", count, what, ids.size()));
+  const bool are_increasing = std::ranges::adjacent_find(ids, std::ranges::greater_equal()) == ids.end();
+  if (are_increasing && (ids.empty() || ids.front() >= 0)) return;
   std::unordered_set<int> seen;
   for (const int id : ids) {
     if (id < 0) throw InvalidInput(fmt::format("a segment's {} have the id {}", what, id));

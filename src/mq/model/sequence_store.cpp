@@ -35,10 +35,7 @@ void EvolvingStore::begin(double step) { writer_.emplace(manifest_, step, about_
 
 void EvolvingStore::go_on(int frames) { writer_.emplace(*reader_, frames); }
 
-void EvolvingStore::add_segment(const EvolvingSegment& segment,
-                                const std::vector<Vector3>& positions) {
-  writer_->add_segment(segment, positions);
-}
+void EvolvingStore::add_segment(const EvolvingSegment& segment) { writer_->add_segment(segment); }
 
 void EvolvingStore::add_frame(const FollowedFrame& frame, const std::vector<Vector3>& positions) {
   writer_->add_frame(frame.number, positions, followed_text(frame));
@@ -66,7 +63,7 @@ void MemoryStore::go_on(int frames) {
   mesh_.segments.resize(frames == 0 ? 0 : std::size_t(mesh_.frames.back().segment) + 1);
 }
 
-void MemoryStore::add_segment(const EvolvingSegment& segment, const std::vector<Vector3>&) {
+void MemoryStore::add_segment(const EvolvingSegment& segment) {
   mesh_.segments.push_back(segment);
 }
 

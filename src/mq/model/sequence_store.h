@@ -47,9 +47,8 @@ class SequenceStore {
 
   virtual double step() const = 0;  ///< once taken up, or begun
 
-  /// A segment, with the positions of its first frame, and the frames of it.
-  virtual void add_segment(const EvolvingSegment& segment,
-                           const std::vector<Vector3>& positions) = 0;
+  /// A segment, and the frames of it.
+  virtual void add_segment(const EvolvingSegment& segment) = 0;
   virtual void add_frame(const FollowedFrame& frame, const std::vector<Vector3>& positions) = 0;
 };
 
@@ -71,7 +70,7 @@ class EvolvingStore : public SequenceStore {
   void begin(double step) override;
   void go_on(int frames) override;
   double step() const override { return writer_ ? writer_->step() : reader_->step(); }
-  void add_segment(const EvolvingSegment& segment, const std::vector<Vector3>& positions) override;
+  void add_segment(const EvolvingSegment& segment) override;
   void add_frame(const FollowedFrame& frame, const std::vector<Vector3>& positions) override;
 
  private:
@@ -95,7 +94,7 @@ class MemoryStore : public SequenceStore {
   void begin(double step) override;
   void go_on(int frames) override;
   double step() const override { return step_; }
-  void add_segment(const EvolvingSegment& segment, const std::vector<Vector3>& positions) override;
+  void add_segment(const EvolvingSegment& segment) override;
   void add_frame(const FollowedFrame& frame, const std::vector<Vector3>& positions) override;
 
  private:

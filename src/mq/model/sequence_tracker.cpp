@@ -13,11 +13,11 @@
 namespace mq {
 namespace {
 
-double step_of(const Mesh& mesh) {
+double step_of(const Mesh& mesh, const std::optional<double>& error) {
   const double diagonal = mesh.positions.empty() ? 0 : bounding_box(mesh).diagonal();
   require(diagonal > 0,
           "the mesh has no triangle with an area: check that it is a mesh, and not cut short");
-  return store_step(diagonal);
+  return error ? step_within(*error * diagonal) : store_step(diagonal);
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ void SequenceTracker::rehearse() {
   for (int frame = 0; frame < frames_.count() && !is_begun; ++frame) {
     try {
       if (const std::unique_ptr<CapturedFrame> first = prepare(frame)) {
-        first->as_template(step_of(first->model().mesh), 0, 0);
+        first->as_template(step_of(first->model().mesh, options_.error), 0, 0);
         is_begun = true;
       }
     } catch (const InvalidInput& error) {
@@ -122,7 +122,7 @@ void SequenceTracker::follow(CapturedFrame& frame, const Stopwatch& watch,
   say_defects(frame);
   if (!is_open_) open_store(frame.model().mesh);
   if (follower_.follow(frame, store_.step(), found, progress) == TemplateFollower::Segment::begun)
-    store_.add_segment(follower_.segment(), follower_.positions());
+    store_.add_segment(follower_.segment());
   found.files = frames_.files(frame.frame(), frame.model());
   found.seconds = watch.seconds();
   store_.add_frame(found, follower_.positions());
@@ -134,7 +134,7 @@ void SequenceTracker::open_store(const Mesh& first) {
   if (is_taken_up_)
     store_.go_on(int(found_.frames.size()));
   else
-    store_.begin(step_of(first));
+    store_.begin(step_of(first, options_.error));
   is_open_ = true;
 }
 

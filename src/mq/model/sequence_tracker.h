@@ -34,6 +34,9 @@ struct SequenceTrackerOptions {
   /// Frames that cannot be read, or hold no mesh to follow.
   enum class BadFrames { refused, left_out } bad_frames = BadFrames::refused;
 
+  /// How far a store's positions may be off, as a fraction of the first frame's diagonal; none: by `store_step`.
+  std::optional<double> error = {};
+
   /// Whether a store that is there is gone on with. The result is that of one run.
   enum class Resume { never, where_possible } resume = Resume::never;
 };

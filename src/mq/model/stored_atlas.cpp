@@ -24,10 +24,10 @@ LifespanAtlas lay_out_stored(const EvolvingReader& reader, EvolvingMesh& evolvin
 }
 
 void write_laid_out(const EvolvingReader& reader, const EvolvingMesh& evolving,
-                    const std::filesystem::path& manifest, const std::string& about) {
+                    const std::filesystem::path& manifest, const std::string& about, double uv_step) {
   std::vector<std::string> measured;
   for (const StoredFrame& frame : reader.frames()) measured.push_back(frame.measured);
-  write_evolving(manifest, evolving, reader.step(), about, measured);
+  write_evolving(manifest, evolving, reader.step(), about, measured, uv_step);
 }
 
 }  // namespace mq

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 /// What decides how frames are followed: a store is gone on with as it was begun.
 constexpr const char* deciding[] = {"photometric", "cycles",    "nodes",         "stiffness",
                                     "elasticity",  "angle",     "no-prediction", "restart",
-                                    "within",      "keyframes", "texture"};
+                                    "within",      "keyframes", "texture",       "error"};
 
 TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing remeshing) {
   TemplateFollowerOptions follow;
@@ -51,6 +51,7 @@ TemplateFollowerOptions follow_options(const OptionValues& options, Remeshing re
 SequenceTrackerOptions tracker_options(const OptionValues& options, Remeshing remeshing) {
   SequenceTrackerOptions tracker;
   tracker.follow = follow_options(options, remeshing);
+  if (options.has("error")) tracker.error = options.number("error") / 100;
   if (options.flag("skip-bad")) tracker.bad_frames = SequenceTrackerOptions::BadFrames::left_out;
   if (options.flag("resume")) tracker.resume = SequenceTrackerOptions::Resume::where_possible;
   return tracker;
@@ -203,6 +204,18 @@ void add_sequence_options(OptionTable& table) {
              .help = "begin anew with the frame's own mesh where 95 % are not within this"});
 }
 
+void add_store_options(OptionTable& table) {
+  table.add({.name = "error",
+             .type = Option::Type::number,
+             .unit = "% of the diagonal",
+             .least = 1e-7,
+             .most = 10,
+             .group = "Sequence",
+             .help = "how far positions in OUT may be from where they were found",
+             .details = "They are rounded before the next frame is followed. 0.01 is a fifth of a millimetre on a "
+                        "person, and makes OUT three times smaller. Without it they are rounded to a millionth."});
+}
+
 void add_graph_options(OptionTable& table) {
   using Type = Option::Type;
   const TemplateFollowerOptions defaults;
@@ -321,6 +334,7 @@ OptionFields tracking_fields() {
 void add_tracking_options(OptionTable& table) {
   add_files_options(table);
   add_sequence_options(table);
+  add_store_options(table);
   add_graph_options(table);
   table.add({.name = "truth",
              .type = Option::Type::text,

@@ -157,6 +157,15 @@ void add_evolving_atlas_options(OptionTable& table) {
              .help = "give a frame its texture coordinates knowing only so many after it",
              .details = "As for a sequence that goes on while its atlas is made. Without it the "
                         "whole sequence is known."});
+  table.add({.name = "uv-error",
+             .type = Type::number,
+             .default_value = as_typed(store_uv_error),
+             .unit = "texels",
+             .least = 0,
+             .most = 0.5,
+             .group = group,
+             .help = "how far u and v in OUT may be from where they were laid out",
+             .details = "They are rounded to multiples of a power of two. 0: not at all."});
   table.add({.name = "renew",
              .type = Type::choice,
              .default_value = "never",
@@ -198,7 +207,8 @@ void unwrap_store(Run& run, const EvolvingReader& reader, const fs::path& output
   const Json about = {{"verb", options.table().verb()},
                       {"options", options_json(options)},
                       {"of", Json::parse(reader.about(), nullptr, false)}};
-  write_laid_out(reader, evolving, output, about.dump());
+  write_laid_out(reader, evolving, output, about.dump(),
+                 uv_step_within(options.number("uv-error") / double(options.integer("size"))));
 }
 
 std::vector<fs::path> store_paths(const OptionValues& options) {

@@ -8,33 +8,10 @@
 #include <limits>
 
 #include "mq/base/error.h"
+#include "mq/io/detail/symbol_streams.h"
 
 namespace mq {
 namespace {
-
-std::uint64_t folded(std::int64_t value) {
-  return (std::uint64_t(value) << 1) ^ std::uint64_t(value >> 63);
-}
-std::int64_t unfolded(std::uint64_t value) {
-  return std::int64_t(value >> 1) ^ -std::int64_t(value & 1);
-}
-
-void put(Bytes& bytes, std::uint64_t value) {
-  for (; value >= 128; value >>= 7) bytes.push_back(std::byte(value | 128));
-  bytes.push_back(std::byte(value));
-}
-
-/// Whole numbers, each as the difference from the one before.
-template <class Number>
-void put_differences(Bytes& bytes, std::span<const Number> numbers, std::size_t stride) {
-  for (std::size_t i = 0; i < numbers.size(); ++i)
-    put(bytes,
-        folded(std::int64_t(numbers[i]) - (i < stride ? 0 : std::int64_t(numbers[i - stride]))));
-}
-
-std::span<const int> flat(const std::vector<Triangle>& triangles) {
-  return {reinterpret_cast<const int*>(triangles.data()), 3 * triangles.size()};
-}
 
 class Decoder {
  public:
@@ -149,24 +126,6 @@ std::vector<Vector3> from_steps(const std::vector<std::int64_t>& coordinates, do
   return all;
 }
 
-Bytes encode_segment(const EvolvingSegment& segment, const std::vector<std::int64_t>& key) {
-  Bytes bytes;
-  put(bytes, segment.vertex_ids.size());
-  put_differences<int>(bytes, segment.vertex_ids, 1);
-  put(bytes, segment.triangle_ids.size());
-  put_differences<int>(bytes, segment.triangle_ids, 1);
-  put_differences<int>(bytes, flat(segment.triangles), 1);
-  put(bytes, segment.uvs.size());
-  for (const Vector2& uv : segment.uvs)
-    for (const double x : uv)
-      for (int k = 0; k < 8; ++k)
-        bytes.push_back(std::byte(std::bit_cast<std::uint64_t>(x) >> 8 * k));
-  put(bytes, segment.corner_uvs.size());
-  put_differences<int>(bytes, flat(segment.corner_uvs), 1);
-  put_differences<std::int64_t>(bytes, key, 3);
-  return bytes;
-}
-
 SegmentBlock decode_segment(ByteView bytes, const std::string& what) {
   Decoder from(bytes, what);
   SegmentBlock block;
@@ -187,15 +146,6 @@ SegmentBlock decode_segment(ByteView bytes, const std::string& what) {
     from.fail(fmt::format("says nothing sensible: {}", error.what()));
   }
   return block;
-}
-
-Bytes encode_frame(const std::vector<std::int64_t>& coordinates,
-                   const std::vector<std::int64_t>& key) {
-  std::vector<std::int64_t> moved(key.size());
-  for (std::size_t i = 0; i < key.size(); ++i) moved[i] = coordinates[i] - key[i];
-  Bytes bytes;
-  put_differences<std::int64_t>(bytes, moved, 3);
-  return bytes;
 }
 
 std::vector<std::int64_t> decode_frame(ByteView bytes, const std::vector<std::int64_t>& key,

@@ -1,5 +1,6 @@
 #pragma once
-/// The bytes of the blocks of an evolving mesh's store (docs/evolving_format.md).
+/// Positions in steps, checksums, and the bytes of the blocks of an evolving mesh's store of version 1, which is only
+/// read (docs/evolving_format.md).
 ///
 /// Numbers are written as LEB128: seven bits a byte, the lowest first, the eighth says that more
 /// follow. Those with a sign are folded first: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
@@ -26,15 +27,12 @@ struct SegmentBlock {
   EvolvingSegment segment;
   std::vector<std::int64_t> key;
 };
-Bytes encode_segment(const EvolvingSegment& segment, const std::vector<std::int64_t>& key);
 
 /// Throws `IoError` beginning with `what` where the bytes end too early, go on too long or say
 /// something that is no segment (`check`).
 SegmentBlock decode_segment(ByteView bytes, const std::string& what);
 
 /// Coordinates of a frame: of c − key the difference from the vertex before.
-Bytes encode_frame(const std::vector<std::int64_t>& coordinates,
-                   const std::vector<std::int64_t>& key);
 std::vector<std::int64_t> decode_frame(ByteView bytes, const std::vector<std::int64_t>& key,
                                        const std::string& what);
 
