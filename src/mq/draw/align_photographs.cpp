@@ -380,13 +380,16 @@ std::vector<int> cells_of(const AlignedPhotograph& photograph, const Correction&
   return cells;
 }
 
-double moved_by(const AlignedPhotograph& photograph, const PinholeCamera& before, std::span<const Vector3> places) {
-  double sum = 0, count = 0;
-  for (const int i : photograph.places) {
-    const auto from = before.project(places[std::size_t(i)]), to = photograph.camera.project(places[std::size_t(i)]);
-    if (from && to) sum += (*to - *from).squaredNorm(), count += 1;
+/// What lies behind a passer-by is bent as what is around, and says nothing of the camera.
+double moved_by(const AlignedPhotograph& photograph, const PinholeCamera& before, std::span<const float> trust,
+                std::span<const Vector3> places) {
+  double sum = 0, all = 0;
+  for (std::size_t k = 0; k < photograph.places.size(); ++k) {
+    const Vector3& place = places[std::size_t(photograph.places[k])];
+    const auto from = before.project(place), to = photograph.camera.project(place);
+    if (from && to) sum += trust[k] * (*to - *from).squaredNorm(), all += trust[k];
   }
-  return count > 0 ? std::sqrt(sum / count) : 0;
+  return all > 0 ? std::sqrt(sum / all) : 0;
 }
 
 }  // namespace
@@ -438,7 +441,7 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
     if (!bends) undo_common_motion(sized, before, places, photographs);
   }
   for (std::size_t v = 0; v < photographs.size(); ++v)
-    photographs[v].moved = moved_by(photographs[v], before[v], places);
+    photographs[v].moved = moved_by(photographs[v], before[v], trust[v], places);
 }
 
 }  // namespace mq

@@ -16,7 +16,7 @@ struct AlignedPhotograph {
   Image<float> grey;          ///< brightness, of any size of the camera's proportions
   std::vector<int> places;    ///< that it shows, by number
   std::vector<float> weights; ///< of these, above 0
-  double moved = 0;           ///< by alignment: root mean square of its places, pixels of the camera
+  double moved = 0;           ///< by alignment: root mean square of its places as far as they are believed, pixels of the camera
 };
 
 /// Minimises Σ_v Σ_i w_vi ρ(a_v I_v(π_v(x_i)) + b_v − g_i) over the rotations and translations of all cameras, g_i the
