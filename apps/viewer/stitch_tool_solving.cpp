@@ -85,7 +85,7 @@ void StitchTool::read_photographs(const OptionValues& options, const Progress& p
   }
   partials_.clear();
   texturing_.reset();  // together with the mean, which comes last and must not move the others under the mouse
-  photographs_ = app::read_photographs(*run_);
+  photographs_ = app::read_photographs(*run_).photographs;
   texturing_ = std::make_unique<PhotographTexturing>(scene, *target_, photographs_,
                                                      app::asked_photograph_options(options), silence_,
                                                      progress.step("look", 0.5));

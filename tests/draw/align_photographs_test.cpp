@@ -168,6 +168,27 @@ TEST(AlignPhotographs, PassersByMoveLittle) {
   EXPECT_LT(disagreement(in_sight, truth, spoilt), 0.3);  // 0.7 where all that photographs show is believed alike
 }
 
+/// As plain as what it hides is, so that it is known by nothing but its brightness.
+TEST(AlignPhotographs, SomebodyPlainBeforePlainThingsDoesNotShiftBrightness) {
+  std::mt19937 random(5);
+  std::vector<Vector3> places;
+  for (int k = 0; k < 3000; ++k)
+    places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
+  std::vector<AlignedPhotograph> clean;
+  for (int v = 0; v < 7; ++v) {
+    const PinholeCamera truth = camera_from(0.9 * v, 0.15 + 0.05 * (v % 3));
+    clean.push_back({shaken(truth, random), photograph(truth, 0.8 + 0.07 * v), {}, {}});
+    for (float& value : clean.back().grey.values()) value = 0.6F + 0.06F * value;  // hardly any contrast
+    for (int i = 0; i < int(places.size()); ++i) clean.back().places.push_back(i), clean.back().weights.push_back(1);
+  }
+  std::vector<AlignedPhotograph> spoilt = clean;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side * 3 / 8; ++x) spoilt[3].grey(x, y) = 0.15F;
+  align_photographs(places, clean);
+  align_photographs(places, spoilt);
+  EXPECT_NEAR(spoilt[3].moved, clean[3].moved, 0.5);
+}
+
 TEST(PartsThatAgree, AreToldFromOthersWhateverTheBrightness) {
   constexpr int columns = 12, rows = 10;
   std::vector<Compared> compared;

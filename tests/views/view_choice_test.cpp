@@ -182,6 +182,78 @@ TEST(ViewChoice, APasserByIsRejectedWithItsBorderAndNothingElse) {
   }
 }
 
+/// Beside a place where three views tell, two suffice; there the other is not rejected.
+TEST(ViewChoice, APasserByIsFollowedToWhereTwoViewsAloneShowThePlace) {
+  constexpr int width = 20, height = 12;
+  const Patches patches = grid_of_patches(width, height);
+  std::vector<std::vector<Observations::OfPatch>> views(4);
+  const auto hidden = [](int x, int y) { return x >= 5 && x < 15 && y >= 3 && y < 9; };
+  for (int p = 0; p < width * height; ++p)
+    for (int v = 0; v < 4; ++v) {
+      const int x = p % width, y = p / width;
+      if (v >= 2 && x >= 9) continue;
+      const LightColour passer_by = {0.05F, 0.6F, 0.1F};
+      views[std::size_t(v)].push_back({p, {v, 0.5F, 1, v == 1 && hidden(x, y) ? passer_by : truth(p)}});
+    }
+  Observations observations = Observations::gather(width * height, views);
+  reject(patches, {}, observations);
+  for (int p = 0; p < width * height; ++p) {
+    const int x = p % width, y = p / width;
+    const bool border = hidden(x - 1, y) || hidden(x + 1, y) || hidden(x, y - 1) || hidden(x, y + 1);
+    for (const Observation& o : observations.of(p))
+      EXPECT_EQ(o.rejected, o.view == 1 && (hidden(x, y) || border)) << x << ", " << y << " in " << o.view;
+  }
+}
+
+/// Two views of a grid, of which one is changed somewhere.
+Observations two_views(int width, int height, int wrong, const auto& changed) {
+  Observations observations = seen_by(width * height, std::vector<LightColour>(2, {1, 1, 1}));
+  for (int p = 0; p < width * height; ++p)
+    observations.of(p)[std::size_t(wrong)].colour = changed(p % width, p / width, truth(p));
+  return observations;
+}
+
+TEST(ViewChoice, OfTwoViewsTheOneThatChangesWhereTheyBeginToDisagreeIsRejected) {
+  constexpr int width = 20, height = 12;
+  const auto passer_by = [](int x, int y, LightColour colour) {
+    return x >= 5 && x < 11 && y >= 3 && y < 9 ? LightColour{0.05F, 0.6F, 0.1F} : colour;
+  };
+  const auto highlight = [](int x, int y, LightColour colour) {
+    const auto light = float(0.5 * std::exp(-(std::pow(x - 8, 2) + std::pow(y - 6, 2)) / 6));
+    return LightColour{colour[0] + light, colour[1] + light, colour[2] + light};
+  };
+  const auto expect_rejected = [](Observations observations, int wrong) {
+    reject(grid_of_patches(width, height), {}, observations);
+    for (int p = 0; p < width * height; ++p) EXPECT_FALSE(observations.of(p)[std::size_t(1 - wrong)].rejected) << p;
+    for (const int p : {6 * width + 8, 5 * width + 7, 6 * width + 9})
+      EXPECT_TRUE(observations.of(p)[std::size_t(wrong)].rejected) << p;
+    EXPECT_FALSE(observations.of(17)[std::size_t(wrong)].rejected);
+  };
+  for (const int wrong : {0, 1}) {
+    expect_rejected(two_views(width, height, wrong, passer_by), wrong);
+    expect_rejected(two_views(width, height, wrong, highlight), wrong);
+  }
+}
+
+/// Sharper detail, whose dark parts are darker and bright ones brighter, is no reason to leave out either.
+TEST(ViewChoice, OfTwoViewsTheSharperOneIsNotRejected) {
+  constexpr int width = 20, height = 12;
+  Observations observations = two_views(width, height, 0, [](int x, int y, LightColour colour) {
+    const float by = x >= 5 && x < 11 && y >= 3 && y < 9 ? ((x + y) % 2 ? 1.6F : 0.6F) : 1.0F;
+    return LightColour{by * colour[0], by * colour[1], by * colour[2]};
+  });
+  reject(grid_of_patches(width, height), {}, observations);
+  for (const Observation& o : observations.all) EXPECT_FALSE(o.rejected);
+}
+
+TEST(ViewChoice, WhatIsRejectedSaysNothingOfExposure) {
+  Observations observations = seen_by(60, std::vector<LightColour>(2, {1, 1, 1}));
+  for (int p = 10; p < 50; ++p)
+    observations.of(p)[1].colour = {0.05F, 0.6F, 0.1F}, observations.of(p)[1].rejected = true;
+  for (const LightColour& gain : exposures(observations, 2).gains)
+    for (const float g : gain) EXPECT_NEAR(g, 1, 0.001);
+}
+
 TEST(ViewChoice, OfTwoViewsThatDisagreeNeitherIsRejected) {
   Observations observations = seen_by(10, std::vector<LightColour>{{1, 1, 1}, {3, 3, 3}});
   reject(row_of_patches(10), {}, observations);

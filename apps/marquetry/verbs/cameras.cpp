@@ -15,6 +15,7 @@
 #include "mq/model/model_paints.h"
 #include "mq/model/model_picture.h"
 #include "options/model_options.h"
+#include "options/signal_options.h"
 #include "shell/arguments.h"
 #include "shell/run.h"
 #include "shell/verb.h"
@@ -28,12 +29,14 @@ using Type = Option::Type;
 
 CameraSet read_set(Run& run) {
   const OptionValues& options = run.options();
-  CamerasOptions how{.missing = CamerasOptions::Missing::list};
+  CamerasOptions how{.missing = CamerasOptions::Missing::list, .unreadable = CamerasOptions::Missing::list};
   for (const std::string& folder : options.texts("images")) how.images.emplace_back(folder);
   CameraSet set = read_camera_set(options.text("cameras"), how);
   for (const fs::path& file : set.files) run.will_read(file);
   for (const Photograph& photograph : set.photographs) run.will_read(photograph.picture);
   for (const std::string& note : set.notes) run.terminal().remark(note);
+  for (const UnusablePhotograph& one : set.unreadable)
+    run.terminal().warning(one.why + ": its camera is of unknown size");
   return set;
 }
 
@@ -49,9 +52,10 @@ CameraFormat asked_format(const OptionValues& options) {
 
 Json place_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
-/// Whose pictures are there and whose are not.
+/// Whose pictures are there, can be read or not, and whose are not.
 std::vector<Photograph> all_of(const CameraSet& set) {
   std::vector<Photograph> all = set.photographs;
+  for (const UnusablePhotograph& one : set.unreadable) all.push_back(one.photograph);
   all.insert(all.end(), set.missing.begin(), set.missing.end());
   return all;
 }
@@ -60,8 +64,9 @@ std::vector<Photograph> all_of(const CameraSet& set) {
 void report_set(Run& run, const CameraSet& set, const std::vector<Photograph>& all) {
   std::map<std::string, int> lenses, sizes;
   Mesh places;
-  Json missing = Json::array();
+  Json missing = Json::array(), unreadable = Json::array();
   for (const Photograph& one : set.missing) missing.push_back(one.picture.string());
+  for (const UnusablePhotograph& one : set.unreadable) unreadable.push_back(one.photograph.picture.string());
   for (const auto& [picture, camera] : all) {
     ++lenses[lens_text(camera.lens)];
     ++sizes[camera.width > 0 ? fmt::format("{} × {}", camera.width, camera.height) : "not known"];
@@ -74,6 +79,7 @@ void report_set(Run& run, const CameraSet& set, const std::vector<Photograph>& a
                 {"views", all.size()},
                 {"found", set.photographs.size()},
                 {"missing", missing},
+                {"unreadable", unreadable},
                 {"without_pose", set.without_pose},
                 {"lenses", lenses},
                 {"sizes", sizes},
@@ -165,6 +171,7 @@ void draw_set(Run& run, const TexturedModel& scene, const std::vector<PinholeCam
 
 Exit cameras(Run& run) {
   const OptionValues& options = run.options();
+  require_picture_name(options, "picture");
   for (const char* name : {"picture", "view", "up", "size"})
     require(options.has("mesh") || !asks_for(options, name),
             fmt::format("--{}: it is for a picture of the cameras around their model, which --mesh names", name));

@@ -5,6 +5,7 @@
 // so that --resume can go on with it.
 #include "shell/results.h"
 #include "shell/verb.h"
+#include "verbs/shared/render_request.h"
 #include "verbs/shared/tracking_run.h"
 #include "verbs/shared/unwrap_evolving.h"
 
@@ -15,6 +16,7 @@ constexpr double tracking_share = 0.85;  // of the time
 
 Exit evolve(Run& run) {
   const OptionValues& options = run.options();
+  require_picture_name(options, "picture");
   if (options.has("picture")) run.will_write({options.text("picture")});
   const Json measured = track_sequence(run, Remeshing::parts, tracking_share);
   if (run.dry_run()) return Exit::done;

@@ -59,6 +59,7 @@ void look_at_place(Run& run, const TexturedModel& scene, const ModelRenderer& re
 
 Exit render(Run& run) {
   const OptionValues& options = run.options();
+  require_picture_name(options, "output");
   const TexturedModel scene = read_textured_model(run, MissingPictures::assume, 0.4);
   const std::string output = options.text("output");
   std::vector<std::filesystem::path> files = {output};

@@ -1,5 +1,6 @@
 // marquetry texture MESH --cameras FILE -o OUT: a mesh and photographs with cameras become a textured model.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <numeric>
@@ -10,7 +11,8 @@
 #include "mq/io/image_file.h"
 #include "mq/mesh/geometry.h"
 #include "mq/model/bake_target.h"
-#include "mq/model/model_picture.h"
+#include "mq/model/model_paints.h"
+#include "mq/model/photograph_page.h"
 #include "mq/model/photograph_store.h"
 #include "mq/model/photograph_texture.h"
 #include "mq/model/photographs.h"
@@ -26,6 +28,7 @@
 #include "verbs/shared/input_pictures.h"
 #include "verbs/shared/partials.h"
 #include "verbs/shared/photographs.h"
+#include "verbs/shared/render_request.h"
 
 namespace mq::app {
 namespace {
@@ -50,6 +53,7 @@ void prepare_textures(Run& run, std::span<const Photograph> photographs, Texture
   LoadOptions load{.weld = asked_weld(options), .missing = MissingPictures::assume, .assumed_side = side};
   if (!keeps || options.has("size")) load.side = side;
   scene = textured_model(std::move(scene.model), load, run.terminal());
+  run.defects = Json::array();  // those of the mesh are among these
   run.found(scene.defects());
   run.warn(scene.defects());
   require_usable(scene.defects(), scene.model.path.string());
@@ -59,6 +63,8 @@ void prepare_textures(Run& run, std::span<const Photograph> photographs, Texture
       fresh.name = picture.name, fresh.wrap = picture.wrap;
       picture = std::move(fresh);
     }
+  require(options.text("unseen") != "keep" || has_pictures(scene),
+          scene.model.path.string() + ": --unseen keep: it has no picture to keep; name one after it");
   add_missing_pictures(scene);
   int unnamed = 0;
   for (Texture& picture : scene.model.textures)
@@ -70,8 +76,32 @@ void prepare_textures(Run& run, std::span<const Photograph> photographs, Texture
   if (scene.model.colors.channels > 0) leave_out_colours(scene.model, run.terminal());
 }
 
-void report_photographs(Run& run, std::span<const Photograph> photographs, const PhotographTexture& found) {
-  Json views = Json::array();
+/// "12 of 14 photographs used, 2 left out: IMG_111.jpg (is not there), ...".
+std::string summary_of(const GivenPhotographs& given, const PhotographTexture& found) {
+  std::vector<std::string> left_out;
+  for (const auto& [picture, why] : given.left_out)
+    left_out.push_back(fmt::format("{} ({})", std::filesystem::path(picture).filename().string(),
+                                   why.starts_with(picture + ": ") ? why.substr(picture.size() + 2) : why));
+  std::int64_t used = 0;
+  for (std::size_t v = 0; v < found.views.size(); ++v) {
+    const std::string& why = found.views[v].left_out;
+    const std::string picture = given.photographs[v].picture.string();
+    used += found.views[v].texels > 0;
+    if (!why.empty())
+      left_out.push_back(fmt::format("{} ({})", given.photographs[v].picture.filename().string(),
+                                     why.starts_with(picture + ": ") ? why.substr(picture.size() + 2) : why));
+  }
+  std::string text = fmt::format("{} of {} used", used, counted(std::int64_t(given.count()), "photograph"));
+  if (!left_out.empty())
+    text += fmt::format(", {} left out: {}", left_out.size(), fmt::join(left_out, ", "));
+  return text;
+}
+
+void report_photographs(Run& run, const GivenPhotographs& given, const PhotographTexture& found) {
+  const std::vector<Photograph>& photographs = given.photographs;
+  Json views = Json::array(), left_out = Json::array();
+  for (const auto& [picture, why] : given.left_out) left_out.push_back({{"picture", picture}, {"why", why}});
+  run.result["left_out"] = left_out;
   for (std::size_t v = 0; v < photographs.size(); ++v) {
     const PhotographTexture::View& view = found.views[v];
     views.push_back({{"picture", photographs[v].picture.string()},
@@ -102,11 +132,10 @@ void report_photographs(Run& run, std::span<const Photograph> photographs, const
     run.terminal().warning(fmt::format("no photograph shows {:.0f} % of the texture: colours there are guessed from "
                                        "what is around",
                                        100 * share(0, 1)));
-  const std::int64_t used = std::ranges::count_if(found.views, [](const auto& view) { return view.texels > 0; });
-  run.print(fmt::format("{} of {} used; of the texture {:.1f} % is seen by none, {:.1f} % by one, {:.1f} % by two, "
+  run.print(fmt::format("{}; of the texture {:.1f} % is seen by none, {:.1f} % by one, {:.1f} % by two, "
                         "{:.1f} % by more\n",
-                        used, counted(std::ssize(photographs), "photograph"), 100 * share(0, 1),
-                        100 * share(1, 2), 100 * share(2, 3), 100 * share(3, found.seen_by.size())));
+                        summary_of(given, found), 100 * share(0, 1), 100 * share(1, 2), 100 * share(2, 3),
+                        100 * share(3, found.seen_by.size())));
 }
 
 Filtered put_together(Run& run, const TextureSignal& target, double weight, const PhotographTexture& found) {
@@ -120,16 +149,35 @@ Filtered put_together(Run& run, const TextureSignal& target, double weight, cons
   return filtered;
 }
 
-/// The model in the colours of its photographs' numbers, beside what it became.
-void draw_choice(Run& run, const TexturedModel& scene, const TextureSignal& target, const PhotographTexture& found) {
-  TexturedModel numbers = scene;
-  target.replace(colours_of_labels(found.labels), Depth::u8, numbers.model);
-  ModelPictureOptions page{.page = ModelPictureOptions::Page::views, .views = {"front", "right", "back", "left"}};
-  page.render.width = page.render.height = 360;
-  page.sheet.columns = 4;
-  page.render.light = RenderOptions::Light::none;
-  page.sheet.title = "photographs chosen, and the texture";
-  write_image(run.options().text("picture"), ModelRenderer(numbers).draw(page, scene.model.textures));
+/// What no photograph shows has the model's own values, as a region of its own, so that no step is left around it.
+void keep_unseen(const TextureSignal& target, PhotographTexture& found) {
+  const Signal own = target.values();
+  const int number = int(found.views.size()) + 1;
+  for (std::size_t i = 0; i < found.regions.size(); ++i)
+    if (found.regions[i] == unseen) {
+      found.regions[i] = number;
+      found.values.row(Eigen::Index(i)) = own.row(Eigen::Index(i));
+    }
+}
+
+void draw_page(Run& run, const TexturedModel& scene, const TextureSignal& target,
+               std::span<const Photograph> photographs, const PhotographTexture& found) {
+  std::vector<std::string> names;
+  for (const Photograph& photograph : photographs) names.push_back(photograph.picture.filename().string());
+  const Image<float> page = draw_photographs(scene, target, found, names, asked_up(run.options()));
+  for (const std::string& note : write_image(run.options().text("picture"), page)) run.terminal().remark(note);
+}
+
+/// Of options, what cannot be, before any work.
+void check_options(const OptionValues& options) {
+  require_picture_name(options, "picture");
+  require(options.has("picture") || !asks_for(options, "up"), "--up: it is of --picture: give it too");
+  if (options.text("unseen") == "keep")
+    for (const char* name : {"size", "unwrap"})
+      require(!asks_for(options, name),
+              fmt::format("--unseen keep: it keeps the texels of the model's own picture, of which --{} leaves none: "
+                          "leave out one of them",
+                          name));
 }
 
 /// Why no photograph shows anything, as far as places tell.
@@ -150,10 +198,15 @@ std::string why_nothing_is_seen(const Surface& surface, std::span<const Photogra
 
 Exit texture(Run& run) {
   const OptionValues& options = run.options();
+  check_options(options);
   TexturedModel scene = read_textured_model(run, MissingPictures::unneeded, 0.1);
   require(!scene.is_picture, scene.model.path.string() +
                                  ": is a picture; photographs with cameras are projected onto the mesh of a model");
-  const std::vector<Photograph> photographs = read_photographs(run);
+  const bool keeps_unseen = options.text("unseen") == "keep";
+  require(!keeps_unseen || keeps_coordinates(options, scene),
+          scene.model.path.string() + ": --unseen keep: it has no texture coordinates, so no texture to keep");
+  const GivenPhotographs given = read_photographs(run);
+  const std::vector<Photograph>& photographs = given.photographs;
   std::vector<std::filesystem::path> pages;
   if (options.has("picture")) pages.emplace_back(options.text("picture"));
   const auto will_write = [&](const Outputs& outputs) {
@@ -196,12 +249,13 @@ Exit texture(Run& run) {
       wanted = asked_photographs(options, scene, *target, int(photographs.size()));
     found = work.make(wanted, step.progress().step("take", 0.4));
   });
-  report_photographs(run, photographs, *found);
+  report_photographs(run, given, *found);
   require(std::ranges::any_of(found->labels, [](int label) { return label != unseen; }),
           scene.model.path.string() + ": no photograph shows any of it: " +
               why_nothing_is_seen(scene.surface, photographs));
   const SurfaceScale scale = target->space().scale();
   const double weight = spread_weight(options, scale);
+  if (keeps_unseen) keep_unseen(*target, *found);
   Filtered filtered;
   about(scene.model, [&] { filtered = put_together(run, *target, weight, *found); });
   run.result.update(change_json(found->values, filtered.signal, value_space(options).space));
@@ -211,7 +265,7 @@ Exit texture(Run& run) {
   const Step step(run, "write", 0.1);
   target->put(target->values(), filtered.signal, scene.model);
   set_depth(options, scene.model);
-  if (options.has("picture")) draw_choice(run, scene, *target, *found);
+  if (options.has("picture")) draw_page(run, scene, *target, photographs, *found);
   write_outputs(run, *outputs, std::move(scene.model), step);
   for (const std::filesystem::path& page : pages) run.result["outputs"].push_back(page.string());
   if (options.has("resume")) forget_stored_photographs(options.text("resume"));
@@ -263,7 +317,16 @@ Verb texture_verb() {
   table.add({.name = "picture",
              .type = Type::path,
              .group = "Texture",
-             .help = "a page that shows which photograph was chosen where, beside the result"});
+             .help = "a page that shows which photograph was chosen where, beside the result, and how many show it"});
+  add_up_option(table, "Texture");
+  table.add({.name = "unseen",
+             .type = Type::choice,
+             .default_value = "fill",
+             .choices = {"fill", "keep"},
+             .metavar = "HOW",
+             .group = "Texture",
+             .help = "what no photograph shows is filled from what is around, or keeps the model's own texture",
+             .details = "Kept, it is another photograph: there is no step around it."});
   add_spread_options(table, usual_photograph_length, "Stitch", "how far steps between photographs are spread");
   add_solver_options(table);
   add_space_option(table);

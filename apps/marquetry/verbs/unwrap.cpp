@@ -18,6 +18,7 @@
 #include "shell/verb.h"
 #include "verbs/shared/baking.h"
 #include "verbs/shared/geometry.h"
+#include "verbs/shared/render_request.h"
 #include "verbs/shared/unwrap_evolving.h"
 
 namespace mq::app {
@@ -75,6 +76,7 @@ void bake_what_was_there(Run& run, const std::vector<std::string>& slots, Textur
 
 Exit unwrap(Run& run) {
   const OptionValues& options = run.options();
+  require_picture_name(options, "picture");
   if (names_evolving(options.text("mesh"))) {
     require(!options.flag("bake"),
             "--bake: it is for a mesh; textures of an evolving mesh are made by export --from");

@@ -180,23 +180,40 @@ Means means_of(std::span<const Values> values, std::span<const AlignedPhotograph
 
 constexpr double fewest_shared = 50;
 
-/// The tone that gives a photograph the mean and the spread of the others, where it shares places.
+/// The tone that gives a photograph the mean and the spread of the others, where it shares places; robust, as what is in
+/// front of some of these, and as plain as they are, would shift it for all.
 Tone tone_of(const Values& values, const AlignedPhotograph& photograph, std::span<const float> trust,
              const Means& means) {
-  double n = 0, own = 0, own_squares = 0, others = 0, others_squares = 0;
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const std::size_t i = std::size_t(photograph.places[k]);
-    const auto& found = values[k];
-    if (!found || means.count[i] < 2) continue;
-    const double w = trust[k], mean = means.value[i];
-    n += w, own += w * found->value, own_squares += w * found->value * found->value;
-    others += w * mean, others_squares += w * mean * mean;
+  constexpr int rounds = 5;
+  const auto for_each = [&](const auto& visit) {
+    for (std::size_t k = 0; k < values.size(); ++k)
+      if (const std::size_t i = std::size_t(photograph.places[k]); values[k] && means.count[i] >= 2)
+        visit(values[k]->value, means.value[i], double(trust[k]));
+  };
+  double believed = 0;
+  std::vector<double> residuals;
+  for_each([&](double value, double mean, double w) { believed += w, residuals.push_back(mean - value); });
+  if (believed < fewest_shared) return {};
+  Tone tone{1, middle_of(residuals)};
+  for (int round = 0; round < rounds; ++round) {
+    double n = 0, own = 0, own_squares = 0, others = 0, others_squares = 0;
+    residuals.clear();
+    for_each([&](double value, double mean, double) {
+      residuals.push_back(std::abs(tone.a * value + tone.b - mean));
+    });
+    const double scale = std::max(1e-3, 2 * middle_of(residuals));
+    for_each([&](double value, double mean, double w) {
+      w /= 1 + std::pow((tone.a * value + tone.b - mean) / scale, 2);
+      n += w, own += w * value, own_squares += w * value * value;
+      others += w * mean, others_squares += w * mean * mean;
+    });
+    if (!(n > 0)) return tone;
+    const double spread = own_squares / n - std::pow(own / n, 2);
+    const double wanted = others_squares / n - std::pow(others / n, 2);
+    const double a = spread > 0 && wanted > 0 ? std::clamp(std::sqrt(wanted / spread), 0.2, 5.0) : 1;
+    tone = {a, others / n - a * own / n};
   }
-  if (n < fewest_shared) return {};
-  const double spread = own_squares / n - std::pow(own / n, 2);
-  const double wanted = others_squares / n - std::pow(others / n, 2);
-  const double a = spread > 0 && wanted > 0 ? std::clamp(std::sqrt(wanted / spread), 0.2, 5.0) : 1;
-  return {a, others / n - a * own / n};
+  return tone;
 }
 
 /// A place that a photograph shares: what it shows too much, and how that grows from pixel to pixel.
@@ -380,13 +397,16 @@ std::vector<int> cells_of(const AlignedPhotograph& photograph, const Correction&
   return cells;
 }
 
-double moved_by(const AlignedPhotograph& photograph, const PinholeCamera& before, std::span<const Vector3> places) {
-  double sum = 0, count = 0;
-  for (const int i : photograph.places) {
-    const auto from = before.project(places[std::size_t(i)]), to = photograph.camera.project(places[std::size_t(i)]);
-    if (from && to) sum += (*to - *from).squaredNorm(), count += 1;
+/// What lies behind a passer-by is bent as what is around, and says nothing of the camera.
+double moved_by(const AlignedPhotograph& photograph, const PinholeCamera& before, std::span<const float> trust,
+                std::span<const Vector3> places) {
+  double sum = 0, all = 0;
+  for (std::size_t k = 0; k < photograph.places.size(); ++k) {
+    const Vector3& place = places[std::size_t(photograph.places[k])];
+    const auto from = before.project(place), to = photograph.camera.project(place);
+    if (from && to) sum += trust[k] * (*to - *from).squaredNorm(), all += trust[k];
   }
-  return count > 0 ? std::sqrt(sum / count) : 0;
+  return all > 0 ? std::sqrt(sum / all) : 0;
 }
 
 }  // namespace
@@ -398,7 +418,7 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
     bool bends;   ///< or moves
   };
   constexpr std::array<Stage, 5> stages = {{{4, false}, {2, false}, {1, false}, {2, true}, {1, true}}};
-  constexpr int rounds = 10, cells = 24;
+  constexpr int rounds = 10, rounds_of_trust = 5, cells = 24;
   std::vector<PinholeCamera> before;
   std::vector<Correction> lattices;
   std::vector<std::vector<int>> parts;
@@ -414,9 +434,14 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
     const auto [divisor, bends] = stages[stage];
     std::vector<SizedPhotograph> sized;
     for (const AlignedPhotograph& photograph : photographs) sized.emplace_back(photograph, places, divisor, !bends);
-    {  // by what is known by now of what to believe
+    {  // Brightness by what is to be believed, which does not depend on it: a passer-by would shift it everywhere.
       const std::vector<Values> values = values_of(sized, photographs);
-      const Means plain = means_of(values, photographs, std::vector<Tone>(photographs.size()), trust, places.size());
+      const std::vector<Tone> none(photographs.size());
+      const Means first = means_of(values, photographs, none, trust, places.size());
+      parallel_for(std::ssize(photographs), [&](std::int64_t v) {
+        trust[std::size_t(v)] = trust_in(values[v], photographs[v], none[v], parts[v], lattices[v], first);
+      }, 1);
+      const Means plain = means_of(values, photographs, none, trust, places.size());
       for (std::size_t v = 0; v < sized.size(); ++v) tones[v] = tone_of(values[v], photographs[v], trust[v], plain);
     }
     for (int round = 0; round < rounds; ++round) {
@@ -424,7 +449,8 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
       const Means means = means_of(values, photographs, tones, trust, places.size());
       parallel_for(std::ssize(photographs), [&](std::int64_t v) {
         AlignedPhotograph& one = photographs[v];
-        trust[std::size_t(v)] = trust_in(values[v], one, tones[v], parts[v], lattices[v], means);
+        if (round % rounds_of_trust == 0)
+          trust[std::size_t(v)] = trust_in(values[v], one, tones[v], parts[v], lattices[v], means);
         const std::vector<Row> rows = rows_of(values[v], one, tones[v], trust[v], means);
         if (rows.empty()) return;
         if (bends && one.camera.correction.empty()) one.camera.correction = lattices[v];
@@ -438,7 +464,7 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
     if (!bends) undo_common_motion(sized, before, places, photographs);
   }
   for (std::size_t v = 0; v < photographs.size(); ++v)
-    photographs[v].moved = moved_by(photographs[v], before[v], places);
+    photographs[v].moved = moved_by(photographs[v], before[v], trust[v], places);
 }
 
 }  // namespace mq

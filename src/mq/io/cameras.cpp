@@ -64,15 +64,17 @@ CameraEntries read_entries(const fs::path& path) {
 }
 
 /// Programs keep cameras in a folder of their own (sparse/0 of a project, or sparse of undistorted
-/// pictures, with the pictures in images beside sparse): so up to two folders further up.
-std::vector<fs::path> places_of_pictures(const fs::path& folder, const CamerasOptions& options) {
+/// pictures, with the pictures in images beside sparse): so up to two folders further up. What is in these is photographs
+/// where it was said or is called so: folders in them are looked through too.
+PictureFinder finder_of_pictures(const fs::path& folder, const CamerasOptions& options) {
   for (const fs::path& images : options.images)
     if (!fs::is_directory(images))
       throw IoError(images.string() + ": wanted a folder with the pictures of the cameras");
-  if (!options.images.empty()) return options.images;
+  if (!options.images.empty()) return PictureFinder(options.images, options.images);
   const fs::path here = fs::absolute(folder / ".").lexically_normal().parent_path();
   const fs::path above = here.parent_path();
-  return {folder, folder / "images", above / "images", above, above.parent_path() / "images"};
+  return PictureFinder({folder, folder / "images", above / "images", above, above.parent_path() / "images"},
+                       {folder / "images", above / "images", above.parent_path() / "images"});
 }
 
 std::optional<fs::path> picture_of(const CameraEntry& entry, const PictureFinder& finder) {
@@ -90,7 +92,7 @@ class Resolver {
   void add(CameraEntry& entry) {
     if (const auto picture = picture_of(entry, finder_)) {
       remember(*picture, entry.where);
-      if (entry.complete) complete(entry, *picture);
+      if (entry.complete && !complete(entry, *picture)) return;
       check_camera(entry.camera, entry.where);
       set_.photographs.push_back({*picture, entry.camera});
       return;
@@ -117,11 +119,20 @@ class Resolver {
                                 picture.string(), first->second));
   }
 
-  void complete(CameraEntry& entry, const fs::path& picture) {
-    const PictureInfo info = picture_info(picture);
+  /// False where its picture cannot be read.
+  bool complete(CameraEntry& entry, const fs::path& picture) {
+    PictureInfo info;
+    try {
+      info = picture_info(picture);
+    } catch (const IoError& error) {
+      entry.camera.width = entry.camera.height = 0;
+      set_.unreadable.push_back({{picture, entry.camera}, error.what()});
+      return false;
+    }
     if (orientation(info.format) != 1) ++turned_;
     entry.camera.width = info.width, entry.camera.height = info.height;
     entry.complete(entry.camera);
+    return true;
   }
 
   const PictureFinder& finder_;
@@ -148,6 +159,15 @@ class Resolver {
                             set.missing.size() == 1 ? "1 is" : fmt::format("{} are", set.missing.size()),
                             fmt::join(names, ", "), fmt::join(places, ", "), option_name("images"),
                             option_name("missing")));
+}
+
+[[noreturn]] void refuse_unreadable(const CameraSet& set) {
+  constexpr std::size_t most_named = 20;
+  std::vector<std::string> all;
+  for (std::size_t k = 0; k < std::min(most_named, set.unreadable.size()); ++k) all.push_back(set.unreadable[k].why);
+  if (set.unreadable.size() > most_named) all.push_back(fmt::format("and {} more", set.unreadable.size() - most_named));
+  throw IoError(fmt::format("{}; or go on without {} ({} skip)", fmt::join(all, "\n"),
+                            set.unreadable.size() == 1 ? "it" : "them", option_name("missing")));
 }
 
 nlohmann::ordered_json camera_json(const Photograph& photograph) {
@@ -180,13 +200,19 @@ CameraSet read_camera_set(const fs::path& path, const CamerasOptions& options) {
                        ? fmt::format(" that is placed: {} are not: align the photographs first",
                                      entries.without_pose)
                        : ""));
-  CameraSet set{entries.format, {}, {}, entries.without_pose, entries.notes, entries.files};
-  const PictureFinder finder(places_of_pictures(entries.folder, options));
+  CameraSet set{.format = entries.format,
+                .photographs = {},
+                .missing = {},
+                .without_pose = entries.without_pose,
+                .notes = entries.notes,
+                .files = entries.files};
+  const PictureFinder finder = finder_of_pictures(entries.folder, options);
   Resolver resolver(finder, set);
   for (CameraEntry& entry : entries.cameras) resolver.add(entry);
   resolver.note_turned();
   if (!set.missing.empty() && options.missing == CamerasOptions::Missing::refuse)
     refuse_missing(path, set, finder);
+  if (!set.unreadable.empty() && options.unreadable == CamerasOptions::Missing::refuse) refuse_unreadable(set);
   return set;
 }
 

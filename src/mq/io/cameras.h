@@ -16,6 +16,12 @@ struct Photograph {
   PinholeCamera camera;
 };
 
+/// One that cannot be used, and why.
+struct UnusablePhotograph {
+  Photograph photograph;
+  std::string why;
+};
+
 /// What a file says of cameras.
 struct CameraSet {
   std::string format;                   ///< "COLMAP's text", ...
@@ -23,6 +29,9 @@ struct CameraSet {
   /// Those whose pictures were not, by the names that the file gives them; the size of their pictures
   /// is 0 where the file does not say it.
   std::vector<Photograph> missing;
+  /// Whose pictures are there but cannot be read, where the file does not say their size, so that it was looked for; of
+  /// size 0.
+  std::vector<UnusablePhotograph> unreadable = {};
   int without_pose = 0;            ///< which the file lists without knowing where they stood
   std::vector<std::string> notes;  ///< what a user may want to know
   std::vector<std::filesystem::path> files;  ///< that were read, but for pictures
@@ -30,9 +39,11 @@ struct CameraSet {
 
 struct CamerasOptions {
   /// Folders with the pictures. Empty: beside the file, in a folder "images" there or up to two
-  /// folders further up, and in the folder above, so that projects are read as they lie.
+  /// folders further up, and in the folder above, so that projects are read as they lie. Folders in these that are
+  /// given, and in those that are called "images", are looked through too.
   std::vector<std::filesystem::path> images = {};
   enum class Missing { refuse, list } missing = Missing::refuse;
+  Missing unreadable = Missing::refuse;  ///< pictures that are there, of which the size is wanted
 };
 
 /// Reads `path`:
@@ -51,7 +62,7 @@ struct CamerasOptions {
 /// - .mvs: a scene of OpenMVS.
 ///
 /// A picture is found by its name as the file says it; by the last part of that; by that but for
-/// capitals; by that with another extension. Throws `IoError` naming the file, the place and what was
+/// capitals; by that with another extension; the same in folders of folders. Throws `IoError` naming the file, the place and what was
 /// wanted: also where names fit several pictures, cameras share one, or pictures are missing that are
 /// to be there; and `Unsupported` for lenses and versions that are not known.
 CameraSet read_camera_set(const std::filesystem::path& path, const CamerasOptions& options = {});

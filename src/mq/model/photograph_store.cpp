@@ -17,20 +17,23 @@ namespace mq {
 namespace {
 
 /// Another where the files, or what is found of photographs, change.
-constexpr std::string_view magic = "mqphot01", extension = ".photograph";
+constexpr std::string_view magic = "mqphot02", extension = ".photograph";
 
 struct Head {
   std::array<char, 8> magic;
-  std::uint64_t setup, print, size;  ///< of what follows
+  std::uint64_t setup, source, print, size;  ///< of what follows
 };
 
 bool has_magic(std::span<const std::byte> bytes) {
   return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
 }
 
+/// Of this version or another.
 bool begins_with_magic(const std::filesystem::path& file) {
-  std::string begin(magic.size(), ' ');
-  return std::ifstream(file, std::ios::binary).read(begin.data(), std::streamsize(begin.size())) && begin == magic;
+  constexpr std::size_t of_all_versions = 6;
+  std::string begin(of_all_versions, ' ');
+  return std::ifstream(file, std::ios::binary).read(begin.data(), std::streamsize(begin.size())) &&
+         begin == magic.substr(0, of_all_versions);
 }
 
 std::filesystem::path file_in(const std::filesystem::path& folder, const std::string& name) {
@@ -48,7 +51,7 @@ PhotographStore::PhotographStore(std::filesystem::path folder, std::uint64_t set
                               error ? error.message() : "it is a file"));
 }
 
-std::optional<StoredBytes> PhotographStore::find(const std::string& name) const {
+std::optional<StoredBytes> PhotographStore::find(const std::string& name, std::uint64_t source) const {
   if (!keeps()) return std::nullopt;
   const std::filesystem::path file = file_in(folder_, name);
   if (!std::filesystem::exists(file)) return std::nullopt;
@@ -61,18 +64,20 @@ std::optional<StoredBytes> PhotographStore::find(const std::string& name) const 
     messages_->remark(file.string() + ": is cut short or damaged: that photograph is read again");
     return std::nullopt;
   }
-  if (head.setup != setup_) {
-    messages_->remark(file.string() + ": was found with other photographs, cameras, options or another model: begun "
-                                      "anew");
+  if (head.setup != setup_ || head.source != source) {
+    if (!told_)
+      messages_->remark(file.string() + ": was found with other photographs, cameras, options or another model: this "
+                                        "one, and others of which that is so, are found again");
+    told_ = true;
     return std::nullopt;
   }
   bytes.erase(bytes.begin(), bytes.begin() + sizeof head);
   return bytes;
 }
 
-void PhotographStore::put(const std::string& name, std::span<const std::byte> bytes) const {
+void PhotographStore::put(const std::string& name, std::uint64_t source, std::span<const std::byte> bytes) const {
   if (!keeps()) return;
-  Head head{{}, setup_, fingerprint(bytes), bytes.size()};
+  Head head{{}, setup_, source, fingerprint(bytes), bytes.size()};
   std::ranges::copy(magic, head.magic.begin());
   const auto first = std::as_bytes(std::span(&head, 1));
   StoredBytes all(first.begin(), first.end());

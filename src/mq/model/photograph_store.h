@@ -15,28 +15,30 @@ namespace mq {
 
 using StoredBytes = std::vector<std::byte>;
 
-/// One file per name, each written whole or not at all, with the `fingerprint` of its contents and that of the set-up
-/// they were found with. Without a folder nothing is kept and nothing found.
+/// One file per name, each written whole or not at all, with the `fingerprint` of its contents and that of what they
+/// were found with. Without a folder nothing is kept and nothing found.
 class PhotographStore {
  public:
   PhotographStore() = default;
 
-  /// Makes the folder. Throws `IoError` where that cannot be.
+  /// Makes the folder. `setup`: of what all that is kept depends on. Throws `IoError` where that cannot be.
   PhotographStore(std::filesystem::path folder, std::uint64_t setup, Messages& messages);
 
   bool keeps() const { return !folder_.empty(); }
 
-  /// What was put by that name with this set-up. Nothing, with a remark, where it was found with another, or where the
+  /// What was put by that name with this set-up and the same `source`, the fingerprint of what this one depends on
+  /// besides. Nothing, with a remark, where it was found with others, of which the first is named, or where the
   /// file is damaged; nothing where there is none.
-  std::optional<StoredBytes> find(const std::string& name) const;
+  std::optional<StoredBytes> find(const std::string& name, std::uint64_t source) const;
 
   /// Throws `IoError`.
-  void put(const std::string& name, std::span<const std::byte> bytes) const;
+  void put(const std::string& name, std::uint64_t source, std::span<const std::byte> bytes) const;
 
  private:
   std::filesystem::path folder_;
   std::uint64_t setup_ = 0;
   Messages* messages_ = nullptr;
+  mutable bool told_ = false;  ///< that something was found with others
 };
 
 /// Removes what stores keep there, no files of others, and the folder where nothing else is in it.

@@ -77,7 +77,8 @@ struct PhotographTexturing::Work {
       AlignedPhotograph& one = aligned.emplace_back();
       one.camera = cameras[v];
       const std::string name = fmt::format("align{}", v);
-      if (const auto record = store.find(name)) {
+      const std::uint64_t source = print_of(v);
+      if (const auto record = store.find(name, source)) {
         read_to_align(*record, one, details.emplace_back());
         continue;
       }
@@ -96,7 +97,7 @@ struct PhotographTexturing::Work {
       const Image<float> squares = reduced(squared_detail(one.grey, step_of_grey), 2);
       const Signal at_places = projector.sampled(one.camera, squares, one.places);
       details.emplace_back(at_places.data(), at_places.data() + at_places.size());
-      if (store.keeps()) keep(name, record_to_align(one, details.back()), int(v) + 1, "read to be aligned", messages);
+      if (store.keeps()) keep(name, source, record_to_align(one, details.back()), int(v) + 1, "read to be aligned", messages);
     }
     weigh_by_sharpness(details, projector.places().size(), aligned);
     align_photographs(projector.places(), aligned, progress.step("align", 0.4));
@@ -105,22 +106,28 @@ struct PhotographTexturing::Work {
       moved[v] = aligned[v].moved;
     }
     if (store.keeps())
-      keep("aligned", record_of_poses(cameras, moved), int(photographs.size()), "aligned", messages);
+      keep("aligned", print_of_all(), record_of_poses(cameras, moved), int(photographs.size()), "aligned", messages);
   }
 
   /// Puts it and says so.
-  void keep(const std::string& name, std::span<const std::byte> record, int done, const char* what,
-            Messages& messages) const {
-    store.put(name, record);
+  void keep(const std::string& name, std::uint64_t source, std::span<const std::byte> record, int done,
+            const char* what, Messages& messages) const {
+    store.put(name, source, record);
     messages.safe(fmt::format("{} of {} are {} and kept in {}", done,
                               counted(std::ssize(photographs), "photograph"), what, options.resume.string()));
   }
+
+  /// Of what is kept of them; 0 where nothing is.
+  std::uint64_t print_of(std::size_t view) const {
+    return store.keeps() ? print_of_photographs(photographs.subspan(view, 1)) : 0;
+  }
+  std::uint64_t print_of_all() const { return store.keeps() ? print_of_photographs(photographs) : 0; }
 
   /// Aligned as they were before, else now.
   void find_poses(const Looks& looks, Messages& messages, const Progress& progress) {
     for (std::size_t v = 0; v < photographs.size(); ++v) cameras[v] = reader.camera(v);
     if (!options.align) return;
-    if (const auto record = store.find("aligned"))
+    if (const auto record = store.find("aligned", print_of_all()))
       read_poses(*record, cameras, moved);
     else
       align(looks, messages, progress);
@@ -138,8 +145,10 @@ struct PhotographTexturing::Work {
       const Progress step = step_of(v, 1, progress);
       pixels_per_texel[v] = projector.pixels_per_spacing(cameras[v], looks.places);
       const std::string name = fmt::format("look{}", v);
-      if (const auto record = store.find(name)) {
+      const std::uint64_t source = store.keeps() ? print_of_aligned(photographs[v], cameras[v]) : 0;
+      if (const auto record = store.find(name, source)) {
         of_view[v] = StoredReader(*record).list<Observations::OfPatch>();
+        for (Observations::OfPatch& one : of_view[v]) one.observation.view = int(v);
         continue;
       }
       const auto photograph = reader.read(v);
@@ -152,7 +161,7 @@ struct PhotographTexturing::Work {
         messages.warning(photographs[v].picture.string() + ": shows nothing of the model: check its camera");
       StoredWriter record;
       record.add(of_view[v]);
-      if (store.keeps()) keep(name, record.bytes, int(v) + 1, "looked at", messages);
+      if (store.keeps()) keep(name, source, record.bytes, int(v) + 1, "looked at", messages);
     }
     observations = Observations::gather(patches.count(), of_view);
   }
@@ -164,15 +173,23 @@ struct PhotographTexturing::Work {
     return plain;
   }
 
-  void choose(Messages& messages, const Progress& progress) {
+  void expose() {
     const int count = int(photographs.size());
     if (options.exposure == PhotographExposure::match) exposed = exposures(observations, count);
     if (options.exposure == PhotographExposure::tone) exposed = tones(observations, count);
-    even_out(exposed, observations);
-    if (options.reject_outliers) {
-      reject(patches, options.rejection, observations);
-      leave_out_strangers(photographs, observations, messages);
+  }
+
+  void choose(Messages& messages, const Progress& progress) {
+    std::vector<LightColour> shown;
+    for (const Observation& o : observations.all) shown.push_back(o.colour);
+    // What is rejected is found with exposures, of which it is to have no part.
+    for (int round = 0; round < (options.reject_outliers ? 2 : 1); ++round) {
+      for (std::size_t k = 0; k < shown.size(); ++k) observations.all[k].colour = shown[k];
+      expose();
+      even_out(exposed, observations);
+      if (options.reject_outliers) reject(patches, options.rejection, observations);
     }
+    if (options.reject_outliers) leave_out_strangers(photographs, observations, messages);
     pool_details(patches, observations);
     chosen = choose_views(patches, observations, options.choice, progress);
   }
@@ -214,8 +231,10 @@ struct PhotographTexturing::Work {
       }
       if (!taken) continue;
       const Signal other_values = values.with_alpha(taken->beyond.values);
+      // Beyond the border of what is rejected its gradients are not believed either.
       for (std::size_t k = 0; k < beyond.size(); ++k)
-        if (taken->beyond.confidence[k] > 0) result.beyond.put(int(v), beyond[k], other_values.row(Eigen::Index(k)));
+        if (taken->beyond.confidence[k] > 0 && !rejected_at(beyond[k], int(v)))
+          result.beyond.put(int(v), beyond[k], other_values.row(Eigen::Index(k)));
     }
     means.put(int(photographs.size()), result);
     const std::int64_t seen = std::ssize(result.labels) - std::ranges::count(result.labels, unseen);
@@ -231,9 +250,9 @@ struct PhotographTexturing::Work {
     TakenColours taken;
     StoredWriter asked;
     if (store.keeps()) asked.add(own), asked.add(beyond), asked.add(exposed.gains[v]), asked.add(exposed.exponents[v]);
-    const std::uint64_t print = fingerprint(asked.bytes);
+    const std::uint64_t print = fingerprint(asked.bytes), source = print_of_all();
     const std::string name = fmt::format("colours{}", v);
-    if (const auto record = to_blend.empty() ? store.find(name) : std::nullopt;
+    if (const auto record = to_blend.empty() ? store.find(name, source) : std::nullopt;
         record && read_colours(*record, print, taken))
       return taken;
     const std::optional<Image<float>> shown = picture(v);
@@ -245,8 +264,15 @@ struct PhotographTexturing::Work {
     }
     taken.own = projector.sampled(cameras[v], *shown, own);
     taken.beyond = projector.project(cameras[v], *shown, beyond, plain_projection(), progress);
-    if (store.keeps() && to_blend.empty()) store.put(name, record_of_colours(print, taken));
+    if (store.keeps() && to_blend.empty()) store.put(name, source, record_of_colours(print, taken));
     return taken;
+  }
+
+  /// Whether a photograph is rejected on the patch of a texel, where another is not.
+  bool rejected_at(int texel, int view) const {
+    const auto views = observations.of(patches.of[std::size_t(texel)]);
+    const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
+    return at != views.end() && at->view == view && !agrees(views, *at);
   }
 
   /// What is agreed on of a patch; all of it where nothing is.
@@ -315,8 +341,7 @@ PhotographTexturing::PhotographTexturing(const TexturedModel& model, const Textu
   const Looks looks(work_->patches);
   if (!options.resume.empty())
     work_->store = PhotographStore(options.resume,
-                                   print_of_setup(model.surface.mesh, work_->projector.places(), signal, photographs,
-                                                  options),
+                                   print_of_setup(model.surface.mesh, work_->projector.places(), signal, options),
                                    messages);
   work_->find_poses(looks, messages, progress.step("align", 0.5));
   work_->look(looks, messages, progress.step("look", options.align ? 0.3 : 0.75));

@@ -8,17 +8,11 @@
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
+#include "mq/views/detail/neighbours.h"
 #include "mq/views/detail/readings.h"
 #include "mq/views/smooth_labels.h"
 
 namespace mq {
-namespace {
-
-constexpr double floor_of_logarithms = 0.02;  // differences between dark colours are noise
-
-double logarithm(float light) { return std::log(std::max(double(light), 0.0) + floor_of_logarithms); }
-
-}  // namespace
 
 Observations Observations::gather(int patches, std::span<const std::vector<OfPatch>> views) {
   Observations result;
@@ -144,78 +138,6 @@ Exposures no_exposures(int views) {
 
 void even_out(const Exposures& exposures, Observations& observations) {
   for (Observation& o : observations.all) o.colour = exposures.evened(o.view, o.radius, o.colour);
-}
-
-// ------------------------------------------------------------------------------------------ rejection
-
-namespace {
-
-/// Distances of the views of a patch from their median, the largest over the channels.
-std::vector<double> distances_from_median(std::span<const Observation> views) {
-  std::vector<double> distances(views.size(), 0.0), values(views.size());
-  for (std::size_t c = 0; c < 3; ++c) {
-    std::ranges::transform(views, values.begin(), [&](const Observation& o) { return logarithm(o.colour[c]); });
-    const double middle = median_of(values);
-    for (std::size_t k = 0; k < views.size(); ++k)
-      distances[k] = std::max(distances[k], std::abs(logarithm(views[k].colour[c]) - middle));
-  }
-  return distances;
-}
-
-/// The number of the view's observation of a patch, or −1.
-std::int64_t number_of(const Observations& observations, int patch, int view) {
-  const auto views = observations.of(patch);
-  const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
-  return at != views.end() && at->view == view ? observations.offsets[patch] + (at - views.begin()) : -1;
-}
-
-/// visit(k, beside, weight) for observations of one view on patches that touch, once each.
-void for_each_pair(const Patches& patches, const Observations& observations, const auto& visit) {
-  for (const Patches::Link& link : patches.links)
-    for (std::int64_t k = observations.offsets[link.a]; k < observations.offsets[link.a + 1]; ++k) {
-      const std::int64_t beside = number_of(observations, link.b, observations.all[std::size_t(k)].view);
-      if (beside >= 0) visit(std::size_t(k), std::size_t(beside), link.weight);
-    }
-}
-
-}  // namespace
-
-void reject(const Patches& patches, const RejectOptions& options, Observations& observations) {
-  require(patches.count() == observations.patches(), "observations of these patches are needed");
-  constexpr std::size_t fewest = 3;
-  std::vector<float> excess(observations.all.size(), 0.0F);  // distance over the limit
-  parallel_for(
-      patches.count(),
-      [&](std::int64_t p) {
-        const auto views = observations.of(int(p));
-        if (views.size() < fewest) return;
-        const std::vector<double> distances = distances_from_median(views);
-        std::vector<double> sorted = distances;
-        const double limit = std::max(options.least, options.times * 1.4826 * median_of(sorted));
-        for (std::size_t k = 0; k < views.size(); ++k)
-          excess[observations.offsets[p] + std::int64_t(k)] = float(distances[k] / limit);
-      },
-      256);
-  std::vector<char> far(observations.all.size(), 0);
-  for (std::size_t k = 0; k < far.size(); ++k) far[k] = excess[k] > 1;
-  const auto for_both = [&](const auto& visit) {
-    constexpr float most_of_a_side = 0.3F;
-    for_each_pair(patches, observations, [&](std::size_t k, std::size_t beside, float side) {
-      if (side >= most_of_a_side) visit(k, beside), visit(beside, k);
-    });
-  };
-  std::vector<char> neighbours(far.size(), 0);  // that are far too
-  for_both([&](std::size_t k, std::size_t beside) { neighbours[k] = char(neighbours[k] + far[beside]); });
-  std::vector<char> marked = far;
-  for_both([&](std::size_t k, std::size_t beside) {
-    if (far[k] && (excess[beside] > 0.5F || neighbours[k] >= 2)) marked[beside] = 1;
-  });
-  for (int p = 0; p < patches.count(); ++p) {
-    const auto begin = marked.begin() + observations.offsets[p], end = marked.begin() + observations.offsets[p + 1];
-    if (2 * std::count(begin, end, 1) > end - begin) std::fill(begin, end, 0);
-    for (std::int64_t k = observations.offsets[p]; k < observations.offsets[p + 1]; ++k)
-      observations.all[k].rejected = marked[k];
-  }
 }
 
 // --------------------------------------------------------------------------------------------- choice

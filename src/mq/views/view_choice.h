@@ -84,10 +84,19 @@ struct RejectOptions {
   double times = 4;     ///< ... nor what is within so many deviations of theirs, a median of distances
 };
 
-/// Marks the observations whose colour is far from the median of at least three views of a patch, and of
-/// the same view those on patches beside such: all of them beside one that has two more beside it, as a
-/// passer-by has, whose border a patch may show without being much changed; else those half as far. Where
-/// most views of a patch would be marked, none is.
+/// Marks the observations that show something else than the other views of a patch, and no view of others:
+///
+/// - those whose colour is far from the median of at least three views, half of them at most;
+/// - what goes on from these in the same view, as far as it differs from all others there by more than most of them from
+///   each other and by more than `times` the usual deviation of that view, twice `least` at least, and its colour,
+///   or that difference, changes from patch to patch by less than half of
+///   it: so that beside a place where three views tell, two suffice;
+/// - where two views alone are left and disagree over three patches or more, somewhere by as much, the one whose
+///   colours change twice as much as the other's at the border of that part, or the brighter one, where that adds to
+///   all channels alike, as a highlight does, and does not multiply them, as a shadow would;
+/// - of the same view patches beside these: all of them, those that touch at a corner too, beside one that has two more
+///   beside it, as a passer-by has, whose border a patch may show without being much changed; else those half as far.
+///   They leave half of the views of a patch.
 void reject(const Patches& patches, const RejectOptions& options, Observations& observations);
 
 /// Sharpens no picture, but knows better how sharp views are: `detail` of each becomes what it is over its surroundings,

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
+#include <optional>
 #include <span>
 
 #include "mq/base/error.h"
@@ -40,7 +42,8 @@ void add_files(OptionTable& table) {
              .choices = {"refuse", "skip"},
              .metavar = "HOW",
              .group = group,
-             .help = "stop where photographs are not there or cannot be read, or go on without them"});
+             .help = "stop where photographs are not there, cannot be read or do not fit their cameras, or go on "
+                     "without them"});
 }
 
 }  // namespace
@@ -118,51 +121,90 @@ void add_photograph_options(OptionTable& table) {
 
 namespace {
 
-/// Those whose heads can be read. Of the others a warning each, or an error that names them all.
-std::vector<Photograph> readable(Run& run, std::vector<Photograph> photographs, bool skip) {
-  constexpr std::size_t most_named = 20;
-  std::vector<Photograph> result;
-  std::vector<std::string> unreadable;
-  for (Photograph& photograph : photographs) {
-    run.will_read(photograph.picture);
-    PictureInfo info;
-    try {
-      info = picture_info(photograph.picture);
-    } catch (const IoError& error) {
-      unreadable.emplace_back(error.what());
-      if (skip) run.terminal().warning(unreadable.back() + ": left out");
-      continue;
-    }
-    fitted_camera(photograph, info);
-    result.push_back(std::move(photograph));
+/// The first few of some names.
+std::string named_of(std::span<const std::string> names) {
+  constexpr std::size_t most_named = 5;
+  const auto some = names.first(std::min(most_named, names.size()));
+  return fmt::format("{}{}", fmt::join(some, ", "), names.size() > most_named ? ", ..." : "");
+}
+
+/// What is wrong with a photograph as far as its head tells; nothing where it fits its camera.
+std::optional<std::string> what_is_wrong(const Photograph& photograph) {
+  try {
+    fitted_camera(photograph, picture_info(photograph.picture));
+  } catch (const IoError& error) {
+    return error.what();
+  } catch (const InvalidInput& error) {
+    return error.what();
   }
-  if (unreadable.empty() || skip) return result;
-  const std::size_t named = std::min(most_named, unreadable.size());
-  std::string all = fmt::format("{}", fmt::join(unreadable.begin(), unreadable.begin() + std::ptrdiff_t(named), "\n"));
-  if (named < unreadable.size()) all += fmt::format("\nand {} more", unreadable.size() - named);
-  throw IoError(fmt::format("{}; or go on without {} ({} skip)", all, unreadable.size() == 1 ? "it" : "them",
-                            option_name("missing")));
+  return std::nullopt;
+}
+
+/// Keeps those that can be read and fit their cameras. Of the others a warning each, or an error that names them all.
+void leave_out_unusable(Run& run, std::vector<UnusablePhotograph> unusable, bool skip, GivenPhotographs& given) {
+  constexpr std::size_t most_named = 20;
+  std::vector<Photograph> photographs;
+  for (Photograph& photograph : given.photographs) {
+    run.will_read(photograph.picture);
+    if (auto why = what_is_wrong(photograph))
+      unusable.push_back({std::move(photograph), std::move(*why)});
+    else
+      photographs.push_back(std::move(photograph));
+  }
+  given.photographs = std::move(photographs);
+  if (unusable.empty()) return;
+  for (const UnusablePhotograph& one : unusable) {
+    given.left_out.push_back({one.photograph.picture.string(), one.why});
+    if (skip) run.terminal().warning(one.why + ": left out");
+  }
+  if (skip) return;
+  const std::size_t named = std::min(most_named, unusable.size());
+  std::vector<std::string> all;
+  for (std::size_t k = 0; k < named; ++k) all.push_back(unusable[k].why);
+  if (named < unusable.size()) all.push_back(fmt::format("and {} more", unusable.size() - named));
+  throw IoError(fmt::format("{}; or go on without {} ({} skip)", fmt::join(all, "\n"),
+                            unusable.size() == 1 ? "it" : "them", option_name("missing")));
+}
+
+/// Leaves out photographs that other files of cameras had already.
+void unite(Run& run, const std::string& file, std::vector<Photograph>& fresh,
+           std::map<std::filesystem::path, std::string>& files) {
+  std::vector<std::string> twice;
+  std::string before;
+  std::erase_if(fresh, [&](const Photograph& photograph) {
+    const auto [first, is_new] = files.emplace(std::filesystem::weakly_canonical(photograph.picture), file);
+    if (is_new) return false;
+    twice.push_back(photograph.picture.string());
+    before = first->second;
+    return true;
+  });
+  if (twice.empty()) return;
+  run.terminal().warning(fmt::format("{}: {} {} too: taken once, with the cameras there: {}", before,
+                                     counted(std::ssize(twice), "picture"),
+                                     (twice.size() == 1 ? "is in " : "are in ") + file,
+                                     named_of(twice)));
 }
 
 /// That pictures are not there, of which the first few are named.
 std::string warning_of_missing(const std::string& file, std::span<const Photograph> missing) {
-  constexpr std::size_t most_named = 5;
-  std::string names;
-  for (const Photograph& photograph : missing.first(std::min(most_named, missing.size())))
-    names += (names.empty() ? "" : ", ") + photograph.picture.string();
-  return fmt::format("{}: {} not there and left out: {}{}", file,
-                     missing.size() == 1 ? "1 picture is" : fmt::format("{} pictures are", missing.size()), names,
-                     missing.size() > most_named ? ", ..." : "");
+  std::vector<std::string> names;
+  for (const Photograph& photograph : missing) names.push_back(photograph.picture.string());
+  return fmt::format("{}: {} not there and left out: {}", file,
+                     missing.size() == 1 ? "1 picture is" : fmt::format("{} pictures are", missing.size()),
+                     named_of(names));
 }
 
 }  // namespace
 
-std::vector<Photograph> read_photographs(Run& run) {
+GivenPhotographs read_photographs(Run& run) {
   CamerasOptions where;
+  where.unreadable = CamerasOptions::Missing::list;
   const bool skip = run.options().text("missing") == "skip";
   if (skip) where.missing = CamerasOptions::Missing::list;
   for (const std::string& folder : run.options().texts("images")) where.images.emplace_back(folder);
-  std::vector<Photograph> photographs;
+  GivenPhotographs given;
+  std::vector<UnusablePhotograph> unusable;
+  std::map<std::filesystem::path, std::string> files;
   for (const std::string& file : run.options().texts("cameras")) {
     CameraSet cameras = read_camera_set(file, where);
     for (const std::string& note : cameras.notes) run.terminal().remark(file + ": " + note);
@@ -170,11 +212,15 @@ std::vector<Photograph> read_photographs(Run& run) {
       run.terminal().warning(fmt::format("{}: {} without a place are left out", file,
                                          counted(cameras.without_pose, "photograph")));
     if (!cameras.missing.empty()) run.terminal().warning(warning_of_missing(file, cameras.missing));
-    std::ranges::move(cameras.photographs, std::back_inserter(photographs));
+    for (const Photograph& one : cameras.missing) given.left_out.push_back({one.picture.string(), "is not there"});
+    unite(run, file, cameras.photographs, files);
+    std::ranges::move(cameras.unreadable, std::back_inserter(unusable));
+    std::ranges::move(cameras.photographs, std::back_inserter(given.photographs));
   }
-  photographs = readable(run, std::move(photographs), skip);
-  require(!photographs.empty(), "none of the photographs is there and can be read: give their folder by --images");
-  return photographs;
+  leave_out_unusable(run, std::move(unusable), skip, given);
+  require(!given.photographs.empty(),
+          "none of the photographs is there, can be read and fits its camera: give their folder by --images");
+  return given;
 }
 
 namespace {

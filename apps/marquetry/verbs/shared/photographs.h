@@ -1,6 +1,7 @@
 #pragma once
 /// Photographs with their cameras: which, and how a texture is made of them.
 
+#include <string>
 #include <vector>
 
 #include "mq/io/cameras.h"
@@ -12,9 +13,20 @@ namespace mq::app {
 /// Adds --cameras, --images and all that says what photographs show and which are chosen.
 void add_photograph_options(OptionTable& table);
 
-/// Those that --cameras names; remarks on what is left out. Refuses pictures that cannot be read, unless they are to be
-/// skipped, or do not fit their cameras, before any work. Throws `InvalidInput` or `IoError` naming the file.
-std::vector<Photograph> read_photographs(Run& run);
+struct GivenPhotographs {
+  std::vector<Photograph> photographs;
+  struct LeftOut {
+    std::string picture, why;
+  };
+  std::vector<LeftOut> left_out;  ///< where that was asked
+
+  std::size_t count() const { return photographs.size() + left_out.size(); }
+};
+
+/// Those that --cameras names, each once; warns of what is left out. Refuses pictures that are not there, cannot be read,
+/// or do not fit their cameras, before any work, all of them at once, unless they are to be skipped. Throws `InvalidInput`
+/// or `IoError` naming the files.
+GivenPhotographs read_photographs(Run& run);
 
 /// What the options say.
 PhotographTextureOptions asked_photograph_options(const OptionValues& options);

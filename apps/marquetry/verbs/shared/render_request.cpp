@@ -7,6 +7,7 @@
 #include "shell/arguments.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
+#include "mq/io/file_names.h"
 #include "mq/io/image_file.h"
 
 namespace mq::app {
@@ -249,6 +250,14 @@ void add_number_and_layout_options(OptionTable& table) {
 }
 
 }  // namespace
+
+void require_picture_name(const OptionValues& options, const std::string& name) {
+  if (!options.has(name)) return;
+  require(names_picture(options.text(name)),
+          fmt::format("--{}: found {}, whose extension names no picture; wanted .png, .jpg, .webp, .tif, .exr, .bmp or "
+                      ".tga",
+                      name, options.text(name)));
+}
 
 void add_up_option(OptionTable& table, const std::string& group) {
   table.add({.name = "up",

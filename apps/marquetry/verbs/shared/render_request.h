@@ -16,6 +16,9 @@ bool is_view(const std::string& text);
 /// --view with one view: from where pictures are that a verb draws beside its work.
 void add_view_option(OptionTable& table, const std::string& group);
 
+/// Throws `InvalidInput` where the option names no picture that can be written; to be called before any work.
+void require_picture_name(const OptionValues& options, const std::string& name);
+
 /// --up.
 void add_up_option(OptionTable& table, const std::string& group);
 View::Up asked_up(const OptionValues& options);

@@ -85,6 +85,7 @@ void count_views(const Patches& patches, const Observations& observations, Photo
   }
   result.seen_by.assign(result.views.size() + 1, 0);
   for (int p = 0; p < patches.count(); ++p) result.seen_by[observations.of(p).size()] += patches.size(p);
+  for (const int p : patches.of) result.shown_by.push_back(int(observations.of(p).size()));
 }
 
 }  // namespace mq

@@ -33,7 +33,7 @@ void weigh_by_sharpness(std::span<const std::vector<float>> details, std::size_t
 /// A photograph that disagrees nearly everywhere is rejected altogether, and said so.
 void leave_out_strangers(std::span<const Photograph> photographs, Observations& observations, Messages& messages);
 
-/// Fills in `patches`, `seen_by` and of each view `patches` and `rejected`.
+/// Fills in `patches`, `seen_by`, `shown_by` and of each view `patches` and `rejected`.
 void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result);
 
 }  // namespace mq

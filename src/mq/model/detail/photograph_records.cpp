@@ -38,10 +38,26 @@ void add_places(std::span<const Vector3> places, StoredWriter& to) {
   to.add(std::span<const double>(places.empty() ? nullptr : places[0].data(), 3 * places.size()));
 }
 
+void add_correction(const Correction& correction, StoredWriter& to) {
+  to.add(correction.columns), to.add(correction.rows);
+  to.add(std::span<const double>(correction.empty() ? nullptr : correction.offsets[0].data(),
+                                 2 * correction.offsets.size()));
+}
+
+void add_photograph(const Photograph& photograph, StoredWriter& to) {
+  std::error_code error;
+  to.add(photograph.picture.string());
+  to.add(std::uint64_t(std::filesystem::file_size(photograph.picture, error)));
+  const auto written = std::filesystem::last_write_time(photograph.picture, error);
+  if (error) throw IoError(photograph.picture.string() + ": cannot be read: " + error.message());
+  to.add(std::int64_t(written.time_since_epoch().count()));
+  add_camera(photograph.camera, to);
+}
+
 }  // namespace
 
 std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, const TextureSignal& signal,
-                             std::span<const Photograph> photographs, const PhotographTextureOptions& options) {
+                             const PhotographTextureOptions& options) {
   StoredWriter all;
   all.add(std::string(MARQUETRY_VERSION));
   add_places(mesh.positions, all);
@@ -53,15 +69,20 @@ std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, 
   all.add(std::vector<double>{projection.steepest, projection.bias, projection.outline, projection.doubtful,
                               projection.border, options.choice.smoothness, options.choice.rejected,
                               options.rejection.least, options.rejection.times});
-  for (const Photograph& photograph : photographs) {
-    std::error_code error;
-    all.add(photograph.picture.string());
-    all.add(std::uint64_t(std::filesystem::file_size(photograph.picture, error)));
-    const auto written = std::filesystem::last_write_time(photograph.picture, error);
-    if (error) throw IoError(photograph.picture.string() + ": cannot be read: " + error.message());
-    all.add(std::int64_t(written.time_since_epoch().count()));
-    add_camera(photograph.camera, all);
-  }
+  return fingerprint(all.bytes);
+}
+
+std::uint64_t print_of_photographs(std::span<const Photograph> photographs) {
+  StoredWriter all;
+  for (const Photograph& photograph : photographs) add_photograph(photograph, all);
+  return fingerprint(all.bytes);
+}
+
+std::uint64_t print_of_aligned(const Photograph& photograph, const PinholeCamera& camera) {
+  StoredWriter all;
+  add_photograph(photograph, all);
+  add_camera(camera, all);
+  add_correction(camera.correction, all);
   return fingerprint(all.bytes);
 }
 
@@ -87,10 +108,7 @@ StoredBytes record_of_poses(std::span<const PinholeCamera> cameras, std::span<co
   record.add(moved);
   for (const PinholeCamera& camera : cameras) {
     add_camera(camera, record);
-    const Correction& correction = camera.correction;
-    record.add(correction.columns), record.add(correction.rows);
-    record.add(std::span<const double>(correction.empty() ? nullptr : correction.offsets[0].data(),
-                                       2 * correction.offsets.size()));
+    add_correction(camera.correction, record);
   }
   return record.bytes;
 }

@@ -11,10 +11,16 @@
 
 namespace mq {
 
-/// Of all that what is found of photographs depends on: the version of this library, the surface, the places on it,
-/// the signal's values, options, and of each photograph its name, size, time and camera. Throws `IoError` where one is not there any more.
+/// Of all that what is found of any photograph depends on: the version of this library, the surface, the places on it,
+/// the signal's values and options.
 std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, const TextureSignal& signal,
-                             std::span<const Photograph> photographs, const PhotographTextureOptions& options);
+                             const PhotographTextureOptions& options);
+
+/// Of photographs: their names, sizes, times and cameras. Throws `IoError` where one is not there any more.
+std::uint64_t print_of_photographs(std::span<const Photograph> photographs);
+
+/// The same of one as it is aligned.
+std::uint64_t print_of_aligned(const Photograph& photograph, const PinholeCamera& camera);
 
 /// A photograph as it is aligned, without its camera, and the details of its places.
 StoredBytes record_to_align(const AlignedPhotograph& photograph, std::span<const float> details);

@@ -11,10 +11,10 @@
 
 namespace mq {
 
-/// Not where a channel is black or clipped, in light.
+/// Not where a channel is black or clipped, in light, nor what is rejected.
 inline bool tells_exposure(const Observation& o) {
   constexpr float black = 0.01F, clipped = 0.98F;
-  return std::ranges::min(o.colour) >= black && std::ranges::max(o.colour) <= clipped;
+  return !o.rejected && std::ranges::min(o.colour) >= black && std::ranges::max(o.colour) <= clipped;
 }
 
 /// What falloff is made of, at a radius.

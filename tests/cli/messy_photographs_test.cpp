@@ -1,0 +1,272 @@
+// marquetry texture and cameras: photographs as they come, some of which do not fit, and files that cannot be written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/program.h"
+#include "io/foreign_cameras.h"
+#include "mq/io/image_file.h"
+#include "mq/io/model.h"
+
+namespace mq::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+/// A bust and photographs of it from eight sides around.
+class MessyPhotographs : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = new Folder;
+    ASSERT_EQ(call({"sample", "bust", "--size", "256", "-o", "bust.obj"}).status, 0);
+    for (int k = 0; k < views; ++k)
+      ASSERT_EQ(call({"render", "bust.obj", "-o", picture(k), "--view", fmt::format("{},{}", 45 * k, 10), "--size",
+                      "200x240", "--unlit", "--cameras", camera(k)})
+                    .status,
+                0);
+  }
+  static void TearDownTestSuite() { delete folder; }
+
+  static std::string picture(int k) { return fmt::format("view{}.png", k); }
+  static std::string camera(int k) { return fmt::format("view{}.json", k); }
+  static Result call(std::vector<std::string> words) {
+    words.push_back("--overwrite");
+    return marquetry(*folder, words);
+  }
+
+  /// Cameras of some of them, whose pictures are called as `name(k)` says.
+  static void write_set(const std::string& file, const std::vector<int>& which, const auto& name) {
+    nlohmann::json all = {{"cameras", nlohmann::json::array()}};
+    for (const int k : which) {
+      all["cameras"].push_back(nlohmann::json::parse(file_bytes(*folder / camera(k)))["cameras"][0]);
+      all["cameras"].back()["image"] = name(k);
+    }
+    write_bytes(*folder / file, all.dump());
+  }
+  static void write_set(const std::string& file, const std::vector<int>& which) { write_set(file, which, picture); }
+
+  /// How many hundredths of what is not black differ by more than 40 steps of 8 bits in a channel.
+  static double share_that_differs(const std::string& made, const std::string& from) {
+    const Image<float> a = read_texture(folder->path() / made).pixels, b = read_texture(folder->path() / from).pixels;
+    double far = 0, all = 0;
+    for (int y = 0; y < a.height(); ++y)
+      for (int x = 0; x < a.width(); ++x) {
+        float most = 0, value = 0;
+        for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(a(x, y, c) - b(x, y, c))), value += b(x, y, c);
+        if (value > 0) all += 1, far += 255 * most > 40;
+      }
+    return 100 * far / all;
+  }
+
+  static constexpr int views = 8;
+  static inline Folder* folder = nullptr;
+};
+
+/// Most places are shown by two photographs, in one of which somebody is in front.
+TEST_F(MessyPhotographs, PassersByAreLeftOutWhereFewShowAPlace) {
+  Image<float> spoilt = read_texture(*folder / picture(2)).pixels;
+  for (int y = 90; y < 150; ++y)
+    for (int x = 80; x < 115; ++x) spoilt(x, y, 0) = 0.8F, spoilt(x, y, 1) = 0.6F, spoilt(x, y, 2) = 0.1F;
+  write_image(*folder / "passer_by.png", spoilt);
+  for (const std::vector<int>& which : {std::vector<int>{2, 3, 5, 7}, {0, 2, 3, 5}}) {
+    write_set("clean.json", which);
+    write_set("spoilt.json", which, [](int k) { return k == 2 ? "passer_by.png" : picture(k); });
+    for (const std::string how : {"detail", "mean"}) {
+      for (const std::string name : {"clean", "spoilt"})
+        ASSERT_EQ(call({"texture", "bust.obj", "--cameras", name + ".json", "-o", name + ".png", "--blend", how}).status,
+                  0);
+      EXPECT_LT(share_that_differs("spoilt.png", "clean.png"), 0.4) << how << which[0];
+    }
+  }
+}
+
+TEST_F(MessyPhotographs, WhatDoesNotFitIsNamedAndSkippedWhereAsked) {
+  const Image<float> whole = read_texture(*folder / picture(1)).pixels;
+  write_image(*folder / "other_size.png", Image<float>(150, 150, 3, 0.5F));
+  Image<float> lies(whole.height(), whole.width(), 3);
+  for (int y = 0; y < lies.height(); ++y)
+    for (int x = 0; x < lies.width(); ++x)
+      for (int c = 0; c < 3; ++c) lies(x, y, c) = whole(y, x, c);
+  write_image(*folder / "lies.png", lies);
+  write_set("unfit.json", {0, 1, 2, 3}, [](int k) {
+    return k == 1 ? "other_size.png" : k == 2 ? "lies.png" : picture(k);
+  });
+  const std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "unfit.json", "-o", "unfit.png"};
+  const Result refused = call(words);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("other_size.png: is 150 × 150, and its camera is of pictures of 200 × 240"));
+  EXPECT_THAT(refused.error, HasSubstr("lies.png: is 240 × 200"));
+  EXPECT_THAT(refused.error, HasSubstr("or go on without them (--missing skip)"));
+  std::vector<std::string> skipping = words;
+  skipping.insert(skipping.end(), {"--missing", "skip"});
+  const Result skipped = call(skipping);
+  ASSERT_EQ(skipped.status, 0) << skipped.error;
+  EXPECT_THAT(skipped.output, HasSubstr("2 of 4 photographs used, 2 left out: other_size.png (is 150 × 150"));
+  skipping.push_back("--json");
+  const nlohmann::json left_out = call(skipping).json()["result"]["left_out"];
+  ASSERT_EQ(left_out.size(), 2U);
+  EXPECT_THAT(left_out[1]["picture"].get<std::string>(), HasSubstr("lies.png"));
+  EXPECT_THAT(left_out[1]["why"].get<std::string>(), HasSubstr("it lies on its side"));
+  write_set("fit.json", {0, 3});
+  ASSERT_EQ(call({"texture", "bust.obj", "--cameras", "fit.json", "-o", "fit.png"}).status, 0);
+  EXPECT_EQ(file_bytes(*folder / "unfit.png"), file_bytes(*folder / "fit.png"));
+}
+
+TEST_F(MessyPhotographs, CutPicturesAreSkippedWhereCamerasDoNotSayTheirSize) {
+  ForeignCameras foreign;
+  std::string list;
+  for (const int k : {0, 1, 2}) {
+    foreign.set.push_back(read_cameras(*folder / camera(k)).at(0));
+    list += (k == 1 ? "cut.jpg" : picture(k)) + "\n";
+  }
+  write_image(*folder / "whole.jpg", read_texture(*folder / picture(1)).pixels);
+  const std::string whole = file_bytes(*folder / "whole.jpg");
+  write_bytes(*folder / "cut.jpg", whole.substr(0, whole.size() / 2));
+  write_bytes(*folder / "bundle.out", foreign.bundler()), write_bytes(*folder / "list.txt", list);
+  std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "bundle.out", "-o", "cut.png"};
+  const Result refused = call(words);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("cut.jpg: the JPEG file is cut short"));
+  EXPECT_THAT(refused.error, HasSubstr("--missing skip"));
+  words.insert(words.end(), {"--missing", "skip"});
+  const Result skipped = call(words);
+  ASSERT_EQ(skipped.status, 0) << skipped.error;
+  EXPECT_THAT(skipped.output, HasSubstr("2 of 3 photographs used, 1 left out: cut.jpg (the JPEG file is cut short"));
+  const Result listed = call({"cameras", "bundle.out", "--json"});
+  ASSERT_EQ(listed.status, 0) << listed.error;
+  EXPECT_EQ(listed.json()["result"]["unreadable"].size(), 1U);
+}
+
+TEST_F(MessyPhotographs, PicturesThatCannotBeWrittenAreRefusedBeforeAnyWork) {
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"texture", "no.obj", "--cameras", "no.json", "-o", "x.png", "--picture", "page.pdf"},
+           {"cameras", "no.json", "--mesh", "no.obj", "--picture", "page.pdf"},
+           {"evolve", "no_%d.obj", "-o", "x.evolving", "--picture", "page.pdf"},
+           {"unwrap", "no.evolving", "-o", "x.evolving", "--picture", "page.pdf"},
+           {"render", "no.obj", "-o", "page.pdf"}}) {
+    const Result result = call(words);
+    EXPECT_EQ(result.status, 2) << words[0];
+    EXPECT_THAT(result.error, HasSubstr("page.pdf, whose extension names no picture")) << words[0];
+    EXPECT_THAT(result.error, Not(HasSubstr("no.obj"))) << words[0];
+  }
+}
+
+TEST_F(MessyPhotographs, APictureOfTwoFilesOfCamerasCountsOnce) {
+  write_set("first.json", {0, 1, 2}), write_set("second.json", {2, 3});
+  write_set("all.json", {0, 1, 2, 3});
+  const Result result =
+      call({"texture", "bust.obj", "--cameras", "first.json", "--cameras", "second.json", "-o", "twice.png"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("first.json: 1 picture is in second.json too: taken once"));
+  EXPECT_THAT(result.output, HasSubstr("4 of 4 photographs used"));
+  ASSERT_EQ(call({"texture", "bust.obj", "--cameras", "all.json", "-o", "once.png"}).status, 0);
+  EXPECT_EQ(file_bytes(*folder / "twice.png"), file_bytes(*folder / "once.png"));
+}
+
+TEST_F(MessyPhotographs, PicturesAreFoundInFoldersOfTheirFolder) {
+  namespace fs = std::filesystem;
+  for (const char* below : {"deep/left/a", "deep/right"}) fs::create_directories(*folder / below);
+  fs::copy_file(*folder / picture(0), *folder / "deep/left/a/first.png");
+  fs::copy_file(*folder / picture(1), *folder / "deep/right/SECOND.png");
+  write_set("deep.json", {0, 1}, [](int k) { return k == 0 ? "first.png" : "second.jpg"; });
+  const Result result = call({"cameras", "deep.json", "--images", "deep", "--json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_EQ(result.json()["result"]["found"], 2);
+
+  fs::copy_file(*folder / picture(2), *folder / "deep/right/first.png");
+  EXPECT_THAT(call({"cameras", "deep.json", "--images", "deep"}).error,
+              HasSubstr("may be deep/left/a/first.png or deep/right/first.png"));
+  write_set("deep.json", {0}, [](int) { return "C:\\photos\\right\\first.png"; });
+  EXPECT_EQ(call({"cameras", "deep.json", "--images", "deep", "--json"}).json()["result"]["found"], 1);
+}
+
+TEST_F(MessyPhotographs, TheModelsOwnTextureStaysWhereNothingIsSeenIfAsked) {
+  write_set("one.json", {0});
+  const std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "one.json", "-o", "made.png"};
+  ASSERT_EQ(call(words).status, 0);
+  const double filled = share_that_differs("made.png", "bust.png");
+  std::vector<std::string> keeping = words;
+  keeping.insert(keeping.end(), {"--unseen", "keep"});
+  const Result result = call(keeping);
+  ASSERT_EQ(result.status, 0) << result.error;
+  const double kept = share_that_differs("made.png", "bust.png");
+  EXPECT_GT(filled, 20);
+  EXPECT_LT(kept, filled / 4);
+  keeping.insert(keeping.end(), {"--size", "128"});
+  EXPECT_THAT(call(keeping).error, HasSubstr("--unseen keep: it keeps the texels of the model's own picture"));
+}
+
+TEST_F(MessyPhotographs, ThePageHasALegendAndStandsUprightAsAsked) {
+  write_set("some.json", {0, 2, 4});
+  const std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "some.json", "-o", "x.png", "--picture"};
+  const auto page = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), words.begin(), words.end());
+    const Result result = call(more);
+    EXPECT_EQ(result.status, 0) << result.error;
+    return read_texture(*folder / "page.png").pixels;
+  };
+  const Image<float> upright = page({"page.png"}), other = page({"page.png", "--up", "z"});
+  EXPECT_FALSE(std::ranges::equal(upright.values(), other.values()));
+  // Of each photograph the colour in which its texels are, in the legend too: a row of that colour, wider than a view has.
+  std::vector<int> longest(3, 0);
+  for (int y = 0; y < upright.height(); ++y)
+    for (int x = 0, run = 0; x < upright.width(); ++x) {
+      run = x > 0 && std::ranges::equal(upright.pixel(x, y), upright.pixel(x - 1, y)) ? run + 1 : 1;
+      const auto pixel = upright.pixel(x, y);
+      const bool coloured = std::ranges::max(pixel) - std::ranges::min(pixel) > 0.1F;
+      if (coloured && run == 330) ++longest[0];
+    }
+  EXPECT_GE(longest[0], 24 * (3 + 4));
+  EXPECT_THAT(call({"texture", "bust.obj", "--cameras", "some.json", "-o", "x.png", "--up", "z"}).error,
+              HasSubstr("--up: it is of --picture"));
+}
+
+TEST_F(MessyPhotographs, WhatIsKeptOfPhotographsThatDidNotChangeIsTaken) {
+  for (int k = 0; k < 4; ++k)
+    std::filesystem::copy_file(*folder / picture(k), *folder / fmt::format("kept{}.png", k));
+  write_set("kept.json", {0, 1, 2, 3}, [](int k) { return fmt::format("kept{}.png", k); });
+  const auto go_on = [](const std::string& output) {
+    return call({"texture", "bust.obj", "--cameras", "kept.json", "-o", output, "--resume", "work"});
+  };
+  // The last one is damaged in the middle, which stops the work.
+  const std::string whole = file_bytes(*folder / "kept3.png");
+  std::string damaged = whole;
+  for (std::size_t k = 0; k < 64; ++k) damaged[damaged.size() / 2 + k] = char(damaged[damaged.size() / 2 + k] ^ 0x55);
+  write_bytes(*folder / "kept3.png", damaged);
+  ASSERT_NE(go_on("stopped.png").status, 0);
+  const auto time_of = [](int k) {
+    return std::filesystem::last_write_time(*folder / fmt::format("work/align{}.photograph", k));
+  };
+  const auto before = time_of(0);
+  // Then it is another one, and so is the second.
+  write_bytes(*folder / "kept3.png", whole);
+  write_bytes(*folder / "kept1.png", file_bytes(*folder / picture(5)));
+  std::filesystem::remove(*folder / "kept3.png");
+  ASSERT_NE(go_on("x.png").status, 0);  // not there: nothing is done
+  write_bytes(*folder / "kept3.png", damaged);
+  const Result again = go_on("x.png");
+  EXPECT_NE(again.status, 0);
+  EXPECT_THAT(again.error, HasSubstr("align1.photograph: was found with other photographs"));
+  EXPECT_EQ(time_of(0), before) << "found again, though it did not change";
+  write_bytes(*folder / "kept3.png", whole);
+  ASSERT_EQ(go_on("gone_on.png").status, 0);
+  ASSERT_EQ(call({"texture", "bust.obj", "--cameras", "kept.json", "-o", "anew.png"}).status, 0);
+  EXPECT_EQ(file_bytes(*folder / "gone_on.png"), file_bytes(*folder / "anew.png"));
+}
+
+TEST_F(MessyPhotographs, DefectsAreListedOnce) {
+  write_set("two.json", {0, 1});
+  std::string obj = file_bytes(*folder / "bust.obj");
+  write_bytes(*folder / "double.obj", obj + obj.substr(obj.rfind("\nf ") + 1));
+  const nlohmann::json defects =
+      call({"texture", "double.obj", "--cameras", "two.json", "-o", "x.png", "--json"}).json()["defects"];
+  for (std::size_t k = 0; k < defects.size(); ++k)
+    for (std::size_t m = 0; m < k; ++m) EXPECT_NE(defects[k], defects[m]);
+  EXPECT_GT(defects.size(), 0U);
+}
+
+}  // namespace
+}  // namespace mq::test
