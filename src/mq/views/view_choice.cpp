@@ -57,7 +57,7 @@ template <class Logarithm>
 Eigen::VectorXd fitted_exposures(const Observations& observations, int views, bool with_falloff,
                                  const Logarithm& logarithm) {
   constexpr int rounds = 10;
-  constexpr double scale = 0.05, hold = 0.3;
+  constexpr double scale = 0.05, ridge = 0.3;
   Eigen::VectorXd theta = Eigen::VectorXd::Zero(views + 2), counts = Eigen::VectorXd::Zero(views);
   for (int round = 0; round < rounds; ++round) {
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(views + 2, views + 2);
@@ -93,7 +93,7 @@ Eigen::VectorXd fitted_exposures(const Observations& observations, int views, bo
       }
     }
     A.block(views, 0, 2, views) = A.block(0, views, views, 2).transpose().eval();
-    A.diagonal().array() += hold;
+    A.diagonal().array() += ridge;
     theta = A.ldlt().solve(b);
     if (counts.sum() > 0) theta.head(views).array() -= counts.dot(theta.head(views)) / counts.sum();
     for (int v = 0; v < views; ++v)

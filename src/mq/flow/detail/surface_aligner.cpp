@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "mq/base/stopwatch.h"
 #include "mq/flow/detail/surface_signals.h"
 
 namespace mq {
@@ -21,7 +20,7 @@ constexpr double spacings_per_length = 1.3;  // of the mesh a scale is solved on
 
 SurfaceAligner::SurfaceAligner(const FlowMeshes& meshes, const MeshFlowOptions& options,
                                const Signal& source, const Signal& target, double detail)
-    : options_(options), meshes_(meshes) {
+    : LevelAligner(options), meshes_(meshes) {
   if (options.solver == FlowSolver::direct)
     direct_.emplace(meshes_[0], options.basis, options.thesis);
   const bool thesis = options_.thesis.has_value();
@@ -40,26 +39,8 @@ SurfaceAligner::SurfaceAligner(const FlowMeshes& meshes, const MeshFlowOptions& 
     raw_.push_back({meshes_.restricted(m, raw_[m].source), meshes_.restricted(m, raw_[m].target)});
 }
 
-void SurfaceAligner::begin(const std::vector<FlowScale>& scales) {
-  mesh_ = mesh_for(scales.front());
-  now_.z = Vector::Zero(2 * std::int64_t(mesh().vertex_count()));
-  now_.field = Vector::Zero(2 * std::int64_t(mesh().surface().triangle_count()));
-  best_ = now_;
-  blend_error_ = error_of(0, raw_[0], {});
-  if (mesh_ > 0) place_probes();
-  corrections_ = int(scales.size()) * (options_.thesis ? 1 : options_.steps) * most_reweightings();
-}
-
-std::string SurfaceAligner::name(const FlowScale& scale) const {
-  return fmt::format("length {:.3g}", scale.length);
-}
-
-double SurfaceAligner::work(const FlowScale& scale) const {
-  return meshes_[mesh_for(scale)].vertex_count();
-}
-
 /// The coarsest mesh on which a level shows.
-int SurfaceAligner::mesh_for(const FlowScale& scale) const {
+int SurfaceAligner::resolution_for(const FlowScale& scale) const {
   int m = 0;
   while (scale.smoothed() && m + 1 < meshes_.count() &&
          meshes_[m + 1].spacing() * spacings_per_length <= scale.length)
@@ -67,70 +48,45 @@ int SurfaceAligner::mesh_for(const FlowScale& scale) const {
   return m;
 }
 
-WarpEnds SurfaceAligner::ends_along(const Field& X) const {
-  return warp_ends(mesh().trace(), X.field, options_.alignment);
+SurfaceField SurfaceAligner::zero(int m) const {
+  return {Vector::Zero(2 * std::int64_t(meshes_[m].surface().triangle_count())),
+          Vector::Zero(2 * std::int64_t(meshes_[m].vertex_count()))};
 }
 
-SurfaceAligner::Pair SurfaceAligner::warped(const Pair& pair, const WarpEnds& ends) const {
-  const Mesh& on = mesh().surface().mesh;
-  return {sampled(on, pair.source, ends.source), sampled(on, pair.target, ends.target)};
+SurfaceAligner::Ends SurfaceAligner::ends_along(int m, const SurfaceField& X,
+                                                const std::vector<SurfacePoint>* starts) const {
+  WarpEnds ends = warp_ends(meshes_[m].trace(), X.field, options_.alignment, starts);
+  return {std::move(ends.source), std::move(ends.target)};
 }
 
-double SurfaceAligner::error_of(int m, const Pair& pair, const WarpEnds& ends) const {
-  const Mesh& on = meshes_[m].surface().mesh;
-  return mean_square_difference(meshes_[m].lumped_mass(), sampled(on, pair.source, ends.source),
-                                sampled(on, pair.target, ends.target));
+Signal SurfaceAligner::looked_up(int m, const Signal& signal, const std::vector<SurfacePoint>& places) const {
+  return sampled(meshes_[m].surface().mesh, signal, places);
 }
 
 /// At the vertices of the coarsest mesh that has enough of them; none where that is the finest.
-void SurfaceAligner::place_probes() {
+void SurfaceAligner::place_probes(Probes& probes) const {
   int m = 0;
   while (m + 1 < meshes_.count() && meshes_[m + 1].vertex_count() >= options_.probes) ++m;
   if (m == 0) return;
-  probes_.mass = meshes_[m].lumped_mass();
+  probes.mass = meshes_[m].lumped_mass();
   for (const int v : meshes_.on_finest(m)) {
     const int corner = *meshes_[0].space().corners_begin(v);
     SurfacePoint start{corner / 3, Vector3::Zero()};
     start.barycentric[corner % 3] = 1;
-    probes_.starts.push_back(start);
+    probes.starts.push_back(start);
   }
-  probes_.blend_error = probe({});
 }
 
-/// The error at the probes.
-double SurfaceAligner::probe(const WarpEnds& ends) const {
-  const Mesh& on = meshes_[0].surface().mesh;
-  const auto at = [&](const Signal& signal, const std::vector<SurfacePoint>& points) {
-    return sampled(on, signal, points.empty() ? probes_.starts : points);
-  };
-  return mean_square_difference(probes_.mass, at(raw_[0].source, ends.source),
-                                at(raw_[0].target, ends.target));
+SurfaceField SurfaceAligner::prolongated(int m, const SurfaceField& X) const {
+  return {X.field, meshes_.transfer(m - 1)->prolongated(X.z)};
 }
 
-/// The error on the finest mesh of a field on a coarser one: of the blend's, the share that is left
-/// at the probes.
-double SurfaceAligner::error_from_coarse(Vector z) const {
-  for (int m = mesh_; m > 0; --m) z = meshes_.transfer(m - 1)->prolongated(z);
-  const FlowMesh& finest = meshes_[0];
-  const Vector field = finest.triangle_field(z);
-  if (probes_.starts.empty())
-    return error_of(0, raw_[0], warp_ends(finest.trace(), field, options_.alignment));
-  const double left = probe(warp_ends(finest.trace(), field, options_.alignment, &probes_.starts));
-  return probes_.blend_error > 0 ? left / probes_.blend_error * blend_error_ : left;
-}
-
-/// Both fields on a finer mesh.
-void SurfaceAligner::move_to(int m) {
-  if (m == mesh_) return;
-  for (; mesh_ > m; --mesh_)
-    for (Field* X : {&now_, &best_}) X->z = meshes_.transfer(mesh_ - 1)->prolongated(X->z);
-  for (Field* X : {&now_, &best_}) X->field = meshes_[m].triangle_field(X->z);
-}
+void SurfaceAligner::complete(int m, SurfaceField& X) const { X.field = meshes_[m].triangle_field(X.z); }
 
 FlowLevel& SurfaceAligner::enter(const FlowScale& scale) {
   MeshFlowLevel& level = levels_.emplace_back();
   length_ = scale.length;
-  const int m = mesh_for(scale);
+  const int m = resolution_for(scale);
   move_to(m);
   level.vertices = mesh().vertex_count();
   const Stopwatch watch;
@@ -149,22 +105,6 @@ FlowLevel& SurfaceAligner::enter(const FlowScale& scale) {
   return level;
 }
 
-void SurfaceAligner::go_back_if_better() {
-  const Stopwatch watch;
-  const auto error_along = [&](const Field& X) { return error_of(mesh_, signals_, ends_along(X)); };
-  same_ = error_along(best_) <= error_along(now_);
-  if (same_) now_ = best_;
-  levels_.back().warp_seconds += watch.seconds();
-}
-
-void SurfaceAligner::look_up() {
-  const Stopwatch watch;
-  ends_ = ends_along(now_);
-  met_ = warped(signals_, ends_);
-  error_ = mean_square_difference(mesh().lumped_mass(), met_.source, met_.target);
-  levels_.back().warp_seconds += watch.seconds();
-}
-
 bool SurfaceAligner::is_robust() const {
   return !options_.thesis && (options_.robust_data > 0 || options_.robust_smoothness > 0);
 }
@@ -174,11 +114,11 @@ int SurfaceAligner::most_reweightings() const {
 }
 
 int SurfaceAligner::most_steps() const {
-  return options_.thesis ? 1 : (mesh_ > 0 ? 2 : 1) * options_.steps;
+  return options_.thesis ? 1 : (at_ > 0 ? 2 : 1) * options_.steps;
 }
 
 /// The Y of these terms.
-SurfaceAligner::Field SurfaceAligner::corrected(const DataTerms& terms, double weight,
+SurfaceField SurfaceAligner::corrected(const DataTerms& terms, double weight,
                                                 const std::vector<double>& shares,
                                                 const Progress& progress) {
   MeshFlowLevel& level = levels_.back();
@@ -192,7 +132,7 @@ SurfaceAligner::Field SurfaceAligner::corrected(const DataTerms& terms, double w
                           .seconds = solver.expected_seconds(),
                           .bytes = solver.cost().bytes});
     };
-    Field Y{direct_->solve(data, weight, progress, foresee), {}};
+    SurfaceField Y{direct_->solve(data, weight, progress, foresee), {}};
     const FlowSystemCost& cost = direct_->cost();
     level.build_seconds += cost.build_seconds;
     level.solve_seconds += cost.solve_seconds();
@@ -205,7 +145,7 @@ SurfaceAligner::Field SurfaceAligner::corrected(const DataTerms& terms, double w
   level.build_seconds += building.seconds();
   const Stopwatch solving;
   multigrid_->set_matrix(std::move(system.matrix), progress.step("levels", 0.3));
-  Field Y{{}, Vector::Zero(system.right_hand_side.size())};
+  SurfaceField Y{{}, Vector::Zero(system.right_hand_side.size())};
   level.cycles +=
       multigrid_->solve(system.right_hand_side, Y.z, progress.step("solve", 0.7)).cycles;
   level.solve_seconds += solving.seconds();
@@ -215,7 +155,7 @@ SurfaceAligner::Field SurfaceAligner::corrected(const DataTerms& terms, double w
 }
 
 /// EstimateFlow, reweighted where that is asked for; α* of it.
-SurfaceAligner::Field SurfaceAligner::estimate(double& scale, const Progress& progress) {
+SurfaceField SurfaceAligner::estimate(double& scale, const Progress& progress) {
   const VertexSpace& space = mesh().space();
   const Signal difference = met_.target - met_.source;
   const Signal mean = options_.alignment == FlowAlignment::forward
@@ -223,7 +163,7 @@ SurfaceAligner::Field SurfaceAligner::estimate(double& scale, const Progress& pr
                           : Signal(0.5 * (met_.source + met_.target));
   DataTerms data = data_terms(space, difference, mean);
   const double weight = length_ * length_ * data.trace / mesh().area();
-  Field Y;
+  SurfaceField Y;
   scale = 0;
   if (!(data.trace > 0)) return Y;
   const bool robust = is_robust();
@@ -252,32 +192,14 @@ double SurfaceAligner::correct(const Progress& progress, double share) {
 }
 
 /// X + factor·Y.
-void SurfaceAligner::advance(double factor) {
-  now_.field += factor * Y_.field;
-  if (!direct_) now_.z += factor * Y_.z;
+void SurfaceAligner::advance(SurfaceField& X, double factor, const SurfaceField& Y) const {
+  X.field += factor * Y.field;
+  if (!direct_) X.z += factor * Y.z;
 }
-
-FlowErrorChange SurfaceAligner::attempt(double factor) {
-  const Stopwatch watch;
-  factor_ = factor;
-  advance(factor);
-  next_ends_ = ends_along(now_);
-  next_ = warped(signals_, next_ends_);
-  next_error_ = mean_square_difference(mesh().lumped_mass(), next_.source, next_.target);
-  levels_.back().warp_seconds += watch.seconds();
-  return {error_, next_error_};
-}
-
-void SurfaceAligner::take() {
-  error_ = next_error_;
-  met_ = std::move(next_);
-  ends_ = std::move(next_ends_);
-}
-
-void SurfaceAligner::leave() { advance(-factor_); }
 
 /// No vector longer than its piece of the surface, on which it has nowhere to go.
 void SurfaceAligner::keep_within_reach() {
+  if (options_.thesis) return;
   bool shortened = false;
   const auto shorten = [&](auto&& vector, double reach) {
     const double length = vector.norm();
@@ -294,38 +216,7 @@ void SurfaceAligner::keep_within_reach() {
       shorten(now_.z.segment<2>(2 * std::int64_t(v)), mesh().reach(v));
   if (!shortened) return;
   if (!direct_) now_.field = mesh().triangle_field(now_.z);
-  ends_ = ends_along(now_);
-}
-
-double SurfaceAligner::measure() {
-  if (!options_.thesis) keep_within_reach();
-  const Stopwatch watch;
-  const double error = mesh_ == 0 ? error_of(0, raw_[0], ends_) : error_from_coarse(now_.z);
-  same_ = false;
-  levels_.back().warp_seconds += watch.seconds();
-  return error;
-}
-
-void SurfaceAligner::keep() {
-  best_ = now_;
-  same_ = true;
-  estimated_ = mesh_ > 0 && !probes_.starts.empty();
-}
-
-void SurfaceAligner::forget() {
-  best_.z.setZero();
-  best_.field.setZero();
-}
-
-std::optional<double> SurfaceAligner::settled_error() {
-  if (mesh_ > 0 || !estimated_) return {};
-  estimated_ = false;
-  return error_of(0, raw_[0], same_ ? ends_ : ends_along(best_));
-}
-
-void SurfaceAligner::finish() {
-  move_to(0);
-  same_ = false;
+  ends_ = ends_along(at_, now_, nullptr);
 }
 
 }  // namespace mq

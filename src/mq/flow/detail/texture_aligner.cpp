@@ -20,20 +20,11 @@ namespace {
 constexpr double texels_per_length = 1.3;  // of the texture a scale is solved on, at least
 constexpr double texels_per_light = 2;     // of the texture on which light is found, at least
 
-/// Signals at the places, or as they are where there are none.
-Signal looked_up(const TraceAtlas& domain, const Signal& signal, const std::vector<ChartPlace>& places) {
-  Signal values = places.empty() ? signal : Signal(std::ssize(places), signal.cols());
-  parallel_for(std::ssize(places), [&](std::int64_t i) {
-    domain.value(signal, places[std::size_t(i)], values.middleRows(i, 1));
-  });
-  return values;
-}
-
 }  // namespace
 
 TextureAligner::TextureAligner(const FlowTextures& textures, const MeshFlowOptions& options, const Signal& source,
                                const Signal& target, double detail)
-    : textures_(textures), options_(options) {
+    : LevelAligner(options), textures_(textures) {
   Signal both(source.rows(), 2 * source.cols());
   both << textures_[0].shown(source), textures_[0].shown(target);
   both = without_light(both, detail);
@@ -52,20 +43,8 @@ TextureAligner::TextureAligner(const FlowTextures& textures, const MeshFlowOptio
                     textures_.restricted(m, raw_[std::size_t(m)].target)});
 }
 
-void TextureAligner::begin(const std::vector<FlowScale>& scales) {
-  at_ = texture_for(scales.front());
-  now_ = Vector::Zero(2 * std::int64_t(texture().size()));
-  best_ = now_;
-  blend_error_ = error_of(0, raw_[0], {});
-  if (at_ > 0) place_probes();
-}
-
-std::string TextureAligner::name(const FlowScale& scale) const { return fmt::format("length {:.3g}", scale.length); }
-
-double TextureAligner::work(const FlowScale& scale) const { return textures_[texture_for(scale)].size(); }
-
 /// The smallest texture on which a level shows.
-int TextureAligner::texture_for(const FlowScale& scale) const {
+int TextureAligner::resolution_for(const FlowScale& scale) const {
   int m = 0;
   while (scale.smoothed() && m + 1 < textures_.count() &&
          textures_[m + 1].spacing() * texels_per_length <= scale.length)
@@ -100,10 +79,11 @@ Signal TextureAligner::without_light(const Signal& signal, double detail) const 
   return signal - low;
 }
 
-TexelEnds TextureAligner::ends_along(int m, const Vector& z, const std::vector<ChartPlace>& starts) const {
+TextureAligner::Ends TextureAligner::ends_along(int m, const Vector& z, const std::vector<ChartPlace>* from) const {
   const TraceAtlas& domain = textures_[m].domain();
+  const std::vector<ChartPlace>& starts = from ? *from : textures_[m].starts().places;
   std::vector<std::array<double, 2>> velocities = textures_[m].vectors().velocities(z);
-  TexelEnds ends;
+  Ends ends;
   if (options_.alignment == FlowAlignment::forward) {
     ends.target = AtlasFlow::along(domain, velocities).trace(starts, 1).ends;
     return ends;
@@ -114,57 +94,34 @@ TexelEnds TextureAligner::ends_along(int m, const Vector& z, const std::vector<C
   return ends;
 }
 
-TextureAligner::Pair TextureAligner::warped(int m, const Pair& pair, const TexelEnds& ends) const {
-  const TraceAtlas& domain = textures_[m].domain();
-  return {looked_up(domain, pair.source, ends.source), looked_up(domain, pair.target, ends.target)};
-}
-
-double TextureAligner::error_of(int m, const Pair& pair, const TexelEnds& ends) const {
-  const Pair met = warped(m, pair, ends);
-  return mean_square_difference(textures_[m].lumped_mass(), met.source, met.target);
+/// Signals at the places, or as they are where there are none.
+Signal TextureAligner::looked_up(int m, const Signal& signal, const std::vector<ChartPlace>& places) const {
+  Signal values = places.empty() ? signal : Signal(std::ssize(places), signal.cols());
+  parallel_for(std::ssize(places), [&](std::int64_t i) {
+    textures_[m].domain().value(signal, places[std::size_t(i)], values.middleRows(i, 1));
+  });
+  return values;
 }
 
 /// Every n-th texel.
-void TextureAligner::place_probes() {
+void TextureAligner::place_probes(Probes& probes) const {
   const FlowTexture& finest = textures_[0];
   const int step = finest.size() / std::max(1, options_.probes);
   if (step < 2) return;
   std::vector<double> mass;
   for (int i = step / 2; i < finest.size(); i += step) {
     if (finest.starts().outside[std::size_t(i)]) continue;
-    probes_.starts.push_back(finest.starts().places[std::size_t(i)]);
+    probes.starts.push_back(finest.starts().places[std::size_t(i)]);
     mass.push_back(finest.lumped_mass()[i]);
   }
-  probes_.mass = Eigen::Map<const Vector>(mass.data(), std::ssize(mass));
-  probes_.blend_error = probe({});
-}
-
-double TextureAligner::probe(const TexelEnds& ends) const {
-  const auto at = [&](const Signal& signal, const std::vector<ChartPlace>& places) {
-    return looked_up(textures_[0].domain(), signal, places.empty() ? probes_.starts : places);
-  };
-  return mean_square_difference(probes_.mass, at(raw_[0].source, ends.source), at(raw_[0].target, ends.target));
-}
-
-/// The error on the finest texture of a field on a coarser one: of the blend's, the share that is left at the probes.
-double TextureAligner::error_from_coarse(Vector z) const {
-  for (int m = at_; m > 0; --m) z = textures_.prolongated(m - 1, z);
-  if (probes_.starts.empty()) return error_of(0, raw_[0], ends_along(0, z, textures_[0].starts().places));
-  const double left = probe(ends_along(0, z, probes_.starts));
-  return probes_.blend_error > 0 ? left / probes_.blend_error * blend_error_ : left;
-}
-
-/// Both fields on a finer texture.
-void TextureAligner::move_to(int m) {
-  for (; at_ > m; --at_)
-    for (Vector* X : {&now_, &best_}) *X = textures_.prolongated(at_ - 1, *X);
+  probes.mass = Eigen::Map<const Vector>(mass.data(), std::ssize(mass));
 }
 
 FlowLevel& TextureAligner::enter(const FlowScale& scale) {
   MeshFlowLevel& level = levels_.emplace_back();
   length_ = scale.length;
   const int before = at_;
-  move_to(texture_for(scale));
+  move_to(resolution_for(scale));
   level.vertices = texture().size();
   const Stopwatch watch;
   const Pair& raw = raw_[std::size_t(at_)];
@@ -189,24 +146,6 @@ FlowLevel& TextureAligner::enter(const FlowScale& scale) {
     multigrid_.emplace(texture().transfers(), BlockMultigridOptions{.tolerance = options_.tolerance});
   }
   return level;
-}
-
-void TextureAligner::go_back_if_better() {
-  const Stopwatch watch;
-  const auto error_along = [&](const Vector& X) {
-    return error_of(at_, signals_, ends_along(at_, X, texture().starts().places));
-  };
-  same_ = error_along(best_) <= error_along(now_);
-  if (same_) now_ = best_;
-  levels_.back().warp_seconds += watch.seconds();
-}
-
-void TextureAligner::look_up() {
-  const Stopwatch watch;
-  ends_ = ends_along(at_, now_, texture().starts().places);
-  met_ = warped(at_, signals_, ends_);
-  error_ = mean_square_difference(texture().lumped_mass(), met_.source, met_.target);
-  levels_.back().warp_seconds += watch.seconds();
 }
 
 /// With a Y, differences count less the larger they are there: 1/√(1 + (δ_c + ⟨Y, ∇μ_c⟩)²/ϵ²).
@@ -310,48 +249,6 @@ double TextureAligner::correct(const Progress& progress, double share) {
   const double scale = scale_of(data, Y_);
   if (scale > 0) levels_.back().scale = scale;
   return scale;
-}
-
-FlowErrorChange TextureAligner::attempt(double factor) {
-  const Stopwatch watch;
-  factor_ = factor;
-  now_ += factor * Y_;
-  next_ends_ = ends_along(at_, now_, texture().starts().places);
-  next_ = warped(at_, signals_, next_ends_);
-  next_error_ = mean_square_difference(texture().lumped_mass(), next_.source, next_.target);
-  levels_.back().warp_seconds += watch.seconds();
-  return {error_, next_error_};
-}
-
-void TextureAligner::take() {
-  error_ = next_error_;
-  met_ = std::move(next_);
-  ends_ = std::move(next_ends_);
-}
-
-double TextureAligner::measure() {
-  const Stopwatch watch;
-  const double error = at_ == 0 ? error_of(0, raw_[0], ends_) : error_from_coarse(now_);
-  same_ = false;
-  levels_.back().warp_seconds += watch.seconds();
-  return error;
-}
-
-void TextureAligner::keep() {
-  best_ = now_;
-  same_ = true;
-  estimated_ = at_ > 0 && !probes_.starts.empty();
-}
-
-std::optional<double> TextureAligner::settled_error() {
-  if (at_ > 0 || !estimated_) return {};
-  estimated_ = false;
-  return error_of(0, raw_[0], same_ ? ends_ : ends_along(0, best_, textures_[0].starts().places));
-}
-
-void TextureAligner::finish() {
-  move_to(0);
-  same_ = false;
 }
 
 }  // namespace mq
