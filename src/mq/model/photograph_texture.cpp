@@ -182,14 +182,28 @@ struct PhotographTexturing::Work {
   void choose(Messages& messages, const Progress& progress) {
     std::vector<LightColour> shown;
     for (const Observation& o : observations.all) shown.push_back(o.colour);
-    // What is rejected is found with exposures, of which it is to have no part.
-    for (int round = 0; round < (options.reject_outliers ? 2 : 1); ++round) {
+    const auto evened = [&] {
       for (std::size_t k = 0; k < shown.size(); ++k) observations.all[k].colour = shown[k];
       expose();
       even_out(exposed, observations);
-      if (options.reject_outliers) reject(patches, options.rejection, observations);
+    };
+    evened();
+    if (options.reject_outliers) {
+      // What is rejected is found with exposures, of which it is to have no part.
+      reject(patches, options.rejection, observations);
+      evened();
+      reject(patches, options.rejection, observations);
+      const std::vector<char> strange = strangers(photographs, observations, messages);
+      if (std::ranges::count(strange, 1) > 0) {
+        // Nor are they to speak for or against the others.
+        for (Observation& o : observations.all) o.rejected = strange[std::size_t(o.view)];
+        evened();
+        ObservationsOfOthers others(observations, strange);
+        reject(patches, options.rejection, others.observations);
+        for (std::size_t k = 0; k < others.places.size(); ++k)
+          observations.all[others.places[k]].rejected = others.observations.all[k].rejected;
+      }
     }
-    if (options.reject_outliers) leave_out_strangers(photographs, observations, messages);
     pool_details(patches, observations);
     chosen = choose_views(patches, observations, options.choice, progress);
   }

@@ -61,20 +61,34 @@ void weigh_by_sharpness(std::span<const std::vector<float>> details, std::size_t
     }
 }
 
-void leave_out_strangers(std::span<const Photograph> photographs, Observations& observations, Messages& messages) {
+std::vector<char> strangers(std::span<const Photograph> photographs, const Observations& observations, Messages& messages) {
   constexpr double nearly_everywhere = 0.7;
   std::vector<double> all(photographs.size(), 0.0), rejected(photographs.size(), 0.0);
   for (const Observation& o : observations.all) {
     all[std::size_t(o.view)] += 1;
     rejected[std::size_t(o.view)] += o.rejected;
   }
-  for (std::size_t v = 0; v < photographs.size(); ++v)
-    if (rejected[v] > nearly_everywhere * all[v])
+  std::vector<char> found(photographs.size(), 0);
+  for (std::size_t v = 0; v < photographs.size(); ++v) {
+    found[v] = rejected[v] > nearly_everywhere * all[v];
+    if (found[v])
       messages.warning(fmt::format("{}: disagrees with the other photographs on {:.0f} % of what it shows and is left "
                                    "out where others show that: check it and its camera",
                                    photographs[v].picture.string(), 100 * rejected[v] / all[v]));
-  for (Observation& o : observations.all)
-    if (rejected[std::size_t(o.view)] > nearly_everywhere * all[std::size_t(o.view)]) o.rejected = true;
+  }
+  return found;
+}
+
+ObservationsOfOthers::ObservationsOfOthers(const Observations& all, std::span<const char> left_out) {
+  observations.offsets.assign(1, 0);
+  for (int p = 0; p < all.patches(); ++p) {
+    for (auto k = std::size_t(all.offsets[p]); k < std::size_t(all.offsets[p + 1]); ++k)
+      if (!left_out[std::size_t(all.all[k].view)]) {
+        observations.all.push_back(all.all[k]);
+        places.push_back(k);
+      }
+    observations.offsets.push_back(std::ssize(observations.all));
+  }
 }
 
 void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result) {

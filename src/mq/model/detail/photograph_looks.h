@@ -30,8 +30,16 @@ std::vector<Observations::OfPatch> observe(const Looks& looks, const Partial& sh
 void weigh_by_sharpness(std::span<const std::vector<float>> details, std::size_t places,
                         std::vector<AlignedPhotograph>& photographs);
 
-/// A photograph that disagrees nearly everywhere is rejected altogether, and said so.
-void leave_out_strangers(std::span<const Photograph> photographs, Observations& observations, Messages& messages);
+/// Per photograph whether it disagrees with the others nearly everywhere; the messages say which do.
+std::vector<char> strangers(std::span<const Photograph> photographs, const Observations& observations, Messages& messages);
+
+/// The observations without those of some views, and where each of them is among all.
+struct ObservationsOfOthers {
+  Observations observations;
+  std::vector<std::size_t> places;
+
+  ObservationsOfOthers(const Observations& all, std::span<const char> left_out);
+};
 
 /// Fills in `patches`, `seen_by`, `shown_by` and of each view `patches` and `rejected`.
 void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result);
