@@ -99,6 +99,27 @@ TEST(Fields, SteerLicReactAndFilter) {
   EXPECT_FALSE(read_texture(folder / "all.png").pixels == read_texture(folder / "along.png").pixels);
 }
 
+TEST(Fields, HaveAMapForEachTextureThatIsReadBackBySuchAName) {
+  const Folder folder;
+  write_bytes(folder / "two.obj",
+              "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 3 0 0\nv 3 1 0\nv 2 1 0\n"
+              "vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\nusemtl a\nf 1/1 2/2 3/3 4/4\n"
+              "usemtl b\nf 5/2 6/3 7/4 8/1\n");  // the second one turned
+  write_bytes(folder / "two.mtl", "newmtl a\nmap_Kd a.png\nnewmtl b\nmap_Kd b.png\n");
+  write_image(folder / "a.png", busy_picture(32, 32));
+  write_image(folder / "b.png", busy_picture(24, 24));
+  write_bytes(folder / "strokes.json", R"({"strokes": [{"points": [[0.1, 0.5, 0], [0.9, 0.5, 0]]},
+                                                      {"points": [[2.1, 0.5, 0], [2.9, 0.5, 0]]}]})");
+  ASSERT_EQ(marquetry(folder, {"fields", "two.obj", "--field", "strokes.json", "-o", "map_%s.png"}).status, 0);
+  const Result back = marquetry(folder, {"fields", "two.obj", "--field", "map_%s.png", "-o", "back.ply"});
+  ASSERT_EQ(back.status, 0) << back.error;
+  for (const Vector3& X : read_vector_field(folder / "back.ply", read_model(folder / "two.obj").mesh).vectors)
+    EXPECT_LT((X - Vector3(1, 0, 0)).norm(), 0.05);
+  const Result one = marquetry(folder, {"fields", "two.obj", "--field", "map_a.png", "-o", "one.ply"});
+  EXPECT_EQ(one.status, 2);
+  EXPECT_THAT(one.error, HasSubstr("put %s in its name"));
+}
+
 TEST(Fields, AreRefusedWhereTheyCannotBe) {
   const Folder folder;
   write_strip(folder);
@@ -115,6 +136,11 @@ TEST(Fields, AreRefusedWhereTheyCannotBe) {
   refused({"--field", "out.json", "-o", "f.ply"}, "lies nowhere");
   write_bytes(folder / "texture.json", R"({"strokes": [{"uv": [[0, 0], [1, 1]], "texture": 7}]})");
   refused({"--field", "texture.json", "-o", "f.ply"}, "found 7, wanted one of 1");
+  write_bytes(folder / "point.json", R"({"strokes": [{"points": [[1, 0, 0], [1, 0, 0]]}]})");
+  refused({"--field", "point.json", "-o", "f.ply"}, "it has no direction");
+  write_image(folder / "black.png", Image<float>(8, 8, 3, 0.0F));
+  refused({"--field", "black.png", "-o", "f.ply"}, "0 everywhere");
+  refused({"-o", "f.ply"}, "--field");
   refused({"--field", "max-curvature", "-o", "f.obj"}, "wanted .ply or .vf");
   refused({"--field", "max-curvature", "--part", "curl", "-o", "parts/"}, "a folder gets all parts");
   const Result lonely = marquetry(folder, {"filter", "strip.obj", "--strength", "50", "--kappa", "3", "-o", "f.png"});

@@ -159,6 +159,9 @@ TEST(Track, RoundsPositionsAsItIsAskedToAndGoesOnWithThem) {
   resumed.push_back("--resume");
   ASSERT_EQ(marquetry(folder, resumed).status, 0);
   EXPECT_EQ(file_bytes(folder / "body.blocks"), blocks);
+  const Result coarse = marquetry(folder, {"track", "body", "-o", "coarse.evolving", "--remesh", "--error", "1"});
+  EXPECT_EQ(coarse.status, 2);
+  EXPECT_THAT(coarse.error, HasSubstr("--within is 0.2 %"));
   resumed[7] = "0.2";
   const Result refused = marquetry(folder, resumed);
   EXPECT_EQ(refused.status, 2);

@@ -17,14 +17,22 @@ bool names_file(const std::string& name) {
 
 constexpr const char* known[] = {"max-curvature", "min-curvature", "harmonic", "gradient"};
 
-/// --field, with a default or without, and what goes with it.
-void add_naming_options(OptionTable& table, const std::string& usual, const std::string& group, const std::string& help) {
+/// How --field is asked for.
+struct FieldNaming {
+  std::string usual = {};  ///< the default; empty: none
+  char letter = '\0';
+  bool required = false;
+};
+
+/// --field and what goes with it.
+void add_naming_options(OptionTable& table, const FieldNaming& naming, const std::string& group, const std::string& help) {
   using Type = Option::Type;
   table.add(
       {.name = "field",
-       .letter = usual.empty() ? '\0' : 'f',
+       .letter = naming.letter,
        .type = Type::text,
-       .default_value = usual,
+       .default_value = naming.usual,
+       .required = naming.required,
        .choices = {std::begin(known), std::end(known)},
        .accepts =
            [](const std::string& text) {
@@ -41,7 +49,7 @@ void add_naming_options(OptionTable& table, const std::string& usual, const std:
            "of triangles and two doubles for each, along its first two edges from its first "
            "corner; a .ply file has vx, vy, vz at its vertices or faces. A .json file holds strokes, "
            "{\"strokes\": [{\"points\": [[x, y, z], ...]}]} or \"uv\": [[u, v], ...]: the field is the smoothest "
-           "along them. A picture is a map of directions in tangent space, as fields writes it."});
+           "along them. A picture is a map of directions in tangent space, as fields writes it; with %s in its name one for each texture."});
   table.add({.name = "number",
              .type = Type::integer,
              .default_value = "1",
@@ -72,8 +80,9 @@ FieldRequest named_request(const OptionValues& options) {
 }  // namespace
 
 void add_field_options(OptionTable& table, const std::string& strength) {
-  add_naming_options(table, "max-curvature", "Field", "max-curvature, min-curvature, harmonic, gradient, or a file");
   const bool kept = strength == "kept";
+  add_naming_options(table, kept ? FieldNaming{{}, 'f', true} : FieldNaming{"max-curvature", 'f', false}, "Field",
+                     "max-curvature, min-curvature, harmonic, gradient, or a file");
   table.add({.name = "strength",
              .type = Option::Type::choice,
              .default_value = strength,
@@ -84,7 +93,7 @@ void add_field_options(OptionTable& table, const std::string& strength) {
 }
 
 void add_direction_options(OptionTable& table, const std::string& group, const std::string& what, const std::string& kappa) {
-  add_naming_options(table, "", group, what + " along a field: max-curvature, min-curvature, harmonic, gradient, or a file");
+  add_naming_options(table, {}, group, what + " along a field: max-curvature, min-curvature, harmonic, gradient, or a file");
   table.add({.name = "kappa",
              .type = Option::Type::number,
              .default_value = kappa,

@@ -6,7 +6,7 @@
 
 namespace mq::app {
 
-/// Adds --field, --number, --turned and --strength; `strength` is the default.
+/// Adds --field, --number, --turned and --strength; `strength` is the default, and with "kept" --field has none.
 void add_field_options(OptionTable& table, const std::string& strength = "scaled");
 
 /// Adds --field, which is nothing by default, --number, --turned and --kappa with this default; "`what` along a field".

@@ -43,7 +43,8 @@ FieldOutputs asked_outputs(const OptionValues& options, const TexturedModel& sce
     outputs.vectors = name;
   } else if (names_picture(name)) {
     require(!works_at_vertices(options, scene),
-            fmt::format("--output: found '{}', a picture, and the model has no texture coordinates: wanted .ply or .vf", name));
+            fmt::format("--output: found '{}', a picture, and what is worked on are vertices ({}): wanted .ply or .vf", name,
+                        options.flag("vertices") ? "--vertices" : "the model has no texture coordinates"));
     outputs.maps.emplace(name, scene.model, Outputs::Kind::pictures);
   } else {
     require(!names_model(name) && fs::path(name).extension().empty(),
@@ -102,6 +103,14 @@ void write_folder(Run& run, const TexturedModel& scene, const FieldOutputs& outp
   say_written(run, to);
 }
 
+/// What is worth knowing of a field before its parts or a map are believed.
+void say_of_signs(Run& run, const FieldRequest& request) {
+  using Kind = FieldRequest::Kind;
+  if (request.kind == Kind::max_curvature || request.kind == Kind::min_curvature)
+    run.terminal().remark("directions of curvature have no sign: neighbours may point opposite ways, which means over "
+                          "texels and the parts of the field show");
+}
+
 /// Unknowns for what needs them: texels where the texture counts, else vertices, which cost nothing.
 std::unique_ptr<ModelSignal> signal_for(Run& run, const TexturedModel& scene, const FieldRequest& request, bool map) {
   using Kind = FieldRequest::Kind;
@@ -129,7 +138,7 @@ Exit fields(Run& run) {
   const std::string part = options.text("part");
   ModelField field;
   HodgeParts parts;
-  Signal map;
+  FieldMap map;
   about(scene.model, [&] {
     {
       const Step step(run, "field", 0.3);
@@ -144,9 +153,14 @@ Exit fields(Run& run) {
     }
     if (outputs.maps) map = field_map(scene, *signal, field);
   });
+  if (outputs.maps || !outputs.folder.empty() || part != "whole") say_of_signs(run, request);
+  if (map.beyond > 0)
+    run.terminal().remark(fmt::format("{:.1f} % of the texels have vectors longer than 1, which blue cannot say: --strength "
+                                      "scaled brings them to scale",
+                                      100 * double(map.beyond) / double(map.values.rows())));
   const Step step(run, "write", 0.1);
   if (outputs.maps) {
-    signal->replace(map, Depth::u16, scene.model);
+    signal->replace(map.values, Depth::u16, scene.model);
     write_outputs(run, *outputs.maps, std::move(scene.model), step);
   } else if (!outputs.folder.empty()) {
     write_folder(run, scene, outputs, field.field, parts);

@@ -100,7 +100,8 @@ ModelField unscaled(const TexturedModel& model, const ModelSignal& signal,
 void check_field(const TexturedModel& model, const FieldRequest& request) {
   if (request.kind == FieldRequest::Kind::file) read_vector_field(request.file, model.model.mesh);
   if (request.kind == FieldRequest::Kind::strokes) read_field_strokes(request.file);
-  if (request.kind == FieldRequest::Kind::map) picture_info(request.file);
+  if (request.kind == FieldRequest::Kind::map)
+    for (const std::filesystem::path& file : map_files(model, request.file)) picture_info(file);
 }
 
 ModelField model_field(const TexturedModel& model, const ModelSignal& signal,

@@ -7,6 +7,7 @@
 
 #include "mq/base/error.h"
 #include "mq/base/option_names.h"
+#include "mq/base/option_names.h"
 #include "mq/base/words.h"
 #include "mq/mesh/geometry.h"
 
@@ -37,6 +38,11 @@ SequenceTracker::SequenceTracker(const FrameLoader& frames, SequenceStore& store
 SequenceTracker::~SequenceTracker() = default;
 
 FollowedSequence SequenceTracker::run(const Progress& progress) {
+  if (options_.error && options_.follow.remeshing != Remeshing::none && *options_.error > options_.follow.within)
+    throw InvalidInput(fmt::format("{}: found {:.3g} % of the diagonal, and {} is {:.3g} %: what is rounded by more than frames "
+                                   "are to be followed by would be replaced in each of them; wanted no more than that",
+                                   option_name("error"), 100 * *options_.error, option_name("within"),
+                                   100 * options_.follow.within));
   const int begun =
       options_.resume == SequenceTrackerOptions::Resume::where_possible ? take_up() : 0;
   if (begun > 0) {

@@ -33,7 +33,7 @@ class WishesAlong {
       add_in_space(stroke);
     else
       add_in_texture(stroke);
-    require(wishes.size() > before, stroke.place + ": lies nowhere on the textured surface");
+    require(wishes.size() > before, stroke.place + ": lies nowhere on the textured surface: uv are from 0 to 1 as the model has them, (0, 0) is the lower left");
   }
 
   std::vector<WishedVector> wishes;
@@ -41,21 +41,29 @@ class WishesAlong {
  private:
   void add_in_space(const FieldStroke& stroke) {
     if (!finder_) finder_.emplace(model_.surface.mesh);
-    const double far = 0.1 * std::sqrt(model_.surface.area);
+    std::vector<Vector3> points, ways;
+    std::vector<std::size_t> pieces;
     for (std::size_t i = 0; i + 1 < stroke.points.size(); ++i) {
       const Vector3 way = stroke.points[i + 1] - stroke.points[i];
       const double length = way.norm();
       if (!(length > 0)) continue;
       for_each_sample(length, spacing_, [&](double share) {
-        const ClosestPoint at = (*finder_)(stroke.points[i] + share * way);
-        if (at.squared_distance > far * far)
-          throw InvalidInput(fmt::format("{}: point {} lies {:.3g} from the surface, wanted less than {:.3g}: is it of "
-                                         "another model, or in other units?",
-                                         stroke.place, i + 1, std::sqrt(at.squared_distance), far));
-        if (atlas_ && atlas_->chart[std::size_t(at.triangle)] < 0) return;
-        if (!model_.surface.degenerate[std::size_t(at.triangle)])
-          wishes.push_back({at, stroke.strength / length * way, 1});
+        points.push_back(stroke.points[i] + share * way);
+        ways.push_back(stroke.strength / length * way);
+        pieces.push_back(i);
       });
+    }
+    require(!points.empty(), stroke.place + ": all its points are one, and so it has no direction: wanted two that differ");
+    const double far = 0.1 * std::sqrt(model_.surface.area);
+    const std::vector<ClosestPoint> found = (*finder_)(points);
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      const ClosestPoint& at = found[k];
+      if (at.squared_distance > far * far)
+        throw InvalidInput(fmt::format("{}: after point {} (the first is 0) it lies {:.3g} from the surface, wanted less than "
+                                       "{:.3g}: is it of another model, or in other units?",
+                                       stroke.place, pieces[k], std::sqrt(at.squared_distance), far));
+      if (atlas_ && atlas_->chart[std::size_t(at.triangle)] < 0) continue;
+      if (!model_.surface.degenerate[std::size_t(at.triangle)]) wishes.push_back({at, ways[k], 1});
     }
   }
 
