@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "mq/base/error.h"
+#include "options/signal_options.h"
 #include "mq/io/file_names.h"
 
 namespace mq::app {
@@ -86,10 +87,10 @@ void add_field_options(OptionTable& table, const std::string& strength) {
   table.add({.name = "strength",
              .type = Option::Type::choice,
              .default_value = strength,
-             .choices = kept ? std::vector<std::string>{"kept", "scaled", "unit"} : std::vector<std::string>{"scaled", "unit"},
+             .choices = {strength, kept ? "scaled" : "unit", kept ? "unit" : "scaled"},
              .group = "Field",
              .help = kept ? "kept: as it is; scaled: its strongest tenth becomes 1; unit: 1 everywhere"
-                          : "scaled: lines fade where the field is weak; unit: equally clear everywhere"});
+                          : "unit: lines equally clear everywhere; scaled: they fade where the field is weak"});
 }
 
 void add_direction_options(OptionTable& table, const std::string& group, const std::string& what, const std::string& kappa) {
@@ -108,7 +109,7 @@ std::unique_ptr<SignalSpace> asked_space_along(Run& run, const TexturedModel& mo
   const OptionValues& options = run.options();
   if (!options.has("field")) {
     for (const char* name : {"number", "turned", "kappa"})
-      require(!options.given(name), fmt::format("--{} is of a field: name one with --field", name));
+      require(!asks_for(options, name), fmt::format("--{} is of a field: name one with --field", name));
     return nullptr;
   }
   const ModelField found = model_field(model, signal, named_request(options), progress.step("field", 0.4));

@@ -49,7 +49,7 @@ Signal lines_by_paths(Run& run, const TexturedModel& scene, const ModelSignal& d
   const TraceAtlas atlas(scene.surface, *domain.texel_atlas(), *domain.texel_space(), progress.step("order cells", 0.1));
   // Where a field is weak paths are short: they show noise, and not less of it.
   FieldRequest request = asked_request(run.options(), scene);
-  if (!run.options().given("strength")) request.strength = FieldRequest::Strength::unit;
+  if (run.options().text("strength") == "automatic") request.strength = FieldRequest::Strength::unit;
   const ModelField field = model_field(scene, domain, request, progress.step("field", 0.3));
   if (field.harmonic_fields) run.result["harmonic_fields"] = *field.harmonic_fields;
   const Vector z = field.texels.size() > 0 ? field.texels : vectors.from_triangles(field.field);
@@ -167,8 +167,8 @@ Verb lic_verb() {
              .group = "Lines",
              .help = "diffusion in a metric, or paths through the texels, twice --length both ways: finer",
              .details = "Paths see a field texel by texel, so that strokes and maps may be finer than triangles; they "
-                        "want one with a sign, not curvatures, have no use for --kappa and --sharpen, and take --strength unit "
-                        "where none is given."});
+                        "want one with a sign, not curvatures, have no use for --kappa and --sharpen. By diffusion "
+                        "--strength is scaled where nothing else is asked for, by paths unit."});
   table.add({.name = "kappa",
              .type = Type::number,
              .default_value = as_typed(FieldLinesOptions{}.kappa),
