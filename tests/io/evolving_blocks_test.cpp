@@ -60,13 +60,13 @@ TEST(EvolvingBlocks, OfASegmentRefuseRandomBytes) {
 }
 
 TEST(EvolvingBlocks, OfVersion1WithChangedBytesAreRefusedOrSayASegment) {
-  const EvolvingMesh strip = waving_strip(5, 2);
+  const EvolvingMesh strip = stored_strip(5, 2);
   expect_refuses_changes(
       version_1::segment_block(strip.segments[0], in_steps(strip.frames[0].positions, test_step)), decode_old_segment);
 }
 
 TEST(EvolvingBlocks, WithChangedBytesAreRefusedOrSayASegment) {
-  const EvolvingMesh strip = waving_strip(300, 2);
+  const EvolvingMesh strip = stored_strip(300, 2);
   expect_refuses_changes(encode_change(strip.segments[0], {}, 0), decode_whole);
   expect_refuses_changes(encode_change(strip.segments[0], {}, 0x1p-16), decode_whole);
   expect_refuses_changes(encode_change(strip.segments[1], strip.segments[0], 0),
@@ -74,7 +74,7 @@ TEST(EvolvingBlocks, WithChangedBytesAreRefusedOrSayASegment) {
 }
 
 TEST(EvolvingBlocks, OfAFrameWithChangedBytesAreRefusedOrSayPositions) {
-  const EvolvingMesh strip = waving_strip(300, 2);
+  const EvolvingMesh strip = stored_strip(300, 2);
   const CodingOrder order(strip.segments[0].triangles, strip.segments[0].vertex_count());
   MotionState motion;
   for (const EvolvingFrame& frame : strip.frames) {
@@ -113,7 +113,7 @@ TEST(EvolvingBlocks, ThatWouldUnpackToMuchMoreAreRefused) {
 }
 
 TEST(EvolvingBlocks, OfLargeRegularMeshesAreLargeEnoughForWhatTheyHold) {
-  const EvolvingMesh strip = waving_strip(4000, 1);
+  const EvolvingMesh strip = stored_strip(4000, 1);
   const Bytes bytes = encode_change(strip.segments[0], {}, 0x1p-10);
   const EvolvingSegment found = decode_change(bytes, {}, "strip");
   EXPECT_EQ(found.triangles, strip.segments[0].triangles);

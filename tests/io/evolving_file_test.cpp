@@ -49,7 +49,7 @@ class EvolvingFile : public testing::Test {
 };
 
 TEST_F(EvolvingFile, GivesBackWhatWasWritten) {
-  const EvolvingMesh strip = waving_strip(20, 8);
+  const EvolvingMesh strip = stored_strip(20, 8);
   write_evolving(manifest_, strip, test_step);
   const EvolvingReader reader(manifest_);
   EXPECT_EQ(reader.broken(), "");
@@ -57,7 +57,7 @@ TEST_F(EvolvingFile, GivesBackWhatWasWritten) {
 }
 
 TEST_F(EvolvingFile, ReadsFramesInAnyOrder) {
-  const EvolvingMesh strip = waving_strip(20, 8);
+  const EvolvingMesh strip = stored_strip(20, 8);
   write_evolving(manifest_, strip, test_step);
   const EvolvingReader reader(manifest_);
   for (const int f : {7, 0, 5, 1}) EXPECT_EQ(reader.positions(f), strip.frames[f].positions);
@@ -65,7 +65,7 @@ TEST_F(EvolvingFile, ReadsFramesInAnyOrder) {
 
 TEST_F(EvolvingFile, BeginsAGroupInTimeAndReadsFramesOfGroupsInAnyOrder) {
   const int count = 2 * store_group_frames + 3;
-  const EvolvingMesh strip = waving_strip(20, count);
+  const EvolvingMesh strip = stored_strip(20, count);
   write_evolving(manifest_, strip, test_step);
   const EvolvingReader reader(manifest_);
   for (const int f : {count - 1, 0, store_group_frames, store_group_frames - 1, 5, count / 2, count / 2 - 1})
@@ -93,14 +93,14 @@ TEST_F(EvolvingFile, RoundsToHalfAStep) {
 }
 
 TEST_F(EvolvingFile, TakesLessThanHalfOfFloats) {
-  const EvolvingMesh strip = waving_strip(2000, 4);
+  const EvolvingMesh strip = stored_strip(2000, 4);
   write_evolving(manifest_, strip, test_step);
   const EvolvingReader reader(manifest_);
   EXPECT_LT(reader.frames()[1].bytes, 4002 * 12 / 2);
 }
 
 TEST_F(EvolvingFile, IsOffByNoMoreThanIsAskedFor) {
-  EvolvingMesh strip = waving_strip(50, 3);
+  EvolvingMesh strip = stored_strip(50, 3);
   const Random random(7);
   std::uint64_t draw = 0;
   for (EvolvingFrame& frame : strip.frames)
@@ -121,7 +121,7 @@ TEST_F(EvolvingFile, IsOffByNoMoreThanIsAskedFor) {
 }
 
 TEST_F(EvolvingFile, RoundsTextureCoordinatesWhereItIsAskedTo) {
-  EvolvingMesh strip = waving_strip(50, 4);
+  EvolvingMesh strip = stored_strip(50, 4);
   strip.segments[1].uvs = strip.segments[0].uvs;
   strip.segments[1].corner_uvs = strip.segments[0].corner_uvs;
   strip.segments[1].uvs.emplace_back(1 / 3.0, -1 / 7.0);
@@ -150,7 +150,7 @@ TEST_F(EvolvingFile, RoundsTextureCoordinatesWhereItIsAskedTo) {
 
 /// Triangles and vertices that go, come, change their order and their corners.
 TEST_F(EvolvingFile, TellsSegmentsByWhatIsNewInThem) {
-  EvolvingMesh strip = waving_strip(400, 6);
+  EvolvingMesh strip = stored_strip(400, 6);
   EvolvingSegment& first = strip.segments[0];
   EvolvingSegment& second = strip.segments[1];
   second = first;
@@ -173,7 +173,7 @@ TEST_F(EvolvingFile, TellsSegmentsByWhatIsNewInThem) {
 }
 
 TEST_F(EvolvingFile, OfVersion1IsRead) {
-  const EvolvingMesh strip = waving_strip(20, 8);
+  const EvolvingMesh strip = stored_strip(20, 8);
   version_1::write_store(manifest_, strip, -20);
   const EvolvingReader reader(manifest_);
   EXPECT_EQ(reader.broken(), "");
@@ -190,7 +190,7 @@ TEST_F(EvolvingFile, OfVersion1IsRead) {
 }
 
 TEST_F(EvolvingFile, OfVersion1IsGoneOnWithInThatOfToday) {
-  const EvolvingMesh strip = waving_strip(20, 8);
+  const EvolvingMesh strip = stored_strip(20, 8);
   version_1::write_store(manifest_, strip, -20);
   {
     EvolvingWriter writer(EvolvingReader(manifest_), 5);
@@ -204,7 +204,7 @@ TEST_F(EvolvingFile, OfVersion1IsGoneOnWithInThatOfToday) {
 }
 
 TEST_F(EvolvingFile, CutAnywhereGivesWhatIsBeforeTheCut) {
-  const EvolvingMesh strip = waving_strip(6, 6);
+  const EvolvingMesh strip = stored_strip(6, 6);
   write_evolving(manifest_, strip, test_step);
   const Bytes sound = read_file(blocks_);
   const EvolvingReader whole(manifest_);
@@ -222,7 +222,7 @@ TEST_F(EvolvingFile, CutAnywhereGivesWhatIsBeforeTheCut) {
 }
 
 TEST_F(EvolvingFile, WithAManifestCutAnywhereGivesWhatIsBeforeTheCut) {
-  const EvolvingMesh strip = waving_strip(6, 6);
+  const EvolvingMesh strip = stored_strip(6, 6);
   write_evolving(manifest_, strip, test_step);
   const Bytes sound = read_file(manifest_);
   const std::string text(text_of(sound));
@@ -241,7 +241,7 @@ TEST_F(EvolvingFile, WithAManifestCutAnywhereGivesWhatIsBeforeTheCut) {
 }
 
 TEST_F(EvolvingFile, SaysWhichBlockHasOtherBytes) {
-  const EvolvingMesh strip = waving_strip(6, store_group_frames + 6);
+  const EvolvingMesh strip = stored_strip(6, store_group_frames + 6);
   write_evolving(manifest_, strip, test_step);
   const EvolvingReader whole(manifest_);
   Bytes bytes = read_file(blocks_);
@@ -265,7 +265,7 @@ TEST_F(EvolvingFile, SaysWhichBlockHasOtherBytes) {
 }
 
 TEST_F(EvolvingFile, WithNoiseInTheManifestIsRefusedOrCutShort) {
-  const EvolvingMesh strip = waving_strip(6, 6);
+  const EvolvingMesh strip = stored_strip(6, 6);
   write_evolving(manifest_, strip, test_step);
   const Bytes sound = read_file(manifest_);
   const Random random(3);
@@ -295,7 +295,7 @@ std::string with_number(std::string_view text, std::size_t which, const std::str
 }
 
 TEST_F(EvolvingFile, WithAnyNumberAbsurdIsRefusedOrCutShort) {
-  const EvolvingMesh strip = waving_strip(6, 6);
+  const EvolvingMesh strip = stored_strip(6, 6);
   write_evolving(manifest_, strip, test_step);
   const Bytes sound = read_file(manifest_);
   const Random random(5);
@@ -328,7 +328,7 @@ TEST_F(EvolvingFile, WithAnyNumberAbsurdIsRefusedOrCutShort) {
 }
 
 TEST_F(EvolvingFile, SaysWhichCountIsAbsurd) {
-  const EvolvingMesh strip = waving_strip(6, 6);
+  const EvolvingMesh strip = stored_strip(6, 6);
   write_evolving(manifest_, strip, test_step);
   std::string text(text_of(read_file(manifest_)));
   const std::string count = "\"vertices\":14";
@@ -341,7 +341,7 @@ TEST_F(EvolvingFile, SaysWhichCountIsAbsurd) {
 }
 
 TEST_F(EvolvingFile, GoesOnAfterABreakAsIfThereHadBeenNone) {
-  const EvolvingMesh strip = waving_strip(6, 6);
+  const EvolvingMesh strip = stored_strip(6, 6);
   write_evolving(manifest_, strip, test_step);
   const Bytes blocks = read_file(blocks_), lines = read_file(manifest_);
   const std::int64_t cut = EvolvingReader(manifest_).frames()[4].offset + 3;
@@ -357,7 +357,7 @@ TEST_F(EvolvingFile, GoesOnAfterABreakAsIfThereHadBeenNone) {
 }
 
 TEST_F(EvolvingFile, CanGoOnFromAnEarlierFrameOrFromNone) {
-  const EvolvingMesh strip = waving_strip(6, 6);
+  const EvolvingMesh strip = stored_strip(6, 6);
   write_evolving(manifest_, strip, test_step);
   const Bytes blocks = read_file(blocks_);
   {
@@ -374,7 +374,7 @@ TEST_F(EvolvingFile, CanGoOnFromAnEarlierFrameOrFromNone) {
 
 TEST_F(EvolvingFile, GoesOnWithinAGroupAndWhereOneEnds) {
   const int count = 2 * store_group_frames + 2;
-  const EvolvingMesh strip = waving_strip(6, count);
+  const EvolvingMesh strip = stored_strip(6, count);
   write_evolving(manifest_, strip, test_step);
   const Bytes blocks = read_file(blocks_), lines = read_file(manifest_);
   for (const int kept : {store_group_frames - 1, store_group_frames, store_group_frames + 1, count - 3, count - 1}) {
@@ -393,7 +393,7 @@ TEST_F(EvolvingFile, GoesOnWithinAGroupAndWhereOneEnds) {
 }
 
 TEST_F(EvolvingFile, StaysUntilTheNextHasAFrame) {
-  const EvolvingMesh strip = waving_strip(2, 2);
+  const EvolvingMesh strip = stored_strip(2, 2);
   write_evolving(manifest_, strip, test_step);
   const Bytes lines = read_file(manifest_), blocks = read_file(blocks_);
   {
@@ -412,7 +412,7 @@ TEST_F(EvolvingFile, StaysUntilTheNextHasAFrame) {
 }
 
 TEST_F(EvolvingFile, KeepsWhatItsMakerMeasured) {
-  const EvolvingMesh strip = waving_strip(2, 2);
+  const EvolvingMesh strip = stored_strip(2, 2);
   EvolvingWriter writer(manifest_, test_step, R"({"by":"a test"})");
   writer.add_segment(strip.segments[0]);
   writer.add_frame(1, strip.frames[0].positions, R"({"distance_mean":0.5})");

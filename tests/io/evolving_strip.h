@@ -1,5 +1,5 @@
 #pragma once
-/// An evolving mesh to try its store with, and bytes to spoil.
+/// Evolving meshes to try files with, and bytes to spoil.
 
 #include <cmath>
 #include <string>
@@ -11,7 +11,7 @@ namespace mq {
 
 inline constexpr double test_step = 0x1p-20;
 
-/// A strip of n quads that waves over `count` frames; in the middle its last quad is made anew.
+/// A strip of n quads that waves over `count` frames; from the middle on its last quad is another.
 inline EvolvingMesh waving_strip(int n, int count) {
   Mesh mesh;
   for (int i = 0; i <= n; ++i)
@@ -28,14 +28,20 @@ inline EvolvingMesh waving_strip(int n, int count) {
   evolving.segments = {segment_of(mesh), segment_of(mesh)};
   evolving.segments[1].triangle_ids[2 * n - 2] = 2 * n;
   evolving.segments[1].triangle_ids[2 * n - 1] = 2 * n + 1;
-  evolving.segments[1].uvs.clear();
-  evolving.segments[1].corner_uvs.clear();
   for (int f = 0; f < count; ++f) {
     EvolvingFrame frame{10 + 2 * f, f < count / 2 ? 0 : 1, mesh.positions};
     for (Vector3& p : frame.positions) p.z() = std::sin(p.x() + 0.3 * f);
-    frame.positions = rounded(frame.positions, test_step);
     evolving.frames.push_back(std::move(frame));
   }
+  return evolving;
+}
+
+/// The same as a store of `test_step` gives it back, without texture coordinates from the middle on.
+inline EvolvingMesh stored_strip(int n, int count) {
+  EvolvingMesh evolving = waving_strip(n, count);
+  evolving.segments[1].uvs.clear();
+  evolving.segments[1].corner_uvs.clear();
+  for (EvolvingFrame& frame : evolving.frames) frame.positions = rounded(frame.positions, test_step);
   return evolving;
 }
 

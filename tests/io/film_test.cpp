@@ -7,36 +7,12 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "io/evolving_strip.h"
 #include "io/folder.h"
 #include "mq/base/error.h"
 
 namespace mq {
 namespace {
-
-/// A strip of n quads that waves over `count` frames; from the middle on its last quad is another.
-EvolvingMesh waving_strip(int n, int count) {
-  Mesh mesh;
-  for (int i = 0; i <= n; ++i)
-    for (int j = 0; j < 2; ++j) {
-      mesh.positions.emplace_back(i, j, 0);
-      mesh.uvs.emplace_back(double(i) / n, j);
-    }
-  for (int i = 0; i < n; ++i) {
-    mesh.triangles.push_back({2 * i, 2 * i + 2, 2 * i + 3});
-    mesh.triangles.push_back({2 * i, 2 * i + 3, 2 * i + 1});
-  }
-  mesh.corner_uvs = mesh.triangles;
-  EvolvingMesh evolving;
-  evolving.segments = {segment_of(mesh), segment_of(mesh)};
-  evolving.segments[1].triangle_ids[2 * n - 2] = 2 * n;
-  evolving.segments[1].triangle_ids[2 * n - 1] = 2 * n + 1;
-  for (int f = 0; f < count; ++f) {
-    EvolvingFrame frame{10 + 2 * f, f < count / 2 ? 0 : 1, mesh.positions};
-    for (Vector3& p : frame.positions) p.z() = std::sin(p.x() + 0.3 * f);
-    evolving.frames.push_back(std::move(frame));
-  }
-  return evolving;
-}
 
 class FilmTest : public FolderTest {};
 

@@ -165,6 +165,16 @@ TEST(ViewChoice, AViewThatSharesNothingKeepsItsLight) {
   EXPECT_EQ(found[2], (LightColour{1, 1, 1}));
 }
 
+/// Of view 1 what is hidden and what touches it are rejected, and nothing else.
+void expect_rejected_with_border(const Observations& observations, int width, const auto& hidden) {
+  for (int p = 0; p < observations.patches(); ++p) {
+    const int x = p % width, y = p / width;
+    const bool border = hidden(x - 1, y) || hidden(x + 1, y) || hidden(x, y - 1) || hidden(x, y + 1);
+    for (const Observation& o : observations.of(p))
+      EXPECT_EQ(o.rejected, o.view == 1 && (hidden(x, y) || border)) << x << ", " << y << " in " << o.view;
+  }
+}
+
 TEST(ViewChoice, APasserByIsRejectedWithItsBorderAndNothingElse) {
   constexpr int width = 20, height = 12;
   const Patches patches = grid_of_patches(width, height);
@@ -174,12 +184,7 @@ TEST(ViewChoice, APasserByIsRejectedWithItsBorderAndNothingElse) {
   for (int p = 0; p < width * height; ++p)
     if (changed(p)) observations.of(p)[1].colour = {0.05F, 0.6F, 0.1F};
   reject(patches, {}, observations);
-  for (int p = 0; p < width * height; ++p) {
-    const int x = p % width, y = p / width;
-    const bool border = hidden(x - 1, y) || hidden(x + 1, y) || hidden(x, y - 1) || hidden(x, y + 1);
-    for (const Observation& o : observations.of(p))
-      EXPECT_EQ(o.rejected, o.view == 1 && (hidden(x, y) || border)) << x << ", " << y << " in " << o.view;
-  }
+  expect_rejected_with_border(observations, width, hidden);
 }
 
 /// Beside a place where three views tell, two suffice; there the other is not rejected.
@@ -197,12 +202,7 @@ TEST(ViewChoice, APasserByIsFollowedToWhereTwoViewsAloneShowThePlace) {
     }
   Observations observations = Observations::gather(width * height, views);
   reject(patches, {}, observations);
-  for (int p = 0; p < width * height; ++p) {
-    const int x = p % width, y = p / width;
-    const bool border = hidden(x - 1, y) || hidden(x + 1, y) || hidden(x, y - 1) || hidden(x, y + 1);
-    for (const Observation& o : observations.of(p))
-      EXPECT_EQ(o.rejected, o.view == 1 && (hidden(x, y) || border)) << x << ", " << y << " in " << o.view;
-  }
+  expect_rejected_with_border(observations, width, hidden);
 }
 
 /// Two views of a grid, of which one is changed somewhere.

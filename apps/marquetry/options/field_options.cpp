@@ -112,8 +112,7 @@ std::unique_ptr<SignalSpace> asked_space_along(Run& run, const TexturedModel& mo
       require(!asks_for(options, name), fmt::format("--{} is of a field: name one with --field", name));
     return nullptr;
   }
-  const ModelField found = model_field(model, signal, named_request(options), progress.step("field", 0.4));
-  if (found.harmonic_fields) run.result["harmonic_fields"] = *found.harmonic_fields;
+  const ModelField found = found_field(run, model, signal, named_request(options), progress.step("field", 0.4));
   return signal.space_across(found.field, options.number("kappa"), progress.step("metric", 0.6));
 }
 
@@ -130,8 +129,9 @@ FieldRequest asked_request(const OptionValues& options, const TexturedModel& mod
   return request;
 }
 
-ModelField asked_model_field(Run& run, const TexturedModel& model, const ModelSignal& signal, const Progress& progress) {
-  ModelField found = model_field(model, signal, asked_request(run.options(), model), progress);
+ModelField found_field(Run& run, const TexturedModel& model, const ModelSignal& signal, const FieldRequest& request,
+                       const Progress& progress) {
+  ModelField found = model_field(model, signal, request, progress);
   if (found.harmonic_fields) run.result["harmonic_fields"] = *found.harmonic_fields;
   return found;
 }

@@ -18,7 +18,8 @@ std::unique_ptr<SignalSpace> asked_space_along(Run& run, const TexturedModel& mo
 
 FieldRequest asked_request(const OptionValues& options, const TexturedModel& model);
 
-/// `model_field` of the request, with what the report should say of it.
-ModelField asked_model_field(Run& run, const TexturedModel& model, const ModelSignal& signal, const Progress& progress);
+/// `model_field`, with what the report should say of it.
+ModelField found_field(Run& run, const TexturedModel& model, const ModelSignal& signal, const FieldRequest& request,
+                       const Progress& progress);
 
 }  // namespace mq::app

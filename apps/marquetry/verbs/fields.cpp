@@ -142,9 +142,8 @@ Exit fields(Run& run) {
   about(scene.model, [&] {
     {
       const Step step(run, "field", 0.3);
-      field = model_field(scene, *signal, request, step);
+      field = found_field(run, scene, *signal, request, step);
     }
-    if (field.harmonic_fields) run.result["harmonic_fields"] = *field.harmonic_fields;
     if (part != "whole" || !outputs.folder.empty()) {
       const Step step(run, "take apart", 0.3);
       parts = hodge_parts(scene.surface, field.field, step);

@@ -50,8 +50,7 @@ Signal lines_by_paths(Run& run, const TexturedModel& scene, const ModelSignal& d
   // Where a field is weak paths are short: they show noise, and not less of it.
   FieldRequest request = asked_request(run.options(), scene);
   if (run.options().text("strength") == "automatic") request.strength = FieldRequest::Strength::unit;
-  const ModelField field = model_field(scene, domain, request, progress.step("field", 0.3));
-  if (field.harmonic_fields) run.result["harmonic_fields"] = *field.harmonic_fields;
+  const ModelField field = found_field(run, scene, domain, request, progress.step("field", 0.3));
   const Vector z = field.texels.size() > 0 ? field.texels : vectors.from_triangles(field.field);
   ConvolvedPaths lines = PathConvolution(vectors, atlas, z).draw(noise, length, progress.step("follow paths", 0.6));
   run.result["paths"] = lines.counts.paths;
@@ -93,7 +92,8 @@ Exit lic(Run& run) {
     about(scene.model, [&] {
       grain = asked_grain(options, domain->scale());
       if (paths) return;
-      const ModelField found = asked_model_field(run, scene, *domain, step.progress().step("field", 0.2));
+      const ModelField found =
+          found_field(run, scene, *domain, asked_request(options, scene), step.progress().step("field", 0.2));
       across = domain->space_across(found.field, options.number("kappa"), step.progress().step("metric", 0.4));
     });
   }
