@@ -12,6 +12,13 @@ namespace mq {
 
 using TangentField = std::vector<Vector3>;
 
+/// v, orthogonal to the unit vector `from`, turned by the least rotation that takes this to the unit vector `to`. Between
+/// opposite ones, for which there is none, v itself.
+inline Vector3 carried(const Vector3& v, const Vector3& from, const Vector3& to) {
+  const double c = 1 + from.dot(to);
+  return c > 1e-9 ? Vector3(v - (to.dot(v) / c) * (from + to)) : v;
+}
+
 /// Which principal direction: of the larger or of the smaller curvature (with sign; outward bumps
 /// count positive).
 enum class Principal { max, min };

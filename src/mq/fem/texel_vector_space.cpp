@@ -101,8 +101,12 @@ TexelVectorSpace::TexelVectorSpace(const Surface& surface, const Atlas& atlas, c
 }
 
 TangentPlane TexelVectorSpace::plane(int texel) const {
+  return TangentPlane(normal(texel));
+}
+
+Vector3 TexelVectorSpace::normal(int texel) const {
   const auto& [x, y, z] = normals_[std::size_t(texel)];
-  return TangentPlane(Vector3(x, y, z));
+  return Vector3(x, y, z).normalized();
 }
 
 BlockMatrix<double> TexelVectorSpace::system(double a, double b, std::span<const float> conductivity) const {
@@ -331,15 +335,23 @@ std::vector<Complex> TexelVectorSpace::rightward() const {
 std::vector<std::array<double, 2>> TexelVectorSpace::velocities(const Vector& z) const {
   require(z.size() == 2 * std::int64_t(size()), "two components per texel are needed");
   const TexelSpace::Data& d = *space_->data_;
+  std::vector<Vector3> in_space;
+  in_space.resize(std::size_t(size()));
+  parallel_for(size(), [&](std::int64_t i) {
+    in_space[std::size_t(i)] = plane(int(i)).in_space(z[2 * i], z[2 * i + 1]);
+  });
   std::vector<std::array<double, 2>> result(std::size_t(d.grid.cell_count()));
   d.for_each_grid_cell([&](int id, const std::array<int, 4>& corners) {
     const int triangle = d.cut_info(d.cells.kind[id]).triangle;
     if (triangle < 0) return;
     const TriangleMap map(*surface_, *atlas_, triangle);
-    const TangentPlane here(map.normal());
-    Complex sum = 0;
-    for (const int corner : corners) sum += 0.25 * plane(d.unknown[corner]).turn(here) * at(z, d.unknown[corner]);
-    const Vector2 velocity = map.texels(here.in_space(sum.real(), sum.imag()));
+    const Vector3 here = map.normal().normalized();
+    Vector3 sum = Vector3::Zero();
+    for (const int corner : corners) {
+      const int i = d.unknown[corner];
+      sum += 0.25 * carried(in_space[std::size_t(i)], normal(i), here);
+    }
+    const Vector2 velocity = map.texels(sum);
     result[std::size_t(id)] = {velocity.x(), velocity.y()};
   });
   return result;
@@ -350,28 +362,31 @@ Signal TexelVectorSpace::gradient(const Signal& psi) const {
   const TexelSpace::Data& d = *space_->data_;
   const Eigen::Index channels = psi.cols();
   Signal result = Signal::Zero(2 * std::int64_t(size()), channels);
-  parallel_for(size(), [&](std::int64_t i) {
-    const TangentPlane here = plane(int(i));
-    double total = 0;
-    d.for_each_cell(d.texels.places[std::size_t(i)], [&](const Incidence& cell) {
-      if (!d.active(cell.cell)) return;
-      const TexelCells::CutInfo info = d.cut_info(d.cells.kind[cell.cell]);
-      if (info.triangle < 0) return;
-      // Cells near seams have their integrals elsewhere: what lies in them counts alike.
-      const double share = info.surface;
-      const TriangleMap map(*surface_, *atlas_, info.triangle);
-      const TangentPlane there(map.normal());
-      const Complex turn = there.turn(here);
-      total += share;
-      for (Eigen::Index c = 0; c < channels; ++c) {
-        const auto of = [&](std::size_t k) { return psi(d.unknown[cell.corners[k]], c); };
-        const Vector3 slope = map.gradient(0.5 * Vector2(of(1) - of(0) + of(3) - of(2), of(2) - of(0) + of(3) - of(1)));
-        const Complex g = share * turn * Complex(there.first.dot(slope), there.second.dot(slope));
-        result(2 * i, c) += g.real();
-        result(2 * i + 1, c) += g.imag();
-      }
-    });
-    if (total > 0) result.middleRows(2 * i, 2) /= total;
+  parallel_blocks(size(), 4096, [&](std::int64_t begin, std::int64_t end) {
+    Eigen::Matrix3Xd sum(3, channels);
+    for (std::int64_t i = begin; i < end; ++i) {
+      const TangentPlane here = plane(int(i));
+      double total = 0;
+      sum.setZero();
+      d.for_each_cell(d.texels.places[std::size_t(i)], [&](const Incidence& cell) {
+        if (!d.active(cell.cell)) return;
+        const TexelCells::CutInfo info = d.cut_info(d.cells.kind[cell.cell]);
+        if (info.triangle < 0) return;
+        // Cells near seams have their integrals elsewhere: what lies in them counts alike.
+        const double share = info.surface;
+        const TriangleMap map(*surface_, *atlas_, info.triangle);
+        const Vector3 there = map.normal().normalized();
+        total += share;
+        for (Eigen::Index c = 0; c < channels; ++c) {
+          const auto of = [&](std::size_t k) { return psi(d.unknown[cell.corners[k]], c); };
+          const Vector2 rates(of(1) - of(0) + of(3) - of(2), of(2) - of(0) + of(3) - of(1));
+          sum.col(c) += carried(0.5 * share * map.gradient(rates), there, here.normal);
+        }
+      });
+      if (!(total > 0)) continue;
+      result.row(2 * i) = here.first.transpose() * sum / total;
+      result.row(2 * i + 1) = here.second.transpose() * sum / total;
+    }
   });
   return result;
 }

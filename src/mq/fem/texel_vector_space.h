@@ -52,6 +52,7 @@ class TexelVectorSpace {
   const Atlas& atlas() const { return *atlas_; }
   int size() const { return space_->size(); }
   TangentPlane plane(int texel) const;
+  Vector3 normal(int texel) const;  ///< of that
   TangentPlane plane_of(int triangle) const;  ///< of a triangle of a chart
 
   /// a·M + b·L by blocks, Hermitian as a matrix of complex numbers, with the pattern of S:

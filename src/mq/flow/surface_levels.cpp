@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "mq/base/parallel.h"
+#include "mq/fem/tangent_fields.h"
 #include "mq/flow/detail/transfer_weights.h"
 #include "mq/mesh/geometry.h"
 #include "mq/mesh/norm.h"
@@ -16,12 +17,6 @@ namespace mq {
 namespace {
 
 constexpr double worth_it = 0.7;  // a mesh with this share of the vertices is another level
-
-/// The minimal rotation that takes unit a to unit b, of a vector orthogonal to a.
-Vector3 carried(const Vector3& v, const Vector3& a, const Vector3& b) {
-  const double c = 1 + a.dot(b);
-  return c > 1e-9 ? Vector3(v - (b.dot(v) / c) * (a + b)) : v;
-}
 
 BlockTransfer transfer_between(const FlowMesh& fine, const FlowMesh& coarse,
                                const CoarsenedSurface& coarsened) {

@@ -63,6 +63,9 @@ class FlowTextures {
   /// Coefficients on texture m for those on texture m + 1: X there at the centres of texels, where paths begin.
   Vector prolongated(int m, const Vector& z) const { return transfers_[std::size_t(m)]->prolongated(z); }
 
+  /// P of that, from texture m + 1 to texture m.
+  const BlockTransfer& transfer(int m) const { return *transfers_[std::size_t(m)]; }
+
   /// Mean values of a signal on texture m around the texels of texture m + 1.
   Signal restricted(int m, const Signal& signal) const;
   /// A signal on texture m + 1 at the texels of texture m.

@@ -279,6 +279,21 @@ std::array<double, 4> catmull_rom(double x) {
 
 }  // namespace
 
+void TraceAtlas::plain_value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Signal> row) const {
+  const std::array<double, 4> weights = bilinear(at);
+  const int step = stride(at.cell);
+  const std::array<int, 4> nodes{at.cell, at.cell + 1, at.cell + step, at.cell + step + 1};
+  double sum = 0;
+  row.setZero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const int i = unknown(nodes[k]);
+    if (i < 0 || !(weights[k] > 0)) continue;
+    row.row(0) += weights[k] * signal.row(i);
+    sum += weights[k];
+  }
+  if (sum > 0 && sum != 1) row /= sum;
+}
+
 void TraceAtlas::sharp_value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Signal> row) const {
   const int step = stride(at.cell);
   constexpr unsigned char ends = left_flag | top_flag | right_flag | bottom_flag;

@@ -16,29 +16,35 @@
 namespace mq {
 
 /// The surface as `coarse_to_fine` sees it, in so many resolutions, number 0 the finest: each level is worked on at the
-/// coarsest that shows it. A `Field` is X on the resolution at hand, a `Place` where a signal is looked up. See `MeshFlow`
-/// for what errors are.
+/// coarsest that shows it, and X may live on a coarser one than the signals. A `Field` is X on the resolution at hand, a
+/// `Place` where a signal is looked up. See `MeshFlow` for what errors are.
 template <class Field, class Place>
 class LevelAligner : public FlowDomain {
  public:
   std::string name(const FlowScale& scale) const final { return fmt::format("length {:.3g}", scale.length); }
-  double work(const FlowScale& scale) const final { return double(masses(resolution_for(scale)).size()); }
+  double work(const FlowScale& scale) const final { return double(masses(resolution_of_signals(scale)).size()); }
   double blend_error() const final { return blend_error_; }
   double level_error() const final { return error_; }
 
   void go_back_if_better() final {
     const Stopwatch watch;
-    const auto error_along = [&](const Field& X) { return error_of(at_, signals_, ends_along(at_, X, nullptr)); };
-    same_ = error_along(best_) <= error_along(now_);
-    if (same_) now_ = best_;
+    ends_ = ends_of(now_);
+    Ends of_best = ends_of(best_);
+    same_ = error_of(seen_, signals_, of_best) <= error_of(seen_, signals_, ends_);
+    if (same_) {
+      now_ = best_;
+      ends_ = std::move(of_best);
+    }
+    followed_ = true;
     levels_.back().warp_seconds += watch.seconds();
   }
 
   void look_up() final {
     const Stopwatch watch;
-    ends_ = ends_along(at_, now_, nullptr);
+    if (!followed_) ends_ = ends_of(now_);
+    followed_ = false;
     met_ = warped(signals_, ends_);
-    error_ = mean_square_difference(masses(at_), met_.source, met_.target);
+    error_ = mean_square_difference(masses(seen_), met_.source, met_.target);
     levels_.back().warp_seconds += watch.seconds();
   }
 
@@ -46,9 +52,9 @@ class LevelAligner : public FlowDomain {
     const Stopwatch watch;
     factor_ = factor;
     advance(now_, factor, Y_);
-    next_ends_ = ends_along(at_, now_, nullptr);
+    next_ends_ = ends_of(now_);
     next_ = warped(signals_, next_ends_);
-    next_error_ = mean_square_difference(masses(at_), next_.source, next_.target);
+    next_error_ = mean_square_difference(masses(seen_), next_.source, next_.target);
     levels_.back().warp_seconds += watch.seconds();
     return {error_, next_error_};
   }
@@ -62,7 +68,7 @@ class LevelAligner : public FlowDomain {
   double measure() final {
     keep_within_reach();
     const Stopwatch watch;
-    const double error = at_ == 0 ? error_of(0, raw_[0], ends_) : error_from_coarse();
+    const double error = seen_ == 0 ? error_of(0, raw_[0], ends_) : error_from_coarse();
     same_ = false;
     levels_.back().warp_seconds += watch.seconds();
     return error;
@@ -70,22 +76,22 @@ class LevelAligner : public FlowDomain {
   void keep() final {
     best_ = now_;
     same_ = true;
-    estimated_ = at_ > 0 && !probes_.starts.empty();
+    estimated_ = seen_ > 0 && !probes_.starts.empty();
   }
   void forget() final { best_ = zero(at_); }
   std::optional<double> settled_error() final {
-    if (at_ > 0 || !estimated_) return {};
+    if (seen_ > 0 || !estimated_) return {};
     estimated_ = false;
-    return error_of(0, raw_[0], same_ ? ends_ : ends_along(0, best_, nullptr));
+    return error_of(0, raw_[0], same_ ? ends_ : ends_of(best_));
   }
   void finish() final {
-    move_to(0);
+    move_to(0, 0);
     same_ = false;
   }
 
   /// Puts X = 0 on the resolution of the first scale.
   void begin(const std::vector<FlowScale>& scales) {
-    at_ = resolution_for(scales.front());
+    at_ = seen_ = resolution_of_field(scales.front());
     now_ = best_ = zero(at_);
     blend_error_ = error_of(0, raw_[0], {});
     if (at_ == 0) return;
@@ -112,8 +118,9 @@ class LevelAligner : public FlowDomain {
 
   explicit LevelAligner(const MeshFlowOptions& options) : options_(options) {}
 
-  /// The coarsest resolution on which a level shows.
-  virtual int resolution_for(const FlowScale& scale) const = 0;
+  /// The coarsest resolution on which X of a level shows, and that on which its signals do: the same or a finer one.
+  virtual int resolution_of_field(const FlowScale& scale) const = 0;
+  virtual int resolution_of_signals(const FlowScale& scale) const { return resolution_of_field(scale); }
   virtual const Vector& masses(int m) const = 0;
   virtual Field zero(int m) const = 0;
   /// Ends of paths along X from every unknown, or from these places instead.
@@ -126,23 +133,37 @@ class LevelAligner : public FlowDomain {
   virtual void advance(Field& X, double factor, const Field& Y) const = 0;
   virtual void keep_within_reach() {}
 
-  /// Both fields on a finer resolution.
-  void move_to(int m) {
-    if (m == at_) return;
-    for (; at_ > m; --at_)
-      for (Field* X : {&now_, &best_}) *X = prolongated(at_, *X);
-    for (Field* X : {&now_, &best_}) complete(m, *X);
+  /// Both fields on a finer resolution, and signals on this one.
+  void move_to(int m, int of_signals) {
+    for (Field* X : {&now_, &best_})
+      if (m < at_) *X = carried(*X, m);
+    at_ = m;
+    seen_ = of_signals;
+  }
+
+  /// X, which is on the resolution at hand, on a finer one.
+  Field carried(const Field& X, int to) const {
+    Field result = prolongated(at_, X);
+    for (int m = at_ - 1; m > to; --m) result = prolongated(m, result);
+    complete(to, result);
+    return result;
+  }
+
+  /// Of paths along X from every unknown of the signals.
+  Ends ends_of(const Field& X) const {
+    return seen_ < at_ ? ends_along(seen_, carried(X, seen_), nullptr) : ends_along(seen_, X, nullptr);
   }
 
   Pair warped(const Pair& pair, const Ends& ends) const {
-    return {looked_up(at_, pair.source, ends.source), looked_up(at_, pair.target, ends.target)};
+    return {looked_up(seen_, pair.source, ends.source), looked_up(seen_, pair.target, ends.target)};
   }
 
   const MeshFlowOptions& options_;
   std::vector<Pair> raw_;  ///< prepared signals, per resolution
 
-  int at_ = 0;         ///< the resolution at hand
-  Field now_, best_;   ///< X there, and the one of the least error on the finest
+  int at_ = 0;         ///< the resolution at hand, of X
+  int seen_ = 0;       ///< of signals
+  Field now_, best_;   ///< X, and the one of the least error on the finest
   Ends ends_;          ///< of paths along X
   std::vector<MeshFlowLevel> levels_;
   double length_ = 0;  ///< ℓ of the level
@@ -167,9 +188,7 @@ class LevelAligner : public FlowDomain {
 
   /// The error on the finest resolution of X on a coarser one: of the blend's, the share that is left at the probes.
   double error_from_coarse() const {
-    Field X = now_;
-    for (int m = at_; m > 0; --m) X = prolongated(m, X);
-    complete(0, X);
+    const Field X = carried(now_, 0);
     if (probes_.starts.empty()) return error_of(0, raw_[0], ends_along(0, X, nullptr));
     const double left = probe(ends_along(0, X, &probes_.starts));
     return probes_.blend_error > 0 ? left / probes_.blend_error * blend_error_ : left;
@@ -178,6 +197,7 @@ class LevelAligner : public FlowDomain {
   double blend_error_ = 0;
   Probes probes_;
   bool same_ = true;        ///< X and the best one are the same, and `ends_` those of both
+  bool followed_ = false;   ///< `ends_` are those of X already, at a level that begins
   bool estimated_ = false;  ///< the error of the best, at the probes
   double error_ = 0;        ///< of what was looked up
   double factor_ = 0;       ///< of the correction in X, while it is tried

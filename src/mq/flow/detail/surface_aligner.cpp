@@ -40,7 +40,7 @@ SurfaceAligner::SurfaceAligner(const FlowMeshes& meshes, const MeshFlowOptions& 
 }
 
 /// The coarsest mesh on which a level shows.
-int SurfaceAligner::resolution_for(const FlowScale& scale) const {
+int SurfaceAligner::resolution_of_field(const FlowScale& scale) const {
   int m = 0;
   while (scale.smoothed() && m + 1 < meshes_.count() &&
          meshes_[m + 1].spacing() * spacings_per_length <= scale.length)
@@ -86,8 +86,8 @@ void SurfaceAligner::complete(int m, SurfaceField& X) const { X.field = meshes_[
 FlowLevel& SurfaceAligner::enter(const FlowScale& scale) {
   MeshFlowLevel& level = levels_.emplace_back();
   length_ = scale.length;
-  const int m = resolution_for(scale);
-  move_to(m);
+  const int m = resolution_of_field(scale);
+  move_to(m, m);
   level.vertices = mesh().vertex_count();
   const Stopwatch watch;
   const double tolerance = options_.thesis ? 1e-6 : m > 0 ? 1e-3 : 3e-3;
@@ -216,7 +216,7 @@ void SurfaceAligner::keep_within_reach() {
       shorten(now_.z.segment<2>(2 * std::int64_t(v)), mesh().reach(v));
   if (!shortened) return;
   if (!direct_) now_.field = mesh().triangle_field(now_.z);
-  ends_ = ends_along(at_, now_, nullptr);
+  ends_ = ends_of(now_);
 }
 
 }  // namespace mq

@@ -37,7 +37,7 @@ class SurfaceAligner final : public LevelAligner<SurfaceField, SurfacePoint> {
   Vector take_field() { return std::move(best_.field); }
 
  private:
-  int resolution_for(const FlowScale& scale) const override;
+  int resolution_of_field(const FlowScale& scale) const override;
   const Vector& masses(int m) const override { return meshes_[m].lumped_mass(); }
   SurfaceField zero(int m) const override;
   Ends ends_along(int m, const SurfaceField& X, const std::vector<SurfacePoint>* starts) const override;

@@ -11,6 +11,7 @@
 #include "mq/base/parallel.h"
 #include "mq/base/stopwatch.h"
 #include "mq/flow/detail/surface_warp.h"
+#include "mq/flow/detail/transfer_weights.h"
 #include "mq/linear/conjugate_gradients.h"
 #include "mq/trace/atlas_flow.h"
 
@@ -43,10 +44,10 @@ TextureAligner::TextureAligner(const FlowTextures& textures, const MeshFlowOptio
                     textures_.restricted(m, raw_[std::size_t(m)].target)});
 }
 
-/// The smallest texture on which a level shows.
-int TextureAligner::resolution_for(const FlowScale& scale) const {
+/// The smallest texture on which fields of a level show.
+int TextureAligner::resolution_of_field(const FlowScale& scale) const {
   int m = 0;
-  while (scale.smoothed() && m + 1 < textures_.count() &&
+  while (m + 1 < textures_.count() &&
          textures_[m + 1].spacing() * texels_per_length <= scale.length)
     ++m;
   return m;
@@ -98,7 +99,7 @@ TextureAligner::Ends TextureAligner::ends_along(int m, const Vector& z, const st
 Signal TextureAligner::looked_up(int m, const Signal& signal, const std::vector<ChartPlace>& places) const {
   Signal values = places.empty() ? signal : Signal(std::ssize(places), signal.cols());
   parallel_for(std::ssize(places), [&](std::int64_t i) {
-    textures_[m].domain().value(signal, places[std::size_t(i)], values.middleRows(i, 1));
+    textures_[m].domain().plain_value(signal, places[std::size_t(i)], values.middleRows(i, 1));
   });
   return values;
 }
@@ -121,18 +122,18 @@ FlowLevel& TextureAligner::enter(const FlowScale& scale) {
   MeshFlowLevel& level = levels_.emplace_back();
   length_ = scale.length;
   const int before = at_;
-  move_to(resolution_for(scale));
-  level.vertices = texture().size();
+  move_to(resolution_of_field(scale), resolution_of_signals(scale));
+  level.vertices = seen().size();
   const Stopwatch watch;
-  const Pair& raw = raw_[std::size_t(at_)];
+  const Pair& raw = raw_[std::size_t(seen_)];
   const Eigen::Index channels = raw.source.cols();
   Signal both(raw.source.rows(), 2 * channels);
   both << raw.source, raw.target;
-  both = smoothed(at_, both, scale.smoothed() ? length_ * length_ / 2 : 0);
+  both = smoothed(seen_, both, scale.smoothed() ? length_ * length_ / 2 : 0);
   signals_ = {both.leftCols(channels), both.rightCols(channels)};
   if (options_.gradient_weight > 0)
     for (Signal* signal : {&signals_.source, &signals_.target}) {
-      const Signal gradient = texture().vectors().gradient(*signal);
+      const Signal gradient = seen().vectors().gradient(*signal);
       Signal with(signal->rows(), 2 * channels);
       with.leftCols(channels) = *signal;
       for (Eigen::Index i = 0; i < with.rows(); ++i)
@@ -153,7 +154,7 @@ TextureAligner::TexelTerms TextureAligner::terms(const Signal& difference, const
                                                  const Vector* Y) const {
   TexelTerms result;
   result.texels.resize(std::size_t(difference.rows()));
-  const Vector& mass = texture().lumped_mass();
+  const Vector& mass = seen().lumped_mass();
   const double robust = options_.robust_data;
   result.trace = parallel_sum(difference.rows(), 0.0, [&](std::int64_t begin, std::int64_t end) {
     double trace = 0;
@@ -177,6 +178,33 @@ TextureAligner::TexelTerms TextureAligner::terms(const Signal& difference, const
     return trace;
   });
   return result;
+}
+
+/// The terms of X on the texture of fields, where signals are on a finer one: Pᵀg, and in place of PᵀGP the blocks of its
+/// rows on the diagonal, which is not less, Σ_i |Σ_j w_ij x_j|² ≤ Σ_i Σ_j w_ij |x_j|², and as smoothness couples
+/// neighbours more than differences do hardly more.
+TextureAligner::TexelTerms TextureAligner::gathered(TexelTerms terms) const {
+  for (int m = seen_; m < at_; ++m) {
+    const BlockTransfer& P = textures_.transfer(m);
+    std::vector<TexelTerms::Texel> coarse(std::size_t(P.columns));
+    parallel_for(P.columns, [&](std::int64_t j) {
+      TexelTerms::Texel& sum = coarse[std::size_t(j)];
+      for (int e = P.child_starts[std::size_t(j)]; e < P.child_starts[std::size_t(j) + 1]; ++e) {
+        const BlockTransfer::Entry& child = P.children[std::size_t(e)];
+        const double weight = mq::weight_of(child);
+        if (!(weight > 0)) continue;
+        const double c = child.cosine, s = child.sine, cc = c * c / weight, cs = c * s / weight, ss = s * s / weight;
+        const TexelTerms::Texel& fine = terms.texels[std::size_t(child.column)];
+        sum.xx += cc * fine.xx + 2 * cs * fine.xy + ss * fine.yy;
+        sum.xy += cs * (fine.yy - fine.xx) + (cc - ss) * fine.xy;
+        sum.yy += ss * fine.xx - 2 * cs * fine.xy + cc * fine.yy;
+        sum.x += c * fine.x + s * fine.y;
+        sum.y += c * fine.y - s * fine.x;
+      }
+    });
+    terms.texels = std::move(coarse);
+  }
+  return terms;
 }
 
 /// (G + weight·L)·Y = −g, held as `DataTerms::held` does.
@@ -228,9 +256,9 @@ double TextureAligner::scale_of(const TexelTerms& terms, const Vector& Y) const 
 double TextureAligner::correct(const Progress& progress, double share) {
   const Progress step = progress.step("step", share);
   const Signal difference = met_.target - met_.source;
-  const Signal gradients = texture().vectors().gradient(
+  const Signal gradients = seen().vectors().gradient(
       options_.alignment == FlowAlignment::forward ? met_.target : Signal(0.5 * (met_.source + met_.target)));
-  TexelTerms data = terms(difference, gradients, nullptr);
+  TexelTerms data = gathered(terms(difference, gradients, nullptr));
   if (!(data.trace > 0)) return 0;
   const double weight = weight_of(data);
   const bool robust = options_.robust_data > 0 || options_.robust_smoothness > 0;
@@ -238,7 +266,10 @@ double TextureAligner::correct(const Progress& progress, double share) {
   std::vector<float> shares;
   Y_ = Vector::Zero(2 * std::int64_t(texture().size()));
   for (int k = 0; k < times; ++k) {
-    if (options_.robust_data > 0) data = terms(difference, gradients, &Y_);
+    if (options_.robust_data > 0) {
+      const Vector Y = seen_ < at_ ? carried(Y_, seen_) : Y_;
+      data = gathered(terms(difference, gradients, &Y));
+    }
     if (k > 0 && options_.robust_smoothness > 0) {
       shares = texture().vectors().gradient_norms(Y_);
       for (std::size_t e = 0; e < shares.size(); ++e)

@@ -10,7 +10,8 @@
 namespace mq {
 
 /// Textures as `coarse_to_fine` sees them: each level is worked on at the smallest size that shows it, with fields that
-/// have a vector per texel, two components in its plane. Levels and options must stay.
+/// have a vector per texel, two components in its plane. Signals of the last level are not smoothed, and seen on the
+/// finest texture; its field has no need of it. Levels and options must stay.
 class TextureAligner final : public LevelAligner<Vector, ChartPlace> {
  public:
   /// Prepares the signals: without what varies more slowly than `detail` (model units), brought to scale.
@@ -34,7 +35,10 @@ class TextureAligner final : public LevelAligner<Vector, ChartPlace> {
     double trace = 0;
   };
 
-  int resolution_for(const FlowScale& scale) const override;
+  int resolution_of_field(const FlowScale& scale) const override;
+  int resolution_of_signals(const FlowScale& scale) const override {
+    return scale.smoothed() ? resolution_of_field(scale) : 0;
+  }
   const Vector& masses(int m) const override { return textures_[m].lumped_mass(); }
   Vector zero(int m) const override { return Vector::Zero(2 * std::int64_t(textures_[m].size())); }
   Ends ends_along(int m, const Vector& z, const std::vector<ChartPlace>* starts) const override;
@@ -43,10 +47,12 @@ class TextureAligner final : public LevelAligner<Vector, ChartPlace> {
   Vector prolongated(int m, const Vector& z) const override { return textures_.prolongated(m - 1, z); }
   void advance(Vector& X, double factor, const Vector& Y) const override { X += factor * Y; }
 
-  const FlowTexture& texture() const { return textures_[at_]; }
+  const FlowTexture& texture() const { return textures_[at_]; }  ///< of X
+  const FlowTexture& seen() const { return textures_[seen_]; }
   Signal smoothed(int m, const Signal& signal, double weight) const;
   Signal without_light(const Signal& signal, double detail) const;
   TexelTerms terms(const Signal& difference, const Signal& gradients, const Vector* Y) const;
+  TexelTerms gathered(TexelTerms terms) const;
   double weight_of(const TexelTerms& terms) const { return length_ * length_ * terms.trace / texture().area(); }
   double scale_of(const TexelTerms& terms, const Vector& Y) const;
   Vector corrected(const TexelTerms& terms, double weight, const std::vector<float>& shares, const Progress& progress);
