@@ -21,7 +21,7 @@ constexpr double texels_of_last = 4;
 constexpr int coarsest_texels = 500;
 
 /// At the peak for a texel, three channels aligned (docs/measurements/flow.md).
-constexpr double bytes_per_texel = 3300;
+constexpr double bytes_per_texel = 1700;
 
 MeshFlow aligned(const FlowTextures& textures, const Signal& source, const Signal& target,
                  const MeshFlowOptions& options, const Progress& progress) {

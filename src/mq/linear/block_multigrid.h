@@ -64,6 +64,9 @@ class BlockMultigrid {
   /// Takes A, symmetric and positive definite. Throws `NotPositiveDefinite`.
   void set_matrix(BlockMatrix<double> A, const Progress& progress = {});
 
+  /// Gives A back, for the next one to be made of it. Nothing can be solved before that is set.
+  BlockMatrix<double> take_matrix() { return std::move(finest_); }
+
   /// Improves x towards A·x = b. Throws `SolverError` where a value is not finite.
   SolveReport solve(const Vector& b, Vector& x, const Progress& progress = {}) const;
 

@@ -30,7 +30,7 @@ class LevelAligner : public FlowDomain {
     const Stopwatch watch;
     ends_ = ends_of(now_);
     Ends of_best = ends_of(best_);
-    same_ = error_of(seen_, signals_, of_best) <= error_of(seen_, signals_, ends_);
+    same_ = error_of(seen_, signals(), of_best) <= error_of(seen_, signals(), ends_);
     if (same_) {
       now_ = best_;
       ends_ = std::move(of_best);
@@ -43,7 +43,7 @@ class LevelAligner : public FlowDomain {
     const Stopwatch watch;
     if (!followed_) ends_ = ends_of(now_);
     followed_ = false;
-    met_ = warped(signals_, ends_);
+    met_ = warped(signals(), ends_);
     error_ = mean_square_difference(masses(seen_), met_.source, met_.target);
     levels_.back().warp_seconds += watch.seconds();
   }
@@ -53,7 +53,7 @@ class LevelAligner : public FlowDomain {
     factor_ = factor;
     advance(now_, factor, Y_);
     next_ends_ = ends_of(now_);
-    next_ = warped(signals_, next_ends_);
+    next_ = warped(signals(), next_ends_);
     next_error_ = mean_square_difference(masses(seen_), next_.source, next_.target);
     levels_.back().warp_seconds += watch.seconds();
     return {error_, next_error_};
@@ -63,7 +63,11 @@ class LevelAligner : public FlowDomain {
     met_ = std::move(next_);
     ends_ = std::move(next_ends_);
   }
-  void leave() final { advance(now_, -factor_, Y_); }
+  void leave() final {
+    advance(now_, -factor_, Y_);
+    next_ = {};
+    next_ends_ = {};
+  }
 
   double measure() final {
     keep_within_reach();
@@ -154,6 +158,8 @@ class LevelAligner : public FlowDomain {
     return seen_ < at_ ? ends_along(seen_, carried(X, seen_), nullptr) : ends_along(seen_, X, nullptr);
   }
 
+  const Pair& signals() const { return signals_ ? *signals_ : raw_[std::size_t(seen_)]; }
+
   Pair warped(const Pair& pair, const Ends& ends) const {
     return {looked_up(seen_, pair.source, ends.source), looked_up(seen_, pair.target, ends.target)};
   }
@@ -167,8 +173,8 @@ class LevelAligner : public FlowDomain {
   Ends ends_;          ///< of paths along X
   std::vector<MeshFlowLevel> levels_;
   double length_ = 0;  ///< ℓ of the level
-  Pair signals_;       ///< at the level
-  Pair met_;           ///< looked up along X
+  std::optional<Pair> signals_;  ///< at the level; none: as they are
+  Pair met_;           ///< looked up along X, until a correction is made of it
   std::optional<BlockMultigrid> multigrid_;
   Field Y_;            ///< the correction at hand
 

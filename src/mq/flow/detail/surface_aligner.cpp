@@ -96,9 +96,9 @@ FlowLevel& SurfaceAligner::enter(const FlowScale& scale) {
   Signal both(raw_[m].source.rows(), 2 * channels);
   both << raw_[m].source, raw_[m].target;
   both = smoothed(mesh(), both, weight, tolerance);
-  signals_ = {both.leftCols(channels), both.rightCols(channels)};
+  signals_ = Pair{both.leftCols(channels), both.rightCols(channels)};
   if (options_.gradient_weight > 0 && !options_.thesis)
-    for (Signal* signal : {&signals_.source, &signals_.target})
+    for (Signal* signal : {&signals_->source, &signals_->target})
       *signal = with_slopes(mesh(), *signal, std::sqrt(options_.gradient_weight) * length_);
   level.smooth_seconds = watch.seconds();
   multigrid_.emplace(meshes_.transfers_from(m), BlockMultigridOptions{.tolerance = options_.tolerance});

@@ -127,12 +127,17 @@ FlowLevel& TextureAligner::enter(const FlowScale& scale) {
   const Stopwatch watch;
   const Pair& raw = raw_[std::size_t(seen_)];
   const Eigen::Index channels = raw.source.cols();
-  Signal both(raw.source.rows(), 2 * channels);
-  both << raw.source, raw.target;
-  both = smoothed(seen_, both, scale.smoothed() ? length_ * length_ / 2 : 0);
-  signals_ = {both.leftCols(channels), both.rightCols(channels)};
-  if (options_.gradient_weight > 0)
-    for (Signal* signal : {&signals_.source, &signals_.target}) {
+  if (scale.smoothed()) {
+    Signal both(raw.source.rows(), 2 * channels);
+    both << raw.source, raw.target;
+    both = smoothed(seen_, both, length_ * length_ / 2);
+    signals_ = Pair{both.leftCols(channels), both.rightCols(channels)};
+  } else {
+    signals_.reset();
+  }
+  if (options_.gradient_weight > 0) {
+    if (!signals_) signals_ = raw;
+    for (Signal* signal : {&signals_->source, &signals_->target}) {
       const Signal gradient = seen().vectors().gradient(*signal);
       Signal with(signal->rows(), 2 * channels);
       with.leftCols(channels) = *signal;
@@ -141,9 +146,10 @@ FlowLevel& TextureAligner::enter(const FlowScale& scale) {
             std::sqrt(options_.gradient_weight) * length_ * gradient.middleRows(2 * i, 2).colwise().norm();
       *signal = std::move(with);
     }
+  }
   level.smooth_seconds = watch.seconds();
   if (!multigrid_ || before != at_) {
-    smoothness_ = texture().vectors().regularised_system(0, 1, texture().limits());
+    smoothness_weight_ = 0;
     multigrid_.emplace(texture().transfers(), BlockMultigridOptions{.tolerance = options_.tolerance});
   }
   return level;
@@ -207,6 +213,26 @@ TextureAligner::TexelTerms TextureAligner::gathered(TexelTerms terms) const {
   return terms;
 }
 
+/// weight·L without its diagonal. What the multigrid has is taken back where only the weight is another.
+BlockMatrix<double> TextureAligner::weighted_smoothness(double weight, const std::vector<float>& shares) {
+  const bool kept = shares.empty() && smoothness_weight_ > 0;
+  BlockMatrix<double> A = kept ? multigrid_->take_matrix()
+                               : texture().vectors().regularised_system(0, 1, shares.empty() ? texture().limits() : shares);
+  const double factor = kept ? weight / smoothness_weight_ : weight;
+  smoothness_.resize(A.rows());
+  parallel_for(A.rows(), [&](std::int64_t i) {
+    for (int e = A.starts[std::size_t(i)]; e < A.starts[std::size_t(i) + 1]; ++e) {
+      std::array<double, 4>& block = A.blocks[std::size_t(e)];
+      if (A.columns[std::size_t(e)] != i)
+        for (double& value : block) value *= factor;
+      else if (!kept)
+        smoothness_[i] = block[0];
+    }
+  });
+  smoothness_weight_ = shares.empty() ? weight : 0;
+  return A;
+}
+
 /// (G + weight·L)·Y = −g, held as `DataTerms::held` does.
 Vector TextureAligner::corrected(const TexelTerms& terms, double weight, const std::vector<float>& shares,
                                  const Progress& progress) {
@@ -214,19 +240,15 @@ Vector TextureAligner::corrected(const TexelTerms& terms, double weight, const s
   const Stopwatch building;
   constexpr double hold = 1e-3;
   const double held = hold * terms.trace / texture().area();
-  BlockMatrix<double> A = shares.empty() ? *smoothness_ : texture().vectors().regularised_system(0, 1, shares);
+  BlockMatrix<double> A = weighted_smoothness(weight, shares);
   const Vector& mass = texture().lumped_mass();
   Vector b(2 * std::int64_t(texture().size()));
   parallel_for(texture().size(), [&](std::int64_t i) {
     const TexelTerms::Texel& texel = terms.texels[std::size_t(i)];
     for (int e = A.starts[std::size_t(i)]; e < A.starts[std::size_t(i) + 1]; ++e) {
-      std::array<double, 4>& block = A.blocks[std::size_t(e)];
-      for (double& value : block) value *= weight;
       if (A.columns[std::size_t(e)] != i) continue;
-      block[0] += texel.xx + held * mass[i];
-      block[1] += texel.xy;
-      block[2] += texel.xy;
-      block[3] += texel.yy + held * mass[i];
+      const double own = weight * smoothness_[i] + held * mass[i];
+      A.blocks[std::size_t(e)] = {own + texel.xx, texel.xy, texel.xy, own + texel.yy};
     }
     b[2 * i] = -texel.x;
     b[2 * i + 1] = -texel.y;
@@ -255,13 +277,15 @@ double TextureAligner::scale_of(const TexelTerms& terms, const Vector& Y) const 
 
 double TextureAligner::correct(const Progress& progress, double share) {
   const Progress step = progress.step("step", share);
-  const Signal difference = met_.target - met_.source;
-  const Signal gradients = seen().vectors().gradient(
+  Signal difference = met_.target - met_.source;
+  Signal gradients = seen().vectors().gradient(
       options_.alignment == FlowAlignment::forward ? met_.target : Signal(0.5 * (met_.source + met_.target)));
+  met_ = {};
   TexelTerms data = gathered(terms(difference, gradients, nullptr));
   if (!(data.trace > 0)) return 0;
   const double weight = weight_of(data);
   const bool robust = options_.robust_data > 0 || options_.robust_smoothness > 0;
+  if (!(options_.robust_data > 0)) difference = gradients = {};
   const int times = robust ? std::max(1, options_.reweightings) : 1;
   std::vector<float> shares;
   Y_ = Vector::Zero(2 * std::int64_t(texture().size()));

@@ -19,7 +19,7 @@ class TextureAligner final : public LevelAligner<Vector, ChartPlace> {
                  const Signal& target, double detail);
 
   FlowLevel& enter(const FlowScale& scale) override;
-  int most_steps() const override { return (at_ > 0 ? 2 : 1) * options_.steps; }
+  int most_steps() const override { return (seen_ > 0 ? 2 : 1) * options_.steps; }
   double correct(const Progress& progress, double share) override;
 
   /// Two components per texel of the finest texture, in its plane.
@@ -55,10 +55,12 @@ class TextureAligner final : public LevelAligner<Vector, ChartPlace> {
   TexelTerms gathered(TexelTerms terms) const;
   double weight_of(const TexelTerms& terms) const { return length_ * length_ * terms.trace / texture().area(); }
   double scale_of(const TexelTerms& terms, const Vector& Y) const;
+  BlockMatrix<double> weighted_smoothness(double weight, const std::vector<float>& shares);
   Vector corrected(const TexelTerms& terms, double weight, const std::vector<float>& shares, const Progress& progress);
 
   const FlowTextures& textures_;
-  std::optional<BlockMatrix<double>> smoothness_;  ///< L on the texture at hand
+  double smoothness_weight_ = 0;  ///< of L in the matrix of `multigrid_`; 0: what is there is of no use
+  Vector smoothness_;             ///< the diagonal of L
 };
 
 }  // namespace mq
