@@ -83,23 +83,39 @@ TEST(Relight, TakesLightOutThatComesAndGoes) {
   EXPECT_LT(flicker["after"]["step"].get<double>(), 0.4 * flicker["before"]["step"].get<double>());
 }
 
+/// In the middle of each triangle of a frame its picture is the one it was.
+void expect_kept_in_triangles(const Folder& folder, int frame, double tolerance) {
+  const EvolvingReader reader(folder / "sheet.evolving");
+  const EvolvingMesh evolving = reader.read();
+  const std::string name = std::to_string(frame) + ".png";
+  const Image<float> was = read_texture(folder / ("film_" + name)).pixels,
+                     is = read_texture(folder / ("out_" + name)).pixels;
+  const EvolvingSegment& segment = evolving.segments[evolving.frames[frame].segment];
+  for (int t = 0; t < segment.triangle_count(); ++t) {
+    Vector2 centre = Vector2::Zero();
+    for (const int uv : segment.corner_uvs[t]) centre += segment.uvs[uv] / 3;
+    const int x = int(centre.x() * 64), y = int((1 - centre.y()) * 64);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(is(x, y, c), was(x, y, c), tolerance);
+  }
+}
+
 TEST(Relight, GivesBackWhatIsToStay) {
   const Folder folder;
   make_film(folder, noise);
   ASSERT_EQ(
       marquetry(folder, relight({"--method", "poisson", "--change", "1", "--space", "log"})).status,
       0);
-  const EvolvingReader reader(folder / "sheet.evolving");
-  const EvolvingMesh evolving = reader.read();
-  const Image<float> was = read_texture(folder / "film_4.png").pixels,
-                     is = read_texture(folder / "out_4.png").pixels;
-  const EvolvingSegment& segment = evolving.segments[evolving.frames[4].segment];
-  for (int t = 0; t < segment.triangle_count(); ++t) {
-    Vector2 centre = Vector2::Zero();
-    for (const int uv : segment.corner_uvs[t]) centre += segment.uvs[uv] / 3;
-    const int x = int(centre.x() * 64), y = int((1 - centre.y()) * 64);
-    for (int c = 0; c < 3; ++c) EXPECT_EQ(is(x, y, c), was(x, y, c));
-  }
+  expect_kept_in_triangles(folder, 4, 0);
+}
+
+/// Over segments too, in which triangles are replaced.
+TEST(Relight, FollowsNothingWhereNothingSlides) {
+  const Folder folder;
+  make_film(folder, [](int, int, int, int) { return 0.0; });
+  ASSERT_EQ(marquetry(folder, relight({"--alpha", "0", "--radius", "3", "--drift", "follow"})).status, 0);
+  for (const int f : {0, 5, 11}) expect_kept_in_triangles(folder, f, 1.01 / 255);
+  EXPECT_THAT(marquetry(folder, relight({"--method", "poisson", "--drift", "follow"})).error,
+              HasSubstr("--drift: only --method mean has it"));
 }
 
 TEST(Relight, WritesModelsAndVideosToo) {

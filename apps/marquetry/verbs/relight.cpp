@@ -39,6 +39,7 @@ RelightOptions relight_options(const OptionValues& options) {
           .spread = spread(options),
           .tolerance = options.number("tolerance"),
           .radius = int(options.integer("radius")),
+          .drift = options.text("drift") == "follow" ? RelightOptions::Drift::follow : RelightOptions::Drift::ignore,
           .poisson = {.beta = options.number("beta"),
                       .gamma = options.number("gamma"),
                       .change = options.number("change"),
@@ -59,7 +60,8 @@ void refuse_of_other_method(const OptionValues& options) {
   for (const char* name : {"gamma", "beta", "change", "hold", "accuracy"})
     require(!mean || !asks_for(options, name),
             fmt::format("--{}: only --method poisson has it", name));
-  require(mean || !asks_for(options, "radius"), "--radius: only --method mean has it");
+  for (const char* name : {"radius", "drift"})
+    require(mean || !asks_for(options, name), fmt::format("--{}: only --method mean has it", name));
 }
 
 std::string in_words(const Json& result, const TemporalReport& report) {
@@ -145,6 +147,16 @@ void add_time_options(OptionTable& table) {
              .most = 1000,
              .group = "Mean",
              .help = "how far a mean reaches to either side"});
+  table.add({.name = "drift",
+             .type = Type::choice,
+             .default_value = "ignore",
+             .choices = {"ignore", "follow"},
+             .metavar = "HOW",
+             .group = "Mean",
+             .help = "ignore or follow",
+             .details = "What is not tracked exactly slides over the texels, and a mean blurs it. follow: where it slid to "
+                        "is found by optical flow from frame to frame, and means are taken there; each frame stays "
+                        "where it was."});
   table.add({.name = "gamma",
              .type = Type::number,
              .default_value = as_typed(defaults.poisson.gamma),

@@ -63,10 +63,10 @@ TextureFlow::TextureFlow(const Surface& surface, const Atlas& atlas, const Texel
 Signal TextureFlow::looked_up(const Signal& signal, double time, const Progress& progress) const {
   if (time == 0) return signal;
   const FlowTexture& finest = textures_[0];
-  std::vector<std::array<double, 2>> velocities = finest.vectors().velocities(flow_.field);
-  for (auto& [x, y] : velocities) x *= std::copysign(1, time), y *= std::copysign(1, time);
+  std::vector<std::array<double, 2>> field = velocities();
+  for (auto& [x, y] : field) x *= std::copysign(1, time), y *= std::copysign(1, time);
   const std::vector<ChartPlace>& starts = finest.starts().places;
-  const TracedTexels traced = AtlasFlow::along(finest.domain(), velocities).trace(starts, std::abs(time), progress);
+  const TracedTexels traced = AtlasFlow::along(finest.domain(), field).trace(starts, std::abs(time), progress);
   const Eigen::RowVectorXd low = signal.colwise().minCoeff(), high = signal.colwise().maxCoeff();
   Signal values = signal;
   parallel_for(signal.rows(), [&](std::int64_t i) {

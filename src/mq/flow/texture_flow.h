@@ -34,6 +34,9 @@ class TextureFlow {
   /// along X for 1 − t. At its own time each comes back bit for bit.
   WarpedPair warp_pair(const Signal& source, const Signal& target, double t, const Progress& progress = {}) const;
 
+  /// X as `AtlasFlow::along` follows it.
+  std::vector<std::array<double, 2>> velocities() const { return textures_[0].vectors().velocities(flow_.field); }
+
   /// X on the triangles of the surface, in space (`TexelVectorSpace::on_triangles`).
   TangentField field() const { return textures_[0].vectors().on_triangles(flow_.field); }
 

@@ -28,6 +28,9 @@ constexpr double most_poisson_alpha = 1e5;
 /// What a texel of a held frame takes at the peak, measured: docs/relight.md.
 constexpr double mean_bytes = 650, poisson_bytes = 1700;
 
+/// What following drift adds to that, and what finding it takes once.
+constexpr double drift_bytes = 150, flow_bytes = 1700;
+
 /// The frames that are asked for, read as they are wanted and written as they are done.
 class RelitFrames {
  public:
@@ -39,6 +42,7 @@ class RelitFrames {
         files_(files),
         output_(files.output),
         values_(options.values),
+        drift_(options.drift),
         messages_(messages),
         progress_(progress) {}
 
@@ -48,11 +52,19 @@ class RelitFrames {
     const std::shared_ptr<AtlasFrame> atlas = atlas_of(i);
     frame.atlas = atlas;
     const TexelSpace& space = atlas->space();
-    const std::vector<Image<float>> decoded_pixels = {decoded(frame.texture, values_)};
+    std::vector<Image<float>> decoded_pixels = {decoded(frame.texture, values_)};
     TemporalFrame result{std::shared_ptr<const SignalSpace>(atlas, &space),
                          std::make_shared<Texels>(space.texels()),
                          space.gather(decoded_pixels),
+                         {},
                          {}};
+    if (drift_ == RelightOptions::Drift::follow) {
+      const auto drift = std::make_shared<FrameDrift>(atlas, atlas->surface(), atlas->atlas(), space);
+      if (last_ && stored(i).segment == stored(i - 1).segment)
+        drift->follow(space.gather(last_pixels_), result.psi, drift_flow(), progress_.step("follow", 0));
+      result.drift = drift;
+      last_pixels_ = std::move(decoded_pixels);
+    }
     if (last_) result.links = texel_links(*last_, *atlas);
     last_ = atlas;
     open_[i] = std::move(frame);
@@ -129,11 +141,13 @@ class RelitFrames {
   const RelightFiles& files_;
   FrameTextures output_;
   ValueSpace values_;
+  RelightOptions::Drift drift_;
   Messages& messages_;
   const Progress& progress_;
   int width_ = 0, height_ = 0, channels_ = 0;
   std::map<int, Frame> open_;
   std::shared_ptr<AtlasFrame> last_;
+  std::vector<Image<float>> last_pixels_;  ///< where drift is followed
   RelightMeter measures_;
 };
 
@@ -225,8 +239,9 @@ void SequenceRelighter::require_room(const FirstFrame& first) const {
   const int frames = int(frames_.size());
   const int held = mean ? std::min(frames, 2 * std::min(options_.radius, frames) + 1)
                         : frames_held(frames, poisson_options(first.weight));
-  const double bytes = (mean ? mean_bytes : poisson_bytes) * first.texels;
-  require_memory(std::int64_t(bytes * held),
+  double bytes = (mean ? mean_bytes : poisson_bytes) * held;
+  if (options_.drift == RelightOptions::Drift::follow) bytes += drift_bytes * held + flow_bytes;
+  require_memory(std::int64_t(bytes * first.texels),
                  fmt::format("filtering with {} of {:.0f} texels held at once",
                              counted(held, "frame"), first.texels),
                  fmt::format("use smaller textures, or fewer frames ({})",

@@ -30,6 +30,12 @@ struct RelightOptions {
   double tolerance = 1e-5;                    ///< relative residual at which iterations stop
   int radius = LightRemovalOptions{}.radius;  ///< frames to either side, of a mean
 
+  /// What is done where the surface was not tracked exactly and slides under what frames show.
+  enum class Drift {
+    ignore,  ///< a texel is a point of the surface
+    follow   ///< its colours say where it slid to (`FrameDrift`); of `mean` only
+  } drift = Drift::ignore;
+
   /// Of `poisson`; `weight` and the solver's tolerance are those above.
   TemporalOptions poisson = {.gamma = 4};
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <numeric>
 #include <vector>
 
 #include <fmt/format.h>
@@ -45,28 +46,56 @@ class Window {
 
   /// ψ̄ of one frame.
   Signal mean(int centre, int radius) const {
-    const Signal& psi = frames_[centre].psi;
-    Signal result(psi.rows(), psi.cols());
-    parallel_for(psi.rows(), [&](std::int64_t t) {
-      double sum = window_weight(0, radius);
-      Eigen::RowVectorXd row = sum * psi.row(t);
-      const auto walk = [&](int step, const std::deque<std::vector<int>>& next) {
-        int at = int(t);
-        for (int k = 1; k <= radius; ++k) {
-          const int f = centre + step * (k - 1), to = f + step;
-          if (to < 0 || to >= size() || (at = next[f][at]) < 0) break;
-          row += window_weight(k, radius) * frames_[to].psi.row(at);
-          sum += window_weight(k, radius);
-        }
-      };
-      walk(-1, before_);
-      walk(1, after_);
-      result.row(t) = row / sum;
-    });
-    return result;
+    const TemporalFrame& own = frames_[centre];
+    const Eigen::Index count = own.psi.rows();
+    Signal sum = window_weight(0, radius) * own.psi;
+    Vector weights = Vector::Constant(count, window_weight(0, radius));
+    for (const int step : {-1, 1}) {
+      std::vector<int> at(count);
+      std::iota(at.begin(), at.end(), 0);
+      std::vector<ChartPlace> places;
+      if (own.drift) places = own.drift->starts();
+      for (int k = 1; k <= radius; ++k) {
+        const int from = centre + step * (k - 1), to = from + step;
+        if (to < 0 || to >= size()) break;
+        const TemporalFrame& frame = frames_[to];
+        const double weight = window_weight(k, radius);
+        go_on(from, to, at, places);
+        parallel_for(count, [&](std::int64_t t) {
+          const int s = at[t];
+          if (s < 0) return;
+          sum.row(t) += weight * frame.psi.row(s);
+          weights[t] += weight;
+          if (!places.empty()) sum.row(t) += weight * frame.drift->change(frame.psi, s, places[t]);
+        });
+      }
+    }
+    return sum.array().colwise() / weights.array();
   }
 
  private:
+  /// Texels of a frame and the places that their points slid to, on to the next or the one before. A texel that ends
+  /// becomes −1.
+  void go_on(int from, int to, std::vector<int>& at, std::vector<ChartPlace>& places) const {
+    const std::vector<int>& next = to < from ? before_[from] : after_[from];
+    const std::vector<int> was = at;
+    for (int& t : at)
+      if (t >= 0) t = next[t];
+    if (places.empty()) return;
+    const FrameDrift &here = *frames_[from].drift, &there = *frames_[to].drift;
+    const FrameDrift& later = from > to ? here : there;
+    if (later.follows()) {
+      places = from > to ? later.before(places) : later.after(places);
+      return;
+    }
+    parallel_for(std::ssize(at), [&](std::int64_t t) {
+      if (at[t] < 0) return;
+      const Vector2 slid = here.texel(places[t]) - here.texel(here.starts()[was[t]]);
+      places[t] = there.beside(at[t], slid);
+      if (places[t].chart < 0) at[t] = -1;
+    });
+  }
+
   std::deque<TemporalFrame> frames_;
   std::deque<std::vector<int>> before_, after_;
 };

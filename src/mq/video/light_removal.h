@@ -31,6 +31,10 @@ double window_weight(int k, int radius);
 /// frames come back to the accuracy of the solve; light that changes by ω radians a frame is damped
 /// by (sin x / x)⁴ nearly, x = ω (radius + 1) / 4.
 ///
+/// Where frames have a `drift` ψ_{f+k} is looked up where the point of the texel slid to in k frames, in the order of the
+/// frames, so that means of what is not tracked exactly stay sharp; each frame is where it was. Where the segment of a
+/// mesh changes places keep their distance from their texel.
+///
 /// Frames are asked for and given back in their order; 2 · radius + 1 are held. The report's
 /// `solve` is that of the frame that took most cycles. Throws as `temporal_poisson` and
 /// `ScreenedPoisson`.

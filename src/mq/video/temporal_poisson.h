@@ -10,6 +10,7 @@
 #include "mq/fem/texels.h"
 #include "mq/video/detail/time_links.h"
 #include "mq/video/detail/time_multigrid.h"
+#include "mq/video/frame_drift.h"
 
 namespace mq {
 
@@ -29,6 +30,8 @@ struct TemporalFrame {
   std::shared_ptr<const Texels> texels;  ///< of the space, for multigrid; none: planes are factored
   Signal psi;
   TimeLinks links;  ///< to the frame before; no rows in the first
+  /// Where points slid to over the texels, of every frame or of none; `remove_lighting` alone follows it.
+  std::shared_ptr<const FrameDrift> drift = {};
 };
 
 struct TemporalReport {
