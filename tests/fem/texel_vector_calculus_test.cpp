@@ -6,6 +6,7 @@
 
 #include "fem/cut_squares.h"
 #include "mq/linear/eigen.h"
+#include "mq/sample/sample.h"
 
 namespace mq {
 namespace {
@@ -98,6 +99,39 @@ TEST(TexelVectorCalculus, ATorusComesToHaveTwoHarmonicFieldsAndAGap) {
   const double coarse = gap(40), fine = gap(80);
   EXPECT_LT(fine, 0.01);
   EXPECT_GT(coarse / fine, 2.8) << coarse;
+}
+
+TexelFields of_sample(const char* name, int side, int triangles) {
+  const Sample sample = make_sample(name, {.texture_size = side, .triangles = triangles});
+  return TexelFields(sample.mesh, sample.texture);
+}
+
+TEST(TexelVectorCalculus, AButtonOfGenusFourComesToHaveEightHarmonicFieldsAndAGap) {
+  const auto gap = [](int side) {
+    const TexelFields button = of_sample("genus4", side, 50000);
+    const Vector values = smallest_eigenpairs(button.hodge(), button.matrix(1, 0), {.count = 9}).values;
+    EXPECT_GT(values[0], 0);
+    return values[7] / values[8];
+  };
+  const double coarse = gap(96), fine = gap(192);
+  EXPECT_LT(fine, 0.04);
+  EXPECT_GT(coarse / fine, 2.8) << coarse;
+}
+
+/// On triangles finer than texels: curvature would gather at their vertices else. Eigenvalues are of the connection
+/// Laplacian.
+TEST(TexelVectorCalculus, HowASurfaceIsCutMattersToSecondOrder) {
+  const auto difference = [](int side) {
+    const auto values = [&](const char* name) {
+      const TexelFields fields = of_sample(name, side, 30000);
+      return smallest_eigenpairs(fields.matrix(0, 1), fields.matrix(1, 0), {.count = 8}).values;
+    };
+    const Vector whole = values("cap"), cut = values("cap_28");
+    return (whole - cut).cwiseAbs().maxCoeff() / whole[7];
+  };
+  const double coarse = difference(64), fine = difference(128);
+  EXPECT_LT(fine, 0.012);
+  EXPECT_GT(std::log2(coarse / fine), 1.8) << coarse;
 }
 
 TEST(TexelVectorCalculus, FieldsOfASphereAreGradientsAndTurnedGradients) {
