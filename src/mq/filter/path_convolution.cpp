@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -36,11 +37,21 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
   double weights = 2;  // 1 + cos 0
   looked_up(starts, weights, result.signal);
   for (const AtlasFlow* flow : {&forward_, &backward_}) {
-    std::vector<ChartPlace> places = starts;
+    std::vector<ChartPlace> places = starts, going = starts;
+    std::vector<int> path(starts.size());  // which one goes there
+    std::iota(path.begin(), path.end(), 0);
     for (int k = 1; k <= steps; ++k) {
-      TracedTexels traced = flow->trace(places, step);
-      places = std::move(traced.ends);
+      const TracedTexels traced = flow->trace(going, step);
       result.counts = result.counts + traced.counts;
+      std::size_t left = 0;
+      for (std::size_t n = 0; n < path.size(); ++n) {
+        places[std::size_t(path[n])] = traced.ends[n];
+        if (traced.rests[n]) continue;
+        path[left] = path[n];
+        going[left++] = traced.ends[n];
+      }
+      path.resize(left);
+      going.resize(left);
       const double weight = 1 + std::cos(std::numbers::pi * k / (steps + 1));
       looked_up(places, weight, result.signal);
       weights += weight;

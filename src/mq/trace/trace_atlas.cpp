@@ -15,10 +15,6 @@ namespace {
 int modulo(int i, int n) { return i >= 0 ? i % n : n - 1 - (-1 - i) % n; }
 
 /// Weights of a cell's corners: upper left, upper right, lower left, lower right.
-std::array<double, 4> bilinear(const ChartPlace& at) {
-  return {(1 - at.x) * (1 - at.y), at.x * (1 - at.y), (1 - at.x) * at.y, at.x * at.y};
-}
-
 }  // namespace
 
 TraceAtlas::TraceAtlas(const Surface& surface, const Atlas& atlas, const TexelSpace& space,
@@ -215,18 +211,6 @@ void TraceAtlas::for_each_weight(const ChartPlace& at, const Visit& visit) const
   for_each_corner(at, visit);
 }
 
-void TraceAtlas::for_each_corner(const ChartPlace& at,
-                                 const std::function<void(int, double)>& visit) const {
-  const std::array<double, 4> weights = bilinear(at);
-  const int step = stride(at.cell);
-  const std::array<int, 4> nodes{at.cell, at.cell + 1, at.cell + step, at.cell + step + 1};
-  double sum = 0;
-  for (std::size_t k = 0; k < 4; ++k)
-    if (unknown(nodes[k]) >= 0) sum += weights[k];
-  for (std::size_t k = 0; k < 4; ++k)
-    if (weights[k] > 0 && unknown(nodes[k]) >= 0) visit(unknown(nodes[k]), weights[k] / sum);
-}
-
 void TraceAtlas::for_each_read(const ChartPlace& at, const std::function<void(int, double)>& visit) const {
   for_each_weight(at, visit);
 }
@@ -280,18 +264,8 @@ std::array<double, 4> catmull_rom(double x) {
 }  // namespace
 
 void TraceAtlas::plain_value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Signal> row) const {
-  const std::array<double, 4> weights = bilinear(at);
-  const int step = stride(at.cell);
-  const std::array<int, 4> nodes{at.cell, at.cell + 1, at.cell + step, at.cell + step + 1};
-  double sum = 0;
   row.setZero();
-  for (std::size_t k = 0; k < 4; ++k) {
-    const int i = unknown(nodes[k]);
-    if (i < 0 || !(weights[k] > 0)) continue;
-    row.row(0) += weights[k] * signal.row(i);
-    sum += weights[k];
-  }
-  if (sum > 0 && sum != 1) row /= sum;
+  for_each_corner(at, [&](int i, double weight) { row.row(0) += weight * signal.row(i); });
 }
 
 void TraceAtlas::sharp_value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Signal> row) const {

@@ -2,6 +2,7 @@
 /// An atlas made ready to be walked: the cells between texels, each cut in two, and what lies where a chart ends in one.
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -91,7 +92,18 @@ class TraceAtlas {
   /// borders, within the values of these: sharper, as a mean of four is a blur.
   void sharp_value(const Signal& signal, const ChartPlace& at, Eigen::Ref<Signal> row) const;
   /// visit(unknown, weight) for the corners of its cell, as hardware looks them up.
-  void for_each_corner(const ChartPlace& at, const std::function<void(int, double)>& visit) const;
+  template <class Visit>
+  void for_each_corner(const ChartPlace& at, const Visit& visit) const {
+    const std::array<double, 4> weights{(1 - at.x) * (1 - at.y), at.x * (1 - at.y), (1 - at.x) * at.y, at.x * at.y};
+    const int step = stride(at.cell);
+    const std::array<int, 4> unknowns{unknown(at.cell), unknown(at.cell + 1), unknown(at.cell + step),
+                                      unknown(at.cell + step + 1)};
+    double sum = 0;
+    for (std::size_t k = 0; k < 4; ++k)
+      if (unknowns[k] >= 0) sum += weights[k];
+    for (std::size_t k = 0; k < 4; ++k)
+      if (weights[k] > 0 && unknowns[k] >= 0) visit(unknowns[k], weights[k] / sum);
+  }
 
   /// Both places of a point of a seam, from 0 to 1 along it.
   using SeamPlaces = std::function<std::pair<ChartPlace, ChartPlace>(double)>;
