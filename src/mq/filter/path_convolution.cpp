@@ -46,7 +46,7 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
       std::size_t left = 0;
       for (std::size_t n = 0; n < path.size(); ++n) {
         places[std::size_t(path[n])] = traced.ends[n];
-        if (traced.rests[n]) continue;
+        if (traced.circled[n]) continue;
         path[left] = path[n];
         going[left++] = traced.ends[n];
       }

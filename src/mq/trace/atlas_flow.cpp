@@ -227,7 +227,7 @@ TracedTexels AtlasFlow::trace(std::span<const ChartPlace> starts, double time, c
             "a path begins outside the textures");
   TracedTexels traced;
   traced.ends.resize(starts.size());
-  traced.rests.resize(starts.size());
+  traced.circled.resize(starts.size());
   std::atomic<std::int64_t> done = 0;
   traced.counts = parallel_sum(
       std::ssize(starts), PathCounts{},
@@ -237,7 +237,7 @@ TracedTexels AtlasFlow::trace(std::span<const ChartPlace> starts, double time, c
             [&](walk::AtlasPath& path) { walk::put_at(*this, path, starts[std::size_t(path.id)]); },
             [&](const walk::AtlasPath& path) {
               traced.ends[std::size_t(path.id)] = walk::place_of(*this, path);
-              traced.rests[std::size_t(path.id)] = path.left > 0 ? 1 : 0;
+              traced.circled[std::size_t(path.id)] = path.meetings >= walk::most_meetings ? 1 : 0;
             },
             progress);
         progress.at(double(done += end - begin) / double(starts.size()));

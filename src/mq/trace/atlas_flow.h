@@ -13,7 +13,7 @@ namespace mq {
 /// Where paths end, and what they did on the way.
 struct TracedTexels {
   std::vector<ChartPlace> ends;
-  std::vector<char> rests;  ///< 1: at its end before its time was over, where it would stay
+  std::vector<char> circled;  ///< 1: went round at a border and rests there
   PathCounts counts;
 };
 
