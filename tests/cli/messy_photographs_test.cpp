@@ -48,6 +48,25 @@ class MessyPhotographs : public testing::Test {
   }
   static void write_set(const std::string& file, const std::vector<int>& which) { write_set(file, which, picture); }
 
+  /// The third with somebody in front.
+  static void write_passer_by() {
+    Image<float> spoilt = read_texture(*folder / picture(2)).pixels;
+    for (int y = 90; y < 150; ++y)
+      for (int x = 80; x < 115; ++x) spoilt(x, y, 0) = 0.8F, spoilt(x, y, 1) = 0.6F, spoilt(x, y, 2) = 0.1F;
+    write_image(*folder / "passer_by.png", spoilt);
+  }
+
+  /// Bundler's file of some of them, called as `name(k)` says, with its list.
+  static void write_bundle(const std::vector<int>& which, const auto& name) {
+    ForeignCameras foreign;
+    std::string list;
+    for (const int k : which) {
+      foreign.set.push_back(read_cameras(*folder / camera(k)).at(0));
+      list += name(k) + "\n";
+    }
+    write_bytes(*folder / "bundle.out", foreign.bundler()), write_bytes(*folder / "list.txt", list);
+  }
+
   /// How many hundredths of what is not black differ by more than 40 steps of 8 bits in a channel.
   static double share_that_differs(const std::string& made, const std::string& from) {
     const Image<float> a = read_texture(folder->path() / made).pixels, b = read_texture(folder->path() / from).pixels;
@@ -67,10 +86,7 @@ class MessyPhotographs : public testing::Test {
 
 /// Most places are shown by two photographs, in one of which somebody is in front.
 TEST_F(MessyPhotographs, PassersByAreLeftOutWhereFewShowAPlace) {
-  Image<float> spoilt = read_texture(*folder / picture(2)).pixels;
-  for (int y = 90; y < 150; ++y)
-    for (int x = 80; x < 115; ++x) spoilt(x, y, 0) = 0.8F, spoilt(x, y, 1) = 0.6F, spoilt(x, y, 2) = 0.1F;
-  write_image(*folder / "passer_by.png", spoilt);
+  write_passer_by();
   for (const std::vector<int>& which : {std::vector<int>{2, 3, 5, 7}, {0, 2, 3, 5}}) {
     write_set("clean.json", which);
     write_set("spoilt.json", which, [](int k) { return k == 2 ? "passer_by.png" : picture(k); });
@@ -116,16 +132,10 @@ TEST_F(MessyPhotographs, WhatDoesNotFitIsNamedAndSkippedWhereAsked) {
 }
 
 TEST_F(MessyPhotographs, CutPicturesAreSkippedWhereCamerasDoNotSayTheirSize) {
-  ForeignCameras foreign;
-  std::string list;
-  for (const int k : {0, 1, 2}) {
-    foreign.set.push_back(read_cameras(*folder / camera(k)).at(0));
-    list += (k == 1 ? "cut.jpg" : picture(k)) + "\n";
-  }
+  write_bundle({0, 1, 2}, [](int k) { return k == 1 ? "cut.jpg" : picture(k); });
   write_image(*folder / "whole.jpg", read_texture(*folder / picture(1)).pixels);
   const std::string whole = file_bytes(*folder / "whole.jpg");
   write_bytes(*folder / "cut.jpg", whole.substr(0, whole.size() / 2));
-  write_bytes(*folder / "bundle.out", foreign.bundler()), write_bytes(*folder / "list.txt", list);
   std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "bundle.out", "-o", "cut.png"};
   const Result refused = call(words);
   EXPECT_EQ(refused.status, 2);
@@ -138,6 +148,112 @@ TEST_F(MessyPhotographs, CutPicturesAreSkippedWhereCamerasDoNotSayTheirSize) {
   const Result listed = call({"cameras", "bundle.out", "--json"});
   ASSERT_EQ(listed.status, 0) << listed.error;
   EXPECT_EQ(listed.json()["result"]["unreadable"].size(), 1U);
+}
+
+TEST_F(MessyPhotographs, CroppedPicturesAreNamedWhereCamerasDoNotSayTheirSize) {
+  const Image<float> whole = read_texture(*folder / picture(1)).pixels;
+  Image<float> part(160, 240, 3);
+  for (int y = 0; y < part.height(); ++y)
+    for (int x = 0; x < part.width(); ++x)
+      for (int c = 0; c < 3; ++c) part(x, y, c) = whole(x, y, c);
+  write_image(*folder / "part.png", part);
+  write_bundle({0, 1, 2, 3}, [](int k) { return k == 1 ? "part.png" : picture(k); });
+  std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "bundle.out", "-o", "cropped.png"};
+  const Result refused = call(words);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("part.png: is 160 × 240, where most pictures of Bundler are 200 × 240"));
+  words.insert(words.end(), {"--missing", "skip", "-q", "--report", "r.json"});
+  ASSERT_EQ(call(words).status, 0);
+  const nlohmann::json left_out = nlohmann::json::parse(file_bytes(*folder / "r.json"))["result"]["left_out"];
+  ASSERT_EQ(left_out.size(), 1U);  // also where nothing is said
+  EXPECT_THAT(left_out[0]["picture"].get<std::string>(), HasSubstr("part.png"));
+  write_bundle({0, 2, 3}, picture);
+  ASSERT_EQ(call({"texture", "bust.obj", "--cameras", "bundle.out", "-o", "whole.png"}).status, 0);
+  EXPECT_EQ(file_bytes(*folder / "cropped.png"), file_bytes(*folder / "whole.png"));
+}
+
+TEST_F(MessyPhotographs, GreyPicturesAmongColouredOnesAreLeftOut) {
+  const auto grey = [](int k) { return fmt::format("grey{}.png", k); };
+  for (int k = 0; k < 3; ++k) {
+    const Image<float> coloured = read_texture(*folder / picture(k)).pixels;
+    Image<float> one(coloured.width(), coloured.height(), 1);
+    for (int y = 0; y < one.height(); ++y)
+      for (int x = 0; x < one.width(); ++x) one(x, y, 0) = coloured(x, y, 1);
+    write_image(*folder / grey(k), one);
+  }
+  const std::vector<std::string> words = {"texture", "bust.obj", "--cameras", "grey.json", "-o", "grey_made.png"};
+  write_set("grey.json", {0, 1, 2}, [&](int k) { return k == 1 ? grey(k) : picture(k); });
+  const Result some = call(words);
+  ASSERT_EQ(some.status, 0) << some.error;
+  EXPECT_THAT(some.error, HasSubstr("grey1.png: is grey, and others are not: left out"));
+  EXPECT_THAT(some.output, HasSubstr("2 of 3 photographs used, 1 left out: grey1.png (is grey, and others are not)"));
+  write_set("rest.json", {0, 2});
+  ASSERT_EQ(call({"texture", "bust.obj", "--cameras", "rest.json", "-o", "rest.png"}).status, 0);
+  EXPECT_EQ(file_bytes(*folder / "grey_made.png"), file_bytes(*folder / "rest.png"));
+  write_set("grey.json", {0, 1, 2}, [&](int k) { return k == 1 ? picture(k) : grey(k); });
+  const Result most = call(words);
+  EXPECT_THAT(most.error, HasSubstr("2 of 3 photographs are grey"));
+  EXPECT_THAT(most.output, HasSubstr("3 of 3 photographs used"));
+  write_set("grey.json", {0, 1, 2}, grey);
+  EXPECT_THAT(call(words).error, Not(HasSubstr("grey,")));
+}
+
+TEST_F(MessyPhotographs, WhatIsMissingInTwoFilesOfCamerasCountsOnce) {
+  const auto gone = [](int k) { return k == 1 ? "gone.png" : picture(k); };
+  write_set("first.json", {0, 1}, gone), write_set("second.json", {1, 2}, gone);
+  const Result result = call({"texture", "bust.obj", "--cameras", "first.json", "--cameras", "second.json", "-o",
+                              "twice.png", "--missing", "skip"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.output, HasSubstr("2 of 3 photographs used, 1 left out: gone.png (is not there)"));
+}
+
+TEST_F(MessyPhotographs, WhatUsersTryIsAnsweredWithWhatTheyWant) {
+  write_bytes(*folder / "no.json", "{\"cameras\": [{\"fx\": NaN}]}"), write_bytes(*folder / "none.json", "{}");
+  const std::string both =
+      call({"texture", "bust.obj", "--cameras", "no.json", "--cameras", "none.json", "-o", "x.png"}).error;
+  EXPECT_THAT(both, HasSubstr("no.json, line 1, column 21: found NaN"));
+  EXPECT_THAT(both, HasSubstr("\n  none.json, line 1"));
+  write_set("some.json", {0});
+  EXPECT_THAT(call({"texture", "bust.obj", "--cameras", "some.json", "-o", "x.png", "--align"}).error,
+              HasSubstr("there is no option '--align': cameras are moved by --poses align"));
+  EXPECT_THAT(call({"stitch", "bust.obj", "--views", "some.json", "-o", "x.png"}).error,
+              HasSubstr("the verb texture takes photographs with their cameras"));
+}
+
+/// A bust beside the origin, and cameras that mean another axis upright.
+TEST_F(MessyPhotographs, ExchangedAxesAreToldByWhatTurnedCamerasWouldShow) {
+  Model aside = read_model(*folder / "bust.obj");
+  for (Vector3& place : aside.mesh.positions) place.y() += 10;
+  write_model(*folder / "aside.obj", aside);
+  ASSERT_EQ(call({"render", "aside.obj", "-o", "aside_view.png", "--size", "200x240", "--unlit", "--cameras", "aside.json"})
+                .status,
+            0);
+  const auto said = [](const std::vector<std::string>& words) { return call(words).error; };
+  const std::vector<std::string> texture = {"texture", "aside.obj", "--cameras", "aside.json", "-o", "x.png"},
+                                 cameras = {"cameras", "aside.json", "--mesh", "aside.obj"};
+  for (const auto& words : {texture, cameras}) EXPECT_THAT(said(words), Not(HasSubstr("turned by 90 degrees")));
+  nlohmann::json turned = nlohmann::json::parse(file_bytes(*folder / "aside.json"));
+  for (auto& row : turned["cameras"][0]["rotation"]) row = {row[0], -row[2].get<double>(), row[1]};
+  write_bytes(*folder / "aside.json", turned.dump());
+  for (const auto& words : {texture, cameras})
+    EXPECT_THAT(said(words), HasSubstr("turned by 90 degrees about x the mesh would be in the pictures"));
+}
+
+TEST_F(MessyPhotographs, ThePageShowsWhereSomebodyWasLeftOut) {
+  write_passer_by();
+  const auto share_of_one = [](const std::string& third) {
+    write_set("paged.json", {0, 1, 2, 3, 4, 5, 6, 7}, [&](int k) { return k == 2 ? third : picture(k); });
+    EXPECT_EQ(call({"texture", "bust.obj", "--cameras", "paged.json", "-o", "x.png", "--picture", "page.png"}).status, 0);
+    const Image<float> page = read_texture(*folder / "page.png").pixels;
+    int count = 0;  // of the colour of one photograph
+    for (int y = 0; y < page.height(); ++y)
+      for (int x = 0; x < page.width(); ++x) {
+        const auto pixel = page.pixel(x, y);
+        count += std::abs(pixel[0] - 0.99F) < 0.02F && std::abs(pixel[1] - 0.85F) < 0.02F && std::abs(pixel[2] - 0.35F) < 0.02F;
+      }
+    return count;
+  };
+  EXPECT_GT(share_of_one("passer_by.png"), share_of_one(picture(2)) + 500);
 }
 
 TEST_F(MessyPhotographs, PicturesThatCannotBeWrittenAreRefusedBeforeAnyWork) {
@@ -219,7 +335,7 @@ TEST_F(MessyPhotographs, ThePageHasALegendAndStandsUprightAsAsked) {
       const bool coloured = std::ranges::max(pixel) - std::ranges::min(pixel) > 0.1F;
       if (coloured && run == 330) ++longest[0];
     }
-  EXPECT_GE(longest[0], 24 * (3 + 4));
+  EXPECT_GE(longest[0], 24 * (3 + 4 + 3));
   EXPECT_THAT(call({"texture", "bust.obj", "--cameras", "some.json", "-o", "x.png", "--up", "z"}).error,
               HasSubstr("--up: it is of --picture"));
 }

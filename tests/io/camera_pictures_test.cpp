@@ -127,6 +127,39 @@ TEST_F(CameraFiles, AreOfPicturesAsTheyLieOrAsTheyAreTurned) {
   EXPECT_THAT(fixtures::error_of<InvalidInput>([&] { fitted(64, 64, 6); }), HasSubstr("cropped"));
 }
 
+/// Bundler's files say no sizes: those of the other pictures do.
+TEST_F(CameraFiles, AreOfPicturesLikeTheOthersWhereTheirFileSaysNoSizes) {
+  set.clear();
+  std::string list;
+  for (int k = 0; k < 9; ++k) {
+    set.push_back({name(k), camera(0)});
+    write_image(folder / name(k), Image<float>(64, 48, 3, 0.5F));
+    list += name(k) + "\n";
+  }
+  put("b.out", bundler()), put("list.txt", list);
+  write_image(folder / "lies.jpg", Image<float>(48, 64, 3, 0.5F));
+  put("photo 1.png", test::with_orientation(get("lies.jpg"), 6));
+  write_image(folder / name(2), Image<float>(32, 24, 3, 0.5F));
+  write_image(folder / name(3), Image<float>(60, 48, 3, 0.5F));
+  write_image(folder / name(4), Image<float>(48, 64, 3, 0.5F));
+  const CameraSet found = read_camera_set(folder / "b.out", {.unreadable = CamerasOptions::Missing::list});
+  ASSERT_EQ(found.photographs.size(), 8U);
+  const auto fitted = [&](std::size_t k) {
+    return fitted_camera(found.photographs[k], picture_info(found.photographs[k].picture));
+  };
+  EXPECT_EQ(fitted(1).turn, PictureTurn::upright);
+  EXPECT_EQ(fitted(1).camera.cx, 32);
+  EXPECT_THAT(found.notes.at(0), AllOf(HasSubstr("photo 1.png: is 48 × 64"), HasSubstr("turned as its tag")));
+  EXPECT_EQ(fitted(2).camera.fx, 70.5 / 2);
+  EXPECT_EQ(fitted(2).camera.width, 32);
+  ASSERT_EQ(found.unreadable.size(), 1U);
+  EXPECT_THAT(found.unreadable[0].why, AllOf(HasSubstr("photo 3.png: is 60 × 48"), HasSubstr("cropped")));
+  EXPECT_EQ(found.photographs[3].picture.filename(), name(4));
+  ASSERT_EQ(found.doubts.size(), 1U);
+  EXPECT_THAT(found.doubts[0], AllOf(HasSubstr("photo 4.png: is 48 × 64"), HasSubstr("no tag")));
+  EXPECT_THAT(refused("b.out"), HasSubstr("photo 3.png: is 60 × 48"));
+}
+
 TEST_F(CameraFiles, RefuseBinaryFilesThatAreCutShortOrCountTooMuch) {
   std::filesystem::create_directory(folder / "b");
   write_cameras(folder / "b", set, CameraFormat::colmap_binary);

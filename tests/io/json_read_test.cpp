@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fixtures.h"
 #include "mq/base/error.h"
 #include "mq/io/evolving_file.h"
 #include "mq/io/model.h"
@@ -34,6 +35,13 @@ TEST(JsonDepth, CountsWhatIsNoText) {
   std::string texts = "[";
   for (int i = 0; i < 300; ++i) texts += R"(["[{\"[", {}], )";
   EXPECT_EQ(parse_json("a.json", texts + "0]", "a list").size(), 301u);
+}
+
+TEST(Json, NumbersThatAreNoneAreNamed) {
+  for (const std::string word : {"NaN", "Infinity", "-Infinity", "nan"})
+    EXPECT_THAT(fixtures::error_of<IoError>([&] { parse_json("a.json", "{\"fx\":\n " + word + "}", "cameras"); }),
+                AllOf(HasSubstr("a.json, line 2, column 2: found " + word + ", which stands for no number"),
+                      HasSubstr("wanted a number")));
 }
 
 using DeepFiles = FolderTest;

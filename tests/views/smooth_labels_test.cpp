@@ -46,6 +46,23 @@ TEST(SmoothLabels, TreesAreSolvedExactly) {
   }
 }
 
+/// Borders that cost more at some labels than at others.
+TEST(SmoothLabels, TreesAreSolvedExactlyWhateverBordersCost) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> weight(0, 0.3F), border(0, 3);
+  int moved = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    LabelGraph graph = random_nodes(8, random);
+    for (int p = 1; p < 8; ++p) graph.edges.push_back({int(random() % unsigned(p)), p, weight(random)});
+    const std::vector<int> before = smooth_labels(graph);
+    for (std::size_t l = 0; l < graph.labels.size(); ++l) graph.borders.push_back(border(random));
+    const std::vector<int> found = smooth_labels(graph);
+    EXPECT_NEAR(label_energy(graph, found), least_energy(graph), 1e-5) << trial;
+    moved += found != before;
+  }
+  EXPECT_GT(moved, 5);
+}
+
 TEST(SmoothLabels, GridsComeNearTheLeast) {
   std::mt19937 random(3);
   double found = 0, least = 0;
@@ -81,6 +98,11 @@ TEST(SmoothLabels, WhatIsNoGraphIsRefused) {
   graph.edges = {{0, 3, 1}};
   EXPECT_THROW(smooth_labels(graph), InvalidInput);
   graph.edges = {{0, 0, 1}};
+  EXPECT_THROW(smooth_labels(graph), InvalidInput);
+  graph.edges.clear();
+  graph.borders = {0, -1};
+  EXPECT_THROW(smooth_labels(graph), InvalidInput);
+  graph.borders = {0};
   EXPECT_THROW(smooth_labels(graph), InvalidInput);
 }
 

@@ -276,6 +276,49 @@ TEST(ViewChoice, BlurredAndRejectedViewsAreNotChosenAndSmoothnessJoins) {
   EXPECT_EQ(single[25], 0);
 }
 
+/// Two views, of which each shows one end better. Between them are letters, which one shows a little beside the other, but
+/// at a gap.
+TEST(ViewChoice, BordersGoThroughPlainPlaces) {
+  constexpr int count = 20, gap = 6;
+  const Patches patches = row_of_patches(count);
+  Observations observations = seen_by(count, std::vector<LightColour>(2, {1, 1, 1}));
+  for (int p = 0; p < count; ++p)
+    for (Observation& o : observations.of(p)) {
+      o.quality = float(0.7 + 0.01 * (o.view == 0 ? count - p : p));
+      for (int place = 0; place < Print::places; ++place) {
+        const bool dark = p != gap && p != gap + 1 && place % 2 == o.view;
+        o.print.put(place, dark ? 0.1 : 0.3, 0.2);
+      }
+    }
+  std::vector<int> wanted(count, 1), middle = wanted;
+  std::fill_n(wanted.begin(), gap + 1, 0), std::fill_n(middle.begin(), count / 2 + 1, 0);
+  EXPECT_EQ(choose_views(patches, observations), wanted);
+  const std::vector<int> whatever_print = choose_views(patches, observations, {.print = 0});
+  EXPECT_NEAR(double(std::ranges::count(whatever_print, 0)), count / 2, 1);
+}
+
+TEST(ViewChoice, PrintIsHeldAgainstTheMeanOfWhatIsNotRejectedWhateverExposureAndContrast) {
+  Observations observations = seen_by(1, std::vector<LightColour>(4, {1, 1, 1}));
+  constexpr int shown = 4;
+  const auto own = [](int view, int place) {  // the third is out of focus, the last one shows something else
+    const double common = std::log((0.2 + 0.1 * place) / 0.35);
+    return view == 3 ? 0.4 * (place % 2) : view == 2 ? common / 2 : common;
+  };
+  for (Observation& o : observations.all) {
+    o.quality = 1;
+    const double gain = 1 + o.view;
+    for (int place = 0; place < shown; ++place) o.print.put(place, gain * std::exp(own(o.view, place)), gain);
+  }
+  observations.all[3].rejected = true;
+  const std::vector<float> found = print_deviations(observations.of(0));
+  for (std::size_t v = 0; v < 3; ++v) EXPECT_LT(found[v], 0.03) << v;
+  double of_own = 0, both = 0, of_mean = 0;
+  for (int place = 0; place < shown; ++place)
+    of_own += std::pow(own(3, place), 2), both += own(3, place) * own(0, place), of_mean += std::pow(own(0, place), 2);
+  EXPECT_NEAR(found[3], std::sqrt((of_own - both * both / of_mean) / shown), 0.03);
+  EXPECT_FALSE(observations.all[0].print.at(shown)) << "it is not shown";
+}
+
 /// Where a surface is plain all views have the same detail, that of noise.
 TEST(ViewChoice, WhatIsBlurredIsKnownOnPlainPatchesByThoseAround) {
   const Patches patches = grid_of_patches(12, 12);

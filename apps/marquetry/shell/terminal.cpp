@@ -51,11 +51,11 @@ void print_line(const nlohmann::ordered_json& object) {
   fmt::print(stderr, "{}\n", object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-/// Whatever characters a file's name has, what is said of it is one line.
-std::string one_line(std::string text) {
+/// Without characters that do something to a terminal, which a file's name may have. Lists go on below.
+std::string harmless(std::string text) {
   for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  return text;
+    if (c != '\n' && (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)) c = '?';
+  return replaced(std::move(text), "\n", "\n  ");
 }
 
 /// Of "frame 3 / solve / factorisation" the frame and the last.
@@ -145,7 +145,7 @@ void Terminal::erase_bar() {
 
 void Terminal::line(const char* color, const std::string& message) {
   const std::lock_guard lock(mutex_);
-  const std::string text = one_line(part_.empty() ? message : part_ + ": " + message);
+  const std::string text = harmless(part_.empty() ? message : part_ + ": " + message);
   erase_bar();
   if (colored_ && color)
     fmt::print(stderr, "{}{}{}\033[0m\n", color, prefix_, text);

@@ -14,6 +14,7 @@
 #include "mq/mesh/geometry.h"
 #include "mq/model/model_paints.h"
 #include "mq/model/model_picture.h"
+#include "mq/model/photographs.h"
 #include "options/model_options.h"
 #include "options/signal_options.h"
 #include "shell/arguments.h"
@@ -35,6 +36,7 @@ CameraSet read_set(Run& run) {
   for (const fs::path& file : set.files) run.will_read(file);
   for (const Photograph& photograph : set.photographs) run.will_read(photograph.picture);
   for (const std::string& note : set.notes) run.terminal().remark(note);
+  for (const std::string& doubt : set.doubts) run.terminal().warning(doubt);
   for (const UnusablePhotograph& one : set.unreadable)
     run.terminal().warning(one.why + ": its camera is of unknown size");
   return set;
@@ -141,10 +143,12 @@ void report_seen(Run& run, const TexturedModel& scene, const std::vector<Pinhole
   run.result["triangles"] = {{"count", views.size()}, {"in_a_view", share(1)}, {"in_three_views", share(3)}};
   run.print(fmt::format("  {:<18}{:.1f} % of {} lie in a view, {:.1f} % in three or more\n", "triangles",
                         100 * share(1), views.size(), 100 * share(3)));
-  if (share(1) == 0)
-    run.terminal().warning(scene.model.path.string() +
-                           ": no view has any of it in its picture: are mesh and cameras of the same "
-                           "coordinates?");
+  const bool exchanged = axes_seem_exchanged(scene.surface.mesh, cameras);
+  if (share(1) == 0 || exchanged)
+    run.terminal().warning(fmt::format("{}: {} view has {} of it in its picture: {}", scene.model.path.string(),
+                                       share(1) == 0 ? "no" : "hardly a", share(1) == 0 ? "any" : "most",
+                                       exchanged ? exchanged_axes_hint
+                                                 : "are mesh and cameras of the same coordinates?"));
 }
 
 void draw_set(Run& run, const TexturedModel& scene, const std::vector<PinholeCamera>& cameras) {

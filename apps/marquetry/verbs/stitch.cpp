@@ -179,6 +179,8 @@ Verb stitch_verb() {
                     "of several photographs.");
   table.example("scan.obj -o stitched.obj", "no steps, where every chart is a photograph");
   table.example("scan.obj --partial left.png --partial right.png -o one.png", "one texture of two, by their alpha");
+  for (const char* name : {"views", "cameras", "images", "poses"})
+    table.elsewhere(name, "the verb texture takes photographs with their cameras, chooses among them and stitches them");
   add_model_options(table);
   add_model_output_option(table);
   table.add({.name = "labels",

@@ -193,6 +193,9 @@ std::string why_nothing_is_seen(const Surface& surface, std::span<const Photogra
     return fmt::format("most cameras stand {:.3g} times its size from its middle: export both in the same units and "
                        "coordinates",
                        times);
+  std::vector<PinholeCamera> cameras;
+  for (const Photograph& photograph : photographs) cameras.push_back(photograph.camera);
+  if (axes_seem_exchanged(surface.mesh, cameras)) return exchanged_axes_hint;
   return "check the cameras with the verb cameras, alpha of the photographs, and --steepest, --bias and --outline";
 }
 
@@ -278,6 +281,9 @@ Verb texture_verb() {
   using Type = Option::Type;
   OptionTable table("texture", "Make a textured model of a mesh and photographs with cameras.");
   table.example("scan.ply --cameras cameras.json -o textured.glb", "a mesh without texture coordinates gets some");
+  table.elsewhere("align", "cameras are moved by --poses align, which is what is done without it; --poses keep leaves them");
+  for (const char* name : {"views", "photographs"})
+    table.elsewhere(name, "photographs are named by the file of their cameras, --cameras, and their folder, --images");
   add_model_options(table, "the mesh: OBJ, PLY, glTF or GLB");
   table.add({.name = "output",
              .letter = 'o',
@@ -317,7 +323,7 @@ Verb texture_verb() {
   table.add({.name = "picture",
              .type = Type::path,
              .group = "Texture",
-             .help = "a page that shows which photograph was chosen where, beside the result, and how many show it"});
+             .help = "a page that shows which photograph was chosen where, beside the result, how many show it, and how many are left out there"});
   add_up_option(table, "Texture");
   table.add({.name = "unseen",
              .type = Type::choice,

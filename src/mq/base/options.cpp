@@ -156,9 +156,16 @@ OptionTable& OptionTable::exclusive(std::vector<std::string> names) {
   return *this;
 }
 
+OptionTable& OptionTable::elsewhere(std::string name, std::string where) {
+  elsewhere_.emplace(std::move(name), std::move(where));
+  return *this;
+}
+
 const Option& OptionTable::find(const std::string& name) const {
   for (const Option& option : options_)
     if (option.name == name) return option;
+  if (const auto found = elsewhere_.find(name); found != elsewhere_.end())
+    throw InvalidInput(fmt::format("there is no option '--{}': {}", name, found->second));
   const std::string best = nearest(name, option_names(*this));
   const std::string hint = best.empty() ? "" : fmt::format(", did you mean '--{}'?", best);
   throw InvalidInput(fmt::format("there is no option '--{}'{} ('marquetry {} --help' lists them)",

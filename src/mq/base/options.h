@@ -78,13 +78,16 @@ class OptionTable {
   /// A command that a user may copy, without "marquetry VERB", and what it is for, without a full stop.
   OptionTable& example(std::string words, std::string use);
 
+  /// What to say of an option of that name that there is not, but users look for here: where to find it.
+  OptionTable& elsewhere(std::string name, std::string where);
+
   const std::string& verb() const { return verb_; }
   const std::string& summary() const { return summary_; }  ///< one sentence
   const std::vector<Option>& options() const { return options_; }
   const std::vector<std::vector<std::string>>& exclusives() const { return exclusives_; }
   const std::vector<std::pair<std::string, std::string>>& examples() const { return examples_; }
 
-  /// The option of this name. Throws `InvalidInput` with the nearest name when there is none.
+  /// The option of this name. Throws `InvalidInput` with where it is found, or the nearest name, when there is none.
   const Option& find(const std::string& name) const;
 
  private:
@@ -93,6 +96,7 @@ class OptionTable {
   std::vector<Option> options_;
   std::vector<std::vector<std::string>> exclusives_;
   std::vector<std::pair<std::string, std::string>> examples_;  ///< words, use
+  std::map<std::string, std::string> elsewhere_;
 };
 
 /// The values of one run: those given, else the defaults. Reading an option that has no value, or

@@ -17,6 +17,7 @@
 #include "mq/io/bytes.h"
 #include "mq/io/detail/camera_entries.h"
 #include "mq/io/detail/picture_finder.h"
+#include "mq/io/detail/unlike_sizes.h"
 #include "mq/io/file_names.h"
 #include "mq/io/image_file.h"
 
@@ -92,9 +93,10 @@ class Resolver {
   void add(CameraEntry& entry) {
     if (const auto picture = picture_of(entry, finder_)) {
       remember(*picture, entry.where);
-      if (entry.complete && !complete(entry, *picture)) return;
-      check_camera(entry.camera, entry.where);
-      set_.photographs.push_back({*picture, entry.camera});
+      PinholeCamera camera = entry.camera;
+      if (entry.complete && !complete(entry, *picture, camera)) return;
+      check_camera(camera, entry.where);
+      set_.photographs.push_back({*picture, camera});
       return;
     }
     if (entry.complete)
@@ -104,14 +106,81 @@ class Resolver {
     set_.missing.push_back({entry.name, entry.camera});
   }
 
-  void note_turned() {
-    if (turned_ > 0)
-      set_.notes.push_back(fmt::format("{} to be turned (EXIF): cameras are of them as they are stored",
-                                       turned_ == 1 ? "1 picture says that it is"
-                                                    : counted(turned_, "picture") + " say that they are"));
+  /// Once all are added: looks again at those whose size only their pictures say.
+  void settle_sizes() {
+    std::vector<UnsizedPicture> pictures;
+    for (const Unsized& one : unsized_)
+      pictures.push_back({one.info.width, one.info.height, exchanges_sides(one.info),
+                          set_.photographs[one.photograph].camera.fx});
+    const UsualSize usual(pictures);
+    const std::vector<SizeVerdict> verdicts = judged_sizes(pictures, usual);
+    std::vector<char> stays(set_.photographs.size(), 1);
+    int turned = 0;
+    for (std::size_t k = 0; k < unsized_.size(); ++k) {
+      if (verdicts[k] != SizeVerdict::upright && orientation(unsized_[k].info.format) != 1) ++turned;
+      stays[unsized_[k].photograph] = settle(unsized_[k], verdicts[k], usual);
+    }
+    std::vector<Photograph> left;
+    for (std::size_t k = 0; k < stays.size(); ++k)
+      if (stays[k]) left.push_back(std::move(set_.photographs[k]));
+    set_.photographs = std::move(left);
+    note_turned(turned);
   }
 
  private:
+  /// One whose file does not say its size; it is completed with that of the picture as stored.
+  struct Unsized {
+    const CameraEntry* entry;
+    PictureInfo info;
+    std::size_t photograph;
+  };
+
+  static bool exchanges_sides(const PictureInfo& info) {
+    constexpr int first_exchanging = 5;
+    return orientation(info.format) >= first_exchanging;
+  }
+
+  /// What follows from the verdict; false where it is to be left out.
+  bool settle(const Unsized& one, SizeVerdict verdict, const UsualSize& usual) {
+    Photograph& photograph = set_.photographs[one.photograph];
+    const std::string name = photograph.picture.string();
+    const std::string beside = fmt::format("{} × {}, where most pictures of {} are {} × {}", one.info.width,
+                                           one.info.height, set_.format, usual.width, usual.height);
+    switch (verdict) {
+      case SizeVerdict::as_stored: return true;
+      case SizeVerdict::upright:
+        set_.notes.push_back(fmt::format("{}: is {}: it is turned as its tag (EXIF) says", name, beside));
+        [[fallthrough]];
+      case SizeVerdict::scaled:
+        photograph.camera = one.entry->camera;
+        photograph.camera.width = usual.width, photograph.camera.height = usual.height;
+        one.entry->complete(photograph.camera);
+        return true;
+      case SizeVerdict::on_its_side:
+        set_.doubts.push_back(fmt::format("{}: is {}, and no tag says that it lies on its side: it is taken as it was "
+                                          "taken so; turn it back if it was not", name, beside));
+        return true;
+      case SizeVerdict::unlike:
+        set_.doubts.push_back(fmt::format("{}: is {}, unlike all others: it is taken as of another camera; leave it out "
+                                          "if it has been cropped or stretched", name, beside));
+        return true;
+      case SizeVerdict::cropped: break;
+    }
+    PinholeCamera camera = one.entry->camera;
+    camera.width = camera.height = 0;
+    set_.unreadable.push_back({{photograph.picture, camera},
+                               fmt::format("{}: is {}, though its focal length is theirs: has it been cropped or "
+                                           "stretched since?", name, beside)});
+    return false;
+  }
+
+  void note_turned(int turned) {
+    if (turned > 0)
+      set_.notes.push_back(fmt::format("{} to be turned (EXIF): cameras are of them as they are stored",
+                                       turned == 1 ? "1 picture says that it is"
+                                                   : counted(turned, "picture") + " say that they are"));
+  }
+
   void remember(const fs::path& picture, const std::string& where) {
     const auto [first, fresh] = where_.emplace(fs::weakly_canonical(picture), where);
     if (!fresh)
@@ -120,25 +189,25 @@ class Resolver {
   }
 
   /// False where its picture cannot be read.
-  bool complete(CameraEntry& entry, const fs::path& picture) {
+  bool complete(const CameraEntry& entry, const fs::path& picture, PinholeCamera& camera) {
     PictureInfo info;
     try {
       info = picture_info(picture);
     } catch (const IoError& error) {
-      entry.camera.width = entry.camera.height = 0;
-      set_.unreadable.push_back({{picture, entry.camera}, error.what()});
+      camera.width = camera.height = 0;
+      set_.unreadable.push_back({{picture, camera}, error.what()});
       return false;
     }
-    if (orientation(info.format) != 1) ++turned_;
-    entry.camera.width = info.width, entry.camera.height = info.height;
-    entry.complete(entry.camera);
+    camera.width = info.width, camera.height = info.height;
+    entry.complete(camera);
+    unsized_.push_back({&entry, std::move(info), set_.photographs.size()});
     return true;
   }
 
   const PictureFinder& finder_;
   CameraSet& set_;
   std::map<fs::path, std::string> where_;
-  int turned_ = 0;
+  std::vector<Unsized> unsized_;
 };
 
 [[noreturn]] void refuse_missing(const fs::path& path, const CameraSet& set,
@@ -209,7 +278,7 @@ CameraSet read_camera_set(const fs::path& path, const CamerasOptions& options) {
   const PictureFinder finder = finder_of_pictures(entries.folder, options);
   Resolver resolver(finder, set);
   for (CameraEntry& entry : entries.cameras) resolver.add(entry);
-  resolver.note_turned();
+  resolver.settle_sizes();
   if (!set.missing.empty() && options.missing == CamerasOptions::Missing::refuse)
     refuse_missing(path, set, finder);
   if (!set.unreadable.empty() && options.unreadable == CamerasOptions::Missing::refuse) refuse_unreadable(set);

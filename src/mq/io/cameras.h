@@ -29,11 +29,12 @@ struct CameraSet {
   /// Those whose pictures were not, by the names that the file gives them; the size of their pictures
   /// is 0 where the file does not say it.
   std::vector<Photograph> missing;
-  /// Whose pictures are there but cannot be read, where the file does not say their size, so that it was looked for; of
-  /// size 0.
+  /// Whose pictures are there but cannot be read, where the file does not say their size, so that it was looked for, or
+  /// have been cropped since, as far as sizes and focal lengths of the others tell; of size 0.
   std::vector<UnusablePhotograph> unreadable = {};
   int without_pose = 0;            ///< which the file lists without knowing where they stood
   std::vector<std::string> notes;  ///< what a user may want to know
+  std::vector<std::string> doubts = {};  ///< what a user is to be warned of: pictures that may not be as they were
   std::vector<std::filesystem::path> files;  ///< that were read, but for pictures
 };
 

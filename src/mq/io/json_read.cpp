@@ -48,6 +48,13 @@ void replace(std::string& text, std::string_view what, std::string_view by) {
   if (const std::size_t at = text.find(what); at != text.npos) text.replace(at, what.size(), by);
 }
 
+/// What other programs write there for numbers that JSON has no words for; else nothing.
+std::string no_number_at(std::string_view text, std::size_t at) {
+  for (const std::string_view word : {"NaN", "nan", "Infinity", "-Infinity", "inf", "-inf"})
+    if (text.substr(std::min(at, text.size())).starts_with(word)) return std::string(word);
+  return {};
+}
+
 /// What the parser says went wrong, without its numbers of errors and places.
 std::string reason_of(const nlohmann::detail::exception& error) {
   std::string reason = error.what();
@@ -125,8 +132,14 @@ void refuse_deep_json(const std::string& file, std::string_view text) {
 
 void refuse_json(const std::string& file, std::string_view text, const std::string& wanted,
                  const nlohmann::detail::exception& error) {
-  throw IoError(fmt::format("{}: {} (wanted {})", text_place(file, text, stopped_at(text, error)),
-                            reason_of(error), wanted));
+  std::size_t at = stopped_at(text, error);
+  if (at > 0 && at <= text.size() && text[at - 1] == '-') --at;
+  const std::string word = no_number_at(text, at), place = text_place(file, text, at);
+  if (!word.empty())
+    throw IoError(fmt::format("{}: found {}, which stands for no number and is not JSON: wanted a number; whatever wrote "
+                              "the file failed there",
+                              place, word));
+  throw IoError(fmt::format("{}: {} (wanted {})", place, reason_of(error), wanted));
 }
 
 JsonObject::JsonObject(const JsonFile& file, const std::string& wanted)

@@ -17,6 +17,10 @@ constexpr int side = 360, columns = 4;
 constexpr std::array<Colour, 5> colours_of_counts = {
     {{0, 0, 0}, {0.84F, 0.19F, 0.15F}, {0.99F, 0.68F, 0.38F}, {0.65F, 0.85F, 0.42F}, {0.1F, 0.6F, 0.31F}}};
 
+/// None, one, two and more of them left out.
+constexpr std::array<Colour, 4> colours_of_rejected = {
+    {{0.25F, 0.25F, 0.28F}, {0.99F, 0.85F, 0.35F}, {0.96F, 0.5F, 0.2F}, {0.84F, 0.1F, 0.15F}}};
+
 ModelPictureOptions page_of(const char* title, View::Up up) {
   ModelPictureOptions page{.page = ModelPictureOptions::Page::views, .views = {"front", "right", "back", "left"}};
   page.render.view.up = up;
@@ -27,10 +31,11 @@ ModelPictureOptions page_of(const char* title, View::Up up) {
   return page;
 }
 
-Signal colours_of_seen(std::span<const int> shown_by) {
-  Signal colours(std::ssize(shown_by), 3);
-  for (std::size_t i = 0; i < shown_by.size(); ++i) {
-    const Colour& colour = colours_of_counts[std::min(std::size_t(shown_by[i]), colours_of_counts.size() - 1)];
+/// Of each count its colour, of those that are more than there are colours the last.
+Signal colours_of(std::span<const int> counts, std::span<const Colour> colours_of_each) {
+  Signal colours(std::ssize(counts), 3);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const Colour& colour = colours_of_each[std::min(std::size_t(counts[i]), colours_of_each.size() - 1)];
     for (int c = 0; c < 3; ++c) colours(Eigen::Index(i), c) = colour[std::size_t(c)];
   }
   return colours;
@@ -89,12 +94,18 @@ Image<float> draw_photographs(const TexturedModel& model, const TextureSignal& t
                                           100.0 * double(found.views[v].texels) / double(found.labels.size()))));
   swatches.push_back(swatch({0, 0, 0}, "none: filled in"));
   parts.push_back(legend("", swatches));
-  target.replace(colours_of_seen(found.shown_by), Depth::u8, painted.model);
-  parts.push_back(ModelRenderer(painted).draw(page_of("how many photographs show a place", up)));
-  swatches.clear();
-  const char* const counts[] = {"none", "one", "two", "three", "more"};
-  for (std::size_t k = 0; k < colours_of_counts.size(); ++k) swatches.push_back(swatch(colours_of_counts[k], counts[k]));
-  parts.push_back(legend("", swatches));
+  const auto add_counts = [&](const char* title, std::span<const int> counts, std::span<const Colour> colours,
+                              std::span<const char* const> words) {
+    target.replace(colours_of(counts, colours), Depth::u8, painted.model);
+    parts.push_back(ModelRenderer(painted).draw(page_of(title, up)));
+    swatches.clear();
+    for (std::size_t k = 0; k < colours.size(); ++k) swatches.push_back(swatch(colours[k], words[k]));
+    parts.push_back(legend("", swatches));
+  };
+  constexpr std::array shown = {"none", "one", "two", "three", "more"};
+  constexpr std::array rejected = {"none", "one left out", "two left out", "more left out"};
+  add_counts("how many photographs show a place", found.shown_by, colours_of_counts, shown);
+  add_counts("how many disagree with the others there", found.rejected_by, colours_of_rejected, rejected);
   return stacked(parts);
 }
 

@@ -225,13 +225,14 @@ struct PhotographTexturing::Work {
     for (std::size_t i = 0; i < result.labels.size(); ++i)
       if (result.labels[i] != unseen) own[std::size_t(result.labels[i])].push_back(int(i));
     Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(signal.channels());
+    const std::uint64_t source = print_of_all();
     for (std::size_t v = 0; v < photographs.size(); ++v) {
       const Progress step = step_of(v, 1, progress);
       const std::span<const int> beyond = result.beyond.unknowns_of(int(v));
       result.views[v].texels = std::ssize(own[v]);
       const std::vector<int> to_blend = means.weight.size() > 0 ? agreed_texels(int(v)) : std::vector<int>();
       if (own[v].empty() && beyond.empty() && to_blend.empty()) continue;
-      const std::optional<TakenColours> taken = colours_of(v, own[v], beyond, to_blend, means, step);
+      const std::optional<TakenColours> taken = colours_of(v, source, own[v], beyond, to_blend, means, step);
       const Signal own_values = taken ? values.with_alpha(taken->own) : Signal();
       const bool masked = taken && has_alpha(int(taken->own.cols()));
       for (std::size_t k = 0; k < own[v].size(); ++k) {
@@ -257,14 +258,15 @@ struct PhotographTexturing::Work {
       if (result.labels[i] == unseen) result.values.row(Eigen::Index(i)) = sum / double(seen);
   }
 
-  /// Of one photograph, which is not read where they are kept. What all texels of many photographs show is more than
+  /// Of one photograph, which is not read where they are kept with this print of all. What all texels of many photographs show is more than
   /// should be kept: with means they are read again. Nothing where it cannot be read and is left out.
-  std::optional<TakenColours> colours_of(std::size_t v, std::span<const int> own, std::span<const int> beyond,
-                                         std::span<const int> to_blend, Means& means, const Progress& progress) {
+  std::optional<TakenColours> colours_of(std::size_t v, std::uint64_t source, std::span<const int> own,
+                                         std::span<const int> beyond, std::span<const int> to_blend, Means& means,
+                                         const Progress& progress) {
     TakenColours taken;
     StoredWriter asked;
     if (store.keeps()) asked.add(own), asked.add(beyond), asked.add(exposed.gains[v]), asked.add(exposed.exponents[v]);
-    const std::uint64_t print = fingerprint(asked.bytes), source = print_of_all();
+    const std::uint64_t print = fingerprint(asked.bytes);
     const std::string name = fmt::format("colours{}", v);
     if (const auto record = to_blend.empty() ? store.find(name, source) : std::nullopt;
         record && read_colours(*record, print, taken))
@@ -284,23 +286,22 @@ struct PhotographTexturing::Work {
 
   /// Whether a photograph is rejected on the patch of a texel, where another is not.
   bool rejected_at(int texel, int view) const {
-    const auto views = observations.of(patches.of[std::size_t(texel)]);
-    const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
-    return at != views.end() && at->view == view && !agrees(views, *at);
+    const int patch = patches.of[std::size_t(texel)];
+    return observations.number_of(patch, view) >= 0 && !agrees(patch, view);
   }
 
-  /// What is agreed on of a patch; all of it where nothing is.
-  static bool agrees(std::span<const Observation> views, const Observation& one) {
-    return !one.rejected || std::ranges::all_of(views, &Observation::rejected);
+  /// Whether a photograph shows a patch as is agreed on; all that do where nothing is.
+  bool agrees(int patch, int view) const {
+    const std::int64_t k = observations.number_of(patch, view);
+    return k >= 0 && (!observations.all[std::size_t(k)].rejected ||
+                      std::ranges::all_of(observations.of(patch), &Observation::rejected));
   }
 
   /// Texels of the patches that a photograph shows as others do.
   std::vector<int> agreed_texels(int view) const {
     std::vector<int> texels;
     for (int p = 0; p < patches.count(); ++p) {
-      const auto views = observations.of(p);
-      const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
-      if (at != views.end() && at->view == view && agrees(views, *at))
+      if (agrees(p, view))
         texels.insert(texels.end(), patches.members.begin() + patches.offsets[p],
                       patches.members.begin() + patches.offsets[p + 1]);
     }
@@ -315,9 +316,8 @@ struct PhotographTexturing::Work {
     for (std::size_t k = 0; k < texels.size(); ++k) {
       const int i = texels[k];
       if (const int p = patches.of[std::size_t(i)]; p != patch) {
-        const auto views = observations.of(patch = p);
-        const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view) - views.begin();
-        sharp = sharpness(views)[std::size_t(at)];
+        patch = p;
+        sharp = sharpness(observations.of(p))[std::size_t(observations.number_of(p, view) - observations.offsets[p])];
       }
       const std::size_t row = row_of(k);
       means.sum.row(i) += sharp * part.confidence[row] * part.values.row(Eigen::Index(row));
@@ -472,11 +472,8 @@ Signal PhotographTexturing::offset(std::span<const int> labels) const {
   const Signal worked = work_->values.of_colours(colours);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] == unseen) continue;
-    const int p = work_->patches.of[i];
-    const auto views = observations.of(p);
-    const auto at = std::ranges::lower_bound(views, labels[i], {}, &Observation::view);
-    if (at == views.end() || at->view != labels[i]) continue;
-    const Eigen::Index row = 2 * Eigen::Index(observations.offsets[p] + (at - views.begin()));
+    const Eigen::Index row = 2 * observations.number_of(work_->patches.of[i], labels[i]);
+    if (row < 0) continue;
     result.row(Eigen::Index(i)).head(worked.cols()) = worked.row(row + 1) - worked.row(row);
   }
   return result;

@@ -72,6 +72,7 @@ struct PhotographTexture {
   std::vector<View> views;
   std::vector<std::int64_t> seen_by;  ///< texels whose patch 0, 1, 2, ... photographs show
   std::vector<int> shown_by = {};     ///< per unknown: how many photographs show its patch
+  std::vector<int> rejected_by = {};  ///< ... and how many of these do not agree with the others there
 };
 
 /// Photographs that have been looked at, from which textures are made.
@@ -82,7 +83,7 @@ struct PhotographTexture {
 ///     signal.put(..., stitcher.stitch(found.values, found.beyond, found.offset));
 ///
 /// Every photograph is read twice, for looking and for colours, and forgotten; what is kept of each is a
-/// colour and two numbers per patch that it shows.
+/// colour, two numbers and a print per patch that it shows.
 ///
 /// 0. Where asked, cameras are aligned (`align_photographs`), for which photographs are read once more, and
 ///    their brightness is held at a million pixels at most.

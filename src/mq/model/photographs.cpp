@@ -90,6 +90,24 @@ std::string remark_on_size(const Photograph& photograph, const PinholeCamera& fi
       photograph.picture.string(), fitted.width, fitted.height, camera.width, camera.height);
 }
 
+bool axes_seem_exchanged(const Mesh& mesh, std::span<const PinholeCamera> cameras) {
+  constexpr int most_places = 1000;
+  const int step = 1 + mesh.vertex_count() / most_places;
+  // How many have most of it in their pictures.
+  const auto count = [&](const Eigen::Matrix3d& turn) {
+    return std::ranges::count_if(cameras, [&](const PinholeCamera& camera) {
+      int in = 0, all = 0;
+      for (int v = 0; v < mesh.vertex_count(); v += step)
+        ++all, in += camera.project(turn * mesh.positions[std::size_t(v)]).has_value();
+      return 2 * in > all;
+    });
+  };
+  Eigen::Matrix3d z_from_y;
+  z_from_y << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  const auto turned = std::max(count(z_from_y), count(z_from_y.transpose()));
+  return turned > count(Eigen::Matrix3d::Identity()) && 2 * turned >= std::ssize(cameras);
+}
+
 void add_missing_pictures(TexturedModel& model) {
   std::vector<Texture>& textures = model.model.textures;
   textures.resize(std::max(textures.size(), model.texture_sizes.size()));

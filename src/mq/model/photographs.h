@@ -28,6 +28,15 @@ TransferFunction common_transfer(const Model& model);
 /// What to say of a photograph whose camera was fitted to another size (`fitted_camera`); else nothing.
 std::string remark_on_size(const Photograph& photograph, const PinholeCamera& fitted);
 
+/// Whether more cameras would have most of the mesh in their pictures, and half of them at least, if it were turned by
+/// 90 degrees about x: as where one is exported with y upright, the other with z.
+bool axes_seem_exchanged(const Mesh& mesh, std::span<const PinholeCamera> cameras);
+
+/// What to say then.
+inline constexpr const char* exchanged_axes_hint =
+    "turned by 90 degrees about x the mesh would be in the pictures: y is upright in one and z in the other: export "
+    "both alike";
+
 /// Gives a model's textures black pictures of the sizes that it was read with, where they have
 /// none.
 void add_missing_pictures(TexturedModel& model);

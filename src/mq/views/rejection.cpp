@@ -107,7 +107,7 @@ class Rejection {
   void for_beside(std::size_t k, float least, const auto& visit) const {
     for (const Neighbours::Side& side : beside_.of(patch_of_[k]))
       if (side.weight >= least)
-        if (const auto other = number_of(observations_, side.patch, observations_.all[k].view); other >= 0)
+        if (const auto other = observations_.number_of(side.patch, observations_.all[k].view); other >= 0)
           visit(std::size_t(other));
   }
 
@@ -213,7 +213,7 @@ class Rejection {
           part.push_back(side.patch);
         }
       if (const int wrong = wrong_of(part); wrong >= 0)
-        for (const int q : part) marked_[std::size_t(number_of(observations_, q, wrong))] = 1;
+        for (const int q : part) marked_[std::size_t(observations_.number_of(q, wrong))] = 1;
     }
   }
 
@@ -242,7 +242,7 @@ class Rejection {
       sum += at_a - at_b, sizes += (at_a - at_b).abs();
       for (const Neighbours::Side& side : beside_.of(p)) {
         if (side.weight < touching || std::ranges::binary_search(inside, side.patch)) continue;
-        const auto other_a = number_of(observations_, side.patch, a), other_b = number_of(observations_, side.patch, b);
+        const auto other_a = observations_.number_of(side.patch, a), other_b = observations_.number_of(side.patch, b);
         if (other_a < 0 || other_b < 0 || marked_[std::size_t(other_a)] || marked_[std::size_t(other_b)]) continue;
         jumps_of_a += apart(at_a, x_[std::size_t(other_a)]), jumps_of_b += apart(at_b, x_[std::size_t(other_b)]);
         ++sides;

@@ -3,9 +3,9 @@
 //
 //     θ_p(l) = D_p(l) + Σ_q M_qp(l),    γ_p = 1 / max(edges to earlier nodes, edges to later ones),
 //
-// sends to those that come after it M_pq(m) = min_l (γ_p θ_p(l) − M_qp(l) + w [l ≠ m]), less its minimum.
-// For such a w [l ≠ m] this is the cheaper of staying with m, where p has it, and the cheapest of all plus
-// w.
+// sends to those that come after it M_pq(m) = min_l (γ_p θ_p(l) − M_qp(l) + w [l ≠ m] (1 + b_p(l) + b_q(m))), less its
+// minimum. This is the cheaper of staying with m, where p has it, and the cheapest of all, each plus w b_p(l), plus
+// w (1 + b_q(m)).
 
 #include "mq/views/smooth_labels.h"
 
@@ -22,7 +22,9 @@ constexpr float infinite = std::numeric_limits<float>::infinity();
 
 class MessagePassing {
  public:
-  explicit MessagePassing(const LabelGraph& graph) : graph_(graph), offsets_(graph.nodes() + 1, 0) {
+  explicit MessagePassing(const LabelGraph& graph)
+      : graph_(graph), borders_(graph.borders), offsets_(graph.nodes() + 1, 0) {
+    borders_.resize(graph.costs.size(), 0.0F);
     std::int64_t sizes = 0;
     for (const LabelGraph::Edge& edge : graph.edges) ++offsets_[edge.a + 1], ++offsets_[edge.b + 1];
     for (int p = 0; p < graph.nodes(); ++p) offsets_[p + 1] += offsets_[p];
@@ -98,6 +100,7 @@ class MessagePassing {
   std::span<const int> labels_of(int p) const {
     return {graph_.labels.data() + graph_.offsets[p], std::size_t(candidates(p))};
   }
+  const float* borders_of(int p) const { return borders_.data() + graph_.offsets[p]; }
   std::span<const HalfEdge> edges_of(int p) const {
     return {half_edges_.data() + offsets_[p], std::size_t(offsets_[p + 1] - offsets_[p])};
   }
@@ -113,13 +116,15 @@ class MessagePassing {
     const std::span<const int> own = labels_of(p), theirs = labels_of(edge.node);
     if (own.empty() || theirs.empty()) return;
     float cheapest = infinite;
+    const float* const own_borders = borders_of(p);
+    const float* const their_borders = borders_of(edge.node);
     for (std::size_t l = 0; l < own.size(); ++l)
-      cheapest = std::min(cheapest, sums_[l] - messages_[edge.in + std::int64_t(l)]);
+      cheapest = std::min(cheapest, sums_[l] - messages_[edge.in + std::int64_t(l)] + edge.weight * own_borders[l]);
     std::size_t l = 0;
     float least = infinite;
     for (std::size_t m = 0; m < theirs.size(); ++m) {
       while (l < own.size() && own[l] < theirs[m]) ++l;
-      float value = cheapest + edge.weight;
+      float value = cheapest + edge.weight * (1 + their_borders[m]);
       if (l < own.size() && own[l] == theirs[m])
         value = std::min(value, sums_[l] - messages_[edge.in + std::int64_t(l)]);
       messages_[edge.out + std::int64_t(m)] = value;
@@ -131,13 +136,15 @@ class MessagePassing {
   void add_difference(int p, const HalfEdge& edge, int chosen) {
     if (chosen < 0) return;
     const int label = labels_of(edge.node)[std::size_t(chosen)];
+    const float border = 1 + borders_of(edge.node)[chosen];
     for (std::size_t l = 0; l < sums_.size(); ++l)
-      if (labels_of(p)[l] != label) sums_[l] += edge.weight;
+      if (labels_of(p)[l] != label) sums_[l] += edge.weight * (border + borders_of(p)[l]);
   }
 
   int least() const { return sums_.empty() ? -1 : int(std::ranges::min_element(sums_) - sums_.begin()); }
 
   const LabelGraph& graph_;
+  std::vector<float> borders_;
   std::vector<std::int64_t> offsets_;  ///< per node its half-edges
   std::vector<HalfEdge> half_edges_;
   std::vector<float> messages_, shares_;
@@ -152,6 +159,10 @@ void require_graph(const LabelGraph& graph) {
     for (std::int64_t k = graph.offsets[p] + 1; k < graph.offsets[p + 1]; ++k)
       require(graph.labels[k - 1] < graph.labels[k], "the labels of a node must increase");
   for (const float cost : graph.costs) require(std::isfinite(cost), "costs of labels must be finite");
+  require(graph.borders.empty() || graph.borders.size() == graph.labels.size(),
+          "what borders cost is wanted of each label or of none");
+  for (const float border : graph.borders)
+    require(border >= 0 && std::isfinite(border), "what borders cost must be finite and not negative");
   for (const LabelGraph::Edge& edge : graph.edges)
     require(edge.a >= 0 && edge.a < edge.b && edge.b < graph.nodes() && edge.weight >= 0 &&
                 std::isfinite(edge.weight),
@@ -183,9 +194,10 @@ double label_energy(const LabelGraph& graph, std::span<const int> chosen) {
     if (chosen[p] >= 0) energy += graph.costs[graph.offsets[p] + chosen[p]];
   for (const LabelGraph::Edge& edge : graph.edges) {
     if (chosen[edge.a] < 0 || chosen[edge.b] < 0) continue;
-    const int a = graph.labels[graph.offsets[edge.a] + chosen[edge.a]];
-    const int b = graph.labels[graph.offsets[edge.b] + chosen[edge.b]];
-    if (a != b) energy += edge.weight;
+    const auto a = std::size_t(graph.offsets[edge.a] + chosen[edge.a]);
+    const auto b = std::size_t(graph.offsets[edge.b] + chosen[edge.b]);
+    if (graph.labels[a] == graph.labels[b]) continue;
+    energy += edge.weight * (graph.borders.empty() ? 1.0 : 1.0 + graph.borders[a] + graph.borders[b]);
   }
   return energy;
 }

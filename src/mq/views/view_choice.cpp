@@ -14,6 +14,25 @@
 
 namespace mq {
 
+namespace {
+
+constexpr double print_floor = 0.02;  ///< differences between dark places are noise
+constexpr double print_steps = 32;    ///< of a byte, in 1
+
+}  // namespace
+
+void Print::put(int place, double brightness, double mean) {
+  const auto logarithm = [](double light) { return std::log(std::max(light, 0.0) + print_floor); };
+  const double steps = std::round(print_steps * (logarithm(brightness) - logarithm(mean)));
+  values[std::size_t(place)] = std::int8_t(std::clamp(steps, -127.0, 127.0));
+}
+
+std::optional<float> Print::at(int place) const {
+  const std::int8_t value = values[std::size_t(place)];
+  if (value == none) return std::nullopt;
+  return float(value / print_steps);
+}
+
 Observations Observations::gather(int patches, std::span<const std::vector<OfPatch>> views) {
   Observations result;
   result.offsets.assign(std::size_t(patches) + 1, 0);
@@ -25,6 +44,12 @@ Observations Observations::gather(int patches, std::span<const std::vector<OfPat
   for (const std::vector<OfPatch>& view : views)
     for (const OfPatch& one : view) result.all[next[one.patch]++] = one.observation;
   return result;
+}
+
+std::int64_t Observations::number_of(int patch, int view) const {
+  const auto views = of(patch);
+  const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
+  return at != views.end() && at->view == view ? offsets[patch] + (at - views.begin()) : -1;
 }
 
 // ---------------------------------------------------------------------------------------- exposures
@@ -209,9 +234,36 @@ std::vector<float> relative_qualities(std::span<const Observation> views) {
   return qualities;
 }
 
+std::vector<float> print_deviations(std::span<const Observation> views) {
+  constexpr float most_contrast = 2;
+  const std::vector<float> qualities = relative_qualities(views);
+  std::array<float, Print::places> mean{};
+  for (int place = 0; place < Print::places; ++place) {
+    float weight = 0;
+    for (std::size_t k = 0; k < views.size(); ++k)
+      if (const auto value = views[k].print.at(place); value && !views[k].rejected)
+        mean[std::size_t(place)] += qualities[k] * *value, weight += qualities[k];
+    if (weight > 0) mean[std::size_t(place)] /= weight;
+  }
+  std::vector<float> deviations;
+  for (const Observation& o : views) {
+    float own = 0, both = 0, of_mean = 0, count = 0;
+    for (int place = 0; place < Print::places; ++place)
+      if (const auto value = o.print.at(place)) {
+        const float m = mean[std::size_t(place)];
+        own += *value * *value, both += *value * m, of_mean += m * m, ++count;
+      }
+    const float contrast = of_mean > 0 ? std::clamp(both / of_mean, 0.0F, most_contrast) : 0;
+    const float left = own - 2 * contrast * both + contrast * contrast * of_mean;
+    deviations.push_back(count > 0 ? std::sqrt(std::max(left, 0.0F) / count) : 0);
+  }
+  return deviations;
+}
+
 std::vector<int> choose_views(const Patches& patches, const Observations& observations,
                               const ChooseOptions& options, const Progress& progress) {
   require(patches.count() == observations.patches(), "observations of these patches are needed");
+  constexpr float most_of_print = 40;  // what is torn is torn
   LabelGraph graph;
   graph.offsets = observations.offsets;
   for (const Observation& o : observations.all) graph.labels.push_back(o.view);
@@ -220,6 +272,7 @@ std::vector<int> choose_views(const Patches& patches, const Observations& observ
     const std::vector<float> qualities = relative_qualities(views);
     for (std::size_t k = 0; k < views.size(); ++k)
       graph.costs.push_back(1 - qualities[k] + (views[k].rejected ? float(options.rejected) : 0));
+    for (const float deviation : print_deviations(views)) graph.borders.push_back(std::min(float(options.print) * deviation * deviation, most_of_print));
   }
   for (const Patches::Link& link : patches.links)
     graph.edges.push_back({link.a, link.b, float(options.smoothness) * link.weight});

@@ -18,6 +18,20 @@ namespace mq {
 
 using LightColour = std::array<float, 3>;  ///< red, green, blue in light, not display values
 
+/// How light and dark lie in a patch: of up to five places, the same for all views, the logarithm of brightness over
+/// the patch's mean, so that exposure makes no difference. A byte each, to 1/32.
+struct Print {
+  static constexpr int places = 5;
+  static constexpr std::int8_t none = -128;  ///< that place is not shown
+  std::array<std::int8_t, places> values = {none, none, none, none, none};
+
+  /// Of brightness in light.
+  void put(int place, double brightness, double mean);
+
+  /// The logarithm; nothing where the place is not shown.
+  std::optional<float> at(int place) const;
+};
+
 struct Observation {
   int view;
   float quality;       ///< how well it shows the patch, above 0
@@ -25,6 +39,7 @@ struct Observation {
   LightColour colour;  ///< mean over the patch
   float radius = 0;    ///< of where it lies, from the picture's middle, in half diagonals
   bool rejected = false;
+  Print print = {};
 };
 
 /// All of them, by patch, and by view within a patch.
@@ -39,6 +54,9 @@ struct Observations {
   std::span<const Observation> of(int patch) const {
     return {all.data() + offsets[patch], std::size_t(offsets[patch + 1] - offsets[patch])};
   }
+
+  /// Where in `all` the view's observation of a patch is; −1 where it has none.
+  std::int64_t number_of(int patch, int view) const;
 
   /// Of lists of (patch, observation), one list per view in their order.
   struct OfPatch {
@@ -106,9 +124,10 @@ void reject(const Patches& patches, const RejectOptions& options, Observations& 
 void pool_details(const Patches& patches, Observations& observations, int rounds = 6);
 
 struct ChooseOptions {
-  double smoothness = 0.5;  ///< the cost of another view across a full side of a patch; 1: of a view that
-                            ///< shows nothing of it rather than the best
-  double rejected = 3;      ///< the cost of one that is rejected
+  double smoothness = 0.2;   ///< the cost of another view across a full side of a patch; 1: of a view that
+                             ///< shows nothing of it rather than the best
+  double rejected = 100;     ///< the cost of one that is rejected: more than all borders around it
+  double print = 600;        ///< how many times as much a border costs between views of other print
 };
 
 /// How sharp each view of a patch is: its detail against that which a quarter of those that are not rejected surpass,
@@ -118,8 +137,17 @@ std::vector<float> sharpness(std::span<const Observation> views);
 /// How well a view shows a patch beside the best that is not rejected, 0 to 1: quality times sharpness.
 std::vector<float> relative_qualities(std::span<const Observation> views);
 
+/// Of each view how far its print p is from s times the mean m of those that are not rejected, weighted by relative
+/// quality: root mean square over the places. s, 0 to 2, makes it least: what is out of focus has less contrast, and
+/// borders on it do not tear print as one that is off does.
+std::vector<float> print_deviations(std::span<const Observation> views);
+
 /// Per patch the number of its observation, counted from 0 within the patch; −1 where it has none.
-/// Minimises Σ_p (1 − relative quality) + smoothness · Σ links where views differ (`smooth_labels`).
+/// Minimises Σ_p (1 − relative quality) + smoothness · Σ links where views differ · (1 + b_p + b_q) with
+/// `smooth_labels`, b = print d² on each side, at most 40, of the print deviation d of the view there: so that borders
+/// keep to places where photographs show the same ([kwatra2003graphcut]), plain ones where these are off. The square of
+/// the difference of two views is at most twice the sum of these squares, which takes no more time than one cost for
+/// all pairs.
 std::vector<int> choose_views(const Patches& patches, const Observations& observations,
                               const ChooseOptions& options = {}, const Progress& progress = {});
 

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "mq/base/error.h"
@@ -185,6 +186,26 @@ void unite(Run& run, const std::string& file, std::vector<Photograph>& fresh,
                                      named_of(twice)));
 }
 
+/// Leaves out grey photographs among coloured ones, with a warning each: they have no colours to give. Where there are no
+/// fewer of them they are used.
+void leave_out_grey(Run& run, GivenPhotographs& given) {
+  const auto is_grey = [](const Photograph& one) {
+    return colour_channels(int(picture_info(one.picture).channels.size())) == 1;
+  };
+  const auto grey = std::ranges::count_if(given.photographs, is_grey), all = std::ssize(given.photographs);
+  if (grey == 0 || grey == all) return;
+  if (2 * grey >= all)
+    return run.terminal().warning(fmt::format("{} of {} photographs are grey: where they are chosen the texture has "
+                                              "no colours", grey, all));
+  std::erase_if(given.photographs, [&](const Photograph& one) {
+    if (!is_grey(one)) return false;
+    const std::string picture = one.picture.string(), why = picture + ": is grey, and others are not";
+    given.left_out.push_back({picture, why});
+    run.terminal().warning(why + ": left out");
+    return true;
+  });
+}
+
 /// That pictures are not there, of which the first few are named.
 std::string warning_of_missing(const std::string& file, std::span<const Photograph> missing) {
   std::vector<std::string> names;
@@ -192,6 +213,19 @@ std::string warning_of_missing(const std::string& file, std::span<const Photogra
   return fmt::format("{}: {} not there and left out: {}", file,
                      missing.size() == 1 ? "1 picture is" : fmt::format("{} pictures are", missing.size()),
                      named_of(names));
+}
+
+/// Of each file its cameras. Throws an error that names all files that cannot be read, a line each.
+std::vector<CameraSet> read_sets(std::span<const std::string> files, const CamerasOptions& where) {
+  std::vector<CameraSet> sets;
+  std::vector<std::string> errors;
+  for (const std::string& file : files) try {
+      sets.push_back(read_camera_set(file, where));
+    } catch (const Error& error) {
+      errors.emplace_back(error.what());
+    }
+  if (!errors.empty()) throw IoError(fmt::format("{}", fmt::join(errors, "\n")));
+  return sets;
 }
 
 }  // namespace
@@ -205,12 +239,18 @@ GivenPhotographs read_photographs(Run& run) {
   GivenPhotographs given;
   std::vector<UnusablePhotograph> unusable;
   std::map<std::filesystem::path, std::string> files;
-  for (const std::string& file : run.options().texts("cameras")) {
-    CameraSet cameras = read_camera_set(file, where);
+  std::set<std::string> missing;  // by the names that files of cameras give them
+  const std::vector<std::string> names = run.options().texts("cameras");
+  std::vector<CameraSet> sets = read_sets(names, where);
+  for (std::size_t k = 0; k < sets.size(); ++k) {
+    const std::string& file = names[k];
+    CameraSet& cameras = sets[k];
     for (const std::string& note : cameras.notes) run.terminal().remark(file + ": " + note);
+    for (const std::string& doubt : cameras.doubts) run.terminal().warning(doubt);
     if (cameras.without_pose > 0)
       run.terminal().warning(fmt::format("{}: {} without a place are left out", file,
                                          counted(cameras.without_pose, "photograph")));
+    std::erase_if(cameras.missing, [&](const Photograph& one) { return !missing.insert(one.picture.string()).second; });
     if (!cameras.missing.empty()) run.terminal().warning(warning_of_missing(file, cameras.missing));
     for (const Photograph& one : cameras.missing) given.left_out.push_back({one.picture.string(), "is not there"});
     unite(run, file, cameras.photographs, files);
@@ -218,6 +258,7 @@ GivenPhotographs read_photographs(Run& run) {
     std::ranges::move(cameras.photographs, std::back_inserter(given.photographs));
   }
   leave_out_unusable(run, std::move(unusable), skip, given);
+  leave_out_grey(run, given);
   require(!given.photographs.empty(),
           "none of the photographs is there, can be read and fits its camera: give their folder by --images");
   return given;

@@ -12,9 +12,8 @@
 namespace mq {
 
 Looks::Looks(const Patches& patches) {
-  constexpr int samples_of_patch = 5;
   for (int p = 0; p < patches.count(); ++p) {
-    const std::vector<int> some = patches.samples(p, samples_of_patch);
+    const std::vector<int> some = patches.samples(p, Print::places);
     places.insert(places.end(), some.begin(), some.end());
     offsets.push_back(int(places.size()));
   }
@@ -39,6 +38,10 @@ std::vector<Observations::OfPatch> observe(const Looks& looks, const Partial& sh
                   float(std::sqrt(detail / weight)), {}};
     for (std::size_t c = 0; c < 3; ++c) o.colour[c] = float(colour[c] / weight);
     o.radius = float(radius / weight);
+    const double mean = (colour[0] + colour[1] + colour[2]) / weight;
+    for (int k = looks.offsets[p]; k < looks.offsets[p + 1]; ++k)
+      if (shown.confidence[std::size_t(k)] * shown.values(k, channel_of_alpha) > 0)
+        o.print.put(k - looks.offsets[p], shown.values.row(k).head(3).sum() / 3, mean / 3);
     result.push_back({int(p), o});
   }
   return result;
@@ -99,7 +102,10 @@ void count_views(const Patches& patches, const Observations& observations, Photo
   }
   result.seen_by.assign(result.views.size() + 1, 0);
   for (int p = 0; p < patches.count(); ++p) result.seen_by[observations.of(p).size()] += patches.size(p);
-  for (const int p : patches.of) result.shown_by.push_back(int(observations.of(p).size()));
+  for (const int p : patches.of) {
+    result.shown_by.push_back(int(observations.of(p).size()));
+    result.rejected_by.push_back(int(std::ranges::count(observations.of(p), true, &Observation::rejected)));
+  }
 }
 
 }  // namespace mq

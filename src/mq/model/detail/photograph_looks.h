@@ -41,7 +41,7 @@ struct ObservationsOfOthers {
   ObservationsOfOthers(const Observations& all, std::span<const char> left_out);
 };
 
-/// Fills in `patches`, `seen_by`, `shown_by` and of each view `patches` and `rejected`.
+/// Fills in `patches`, `seen_by`, `shown_by`, `rejected_by` and of each view `patches` and `rejected`.
 void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result);
 
 }  // namespace mq

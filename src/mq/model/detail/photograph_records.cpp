@@ -60,6 +60,7 @@ std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, 
                              const PhotographTextureOptions& options) {
   StoredWriter all;
   all.add(std::string(MARQUETRY_VERSION));
+  all.add(std::uint64_t(sizeof(Observations::OfPatch)));
   add_places(mesh.positions, all);
   all.add(std::span<const int>(mesh.triangles.empty() ? nullptr : mesh.triangles[0].data(), 3 * mesh.triangles.size()));
   add_places(places, all);
@@ -67,7 +68,7 @@ std::uint64_t print_of_setup(const Mesh& mesh, std::span<const Vector3> places, 
                            options.reject_outliers, options.patch});
   const PhotographOptions& projection = options.projection;
   all.add(std::vector<double>{projection.steepest, projection.bias, projection.outline, projection.doubtful,
-                              projection.border, options.choice.smoothness, options.choice.rejected,
+                              projection.border, options.choice.smoothness, options.choice.rejected, options.choice.print,
                               options.rejection.least, options.rejection.times});
   return fingerprint(all.bytes);
 }

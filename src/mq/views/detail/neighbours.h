@@ -1,7 +1,6 @@
 #pragma once
 /// Observations of one photograph on patches that touch.
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,18 +9,11 @@
 
 namespace mq {
 
-/// The number of the view's observation of a patch, or −1.
-inline std::int64_t number_of(const Observations& observations, int patch, int view) {
-  const auto views = observations.of(patch);
-  const auto at = std::ranges::lower_bound(views, view, {}, &Observation::view);
-  return at != views.end() && at->view == view ? observations.offsets[patch] + (at - views.begin()) : -1;
-}
-
 /// visit(k, beside, weight) for observations of one view on patches that touch, once each.
 void for_each_pair(const Patches& patches, const Observations& observations, const auto& visit) {
   for (const Patches::Link& link : patches.links)
     for (std::int64_t k = observations.offsets[link.a]; k < observations.offsets[link.a + 1]; ++k) {
-      const std::int64_t beside = number_of(observations, link.b, observations.all[std::size_t(k)].view);
+      const std::int64_t beside = observations.number_of(link.b, observations.all[std::size_t(k)].view);
       if (beside >= 0) visit(std::size_t(k), std::size_t(beside), link.weight);
     }
 }
