@@ -126,9 +126,21 @@ inline Mesh tetrahedron() {
   return mesh;
 }
 
-/// The unit sphere: a tetrahedron halved `levels` times, vertices projected; 4·4^levels triangles.
-inline Mesh sphere(int levels) {
-  Mesh mesh = tetrahedron();
+/// Of all spheres its subdivisions have the most regular triangles.
+inline Mesh icosahedron() {
+  const double g = std::numbers::phi;
+  Mesh mesh;
+  mesh.positions = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
+                    {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
+  mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  return mesh;
+}
+
+/// The unit sphere: a tetrahedron, 4·4^levels triangles in the end, or another mesh halved `levels` times, vertices
+/// projected.
+inline Mesh sphere(int levels, Mesh mesh = tetrahedron()) {
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<int, int>, int> middles;
     const auto middle = [&](int a, int b) {

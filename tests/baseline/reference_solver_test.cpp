@@ -16,7 +16,7 @@ namespace {
 using fixtures::expect_refusals;
 using fixtures::expect_to_stop;
 using fixtures::make_patchwork;
-using fixtures::noise;
+using fixtures::signal_noise;
 using fixtures::Patchwork;
 using fixtures::system_of;
 using Precision = ReferenceOptions::Precision;
@@ -57,8 +57,8 @@ TYPED_TEST(Relaxation, InTemporalBlocksGivesTheBitsOfPlainSweeps) {
           InteriorRelaxation<Real> interior(
               make_blocks(make_layout(A, p.texels), p.texels, height));
           interior.set_values(A);
-          const auto b = values<Real>(noise(A.rows(), lanes, 1));
-          auto temporal = values<Real>(noise(A.rows(), lanes, 2)), plain = temporal;
+          const auto b = values<Real>(signal_noise(A.rows(), lanes, 1));
+          auto temporal = values<Real>(signal_noise(A.rows(), lanes, 2)), plain = temporal;
           const auto start = temporal;
           interior.relax(lanes, b.data(), temporal.data(), sweeps, SweepOrder::temporal);
           interior.relax(lanes, b.data(), plain.data(), sweeps, SweepOrder::plain);
@@ -75,8 +75,8 @@ TEST(Relaxation, OfOneBlockIsGaussSeidelFromTopToBottom) {
   InteriorRelaxation<double> interior(blocks);
   interior.set_values(A);
   const std::vector<char> inside = in_segments(blocks, int(A.rows()));
-  const Signal B = p.mass * noise(A.rows(), 1, 1);
-  Signal X = noise(A.rows(), 1, 2);
+  const Signal B = p.mass * signal_noise(A.rows(), 1, 1);
+  Signal X = signal_noise(A.rows(), 1, 2);
   std::vector<double> x = values<double>(X);
   interior.relax(1, B.data(), x.data(), 3);
   for (int sweep = 0; sweep < 3; ++sweep)
@@ -115,7 +115,7 @@ TEST(ReferenceCycle, ProlongsConstantsToConstantsAndRestrictsByTheTranspose) {
   ASSERT_EQ(cycle.levels().size(), 3u);
   for (const auto& level : cycle.levels()) {
     const int fine = level.transfer->fine_rows(), coarse = level.transfer->coarse_rows();
-    const Signal ones = Signal::Ones(coarse, 1), u = noise(fine, 1, 1), v = noise(coarse, 1, 2);
+    const Signal ones = Signal::Ones(coarse, 1), u = signal_noise(fine, 1, 1), v = signal_noise(coarse, 1, 2);
     Signal Pone = Signal::Zero(fine, 1), Pv = Pone, Ru(coarse, 1);
     level.interpolation.prolongate_add(1, ones.data(), Pone.data());
     EXPECT_TRUE((Pone.array() == 1).all());
@@ -135,7 +135,7 @@ TEST(ReferenceCycle, ReducesTheErrorInTheEnergyNormAtEveryStep) {
       ReferenceCycle<double>::Workspace workspace(cycle, 1, 1);
       // The error of x for b = 0 is x.
       const Vector b = Vector::Zero(A.rows());
-      Vector x = noise(A.rows(), 1, 1).array() - 0.5;
+      Vector x = signal_noise(A.rows(), 1, 1).array() - 0.5;
       for (int i = 0; i < 20; ++i) {
         const double before = x.dot(A * x);
         cycle.cycle(b.data(), x.data(), workspace);
@@ -149,7 +149,7 @@ TEST(Reference, ConvergesToTheDirectSolution) {
     const Patchwork p = make_patchwork({.size = 80, .charts = charts});
     for (const double ratio : {1.0, 100.0, 1e4}) {
       const SparseMatrix A = system_of(p, ratio);
-      const Signal B = p.mass * noise(A.rows(), 3);
+      const Signal B = p.mass * signal_noise(A.rows(), 3);
       Signal X = Signal::Zero(A.rows(), 3);
       const SolveReport report = solve(p, A, B, X, {.tolerance = 1e-11, .max_cycles = 40});
       EXPECT_TRUE(report.converged);
@@ -162,7 +162,7 @@ TEST(Reference, ConvergesToTheDirectSolution) {
 TEST(Reference, IsExactInOneCycleWhereAllTexelsAreAtTheBoundary) {
   const Patchwork p = make_patchwork({.size = 6, .charts = 6});
   const SparseMatrix A = system_of(p, 3);
-  const Signal B = p.mass * noise(A.rows(), 3);
+  const Signal B = p.mass * signal_noise(A.rows(), 3);
   Signal X = Signal::Zero(A.rows(), 3);
   EXPECT_LT(solve(p, A, B, X, {.max_cycles = 1}).residuals.back(), 1e-12);
 }
@@ -172,7 +172,7 @@ TEST(Reference, ConvergesAsTheWeightInTexelsSquaredSays) {
     const Patchwork p = make_patchwork({.size = size});
     const SparseMatrix A = system_of(p, 30);
     Signal X = Signal::Zero(A.rows(), 3);
-    const SolveReport report = solve(p, A, p.mass * noise(A.rows(), 3), X, {.tolerance = 1e-11});
+    const SolveReport report = solve(p, A, p.mass * signal_noise(A.rows(), 3), X, {.tolerance = 1e-11});
     return std::pow(report.residuals[8] / report.residuals[2], 1.0 / 6);
   };
   const double coarse = rate(120), fine = rate(240);
@@ -184,7 +184,7 @@ TEST(Reference, SlowsDownWhereChartsAreStretched) {
     const Patchwork p = make_patchwork({.size = 100, .stretch = stretch});
     const SparseMatrix A = system_of(p, 100);
     Signal X = Signal::Zero(A.rows(), 3);
-    return solve(p, A, p.mass * noise(A.rows(), 3), X).cycles;
+    return solve(p, A, p.mass * signal_noise(A.rows(), 3), X).cycles;
   };
   EXPECT_LE(cycles(1), 10);
   EXPECT_GE(cycles(8), 3 * cycles(1));
@@ -193,7 +193,7 @@ TEST(Reference, SlowsDownWhereChartsAreStretched) {
 TEST(Reference, InSinglePrecisionEndsAtThePublishedAccuracy) {
   const Patchwork p = make_patchwork({.size = 150, .charts = 2});
   const SparseMatrix A = system_of(p, 100);
-  const Signal B = p.mass * noise(A.rows(), 3), exact = DirectSolver(A).solve(B);
+  const Signal B = p.mass * signal_noise(A.rows(), 3), exact = DirectSolver(A).solve(B);
   const auto error = [&](Precision precision, int cycles) {
     Signal X = Signal::Zero(A.rows(), 3);
     solve(p, A, B, X, {.precision = precision, .tolerance = 0, .max_cycles = cycles});
@@ -209,7 +209,7 @@ TEST(Reference, InSinglePrecisionEndsAtThePublishedAccuracy) {
 TEST(Reference, GivesTheSameBitsForAnyNumberOfThreads) {
   const Patchwork p = make_patchwork({.size = 300, .charts = 3});
   const SparseMatrix A = system_of(p, 100);
-  const Signal B = p.mass * noise(A.rows(), 3);
+  const Signal B = p.mass * signal_noise(A.rows(), 3);
   for (const Precision precision : {Precision::float32, Precision::float64}) {
     Signal first;
     for (const int threads : {1, 2, 7}) {
@@ -227,7 +227,7 @@ TEST(Reference, ServesAnyNumberOfChannels) {
   const SparseMatrix A = system_of(p, 50);
   const DirectSolver direct(A);
   for (const int channels : {1, 2, 3, 4, 5, 9}) {
-    const Signal B = p.mass * noise(A.rows(), channels);
+    const Signal B = p.mass * signal_noise(A.rows(), channels);
     Signal X = Signal::Zero(A.rows(), channels);
     const SolveReport report = solve(p, A, B, X, {.tolerance = 1e-10});
     EXPECT_LT((X - direct.solve(B)).cwiseAbs().maxCoeff(), 1e-8) << channels;
@@ -240,7 +240,7 @@ TEST(Reference, TakesNewValuesAsIfMadeForThem) {
   const SparseMatrix before = system_of(p, 5), after = system_of(p, 500);
   const auto solver = reference_solver(p.texels)(before, {});
   solver->update(after, {});
-  const Signal B = p.mass * noise(after.rows(), 3);
+  const Signal B = p.mass * signal_noise(after.rows(), 3);
   Signal X = Signal::Zero(after.rows(), 3), Y = X;
   solver->solve(B, X);
   solve(p, after, B, Y);
@@ -251,7 +251,7 @@ TEST(Reference, SolvesWhereConstantsHaveNoEnergyAndKeepsTheSum) {
   for (const int charts : {1, 3, 20}) {
     const Patchwork p = make_patchwork({.size = 60, .charts = charts});
     const SparseMatrix A = system_of(p, infinite);
-    const Signal wanted = noise(A.rows(), 3);
+    const Signal wanted = signal_noise(A.rows(), 3);
     const Signal B = A * wanted + 1e-3 * (p.mass * Signal::Ones(A.rows(), 3));
     Signal X = Signal::Constant(A.rows(), 3, 2);
     const SolveReport report = solve(p, A, B, X, {.max_cycles = 1000});
@@ -269,7 +269,7 @@ TEST(Reference, SolvesNothingInNoTimeAndLeavesASolutionAsItIs) {
             0);
   const Patchwork p = make_patchwork({.size = 40});
   const SparseMatrix A = system_of(p, 50);
-  const Signal exact = noise(A.rows(), 3);
+  const Signal exact = signal_noise(A.rows(), 3);
   Signal X = exact;
   EXPECT_EQ(solve(p, A, A * exact, X).cycles, 0);
   EXPECT_TRUE(X == exact);

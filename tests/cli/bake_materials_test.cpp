@@ -23,7 +23,7 @@ using Words = std::vector<std::string>;
 
 constexpr float step = 1.0F / 255;
 
-Result run(const Folder& folder, const Words& words) {
+Result run_bake(const Folder& folder, const Words& words) {
   Result result = marquetry(folder, words);
   EXPECT_EQ(result.status, 0) << result.error;
   return result;
@@ -68,7 +68,7 @@ std::vector<float> shown(const Folder& folder, const std::string& file, const st
 TEST(VerbUnwrap, KeepsMaterialsOfWhatItBakes) {
   const Folder folder;
   write_two(folder);
-  run(folder, {"unwrap", "two.gltf", "--bake", "-o", "new.glb", "--size", "64"});
+  run_bake(folder, {"unwrap", "two.gltf", "--bake", "-o", "new.glb", "--size", "64"});
   const Model model = read_model(folder / "new.glb");
   const ModelMaterials found = file_materials(model);
   ASSERT_EQ(found.materials.size(), 2u);
@@ -91,8 +91,8 @@ TEST(VerbUnwrap, KeepsMaterialsOfWhatItBakes) {
 TEST(VerbBake, PutsFactorsThatDifferIntoThePictures) {
   const Folder folder;
   write_two(folder);
-  run(folder, {"unwrap", "two.gltf", "-o", "target.obj"});
-  run(folder, {"bake", "two.gltf", "target.obj", "-o", "new.glb", "--size", "64"});
+  run_bake(folder, {"unwrap", "two.gltf", "-o", "target.obj"});
+  run_bake(folder, {"bake", "two.gltf", "target.obj", "-o", "new.glb", "--size", "64"});
   const ModelMaterials found = file_materials(read_model(folder / "new.glb"));
   ASSERT_EQ(found.materials.size(), 1u);
   EXPECT_TRUE(found.materials[0].is_double_sided);
@@ -115,7 +115,7 @@ TEST(VerbBake, LeavesFactorsThatAllHaveInTheMaterial) {
   write_square_obj(folder, "target", "0.2", "0.8", "none.png");
   write_bytes(folder / "target.mtl", "newmtl m\n");
   for (const std::string name : {"pbr", "dark"})
-    run(folder, {"bake", name + ".gltf", "target.obj", "-o", name + "_new.glb", "--size", "64"});
+    run_bake(folder, {"bake", name + ".gltf", "target.obj", "-o", name + "_new.glb", "--size", "64"});
   const Model plain = read_model(folder / "pbr_new.glb"), dark = read_model(folder / "dark_new.glb");
   EXPECT_TRUE(std::ranges::equal(plain.textures[0].pixels.values(), dark.textures[0].pixels.values()));
   EXPECT_THAT(file_materials(dark).materials.at(0).base_colour, ElementsAre(0.5F, 0.5F, 0.5F, 1));
@@ -125,19 +125,19 @@ TEST(VerbUnwrap, LeavesNoColoursBesideAPictureOfThem) {
   const Folder folder;
   write_bytes(folder / "painted.obj",
               "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 0\nf 1 2 3\nf 1 3 4\n");
-  run(folder, {"unwrap", "painted.obj", "--bake", "-o", "new.glb", "--size", "64"});
+  run_bake(folder, {"unwrap", "painted.obj", "--bake", "-o", "new.glb", "--size", "64"});
   EXPECT_EQ(read_model(folder / "new.glb").colors.channels, 0);
-  run(folder, {"unwrap", "painted.obj", "--bake", "-o", "new.ply", "--size", "64"});
+  run_bake(folder, {"unwrap", "painted.obj", "--bake", "-o", "new.ply", "--size", "64"});
   EXPECT_EQ(read_model(folder / "new.ply").colors.channels, 3);
 }
 
 TEST(VerbUnwrap, PutsFactorsIntoPicturesOfObj) {
   const Folder folder;
   write_two(folder);
-  run(folder, {"unwrap", "two.gltf", "--bake", "-o", "new.obj", "--size", "64"});
+  run_bake(folder, {"unwrap", "two.gltf", "--bake", "-o", "new.obj", "--size", "64"});
   EXPECT_THAT(shown(folder, "new.obj", "base-colour", true),
               ElementsAre(1, FloatNear(float(srgb_from_linear(0.5)), step), 0));
-  run(folder, {"filter", "new.obj", "--beta", "1", "-o", "back.glb"});
+  run_bake(folder, {"filter", "new.obj", "--beta", "1", "-o", "back.glb"});
   for (const Material& material : file_materials(read_model(folder / "back.glb")).materials)
     EXPECT_THAT(material.base_colour, Each(1)) << material.name;
   for (const Material& material : file_materials(read_model(folder / "new.obj")).materials)
@@ -154,8 +154,8 @@ TEST(Bakes, KeepOcclusionThatSharesAPicture) {
   write_bytes(folder / "orm.gltf", gltf.dump(1));
   write_square_obj(folder, "target", "0.2", "0.8", "none.png");
   write_bytes(folder / "target.mtl", "newmtl m\n");
-  run(folder, {"unwrap", "orm.gltf", "--bake", "-o", "new.gltf", "--size", "64"});
-  run(folder, {"bake", "orm.gltf", "target.obj", "-o", "onto.gltf", "--size", "64"});
+  run_bake(folder, {"unwrap", "orm.gltf", "--bake", "-o", "new.gltf", "--size", "64"});
+  run_bake(folder, {"bake", "orm.gltf", "target.obj", "-o", "onto.gltf", "--size", "64"});
   for (const std::string name : {"new.gltf", "onto.gltf"}) {
     const Json made = Json::parse(file_bytes(folder / name));
     EXPECT_EQ(made["materials"][0]["occlusionTexture"]["index"],
@@ -164,7 +164,7 @@ TEST(Bakes, KeepOcclusionThatSharesAPicture) {
   // MTL has a word for one of the two; its picture is one of those that are announced, and named as such.
   write_bytes(folder / "metallic-roughness.png", "precious");
   const Result result =
-      run(folder, {"unwrap", "orm.gltf", "--bake", "-o", "third.obj", "--size", "64", "--json", "--no-clobber"});
+      run_bake(folder, {"unwrap", "orm.gltf", "--bake", "-o", "third.obj", "--size", "64", "--json", "--no-clobber"});
   EXPECT_EQ(file_bytes(folder / "metallic-roughness.png"), "precious");
   const std::string line = "map_AO ", mtl = file_bytes(folder / "third.mtl");
   const std::size_t begin = mtl.find(line) + line.size();
@@ -179,7 +179,7 @@ TEST(VerbBake, ShowsWhatTheSourceDoesByOneSlotToo) {
   const Json material{{"doubleSided", true},
                       {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"metallicFactor", 0.5}}}};
   write_bytes(folder / "source.gltf", square_gltf({"p.png"}, material).dump(1));
-  run(folder, {"bake", "source.gltf", "target.obj", "-o", "new.glb", "--size", "32"});
+  run_bake(folder, {"bake", "source.gltf", "target.obj", "-o", "new.glb", "--size", "32"});
   const ModelMaterials found = file_materials(read_model(folder / "new.glb"));
   ASSERT_EQ(found.materials.size(), 1u);
   EXPECT_TRUE(found.materials[0].is_double_sided);
@@ -194,10 +194,10 @@ TEST(VerbBake, TakesColoursAtVerticesOfGltfAsLight) {
   Image<float> grey(16, 16, 3, 128.0F / 255);
   write_image(folder / "grey.png", grey);
   write_square_obj(folder, "source", "0.1", "0.9", "grey.png");
-  run(folder, {"bake", "source.obj", "target.obj", "--vertices", "-o", "at.glb"});
+  run_bake(folder, {"bake", "source.obj", "target.obj", "--vertices", "-o", "at.glb"});
   for (const float value : read_model(folder / "at.glb").colors.values)
     EXPECT_NEAR(value, linear_from_srgb(128.0 / 255), 1e-4);
-  run(folder, {"bake", "at.glb", "target.obj", "-o", "back.png", "--size", "16"});
+  run_bake(folder, {"bake", "at.glb", "target.obj", "-o", "back.png", "--size", "16"});
   EXPECT_NEAR(read_texture(folder / "back.png").pixels(8, 8, 0), 128.0 / 255, 1.1 / 255);
 }
 
@@ -207,8 +207,8 @@ TEST(VerbFilter, TakesColoursAtVerticesWithoutPictures) {
   write_bytes(folder / "target.mtl", "newmtl m\n");
   write_image(folder / "p.png", busy_picture(16, 16));
   write_square_obj(folder, "source", "0.1", "0.9", "p.png");
-  run(folder, {"bake", "source.obj", "target.obj", "--vertices", "-o", "at.glb"});
-  run(folder, {"filter", "at.glb", "--vertices", "--beta", "0", "--length", "50%", "-o", "smooth.glb"});
+  run_bake(folder, {"bake", "source.obj", "target.obj", "--vertices", "-o", "at.glb"});
+  run_bake(folder, {"filter", "at.glb", "--vertices", "--beta", "0", "--length", "50%", "-o", "smooth.glb"});
   EXPECT_NE(read_model(folder / "smooth.glb").colors.values, read_model(folder / "at.glb").colors.values);
 }
 
@@ -228,7 +228,7 @@ TEST(NormalSpace, DirectXStaysGreenDownButInGltf) {
   const Folder folder;
   write_leaning(folder);
   const auto green = [&](const Words& words) {
-    run(folder, words);
+    run_bake(folder, words);
     const std::string& file = words[words.size() - 1];
     const Image<float> map = names_picture(file) ? read_texture(folder / file).pixels
                                                       : read_model(folder / file, {.textures = {}, .slot = "normal"})

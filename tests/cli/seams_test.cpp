@@ -11,7 +11,7 @@ using testing::HasSubstr;
 using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
-Result run(const Folder& folder, const std::string& verb, const std::string& output,
+Result run_seams(const Folder& folder, const std::string& verb, const std::string& output,
            const Words& more = {}) {
   Words words = {verb, "strip.obj", "-o", output, "--json"};
   words.insert(words.end(), more.begin(), more.end());
@@ -27,7 +27,7 @@ bool inside(int x, int y) {
 TEST(Seams, AreClosedByTexelsNextToThem) {
   const Folder folder;
   write_strip(folder, 64, 48, Depth::u16);
-  const Result result = run(folder, "seams", "out.png");
+  const Result result = run_seams(folder, "seams", "out.png");
   ASSERT_EQ(result.status, 0) << result.error;
   const Json seams = result.json()["result"]["seams"];
   EXPECT_GT(seams["before"]["rms"].get<double>(), 0.1);
@@ -52,7 +52,7 @@ TEST(Fill, KeepsChartsAndFillsAllElse) {
       for (int c = 0; c < 3; ++c)
         picture(x, y, c) = inside(x, y) ? 0.5F + 0.5F * picture(x, y, c) : 0;
   write_image(folder / "strip.png", picture, Depth::u16);
-  const Result result = run(folder, "fill", "out.png");
+  const Result result = run_seams(folder, "fill", "out.png");
   ASSERT_EQ(result.status, 0) << result.error;
   const Image<float> before = read_texture(folder / "strip.png").pixels;
   const Image<float> after = read_texture(folder / "out.png").pixels;
@@ -67,7 +67,7 @@ TEST(Fill, KeepsChartsAndFillsAllElse) {
   const Json seams = result.json()["result"]["seams"];
   EXPECT_LT(seams["after"]["rms"].get<double>(), 0.35 * seams["before"]["rms"].get<double>());
 
-  ASSERT_EQ(run(folder, "fill", "near.png", {"--distance", "2"}).status, 0);
+  ASSERT_EQ(run_seams(folder, "fill", "near.png", {"--distance", "2"}).status, 0);
   const Image<float> near = read_texture(folder / "near.png").pixels;
   EXPECT_EQ(near(0, 24), after(0, 24));
   EXPECT_EQ(near(20, 0), 0);
@@ -117,7 +117,7 @@ TEST(Mask, MarksWhatTheChartsUse) {
   const Folder folder;
   write_strip(folder);
   const auto picture = [&](const std::string& what) {
-    const Result result = run(folder, "mask", what + ".png", {"--what", what});
+    const Result result = run_seams(folder, "mask", what + ".png", {"--what", what});
     EXPECT_EQ(result.status, 0) << result.error;
     return read_texture(folder / (what + ".png")).pixels;
   };
@@ -141,15 +141,15 @@ TEST(Mask, MarksWhatTheChartsUse) {
   EXPECT_EQ(boundary(28, 24), 1);
   EXPECT_FALSE(std::ranges::equal(chart.pixel(15, 24), chart.pixel(50, 24)));
   // Of no use otherwise: as labels it is what stitch does without any.
-  ASSERT_EQ(run(folder, "stitch", "a.png").status, 0);
-  ASSERT_EQ(run(folder, "stitch", "b.png", {"--labels", "chart.png"}).status, 0);
+  ASSERT_EQ(run_seams(folder, "stitch", "a.png").status, 0);
+  ASSERT_EQ(run_seams(folder, "stitch", "b.png", {"--labels", "chart.png"}).status, 0);
   EXPECT_TRUE(file_bytes(folder / "a.png") == file_bytes(folder / "b.png"));
 
-  EXPECT_THAT(run(folder, "mask", "m.jpg").error, HasSubstr("choose .png"));
-  EXPECT_THAT(run(folder, "mask", "m.obj").error, HasSubstr("wanted a picture or a folder"));
+  EXPECT_THAT(run_seams(folder, "mask", "m.jpg").error, HasSubstr("choose .png"));
+  EXPECT_THAT(run_seams(folder, "mask", "m.obj").error, HasSubstr("wanted a picture or a folder"));
   // Without a picture texels are counted as if it had 1024 × 1024.
   write_bytes(folder / "strip.mtl", "newmtl strip\n");
-  ASSERT_EQ(run(folder, "mask", "none.png").status, 0);
+  ASSERT_EQ(run_seams(folder, "mask", "none.png").status, 0);
   EXPECT_EQ(read_texture(folder / "none.png").pixels.width(), 1024);
 }
 

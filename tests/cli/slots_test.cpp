@@ -14,7 +14,7 @@ using testing::HasSubstr;
 using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
-void run(const Folder& folder, const Words& words) {
+void expect_to_run(const Folder& folder, const Words& words) {
   const Result result = marquetry(folder, words);
   ASSERT_EQ(result.status, 0) << result.error;
 }
@@ -50,7 +50,7 @@ TEST(SlotsOfModels, APictureReplacesTheSlotWhosePictureItIs) {
   const Folder folder;
   write_pbr(folder);
   std::filesystem::create_directory(folder / "out");
-  run(folder, {"filter", "pbr.gltf", "g_orm.png", "-o", "out/pbr.gltf", "--beta", "0"});
+  expect_to_run(folder, {"filter", "pbr.gltf", "g_orm.png", "-o", "out/pbr.gltf", "--beta", "0"});
   EXPECT_THAT(changed_in(folder, "out"), ElementsAre("g_orm.png"));
 }
 
@@ -60,9 +60,9 @@ TEST(SlotsOfModels, AreProcessedOneAtATime) {
     const Folder folder;
     write_pbr(folder);
     std::filesystem::create_directory(folder / "out");
-    run(folder, {"filter", "pbr.gltf", "--slot", slot, "-o", "out/pbr.gltf", "--beta", "0"});
+    expect_to_run(folder, {"filter", "pbr.gltf", "--slot", slot, "-o", "out/pbr.gltf", "--beta", "0"});
     EXPECT_THAT(changed_in(folder, "out"), ElementsAre(picture));
-    run(folder, {"filter", "pbr.gltf", "--slot", slot, "-o", "beside.gltf", "--beta", "0"});
+    expect_to_run(folder, {"filter", "pbr.gltf", "--slot", slot, "-o", "beside.gltf", "--beta", "0"});
     EXPECT_EQ(file_bytes(folder / "beside.gltf").find(picture), std::string::npos);
     for (const std::string& other : all_pictures) {
       if (other == picture) continue;
@@ -90,12 +90,12 @@ TEST(SlotsOfModels, AllAreProcessedEachOnItsOwn) {
   EXPECT_EQ(changed_in(folder, "out"), (std::set<std::string>{"g_color.png", "g_orm.png", "g_glow.png"}));
   for (const auto& [slot, picture] : {std::pair("base-colour", "g_color.png"), {"emissive", "g_glow.png"},
                                       {"metallic-roughness", "g_orm.png"}}) {
-    run(folder, with({"--slot", slot, "-o", "alone.png", "--overwrite"}));
+    expect_to_run(folder, with({"--slot", slot, "-o", "alone.png", "--overwrite"}));
     EXPECT_EQ(file_bytes(folder / "alone.png"), file_bytes(folder / (std::string("out/") + picture)))
         << slot;
   }
-  run(folder, with({"--slot", "all", "-o", "pictures/"}));
-  run(folder, with({"--slot", "emissive,base-colour", "-o", "beside.gltf"}));
+  expect_to_run(folder, with({"--slot", "all", "-o", "pictures/"}));
+  expect_to_run(folder, with({"--slot", "emissive,base-colour", "-o", "beside.gltf"}));
   for (const char* picture : {"g_color.png", "g_glow.png"}) {
     EXPECT_EQ(file_bytes(folder / ("pictures/" + std::string(picture))),
               file_bytes(folder / ("out/" + std::string(picture))));
@@ -116,14 +116,14 @@ TEST(SlotsOfModels, InsideOneFileChangeThere) {
   }
   write_bytes(folder / "whole.gltf", gltf.dump(1));
   const auto picture = [&](const std::string& file, const std::string& slot, const std::string& beta) {
-    run(folder, {"filter", file, "--slot", slot, "--beta", beta, "-o", "x.png", "--overwrite"});
+    expect_to_run(folder, {"filter", file, "--slot", slot, "--beta", beta, "-o", "x.png", "--overwrite"});
     return read_texture(folder / "x.png").pixels;
   };
   const auto same = [](const Image<float>& a, const Image<float>& b) {
     return std::ranges::equal(a.values(), b.values());
   };
-  run(folder, {"filter", "whole.gltf", "--slot", "all", "--beta", "0", "-o", "all.gltf"});
-  run(folder, {"filter", "whole.gltf", "--slot", "emissive", "--beta", "0", "-o", "one.gltf"});
+  expect_to_run(folder, {"filter", "whole.gltf", "--slot", "all", "--beta", "0", "-o", "all.gltf"});
+  expect_to_run(folder, {"filter", "whole.gltf", "--slot", "emissive", "--beta", "0", "-o", "one.gltf"});
   for (const char* slot : {"base-colour", "emissive", "orm"}) {
     const Image<float> soft = picture("whole.gltf", slot, "0");
     EXPECT_TRUE(same(picture("all.gltf", slot, "1"), soft)) << slot;
@@ -146,7 +146,7 @@ TEST(SlotsOfModels, OfOnePictureAreProcessedOnce) {
   EXPECT_THAT(result.error, HasSubstr("\"g_orm.png\" is that of two slots"));
   EXPECT_THAT(marquetry(folder, {"inspect", "orm.gltf", "--slot", "orm"}).output,
               HasSubstr("occlusion: g_orm.png with set 0 (changes with it: one picture for both)"));
-  run(folder, {"filter", "orm.gltf", "--slot", "occlusion", "--beta", "0", "-o", "alone.png"});
+  expect_to_run(folder, {"filter", "orm.gltf", "--slot", "occlusion", "--beta", "0", "-o", "alone.png"});
   EXPECT_EQ(file_bytes(folder / "soft.png"), file_bytes(folder / "alone.png"));
 }
 
@@ -154,7 +154,7 @@ TEST(SlotsOfModels, NumbersHaveNoCurveOfColours) {
   const Folder folder;
   write_pbr(folder);
   const auto filtered = [&](const std::string& slot, const std::string& space) {
-    run(folder, {"filter", "pbr.gltf", "--slot", slot, "--space", space, "-o", "x.png", "--beta", "0",
+    expect_to_run(folder, {"filter", "pbr.gltf", "--slot", slot, "--space", space, "-o", "x.png", "--beta", "0",
                  "--overwrite"});
     return file_bytes(folder / "x.png");
   };
@@ -196,12 +196,12 @@ TEST(SlotsOfModels, InTilesComeBackWithTheModel) {
   for (const char* tile : {"c.1001.png", "c.1002.png", "r.1001.png", "r.1002.png"})
     write_image(folder / tile, busy_picture(32, 24));
   std::filesystem::create_directory(folder / "out");
-  run(folder, {"filter", "strip.obj", "--beta", "0", "-o", "out/strip.obj"});
+  expect_to_run(folder, {"filter", "strip.obj", "--beta", "0", "-o", "out/strip.obj"});
   EXPECT_EQ(file_bytes(folder / "out/strip.mtl"), file_bytes(folder / "strip.mtl"));
   for (const char* tile : {"r.1001.png", "r.1002.png"})
     EXPECT_EQ(file_bytes(folder / "out" / tile), file_bytes(folder / tile));
   EXPECT_NE(file_bytes(folder / "out/c.1002.png"), file_bytes(folder / "c.1002.png"));
-  run(folder, {"filter", "strip.obj", "--beta", "0", "--slot", "all", "-o", "soft.obj"});
+  expect_to_run(folder, {"filter", "strip.obj", "--beta", "0", "--slot", "all", "-o", "soft.obj"});
   EXPECT_EQ(file_bytes(folder / "soft.mtl"),
             "newmtl strip\nmap_Kd soft_c.<UDIM>.png\nmap_Pr soft_r.<UDIM>.png\n");
   for (const char* tile : {"soft_r.1002.png", "soft_c.1002.png"})
@@ -222,7 +222,7 @@ TEST(SlotsOfModels, ProcessAPictureAsOftenAsTheFileNamesIt) {
   write_bytes(folder / "twice.gltf", gltf.dump(1));
   for (const char* name : {"a.png", "b.png"}) write_image(folder / name, busy_picture(16, 16));
   std::filesystem::create_directory(folder / "out");
-  run(folder, {"filter", "twice.gltf", "--slot", "all", "--beta", "0", "-o", "out/twice.gltf"});
+  expect_to_run(folder, {"filter", "twice.gltf", "--slot", "all", "--beta", "0", "-o", "out/twice.gltf"});
   int pictures = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "out"))
     if (entry.path().extension() == ".png") {

@@ -29,7 +29,7 @@ std::set<std::string> found(const std::string& text, const std::string& pattern)
   return all;
 }
 
-std::string said(const std::vector<std::string>& words) {
+std::string all_said(const std::vector<std::string>& words) {
   const Result result = marquetry({}, words);
   EXPECT_EQ(result.status, 0) << result.error;
   return result.output;
@@ -39,8 +39,8 @@ std::string said(const std::vector<std::string>& words) {
 const std::map<std::string, std::set<std::string>>& options_of_verbs() {
   static const auto all = [] {
     std::map<std::string, std::set<std::string>> options;
-    for (const std::string& verb : found(said({"--help"}), "\n  ([a-z]+) "))
-      options[verb] = found(said({verb, "--help"}), "\n  (?:-[a-zA-Z], )?(--[a-z0-9-]+)");
+    for (const std::string& verb : found(all_said({"--help"}), "\n  ([a-z]+) "))
+      options[verb] = found(all_said({verb, "--help"}), "\n  (?:-[a-zA-Z], )?(--[a-z0-9-]+)");
     return options;
   }();
   return all;
@@ -62,7 +62,7 @@ std::string printed(const std::string& command) {
 /// The words that bash completes a command line with, whose last word is the one to complete.
 std::set<std::string> completed(const std::vector<std::string>& words) {
   const Folder folder;
-  write_bytes(folder / "completion", said({"--completion", "bash"}));
+  write_bytes(folder / "completion", all_said({"--completion", "bash"}));
   std::string line;
   for (const std::string& word : words) line += "'" + word + "' ";
   write_bytes(folder / "ask",
@@ -74,7 +74,7 @@ std::set<std::string> completed(const std::vector<std::string>& words) {
 
 TEST(Help, HasExamplesOfEveryVerbThatItUnderstands) {
   for (const auto& [verb, options] : options_of_verbs()) {
-    const std::set<std::string> examples = found(said({verb, "-h"}), "\n  marquetry [a-z]+ ([^\n]+)\n      [^\n]+");
+    const std::set<std::string> examples = found(all_said({verb, "-h"}), "\n  marquetry [a-z]+ ([^\n]+)\n      [^\n]+");
     EXPECT_FALSE(examples.empty()) << verb;
     for (const std::string& example : examples) {
       std::vector<std::string> words{verb};
@@ -96,7 +96,7 @@ TEST(ManualPages, HaveNothingThatManWarnsOf) {
   std::vector<std::vector<std::string>> pages = {{"--manual"}};
   for (const auto& [verb, options] : options_of_verbs()) pages.push_back({"--manual", verb});
   for (const auto& words : pages) {
-    write_bytes(folder / "page.1", said(words));
+    write_bytes(folder / "page.1", all_said(words));
     EXPECT_THAT(printed("LC_ALL=C.UTF-8 MANWIDTH=80 man --warnings -E UTF-8 -l '" +
                         (folder / "page.1").string() + "' > /dev/null"),
                 IsEmpty())
@@ -105,11 +105,11 @@ TEST(ManualPages, HaveNothingThatManWarnsOf) {
 }
 
 TEST(ManualPages, NameEveryVerbAndEveryOption) {
-  const std::string all = said({"--manual"});
+  const std::string all = all_said({"--manual"});
   ASSERT_GE(options_of_verbs().size(), 20U);
   for (const auto& [verb, options] : options_of_verbs()) {
     EXPECT_THAT(all, HasSubstr("fBmarquetry\\-" + verb + "\\fR(1)"));
-    const std::string page = said({"--manual", verb});
+    const std::string page = all_said({"--manual", verb});
     EXPECT_THAT(page, HasSubstr("marquetry\\-" + verb + " \\- ")) << "has no NAME that whatis finds";
     for (const std::string& option : options)
       EXPECT_THAT(page, HasSubstr("\\fB" + std::regex_replace(option, std::regex("-"), "\\-") + "\\fR"))
@@ -123,7 +123,7 @@ TEST(Completion, KnowsEveryVerbAndEveryOption) {
   std::set<std::string> first = {"--help", "--version"};
   for (const auto& [verb, options] : options_of_verbs()) first.insert(verb);
   EXPECT_EQ(completed({""}), first);
-  const std::string zsh = said({"--completion", "zsh"}), fish = said({"--completion", "fish"});
+  const std::string zsh = all_said({"--completion", "zsh"}), fish = all_said({"--completion", "fish"});
   for (const auto& [verb, options] : options_of_verbs()) {
     std::set<std::string> expected = options;
     expected.insert("--help");
@@ -155,7 +155,7 @@ TEST(Completion, IsReadByItsShells) {
   const Folder folder;
   for (const std::string shell : {"bash", "zsh", "fish"}) {
     if (!has_program(shell)) continue;
-    write_bytes(folder / shell, said({"--completion", shell}));
+    write_bytes(folder / shell, all_said({"--completion", shell}));
     EXPECT_THAT(printed(shell + " -n '" + (folder / shell).string() + "'"), IsEmpty()) << shell;
   }
   if (!has_program("fish")) GTEST_SKIP() << "there is no fish";

@@ -19,7 +19,7 @@ namespace {
 using fixtures::CutOptions;
 using fixtures::Textured;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// The textures of a case: `texels` of them along a side of the square that is cut, whatever the
 /// scale of its charts; 3 : 5 where the case says so.

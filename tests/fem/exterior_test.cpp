@@ -24,14 +24,14 @@ using test::WhitneyOperators;
 
 Edges edges_of(const Surface& surface) { return make_edges(surface, flat_triangles(surface)); }
 
-std::vector<Surface> surfaces() {
+std::vector<Surface> samples() {
   return {make_surface(fixtures::flat_square(7, 0.2)), make_surface(fixtures::sphere(2)),
           make_surface(fixtures::torus(16, 10)), make_surface(fixtures::moebius_strip(12)),
           make_surface(fixtures::nonmanifold_edge()), make_surface(handlebody(2, 2))};
 }
 
 TEST(Edges, AreAsManyAsEulerSays) {
-  for (const Surface& surface : surfaces())
+  for (const Surface& surface : samples())
     EXPECT_EQ(surface.mesh.vertex_count() - edges_of(surface).count() + surface.triangle_count(),
               surface.euler_characteristic);
 }
@@ -60,7 +60,7 @@ TEST(Edges, OfTrianglesWithoutAreaAreLeftOut) {
 }
 
 TEST(ExteriorDerivative, AppliedTwiceIsExactlyZero) {
-  for (const Surface& surface : surfaces()) {
+  for (const Surface& surface : samples()) {
     const Edges edges = edges_of(surface);
     const SparseMatrix zero = d1(edges) * d0(edges, surface.mesh.vertex_count());
     EXPECT_EQ(zero.coeffs().size() == 0 ? 0 : zero.coeffs().abs().maxCoeff(), 0);
@@ -107,7 +107,7 @@ TEST(ExteriorDerivative, OfARotationIsTwiceTheArea) {
 }
 
 TEST(HodgeStars, ShareTheAreaAmongVertices) {
-  for (const Surface& surface : surfaces())
+  for (const Surface& surface : samples())
     for (const VertexArea kind : {VertexArea::barycentric, VertexArea::mixed}) {
       const auto shapes = flat_triangles(surface);
       const HodgeStars stars = hodge_stars(make_edges(surface, shapes), surface.mesh.triangles,
@@ -118,7 +118,7 @@ TEST(HodgeStars, ShareTheAreaAmongVertices) {
 }
 
 TEST(HodgeStars, GiveTheStiffness) {
-  for (const Surface& surface : surfaces()) {
+  for (const Surface& surface : samples()) {
     const auto shapes = flat_triangles(surface);
     const Edges edges = make_edges(surface, shapes);
     const int n = surface.mesh.vertex_count();
@@ -142,7 +142,7 @@ TEST(HodgeStars, OfVerticesStayPositiveOnObtuseTriangles) {
 }
 
 TEST(HodgeLaplacian, IsSymmetricAndSemidefinite) {
-  for (const Surface& surface : surfaces()) {
+  for (const Surface& surface : samples()) {
     const Eigen::MatrixXd S = whitney_operators(surface, flat_triangles(surface)).laplacian;
     EXPECT_LE((S - S.transpose()).cwiseAbs().maxCoeff(), 1e-12 * S.cwiseAbs().maxCoeff());
     const Vector lambda = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(S).eigenvalues();

@@ -14,7 +14,7 @@
 namespace mq {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// The factor by which cos(2πx) or cos(2πy) on the unit square is damped in the space.
 double damping(const SignalSpace& space, const Vector& wave, double w) {

@@ -26,7 +26,7 @@ using testing::HasSubstr;
 constexpr FieldBasis bases[] = {FieldBasis::triangle, FieldBasis::gradient, FieldBasis::whitney,
                                 FieldBasis::vertex};
 
-double inner(const Surface& surface, const TangentField& X, const TangentField& Y) {
+double product(const Surface& surface, const TangentField& X, const TangentField& Y) {
   double sum = 0;
   for (int t = 0; t < surface.triangle_count(); ++t)
     sum += triangle_area(surface.mesh, t) * X[t].dot(Y[t]);
@@ -51,7 +51,7 @@ TEST(FieldSpectrum, IsOfUnitFieldsThatAreOrthogonalAndTangent) {
       }
       // The triangle and the vertex basis come back by way of means.
       for (int j = 0; j < 6; ++j)
-        EXPECT_NEAR(inner(surface, found.fields[i], found.fields[j]), i == j, 0.02)
+        EXPECT_NEAR(product(surface, found.fields[i], found.fields[j]), i == j, 0.02)
             << int(basis) << " " << i << " " << j;
       for (int t = 0; t < surface.triangle_count(); ++t)
         EXPECT_LE(std::abs(found.fields[i][t].dot(triangle_normal(surface.mesh, t))), 1e-12);
@@ -107,10 +107,10 @@ double outside_rotations_and_gradients(const Surface& surface, TangentField fiel
       const Vector3 axis = Vector3::Unit(n % 3), at = triangle_normal(surface.mesh, t);
       truth[t] = n < 3 ? Vector3(axis - axis.dot(at) * at) : Vector3(axis.cross(at));
     }
-    const double part = inner(surface, field, truth) / inner(surface, truth, truth);
+    const double part = product(surface, field, truth) / product(surface, truth, truth);
     for (std::size_t t = 0; t < field.size(); ++t) field[t] -= part * truth[t];
   }
-  return std::sqrt(inner(surface, field, field));
+  return std::sqrt(product(surface, field, field));
 }
 
 /// What comes back from the flipped triangulation is the field itself: the unit sphere's smallest
@@ -185,7 +185,7 @@ TEST(FieldSpectrum, TakesUglyMeshes) {
       EXPECT_GT(found.values[0], -1e-9);
       for (const TangentField& field : found.fields) {
         for (const Vector3& X : field) EXPECT_TRUE(X.allFinite());
-        EXPECT_NEAR(inner(surface, field, field), 1, 1e-9);
+        EXPECT_NEAR(product(surface, field, field), 1, 1e-9);
       }
     }
   }

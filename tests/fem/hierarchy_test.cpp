@@ -12,7 +12,7 @@ namespace mq {
 namespace {
 
 using fixtures::make_patchwork;
-using fixtures::noise;
+using fixtures::signal_noise;
 using fixtures::Patchwork;
 using fixtures::system_of;
 
@@ -61,7 +61,7 @@ void expect_consistent(const LevelTransfer& P) {
   for (const int lanes : {1, 4}) {
     LaneVector fine(P.fine_rows(), lanes), coarse(P.coarse_rows(), lanes),
         back(P.fine_rows(), lanes);
-    const Signal r = noise(P.fine_rows(), lanes);
+    const Signal r = signal_noise(P.fine_rows(), lanes);
     for (Eigen::Index i = 0; i < r.size(); ++i) fine.data()[i] = float(r.data()[i]);
     P.restrict_to(lanes, fine.data(), coarse.data());
     P.prolongate_add(lanes, coarse.data(), back.data());
@@ -128,7 +128,7 @@ TEST(Hierarchy, KeepsPartsOfAChartApartThatAGapNarrowerThanTheCoarseGridParts) {
     EXPECT_EQ(grid.coarse.size(), grid.transfer->coarse_rows());
     EXPECT_EQ(grid.coarse.size() > nodes, gap < 2) << gap;
 
-    const Signal B = A * noise(space.size(), 1);
+    const Signal B = A * signal_noise(space.size(), 1);
     Signal X = Signal::Zero(space.size(), 1);
     const MultigridOptions options{.tolerance = 1e-8};
     const SolveReport report = multigrid_solver(space.texels(), options)(A, {})->solve(B, X);
@@ -150,7 +150,7 @@ TEST(StencilMatrix, MultipliesAsTheMatrixItWasMadeFrom) {
   for (const int lanes : {1, 4}) {
     LaneVector x(A.rows(), lanes), b(A.rows(), lanes), y(A.rows(), lanes), r(A.rows(), lanes),
         q(A.rows(), lanes);
-    const Signal X = noise(A.rows(), lanes), Q = noise(A.rows(), lanes, 7u);
+    const Signal X = signal_noise(A.rows(), lanes), Q = signal_noise(A.rows(), lanes, 7u);
     for (Eigen::Index i = 0; i < X.size(); ++i) {
       x.data()[i] = float(X.data()[i]);
       q.data()[i] = float(Q.data()[i]);
@@ -185,7 +185,7 @@ TEST(Cycle, IsSymmetricAndReducesTheErrorInTheEnergyNorm) {
       hierarchy.multigrid().cycle(in.data(), out.data(), workspace);
       return Vector(Eigen::Map<const Eigen::VectorXf>(out.data(), n).cast<double>());
     };
-    const Vector u = noise(n, 1, 1u).array() - 0.5, v = noise(n, 1, 2u).array() - 0.5;
+    const Vector u = signal_noise(n, 1, 1u).array() - 0.5, v = signal_noise(n, 1, 2u).array() - 0.5;
     const Vector Cu = cycle(u), Cv = cycle(v);
     EXPECT_NEAR(Cu.dot(v), u.dot(Cv), 1e-5 * Cu.norm() * v.norm());  // single precision
     Vector error = u;

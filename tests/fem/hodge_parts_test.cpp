@@ -48,13 +48,13 @@ Mesh holed_square() {
   return mesh;
 }
 
-std::vector<Mesh> surfaces() {
+std::vector<Mesh> meshes() {
   return {fixtures::cut_sphere(8, {}), fixtures::torus(20, 12), test::handlebody(2, 5), fixtures::flat_square(8, 0.2),
           holed_square()};
 }
 
 TEST(HodgeParts, AreOrthogonalAndSumToTheField) {
-  for (const Mesh& mesh : surfaces()) {
+  for (const Mesh& mesh : meshes()) {
     const Surface surface = make_surface(mesh);
     const TangentField X = noise(surface);
     const HodgeParts parts = hodge_parts(surface, X);
@@ -70,7 +70,7 @@ TEST(HodgeParts, AreOrthogonalAndSumToTheField) {
 }
 
 TEST(HodgeParts, OfAGradientIsThatGradientAndItsPotential) {
-  for (const Mesh& mesh : surfaces()) {
+  for (const Mesh& mesh : meshes()) {
     const Surface surface = make_surface(mesh);
     Vector u = heights(surface);
     const TangentField X = gradient_field(surface, u);
@@ -103,7 +103,7 @@ TEST(HodgeParts, OfATurnedGradientThatEndsAtBoundariesIsCurl) {
 }
 
 TEST(HodgeParts, LeaveHarmonicFieldsAloneAndNothingElse) {
-  for (const Mesh& mesh : surfaces()) {
+  for (const Mesh& mesh : meshes()) {
     const Surface surface = make_surface(mesh);
     const std::vector<TangentField> harmonic = harmonic_fields(surface);
     for (const TangentField& H : harmonic) {

@@ -16,7 +16,7 @@
 namespace mq {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// cos(π k x/width) at the centres of pixels: no slope at the border.
 Signal waves(int width, int height, int k) {

@@ -20,7 +20,7 @@ namespace mq {
 namespace {
 
 using fixtures::make_patchwork;
-using fixtures::noise;
+using fixtures::signal_noise;
 using fixtures::Patchwork;
 using fixtures::system_of;
 
@@ -46,7 +46,7 @@ using InstructionSets = WithEachSet;
 
 Signal solved(const Patchwork& p, int channels, int cycles) {
   const SparseMatrix A = system_of(p, 100);
-  const Signal B = p.mass * noise(A.rows(), channels);
+  const Signal B = p.mass * signal_noise(A.rows(), channels);
   Signal X = Signal::Zero(A.rows(), channels);
   multigrid_solver(p.texels, {.tolerance = 1e-9, .max_cycles = cycles})(A, {})->solve(B, X);
   return X;
@@ -134,7 +134,7 @@ template <class Real>
 std::vector<Real> relaxed(const Grid& grid, int lanes) {
   InteriorRelaxation<Real> interior(grid.blocks);
   interior.set_values(grid.A);
-  const Signal B = noise(grid.A.rows(), lanes);
+  const Signal B = signal_noise(grid.A.rows(), lanes);
   std::vector<Real> b(B.data(), B.data() + B.size()), x(b.size()), r(b.size());
   interior.relax(lanes, b.data(), x.data(), 3);
   interior.residual(lanes, b.data(), x.data(), r.data());

@@ -21,7 +21,7 @@ namespace {
 using fixtures::expect_refusals;
 using fixtures::expect_to_stop;
 using fixtures::make_patchwork;
-using fixtures::noise;
+using fixtures::signal_noise;
 using fixtures::Patchwork;
 using fixtures::system_of;
 
@@ -32,7 +32,7 @@ struct Solved {
 };
 Solved solve(const Patchwork& p, const SparseMatrix& A, const MultigridOptions& options = {},
              int channels = 3) {
-  const Signal psi = noise(A.rows(), channels);
+  const Signal psi = signal_noise(A.rows(), channels);
   const bool semidefinite = std::abs(A.sum()) < 1e-9 * A.diagonal().sum();
   Solved s;
   s.B = semidefinite ? Signal(p.stiffness * psi) : Signal(p.mass * psi);
@@ -204,7 +204,7 @@ TEST(Multigrid, LeavesASolutionAsItIs) {
   const Patchwork p = make_patchwork({.size = 50});
   const SparseMatrix A = system_of(p, 50);
   const auto solver = multigrid_solver(p.texels)(A, {});
-  const Signal exact = noise(A.rows(), 3), B = A * exact;
+  const Signal exact = signal_noise(A.rows(), 3), B = A * exact;
   Signal X = exact;
   const SolveReport report = solver->solve(B, X);
   EXPECT_EQ(report.cycles, 0);
@@ -216,10 +216,10 @@ TEST(Multigrid, NeedsFewerCyclesFromABetterGuess) {
   const Patchwork p = make_patchwork({.size = 80, .charts = 2});
   const SparseMatrix A = system_of(p, 50);
   const auto solver = multigrid_solver(p.texels)(A, {});
-  const Signal B = p.mass * noise(A.rows(), 3);
+  const Signal B = p.mass * signal_noise(A.rows(), 3);
   Signal cold = Signal::Zero(A.rows(), 3);
   const int cycles = solver->solve(B, cold).cycles;
-  Signal warm = cold + 1e-4 * noise(A.rows(), 3);
+  Signal warm = cold + 1e-4 * signal_noise(A.rows(), 3);
   EXPECT_LE(solver->solve(B, warm).cycles, cycles - 2);
 }
 
@@ -228,7 +228,7 @@ TEST(Multigrid, TakesNewValuesAsIfMadeForThem) {
   const SparseMatrix before = system_of(p, 5), after = system_of(p, 500);
   const auto solver = multigrid_solver(p.texels)(before, {});
   solver->update(after, {});
-  const Signal B = p.mass * noise(after.rows(), 3);
+  const Signal B = p.mass * signal_noise(after.rows(), 3);
   Signal X = Signal::Zero(after.rows(), 3), Y = X;
   solver->solve(B, X);
   multigrid_solver(p.texels)(after, {})->solve(B, Y);
@@ -240,7 +240,7 @@ TEST(Multigrid, KeepsTheMeanOfEachComponentWhereConstantsHaveNoEnergy) {
                                    make_patchwork({.size = 30, .seed = 2}));
   const int n = make_patchwork({.size = 60, .charts = 2}).texels.size();
   const SparseMatrix A = system_of(p, std::numeric_limits<double>::infinity());
-  const Signal wanted = noise(A.rows(), 3);
+  const Signal wanted = signal_noise(A.rows(), 3);
   Signal X(A.rows(), 3);
   X.topRows(n).setConstant(2);
   X.bottomRows(A.rows() - n).setConstant(-1);
@@ -262,7 +262,7 @@ TEST(Multigrid, DropsWhatHasNoSolution) {
   const Patchwork p = make_patchwork({.size = 60, .charts = 2});
   const SparseMatrix A = system_of(p, std::numeric_limits<double>::infinity());
   Signal X = Signal::Zero(A.rows(), 3);
-  const Signal B = A * noise(A.rows(), 3) + 1e-3 * (p.mass * Signal::Ones(A.rows(), 3));
+  const Signal B = A * signal_noise(A.rows(), 3) + 1e-3 * (p.mass * Signal::Ones(A.rows(), 3));
   const SolveReport report = multigrid_solver(p.texels, {.tolerance = 1e-8})(A, {})->solve(B, X);
   EXPECT_TRUE(report.converged);
   EXPECT_LT(X.cwiseAbs().maxCoeff(), 10);
@@ -296,7 +296,7 @@ TEST(Multigrid, SolvesTexelsThatCoupleToNoOther) {
   const Patchwork all = side_by_side(p, dust);
   for (const double w : {3.0, std::numeric_limits<double>::infinity()}) {
     const SparseMatrix A = system_of(all, w);
-    const Signal B = A * noise(A.rows(), 3);
+    const Signal B = A * signal_noise(A.rows(), 3);
     Signal X = Signal::Constant(A.rows(), 3, 0.5);
     const SolveReport report = multigrid_solver(all.texels)(A, {})->solve(B, X);
     EXPECT_TRUE(report.converged);
@@ -315,7 +315,7 @@ TEST(Multigrid, SolvesSmallPartsBesideALargeOneAsFast) {
     all = side_by_side(all, make_patchwork({.size = size}));
   SparseMatrix A = system_of(all, std::numeric_limits<double>::infinity());
   A.diagonal() *= 1 + 1e-13;
-  const Signal wanted = noise(A.rows(), 3);
+  const Signal wanted = signal_noise(A.rows(), 3);
   Signal B = A * wanted, X = Signal::Zero(A.rows(), 3);
   B.topRows(large).setZero();
   const SolveReport report = multigrid_solver(all.texels, {.tolerance = 1e-8})(A, {})->solve(B, X);

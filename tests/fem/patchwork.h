@@ -318,7 +318,7 @@ inline SparseMatrix system_of(const Patchwork& p, double ratio) {
 }
 
 /// Values in [0, 1), a different signal for every seed.
-inline Signal noise(Eigen::Index rows, int channels, unsigned seed = 7) {
+inline Signal signal_noise(Eigen::Index rows, int channels, unsigned seed = 7) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   Signal X(rows, channels);

@@ -20,7 +20,7 @@ void expect_refusals(const Make& make_factory) {
   const SparseMatrix A = system_of(p, 3);
   const SolverFactory make = make_factory(p.texels);
   const auto solver = make(A, {});
-  Signal B = noise(A.rows(), 3), X = B;
+  Signal B = signal_noise(A.rows(), 3), X = B;
 
   SparseMatrix bad = A;
   bad.coeffRef(40, 40) = std::nan("");
@@ -43,7 +43,7 @@ void expect_to_stop(const Make& make_factory) {
   const Patchwork p = make_patchwork({.size = 60});
   const SparseMatrix A = system_of(p, 50);
   const auto solver = make_factory(p.texels)(A, {});
-  const Signal B = noise(A.rows(), 1);
+  const Signal B = signal_noise(A.rows(), 1);
   Signal X = Signal::Zero(A.rows(), 1);
   const std::atomic<bool> cancel = true;
   const Progress progress([](const ProgressEvent&) {}, &cancel);

@@ -123,7 +123,7 @@ TEST(GradientBasis, ProlongatesToGradientsAndTurnedGradients) {
   const Vector gradient = space.gradient(phi), turned_gradient = P * xi;
   EXPECT_LE((P * kappa - gradient).cwiseAbs().maxCoeff(), 1e-13);
   for (int t = 0; t < space.triangle_count(); ++t)
-    EXPECT_LE((turned_gradient.segment<2>(2 * t) - turned(gradient.segment<2>(2 * t))).norm(), 1e-12);
+    EXPECT_LE((turned_gradient.segment<2>(2 * t) - mq::turned(gradient.segment<2>(2 * t))).norm(), 1e-12);
 }
 
 TEST(GradientMass, IsTheStiffnessTwiceOnAClosedSurface) {

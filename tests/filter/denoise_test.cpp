@@ -16,7 +16,7 @@
 namespace mq {
 namespace {
 
-constexpr double noise = 0.1;
+constexpr double deviation = 0.1;
 
 /// A step at x = 0.5 from 1 to 3 on a cut square, with noise; and what tells its halves apart.
 struct Stepped {
@@ -31,7 +31,7 @@ struct Stepped {
       const double value = x[i].x() < 0.5 ? 1 : 3;
       clean.row(i) << value, 2 * value;
       for (int c = 0; c < 2; ++c)
-        noisy(i, c) = clean(i, c) + random.uniform(2 * i + c, -noise, noise) * std::sqrt(3.0);
+        noisy(i, c) = clean(i, c) + random.uniform(2 * i + c, -deviation, deviation) * std::sqrt(3.0);
     }
   }
 
@@ -54,7 +54,7 @@ struct Stepped {
   Signal clean, noisy;
 };
 
-const fixtures::CutOptions whole_square{.parts = 1, .scale = 0.9};
+const fixtures::CutOptions one_chart{.parts = 1, .scale = 0.9};
 
 fixtures::CutOptions nine_charts() {  // the step runs through the middle of charts and over seams
   return fixtures::turned(fixtures::odd_angle, 3);
@@ -64,13 +64,13 @@ fixtures::CutOptions nine_charts() {  // the step runs through the middle of cha
 constexpr double no_edges = std::numeric_limits<double>::infinity();
 
 TEST(Denoise, TakesNoiseOffAndKeepsTheEdge) {
-  for (const auto& options : {whole_square, nine_charts()}) {
+  for (const auto& options : {one_chart, nine_charts()}) {
     const Stepped step(options, 160);
     const double h = step.space.scale().texel_spacing;
     const DenoiseOptions wanted{.weight = 16 * h * h, .edge = 0.2, .steps = 2};
     const Signal found = denoise(step.space, step.noisy, {}, wanted).signal;
     const Signal smooth = ScreenedPoisson(step.space, wanted.weight).solve(step.noisy, 0).signal;
-    EXPECT_LE(step.error(found, 5 * h, 0.45), 0.25 * noise);
+    EXPECT_LE(step.error(found, 5 * h, 0.45), 0.25 * deviation);
     EXPECT_LE(step.error(found, 1.5 * h, 5 * h), 0.3 * step.error(smooth, 1.5 * h, 5 * h));
   }
 }
@@ -80,18 +80,18 @@ TEST(Denoise, KeepsTheEdgesOfAGuide) {
   const double h = step.space.scale().texel_spacing;
   Guide guide{.values = step.clean.col(0), .edge = 0.05};
   const Signal found = denoise(step.space, step.noisy, {guide}, {.weight = 16 * h * h, .edge = no_edges}).signal;
-  EXPECT_LE(step.error(found, 5 * h, 0.45), 0.25 * noise);
-  EXPECT_LE(step.error(found, 1.5 * h, 5 * h), 0.6 * noise);
+  EXPECT_LE(step.error(found, 5 * h, 0.45), 0.25 * deviation);
+  EXPECT_LE(step.error(found, 1.5 * h, 5 * h), 0.6 * deviation);
 }
 
 /// What is measured goes with the noise and not with the resolution, and finds the step.
 TEST(Denoise, MeasuresTheNoise) {
-  const Stepped fine(whole_square, 160), coarse(whole_square, 80);
+  const Stepped fine(one_chart, 160), coarse(one_chart, 80);
   std::vector<double> edges;
   for (const Stepped* step : {&fine, &coarse}) {
     const double h = step->space.scale().texel_spacing;
     const Denoised found = denoise(step->space, step->noisy, {}, {.weight = 16 * h * h});
-    EXPECT_LE(step->error(found.signal, 5 * h, 0.45), 0.3 * noise);
+    EXPECT_LE(step->error(found.signal, 5 * h, 0.45), 0.3 * deviation);
     const Signal smooth = ScreenedPoisson(step->space, 16 * h * h).solve(step->noisy, 0).signal;
     EXPECT_LE(step->error(found.signal, 1.5 * h, 5 * h), 0.3 * step->error(smooth, 1.5 * h, 5 * h));
     edges.push_back(found.edge);
@@ -102,7 +102,7 @@ TEST(Denoise, MeasuresTheNoise) {
 }
 
 TEST(Denoise, LeavesASignalWithoutNoiseAsItIs) {
-  const Stepped step(whole_square, 96);
+  const Stepped step(one_chart, 96);
   const Denoised found = denoise(step.space, step.clean, {}, {.weight = 1e-3});
   EXPECT_EQ(found.edge, 0);
   EXPECT_TRUE(found.signal == step.clean);

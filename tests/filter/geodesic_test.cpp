@@ -31,7 +31,7 @@ using fixtures::whole_square;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Errors {

@@ -9,25 +9,19 @@
 #include <numbers>
 
 #include "fem/cut_squares.h"
+#include "filter/geodesic_squares.h"
 #include "mq/fem/vertex_space.h"
 
 namespace mq {
 namespace {
 
 using fixtures::places_of;
+using fixtures::whole_square;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 void no_reaction(std::span<const float>, std::span<float> rate) {
   std::fill(rate.begin(), rate.end(), 0.0F);
-}
-
-fixtures::CutOptions whole_square() {
-  fixtures::CutOptions options;
-  options.parts = 1;
-  options.scale = 1;
-  options.jitter = 0;
-  return options;
 }
 
 TEST(ReactionDiffusion, LeavesAnEquilibriumAsItIs) {

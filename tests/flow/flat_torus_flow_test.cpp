@@ -18,7 +18,7 @@
 namespace mq {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// The torus, and the plane it is rolled from at the same scale.
 struct FlatTorus {

@@ -3,15 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "flow/waves.h"
 #include "mq/base/error.h"
 
 namespace mq {
 namespace {
 
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+using test::nan;
 
 Image<float> row(const std::vector<std::array<float, 2>>& vectors) {
   Image<float> field(int(vectors.size()), 1, 2);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "flow/waves.h"
 #include "mq/base/error.h"
@@ -13,17 +12,6 @@
 namespace mq::test {
 namespace {
 
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-
-Image<float> field_of(int width, int height, const Motion& motion) {
-  Image<float> field(width, height, 2);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const auto [u, v] = motion(x, y);
-      field(x, y, 0) = float(u), field(x, y, 1) = float(v);
-    }
-  return field;
-}
 
 Image<float> no_cost(const Image<float>& field) {
   return Image<float>(field.width(), field.height(), 1);

@@ -11,16 +11,6 @@
 namespace mq::test {
 namespace {
 
-Image<float> field_of(int width, int height, const Motion& motion) {
-  Image<float> field(width, height, 2);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const auto [u, v] = motion(x, y);
-      field(x, y, 0) = float(u), field(x, y, 1) = float(v);
-    }
-  return field;
-}
-
 TEST(ImagePaths, FollowCirclesOfARotation) {
   const double turn = 0.8;
   const Image<float> field = field_of(101, 101, [&](double x, double y) {

@@ -7,50 +7,13 @@
 #include <cmath>
 
 #include "fem/cut_squares.h"
-#include "flow/moved_signals.h"
-#include "mq/trace/atlas_flow.h"
+#include "flow/moved_texture.h"
 
 namespace mq {
 namespace {
 
-/// Three channels of smooth noise at the texels, moved along.
-struct MovedTexture {
-  MovedTexture(const Mesh& mesh, const TextureSize& size, double waves, const fixtures::Motion& back)
-      : model(fixtures::textured(mesh, {size})), space(model->surface, model->atlas) {
-    const Noise noise(7);
-    for (Signal* signal : {&source, &target}) {
-      signal->resize(space.size(), 3);
-      for (int i = 0; i < space.size(); ++i) {
-        const Vector3 place = space.texels().position(i);
-        const Vector3 p = waves * (signal == &source ? place : back(place));
-        for (int c = 0; c < 3; ++c) (*signal)(i, c) = noise(p + Vector3(31.4, 7.3, 3.7) * c);
-      }
-    }
-  }
-
-  /// Mean distance, in texels, of the ends of paths to where their texels truly go.
-  double end_point_error(const Vector& field, const fixtures::Motion& truth) const {
-    const TraceAtlas domain(model->surface, model->atlas, space);
-    const TexelVectorSpace vectors(model->surface, model->atlas, space);
-    const std::vector<ChartPlace> starts = domain.starts().places;
-    const auto ends = AtlasFlow::along(domain, vectors.velocities(field)).trace(starts, 1).ends;
-    double sum = 0;
-    for (std::size_t i = 0; i < ends.size(); ++i)
-      sum += (domain.position(ends[i]) - truth(domain.position(starts[i]))).norm();
-    return sum / double(ends.size()) / space.scale().texel_spacing;
-  }
-
-  std::unique_ptr<fixtures::Textured> model;
-  TexelSpace space;
-  Signal source, target;
-};
-
-MeshFlowOptions up_to(double texels) {
-  MeshFlowOptions options;
-  options.largest = {2 * texels, Length::Unit::texels};
-  options.detail = {};
-  return options;
-}
+using fixtures::MovedTexture;
+using fixtures::up_to;
 
 TEST(TextureFlow, FindsHowATorusTurnsOverTheSeamsOfItsCharts) {
   const auto cut = fixtures::turned(fixtures::odd_angle, 2);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -42,6 +43,8 @@ class Waves {
   std::vector<std::array<double, 4>> waves_;
 };
 
+inline constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
 using Signal2 = std::function<double(double, double)>;
 
 inline Image<float> drawn(int width, int height, const Signal2& signal) {
@@ -51,8 +54,19 @@ inline Image<float> drawn(int width, int height, const Signal2& signal) {
   return image;
 }
 
-/// Mean distance of a field to the true one, without a margin.
 using Motion = std::function<std::array<double, 2>(double, double)>;
+
+inline Image<float> field_of(int width, int height, const Motion& motion) {
+  Image<float> field(width, height, 2);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const auto [u, v] = motion(x, y);
+      field(x, y, 0) = float(u), field(x, y, 1) = float(v);
+    }
+  return field;
+}
+
+/// Mean distance of a field to the true one, without a margin.
 inline double endpoint_error(const Image<float>& field, int margin, const Motion& truth) {
   double sum = 0;
   int count = 0;

@@ -14,7 +14,7 @@ if(NOT QEMU)
   return()
 endif()
 file(REMOVE_RECURSE ${WORK})
-run(${PROGRAM} sample bust --misaligned --size 128 -o ${WORK}/ -q)
+run(${PROGRAM} sample bust --misaligned --size 64 -o ${WORK}/ -q)
 set(model ${WORK}/bust.obj ${WORK}/bust.png -q --solver multigrid)
 set(filter filter ${model} --beta 2 --length 3tx)
 set(geodesic geodesic ${model} --from 0,1,0)  # writes single precision, whose last bits tell forms apart

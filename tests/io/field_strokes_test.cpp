@@ -60,6 +60,8 @@ TEST_F(FieldStrokes, ComeBackFromTheirFile) {
 
 TEST_F(FieldStrokes, AreRefusedWithThePlace) {
   expect_refused("{", "line 1");
+  expect_refused(R"({"strokes": [{"uv": [[0, 0], [1, 1]], "strenght": 2}]})",
+                 "found \"strenght\", did you mean 'strength'?");
   expect_refused("[]", "wanted an object with \"strokes\"");
   expect_refused("{}", "\"strokes\"");
   expect_refused(R"({"strokes": []})", "no strokes");

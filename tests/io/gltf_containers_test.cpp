@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -66,7 +67,7 @@ class GltfContainers : public FolderTest {
   }
 };
 
-void expect_same(const Model& a, const Model& b) {
+void expect_same_model(const Model& a, const Model& b) {
   EXPECT_EQ(a.mesh.positions, b.mesh.positions);
   EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
   EXPECT_EQ(a.mesh.uvs, b.mesh.uvs);
@@ -93,7 +94,7 @@ TEST_F(GltfContainers, KeepAllThatTheJsonSaysOnTheWayThereAndBack) {
     }
     EXPECT_LT(fs::file_size(folder / "n.bin"), parts.binary.size());
     const Model between = read_model(folder / "n.gltf");
-    expect_same(between, model);
+    expect_same_model(between, model);
     // Bytes of pictures that did not change are those that were embedded.
     EXPECT_EQ(to_bytes(get(std::string(there["images"][0]["uri"]))),
               Bytes(parts.view(parts.json["images"][0]["bufferView"]).begin(),
@@ -103,7 +104,7 @@ TEST_F(GltfContainers, KeepAllThatTheJsonSaysOnTheWayThereAndBack) {
     const GltfParts back(get("o.glb"));
     EXPECT_EQ(without_places(back.json), without_places(parts.json));
     for (const Json& image : back.json["images"]) EXPECT_TRUE(image.contains("bufferView"));
-    expect_same(read_model(folder / "o.glb"), model);
+    expect_same_model(read_model(folder / "o.glb"), model);
     // The animation finds its times again.
     const Json& times = back.json["accessors"][int(back.json["animations"][0]["samplers"][0]["input"])];
     float last = 0;
@@ -118,7 +119,7 @@ TEST_F(GltfContainers, TakePositionsThatChanged) {
   model.mesh.positions[3] = Vector3(0.25, 1.5, 0.5);
   EXPECT_THAT(write_model(folder / "n.gltf", model), IsEmpty());
   EXPECT_EQ(Json::parse(get("n.gltf"))["materials"][0]["name"], "leather");
-  expect_same(read_model(folder / "n.gltf"), model);
+  expect_same_model(read_model(folder / "n.gltf"), model);
 }
 
 TEST_F(GltfContainers, AreMadeAnewWhereViewsAreNamedInOtherWays) {
@@ -177,7 +178,7 @@ TEST_F(GltfContainers, AreCompressedWithAllElseKept) {
     Model again = read_model(folder / "c.glb");
     again.compression = how;
     write_model(folder / "d.glb", again);
-    expect_same(read_model(folder / "d.glb"), again);
+    expect_same_model(read_model(folder / "d.glb"), again);
   }
 }
 

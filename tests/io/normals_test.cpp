@@ -27,16 +27,16 @@ class FileFrames : public FolderTest {
   }
 };
 
-const Eigen::Vector3f x(1, 0, 0), y(0, 1, 0), z(0, 0, 1), none(0, 0, 0);
+const Eigen::Vector3f along_x(1, 0, 0), along_y(0, 1, 0), along_z(0, 0, 1), none(0, 0, 0);
 
 TEST_F(FileFrames, OfObjAreThoseOfCorners) {
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 1 0 0\nvn 0 1 0\nvn 0 0 1\n";
-  EXPECT_EQ(frames_of_file("a.obj", vertices + "f 1//1 2//2 3//-1\n").normals, (Vectors{x, y, z}));
+  EXPECT_EQ(frames_of_file("a.obj", vertices + "f 1//1 2//2 3//-1\n").normals, (Vectors{along_x, along_y, along_z}));
   EXPECT_EQ(frames_of_file("a.obj", vertices + "vt 0 0\nf 1/1/3 2/1/2 3/1\nf 1/1/1 3/1/9 4/1/x\n").normals,
-            (Vectors{z, y, none, x, none, none}));
+            (Vectors{along_z, along_y, none, along_x, none, none}));
   // A polygon is cut into triangles whose corners keep theirs.
   const CornerFrames cut = frames_of_file("a.obj", vertices + "f 1//1 2//2 3//3 4//1\n");
-  const Vectors of_corner{x, y, z, x};
+  const Vectors of_corner{along_x, along_y, along_z, along_x};
   ASSERT_EQ(cut.normals.size(), 6U);
   const Model model = model_of("b.obj", vertices + "f 1//1 2//2 3//3 4//1\n");
   for (std::size_t c = 0; c < 6; ++c)
@@ -44,7 +44,7 @@ TEST_F(FileFrames, OfObjAreThoseOfCorners) {
   EXPECT_TRUE(frames_of_file("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").normals.empty());
   EXPECT_EQ(frames_of_file("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 1 oh 0\nvn 0 0 1\nf 1//1 2//2 3//2\n")
                 .normals[1],
-            z)
+            along_z)
       << "a line that is no normal keeps its number";
 }
 
@@ -54,14 +54,14 @@ TEST_F(FileFrames, OfPlyAreThoseOfVertices) {
       "property float nx\nproperty float ny\nproperty float nz\nelement face 1\n"
       "property list uchar int vertex_indices\nend_header\n"
       "0 0 0 1 0 0\n1 0 0 0 1 0\n0 1 0 0 0 1\n3 2 0 1\n";
-  EXPECT_EQ(frames_of_file("a.ply", ply).normals, (Vectors{z, x, y}));
+  EXPECT_EQ(frames_of_file("a.ply", ply).normals, (Vectors{along_z, along_x, along_y}));
   std::string without = ply;
   without.replace(without.find("float nz"), 8, "float n3");
   EXPECT_TRUE(frames_of_file("a.ply", without).normals.empty());
 }
 
 /// A triangle with NORMAL and TANGENT, seen through a node.
-Json triangle(const Json& node, bool with_normals = true) {
+Json triangle_of(const Json& node, bool with_normals = true) {
   Bytes data;
   Json gltf = {{"asset", {{"version", "2.0"}}}};
   const auto add = [&](const std::vector<float>& numbers, const std::string& type) {
@@ -92,8 +92,8 @@ Json triangle(const Json& node, bool with_normals = true) {
 }
 
 TEST_F(FileFrames, OfGltfAreItsNormalsAndTangents) {
-  const CornerFrames frames = frames_of_file("a.gltf", triangle(Json::object()).dump());
-  EXPECT_EQ(frames.normals, (Vectors{z, x, {0.6F, 0, 0.8F}}));
+  const CornerFrames frames = frames_of_file("a.gltf", triangle_of(Json::object()).dump());
+  EXPECT_EQ(frames.normals, (Vectors{along_z, along_x, {0.6F, 0, 0.8F}}));
   ASSERT_EQ(frames.tangents.size(), 3U);
   EXPECT_EQ(frames.tangents[0], Eigen::Vector4f(1, 0, 0, 1));
   EXPECT_EQ(frames.tangents[1], Eigen::Vector4f(0, 1, 0, -1));
@@ -103,25 +103,25 @@ TEST_F(FileFrames, OfGltfAreItsNormalsAndTangents) {
 /// corners.
 TEST_F(FileFrames, OfGltfGoThroughItsNodes) {
   const CornerFrames frames =
-      frames_of_file("a.gltf", triangle({{"scale", {-2, 1, 4}}}).dump());
+      frames_of_file("a.gltf", triangle_of({{"scale", {-2, 1, 4}}}).dump());
   ASSERT_EQ(frames.normals.size(), 3U);
-  EXPECT_LT((frames.normals[0] - z).norm(), 1e-6F);
+  EXPECT_LT((frames.normals[0] - along_z).norm(), 1e-6F);
   const Eigen::Vector3f turned = Eigen::Vector3f(-0.3F, 0, 0.2F).normalized();
   EXPECT_LT((frames.normals[1] - turned).norm(), 1e-6F) << "the third vertex";
-  EXPECT_LT((frames.normals[2] + x).norm(), 1e-6F) << "the second";
+  EXPECT_LT((frames.normals[2] + along_x).norm(), 1e-6F) << "the second";
   EXPECT_EQ(frames.tangents[0], Eigen::Vector4f(-1, 0, 0, -1));
   EXPECT_EQ(frames.tangents[2], Eigen::Vector4f(0, 1, 0, 1));
 }
 
 TEST_F(FileFrames, OfGltfWithoutNormalsAreFlat) {
-  const CornerFrames frames = frames_of_file("a.gltf", triangle(Json::object(), false).dump());
-  EXPECT_EQ(frames.normals, (Vectors{z, z, z}));
+  const CornerFrames frames = frames_of_file("a.gltf", triangle_of(Json::object(), false).dump());
+  EXPECT_EQ(frames.normals, (Vectors{along_z, along_z, along_z}));
   EXPECT_EQ(frames.tangents, std::vector<Eigen::Vector4f>(3, Eigen::Vector4f::Zero()))
       << "tangents without normals do not count";
 }
 
 TEST_F(FileFrames, OfGltfLeaveOutTangentsOfOtherTextureCoordinates) {
-  Json gltf = triangle(Json::object());
+  Json gltf = triangle_of(Json::object());
   gltf["materials"][0]["normalTexture"]["extensions"]["KHR_texture_transform"]["rotation"] = 1.5;
   EXPECT_EQ(frames_of_file("a.gltf", gltf.dump()).tangents[0], Eigen::Vector4f(0, 0, 0, 0));
   gltf["materials"][0]["normalTexture"]["extensions"]["KHR_texture_transform"] = {{"scale", {2, 2}}};
@@ -129,7 +129,7 @@ TEST_F(FileFrames, OfGltfLeaveOutTangentsOfOtherTextureCoordinates) {
 }
 
 TEST_F(FileFrames, OfGltfMustBeOneForEachVertex) {
-  Json gltf = triangle(Json::object());
+  Json gltf = triangle_of(Json::object());
   gltf["accessors"][2]["count"] = 2;
   EXPECT_THROW(frames_of_file("a.gltf", gltf.dump()), IoError);
 }

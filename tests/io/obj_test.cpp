@@ -130,9 +130,9 @@ TEST(Obj, RefusesWhatIsNotObj) {
 }
 
 TEST(Obj, RefusesAPolygonTooLongToCut) {
-  std::string face = "f";
-  for (int i = 0; i <= max_polygon; ++i) face += " 1";
-  EXPECT_THAT(refusal(four + face), HasSubstr("a face of 10001 corners"));
+  std::string line = "f";
+  for (int i = 0; i <= max_polygon; ++i) line += " 1";
+  EXPECT_THAT(refusal(four + line), HasSubstr("a face of 10001 corners"));
 }
 
 TEST(Mtl, ReadsNamesWithBlanksAndOptions) {

@@ -21,7 +21,7 @@ MeshFile read(const std::string& bytes) {
   return read_ply(document);
 }
 
-std::string refusal(const std::string& bytes) {
+std::string refusal_of_ply(const std::string& bytes) {
   return io_error_of([&] { read(bytes); });
 }
 
@@ -166,31 +166,31 @@ TEST(Ply, SaysThatItHasNoFaces) {
 
 TEST(Ply, RefusesWithTheElement) {
   const std::string all = head + faces + points;
-  EXPECT_THAT(refusal(all + "3 0 1 3\n"), HasSubstr("a.ply, face 0 (byte "));
-  EXPECT_THAT(refusal(all + "3 0 1 3\n"), HasSubstr("vertex 3 is not there: the file has 3"));
-  EXPECT_THAT(refusal(all + "3 0 1 -1\n"), HasSubstr("vertex -1 is not there"));
-  EXPECT_THAT(refusal(all + "3 0 1\n"), HasSubstr("the file ends there; it may be cut short"));
-  EXPECT_THAT(refusal(all + "-3 0 1 2\n"), HasSubstr("has -3 values"));
-  EXPECT_THAT(refusal(all + "1e9 0 1 2\n"), HasSubstr("more than are left in the file"));
-  EXPECT_THAT(refusal(head + faces + "0 0 0\n1 0 y\n0 1 0\n3 0 1 2\n"),
+  EXPECT_THAT(refusal_of_ply(all + "3 0 1 3\n"), HasSubstr("a.ply, face 0 (byte "));
+  EXPECT_THAT(refusal_of_ply(all + "3 0 1 3\n"), HasSubstr("vertex 3 is not there: the file has 3"));
+  EXPECT_THAT(refusal_of_ply(all + "3 0 1 -1\n"), HasSubstr("vertex -1 is not there"));
+  EXPECT_THAT(refusal_of_ply(all + "3 0 1\n"), HasSubstr("the file ends there; it may be cut short"));
+  EXPECT_THAT(refusal_of_ply(all + "-3 0 1 2\n"), HasSubstr("has -3 values"));
+  EXPECT_THAT(refusal_of_ply(all + "1e9 0 1 2\n"), HasSubstr("more than are left in the file"));
+  EXPECT_THAT(refusal_of_ply(head + faces + "0 0 0\n1 0 y\n0 1 0\n3 0 1 2\n"),
               HasSubstr("a.ply, vertex 1 (byte "));
-  EXPECT_THAT(refusal(head + faces + "0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n"),
+  EXPECT_THAT(refusal_of_ply(head + faces + "0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n"),
               HasSubstr("): \"x\" is not a number"));
-  EXPECT_THAT(refusal(head + faces + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n"),
+  EXPECT_THAT(refusal_of_ply(head + faces + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n"),
               HasSubstr("): its coordinates 1, 0, nan must be finite"));
 }
 
 TEST(Ply, RefusesHeadersItCannotFollow) {
-  EXPECT_THAT(refusal("ply\nformat ascii 1.0\nelement vertex 3\n"), HasSubstr("header has no end"));
-  EXPECT_THAT(refusal("ply\nformat ascii 1.0\nelement vertex x\n"),
+  EXPECT_THAT(refusal_of_ply("ply\nformat ascii 1.0\nelement vertex 3\n"), HasSubstr("header has no end"));
+  EXPECT_THAT(refusal_of_ply("ply\nformat ascii 1.0\nelement vertex x\n"),
               HasSubstr("a.ply, line 3: \"x\" is not a count"));
-  EXPECT_THAT(refusal("ply\nformat ascii 1.0\nproperty float x\n"),
+  EXPECT_THAT(refusal_of_ply("ply\nformat ascii 1.0\nproperty float x\n"),
               HasSubstr("before any element"));
-  EXPECT_THAT(refusal("ply\nformat zip 1.0\n"), HasSubstr("format \"zip\" is none of"));
-  EXPECT_THAT(refusal("ply\nelement vertex 1\nproperty vec3 x\n"), HasSubstr("not a type of PLY"));
-  EXPECT_THAT(refusal("ply\nbanana\n"), HasSubstr("no part of a PLY header"));
-  EXPECT_THAT(refusal("ply\nformat ascii 1.0\nend_header\n"), HasSubstr("no element vertex"));
-  EXPECT_THAT(refusal(head +
+  EXPECT_THAT(refusal_of_ply("ply\nformat zip 1.0\n"), HasSubstr("format \"zip\" is none of"));
+  EXPECT_THAT(refusal_of_ply("ply\nelement vertex 1\nproperty vec3 x\n"), HasSubstr("not a type of PLY"));
+  EXPECT_THAT(refusal_of_ply("ply\nbanana\n"), HasSubstr("no part of a PLY header"));
+  EXPECT_THAT(refusal_of_ply("ply\nformat ascii 1.0\nend_header\n"), HasSubstr("no element vertex"));
+  EXPECT_THAT(refusal_of_ply(head +
                       "element tristrips 1\nproperty list int int vertex_indices\n"
                       "end_header\n" +
                       points + "3 0 1 2\n"),
@@ -201,7 +201,7 @@ TEST(Ply, RefusesCountsThatTheFileCannotHold) {
   for (const char* format : {"ascii", "binary_little_endian"})
     for (const char* count : {"4000000000", "9223372036854775807"})
       EXPECT_THAT(
-          refusal(std::string("ply\nformat ") + format + " 1.0\nelement vertex " + count +
+          refusal_of_ply(std::string("ply\nformat ") + format + " 1.0\nelement vertex " + count +
                   "\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0"),
           HasSubstr("the elements need at least"))
           << count;
@@ -213,7 +213,7 @@ TEST(Ply, RefusesATextureThatIsNotThere) {
       "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 1\nproperty list uchar int vertex_indices\nproperty int "
       "texnumber\nend_header\n";
-  EXPECT_THAT(refusal(textured + points + "3 0 1 2 1\n"),
+  EXPECT_THAT(refusal_of_ply(textured + points + "3 0 1 2 1\n"),
               HasSubstr("texnumber 1 is not there: the header names 1 texture"));
 }
 

@@ -12,7 +12,7 @@
 namespace mq {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A grid of rows × columns squares, each cut in two; place(u, v) and uv(u, v) of u, v in [0, 1].
 /// Corners where `cut` says so have texture coordinates of their own.

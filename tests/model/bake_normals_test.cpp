@@ -111,7 +111,7 @@ TEST(BakeNormals, OfAFlatMapAreFlatInOtherCharts) {
 }
 
 /// A flat square whose chart lies turned by quarters, and mirrored.
-Mesh square(int cells, int turns, bool mirrored) {
+Mesh turned_square(int cells, int turns, bool mirrored) {
   Mesh mesh;
   for (int y = 0; y <= cells; ++y)
     for (int x = 0; x <= cells; ++x) {
@@ -144,7 +144,7 @@ TexturedModel painted_square(int side, Depth depth = Depth::f32) {
         map.pixels(x, y, c) = float(depth == Depth::u8 ? std::round(255 * code) / 255 : code);
       }
     }
-  return with_map(square(3, 0, false), map);
+  return with_map(turned_square(3, 0, false), map);
 }
 
 /// Away from the rim, where lookups go beyond the picture.
@@ -161,7 +161,7 @@ TEST(BakeNormals, AreThoseOfTheSurfaceHoweverChartsLie) {
   const TexturedModel source = painted_square(128, Depth::u8);
   for (const bool mirrored : {false, true})
     for (int turns = 0; turns < 4; ++turns) {
-      TexturedModel target = with_map(square(12, turns, mirrored), flat_map(128));
+      TexturedModel target = with_map(turned_square(12, turns, mirrored), flat_map(128));
       bake_onto_it(source, target);
       EXPECT_LT(off_in_the_square(target), step / 2) << mirrored << turns;
     }
@@ -172,7 +172,7 @@ TEST(BakeNormals, AreOfSecondOrderInTheSizeOfTexels) {
     double error[3];
     for (int level = 0; level < 3; ++level) {
       const TexturedModel source = painted_square(fits ? 40 << level : 512);
-      TexturedModel target = with_map(square(13, 1, true), flat_map(32 << level));
+      TexturedModel target = with_map(turned_square(13, 1, true), flat_map(32 << level));
       const BakedSignal baked = bake_onto_it(source, target);
       EXPECT_EQ(baked.kind == BakedSignal::Kind::least_squares, fits);
       error[level] = off_in_the_square(target);
@@ -280,7 +280,7 @@ TEST(BakeNormals, AreTurnedOverWhereTheSourceFacesInward) {
   for (std::size_t t = 0; t < all.size(); ++t) all[t] = int(t);
   const TexturedModel inward =
       with_map(with_flipped(source.model.mesh, all), source.model.textures[0]);
-  TexturedModel first = with_map(square(7, 1, false), flat_map(128, Depth::f32)), second = first;
+  TexturedModel first = with_map(turned_square(7, 1, false), flat_map(128, Depth::f32)), second = first;
   bake_onto_it(source, first);
   bake_onto_it(inward, second);
   const ShadingFrames frames(first, NormalAxes::tangent);
@@ -294,7 +294,7 @@ TEST(BakeNormals, AreTurnedOverWhereTheSourceFacesInward) {
 
 TEST(BakeNormals, InObjectSpaceStayThereOrAreTakenToTangentSpace) {
   TexturedModel source = painted_square(128);
-  TexturedModel target = with_map(square(7, 3, true), flat_map(128, Depth::f32));
+  TexturedModel target = with_map(turned_square(7, 3, true), flat_map(128, Depth::f32));
   const BakeOptions object{.values = {.axes = NormalAxes::object}};
   EXPECT_FALSE(bake_onto_it(source, target, object).normals);
   const Image<float>& pixels = target.model.textures[0].pixels;
@@ -316,9 +316,9 @@ TEST(BakeNormals, AreRefusedWhereTheyCannotBe) {
     }
     return "";
   };
-  const TexturedModel plain = with_map(square(7, 0, false), flat_map(64));
+  const TexturedModel plain = with_map(turned_square(7, 0, false), flat_map(64));
   EXPECT_EQ(message(source, plain), "");
-  Mesh twice = square(7, 0, false);
+  Mesh twice = turned_square(7, 0, false);
   for (std::size_t t = 0; t < twice.corner_uvs.size() / 2; ++t)
     twice.corner_uvs[t + twice.corner_uvs.size() / 2] = twice.corner_uvs[t];
   EXPECT_THAT(message(source, with_map(twice, flat_map(64))),

@@ -10,13 +10,14 @@
 #include <set>
 #include <string>
 
-#include "places.h"
+#include "rules/sources.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path root = mq::places::source();
+using mq::rules::root;
+using mq::rules::text_of;
 
 /// A name, a year and a word, as all keys but the thesis' are made.
 const std::string key_pattern = "[a-z]+[0-9]{4}[a-z]+|prada_thesis";
@@ -33,11 +34,6 @@ std::set<std::string> keys_of_references() {
         << match[1] << ": a key is made of a name, a year and a word";
   }
   return keys;
-}
-
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 /// Keys in brackets in headers, "[crane2013heat]" or "[a2013b, c2014d]", with a file that cites

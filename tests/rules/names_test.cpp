@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "places.h"
+#include "rules/sources.h"
 
 namespace {
 
@@ -134,7 +134,7 @@ std::vector<std::string> defined_twice(const std::map<std::string, std::string>&
 /// Sources below `folder`, by path.
 std::map<std::string, std::string> texts_of(const std::string& folder) {
   std::map<std::string, std::string> texts;
-  const fs::path root = mq::places::source();
+  using mq::rules::root;
   for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
     const std::string extension = entry.path().extension().string();
     if (extension != ".h" && extension != ".cpp") continue;

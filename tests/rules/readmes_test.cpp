@@ -8,18 +8,14 @@
 #include <set>
 #include <string>
 
-#include "places.h"
+#include "rules/sources.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path root = mq::places::source();
-
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
+using mq::rules::root;
+using mq::rules::text_of;
 
 TEST(Readmes, NameWhatExists) {
   static const std::regex word("[A-Za-z_][A-Za-z_0-9]*"), code("`([^`\n]+)`"),

@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "places.h"
+#include "rules/sources.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path root = mq::places::source();
+using mq::rules::root;
 
 /// In the order data flows: a room includes itself and the rooms before it.
 const std::vector<std::string> rooms = {
@@ -218,9 +218,9 @@ TEST(Functions, HaveAtMostEightyLines) {
 
 TEST(Functions, AreFoundWithTheirLengths) {
   const auto lengths = [](const std::vector<std::string>& lines) {
-    std::vector<std::size_t> lengths;
-    for (const Function& function : functions_in(lines)) lengths.push_back(function.lines);
-    return lengths;
+    std::vector<std::size_t> found;
+    for (const Function& function : functions_in(lines)) found.push_back(function.lines);
+    return found;
   };
   using Lengths = std::vector<std::size_t>;
   EXPECT_EQ(lengths({"void f() {", "  g();", "", "}"}), Lengths{4});

@@ -16,7 +16,7 @@
 namespace mq {
 namespace {
 
-Mesh ball() { return make_sample("sphere", {.triangles = 3000}).mesh; }
+Mesh ball_mesh() { return make_sample("sphere", {.triangles = 3000}).mesh; }
 
 /// A body followed over a few frames of its motion.
 struct Followed {
@@ -44,7 +44,7 @@ Followed followed(const std::string& name, int first, int last, const TrackOptio
 }
 
 TEST(CleanMesh, LeavesOutStrayPartsAndTrianglesWithoutThreeVertices) {
-  Mesh mesh = ball();
+  Mesh mesh = ball_mesh();
   const int triangles = mesh.triangle_count(), vertices = mesh.vertex_count();
   mesh.triangles.push_back({5, 5, 9});
   for (const Vector3& p : {Vector3(3, 0, 0), Vector3(3.01, 0, 0), Vector3(3, 0.01, 0)})
@@ -70,7 +70,7 @@ TEST(CleanMesh, OfNothingIsRefused) {
 }
 
 TEST(Distortion, IsOneUnderRigidMotionAndTheStretchElse) {
-  const Mesh mesh = ball();
+  const Mesh mesh = ball_mesh();
   const Eigen::Matrix3d R = Eigen::AngleAxisd(1, Vector3(1, 1, 0).normalized()).toRotationMatrix();
   std::vector<Vector3> moved, larger, smaller;
   for (const Vector3& p : mesh.positions) {
@@ -85,7 +85,7 @@ TEST(Distortion, IsOneUnderRigidMotionAndTheStretchElse) {
 }
 
 TEST(SurfaceDistance, OfConcentricSpheresIsTheDifferenceOfRadii) {
-  const Mesh mesh = ball();
+  const Mesh mesh = ball_mesh();
   Mesh larger = mesh;
   for (Vector3& p : larger.positions) p *= 1.1;
   const TrackTarget target(mesh);
@@ -97,7 +97,7 @@ TEST(SurfaceDistance, OfConcentricSpheresIsTheDifferenceOfRadii) {
 }
 
 TEST(UnfoldedOnto, LiesOnTheTargetWithoutFolds) {
-  Mesh mesh = ball();
+  Mesh mesh = ball_mesh();
   const TrackTarget target(mesh);
   const auto folded = [&] {
     return folded_triangles(make_surface(mesh, {.kind = WeldOptions::Kind::none})).size();
@@ -130,7 +130,7 @@ TEST(Drift, IsZeroForTheTruthAndTheMoveElse) {
 }
 
 TEST(Tracking, StaysOnATargetThatIsTheTemplate) {
-  const Mesh mesh = cleaned(ball()).mesh;
+  const Mesh mesh = cleaned(ball_mesh()).mesh;
   SurfaceTracker tracker(mesh);
   const TrackedFrame tracked = tracker.follow(mesh.positions, {}, TrackTarget(mesh));
   EXPECT_LT(tracked.distance.max, 1e-6);
@@ -206,7 +206,7 @@ TEST(Tracking, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST(Tracking, RefusesSizesThatDoNotFit) {
-  const Mesh mesh = cleaned(ball()).mesh;
+  const Mesh mesh = cleaned(ball_mesh()).mesh;
   SurfaceTracker tracker(mesh);
   const TrackTarget target(mesh);
   const std::vector<Vector3> fewer(mesh.positions.begin(), mesh.positions.end() - 1);

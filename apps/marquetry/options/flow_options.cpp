@@ -293,6 +293,8 @@ Json flow_json(const MeshFlow& flow) {
                       {"steps", level.steps},
                       {"cycles", level.cycles},
                       {"scale", level.scale},
+                      {"change", {{"data", level.change.data}, {"smoothness", level.change.smoothness}}},
+                      {"smoothness", level.smoothness},
                       {"smooth_seconds", level.smooth_seconds},
                       {"build_seconds", level.build_seconds},
                       {"solve_seconds", level.solve_seconds},

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
@@ -208,11 +209,11 @@ std::vector<float> TexelVectorSpace::bounded(double stretch) const {
   return result;
 }
 
-std::vector<float> TexelVectorSpace::gradient_norms(const Vector& z) const {
+/// visit(e, ∫_e |∇X|² dA, area_e), from several threads.
+template <class Visit>
+void TexelVectorSpace::for_each_energy(const Vector& z, const Visit& visit) const {
   require(z.size() == 2 * std::int64_t(size()), "two components per texel are needed");
   const TexelSpace::Data& d = *space_->data_;
-  std::vector<float> norms(std::size_t(space_->element_count()), 0.0F);
-  const auto norm = [](double energy, double area) { return area > 0 && energy > 0 ? float(std::sqrt(energy / area)) : 0; };
   d.for_each_grid_cell([&](int id, const std::array<int, 4>& corners) {
     thread_local Turns turns;
     turns.find(4, [&](std::size_t k) { return plane(d.unknown[corners[k]]); });
@@ -225,7 +226,7 @@ std::vector<float> TexelVectorSpace::gradient_norms(const Vector& z) const {
           energy -= cell.stiffness[stiffness_at[i][j]] *
                     std::norm(turns[i] * at(z, d.unknown[corners[i]]) - turns[j] * at(z, d.unknown[corners[j]]));
       }
-    norms[std::size_t(id)] = norm(energy, area);
+    visit(id, energy, area);
   });
   const SeamBlocks& seams = d.cells.seams;
   parallel_for(std::ssize(seams.blocks), [&](std::int64_t b) {
@@ -242,9 +243,28 @@ std::vector<float> TexelVectorSpace::gradient_norms(const Vector& z) const {
           energy -= seams.stiffness[value] * std::norm(turns[std::size_t(i)] * at(z, texels[i]) -
                                                        turns[std::size_t(j)] * at(z, texels[j]));
       }
-    norms[std::size_t(d.element_of_block(int(b)))] = norm(energy, area);
+    visit(d.element_of_block(int(b)), energy, area);
+  });
+}
+
+std::vector<float> TexelVectorSpace::gradient_norms(const Vector& z) const {
+  std::vector<float> norms(std::size_t(space_->element_count()), 0.0F);
+  for_each_energy(z, [&](int e, double energy, double area) {
+    if (area > 0 && energy > 0) norms[std::size_t(e)] = float(std::sqrt(energy / area));
   });
   return norms;
+}
+
+double TexelVectorSpace::smoothness_energy(const Vector& z, std::span<const float> conductivity) const {
+  require(conductivity.empty() || std::ssize(conductivity) == space_->element_count(),
+          "one conductivity per element is needed");
+  std::vector<double> energies(std::size_t(space_->element_count()), 0.0);
+  for_each_energy(z, [&](int e, double energy, double) {
+    energies[std::size_t(e)] = conductivity.empty() ? energy : double(conductivity[std::size_t(e)]) * energy;
+  });
+  return parallel_sum(std::ssize(energies), 0.0, [&](std::int64_t begin, std::int64_t end) {
+    return std::accumulate(energies.begin() + begin, energies.begin() + end, 0.0);
+  });
 }
 
 TangentPlane TexelVectorSpace::plane_of(int triangle) const {

@@ -75,6 +75,9 @@ class TexelVectorSpace {
   /// Per element √(∫_e |∇X|² dA / area_e).
   std::vector<float> gradient_norms(const Vector& z) const;
 
+  /// ⟨z, L·z⟩ ≈ ∫ c |∇X|² dA, see `system`.
+  double smoothness_energy(const Vector& z, std::span<const float> conductivity = {}) const;
+
   /// X at a point of a triangle of a chart, in space.
   Vector3 value(const Vector& z, int triangle, const Vector3& barycentric) const;
 
@@ -101,6 +104,8 @@ class TexelVectorSpace {
   std::vector<std::shared_ptr<const BlockTransfer>> transfers(double a, double b, const Progress& progress = {}) const;
 
  private:
+  template <class Visit>
+  void for_each_energy(const Vector& z, const Visit& visit) const;
   template <class Counts>
   Vector mean_around(const TangentField& field, const Counts& counts) const;
 

@@ -33,7 +33,7 @@ struct Pass {
   int together = 0;  ///< so many channels at most
 };
 constexpr Pass first_pass{4, 1}, second_pass{3, 4};
-constexpr int border = patches_before + first_pass.side - 1;
+constexpr int window_border = patches_before + first_pass.side - 1;
 constexpr int anchor_step = 2;
 
 /// Patches whose values vary by no more than this, of what noise does, are flat.
@@ -96,15 +96,15 @@ class WindowFilter {
       for (int j = 0; j <= last; ++j)
         for (int i = 0; i <= last; ++i) held[std::size_t((y + j) * width + x + i)] = 1;
     };
-    for (int y = border; y < height - border; ++y)
-      for (int x = border; x < width - border; ++x) {
+    for (int y = window_border; y < height - window_border; ++y)
+      for (int x = window_border; x < width - window_border; ++x) {
         const std::size_t i = std::size_t(y * width + x);
         if ((window_.column + x) % anchor_step == 0 && (window_.row + y) % anchor_step == 0 && whole_[i] &&
             window_.own[i] == 1)
           take(x, y);
       }
-    for (int y = border; y < height - border; ++y)
-      for (int x = border; x < width - border; ++x)
+    for (int y = window_border; y < height - window_border; ++y)
+      for (int x = window_border; x < width - window_border; ++x)
         for (int n = 0; n < pass_.side * pass_.side; ++n) {
           const std::size_t i = std::size_t(y * width + x);
           if (window_.own[i] != 1 || held[i]) break;
@@ -223,7 +223,7 @@ Values pass_over(const ChartWindows& windows, const Values& noisy, const Values*
     parallel_for(
         count,
         [&](std::int64_t k) {
-          filtered[std::size_t(k)].emplace(windows.window(first + int(k), border), noisy, basic);
+          filtered[std::size_t(k)].emplace(windows.window(first + int(k), window_border), noisy, basic);
         },
         1);
     for (const std::optional<WindowFilter>& window : filtered) window->add_to(change, weight);

@@ -80,6 +80,12 @@ struct MeshFlowLevel : FlowLevel {
   int vertices = 0;  ///< of the mesh it was solved on
   int unknowns = 0;
   double scale = 0;  ///< α* of the last step, (4.8)
+  /// E(Y) − E(0) of the last correction Y that was solved for, by its two terms, weights as they were then.
+  struct Change {
+    double data = 0;        ///< ⟨Y, D·Y⟩ + 2⟨d, Y⟩: below 0
+    double smoothness = 0;  ///< ℓ²·Ḡ·⟨Y, S·Y⟩
+  } change;
+  double smoothness = 0;  ///< ⟨X, S·X⟩ ≈ ∫ |∇X|² dA of X at the end of the level, per area: a number without a unit
   double smooth_seconds = 0, build_seconds = 0, solve_seconds = 0, warp_seconds = 0;
 };
 

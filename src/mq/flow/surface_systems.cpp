@@ -250,9 +250,10 @@ std::vector<double> smoothness_shares(const FlowMesh& mesh, const Vector& z, dou
   return shares;
 }
 
-double smoothness_energy(const FlowMesh& mesh, const Vector& z) {
+double smoothness_energy(const FlowMesh& mesh, const Vector& z, const std::vector<double>& shares) {
   std::vector<double> energies(mesh.surface().triangle_count());
-  for_each_energy(mesh, z, [&](std::int64_t t, double energy) { energies[t] = energy; });
+  for_each_energy(mesh, z,
+                  [&](std::int64_t t, double energy) { energies[t] = shares.empty() ? energy : shares[t] * energy; });
   return parallel_sum(std::ssize(energies), 0.0, [&](std::int64_t begin, std::int64_t end) {
     double sum = 0;
     for (std::int64_t t = begin; t < end; ++t) sum += energies[t];
@@ -342,9 +343,10 @@ Vector DirectFlowSolver::solve(const DataTerms& data, double weight, const Progr
   factor_->refactor(A, progress.step("factorisation", 1));
   cost_.factor_seconds = factor_->factor_seconds();
   const Stopwatch substituting;
-  const Signal coefficients = factor_->solve(b, progress);
+  coefficients_ = factor_->solve(b, progress).col(0);
+  weight_ = weight;
   cost_.substitute_seconds = substituting.seconds();
-  return prolongation_ * coefficients.col(0);
+  return prolongation_ * coefficients_;
 }
 
 }  // namespace mq

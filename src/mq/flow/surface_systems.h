@@ -47,8 +47,8 @@ VertexSystem vertex_system(const FlowMesh& mesh, const DataTerms& data, double w
 /// Per triangle 1/√(1 + |∇Y|²/ϵ²).
 std::vector<double> smoothness_shares(const FlowMesh& mesh, const Vector& z, double robust);
 
-/// ⟨z, S·z⟩ of the vertex basis.
-double smoothness_energy(const FlowMesh& mesh, const Vector& z);
+/// ⟨z, S·z⟩ of the vertex basis, each triangle's part as often as `shares` says; empty: 1.
+double smoothness_energy(const FlowMesh& mesh, const Vector& z, const std::vector<double>& shares = {});
 
 /// What solving one system by a factorisation took.
 struct FlowSystemCost {
@@ -73,6 +73,13 @@ class DirectFlowSolver {
 
   /// Of the last `solve`.
   const FlowSystemCost& cost() const { return cost_; }
+  const Vector& coefficients() const { return coefficients_; }
+  /// ⟨Y, S·Y⟩ as it was weighed then.
+  double smoothness_term() const { return weight_ * smoothness_energy(coefficients_); }
+
+  /// Coefficients are those of the basis.
+  Eigen::Index size() const { return smoothness_.rows(); }
+  double smoothness_energy(const Vector& coefficients) const { return coefficients.dot(smoothness_ * coefficients); }
 
  private:
   const VertexSpace& space_;
@@ -81,6 +88,8 @@ class DirectFlowSolver {
   SparseMatrix prolongation_, transposed_, smoothness_, pins_;
   std::optional<DirectSolver> factor_;
   FlowSystemCost cost_;
+  Vector coefficients_;  ///< of the last solution
+  double weight_ = 0;    ///< of smoothness in it
 };
 
 }  // namespace mq

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "mq/base/error.h"
+#include "mq/base/options.h"
 #include "mq/io/bytes.h"
 
 namespace mq {
@@ -153,6 +154,16 @@ JsonObject::JsonObject(const JsonFile& file, const Json& value, std::vector<Json
 std::string JsonObject::place() const {
   const std::string path = path_of(steps_);
   return json_place(file_->file, file_->text, steps_) + (path.empty() ? "" : ": " + path);
+}
+
+void JsonObject::has_only(const std::vector<std::string>& names) const {
+  for (const auto& [name, value] : value_->items()) {
+    if (std::ranges::find(names, name) != names.end()) continue;
+    const std::string near = did_you_mean(name, names);
+    throw IoError(fmt::format("{}: found \"{}\"{} wanted one of {}",
+                              json_place(file_->file, file_->text, joined(steps_, {name})), name,
+                              near.empty() ? ":" : near, fmt::join(names, ", ")));
+  }
 }
 
 const Json& JsonObject::member(const std::string& name, const std::string& wanted) const {

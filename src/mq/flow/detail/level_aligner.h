@@ -74,6 +74,7 @@ class LevelAligner : public FlowDomain {
     const Stopwatch watch;
     const double error = seen_ == 0 ? error_of(0, raw_[0], ends_) : error_from_coarse();
     same_ = false;
+    levels_.back().smoothness = smoothness_of(now_);
     levels_.back().warp_seconds += watch.seconds();
     return error;
   }
@@ -136,6 +137,8 @@ class LevelAligner : public FlowDomain {
   virtual void complete(int, Field&) const {}
   virtual void advance(Field& X, double factor, const Field& Y) const = 0;
   virtual void keep_within_reach() {}
+  /// ⟨X, S·X⟩ per area, X on the resolution at hand.
+  virtual double smoothness_of(const Field& X) const = 0;
 
   /// Both fields on a finer resolution, and signals on this one.
   void move_to(int m, int of_signals) {

@@ -50,7 +50,11 @@ int SurfaceAligner::resolution_of_field(const FlowScale& scale) const {
 
 SurfaceField SurfaceAligner::zero(int m) const {
   return {Vector::Zero(2 * std::int64_t(meshes_[m].surface().triangle_count())),
-          Vector::Zero(2 * std::int64_t(meshes_[m].vertex_count()))};
+          Vector::Zero(direct_ ? direct_->size() : 2 * std::int64_t(meshes_[m].vertex_count()))};
+}
+
+double SurfaceAligner::smoothness_of(const SurfaceField& X) const {
+  return (direct_ ? direct_->smoothness_energy(X.z) : smoothness_energy(mesh(), X.z)) / mesh().area();
 }
 
 SurfaceAligner::Ends SurfaceAligner::ends_along(int m, const SurfaceField& X,
@@ -132,7 +136,8 @@ SurfaceField SurfaceAligner::corrected(const DataTerms& terms, double weight,
                           .seconds = solver.expected_seconds(),
                           .bytes = solver.cost().bytes});
     };
-    SurfaceField Y{direct_->solve(data, weight, progress, foresee), {}};
+    SurfaceField Y{direct_->solve(data, weight, progress, foresee), direct_->coefficients()};
+    level.change.smoothness = direct_->smoothness_term();
     const FlowSystemCost& cost = direct_->cost();
     level.build_seconds += cost.build_seconds;
     level.solve_seconds += cost.solve_seconds();
@@ -151,6 +156,7 @@ SurfaceField SurfaceAligner::corrected(const DataTerms& terms, double weight,
   level.solve_seconds += solving.seconds();
   level.unknowns = int(Y.z.size());
   Y.field = mesh().triangle_field(Y.z);
+  level.change.smoothness = weight * smoothness_energy(mesh(), Y.z, shares);
   return Y;
 }
 
@@ -181,6 +187,7 @@ SurfaceField SurfaceAligner::estimate(double& scale, const Progress& progress) {
   }
   const auto [linear, quadratic] = data.products(Y.field);
   if (quadratic > 0) scale = -linear / quadratic;
+  levels_.back().change.data = quadratic + 2 * linear;
   return Y;
 }
 
@@ -194,7 +201,7 @@ double SurfaceAligner::correct(const Progress& progress, double share) {
 /// X + factor·Y.
 void SurfaceAligner::advance(SurfaceField& X, double factor, const SurfaceField& Y) const {
   X.field += factor * Y.field;
-  if (!direct_) X.z += factor * Y.z;
+  X.z += factor * Y.z;
 }
 
 /// No vector longer than its piece of the surface, on which it has nowhere to go.

@@ -10,7 +10,7 @@
 
 namespace mq {
 
-/// X or a correction Y: two components per triangle, and z in the vertex basis (hierarchical only).
+/// X or a correction Y: two components per triangle, and the coefficients z of the basis.
 struct SurfaceField {
   Vector field, z;
 };
@@ -47,6 +47,7 @@ class SurfaceAligner final : public LevelAligner<SurfaceField, SurfacePoint> {
   void complete(int m, SurfaceField& X) const override;
   void advance(SurfaceField& X, double factor, const SurfaceField& Y) const override;
   void keep_within_reach() override;
+  double smoothness_of(const SurfaceField& X) const override;
 
   const FlowMesh& mesh() const { return meshes_[at_]; }
   bool is_robust() const;

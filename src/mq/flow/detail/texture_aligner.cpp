@@ -260,11 +260,12 @@ Vector TextureAligner::corrected(const TexelTerms& terms, double weight, const s
   level.cycles += multigrid_->solve(b, Y, progress.step("solve", 0.7)).cycles;
   level.solve_seconds += solving.seconds();
   level.unknowns = int(Y.size());
+  level.change.smoothness = weight * texture().vectors().smoothness_energy(Y, shares.empty() ? texture().limits() : shares);
   return Y;
 }
 
-/// α* of (4.8).
-double TextureAligner::scale_of(const TexelTerms& terms, const Vector& Y) const {
+/// ⟨g, Y⟩ and ⟨Y, G·Y⟩.
+std::array<double, 2> TextureAligner::products(const TexelTerms& terms, const Vector& Y) {
   double linear = 0, quadratic = 0;
   for (std::size_t i = 0; i < terms.texels.size(); ++i) {
     const TexelTerms::Texel& texel = terms.texels[i];
@@ -272,7 +273,7 @@ double TextureAligner::scale_of(const TexelTerms& terms, const Vector& Y) const 
     linear += texel.x * x + texel.y * y;
     quadratic += texel.xx * x * x + 2 * texel.xy * x * y + texel.yy * y * y;
   }
-  return quadratic > 0 ? -linear / quadratic : 0;
+  return {linear, quadratic};
 }
 
 double TextureAligner::correct(const Progress& progress, double share) {
@@ -301,7 +302,9 @@ double TextureAligner::correct(const Progress& progress, double share) {
     }
     Y_ = corrected(data, weight, shares, step.step("solve", 1.0 / times));
   }
-  const double scale = scale_of(data, Y_);
+  const auto [linear, quadratic] = products(data, Y_);
+  levels_.back().change.data = quadratic + 2 * linear;
+  const double scale = quadratic > 0 ? -linear / quadratic : 0;  // α* of (4.8)
   if (scale > 0) levels_.back().scale = scale;
   return scale;
 }

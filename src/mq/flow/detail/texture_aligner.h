@@ -1,6 +1,7 @@
 #pragma once
 /// Two textures of one atlas, aligned level by level on it and on coarser ones.
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -46,6 +47,9 @@ class TextureAligner final : public LevelAligner<Vector, ChartPlace> {
   void place_probes(Probes& probes) const override;
   Vector prolongated(int m, const Vector& z) const override { return textures_.prolongated(m - 1, z); }
   void advance(Vector& X, double factor, const Vector& Y) const override { X += factor * Y; }
+  double smoothness_of(const Vector& z) const override {
+    return texture().vectors().smoothness_energy(z) / texture().area();
+  }
 
   const FlowTexture& texture() const { return textures_[at_]; }  ///< of X
   const FlowTexture& seen() const { return textures_[seen_]; }
@@ -54,7 +58,7 @@ class TextureAligner final : public LevelAligner<Vector, ChartPlace> {
   TexelTerms terms(const Signal& difference, const Signal& gradients, const Vector* Y) const;
   TexelTerms gathered(TexelTerms terms) const;
   double weight_of(const TexelTerms& terms) const { return length_ * length_ * terms.trace / texture().area(); }
-  double scale_of(const TexelTerms& terms, const Vector& Y) const;
+  static std::array<double, 2> products(const TexelTerms& terms, const Vector& Y);
   BlockMatrix<double> weighted_smoothness(double weight, const std::vector<float>& shares);
   Vector corrected(const TexelTerms& terms, double weight, const std::vector<float>& shares, const Progress& progress);
 
