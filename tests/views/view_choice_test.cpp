@@ -213,6 +213,67 @@ Observations two_views(int width, int height, int wrong, const auto& changed) {
   return observations;
 }
 
+/// Four views of a row, but of patches 40 to 59 one alone, which shows 30 to 49 times `change`.
+Observations seen_by_one_beyond(const LightColour& change) {
+  const Observations all = seen_by(60, std::vector<LightColour>(4, {1, 1, 1}));
+  std::vector<std::vector<Observations::OfPatch>> views(4);
+  for (int p = 0; p < 60; ++p)
+    for (Observation o : all.of(p)) {
+      o.colour = {0.3F, 0.25F, 0.2F};
+      if (o.view == 0 && p >= 30 && p < 50)
+        for (std::size_t c = 0; c < 3; ++c) o.colour[c] *= change[c];
+      if (o.view == 0 || p < 40) views[std::size_t(o.view)].push_back({p, o});
+    }
+  return Observations::gather(60, views);
+}
+
+TEST(ViewChoice, APasserByIsFollowedToWhereNoOtherViewShowsThePlaceAndNothingIsLeftThere) {
+  const Patches patches = row_of_patches(60);
+  Observations observations = seen_by_one_beyond({0.2F, 0.3F, 0.8F});
+  reject(patches, {}, observations);
+  const std::vector<int> chosen = choose_views(patches, observations);
+  for (int p = 0; p < 60; ++p) {
+    if (p >= 30 && p < 50) EXPECT_TRUE(observations.of(p)[0].rejected) << p;
+    EXPECT_EQ(chosen[std::size_t(p)] < 0, p >= 40 && p < 50) << p;
+  }
+}
+
+TEST(ViewChoice, LightAndShadowAreNotFollowedToWhereNoOtherViewShowsThePlace) {
+  const Patches patches = row_of_patches(60);
+  Observations observations = seen_by_one_beyond({0.4F, 0.4F, 0.4F});
+  reject(patches, {}, observations);
+  EXPECT_TRUE(observations.of(35)[0].rejected);
+  for (int p = 40; p < 60; ++p) EXPECT_FALSE(observations.of(p)[0].rejected) << p;
+}
+
+TEST(ViewChoice, APasserByIsFollowedOverPatchesThatItsViewDoesNotShow) {
+  const Patches patches = row_of_patches(60);
+  const Observations whole = seen_by_one_beyond({0.2F, 0.3F, 0.8F});
+  std::vector<std::vector<Observations::OfPatch>> views(4);
+  for (int p = 0; p < 60; ++p)
+    for (const Observation& o : whole.of(p))
+      if (p < 40 || p >= 44) views[std::size_t(o.view)].push_back({p, o});
+  Observations observations = Observations::gather(60, views);
+  reject(patches, {}, observations);
+  for (int p = 44; p < 60; ++p) EXPECT_EQ(observations.of(p)[0].rejected, p < 50) << p;
+}
+
+TEST(ViewChoice, TwoPassersByOfOneColourDoNotOutvoteOthersThatGoOn) {
+  const Patches patches = row_of_patches(30);
+  Observations observations = seen_by(30, std::vector<LightColour>(4, {1, 1, 1}));
+  for (int p = 0; p < 30; ++p)
+    for (Observation& o : observations.of(p)) {
+      const bool passer_by = (o.view == 0 && p >= 5 && p < 17) || (o.view == 1 && p >= 12 && p < 25);
+      o.colour = passer_by ? LightColour{0.05F, 0.06F, 0.1F} : LightColour{0.3F, 0.25F, 0.2F};
+    }
+  reject(patches, {}, observations);
+  for (int p = 5; p < 25; ++p) {
+    if (p < 17) EXPECT_TRUE(observations.of(p)[0].rejected) << p;
+    if (p >= 12) EXPECT_TRUE(observations.of(p)[1].rejected) << p;
+    EXPECT_FALSE(observations.of(p)[2].rejected || observations.of(p)[3].rejected) << p;
+  }
+}
+
 TEST(ViewChoice, OfTwoViewsTheOneThatChangesWhereTheyBeginToDisagreeIsRejected) {
   constexpr int width = 20, height = 12;
   const auto passer_by = [](int x, int y, LightColour colour) {

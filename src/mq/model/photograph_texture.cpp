@@ -202,6 +202,7 @@ struct PhotographTexturing::Work {
         reject(patches, options.rejection, others.observations);
         for (std::size_t k = 0; k < others.places.size(); ++k)
           observations.all[others.places[k]].rejected = others.observations.all[k].rejected;
+        take_strangers_alone(strange, observations);
       }
     }
     pool_details(patches, observations);
@@ -290,11 +291,10 @@ struct PhotographTexturing::Work {
     return observations.number_of(patch, view) >= 0 && !agrees(patch, view);
   }
 
-  /// Whether a photograph shows a patch as is agreed on; all that do where nothing is.
+  /// Whether a photograph shows a patch as is agreed on.
   bool agrees(int patch, int view) const {
     const std::int64_t k = observations.number_of(patch, view);
-    return k >= 0 && (!observations.all[std::size_t(k)].rejected ||
-                      std::ranges::all_of(observations.of(patch), &Observation::rejected));
+    return k >= 0 && !observations.all[std::size_t(k)].rejected;
   }
 
   /// Texels of the patches that a photograph shows as others do.

@@ -5,7 +5,8 @@
 //      patch to the next by less than half of that difference. So two views suffice beside a place where three tell;
 //   3. where two alone show a place and disagree over a part that is enclosed: the one that changes at the border of
 //      that part, while the other goes on, or that has white light in addition;
-//   4. patches around, a part of which may show the same.
+//   4. what goes on where no other view shows a place, if it has another hue than light and shadow would give it;
+//   5. patches around, a part of which may show the same.
 
 #include <Eigen/Core>
 
@@ -34,6 +35,8 @@ Logarithms logarithms(const LightColour& colour) {
 /// The largest of the channels.
 float apart(const Logarithms& a, const Logarithms& b) { return (a - b).abs().maxCoeff(); }
 
+float hue_apart(const Logarithms& a, const Logarithms& b) { return (a - b).maxCoeff() - (a - b).minCoeff(); }
+
 class Rejection {
  public:
   Rejection(const Patches& patches, const RejectOptions& options, const Observations& observations)
@@ -45,6 +48,7 @@ class Rejection {
         x_(observations.all.size()),
         distance_(observations.all.size(), 0.0F),
         excess_(observations.all.size(), 0.0F),
+        carried_(observations.all.size(), Logarithms::Zero()),
         marked_(observations.all.size(), 0) {
     for (int p = 0; p < patches.count(); ++p)
       for (std::int64_t k = begin(p); k < end(p); ++k) patch_of_[std::size_t(k)] = p;
@@ -59,6 +63,8 @@ class Rejection {
     for (int p = 0; p < patches_.count(); ++p) spare_most(p, none);
     grow();
     part_pairs();
+    grow();
+    mark_mixtures();
     const std::vector<char> inside = marked_;
     add_borders(inside);
     for (int p = 0; p < patches_.count(); ++p) spare_most(p, inside);
@@ -151,21 +157,96 @@ class Rejection {
       const Others here = others_of(k);
       for_beside(k, touching, [&](std::size_t next) {
         if (marked_[next] || !goes_on(k, here, next)) return;
+        carried_[next] = reference(k, here);
+        marked_[next] = 1;
+        open.push_back(next);
+      });
+      for_beyond(k, [&](std::size_t next) {
+        if (marked_[next] || others_of(next).count > 0 || !goes_on(k, here, next)) return;
+        carried_[next] = reference(k, here);
         marked_[next] = 1;
         open.push_back(next);
       });
     }
   }
 
+  /// visit(k) for the observations of the same view beyond patches that it does not show, a few at most.
+  void for_beyond(std::size_t k, const auto& visit) const {
+    constexpr int widest = 6;
+    const int view = observations_.all[k].view;
+    std::vector<int> passed{patch_of_[k]};
+    for (std::size_t begin_of_round = 0, round = 0; round <= widest && begin_of_round < passed.size(); ++round) {
+      const std::size_t end_of_round = passed.size();
+      for (std::size_t at = begin_of_round; at < end_of_round; ++at)
+        for (const Neighbours::Side& side : beside_.of(passed[at])) {
+          if (std::ranges::find(passed, side.patch) != passed.end()) continue;
+          if (const auto other = observations_.number_of(side.patch, view); other < 0)
+            passed.push_back(side.patch);
+          else if (round > 0)
+            visit(std::size_t(other));
+        }
+      begin_of_round = end_of_round;
+    }
+  }
+
+  /// What the surface has at k, or had where another view showed it last.
+  const Logarithms& reference(std::size_t k, const Others& here) const {
+    return here.count > 0 ? here.mean : carried_[k];
+  }
+
+  float limit_of(std::size_t k) const { return limits_[std::size_t(observations_.all[k].view)]; }
+
   /// Whether the next patch shows what disagrees at k still.
   bool goes_on(std::size_t k, const Others& here, std::size_t next) const {
     const Others there = others_of(next);
-    const float limit = limits_[std::size_t(observations_.all[next].view)];
-    if (there.count == 0 || !(there.nearest > std::max(limit, there.spread))) return false;
+    const float limit = limit_of(next), change = apart(x_[k], x_[next]);
+    if (there.count == 0) {
+      const Logarithms& surface = reference(k, here);
+      return hue_apart(x_[next], surface) > limit && change < float(options_.least) &&
+             2 * change < apart(x_[next], surface);
+    }
+    if (!(there.nearest > std::max(limit, there.spread))) return is_against_witnesses(k, next);
     if (there.count == 1 && doubtful_other(next)) return false;
-    const float change = apart(x_[k], x_[next]);
     const float change_of_difference = here.count > 0 ? apart(x_[k] - here.mean, x_[next] - there.mean) : change;
     return 2 * std::min(change, change_of_difference) < there.nearest;
+  }
+
+  /// Whether more of the others disagree with the next patch that go on from the one at k themselves, than agree.
+  bool is_against_witnesses(std::size_t k, std::size_t next) const {
+    const int patch = patch_of_[next];
+    const float limit = limit_of(next), change = apart(x_[k], x_[next]);
+    int against = 0, in_favour = 0;
+    for (auto i = std::size_t(begin(patch)); i < std::size_t(end(patch)); ++i) {
+      if (i == next || marked_[i]) continue;
+      const float distance = apart(x_[i], x_[next]);
+      const std::int64_t before = observations_.number_of(patch_of_[k], observations_.all[i].view);
+      if (distance < limit)
+        ++in_favour;
+      else if (before >= 0 && !marked_[std::size_t(before)] && 2 * change < distance &&
+               2 * apart(x_[i], x_[std::size_t(before)]) < distance)
+        ++against;
+    }
+    return against > in_favour;
+  }
+
+  /// Beside what one view alone shows, and of that alone: what is partly what disagrees, partly what the surface has.
+  void mark_mixtures() {
+    const std::vector<char> inside = marked_;
+    for (std::size_t k = 0; k < inside.size(); ++k) {
+      if (!inside[k]) continue;
+      const Others here = others_of(k);
+      if (here.count > 0) continue;
+      const Logarithms surface = reference(k, here);
+      const auto mark = [&](std::size_t next) {
+        if (marked_[next] || others_of(next).count > 0) return;
+        const float least = limit_of(next) / 2;
+        const Logarithms low = surface.min(x_[k]) - least, high = surface.max(x_[k]) + least;
+        const bool between = (x_[next] > low).all() && (x_[next] < high).all();
+        if (between && hue_apart(x_[next], surface) > least) marked_[next] = 1;
+      };
+      for_beside(k, 0, mark);
+      for_beyond(k, mark);
+    }
   }
 
   /// Whether the only other view of a patch is marked on more of the patches around than this one.
@@ -193,7 +274,7 @@ class Rejection {
   float distance(const Pair& pair) const { return apart(x_[std::size_t(pair.a)], x_[std::size_t(pair.b)]); }
   int view(std::int64_t k) const { return observations_.all[std::size_t(k)].view; }
   float limit_of(const Pair& pair) const {
-    return std::max(limits_[std::size_t(view(pair.a))], limits_[std::size_t(view(pair.b))]);
+    return std::max(limit_of(std::size_t(pair.a)), limit_of(std::size_t(pair.b)));
   }
 
   /// Parts in which two views, the only ones, disagree.
@@ -312,10 +393,13 @@ class Rejection {
   std::vector<Logarithms> x_;
   std::vector<float> distance_, excess_;  ///< from the median, and over its limit
   std::vector<float> limits_;             ///< of each view
+  std::vector<Logarithms> carried_;       ///< of what no other view shows: what the surface had beside it
   std::vector<char> marked_;
 };
 
 }  // namespace
+
+float hue_difference(const LightColour& a, const LightColour& b) { return hue_apart(logarithms(a), logarithms(b)); }
 
 void reject(const Patches& patches, const RejectOptions& options, Observations& observations) {
   require(patches.count() == observations.patches(), "observations of these patches are needed");

@@ -276,7 +276,10 @@ std::vector<int> choose_views(const Patches& patches, const Observations& observ
   }
   for (const Patches::Link& link : patches.links)
     graph.edges.push_back({link.a, link.b, float(options.smoothness) * link.weight});
-  return smooth_labels(graph, 30, progress);
+  std::vector<int> chosen = smooth_labels(graph, 30, progress);
+  for (int p = 0; p < patches.count(); ++p)
+    if (std::ranges::all_of(observations.of(p), &Observation::rejected)) chosen[std::size_t(p)] = -1;
+  return chosen;
 }
 
 std::vector<std::optional<LightColour>> agreed_colours(const Observations& observations) {

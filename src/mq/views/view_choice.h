@@ -102,7 +102,7 @@ struct RejectOptions {
   double times = 4;     ///< ... nor what is within so many deviations of theirs, a median of distances
 };
 
-/// Marks the observations that show something else than the other views of a patch, and no view of others:
+/// Marks the observations that show something else than the other views of a patch:
 ///
 /// - those whose colour is far from the median of at least three views, half of them at most;
 /// - what goes on from these in the same view, as far as it differs from all others there by more than most of them from
@@ -112,10 +112,19 @@ struct RejectOptions {
 /// - where two views alone are left and disagree over three patches or more, somewhere by as much, the one whose
 ///   colours change twice as much as the other's at the border of that part, or the brighter one, where that adds to
 ///   all channels alike, as a highlight does, and does not multiply them, as a shadow would;
+/// - what goes on from these where more of the others go on too, from beside, and disagree with it, than agree: two
+///   passers-by of one colour;
+/// - where there is no other view, what goes on within `least` and has another hue than others showed where they did
+///   last (`hue_difference`: no light and shadow has), also beyond patches that the view does not show, six at most;
+///   and patches beside that are between both. Nothing is left of these;
 /// - of the same view patches beside these: all of them, those that touch at a corner too, beside one that has two more
 ///   beside it, as a passer-by has, whose border a patch may show without being much changed; else those half as far.
-///   They leave half of the views of a patch.
+///   These and the first leave half of the views of a patch.
 void reject(const Patches& patches, const RejectOptions& options, Observations& observations);
+
+/// How far two colours are from being one in light and shadow: with x their logarithms, max (x_a − x_b) − min
+/// (x_a − x_b) over the channels.
+float hue_difference(const LightColour& a, const LightColour& b);
 
 /// Sharpens no picture, but knows better how sharp views are: `detail` of each becomes what it is over its surroundings,
 /// a plain patch telling nothing of focus, all views' noise being alike there. With d_v the detail of view v and m that
@@ -142,7 +151,8 @@ std::vector<float> relative_qualities(std::span<const Observation> views);
 /// borders on it do not tear print as one that is off does.
 std::vector<float> print_deviations(std::span<const Observation> views);
 
-/// Per patch the number of its observation, counted from 0 within the patch; −1 where it has none.
+/// Per patch the number of its observation, counted from 0 within the patch; −1 where it has none that is not
+/// rejected.
 /// Minimises Σ_p (1 − relative quality) + smoothness · Σ links where views differ · (1 + b_p + b_q) with
 /// `smooth_labels`, b = print d² on each side, at most 40, of the print deviation d of the view there: so that borders
 /// keep to places where photographs show the same ([kwatra2003graphcut]), plain ones where these are off. The square of

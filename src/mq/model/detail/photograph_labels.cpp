@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 namespace mq {
 namespace {
 
-/// The views of a patch in the order in which its texels ask them: the chosen one, then the best.
+/// The views of a patch in the order in which its texels ask them: the chosen one, then the best, at last those that
+/// are rejected.
 std::vector<int> order_of_views(std::span<const Observation> views, int chosen) {
   const std::vector<float> qualities = relative_qualities(views);
   std::vector<int> order(views.size());
@@ -20,17 +22,43 @@ std::vector<int> order_of_views(std::span<const Observation> views, int chosen) 
   return order;
 }
 
+/// Patches of which all that is shown is rejected, and those beside them.
+std::vector<char> around_rejected(const Patches& patches, const Observations& observations) {
+  std::vector<char> rejected(std::size_t(patches.count()), 0);
+  for (int p = 0; p < patches.count(); ++p) {
+    const auto views = observations.of(p);
+    rejected[std::size_t(p)] = !views.empty() && std::ranges::all_of(views, &Observation::rejected);
+  }
+  std::vector<char> around = rejected;
+  for (const Patches::Link& link : patches.links) {
+    if (rejected[std::size_t(link.a)]) around[std::size_t(link.b)] = 1;
+    if (rejected[std::size_t(link.b)]) around[std::size_t(link.a)] = 1;
+  }
+  return around;
+}
+
 }  // namespace
 
 std::vector<std::vector<int>> views_to_ask(const Patches& patches, const Observations& observations,
                                            std::span<const int> chosen) {
   std::vector<std::vector<int>> orders(std::size_t(patches.count()));
-  for (int p = 0; p < patches.count(); ++p) orders[std::size_t(p)] = order_of_views(observations.of(p), chosen[p]);
+  constexpr float other_hue = 0.15F;
+  const std::vector<char> around = around_rejected(patches, observations);
+  const std::vector<std::optional<LightColour>> agreed = agreed_colours(observations);
+  for (int p = 0; p < patches.count(); ++p) {
+    orders[std::size_t(p)] = order_of_views(observations.of(p), chosen[p]);
+    const std::optional<LightColour>& colour = agreed[std::size_t(p)];
+    std::erase_if(orders[std::size_t(p)], [&](int view) {
+      const Observation& o = observations.all[std::size_t(observations.number_of(p, view))];
+      return o.rejected && (around[std::size_t(p)] || (colour && hue_difference(o.colour, *colour) > other_hue));
+    });
+  }
   std::vector<std::vector<int>> result = orders;
   const auto lend = [&](int from, int to) {
     if (!orders[std::size_t(to)].empty()) return;
     for (const int view : orders[std::size_t(from)])
-      if (std::ranges::find(result[std::size_t(to)], view) == result[std::size_t(to)].end())
+      if (observations.number_of(to, view) < 0 &&
+          std::ranges::find(result[std::size_t(to)], view) == result[std::size_t(to)].end())
         result[std::size_t(to)].push_back(view);
   };
   for (const Patches::Link& link : patches.links) lend(link.a, link.b), lend(link.b, link.a);

@@ -11,7 +11,8 @@
 namespace mq {
 
 /// Per patch the photographs that its texels ask, one after another: what was chosen for it, then the best; where
-/// none shows it, what patches beside it are asked of.
+/// none shows it, what patches beside it are asked of. Those that are rejected come last; those of another hue than is
+/// agreed on are not asked, nor are any where all are rejected, or beside such a patch.
 std::vector<std::vector<int>> views_to_ask(const Patches& patches, const Observations& observations,
                                            std::span<const int> chosen);
 

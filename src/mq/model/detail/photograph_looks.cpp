@@ -94,6 +94,14 @@ ObservationsOfOthers::ObservationsOfOthers(const Observations& all, std::span<co
   }
 }
 
+void take_strangers_alone(std::span<const char> strange, Observations& observations) {
+  for (int p = 0; p < observations.patches(); ++p) {
+    const std::span<Observation> views = observations.of(p);
+    if (std::ranges::all_of(views, [&](const Observation& o) { return strange[std::size_t(o.view)] != 0; }))
+      for (Observation& o : views) o.rejected = false;
+  }
+}
+
 void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result) {
   result.patches = patches.count();
   for (const Observation& o : observations.all) {

@@ -41,6 +41,9 @@ struct ObservationsOfOthers {
   ObservationsOfOthers(const Observations& all, std::span<const char> left_out);
 };
 
+/// What these alone show is not rejected.
+void take_strangers_alone(std::span<const char> strange, Observations& observations);
+
 /// Fills in `patches`, `seen_by`, `shown_by`, `rejected_by` and of each view `patches` and `rejected`.
 void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result);
 
