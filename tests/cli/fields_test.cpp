@@ -137,7 +137,7 @@ TEST(Fields, AreRefusedWhereTheyCannotBe) {
   write_bytes(folder / "texture.json", R"({"strokes": [{"uv": [[0, 0], [1, 1]], "texture": 7}]})");
   refused({"--field", "texture.json", "-o", "f.ply"}, "found 7, wanted one of 1");
   write_bytes(folder / "point.json", R"({"strokes": [{"points": [[1, 0, 0], [1, 0, 0]]}]})");
-  refused({"--field", "point.json", "-o", "f.ply"}, "it has no direction");
+  refused({"--field", "point.json", "-o", "f.ply"}, "2 points that are one");
   write_image(folder / "black.png", Image<float>(8, 8, 3, 0.0F));
   refused({"--field", "black.png", "-o", "f.ply"}, "0 everywhere");
   refused({"-o", "f.ply"}, "--field");

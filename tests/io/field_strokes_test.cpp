@@ -70,6 +70,7 @@ TEST_F(FieldStrokes, AreRefusedWithThePlace) {
   expect_refused(R"({"strokes": [{"points": [[0, 0, 0]]}]})", "found 1 point, wanted two");
   expect_refused(R"({"strokes": [{"points": [[0, 0], [1, 1]]}]})", "a row of 3 numbers");
   expect_refused(R"({"strokes": [{"points": [[0, 0, 0], [1, 1, "x"]]}]})", "a number");
+  expect_refused(R"({"strokes": [{"uv": [[0.5, 0], [0.5, 0], [0.5, 0]]}]})", "found 3 points that are one");
   expect_refused(R"({"strokes": [{"points": 3}]})", "a list of rows of 3 numbers");
   expect_refused(R"({"strokes": [{"uv": [[0, 0], [1, 1e300]]}]})", "wanted");
   expect_refused(R"({"strokes": [{"uv": [[0, 0], [1, 1]], "strength": 0}]})", "wanted a number above 0");

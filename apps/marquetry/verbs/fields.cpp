@@ -148,15 +148,20 @@ Exit fields(Run& run) {
       const Step step(run, "take apart", 0.3);
       parts = hodge_parts(scene.surface, field.field, step);
       report(run, scene.surface, field.field, parts);
-      if (part != "whole") field = {part_of(parts, part), {}, {}};
+      if (part != "whole") {
+        constexpr double rounding = 1e-12;  // of squares
+        if (!(energy(scene.surface, part_of(parts, part)) > rounding * energy(scene.surface, field.field)))
+          run.terminal().remark(fmt::format("the {} part of the field is 0: what is written of it is rounding", part));
+        field = {part_of(parts, part), {}, {}};
+      }
     }
     if (outputs.maps) map = field_map(scene, *signal, field);
   });
   if (outputs.maps || !outputs.folder.empty() || part != "whole") say_of_signs(run, request);
-  if (map.beyond > 0)
+  const double beyond = map.values.rows() > 0 ? 100 * double(map.beyond) / double(map.values.rows()) : 0;
+  if (beyond >= 0.05)
     run.terminal().remark(fmt::format("{:.1f} % of the texels have vectors longer than 1, which blue cannot say: --strength "
-                                      "scaled brings them to scale",
-                                      100 * double(map.beyond) / double(map.values.rows())));
+                                      "scaled brings them to scale", beyond));
   const Step step(run, "write", 0.1);
   if (outputs.maps) {
     signal->replace(map.values, Depth::u16, scene.model);

@@ -61,6 +61,8 @@ Signal lines_by_paths(Run& run, const TexturedModel& scene, const ModelSignal& d
 bool follows_paths(const OptionValues& options, const FieldRequest& request, bool vertices) {
   if (options.text("by") != "paths") return false;
   require(!vertices, "--by paths: follows a field from texel to texel, and there are none: leave it out at vertices");
+  for (const char* name : {"kappa", "sharpen"})
+    require(!asks_for(options, name), fmt::format("--{}: paths have no use for it; leave it out, or --by paths", name));
   require(request.kind != FieldRequest::Kind::max_curvature && request.kind != FieldRequest::Kind::min_curvature,
           "--by paths: directions of curvature have no sign, so there are no paths to follow; leave it out, or name "
           "another --field");

@@ -16,7 +16,10 @@ PathConvolution::PathConvolution(const TexelVectorSpace& vectors, const TraceAtl
     : domain_(domain),
       spacing_(vectors.space().scale().texel_spacing),
       forward_(AtlasFlow::along(domain, vectors.velocities(z))),
-      backward_(AtlasFlow::along(domain, vectors.velocities(-z))) {}
+      backward_(AtlasFlow::along(domain, vectors.velocities(-z))),
+      moves_(std::size_t(vectors.size())) {
+  for (int i = 0; i < vectors.size(); ++i) moves_[std::size_t(i)] = z.segment<2>(2 * std::int64_t(i)).squaredNorm() > 0;
+}
 
 ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const Progress& progress) const {
   require(length > 0 && std::isfinite(length), fmt::format("paths of length {} cannot be followed", length));
@@ -24,41 +27,46 @@ ConvolvedPaths PathConvolution::draw(const Signal& signal, double length, const 
   const int steps = int(std::clamp(std::ceil(length / spacing_), 1.0, 10000.0));
   const double step = length / steps;
   const std::vector<ChartPlace> starts = domain_.starts().places;
-  const auto looked_up = [&](const std::vector<ChartPlace>& places, double weight, Signal& sum) {
+  const Eigen::RowVectorXd mean = signal.colwise().mean();
+  ConvolvedPaths result{Signal::Zero(signal.rows(), signal.cols()), {}};
+  Vector kept = Vector::Zero(signal.rows());
+  const auto add = [&](const std::vector<int>& paths, const std::vector<ChartPlace>& places, double weight) {
     parallel_blocks(std::ssize(places), 4096, [&](std::int64_t begin, std::int64_t end) {
       Signal row(1, signal.cols());
-      for (std::int64_t i = begin; i < end; ++i) {
-        domain_.value(signal, places[std::size_t(i)], row);
-        sum.row(i) += weight * row;
+      for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
+        domain_.value(signal, places[n], row);
+        result.signal.row(paths[n]) += weight * (row - mean);
+        kept[paths[n]] += weight;
       }
     });
   };
-  ConvolvedPaths result{Signal::Zero(signal.rows(), signal.cols()), {}};
+  std::vector<int> all(starts.size());
+  std::iota(all.begin(), all.end(), 0);
   double weights = 2;  // 1 + cos 0
-  looked_up(starts, weights, result.signal);
+  add(all, starts, weights);
   for (const AtlasFlow* flow : {&forward_, &backward_}) {
-    std::vector<ChartPlace> places = starts, going = starts;
-    std::vector<int> path(starts.size());  // which one goes there
-    std::iota(path.begin(), path.end(), 0);
+    std::vector<ChartPlace> places = starts;
+    std::vector<int> paths = all;  // which one is there
     for (int k = 1; k <= steps; ++k) {
-      const TracedTexels traced = flow->trace(going, step);
+      const TracedTexels traced = flow->trace(places, step);
       result.counts = result.counts + traced.counts;
       std::size_t left = 0;
-      for (std::size_t n = 0; n < path.size(); ++n) {
-        places[std::size_t(path[n])] = traced.ends[n];
-        if (traced.circled[n]) continue;
-        path[left] = path[n];
-        going[left++] = traced.ends[n];
+      for (std::size_t n = 0; n < paths.size(); ++n) {
+        const bool rests = traced.ends[n] == places[n] && moves_[std::size_t(paths[n])];
+        if (traced.circled[n] || rests) continue;
+        paths[left] = paths[n];
+        places[left++] = traced.ends[n];
       }
-      path.resize(left);
-      going.resize(left);
+      paths.resize(left);
+      places.resize(left);
       const double weight = 1 + std::cos(std::numbers::pi * k / (steps + 1));
-      looked_up(places, weight, result.signal);
+      add(paths, places, weight);
       weights += weight;
       progress.at(((flow == &forward_ ? 0 : steps) + k) / (2.0 * steps));
     }
   }
-  result.signal /= weights;
+  for (Eigen::Index i = 0; i < kept.size(); ++i)
+    result.signal.row(i) = mean + result.signal.row(i) / std::max(kept[i], weights / 2);
   return result;
 }
 

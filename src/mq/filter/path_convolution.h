@@ -3,6 +3,7 @@
 /// [cabral1993imaging] have it, over chart seams.
 
 #include <span>
+#include <vector>
 
 #include "mq/base/progress.h"
 #include "mq/fem/texel_vector_space.h"
@@ -23,6 +24,10 @@ struct ConvolvedPaths {
 /// with steps h of about a texel. X has no unit: of length 1 paths are as long as said, both ways, of less they are
 /// shorter, until nothing is smeared where X vanishes. Fields are seen cell by cell of the texture, so that details are as
 /// fine as texels whatever the triangles, and nothing is diffused across the field but by bilinear lookups.
+///
+/// Where a path ends, at a line that the field runs against from both sides or between charts of hardly a texel, it is
+/// divided by what it has of Σ w_k; with less than half of it, it fades to the mean of the signal, so that no texel stands
+/// out as noise.
 class PathConvolution {
  public:
   /// All must outlive the object. z: two components per texel of the space.
@@ -35,6 +40,7 @@ class PathConvolution {
   const TraceAtlas& domain_;
   double spacing_;
   AtlasFlow forward_, backward_;
+  std::vector<char> moves_;  ///< per texel 1 where X is not 0
 };
 
 }  // namespace mq

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mq/base/error.h"
@@ -37,6 +38,11 @@ FieldStroke stroke_of(const JsonObject& json) {
   if (count < 2)
     throw IoError(fmt::format("{}: found {} point{}, wanted two at least: a stroke goes from one to the next",
                               stroke.place, count, count == 1 ? "" : "s"));
+  const auto is_one = [](const auto& places) {
+    return std::ranges::all_of(places, [&](const auto& place) { return place == places.front(); });
+  };
+  if (flat ? is_one(stroke.uvs) : is_one(stroke.points))
+    throw IoError(fmt::format("{}: found {} points that are one, wanted a stroke with a length", stroke.place, count));
   if (json.has("texture")) stroke.texture = json.whole("texture", 0, 1 << 20);
   stroke.strength = json.number("strength", 1);
   if (!(stroke.strength > 0))

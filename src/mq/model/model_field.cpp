@@ -61,14 +61,29 @@ TangentField from_file(const TexturedModel& model, const std::filesystem::path& 
 
 ModelField along_strokes(const TexturedModel& model, const ModelSignal& signal, const std::filesystem::path& file,
                          const Progress& progress) {
+  const std::vector<FieldStroke> strokes = read_field_strokes(file);
   const std::vector<WishedVector> wishes =
-      stroke_wishes(model, signal.texel_atlas(), read_field_strokes(file), signal.scale().texel_spacing / 2);
-  if (!signal.texel_space()) return {smoothest_field(model.surface, wishes, {}, progress), {}, {}};
+      stroke_wishes(model, signal.texel_atlas(), strokes, signal.scale().texel_spacing / 2);
+  const auto require_some = [&](const TangentField& field) {
+    constexpr double rounding = 1e-6;
+    double longest = 0, strongest = 0;
+    for (const Vector3& vector : field) longest = std::max(longest, vector.norm());
+    for (const FieldStroke& stroke : strokes) strongest = std::max(strongest, stroke.strength);
+    require(longest > rounding * strongest,
+            file.string() + ": its strokes cancel each other, so that the smoothest field along them is 0 everywhere: "
+                            "leave out those that run against others in the same place");
+  };
+  if (!signal.texel_space()) {
+    TangentField field = smoothest_field(model.surface, wishes, {}, progress);
+    require_some(field);
+    return {std::move(field), {}, {}};
+  }
   const TexelVectorSpace vectors(model.surface, *signal.texel_atlas(), *signal.texel_space());
   SmoothestTexels found = smoothest_field(vectors, wishes, {}, progress);
   require(found.report.converged, "the smoothest field along the strokes was not found: multigrid stopped at a "
                                   "residual above its tolerance; at vertices a factorisation finds one");
   TangentField field = vectors.on_triangles(found.field);
+  require_some(field);
   return {std::move(field), std::move(found.field), {}};
 }
 
