@@ -14,7 +14,7 @@ TEST(SpectrumOfFields, FindsTwoZerosPerHandleInTheWhitneyBasisAlone) {
   const Folder folder;
   ASSERT_EQ(marquetry(folder, {"sample", "torus", "--size", "64", "-o", "t/"}).status, 0);
   const auto before = folder.names();
-  for (const std::string basis : {"triangle", "gradient", "whitney", "vertex"}) {
+  for (const std::string basis : {"triangle", "gradient", "whitney", "vertex", "texel"}) {
     const Result result =
         marquetry(folder, {"spectrum", "t/torus.obj", "--basis", basis, "-k", "6", "--json"});
     ASSERT_EQ(result.status, 0) << result.error;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "atlas/atlas_fixtures.h"
+#include "mq/base/error.h"
 #include "mq/base/random.h"
 #include "mq/baseline/cut_texture_shock.h"
 #include "mq/trace/trace_atlas.h"
@@ -277,6 +278,12 @@ TEST(TextureShock, PreparedOnceGivesTheBitsOfEachTime) {
     EXPECT_EQ(one.time, other.time);
     EXPECT_EQ(one.counts.triangles, other.counts.triangles);
   }
+}
+
+TEST(TextureShock, RefusesValuesWhoseSlopesSquaredAreNoNumbers) {
+  const Sheet sheet({.cells = 12, .parts = 2, .scale = 0.7}, 60);
+  EXPECT_THROW(texture_shock(sheet.model->surface, sheet.model->atlas, sheet.space, 1e30 * sheet.signal, {.weights = {}}),
+               InvalidInput);
 }
 
 }  // namespace

@@ -74,6 +74,7 @@ TEST_F(FieldStrokes, AreRefusedWithThePlace) {
   expect_refused(R"({"strokes": [{"points": 3}]})", "a list of rows of 3 numbers");
   expect_refused(R"({"strokes": [{"uv": [[0, 0], [1, 1e300]]}]})", "wanted");
   expect_refused(R"({"strokes": [{"uv": [[0, 0], [1, 1]], "strength": 0}]})", "wanted a number above 0");
+  expect_refused(R"({"strokes": [{"uv": [[0, 0], [1, 1]], "strength": 1e300}]})", "1000000 at most");
   expect_refused(R"({"strokes": [{"uv": [[0, 0], [1, 1]], "texture": -1}]})", "texture");
 }
 

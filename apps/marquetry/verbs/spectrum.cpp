@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "mq/base/error.h"
-#include "mq/fem/field_spectrum.h"
+#include "mq/fem/texel_field_spectrum.h"
 #include "mq/io/file_names.h"
 #include "mq/io/vector_field.h"
 #include "mq/model/field_files.h"
@@ -110,21 +110,41 @@ void write_fields(Run& run, const TexturedModel& scene, const FieldSpectrum& spe
   say_written(run, paths_of(files));
 }
 
+FieldSpectrum spectrum_in_texels(Run& run, const TexturedModel& scene, int count) {
+  std::unique_ptr<ModelSignal> domain;
+  {
+    const Step step(run, "assemble", 0.2);
+    domain = make_field_signal(run, scene, step);
+  }
+  const Step step(run, "eigenvalues", 0.4);
+  const TexelVectorSpace vectors(scene.surface, *domain->texel_atlas(), *domain->texel_space());
+  return texel_field_spectrum(vectors, count, step);
+}
+
 Exit spectrum(Run& run) {
   const OptionValues& options = run.options();
   require(options.has("output") || !options.flag("lines"),
           "--lines draws fields into files: name a folder for them with --output");
   const FieldSpectrumOptions wanted = asked_spectrum(options);
-  const TexturedModel scene = read_usable_model(
-      run, options.flag("lines") ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
+  const bool textures = options.flag("lines") || options.text("basis") == "texel";
+  const TexturedModel scene =
+      read_usable_model(run, textures ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
   require(!scene.is_picture, scene.model.path.string() +
                                  ": is a picture; vector fields that change least are of surfaces");
+  const bool in_texels = options.text("basis") == "texel";
+  require(!in_texels || !works_at_vertices(options, scene),
+          scene.model.path.string() + ": --basis texel is for textures, and it has no texture coordinates; --basis vertex has "
+                                      "the same eigenvalues, or give it some with unwrap");
   const std::vector<FieldFile> files = asked_files(options, scene);
   if (!files.empty()) run.will_write(paths_of(files), options.text("output"));
   if (run.dry_run()) return Exit::done;
 
   FieldSpectrum found;
   about(scene.model, [&] {
+    if (in_texels) {
+      found = spectrum_in_texels(run, scene, wanted.count);
+      return;
+    }
     const Step step(run, "eigenvalues", 0.4);
     found = field_spectrum(scene.surface, wanted, step);
   });
@@ -148,14 +168,15 @@ Verb spectrum_verb() {
        .letter = 'b',
        .type = Type::choice,
        .default_value = "whitney",
-       .choices = {"triangle", "gradient", "whitney", "vertex"},
+       .choices = {"triangle", "gradient", "whitney", "vertex", "texel"},
        .metavar = "BASIS",
        .group = "Spectrum",
-       .help = "triangle, gradient, whitney or vertex",
+       .help = "triangle, gradient, whitney, vertex or texel",
        .details =
            "triangle: a vector per triangle; whitney: a number per edge; gradient: gradients and "
-           "turned gradients of functions; vertex: a complex number per vertex. triangle and "
-           "vertex measure the whole derivative, whitney and gradient divergence and curl."});
+           "turned gradients of functions; vertex: a complex number per vertex; texel: one per texel of the "
+           "textures, over all seams. triangle, vertex and texel measure the whole derivative, "
+           "whitney and gradient divergence and curl."});
   table.add({.name = "count",
              .letter = 'k',
              .type = Type::integer,

@@ -3,6 +3,7 @@
 
 #include "mq/filter/shock.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -86,6 +87,9 @@ Vector shock_potential(const TexelSpace& space, const Signal& phi, const ShockWe
   std::vector<float> energy =
       space.gradient_norms(smoothed(phi, weights.signal, progress.step("smooth signal", 0.6)));
   for (float& e : energy) e *= 0.5F * e;
+  require(std::ranges::all_of(energy, [](float e) { return std::isfinite(e); }),
+          fmt::format("values {} apart are too large for a shock filter, which squares their slopes: scale them down",
+                      phi.maxCoeff() - phi.minCoeff()));
   return smoothed(space.means_around(energy), weights.potential, progress.step("smooth potential", 0.4));
 }
 

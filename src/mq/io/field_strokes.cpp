@@ -45,8 +45,10 @@ FieldStroke stroke_of(const JsonObject& json) {
     throw IoError(fmt::format("{}: found {} points that are one, wanted a stroke with a length", stroke.place, count));
   if (json.has("texture")) stroke.texture = json.whole("texture", 0, 1 << 20);
   stroke.strength = json.number("strength", 1);
-  if (!(stroke.strength > 0))
-    throw IoError(fmt::format("{}: strength: found {}, wanted a number above 0", stroke.place, stroke.strength));
+  constexpr double most_strength = 1e6;
+  if (!(stroke.strength > 0 && stroke.strength <= most_strength))
+    throw IoError(fmt::format("{}: strength: found {}, wanted a number above 0, {} at most", stroke.place, stroke.strength,
+                              most_strength));
   return stroke;
 }
 
