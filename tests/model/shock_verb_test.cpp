@@ -23,7 +23,7 @@ TEST(VerbShock, SharpensPicturesByPaths) {
     run(folder, {"shock", "a.png", "-o", "out.png", "--smooth", "1tx", "--space",
                  space == ColourSpace::stored ? "stored" : "linear"});
     ShockRequest request;
-    request.smooth = request.smooth_potential = {1, Length::Unit::texels};
+    request.smooth = {1, Length::Unit::texels};
     Texture texture = read_texture(folder / "a.png");
     const ValueSpace values{.space = space};
     const Image<float> before = decoded(texture, values);
