@@ -18,9 +18,10 @@
 #include <Eigen/Geometry>
 
 #include "fem/cut_squares.h"
+#include "flow/moved_signals.h"
 #include "mq/flow/cut_texture_flow.h"
 #include "mq/flow/texture_flow.h"
-#include "mq/sample/noise.h"
+#include "mq/mesh/geometry.h"
 #include "mq/sample/sample.h"
 #include "mq/trace/atlas_flow.h"
 
@@ -31,12 +32,9 @@ double processor_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 /// Noise as fine on everything, by its area.
 Signal colours(const Signal& places, double area) {
-  const Noise noise(7);
   const double scale = 53 / std::sqrt(area);
   Signal values(places.rows(), 3);
-  for (Eigen::Index i = 0; i < places.rows(); ++i)
-    for (int c = 0; c < 3; ++c)
-      values(i, c) = noise(Vector3(scale * places.row(i).transpose() + Vector3(31.4, 7.3, 3.7) * c));
+  for (Eigen::Index i = 0; i < places.rows(); ++i) values.row(i) = fixtures::colour_at(scale * places.row(i).transpose());
   return values;
 }
 
@@ -51,8 +49,8 @@ struct Moving {
     TangentField turn(std::size_t(model->surface.triangle_count()));
     for (int t = 0; t < model->surface.triangle_count(); ++t) {
       const Mesh& m = model->surface.mesh;
-      const Vector3 a = m.position(t, 0), b = m.position(t, 1), c = m.position(t, 2),
-                    normal = (b - a).cross(c - a).normalized(), X = Vector3::UnitZ().cross((a + b + c) / 3);
+      const Vector3 normal = triangle_normal(m, t),
+                    X = Vector3::UnitZ().cross((m.position(t, 0) + m.position(t, 1) + m.position(t, 2)) / 3);
       turn[std::size_t(t)] = X - normal * normal.dot(X);
     }
     field = vectors.from_triangles(turn);

@@ -25,13 +25,16 @@ struct Pair {
 
 using Motion = std::function<Vector3(const Vector3&)>;
 
+/// Three channels of smooth noise at a place.
+inline Eigen::RowVector3d colour_at(const Vector3& p) {
+  static const Noise noise(7);
+  const Vector3 apart(31.4, 7.3, 3.7);
+  return {noise(p), noise(p + apart), noise(p + 2 * apart)};
+}
+
 inline Signal colours(const Surface& surface, double scale, const Motion& back) {
-  const Noise noise(7);
   Signal values(surface.mesh.vertex_count(), 3);
-  for (int v = 0; v < values.rows(); ++v) {
-    const Vector3 p = scale * back(surface.mesh.positions[v]);
-    for (int c = 0; c < 3; ++c) values(v, c) = noise(p + Vector3(31.4, 7.3, 3.7) * c);
-  }
+  for (int v = 0; v < values.rows(); ++v) values.row(v) = colour_at(scale * back(surface.mesh.positions[v]));
   return values;
 }
 

@@ -12,13 +12,11 @@ namespace mq::fixtures {
 struct MovedTexture {
   MovedTexture(const Mesh& mesh, const TextureSize& size, double waves, const Motion& back)
       : model(textured(mesh, {size})), space(model->surface, model->atlas) {
-    const Noise noise(7);
     for (Signal* signal : {&source, &target}) {
       signal->resize(space.size(), 3);
       for (int i = 0; i < space.size(); ++i) {
         const Vector3 place = space.texels().position(i);
-        const Vector3 p = waves * (signal == &source ? place : back(place));
-        for (int c = 0; c < 3; ++c) (*signal)(i, c) = noise(p + Vector3(31.4, 7.3, 3.7) * c);
+        signal->row(i) = colour_at(waves * (signal == &source ? place : back(place)));
       }
     }
   }

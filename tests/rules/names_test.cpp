@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -138,8 +136,7 @@ std::map<std::string, std::string> texts_of(const std::string& folder) {
   for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
     const std::string extension = entry.path().extension().string();
     if (extension != ".h" && extension != ".cpp") continue;
-    std::ifstream file(entry.path());
-    texts[fs::relative(entry.path(), root).string()] = {std::istreambuf_iterator<char>(file), {}};
+    texts[fs::relative(entry.path(), root).string()] = mq::rules::text_of(entry.path());
   }
   return texts;
 }

@@ -2,12 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
 #include <regex>
 
 #include "mq/version.h"
-#include "places.h"
+#include "rules/sources.h"
 
 namespace mq::test {
 namespace {
@@ -18,8 +16,7 @@ using testing::Not;
 
 /// What the first group of a regular expression finds in a file of the sources.
 std::vector<std::string> found(const std::string& file, const std::string& pattern) {
-  std::ifstream in(places::source() / file);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = rules::text_of(rules::root / file);
   const std::regex expression(pattern);
   std::vector<std::string> all;
   for (auto it = std::sregex_iterator(text.begin(), text.end(), expression); it != std::sregex_iterator(); ++it)

@@ -17,14 +17,6 @@ std::optional<Length> asked_length(const OptionValues& options, const char* name
   return parse_length(options.text(name));
 }
 
-/// That of P, which is the signal's own where one is given: P of an edge has a kink there, whose sharpness, and with it
-/// the time, would else be that of a few texels whatever their number.
-std::optional<Length> asked_potential_length(const OptionValues& options) {
-  if (const auto own = asked_length(options, "smooth-potential")) return own;
-  const auto of_signal = asked_length(options, "smooth");
-  return of_signal && of_signal->value > 0 ? of_signal : std::nullopt;
-}
-
 }  // namespace
 
 ShockRequest shock_request(const OptionValues& options) {
@@ -32,7 +24,7 @@ ShockRequest shock_request(const OptionValues& options) {
   const std::string solver = options.text("solver");
   return {.time = asked_time(options),
           .smooth = asked_length(options, "smooth"),
-          .smooth_potential = asked_potential_length(options),
+          .smooth_potential = asked_length(options, "smooth-potential"),
           .solver = {.kind = solver == "direct"      ? Kind::direct
                              : solver == "multigrid" ? Kind::multigrid
                                                      : Kind::automatic,

@@ -150,7 +150,7 @@ Exit fields(Run& run) {
       report(run, scene.surface, field.field, parts);
       if (part != "whole") {
         constexpr double rounding = 1e-12;  // of squares
-        if (!(energy(scene.surface, part_of(parts, part)) > rounding * energy(scene.surface, field.field)))
+        if (!(run.result["shares"][part].get<double>() > rounding))
           run.terminal().remark(fmt::format("the {} part of the field is 0: what is written of it is rounding", part));
         field = {part_of(parts, part), {}, {}};
       }

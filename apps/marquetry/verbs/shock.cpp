@@ -261,8 +261,8 @@ void add_path_options(OptionTable& table) {
   table.add({.name = "smooth-potential",
              .type = Type::length,
              .group = "Shock",
-             .help = "how far the strength of edges is spread; more leaves fewer, larger regions [default as "
-                     "--smooth, but for 0]"});
+             .help = "how far the strength of edges is spread; more leaves fewer, larger regions [default 1.5tx; "
+                     "where there are no texels, 0.3%]"});
 }
 
 void add_picture_options(OptionTable& table) {

@@ -18,7 +18,7 @@ constexpr const char* wanted_strokes = "an object with \"strokes\", a list of ob
 FieldStroke stroke_of(const JsonObject& json) {
   FieldStroke stroke;
   stroke.place = json.place();
-  json.has_only({"points", "uv", "texture", "strength"});
+  json.require_only({"points", "uv", "texture", "strength"});
   if (json.has("points") == json.has("uv"))
     throw IoError(fmt::format("{}: found {}, wanted one of \"points\", places in space, and \"uv\", places in a texture",
                               stroke.place, json.has("uv") ? "both" : "neither"));

@@ -156,7 +156,7 @@ std::string JsonObject::place() const {
   return json_place(file_->file, file_->text, steps_) + (path.empty() ? "" : ": " + path);
 }
 
-void JsonObject::has_only(const std::vector<std::string>& names) const {
+void JsonObject::require_only(const std::vector<std::string>& names) const {
   for (const auto& [name, value] : value_->items()) {
     if (std::ranges::find(names, name) != names.end()) continue;
     const std::string near = did_you_mean(name, names);

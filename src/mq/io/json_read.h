@@ -73,7 +73,7 @@ class JsonObject {
   std::vector<JsonObject> objects(const std::string& name) const;
 
   /// Refuses a member of another name: what is misspelt would be as if it were not there.
-  void has_only(const std::vector<std::string>& names) const;
+  void require_only(const std::vector<std::string>& names) const;
 
   /// "FILE, line 3, column 12: cameras[0]", where it begins.
   std::string place() const;

@@ -52,6 +52,11 @@ std::int64_t Observations::number_of(int patch, int view) const {
   return at != views.end() && at->view == view ? offsets[patch] + (at - views.begin()) : -1;
 }
 
+bool Observations::all_rejected(int patch) const {
+  const auto views = of(patch);
+  return !views.empty() && std::ranges::all_of(views, &Observation::rejected);
+}
+
 // ---------------------------------------------------------------------------------------- exposures
 
 namespace {
@@ -278,7 +283,7 @@ std::vector<int> choose_views(const Patches& patches, const Observations& observ
     graph.edges.push_back({link.a, link.b, float(options.smoothness) * link.weight});
   std::vector<int> chosen = smooth_labels(graph, 30, progress);
   for (int p = 0; p < patches.count(); ++p)
-    if (std::ranges::all_of(observations.of(p), &Observation::rejected)) chosen[std::size_t(p)] = -1;
+    if (observations.all_rejected(p)) chosen[std::size_t(p)] = -1;
   return chosen;
 }
 

@@ -57,6 +57,8 @@ struct Observations {
 
   /// Where in `all` the view's observation of a patch is; −1 where it has none.
   std::int64_t number_of(int patch, int view) const;
+  /// Whether a patch is shown, and by none that is not rejected.
+  bool all_rejected(int patch) const;
 
   /// Of lists of (patch, observation), one list per view in their order.
   struct OfPatch {
@@ -151,8 +153,7 @@ std::vector<float> relative_qualities(std::span<const Observation> views);
 /// borders on it do not tear print as one that is off does.
 std::vector<float> print_deviations(std::span<const Observation> views);
 
-/// Per patch the number of its observation, counted from 0 within the patch; −1 where it has none that is not
-/// rejected.
+/// Per patch the number of its observation, counted from 0 within the patch; −1 where none is left, see `reject`.
 /// Minimises Σ_p (1 − relative quality) + smoothness · Σ links where views differ · (1 + b_p + b_q) with
 /// `smooth_labels`, b = print d² on each side, at most 40, of the print deviation d of the view there: so that borders
 /// keep to places where photographs show the same ([kwatra2003graphcut]), plain ones where these are off. The square of

@@ -71,10 +71,10 @@ class LevelAligner : public FlowDomain {
 
   double measure() final {
     keep_within_reach();
+    levels_.back().smoothness = smoothness_of(now_);
     const Stopwatch watch;
     const double error = seen_ == 0 ? error_of(0, raw_[0], ends_) : error_from_coarse();
     same_ = false;
-    levels_.back().smoothness = smoothness_of(now_);
     levels_.back().warp_seconds += watch.seconds();
     return error;
   }

@@ -10,7 +10,8 @@
 
 namespace mq {
 
-/// X or a correction Y: two components per triangle, and the coefficients z of the basis.
+/// X or a correction Y: two components per triangle, and the coefficients z of the basis. Of the direct solver only the
+/// former are brought within reach; the latter say how smooth X is.
 struct SurfaceField {
   Vector field, z;
 };

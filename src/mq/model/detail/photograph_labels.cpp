@@ -25,10 +25,7 @@ std::vector<int> order_of_views(std::span<const Observation> views, int chosen) 
 /// Patches of which all that is shown is rejected, and those beside them.
 std::vector<char> around_rejected(const Patches& patches, const Observations& observations) {
   std::vector<char> rejected(std::size_t(patches.count()), 0);
-  for (int p = 0; p < patches.count(); ++p) {
-    const auto views = observations.of(p);
-    rejected[std::size_t(p)] = !views.empty() && std::ranges::all_of(views, &Observation::rejected);
-  }
+  for (int p = 0; p < patches.count(); ++p) rejected[std::size_t(p)] = observations.all_rejected(p);
   std::vector<char> around = rejected;
   for (const Patches::Link& link : patches.links) {
     if (rejected[std::size_t(link.a)]) around[std::size_t(link.b)] = 1;
