@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
+#include "mq/atlas/coverage.h"
+#include "mq/atlas/separate_overlaps.h"
 #include "mq/base/parallel.h"
 #include "mq/flow/detail/transfer_weights.h"
 
@@ -20,17 +24,74 @@ double share_inside(const TexelSpace& space) {
   return double(std::ranges::count(interior, 1)) / double(std::max<std::size_t>(1, interior.size()));
 }
 
-/// Per chart of an atlas the one of another size; −1: there is none.
-std::vector<int> same_charts(const Atlas& from, const Atlas& to) {
-  std::vector<int> result(from.charts.size(), -1);
-  for (std::size_t t = 0; t < from.chart.size(); ++t)
-    if (from.chart[t] >= 0 && to.chart[t] >= 0 && result[std::size_t(from.chart[t])] < 0)
-      result[std::size_t(from.chart[t])] = to.chart[t];
-  return result;
+/// Of models more of whose texels than this show several places of the surface, as those of mirrored halves do, all these
+/// places have one field; of others it is a sliver that folds.
+constexpr double few_overlaps = 1e-3;
+
+bool share_places(const Surface& surface, const Atlas& atlas) {
+  if (std::ranges::count(atlas.textures, Wrap::repeat, &TextureSize::wrap) > 0) return true;
+  const std::vector<Coverage> coverage = texel_coverage(surface, atlas);
+  return double(overlapping_texels(coverage)) > few_overlaps * atlas.texel_area;
 }
 
-std::shared_ptr<const BlockTransfer> transfer_between(const FlowTexture& fine, const FlowTexture& coarse) {
-  const std::vector<int> charts = same_charts(fine.atlas(), coarse.atlas());
+/// The atlas at another size. As charts are no farther apart there than texels, those that would share some are moved, for
+/// what they have in common would tie places of the surface to each other that have nothing to do with each other.
+Atlas at_size(const Surface& surface, const std::vector<TextureSize>& sizes, bool apart) {
+  Atlas atlas = make_atlas(surface, sizes, {.flipped = AtlasOptions::Flipped::keep});
+  if (!apart || refused(atlas.defects)) return atlas;
+  std::optional<SeparatedAtlas> separated = separate_overlaps(surface, atlas);
+  return separated ? std::move(separated->atlas) : std::move(atlas);
+}
+
+/// Where the charts of one atlas are in one of another size.
+class ChartsElsewhere {
+ public:
+  ChartsElsewhere(const Surface& surface, const FlowTexture& from, const FlowTexture& to)
+      : to_(to), homes_(from.atlas().charts.size()) {
+    for (int t = 0; t < surface.triangle_count(); ++t) {
+      const int chart = from.atlas().chart[std::size_t(t)], there = to.atlas().chart[std::size_t(t)];
+      if (chart < 0 || there < 0) continue;
+      std::vector<Home>& homes = homes_[std::size_t(chart)];
+      if (std::ranges::find(homes, there, &Home::chart) != homes.end()) continue;
+      const auto corner = [&](const FlowTexture& texture) {
+        const TexelPoint& p = texture.atlas().corners[std::size_t(t)][0];
+        return Vector2(p.column() + 0.5, p.row() + 0.5);
+      };
+      const int picture = surface.mesh.texture(t);
+      const Vector2 scale = to.own_size(picture).cwiseQuotient(from.own_size(picture));
+      homes.push_back({there, picture, scale, corner(to) - corner(from).cwiseProduct(scale)});
+    }
+  }
+
+  /// The place there; of a chart that is in parts there, in the one that has the most of what is looked up. None: nowhere.
+  std::optional<ChartPlace> operator()(int chart, const Vector2& texel) const {
+    std::optional<ChartPlace> best;
+    double most = -1;
+    for (const Home& home : homes_[std::size_t(chart)]) {
+      const Vector2 there = (texel + Vector2(0.5, 0.5)).cwiseProduct(home.scale) + home.shift - Vector2(0.5, 0.5);
+      const ChartPlace place = to_.domain().place(home.chart, home.texture, there);
+      if (homes_[std::size_t(chart)].size() == 1) return place;
+      double share = 0;
+      to_.domain().for_each_corner(place, [&](int j, double weight) {
+        if (to_.space().texels().chart[std::size_t(j)] == home.chart) share += weight;
+      });
+      if (share > most) most = share, best = place;
+    }
+    return best;
+  }
+
+ private:
+  struct Home {
+    int chart = 0, texture = 0;
+    Vector2 scale, shift;  ///< of places from the corner of the picture
+  };
+  const FlowTexture& to_;
+  std::vector<std::vector<Home>> homes_;  ///< per chart
+};
+
+std::shared_ptr<const BlockTransfer> transfer_between(const Surface& surface, const FlowTexture& fine,
+                                                       const FlowTexture& coarse) {
+  const ChartsElsewhere elsewhere(surface, fine, coarse);
   const int rows = fine.size();
   std::vector<std::vector<BlockTransfer::Entry>> parts(std::size_t((rows + 4095) / 4096));
   std::vector<int> counts(std::size_t(rows), 0);
@@ -38,16 +99,12 @@ std::shared_ptr<const BlockTransfer> transfer_between(const FlowTexture& fine, c
     std::vector<BlockTransfer::Entry>& part = parts[std::size_t(begin / 4096)];
     for (std::int64_t i = begin; i < end; ++i) {
       const ChartPlace& place = fine.starts().places[std::size_t(i)];
-      const int chart = place.chart < 0 ? -1 : charts[std::size_t(place.chart)];
-      if (chart < 0) continue;
-      const int texture = fine.domain().texture(place.cell);
-      const TextureSize &from = fine.atlas().textures[std::size_t(texture)],
-                        &to = coarse.atlas().textures[std::size_t(texture)];
-      const Vector2 scale(double(to.width) / from.width, double(to.height) / from.height);
-      const Vector2 texel = (fine.domain().texel(place) + Vector2(0.5, 0.5)).cwiseProduct(scale) - Vector2(0.5, 0.5);
+      if (place.chart < 0) continue;
+      const std::optional<ChartPlace> there = elsewhere(place.chart, fine.domain().texel(place));
+      if (!there) continue;
       const TangentPlane plane = fine.vectors().plane(int(i));
       const std::size_t before = part.size();
-      coarse.domain().for_each_read(coarse.domain().place(chart, texture, texel), [&](int j, double weight) {
+      coarse.domain().for_each_read(*there, [&](int j, double weight) {
         const std::complex<double> turn = weight * coarse.vectors().plane(j).turn(plane);
         part.push_back({j, float(turn.real()), float(turn.imag())});
       });
@@ -65,7 +122,8 @@ std::shared_ptr<const BlockTransfer> transfer_between(const FlowTexture& fine, c
 }  // namespace
 
 FlowTexture::FlowTexture(const Surface& surface, const Atlas& atlas, const TexelSpace& space, const Progress& progress)
-    : atlas_(&atlas),
+    : sizes_(atlas.textures),
+      atlas_(&atlas),
       space_(&space),
       vectors_(surface, atlas, space),
       domain_(surface, atlas, space, progress),
@@ -90,19 +148,21 @@ Signal FlowTexture::shown(const Signal& signal) const {
 FlowTextures::FlowTextures(const Surface& surface, const Atlas& atlas, const TexelSpace& space, int coarsest,
                            const Progress& progress) {
   textures_.push_back(std::make_unique<FlowTexture>(surface, atlas, space, progress.step("order cells", 0.5)));
+  const bool apart = !share_places(surface, atlas);
+  std::vector<TextureSize> sizes = atlas.textures;
   while (textures_.back()->size() > coarsest) {
     const FlowTexture& fine = *textures_.back();
-    std::vector<TextureSize> sizes = fine.atlas().textures;
     for (TextureSize& size : sizes) size.width = (size.width + 1) / 2, size.height = (size.height + 1) / 2;
-    auto coarse_atlas = std::make_unique<const Atlas>(make_atlas(surface, sizes, {.flipped = AtlasOptions::Flipped::keep}));
+    auto coarse_atlas = std::make_unique<const Atlas>(at_size(surface, sizes, apart));
     if (refused(coarse_atlas->defects)) break;  // so few texels that charts vanish
     auto coarse_space = std::make_unique<const TexelSpace>(surface, *coarse_atlas, TexelSpaceOptions{},
                                                            progress.step("coarser textures", 0.3));
     if (share_inside(*coarse_space) < least_interior) break;
     auto coarse = std::make_unique<FlowTexture>(surface, *coarse_atlas, *coarse_space);
+    coarse->sizes_ = sizes;
     coarse->own_atlas_ = std::move(coarse_atlas);
     coarse->own_space_ = std::move(coarse_space);
-    transfers_.push_back(transfer_between(fine, *coarse));
+    transfers_.push_back(transfer_between(surface, fine, *coarse));
     textures_.push_back(std::move(coarse));
   }
   progress.at(1);

@@ -20,6 +20,10 @@ class FlowTexture {
   double area() const { return space_->scale().area; }
   double spacing() const { return space_->scale().texel_spacing; }
   const Atlas& atlas() const { return *atlas_; }
+  /// Of a picture at this size, beside which charts may lie that share texels with others (`FlowTextures`).
+  Vector2 own_size(int picture) const {
+    return {double(sizes_[std::size_t(picture)].width), double(sizes_[std::size_t(picture)].height)};
+  }
   const TexelSpace& space() const { return *space_; }
   const TexelVectorSpace& vectors() const { return vectors_; }
   const TraceAtlas& domain() const { return domain_; }
@@ -39,6 +43,7 @@ class FlowTexture {
   friend class FlowTextures;
   std::unique_ptr<const Atlas> own_atlas_;       ///< of a coarser texture
   std::unique_ptr<const TexelSpace> own_space_;  ///< and its space
+  std::vector<TextureSize> sizes_;
   const Atlas* atlas_;
   const TexelSpace* space_;
   TexelVectorSpace vectors_;
@@ -49,7 +54,9 @@ class FlowTexture {
   mutable std::vector<std::shared_ptr<const BlockTransfer>> transfers_;
 };
 
-/// Textures of one atlas, each with half as many texels in a row as the one before.
+/// Textures of one atlas, each with half as many texels in a row as the one before. Charts that would share texels at a
+/// size, as the gaps between them are less than a texel there, are moved apart in it (`separate_overlaps`), unless they lie
+/// upon each other at the finest.
 class FlowTextures {
  public:
   /// As long as most texels lie inside a chart, away from seams, and there are more than about `coarsest`. All must

@@ -18,7 +18,8 @@
 namespace mq {
 namespace {
 
-constexpr double texels_per_length = 1.3;  // of the texture a scale is solved on, at least
+constexpr double texels_per_length = 1.3;           // of the texture on which X of the last scale lives, at least
+constexpr double texels_per_smoothed_length = 2.6;  // of that of another scale, with its signals, at least
 constexpr double texels_per_light = 2;     // of the texture on which light is found, at least
 
 }  // namespace
@@ -46,10 +47,9 @@ TextureAligner::TextureAligner(const FlowTextures& textures, const MeshFlowOptio
 
 /// The smallest texture on which fields of a level show.
 int TextureAligner::resolution_of_field(const FlowScale& scale) const {
+  const double texels = scale.smoothed() ? texels_per_smoothed_length : texels_per_length;
   int m = 0;
-  while (m + 1 < textures_.count() &&
-         textures_[m + 1].spacing() * texels_per_length <= scale.length)
-    ++m;
+  while (m + 1 < textures_.count() && textures_[m + 1].spacing() * texels <= scale.length) ++m;
   return m;
 }
 
