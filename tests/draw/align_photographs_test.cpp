@@ -16,6 +16,17 @@ double paint(double x, double y) {
   return 0.5 + 0.12 * std::sin(17 * x + 3 * y) + 0.1 * std::cos(23 * y - 5 * x) + 0.08 * std::sin(9 * x * y + 11 * y);
 }
 
+/// Letters of four strokes on a plain ground, none nearer to another than its own size: most of what is shown is one
+/// colour, in all photographs.
+double print(double x, double y) {
+  const double column = x / 0.16, row = y / 0.16;
+  const double u = column - std::floor(column), v = row - std::floor(row);
+  const int letter = int(std::floor(column)) + 3 * int(std::floor(row));
+  if (u < 0.3 || u > 0.7 || v < 0.3 || v > 0.7) return 0.85;
+  const bool stroke = u < 0.38 || v < 0.38 || (letter % 2 == 0 && u > 0.62) || (letter % 3 == 0 && v > 0.62);
+  return stroke ? 0.15 : 0.85;
+}
+
 constexpr int side = 240;
 
 /// Looks at the middle of the unit square from above, 1.6 away.
@@ -44,6 +55,21 @@ Image<float> photograph(const PinholeCamera& camera, double gain) {
     for (int x = 0; x < side; ++x) {
       const Vector3 at = on_plane(camera, x + 0.5, y + 0.5);
       picture(x, y) = float(gain * paint(at.x(), at.y()));
+    }
+  return picture;
+}
+
+/// A pixel is the mean over nine places in it, rounded to 8 bits.
+Image<float> photograph_of_print(const PinholeCamera& camera) {
+  Image<float> picture(side, side, 1);
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      double sum = 0;
+      for (int k = 0; k < 9; ++k) {
+        const Vector3 at = on_plane(camera, x + (k % 3 + 0.5) / 3, y + (k / 3 + 0.5) / 3);
+        sum += print(at.x(), at.y()) / 9;
+      }
+      picture(x, y) = float(std::round(255 * sum) / 255);
     }
   return picture;
 }
@@ -126,6 +152,26 @@ TEST(AlignPhotographs, PhotographsOfAMeshThatIsOffAreBentTogether) {
   EXPECT_GT(before, 0.9);
   EXPECT_LT(disagreement(places, truth, photographs), 0.5 * before);
   EXPECT_FALSE(photographs[0].camera.correction.empty());
+}
+
+/// Photographs exposed alike agree on the ground to their last bit, which says nothing of print.
+TEST(AlignPhotographs, PrintOnAPlainGroundComesTogether) {
+  std::mt19937 random(5);
+  std::vector<Vector3> places;
+  for (int k = 0; k < 4000; ++k)
+    places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
+  std::vector<PinholeCamera> truth;
+  std::vector<AlignedPhotograph> photographs;
+  for (int v = 0; v < 7; ++v) {
+    truth.push_back(camera_from(0.9 * v, 0.15 + 0.05 * (v % 3)));
+    photographs.push_back({shaken(truth.back(), random), photograph_of_print(truth.back()), {}, {}});
+    for (int i = 0; i < int(places.size()); ++i)
+      photographs.back().places.push_back(i), photographs.back().weights.push_back(1);
+  }
+  const double before = disagreement(places, truth, photographs);
+  align_photographs(places, photographs);
+  EXPECT_GT(before, 1.5);
+  EXPECT_LT(disagreement(places, truth, photographs), 0.3);
 }
 
 /// Chequered, a third of what is seen wide and two thirds high.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "mq/views/agreement.h"
 #include "mq/views/tones.h"
 
 namespace mq {
@@ -47,6 +48,32 @@ Observations seen_by(int patches, std::span<const LightColour> gains) {
       views[v].push_back({p, {int(v), float(0.5 + 0.1 * double(v)), 1, colour}});
     }
   return Observations::gather(patches, views);
+}
+
+TEST(Agreement, PhotographsOfSomethingElseAreAsFarApartAsIfTheyWereExchanged) {
+  constexpr int patches = 400, views = 5;
+  const Observations right = seen_by(patches, std::vector<LightColour>(views, {1, 1, 1}));
+  Observations wrong = right, plain = right;
+  std::mt19937 random(3);
+  for (Observation& o : wrong.all) o.colour = truth(int(random() % patches));
+  for (Observation& o : plain.all)  // noise alone
+    o.colour = {float(0.3 + 0.01 * double(random() % 100) / 100), 0.25F, 0.2F};
+  EXPECT_NEAR(agreement(right).here, 0, 1e-6);
+  EXPECT_GT(agreement(right).elsewhere, 0.2);
+  EXPECT_EQ(agreement(right).share, 1);
+  EXPECT_FALSE(agreement(right).is_accidental());
+  EXPECT_NEAR(agreement(wrong).here / agreement(wrong).elsewhere, 1, 0.1);
+  EXPECT_TRUE(agreement(wrong).is_accidental());
+  EXPECT_GT(agreement(plain).here, 0.6 * agreement(plain).elsewhere);
+  EXPECT_FALSE(agreement(plain).is_accidental()) << "of one colour it is near wherever it is";
+
+  // A third of the views of another place is what passers-by do.
+  Observations some = right;
+  for (Observation& o : some.all)
+    if (o.view == 1 || (o.view == 3 && random() % 2 == 0)) o.colour = truth(int(random() % patches));
+  EXPECT_FALSE(agreement(some).is_accidental());
+  // Two views alone cannot tell.
+  EXPECT_FALSE(agreement(seen_by(patches, std::vector<LightColour>(2, {1, 1, 1}))).is_accidental());
 }
 
 TEST(ViewChoice, ExposuresAreTheInversesOfWhatViewsWereMultipliedBy) {

@@ -127,6 +127,14 @@ void report_photographs(Run& run, const GivenPhotographs& given, const Photograp
                         {"by_one", share(1, 2)},
                         {"by_two", share(2, 3)},
                         {"by_more", share(3, found.seen_by.size())}};
+  const Agreement& agreement = found.agreement;
+  run.result["apart"] = {{"here", agreement.here}, {"elsewhere", agreement.elsewhere}};
+  if (agreement.is_accidental())
+    run.terminal().warning(fmt::format(
+        "these photographs do not seem to show this mesh from these cameras: what they show at one place is {:.0f} % "
+        "apart, at different places {:.0f} %: look whether the cameras are of these photographs (names in order?) and "
+        "of this mesh, with the verb cameras and its --picture",
+        100 * std::expm1(agreement.here), 100 * std::expm1(agreement.elsewhere)));
   constexpr double much = 0.3;
   if (share(0, 1) > much)
     run.terminal().warning(fmt::format("no photograph shows {:.0f} % of the texture: colours there are guessed from "

@@ -14,6 +14,7 @@
 
 #include "mq/base/parallel.h"
 #include "mq/draw/detail/parts_that_agree.h"
+#include "mq/draw/detail/usual_residual.h"
 #include "mq/image/resample.h"
 
 namespace mq {
@@ -53,6 +54,7 @@ class SizedPhotograph {
   /// Brightness and its derivatives by pixels of the camera.
   struct Value {
     double value, dx, dy;
+    double squared_gradient() const { return dx * dx + dy * dy; }
   };
   std::optional<Value> at(const PinholeCamera& camera, std::size_t k) const {
     const auto place = camera.project(places_[std::size_t(photograph_.places[k])]);
@@ -110,10 +112,20 @@ double middle_of(std::vector<double>& values) {
 struct Means {
   std::vector<double> value, weight;
   std::vector<int> count;
+  std::vector<double> squares, believed;  ///< Σ of weights times squared gradients, and of weights
+
+  /// `Residual::detail` of a photograph at a place: its squared gradient counts up to the mean of the others', so that
+  /// the outline of what is before it alone, strong as it may be, tells nothing.
+  double detail(std::size_t place, double w, double squared_gradient) const {
+    const double others = believed[place] - w;
+    if (!(others > 0)) return 0;
+    return w * std::min(squared_gradient, std::max(0.0, squares[place] - w * squared_gradient) / others);
+  }
 };
 
 /// What photographs show of their places; nothing outside of them.
-using Values = std::vector<std::optional<SizedPhotograph::Value>>;
+using Value = SizedPhotograph::Value;
+using Values = std::vector<std::optional<Value>>;
 
 std::vector<Values> values_of(std::span<const SizedPhotograph> sized, std::span<const AlignedPhotograph> photographs) {
   std::vector<Values> values(sized.size());
@@ -125,7 +137,7 @@ std::vector<Values> values_of(std::span<const SizedPhotograph> sized, std::span<
 
 /// What one photograph says of a place.
 struct Said {
-  double value, weight;
+  double value, weight, squared_gradient;
 };
 
 /// The value that has half of the weights on each side; sorts.
@@ -142,32 +154,40 @@ double weighted_median(std::span<Said> said) {
 }
 
 /// Robust: weights are Cauchy's, of the distance from the median of those that show the place, on the scale of what
-/// most are apart. `trust`: of each photograph's places, times their weights.
+/// they are apart. `trust`: of each photograph's places, times their weights.
 Means means_of(std::span<const Values> values, std::span<const AlignedPhotograph> photographs,
-               std::span<const Tone> tones, std::span<const std::vector<float>> trust, std::size_t places) {
-  Means means{std::vector<double>(places, 0.0), std::vector<double>(places, 0.0), std::vector<int>(places, 0)};
+               std::span<const Tone> tones, std::span<const std::vector<float>> trust, Usual usual,
+               std::size_t places) {
+  const std::vector<double> none(places, 0.0);
+  Means means{none, none, std::vector<int>(places, 0), none, none};
   const auto for_each = [&](const auto& visit) {
     for (std::size_t v = 0; v < values.size(); ++v)
       for (std::size_t k = 0; k < values[v].size(); ++k)
         if (const auto& found = values[v][k])
           visit(std::size_t(photographs[v].places[k]),
-                Said{tones[v].a * found->value + tones[v].b, double(photographs[v].weights[k]) * trust[v][k]});
+                Said{tones[v].a * found->value + tones[v].b, double(photographs[v].weights[k]) * trust[v][k],
+                     tones[v].a * tones[v].a * found->squared_gradient()});
   };
-  for_each([&](std::size_t i, const Said&) { ++means.count[i]; });
+  for_each([&](std::size_t i, const Said& one) {
+    ++means.count[i];
+    means.squares[i] += one.weight * one.squared_gradient, means.believed[i] += one.weight;
+  });
   std::vector<std::size_t> offsets(places + 1, 0);
   for (std::size_t i = 0; i < places; ++i) offsets[i + 1] = offsets[i] + std::size_t(means.count[i]);
   std::vector<Said> said(offsets.back());
   std::vector<std::size_t> next(offsets.begin(), offsets.end() - 1);
   for_each([&](std::size_t i, const Said& one) { said[next[i]++] = one; });
   const auto of = [&](std::size_t i) { return std::span(said).subspan(offsets[i], offsets[i + 1] - offsets[i]); };
-  std::vector<double> medians(places, 0.0), apart;
+  std::vector<double> medians(places, 0.0);
+  std::vector<Residual> apart;
   for (std::size_t i = 0; i < places; ++i) {
     if (of(i).empty()) continue;
     medians[i] = weighted_median(of(i));
     if (of(i).size() > 2)
-      for (const Said& one : of(i)) apart.push_back(std::abs(one.value - medians[i]));
+      for (const Said& one : of(i))
+        apart.push_back({std::abs(one.value - medians[i]), means.detail(i, one.weight, one.squared_gradient)});
   }
-  const double scale = apart.empty() ? 1 : std::max(1e-3, 3 * middle_of(apart));
+  const double scale = apart.empty() ? 1 : std::max(1e-3, 3 * usual_residual(apart, usual));
   for (std::size_t i = 0; i < places; ++i) {
     for (const Said& one : of(i)) {
       const double w = one.weight / (1 + std::pow((one.value - medians[i]) / scale, 2));
@@ -182,27 +202,32 @@ constexpr double fewest_shared = 50;
 
 /// The tone that gives a photograph the mean and the spread of the others, where it shares places; robust, as what is in
 /// front of some of these, and as plain as they are, would shift it for all.
-Tone tone_of(const Values& values, const AlignedPhotograph& photograph, std::span<const float> trust,
+Tone tone_of(const Values& values, const AlignedPhotograph& photograph, std::span<const float> trust, Usual usual,
              const Means& means) {
   constexpr int rounds = 5;
   const auto for_each = [&](const auto& visit) {
     for (std::size_t k = 0; k < values.size(); ++k)
       if (const std::size_t i = std::size_t(photograph.places[k]); values[k] && means.count[i] >= 2)
-        visit(values[k]->value, means.value[i], double(trust[k]));
+        visit(i, *values[k], double(trust[k]), double(photograph.weights[k]));
   };
   double believed = 0;
-  std::vector<double> residuals;
-  for_each([&](double value, double mean, double w) { believed += w, residuals.push_back(mean - value); });
+  std::vector<double> shifts;
+  for_each([&](std::size_t i, const Value& found, double w, double) {
+    believed += w, shifts.push_back(means.value[i] - found.value);
+  });
   if (believed < fewest_shared) return {};
-  Tone tone{1, middle_of(residuals)};
+  Tone tone{1, middle_of(shifts)};
+  std::vector<Residual> residuals;
   for (int round = 0; round < rounds; ++round) {
     double n = 0, own = 0, own_squares = 0, others = 0, others_squares = 0;
     residuals.clear();
-    for_each([&](double value, double mean, double) {
-      residuals.push_back(std::abs(tone.a * value + tone.b - mean));
+    for_each([&](std::size_t i, const Value& found, double w, double weight) {
+      residuals.push_back({std::abs(tone.a * found.value + tone.b - means.value[i]),
+                           means.detail(i, w * weight, found.squared_gradient())});
     });
-    const double scale = std::max(1e-3, 2 * middle_of(residuals));
-    for_each([&](double value, double mean, double w) {
+    const double scale = std::max(1e-3, 2 * usual_residual(residuals, usual));
+    for_each([&](std::size_t i, const Value& found, double w, double) {
+      const double value = found.value, mean = means.value[i];
       w /= 1 + std::pow((tone.a * value + tone.b - mean) / scale, 2);
       n += w, own += w * value, own_squares += w * value * value;
       others += w * mean, others_squares += w * mean * mean;
@@ -225,19 +250,20 @@ struct Row {
 
 /// Nothing where too little is shared. Weights are robust.
 std::vector<Row> rows_of(const Values& values, const AlignedPhotograph& photograph, const Tone& tone,
-                         std::span<const float> trust, const Means& means) {
+                         std::span<const float> trust, Usual usual, const Means& means) {
   std::vector<Row> rows;
-  std::vector<double> sizes;
+  std::vector<Residual> residuals;
   for (std::size_t k = 0; k < values.size(); ++k) {
     const std::size_t i = std::size_t(photograph.places[k]);
     const auto& found = values[k];
     if (!found || means.count[i] < 2) continue;
     rows.push_back({k, tone.a * Eigen::RowVector2d(found->dx, found->dy),
                     tone.a * found->value + tone.b - means.value[i], double(photograph.weights[k]) * trust[k]});
-    if (trust[k] > 0.5F) sizes.push_back(std::abs(rows.back().residual));
+    if (const Row& row = rows.back(); trust[k] > 0.5F)
+      residuals.push_back({std::abs(row.residual), means.detail(i, row.weight, row.gradient.squaredNorm())});
   }
-  if (double(sizes.size()) < fewest_shared) return {};
-  const double scale = std::max(1e-4, 2 * middle_of(sizes));
+  if (double(residuals.size()) < fewest_shared) return {};
+  const double scale = std::max(1e-4, 2 * usual_residual(residuals, usual));
   for (Row& row : rows) row.weight /= 1 + std::pow(row.residual / scale, 2);
   return rows;
 }
@@ -416,9 +442,11 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
   struct Stage {
     int divisor;  ///< of the pictures' size
     bool bends;   ///< or moves
+    int rounds;
   };
-  constexpr std::array<Stage, 5> stages = {{{4, false}, {2, false}, {1, false}, {2, true}, {1, true}}};
-  constexpr int rounds = 10, rounds_of_trust = 5, cells = 24;
+  constexpr std::array<Stage, 5> stages = {
+      {{4, false, 20}, {2, false, 20}, {1, false, 20}, {2, true, 10}, {1, true, 10}}};
+  constexpr int rounds_of_trust = 5, cells = 24;
   std::vector<PinholeCamera> before;
   std::vector<Correction> lattices;
   std::vector<std::vector<int>> parts;
@@ -431,27 +459,29 @@ void align_photographs(std::span<const Vector3> places, std::vector<AlignedPhoto
   }
   std::vector<Tone> tones(photographs.size());
   for (std::size_t stage = 0; stage < stages.size(); ++stage) {
-    const auto [divisor, bends] = stages[stage];
+    const auto [divisor, bends, rounds] = stages[stage];
+    const Usual usual = bends ? Usual::everywhere : Usual::at_detail;
     std::vector<SizedPhotograph> sized;
     for (const AlignedPhotograph& photograph : photographs) sized.emplace_back(photograph, places, divisor, !bends);
     {  // Brightness by what is to be believed, which does not depend on it: a passer-by would shift it everywhere.
       const std::vector<Values> values = values_of(sized, photographs);
       const std::vector<Tone> none(photographs.size());
-      const Means first = means_of(values, photographs, none, trust, places.size());
+      const Means first = means_of(values, photographs, none, trust, usual, places.size());
       parallel_for(std::ssize(photographs), [&](std::int64_t v) {
         trust[std::size_t(v)] = trust_in(values[v], photographs[v], none[v], parts[v], lattices[v], first);
       }, 1);
-      const Means plain = means_of(values, photographs, none, trust, places.size());
-      for (std::size_t v = 0; v < sized.size(); ++v) tones[v] = tone_of(values[v], photographs[v], trust[v], plain);
+      const Means plain = means_of(values, photographs, none, trust, usual, places.size());
+      for (std::size_t v = 0; v < sized.size(); ++v)
+        tones[v] = tone_of(values[v], photographs[v], trust[v], usual, plain);
     }
     for (int round = 0; round < rounds; ++round) {
       const std::vector<Values> values = values_of(sized, photographs);
-      const Means means = means_of(values, photographs, tones, trust, places.size());
+      const Means means = means_of(values, photographs, tones, trust, usual, places.size());
       parallel_for(std::ssize(photographs), [&](std::int64_t v) {
         AlignedPhotograph& one = photographs[v];
         if (round % rounds_of_trust == 0)
           trust[std::size_t(v)] = trust_in(values[v], one, tones[v], parts[v], lattices[v], means);
-        const std::vector<Row> rows = rows_of(values[v], one, tones[v], trust[v], means);
+        const std::vector<Row> rows = rows_of(values[v], one, tones[v], trust[v], usual, means);
         if (rows.empty()) return;
         if (bends && one.camera.correction.empty()) one.camera.correction = lattices[v];
         if (bends)

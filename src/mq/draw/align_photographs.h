@@ -20,12 +20,14 @@ struct AlignedPhotograph {
 };
 
 /// Minimises Σ_v Σ_i w_vi ρ(a_v I_v(π_v(x_i)) + b_v − g_i) over the rotations and translations of all cameras, g_i the
-/// mean over the photographs that show place i, robust: by Cauchy's weights of the distances from their median: ten rounds of a Gauss–Newton step each with g as it was, on pictures
-/// reduced to a quarter, to a half and whole ([zhou2014color], with rigid cameras), held where they were by a hundredth
+/// mean over the photographs that show place i, robust: by Cauchy's weights of the distances from their median: twenty
+/// rounds of a Gauss–Newton step each with g as it was, on pictures reduced to a quarter, to a half and whole
+/// ([zhou2014color], with rigid cameras), held where they were by a hundredth
 /// of what data weigh at a place. Then ten rounds each, at half size and whole, of steps of their corrections
 /// (pinhole.h; a lattice of 24 cells along the longer side), + μ (Σ |f_i − f_j|² over neighbours of the lattice +
-/// Σ |f_i|² / 200), μ a fifth of what data weigh at a point in the mean. ρ is Cauchy's, its scale the median
-/// residual; a_v, b_v give I_v the mean and the spread that g has at first, robust too, from the median difference on. At
+/// Σ |f_i|² / 200), μ a fifth of what data weigh at a point in the mean. ρ is Cauchy's, its scale twice the median
+/// residual, or while cameras are moved that at detail (detail/usual_residual.h), as is that of the means; a_v, b_v give
+/// I_v the mean and the spread that g has at first, robust too, from the median difference on. At
 /// first and in every fifth round weights are multiplied by how far the part of the picture in which a place lies shows
 /// what the others show (detail/parts_that_agree.h), of cells of that lattice, so that a passer-by moves cameras and
 /// bends pictures little. What all cameras have in common, against the

@@ -12,6 +12,7 @@
 #include "mq/filter/stitch.h"
 #include "mq/io/cameras.h"
 #include "mq/model/model_signal.h"
+#include "mq/views/agreement.h"
 #include "mq/views/view_choice.h"
 
 namespace mq {
@@ -70,6 +71,7 @@ struct PhotographTexture {
   };
   Falloff falloff;  ///< of light towards the pictures' corners, which is taken out
   std::vector<View> views;
+  Agreement agreement = {};
   std::vector<std::int64_t> seen_by;  ///< texels whose patch 0, 1, 2, ... photographs show
   std::vector<int> shown_by = {};     ///< per unknown: how many photographs show its patch
   std::vector<int> rejected_by = {};  ///< ... and how many of these do not agree with the others there

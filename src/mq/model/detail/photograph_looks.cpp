@@ -104,6 +104,7 @@ void take_strangers_alone(std::span<const char> strange, Observations& observati
 
 void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result) {
   result.patches = patches.count();
+  result.agreement = agreement(observations);
   for (const Observation& o : observations.all) {
     ++result.views[std::size_t(o.view)].patches;
     result.views[std::size_t(o.view)].rejected += o.rejected;
