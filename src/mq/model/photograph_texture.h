@@ -71,6 +71,7 @@ struct PhotographTexture {
   Falloff falloff;  ///< of light towards the pictures' corners, which is taken out
   std::vector<View> views;
   std::vector<std::int64_t> seen_by;  ///< texels whose patch 0, 1, 2, ... photographs show
+  std::int64_t undecided = 0;  ///< texels of patches that two photographs alone show, each otherwise (`undecided`)
   std::vector<int> shown_by = {};     ///< per unknown: how many photographs show its patch
   std::vector<int> rejected_by = {};  ///< ... and how many of these do not agree with the others there
 };
