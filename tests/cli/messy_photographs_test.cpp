@@ -384,5 +384,113 @@ TEST_F(MessyPhotographs, DefectsAreListedOnce) {
   EXPECT_GT(defects.size(), 0U);
 }
 
+TEST_F(MessyPhotographs, WhatAFileSaysIsSaidOnce) {
+  write_set("two.json", {0, 1});
+  write_model(*folder / "moving.gltf", read_model(*folder / "bust.obj"));
+  nlohmann::json moving = nlohmann::json::parse(file_bytes(*folder / "moving.gltf"));
+  moving["animations"] = {{{"channels", nlohmann::json::array()}, {"samplers", nlohmann::json::array()}}};
+  write_bytes(*folder / "moving.gltf", moving.dump());
+  const std::vector<std::string> words = {"texture", "moving.gltf", "--cameras", "two.json", "-o", "x.glb", "--poses",
+                                          "keep", "--size", "64"};
+  for (const bool unwraps : {false, true}) {
+    std::vector<std::string> all = words;
+    if (unwraps) all.emplace_back("--unwrap");
+    const std::string error = call(all).error, note = "animations are not used";
+    ASSERT_THAT(error, HasSubstr(note));
+    EXPECT_EQ(error.find(note), error.rfind(note)) << error;
+  }
+}
+
+TEST_F(MessyPhotographs, APictureInsideTheModelIsNamedWithItsFile) {
+  write_set("all.json", {0, 1, 2, 3, 4, 5, 6, 7});
+  // Stripes of black and white leave values beyond both when they are put together.
+  write_set("striped.json", {0, 2, 4, 6}, [](int k) { return fmt::format("striped{}.png", k); });
+  for (const int k : {0, 2, 4, 6}) {
+    Image<float> stripes = read_texture(*folder / picture(k)).pixels;
+    for (int y = 0; y < stripes.height(); ++y)
+      for (int x = 0; x < stripes.width(); ++x)
+        for (int c = 0; c < 3; ++c) stripes(x, y, c) = float((y / 6 + k) % 2);
+    write_image(*folder / fmt::format("striped{}.png", k), stripes);
+  }
+  const Result result = call({"texture", "bust.obj", "--cameras", "striped.json", "-o", "inside.glb", "--unwrap", "--size",
+                              "128", "--poses", "keep", "--exposure", "keep"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  EXPECT_THAT(result.error, testing::ContainsRegex("inside.glb: its picture [a-z]+.png: [0-9]+ values beyond what 8 bits"));
+}
+
+/// Every other triangle turned over in the texture.
+TEST_F(MessyPhotographs, FoldedTextureCoordinatesAreKeptIfAskedOrMadeAnew) {
+  write_set("two.json", {0, 1});
+  Model folded = read_model(*folder / "bust.obj");
+  Mesh& mesh = folded.mesh;
+  mesh.uvs.clear();
+  for (const Vector3& place : mesh.positions) mesh.uvs.emplace_back(0.5 + 0.2 * place.x(), 0.5 + 0.2 * place.y());
+  mesh.corner_uvs = mesh.triangles;
+  write_model(*folder / "folded.obj", folded);
+  std::vector<std::string> words = {"texture", "folded.obj", "--cameras", "two.json", "-o", "x.glb", "--poses", "keep", "--size",
+                                    "128"};
+  const Result refused = call(words);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.error, HasSubstr("flipped_triangles"));
+  EXPECT_THAT(refused.error, HasSubstr("--flipped keep"));
+  EXPECT_THAT(refused.error, HasSubstr("--unwrap"));
+  words.insert(words.end(), {"--flipped", "keep"});
+  EXPECT_EQ(call(words).status, 0);
+  words.back() = "few", words.emplace_back("--unwrap");
+  EXPECT_EQ(call(words).status, 0);
+}
+
+TEST_F(MessyPhotographs, TrianglesOnOnePlaceOfTheTextureAreToBeUnwrapped) {
+  write_set("two.json", {0, 1});
+  const auto error = [&](const std::vector<Vector2>& uvs) {
+    Model heaped = read_model(*folder / "bust.obj");
+    heaped.mesh.uvs = uvs;
+    heaped.mesh.corner_uvs.assign(heaped.mesh.triangles.size(), {0, 1, 2});
+    write_model(*folder / "heaped.obj", heaped);
+    const Result result = call({"texture", "heaped.obj", "--cameras", "two.json", "-o", "x.glb", "--size", "512"});
+    EXPECT_EQ(result.status, 2);
+    EXPECT_THAT(result.error, HasSubstr("new texture coordinates with --unwrap"));
+    return result.error;
+  };
+  const std::string deep = error({{0, 0}, {1, 0}, {0, 1}});
+  const std::size_t triangles = read_model(*folder / "bust.obj").mesh.triangles.size();
+  EXPECT_THAT(deep, HasSubstr(fmt::format("in its texture {} triangles lie on each other", triangles)));
+  EXPECT_THAT(deep, HasSubstr("100 % of the texels in use are covered more than once"));
+  EXPECT_THAT(error({{0, 0}, {0, 0}, {0, 0}}), HasSubstr("no triangle has an area in the texture"));
+}
+
+/// A ball and a lattice of dots in both of two photographs, at other places.
+TEST_F(MessyPhotographs, WhatTwoPhotographsAloneShowEachOtherwiseIsWarnedOf) {
+  const auto in_front = [](int k) { return fmt::format("in_front{}.png", k); };
+  for (const int k : {0, 1}) {
+    Image<float> spoilt = read_texture(*folder / picture(k)).pixels;
+    for (int y = 0; y < spoilt.height(); ++y)
+      for (int x = 0; x < spoilt.width(); ++x)
+        for (int c = 0; c < 3; ++c) {
+          if (std::hypot(x - 110 + 25 * k, y - 120 - 30 * k) < 22) spoilt(x, y, c) = 0.43F;
+          if (x % 8 < 3 && y % 8 < 3 && x > 80 && x < 120 && y > 60 && y < 100) spoilt(x, y, c) = 1;
+        }
+    write_image(*folder / in_front(k), spoilt);
+  }
+  write_set("clean.json", {0, 1}), write_set("spoilt.json", {0, 1}, in_front);
+  const auto call_with = [](const std::string& cameras) {
+    return call({"texture", "bust.obj", "--cameras", cameras, "-o", "x.png", "--report", "r.json"});
+  };
+  const std::string warning = "is shown by two photographs alone that disagree";
+  EXPECT_THAT(call_with("clean.json").error, Not(HasSubstr(warning)));
+  EXPECT_THAT(call_with("spoilt.json").error, HasSubstr(warning));
+  EXPECT_GT(nlohmann::json::parse(file_bytes(*folder / "r.json"))["result"]["seen"]["undecided"], 0.03);
+}
+
+TEST_F(MessyPhotographs, ProgressLeavesTimeForThePage) {
+  write_set("two.json", {0, 1});
+  const Result result = call({"texture", "bust.obj", "--cameras", "two.json", "-o", "x.glb", "--unwrap", "--size", "256",
+                              "--picture", "page.png", "--progress", "json"});
+  ASSERT_EQ(result.status, 0) << result.error;
+  const std::size_t end = result.error.rfind(",\"step\":\"solve"), begin = result.error.rfind("\"fraction\":", end) + 11;
+  ASSERT_NE(end, std::string::npos) << result.error;
+  EXPECT_LT(std::stod(result.error.substr(begin, end - begin)), 0.8);  // the page takes longer than so few texels
+}
+
 }  // namespace
 }  // namespace mq::test

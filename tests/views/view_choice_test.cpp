@@ -265,6 +265,48 @@ TEST(ViewChoice, APasserByIsFollowedToWhereNoOtherViewShowsThePlaceAndNothingIsL
   }
 }
 
+/// Patches half dark, half bright, of which four views show both halves alike; of one half or the other they show more.
+TEST(ViewChoice, ViewsThatShowOtherPlacesOfAPatchAreNotRejected) {
+  const Patches patches = row_of_patches(20);
+  const std::vector<LightColour> gains(5, {1, 1, 1});
+  const auto with_halves = [&](bool prints) {
+    Observations observations = seen_by(20, gains);
+    for (int p = 5; p < 15; ++p)
+      for (Observation& o : observations.of(p)) {
+        const double dark = 0.05, bright = 0.6, mean = o.view < 2 ? 0.1 : 0.5;  // as these weigh the halves
+        o.colour = {float(mean), float(mean), float(mean)};
+        for (int k = 0; prints && k < Print::places; ++k) o.print.put(k, k < 3 ? dark : bright, mean);
+      }
+    return observations;
+  };
+  Observations same = with_halves(true), other = with_halves(false);
+  reject(patches, {}, same), reject(patches, {}, other);
+  for (const Observation& o : same.all) EXPECT_FALSE(o.rejected);
+  for (int p = 5; p < 15; ++p)
+    for (const Observation& o : other.of(p)) EXPECT_EQ(o.rejected, o.view < 2) << p;
+}
+
+/// A patch at an outline, with the background in it: nobody stands in front of what lies beside it.
+TEST(ViewChoice, WhatIsHardlyShownIsNotFollowed) {
+  const Patches patches = row_of_patches(60);
+  for (const float quality : {0.5F, 0.02F}) {
+    Observations observations = seen_by_one_beyond({0.2F, 0.3F, 0.8F});
+    for (int p = 30; p < 40; ++p) observations.of(p)[0].quality = quality;
+    reject(patches, {}, observations);
+    for (int p = 30; p < 40; ++p) EXPECT_TRUE(observations.of(p)[0].rejected) << p;
+    for (int p = 42; p < 50; ++p) EXPECT_EQ(observations.of(p)[0].rejected, quality == 0.5F) << p;
+  }
+}
+
+TEST(ViewChoice, UndecidedIsWhatTwoViewsAloneShowEachOtherwise) {
+  Observations observations = seen_by(10, std::vector<LightColour>(3, {1, 1, 1}));
+  for (int p = 2; p < 8; ++p) observations.of(p)[0].rejected = true;
+  for (int p = 4; p < 10; ++p)
+    for (float& channel : observations.of(p)[1].colour) channel *= 2;
+  const std::vector<char> found = undecided(row_of_patches(10), observations, {});
+  for (int p = 0; p < 10; ++p) EXPECT_EQ(bool(found[std::size_t(p)]), p == 5 || p == 6) << p;  // with two beside them
+}
+
 TEST(ViewChoice, LightAndShadowAreNotFollowedToWhereNoOtherViewShowsThePlace) {
   const Patches patches = row_of_patches(60);
   Observations observations = seen_by_one_beyond({0.4F, 0.4F, 0.4F});

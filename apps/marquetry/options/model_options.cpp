@@ -39,12 +39,9 @@ std::vector<std::filesystem::path> texture_paths(const OptionValues& options) {
 
 LoadOptions load_options(const OptionValues& options, MissingPictures missing,
                          const ModelPictures& pictures) {
-  const std::string flipped = options.text("flipped");
   return {.textures = pictures.value_or(texture_paths(options)),
           .weld = asked_weld(options),
-          .atlas = {.flipped = flipped == "keep"     ? AtlasOptions::Flipped::keep
-                               : flipped == "refuse" ? AtlasOptions::Flipped::refuse
-                                                     : AtlasOptions::Flipped::few},
+          .atlas = asked_flipped(options),
           .missing = missing,
           .slot = one_slot(options),
           .uv_set = options.has("uv-set") ? int(options.integer("uv-set")) : -1,
@@ -63,6 +60,13 @@ void register_inputs(Run& run, const Model& model) {
 }  // namespace
 
 WeldOptions asked_weld(const OptionValues& options) { return *parse_weld(options.text("weld")); }
+
+AtlasOptions asked_flipped(const OptionValues& options) {
+  const std::string flipped = options.text("flipped");
+  return {.flipped = flipped == "keep"     ? AtlasOptions::Flipped::keep
+                     : flipped == "refuse" ? AtlasOptions::Flipped::refuse
+                                           : AtlasOptions::Flipped::few};
+}
 
 void add_model_options(OptionTable& table, const std::string& mesh_help,
                        const std::string& texture_help) {

@@ -30,6 +30,9 @@ using ModelPictures = std::optional<std::vector<std::filesystem::path>>;
 /// What --weld says.
 WeldOptions asked_weld(const OptionValues& options);
 
+/// What --flipped says.
+AtlasOptions asked_flipped(const OptionValues& options);
+
 /// Textures of a model that gets others.
 struct TargetTextures {
   std::optional<int> side = {};        ///< of all, both ways; their pictures are left out

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "mq/atlas/overlap_depth.h"
 #include "mq/base/words.h"
 #include "mq/fem/texel_space.h"
 #include "shell/run.h"
@@ -39,6 +40,7 @@ Defects texel_defects(const TexturedModel& scene, const Progress& progress) {
              .count = scene.surface.triangle_count(),
              .ids = {},
              .message = "no triangle has an area both on the surface and in a texture"}};
+  if (Defects deep = deep_overlaps(scene.surface, *scene.atlas); !deep.empty()) return deep;
   return TexelSpace(scene.surface, *scene.atlas, {}, progress).defects();
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "mq/atlas/overlap_depth.h"
 #include "mq/base/error.h"
 #include "mq/base/words.h"
 #include "mq/io/cameras.h"
@@ -12,6 +13,7 @@
 #include "mq/mesh/geometry.h"
 #include "mq/model/bake_target.h"
 #include "mq/model/model_paints.h"
+#include "mq/model/photograph_costs.h"
 #include "mq/model/photograph_page.h"
 #include "mq/model/photograph_store.h"
 #include "mq/model/photograph_texture.h"
@@ -38,25 +40,63 @@ bool keeps_coordinates(const OptionValues& options, const TexturedModel& scene) 
   return !options.flag("unwrap") && !scene.model.mesh.corner_uvs.empty();
 }
 
+constexpr double read_share = 0.02;  ///< of the progress, before it is known what follows
+
+/// Shares of the progress in which stages come to their ends together with their time: seconds of one core as measured
+/// (`PhotographCosts`), of all.
+struct Shares {
+  double unwrap = 0, assemble, look, take, solve, page = 0, write;
+
+  Shares(const OptionValues& options, bool unwraps, int side, std::span<const Photograph> photographs) {
+    const double texels = double(side) * side, millions = texels / 1e6;
+    const PhotographCosts costs = photograph_costs(photographs, texels, asked_photograph_options(options));
+    if (unwraps) unwrap = 5;
+    assemble = 1.8 * millions, look = costs.looked(), take = costs.take;
+    solve = 4.5 * millions, write = 0.2 + 0.6 * millions;
+    if (options.has("picture")) page = 3.4;
+    const double all = (unwrap + assemble + look + take + solve + page + write) / (1 - read_share);
+    for (double* share : {&unwrap, &assemble, &look, &take, &solve, &page, &write}) *share /= all;
+  }
+};
+
+/// Throws where the mesh's own texture coordinates cannot hold what photographs show of each place, with the way out.
+void require_places_of_their_own(const TexturedModel& scene) {
+  const std::string file = scene.model.path.string();
+  const std::string unwrapped = "give the mesh new texture coordinates with --unwrap";
+  if (scene.atlas && scene.atlas->charts.empty())
+    throw InvalidInput(file + ": no triangle has an area in the texture: " + unwrapped);
+  try {
+    require_usable(scene.defects(), file);
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(error.what() + (scene.atlas && refused(scene.atlas->defects) ? "; or " + unwrapped : ""));
+  }
+  constexpr double deepest = 8;  // of parts alike that share a place, as the sides of a column do
+  const OverlapDepth overlaps = overlap_depth(scene.surface, *scene.atlas);
+  require(overlaps.mean <= deepest,
+          fmt::format("{}: in its texture {:.0f} triangles lie on each other, and {:.0f} % of the texels in use are "
+                      "covered more than once: as photographs show these places, each would be painted over the "
+                      "others; {}",
+                      file, overlaps.mean, 100 * overlaps.share, unwrapped));
+}
+
 /// The mesh with texture coordinates and black pictures of the size that it will have.
-void prepare_textures(Run& run, std::span<const Photograph> photographs, TexturedModel& scene) {
+void prepare_textures(Run& run, int side, const Shares& shares, TexturedModel& scene) {
   const OptionValues& options = run.options();
   const bool keeps = keeps_coordinates(options, scene);
-  const int side =
-      options.has("size") ? int(options.integer("size")) : side_for_photographs(scene.surface, photographs);
   if (!keeps) {
     UnwrapOptions wanted;
     wanted.width = wanted.height = side;
-    const Step step(run, "unwrap", 0.2);
+    const Step step(run, "unwrap", shares.unwrap);
     about(scene.model, [&] { put_unwrapped(unwrap(scene.surface, wanted, step), scene); });
   }
   LoadOptions load{.weld = asked_weld(options), .missing = MissingPictures::assume, .assumed_side = side};
+  if (keeps) load.atlas = asked_flipped(options);
   if (!keeps || options.has("size")) load.side = side;
-  scene = textured_model(std::move(scene.model), load, run.terminal());
+  scene = textured_again(std::move(scene.model), load, run.terminal());
   run.defects = Json::array();  // those of the mesh are among these
   run.found(scene.defects());
   run.warn(scene.defects());
-  require_usable(scene.defects(), scene.model.path.string());
+  require_places_of_their_own(scene);
   if (load.side)
     for (Texture& picture : scene.model.textures) {
       Texture fresh;
@@ -119,6 +159,7 @@ void report_photographs(Run& run, const GivenPhotographs& given, const Photograp
     for (std::size_t k = from; k < std::min(to, found.seen_by.size()); ++k) sum += found.seen_by[k];
     return double(sum) / all;
   };
+  const double undecided = double(found.undecided) / all;
   run.result["views"] = views;
   run.result["falloff"] = {found.falloff.k1, found.falloff.k2};
   run.result["patches"] = found.patches;
@@ -126,7 +167,8 @@ void report_photographs(Run& run, const GivenPhotographs& given, const Photograp
   run.result["seen"] = {{"by_none", share(0, 1)},
                         {"by_one", share(1, 2)},
                         {"by_two", share(2, 3)},
-                        {"by_more", share(3, found.seen_by.size())}};
+                        {"by_more", share(3, found.seen_by.size())},
+                        {"undecided", undecided}};
   const Agreement& agreement = found.agreement;
   run.result["apart"] = {{"here", agreement.here}, {"elsewhere", agreement.elsewhere}};
   if (agreement.is_accidental())
@@ -135,7 +177,12 @@ void report_photographs(Run& run, const GivenPhotographs& given, const Photograp
         "apart, at different places {:.0f} %: look whether the cameras are of these photographs (names in order?) and "
         "of this mesh, with the verb cameras and its --picture",
         100 * std::expm1(agreement.here), 100 * std::expm1(agreement.elsewhere)));
-  constexpr double much = 0.3;
+  constexpr double some = 0.01, much = 0.3;
+  if (undecided > some && run.options().text("outliers") == "reject")
+    run.terminal().warning(fmt::format("{:.1f} % of the texture is shown by two photographs alone that disagree: what one "
+                                       "of them shows there may be a passer-by or a reflection: look at these places, "
+                                       "and take another photograph of them",
+                                       100 * undecided));
   if (share(0, 1) > much)
     run.terminal().warning(fmt::format("no photograph shows {:.0f} % of the texture: colours there are guessed from "
                                        "what is around",
@@ -146,10 +193,11 @@ void report_photographs(Run& run, const GivenPhotographs& given, const Photograp
                         100 * share(3, found.seen_by.size())));
 }
 
-Filtered put_together(Run& run, const TextureSignal& target, double weight, const PhotographTexture& found) {
+Filtered put_together(Run& run, const TextureSignal& target, double weight, const PhotographTexture& found,
+                      double share) {
   Filtered filtered;
-  solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares& shares) {
-    const Step step(run, "solve", (shares.prepare + shares.solve) / 2);
+  solve_as_asked(run, target, [&](const SolverFactory& factory, const SolvingShares&) {
+    const Step step(run, "solve", share);
     const Stitcher stitcher(target.space(), weight, found.regions, factory, {}, Stitcher::Systems::one_each);
     filtered = stitcher.stitch(found.values, found.beyond, found.offset, step);
     return filtered.report;
@@ -169,7 +217,8 @@ void keep_unseen(const TextureSignal& target, PhotographTexture& found) {
 }
 
 void draw_page(Run& run, const TexturedModel& scene, const TextureSignal& target,
-               std::span<const Photograph> photographs, const PhotographTexture& found) {
+               std::span<const Photograph> photographs, const PhotographTexture& found, double share) {
+  const Step step(run, "draw the page", share);
   std::vector<std::string> names;
   for (const Photograph& photograph : photographs) names.push_back(photograph.picture.filename().string());
   const Image<float> page = draw_photographs(scene, target, found, names, asked_up(run.options()));
@@ -210,7 +259,7 @@ std::string why_nothing_is_seen(const Surface& surface, std::span<const Photogra
 Exit texture(Run& run) {
   const OptionValues& options = run.options();
   check_options(options);
-  TexturedModel scene = read_textured_model(run, MissingPictures::unneeded, 0.1);
+  TexturedModel scene = read_textured_model(run, MissingPictures::unneeded, read_share);
   require(!scene.is_picture, scene.model.path.string() +
                                  ": is a picture; photographs with cameras are projected onto the mesh of a model");
   const bool keeps_unseen = options.text("unseen") == "keep";
@@ -235,7 +284,10 @@ Exit texture(Run& run) {
     will_write(*outputs);
     if (run.dry_run()) return Exit::done;
   }
-  prepare_textures(run, photographs, scene);
+  const int side =
+      options.has("size") ? int(options.integer("size")) : side_for_photographs(scene.surface, photographs);
+  const Shares shares(options, !keeps, side, photographs);
+  prepare_textures(run, side, shares, scene);
   check_pictures(options, scene, {"labels"});
   if (keeps) {
     outputs.emplace(options.text("output"), scene.model, Outputs::Kind::pictures);
@@ -247,18 +299,19 @@ Exit texture(Run& run) {
   std::optional<PhotographTexture> found;
   about(scene.model, [&] {
     {
-      const Step step(run, "assemble", 0.1);
+      const Step step(run, "assemble", shares.assemble);
       target = make_texture_signal(run, scene, {.values = value_space(options), .depth = asked_depth(options)}, step);
     }
-    const Step step(run, "photographs", 0.4);
+    const double both = shares.look + shares.take;
+    const Step step(run, "photographs", both);
     PhotographTextureOptions wanted_options = asked_photograph_options(options);
     if (options.has("resume")) wanted_options.resume = options.text("resume");
     const PhotographTexturing work(scene, *target, photographs, wanted_options, run.terminal(),
-                                   step.progress().step("look", 0.6));
+                                   step.progress().step("look", shares.look / both));
     std::vector<int> wanted;
     if (!options.texts("labels").empty())
       wanted = asked_photographs(options, scene, *target, int(photographs.size()));
-    found = work.make(wanted, step.progress().step("take", 0.4));
+    found = work.make(wanted, step.progress().step("take", shares.take / both));
   });
   report_photographs(run, given, *found);
   require(std::ranges::any_of(found->labels, [](int label) { return label != unseen; }),
@@ -268,15 +321,15 @@ Exit texture(Run& run) {
   const double weight = spread_weight(options, scale);
   if (keeps_unseen) keep_unseen(*target, *found);
   Filtered filtered;
-  about(scene.model, [&] { filtered = put_together(run, *target, weight, *found); });
+  about(scene.model, [&] { filtered = put_together(run, *target, weight, *found, shares.solve); });
   run.result.update(change_json(found->values, filtered.signal, value_space(options).space));
   run.result["alpha"] = weight / scale.area;
   run.result["length"] = std::sqrt(weight);
 
-  const Step step(run, "write", 0.1);
   target->put(target->values(), filtered.signal, scene.model);
   set_depth(options, scene.model);
-  if (options.has("picture")) draw_page(run, scene, *target, photographs, *found);
+  if (options.has("picture")) draw_page(run, scene, *target, photographs, *found, shares.page);
+  const Step step(run, "write", shares.write);
   write_outputs(run, *outputs, std::move(scene.model), step);
   for (const std::filesystem::path& page : pages) run.result["outputs"].push_back(page.string());
   if (options.has("resume")) forget_stored_photographs(options.text("resume"));

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "mq/atlas/overlap_depth.h"
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/fem/detail/texel_space_data.h"
@@ -151,9 +152,11 @@ void TexelSpace::Data::count_rows() {
 
 TexelSpace::TexelSpace(const Surface& surface, const Atlas& atlas, const TexelSpaceOptions& options,
                        const Progress& progress) {
-  if (refused(atlas.defects)) {
+  Defects defects = deep_overlaps(surface, atlas);
+  defects.insert(defects.begin(), atlas.defects.begin(), atlas.defects.end());
+  if (refused(defects)) {
     std::string message = "the atlas cannot be worked with:";
-    for (const Defect& d : atlas.defects)
+    for (const Defect& d : defects)
       if (d.severity == Defect::Severity::refused)
         message += fmt::format(
             " {} {}s ({}{}): {};", d.count, d.element,

@@ -196,7 +196,8 @@ class ModelWriter {
       return copies_[t];
     if (pictures_[t]->pixels.empty()) return {};
     EncodedPicture picture = texture_bytes(*pictures_[t], format);
-    notes_.insert(notes_.end(), picture.notes.begin(), picture.notes.end());
+    for (const std::string& note : picture.notes)
+      notes_.push_back(fmt::format("{}: its picture {}", path_.string(), note));
     return std::move(picture.bytes);
   }
 

@@ -20,6 +20,7 @@
 #include "mq/model/detail/photograph_pictures.h"
 #include "mq/model/detail/photograph_reader.h"
 #include "mq/model/detail/photograph_records.h"
+#include "mq/model/photograph_costs.h"
 #include "mq/model/photographs.h"
 #include "mq/views/tones.h"
 
@@ -65,6 +66,8 @@ struct PhotographTexturing::Work {
   };
 
   void align(const Looks& looks, Messages& messages, const Progress& progress) {
+    const PhotographCosts costs = photograph_costs(photographs, signal.space().size(), options);
+    const double reading = costs.read_to_align / costs.aligned();
     constexpr double most_pixels = 1e6, most_of_all = 1e8;
     constexpr std::size_t most_places = 60'000;
     std::vector<int> places;
@@ -73,7 +76,7 @@ struct PhotographTexturing::Work {
     std::vector<AlignedPhotograph> aligned;
     std::vector<std::vector<float>> details;  ///< of the places of each
     for (std::size_t v = 0; v < photographs.size(); ++v) {
-      const Progress step = step_of(v, 0.6, progress);
+      const Progress step = step_of(v, reading, progress);
       AlignedPhotograph& one = aligned.emplace_back();
       one.camera = cameras[v];
       const std::string name = fmt::format("align{}", v);
@@ -100,7 +103,7 @@ struct PhotographTexturing::Work {
       if (store.keeps()) keep(name, source, record_to_align(one, details.back()), int(v) + 1, "read to be aligned", messages);
     }
     weigh_by_sharpness(details, projector.places().size(), aligned);
-    align_photographs(projector.places(), aligned, progress.step("align", 0.4));
+    align_photographs(projector.places(), aligned, progress.step("align", 1 - reading));
     for (std::size_t v = 0; v < photographs.size(); ++v) {
       cameras[v] = aligned[v].camera;
       moved[v] = aligned[v].moved;
@@ -351,15 +354,17 @@ PhotographTexturing::PhotographTexturing(const TexturedModel& model, const Textu
                                          const PhotographTextureOptions& options, Messages& messages,
                                          const Progress& progress) {
   require(!photographs.empty(), "a texture of photographs needs one at least");
-  work_ = std::make_unique<Work>(model, signal, photographs, options, messages, progress.step("places", 0.15));
+  const PhotographCosts costs = photograph_costs(photographs, signal.space().size(), options);
+  const auto part = [&](const char* name, double cost) { return progress.step(name, cost / costs.looked()); };
+  work_ = std::make_unique<Work>(model, signal, photographs, options, messages, part("places", costs.places));
   const Looks looks(work_->patches);
   if (!options.resume.empty())
     work_->store = PhotographStore(options.resume,
                                    print_of_setup(model.surface.mesh, work_->projector.places(), signal, options),
                                    messages);
-  work_->find_poses(looks, messages, progress.step("align", 0.5));
-  work_->look(looks, messages, progress.step("look", options.align ? 0.3 : 0.75));
-  work_->choose(messages, progress.step("choose", 0.05));
+  work_->find_poses(looks, messages, part("align", costs.aligned()));
+  work_->look(looks, messages, part("look", costs.look));
+  work_->choose(messages, part("choose", costs.choose));
 }
 
 PhotographTexturing::~PhotographTexturing() = default;
@@ -409,7 +414,7 @@ PhotographTexture PhotographTexturing::make(std::span<const int> wanted, const P
     result.views[v].exponent = work_->exposed.exponents[v];
     result.views[v].moved = work_->moved[v];
   }
-  count_views(work_->patches, work_->observations, result);
+  count_views(work_->patches, work_->observations, work_->options.rejection, result);
   result.offset = blend == PhotographBlend::detail
                       ? offset(result.labels)
                       : Signal(Signal::Zero(std::ssize(result.labels), work_->signal.channels()));
@@ -462,13 +467,9 @@ Signal PhotographTexturing::offset(std::span<const int> labels) const {
   Signal result = Signal::Zero(std::ssize(labels), work_->signal.channels());
   // Of each observation its own colour and that which is agreed on, as pixels of a picture.
   std::vector<LightColour> colours(observations.all.size() * 2);
-  const std::vector<std::optional<LightColour>> agreed = agreed_colours(observations);
-  for (int p = 0; p < work_->patches.count(); ++p)
-    for (std::int64_t k = observations.offsets[p]; k < observations.offsets[p + 1]; ++k) {
-      const LightColour& own = observations.all[std::size_t(k)].colour;
-      colours[2 * std::size_t(k)] = own;
-      colours[2 * std::size_t(k) + 1] = agreed[std::size_t(p)].value_or(own);
-    }
+  const std::vector<LightColour> agreed = agreed_in_place_of_own(observations);
+  for (std::size_t k = 0; k < agreed.size(); ++k)
+    colours[2 * k] = observations.all[k].colour, colours[2 * k + 1] = agreed[k];
   const Signal worked = work_->values.of_colours(colours);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] == unseen) continue;

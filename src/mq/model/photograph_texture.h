@@ -73,6 +73,7 @@ struct PhotographTexture {
   std::vector<View> views;
   Agreement agreement = {};
   std::vector<std::int64_t> seen_by;  ///< texels whose patch 0, 1, 2, ... photographs show
+  std::int64_t undecided = 0;  ///< texels of patches that two photographs alone show, each otherwise (`undecided`)
   std::vector<int> shown_by = {};     ///< per unknown: how many photographs show its patch
   std::vector<int> rejected_by = {};  ///< ... and how many of these do not agree with the others there
 };

@@ -209,6 +209,12 @@ TexturedModel textured_model(Model model, const LoadOptions& options, Messages& 
   return all;
 }
 
+TexturedModel textured_again(Model model, const LoadOptions& options, Messages& messages, const Progress& progress) {
+  model.notes.clear();
+  for (Texture& texture : model.textures) texture.notes.clear();
+  return textured_model(std::move(model), options, messages, progress);
+}
+
 TexturedModel load_textured_model(const std::filesystem::path& path, const LoadOptions& options,
                                   Messages& messages, const Progress& progress) {
   Model model = read_input(path, options, progress.step("read", 0.5));

@@ -79,6 +79,11 @@ TexturedModel textured_model(Model model, const LoadOptions& options, Messages& 
 TexturedModel load_textured_model(const std::filesystem::path& path, const LoadOptions& options,
                                   Messages& messages, const Progress& progress = {});
 
+/// A textured model of one of which one was made before, with other textures or texture coordinates: what is to be said of
+/// its files was said then.
+TexturedModel textured_again(Model model, const LoadOptions& options, Messages& messages,
+                             const Progress& progress = {});
+
 /// Runs `work`, which is about the model: where it throws `InvalidInput` or `Unsupported` without naming the
 /// model's file, the name is put before the message.
 void about(const Model& model, const std::function<void()>& work);

@@ -17,6 +17,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/views/detail/neighbours.h"
+#include "mq/views/detail/places.h"
 #include "mq/views/detail/readings.h"
 #include "mq/views/view_choice.h"
 
@@ -37,6 +38,22 @@ float apart(const Logarithms& a, const Logarithms& b) { return (a - b).abs().max
 
 float hue_apart(const Logarithms& a, const Logarithms& b) { return (a - b).maxCoeff() - (a - b).minCoeff(); }
 
+/// What a view shows by less than a tenth as well as it mostly does: steeply, or beside outlines, where what is behind
+/// them may be in it.
+std::vector<char> hardly_shown(const Observations& observations) {
+  constexpr double tenth = 0.1;
+  std::vector<std::vector<double>> qualities;
+  for (const Observation& o : observations.all) {
+    if (std::size_t(o.view) >= qualities.size()) qualities.resize(std::size_t(o.view) + 1);
+    qualities[std::size_t(o.view)].push_back(o.quality);
+  }
+  std::vector<double> least;
+  for (std::vector<double>& of_view : qualities) least.push_back(of_view.empty() ? 0 : tenth * median_of(of_view));
+  std::vector<char> hardly;
+  for (const Observation& o : observations.all) hardly.push_back(o.quality < least[std::size_t(o.view)]);
+  return hardly;
+}
+
 class Rejection {
  public:
   Rejection(const Patches& patches, const RejectOptions& options, const Observations& observations)
@@ -49,6 +66,7 @@ class Rejection {
         distance_(observations.all.size(), 0.0F),
         excess_(observations.all.size(), 0.0F),
         carried_(observations.all.size(), Logarithms::Zero()),
+        hardly_shown_(hardly_shown(observations)),
         marked_(observations.all.size(), 0) {
     for (int p = 0; p < patches.count(); ++p)
       for (std::int64_t k = begin(p); k < end(p); ++k) patch_of_[std::size_t(k)] = p;
@@ -75,24 +93,42 @@ class Rejection {
   std::int64_t begin(int patch) const { return observations_.offsets[patch]; }
   std::int64_t end(int patch) const { return observations_.offsets[patch + 1]; }
 
+  /// Of the views of a patch that do not hardly show it; of all where these are too few to tell.
+  std::vector<double> values_that_tell(int patch, const std::vector<double>& values) const {
+    std::vector<double> telling;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      if (!hardly_shown_[std::size_t(begin(patch)) + k]) telling.push_back(values[k]);
+    return telling.size() < fewest_ ? values : telling;
+  }
+
   /// Distances from the median of the views of a patch over their limit.
   void find_excess(int patch) {
-    constexpr std::size_t fewest = 3;
     const std::size_t count = observations_.of(patch).size();
-    if (count < fewest) return;
+    if (count < fewest_) return;
     std::vector<double> values(count), distances(count, 0.0);
     for (int c = 0; c < 3; ++c) {
       for (std::size_t k = 0; k < count; ++k) values[k] = x_[std::size_t(begin(patch)) + k][c];
-      std::vector<double> sorted = values;
+      std::vector<double> sorted = values_that_tell(patch, values);
       const double middle = median_of(sorted);
       for (std::size_t k = 0; k < count; ++k) distances[k] = std::max(distances[k], std::abs(values[k] - middle));
     }
-    std::vector<double> sorted = distances;
+    std::vector<double> sorted = values_that_tell(patch, distances);
     const double limit = std::max(options_.least, options_.times * 1.4826 * median_of(sorted));
     for (std::size_t k = 0; k < count; ++k) {
       distance_[std::size_t(begin(patch)) + k] = float(distances[k]);
-      excess_[std::size_t(begin(patch)) + k] = float(distances[k] / limit);
+      const bool tells = !(distances[k] > limit) || !is_of_other_places(patch, k, distances[k]);
+      excess_[std::size_t(begin(patch)) + k] = tells ? float(distances[k] / limit) : 0;
     }
+  }
+
+  /// Whether most of what the k-th view of a patch is off by is brightness, which places that it shows explain.
+  bool is_of_other_places(int patch, std::size_t k, double distance) const {
+    const std::span<const Observation> views = observations_.of(patch);
+    std::vector<const Observation*> others;
+    std::vector<double> values;
+    for (std::size_t i = 0; i < views.size(); ++i)
+      if (i != k) others.push_back(&views[i]), values.push_back(brightness_of(views[i]));
+    return 2 * std::abs(brightness_of(views[k]) - median_of(values)) > distance && shows_other_places(views[k], others);
   }
 
   /// Of each view how far it is to be off before it shows something else: by its usual distance from the median of
@@ -154,6 +190,7 @@ class Rejection {
       if (marked_[k] && marked_beside(k) > 0) open.push_back(k);
     for (; !open.empty(); open.pop_front()) {
       const std::size_t k = open.front();
+      if (hardly_shown_[k]) continue;
       const Others here = others_of(k);
       for_beside(k, touching, [&](std::size_t next) {
         if (marked_[next] || !goes_on(k, here, next)) return;
@@ -293,9 +330,16 @@ class Rejection {
           visited[std::size_t(side.patch)] = 1;
           part.push_back(side.patch);
         }
-      if (const int wrong = wrong_of(part); wrong >= 0)
+      if (const int wrong = wrong_of(part); wrong >= 0 && shows_enough_of(part, wrong))
         for (const int q : part) marked_[std::size_t(observations_.number_of(q, wrong))] = 1;
     }
+  }
+
+  /// Whether a view shows as many patches as make a part by more than hardly.
+  bool shows_enough_of(const std::vector<int>& part, int view) const {
+    return std::ranges::count_if(part, [&](int p) {
+             return !hardly_shown_[std::size_t(observations_.number_of(p, view))];
+           }) >= std::ptrdiff_t(fewest_);
   }
 
   /// Of the only two of a patch, where they are these views.
@@ -306,9 +350,8 @@ class Rejection {
 
   /// The view that shows something else there; −1 where that is not told.
   int wrong_of(const std::vector<int>& part) const {
-    constexpr std::size_t fewest = 3;
     constexpr float one_way = 0.7F, clearly = 2;
-    if (part.size() < fewest) return -1;
+    if (part.size() < fewest_) return -1;
     const Pair first = pair_of(part.front());
     const int a = view(first.a), b = view(first.b);
     Logarithms sum = Logarithms::Zero(), sizes = Logarithms::Zero();
@@ -331,7 +374,7 @@ class Rejection {
     }
     // Else it is detail, sharper in one of them.
     const bool of_one_kind = (sum.abs() / sizes.max(1e-6F)).maxCoeff() > one_way;
-    if (!of_one_kind || sides < int(fewest)) return -1;
+    if (!of_one_kind || sides < int(fewest_)) return -1;
     const float least = float(options_.least) * float(sides);
     if (jumps_of_a > least && jumps_of_a > clearly * jumps_of_b) return a;
     if (jumps_of_b > least && jumps_of_b > clearly * jumps_of_a) return b;
@@ -361,7 +404,7 @@ class Rejection {
   /// changed; else those half as far.
   void add_borders(const std::vector<char>& inside) {
     for (std::size_t k = 0; k < inside.size(); ++k) {
-      if (!inside[k]) continue;
+      if (!inside[k] || hardly_shown_[k]) continue;
       int beside = 0;
       for_beside(k, touching, [&](std::size_t other) { beside += inside[other]; });
       for_beside(k, 0, [&](std::size_t other) {
@@ -394,12 +437,37 @@ class Rejection {
   std::vector<float> distance_, excess_;  ///< from the median, and over its limit
   std::vector<float> limits_;             ///< of each view
   std::vector<Logarithms> carried_;       ///< of what no other view shows: what the surface had beside it
+  std::vector<char> hardly_shown_;
   std::vector<char> marked_;
+  static constexpr std::size_t fewest_ = 3;  ///< of views of which a median tells, and of patches that make a part
 };
 
 }  // namespace
 
 float hue_difference(const LightColour& a, const LightColour& b) { return hue_apart(logarithms(a), logarithms(b)); }
+
+std::vector<char> undecided(const Patches& patches, const Observations& observations, const RejectOptions& options) {
+  constexpr int fewest_beside = 2;
+  const std::vector<char> hardly = hardly_shown(observations);
+  std::vector<char> disagree(std::size_t(observations.patches()), 0);
+  for (int p = 0; p < observations.patches(); ++p) {
+    std::vector<const Observation*> left;
+    for (std::int64_t k = observations.offsets[p]; k < observations.offsets[p + 1]; ++k)
+      if (const Observation& o = observations.all[std::size_t(k)]; !o.rejected && !hardly[std::size_t(k)])
+        left.push_back(&o);
+    if (left.size() == 2)
+      disagree[std::size_t(p)] = apart(logarithms(left[0]->colour), logarithms(left[1]->colour)) > 2 * options.least &&
+                                 !shows_other_places(*left[0], std::span(left).last(1));
+  }
+  std::vector<int> beside(disagree.size(), 0);
+  for (const Patches::Link& link : patches.links) {
+    if (link.weight < touching) continue;
+    beside[std::size_t(link.a)] += disagree[std::size_t(link.b)];
+    beside[std::size_t(link.b)] += disagree[std::size_t(link.a)];
+  }
+  for (std::size_t p = 0; p < disagree.size(); ++p) disagree[p] = disagree[p] && beside[p] >= fewest_beside;
+  return disagree;
+}
 
 void reject(const Patches& patches, const RejectOptions& options, Observations& observations) {
   require(patches.count() == observations.patches(), "observations of these patches are needed");

@@ -9,6 +9,7 @@
 #include "mq/base/error.h"
 #include "mq/base/parallel.h"
 #include "mq/views/detail/neighbours.h"
+#include "mq/views/detail/places.h"
 #include "mq/views/detail/readings.h"
 #include "mq/views/smooth_labels.h"
 
@@ -301,6 +302,26 @@ std::vector<std::optional<LightColour>> agreed_colours(const Observations& obser
     LightColour& colour = colours[std::size_t(p)].emplace();
     for (std::size_t c = 0; c < 3; ++c) colour[c] = float(sum[c] / weight);
   }
+  return colours;
+}
+
+std::vector<LightColour> agreed_in_place_of_own(const Observations& observations) {
+  const std::vector<std::optional<LightColour>> agreed = agreed_colours(observations);
+  std::vector<LightColour> colours(observations.all.size());
+  parallel_for(
+      observations.patches(),
+      [&](std::int64_t p) {
+        const std::span<const Observation> views = observations.of(int(p));
+        for (std::size_t k = 0; k < views.size(); ++k) {
+          std::vector<const Observation*> others;
+          for (std::size_t i = 0; i < views.size(); ++i)
+            if (i != k && !views[i].rejected) others.push_back(&views[i]);
+          const std::optional<LightColour>& all = agreed[std::size_t(p)];
+          colours[std::size_t(observations.offsets[std::size_t(p)]) + k] =
+              all && !shows_other_places(views[k], others) ? *all : views[k].colour;
+        }
+      },
+      256);
   return colours;
 }
 

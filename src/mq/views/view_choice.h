@@ -128,6 +128,11 @@ void reject(const Patches& patches, const RejectOptions& options, Observations& 
 /// (x_a − x_b) over the channels.
 float hue_difference(const LightColour& a, const LightColour& b);
 
+/// Per patch whether two views alone are left of it, neither of which hardly shows it, in colours farther apart than
+/// 2 · `least`, as on two of the patches beside it at least: so that one of them shows something else, and none told
+/// which.
+std::vector<char> undecided(const Patches& patches, const Observations& observations, const RejectOptions& options);
+
 /// Sharpens no picture, but knows better how sharp views are: `detail` of each becomes what it is over its surroundings,
 /// a plain patch telling nothing of focus, all views' noise being alike there. With d_v the detail of view v and m that
 /// which a quarter of those that are not rejected surpass, d_v becomes m · √(Σ d_v² / Σ m²) over the patches within about `rounds` sides
@@ -164,5 +169,9 @@ std::vector<int> choose_views(const Patches& patches, const Observations& observ
 
 /// Per patch, in light: the mean colour of what is not rejected, weighted by quality. Nothing where nothing is.
 std::vector<std::optional<LightColour>> agreed_colours(const Observations& observations);
+
+/// Of each observation that of its patch, which its view would have if it agreed; its own where nothing is agreed on, or
+/// where the view differs from the others only because it shows other places of the patch (detail/places.h).
+std::vector<LightColour> agreed_in_place_of_own(const Observations& observations);
 
 }  // namespace mq

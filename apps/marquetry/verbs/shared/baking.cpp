@@ -153,7 +153,7 @@ Outputs unwrapped_outputs(const OptionValues& options, const Model& model,
 
 void bake_unwrapped(Run& run, const std::vector<std::string>& slots, const std::vector<SharedSlot>& shared,
                     const SourceOfSlot& source, const LoadOptions& load, TexturedModel& scene, double share) {
-  TexturedModel target = textured_model(std::move(scene.model), load, run.terminal());
+  TexturedModel target = textured_again(std::move(scene.model), load, run.terminal());
   begin_bake(slots, shared, target);
   BakeOptions how;
   how.values.axes = asked_axes(run.options());

@@ -102,7 +102,8 @@ void take_strangers_alone(std::span<const char> strange, Observations& observati
   }
 }
 
-void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result) {
+void count_views(const Patches& patches, const Observations& observations, const RejectOptions& options,
+                 PhotographTexture& result) {
   result.patches = patches.count();
   result.agreement = agreement(observations);
   for (const Observation& o : observations.all) {
@@ -110,7 +111,11 @@ void count_views(const Patches& patches, const Observations& observations, Photo
     result.views[std::size_t(o.view)].rejected += o.rejected;
   }
   result.seen_by.assign(result.views.size() + 1, 0);
-  for (int p = 0; p < patches.count(); ++p) result.seen_by[observations.of(p).size()] += patches.size(p);
+  const std::vector<char> in_doubt = undecided(patches, observations, options);
+  for (int p = 0; p < patches.count(); ++p) {
+    result.seen_by[observations.of(p).size()] += patches.size(p);
+    if (in_doubt[std::size_t(p)]) result.undecided += patches.size(p);
+  }
   for (const int p : patches.of) {
     result.shown_by.push_back(int(observations.of(p).size()));
     result.rejected_by.push_back(int(std::ranges::count(observations.of(p), true, &Observation::rejected)));

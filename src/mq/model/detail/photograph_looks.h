@@ -44,7 +44,8 @@ struct ObservationsOfOthers {
 /// What these alone show is not rejected.
 void take_strangers_alone(std::span<const char> strange, Observations& observations);
 
-/// Fills in `patches`, `seen_by`, `shown_by`, `rejected_by` and of each view `patches` and `rejected`.
-void count_views(const Patches& patches, const Observations& observations, PhotographTexture& result);
+/// Fills in `patches`, `seen_by`, `undecided`, `shown_by`, `rejected_by` and of each view `patches` and `rejected`.
+void count_views(const Patches& patches, const Observations& observations, const RejectOptions& options,
+                 PhotographTexture& result);
 
 }  // namespace mq
