@@ -18,11 +18,11 @@ double median_at_detail(std::vector<Residual>& residuals) {
   while (last - first > 1) {
     const auto middle = first + (last - first) / 2;
     std::ranges::nth_element(first, middle, last, {}, &Residual::size);
-    const double below = detail_of(first, middle);
-    if (below >= wanted)
+    const double smaller = detail_of(first, middle);
+    if (smaller >= wanted)
       last = middle;
     else
-      wanted -= below, first = middle;
+      wanted -= smaller, first = middle;
   }
   return first->size;
 }
