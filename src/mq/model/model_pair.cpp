@@ -28,11 +28,11 @@ ModelPair::ModelPair(const TexturedModel& model, std::vector<Texture> second,
           fmt::format("{} for {} of the model: one for each is wanted",
                       counted(std::ssize(second), "picture"),
                       counted(std::ssize(own), "texture")));
+  for (std::size_t i = 0; i < second.size(); ++i)
+    require_alike(second[i], second[i].path.string(), own[i], texture_file(model.model, i));
   auto target =
       std::make_unique<TextureSignal>(model, TextureSignalOptions{.values = values}, messages,
                                       progress);
-  for (std::size_t i = 0; i < second.size(); ++i)
-    require_alike(second[i], second[i].path.string(), own[i], texture_file(model.model, i));
   first_ = target->values();
   second_ = target->values_of(second);
   for (Texture& texture : second) second_pictures_.push_back(std::move(texture.pixels));

@@ -21,7 +21,7 @@ namespace mq::app {
 
 namespace {
 
-const std::string group = "Photographs";
+const std::string heading = "Photographs";
 
 void add_files(OptionTable& table) {
   using Type = Option::Type;
@@ -29,12 +29,12 @@ void add_files(OptionTable& table) {
              .type = Type::path,
              .count = Option::Count::many,
              .required = true,
-             .group = group,
+             .group = heading,
              .help = "photographs with their cameras, as the verb cameras reads them"});
   table.add({.name = "images",
              .type = Type::path,
              .count = Option::Count::many,
-             .group = group,
+             .group = heading,
              .help = "folders with the photographs",
              .details = "Without it they are looked for beside the cameras, and where COLMAP's projects have them."});
   table.add({.name = "missing",
@@ -42,7 +42,7 @@ void add_files(OptionTable& table) {
              .default_value = "refuse",
              .choices = {"refuse", "skip"},
              .metavar = "HOW",
-             .group = group,
+             .group = heading,
              .help = "stop where photographs are not there, cannot be read or do not fit their cameras, or go on "
                      "without them"});
 }
@@ -59,7 +59,7 @@ void add_photograph_options(OptionTable& table) {
              .unit = "degrees",
              .least = 1,
              .most = 90,
-             .group = group,
+             .group = heading,
              .help = "from the normal, beyond which a view shows nothing"});
   table.add({.name = "bias",
              .type = Type::number,
@@ -67,7 +67,7 @@ void add_photograph_options(OptionTable& table) {
              .unit = "%",
              .least = 0,
              .most = 100,
-             .group = group,
+             .group = heading,
              .help = "of the model's diagonal: what is so close in front of a point does not hide it from a view"});
   table.add({.name = "outline",
              .type = Type::number,
@@ -75,14 +75,14 @@ void add_photograph_options(OptionTable& table) {
              .unit = "pixels",
              .least = 0,
              .most = 1000,
-             .group = group,
+             .group = heading,
              .help = "around outlines that show what is behind them: more where the mesh or the cameras are off"});
   table.add({.name = "poses",
              .type = Type::choice,
              .default_value = "align",
              .choices = {"align", "keep"},
              .metavar = "HOW",
-             .group = group,
+             .group = heading,
              .help = "move cameras a little and bend photographs, so that all show the same, or keep them",
              .details = "Else details are seen twice where cameras or the mesh are off by some pixels. Photographs are "
                         "read once more."});
@@ -91,7 +91,7 @@ void add_photograph_options(OptionTable& table) {
              .default_value = "match",
              .choices = {"match", "tone", "keep"},
              .metavar = "HOW",
-             .group = group,
+             .group = heading,
              .help = "even out exposure, white balance and dark corners of the photographs; tone: their contrast too; "
                      "or keep them",
              .details = "tone is for photographs of several cameras, or developed in several ways."});
@@ -100,7 +100,7 @@ void add_photograph_options(OptionTable& table) {
              .default_value = "reject",
              .choices = {"reject", "keep"},
              .metavar = "HOW",
-             .group = group,
+             .group = heading,
              .help = "leave out what disagrees with the other photographs of a place, or not",
              .details = "Passers-by and reflections; it takes three photographs to tell."});
   table.add({.name = "smoothness",
@@ -108,14 +108,14 @@ void add_photograph_options(OptionTable& table) {
              .default_value = as_typed(usual.choice.smoothness),
              .least = 0,
              .most = 100,
-             .group = group,
+             .group = heading,
              .help = "more: fewer, larger parts of one photograph; 0: always the one that shows most"});
   table.add({.name = "blend",
              .type = Type::choice,
              .default_value = "detail",
              .choices = {"best", "mean", "detail"},
              .metavar = "HOW",
-             .group = group,
+             .group = heading,
              .help = "of photographs that agree: the best; the mean, by how well they show a place; or fine detail of "
                      "the best and the colour of the mean"});
 }
