@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "mq/draw/detail/parts_that_agree.h"
@@ -98,19 +99,30 @@ double disagreement(std::span<const Vector3> places, std::span<const PinholeCame
   return 260 / 1.6 * std::sqrt(sum / count);
 }
 
-TEST(AlignPhotographs, CamerasThatAreOffComeTogether) {
-  std::mt19937 random(5);
+/// Seven photographs of the unit square, of cameras that are said to be a little off, and places on it that all may show.
+struct Shaken {
+  /// `take`: the picture of the v-th camera.
+  Shaken(int count, const std::function<Image<float>(const PinholeCamera&, int)>& take) {
+    std::mt19937 random(5);
+    for (int k = 0; k < count; ++k)
+      places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
+    for (int v = 0; v < 7; ++v) {
+      truth.push_back(camera_from(0.9 * v, 0.15 + 0.05 * (v % 3)));
+      photographs.push_back({shaken(truth.back(), random), take(truth.back(), v), {}, {}});
+      for (int i = 0; i < count; ++i)
+        photographs.back().places.push_back(i), photographs.back().weights.push_back(1);
+    }
+  }
+
   std::vector<Vector3> places;
-  for (int k = 0; k < 3000; ++k)
-    places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
   std::vector<PinholeCamera> truth;
   std::vector<AlignedPhotograph> photographs;
-  for (int v = 0; v < 7; ++v) {
-    truth.push_back(camera_from(0.9 * v, 0.15 + 0.05 * (v % 3)));
-    photographs.push_back({shaken(truth.back(), random), photograph(truth.back(), 0.8 + 0.07 * v), {}, {}});
-    for (int i = 0; i < int(places.size()); ++i)
-      photographs.back().places.push_back(i), photographs.back().weights.push_back(1);
-  }
+};
+
+Image<float> exposed(const PinholeCamera& camera, int v) { return photograph(camera, 0.8 + 0.07 * v); }
+
+TEST(AlignPhotographs, CamerasThatAreOffComeTogether) {
+  auto [places, truth, photographs] = Shaken(3000, exposed);
   // One more, of places that no other shows.
   const PinholeCamera far = camera_from(2, 0.2);
   AlignedPhotograph& alone = photographs.emplace_back(AlignedPhotograph{far, photograph(far, 1), {}, {}});
@@ -156,18 +168,8 @@ TEST(AlignPhotographs, PhotographsOfAMeshThatIsOffAreBentTogether) {
 
 /// Photographs exposed alike agree on the ground to their last bit, which says nothing of print.
 TEST(AlignPhotographs, PrintOnAPlainGroundComesTogether) {
-  std::mt19937 random(5);
-  std::vector<Vector3> places;
-  for (int k = 0; k < 4000; ++k)
-    places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
-  std::vector<PinholeCamera> truth;
-  std::vector<AlignedPhotograph> photographs;
-  for (int v = 0; v < 7; ++v) {
-    truth.push_back(camera_from(0.9 * v, 0.15 + 0.05 * (v % 3)));
-    photographs.push_back({shaken(truth.back(), random), photograph_of_print(truth.back()), {}, {}});
-    for (int i = 0; i < int(places.size()); ++i)
-      photographs.back().places.push_back(i), photographs.back().weights.push_back(1);
-  }
+  auto [places, truth, photographs] =
+      Shaken(4000, [](const PinholeCamera& camera, int) { return photograph_of_print(camera); });
   const double before = disagreement(places, truth, photographs);
   align_photographs(places, photographs);
   EXPECT_GT(before, 1.5);
@@ -183,17 +185,7 @@ void paste_passer_by(Image<float>& picture, double column, double row) {
 }
 
 TEST(AlignPhotographs, PassersByMoveLittle) {
-  std::mt19937 random(5);
-  std::vector<Vector3> places;
-  for (int k = 0; k < 3000; ++k)
-    places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
-  std::vector<PinholeCamera> truth;
-  std::vector<AlignedPhotograph> clean;
-  for (int v = 0; v < 7; ++v) {
-    truth.push_back(camera_from(0.9 * v, 0.15 + 0.05 * (v % 3)));
-    clean.push_back({shaken(truth.back(), random), photograph(truth.back(), 0.8 + 0.07 * v), {}, {}});
-    for (int i = 0; i < int(places.size()); ++i) clean.back().places.push_back(i), clean.back().weights.push_back(1);
-  }
+  auto [places, truth, clean] = Shaken(3000, exposed);
   std::vector<AlignedPhotograph> spoilt = clean;
   std::vector<Vector3> in_sight;  // of what is not behind any of them
   const std::vector<Vector2> stand = {{90, 130}, {150, 110}, {120, 140}};
@@ -216,17 +208,11 @@ TEST(AlignPhotographs, PassersByMoveLittle) {
 
 /// As plain as what it hides is, so that it is known by nothing but its brightness.
 TEST(AlignPhotographs, SomebodyPlainBeforePlainThingsDoesNotShiftBrightness) {
-  std::mt19937 random(5);
-  std::vector<Vector3> places;
-  for (int k = 0; k < 3000; ++k)
-    places.emplace_back(0.1 + 0.8 * double(random() % 1000) / 1000, 0.1 + 0.8 * double(random() % 1000) / 1000, 0);
-  std::vector<AlignedPhotograph> clean;
-  for (int v = 0; v < 7; ++v) {
-    const PinholeCamera truth = camera_from(0.9 * v, 0.15 + 0.05 * (v % 3));
-    clean.push_back({shaken(truth, random), photograph(truth, 0.8 + 0.07 * v), {}, {}});
-    for (float& value : clean.back().grey.values()) value = 0.6F + 0.06F * value;  // hardly any contrast
-    for (int i = 0; i < int(places.size()); ++i) clean.back().places.push_back(i), clean.back().weights.push_back(1);
-  }
+  auto [places, truth, clean] = Shaken(3000, [](const PinholeCamera& camera, int v) {
+    Image<float> picture = exposed(camera, v);
+    for (float& value : picture.values()) value = 0.6F + 0.06F * value;  // hardly any contrast
+    return picture;
+  });
   std::vector<AlignedPhotograph> spoilt = clean;
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side * 3 / 8; ++x) spoilt[3].grey(x, y) = 0.15F;
