@@ -126,12 +126,11 @@ Exit spectrum(Run& run) {
   require(options.has("output") || !options.flag("lines"),
           "--lines draws fields into files: name a folder for them with --output");
   const FieldSpectrumOptions wanted = asked_spectrum(options);
-  const bool textures = options.flag("lines") || options.text("basis") == "texel";
-  const TexturedModel scene =
-      read_usable_model(run, textures ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
+  const bool in_texels = options.text("basis") == "texel";
+  const TexturedModel scene = read_usable_model(
+      run, in_texels || options.flag("lines") ? MissingPictures::assume : MissingPictures::unneeded, 0.1);
   require(!scene.is_picture, scene.model.path.string() +
                                  ": is a picture; vector fields that change least are of surfaces");
-  const bool in_texels = options.text("basis") == "texel";
   require(!in_texels || !works_at_vertices(options, scene),
           scene.model.path.string() + ": --basis texel is for textures, and it has no texture coordinates; --basis vertex has "
                                       "the same eigenvalues, or give it some with unwrap");
